@@ -1,5 +1,6 @@
 #include "support/environment.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
@@ -180,6 +181,11 @@ nlohmann::ordered_json environment_json() {
           {"date", where.date},
           {"other_load", where.other_load},
           {"stolen_load", where.stolen_load}};
+}
+
+std::size_t heap_bytes() {
+  const auto info = mallinfo2();
+  return info.uordblks + info.hblkhd;
 }
 
 std::size_t resident_bytes() {

@@ -35,5 +35,7 @@ void watch_machine();
 
 /// Memory of this process that is resident now, in bytes; 0 when the kernel does not say.
 [[nodiscard]] std::size_t resident_bytes();
+/// Memory that this process has allocated and not given back, in bytes, of a program of one thread.
+[[nodiscard]] std::size_t heap_bytes();
 
 }  // namespace driveline::bench

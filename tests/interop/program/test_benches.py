@@ -53,5 +53,41 @@ class Roundtrip(Bench):
             self.check_aim(common, 0.9 * rows[f"{size}_bytes_packet_socket", "bare_round_trip"]["p50"])
 
 
+class Scale(Bench):
+    AXES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
+    CYCLES_US = ("62.5", "125", "250", "500", "1000", "2000", "4000")
+
+    def test_cost_and_memory_by_axes_and_cycle_time_and_what_the_wire_allows(self):
+        rows = self.rows_of("scale", "--quick")
+        of_line = ("frames_on_the_wire", "way_through_the_line", "memory_of_the_master")
+        limits = ("limit_of_the_wire", "limit_of_this_machine", "limit_of_both")
+        self.assertEqual(set(rows), {(f"{axes}_axes", metric) for axes in self.AXES for metric in of_line} |
+                         {(f"{axes}_axes_every_{cycle}_us", "master_part") for axes in self.AXES for cycle in self.CYCLES_US} |
+                         {(f"every_{cycle}_us", limit) for cycle in self.CYCLES_US for limit in limits})
+        value = lambda case, metric: rows[case, metric]["p50"]
+        for row in rows.values():
+            self.assertGreaterEqual(row["p50"], 0)
+        # Headers, BRD of 2 bytes, that of the clocks of 4, LRW of 20, and 24 bytes around the frame.
+        self.assertAlmostEqual(value("1_axes", "frames_on_the_wire"), (16 + 14 + 16 + 32 + 24) * 0.08, delta=0.06)
+        # Each slave 500 ns either way, the last one turns it round; cables of 5 ns.
+        for axes in self.AXES:
+            self.assertAlmostEqual(value(f"{axes}_axes", "way_through_the_line"), axes * 0.5 + (axes - 1) * 0.5 + axes * 0.01,
+                                   delta=0.06)
+        for few, many in zip(self.AXES, self.AXES[1:]):
+            for metric in of_line:
+                self.assertLess(value(f"{few}_axes", metric), value(f"{many}_axes", metric))
+        for short, long in zip(self.CYCLES_US, self.CYCLES_US[1:]):
+            wires = [value(f"every_{cycle}_us", "limit_of_the_wire") for cycle in (short, long)]
+            self.assertLessEqual(*wires)
+        for cycle in self.CYCLES_US:
+            wire, machine, both = (value(f"every_{cycle}_us", limit) for limit in limits)
+            self.assertLessEqual(both, min(wire, machine))
+            if wire < 256:
+                # The limit is between the lines that are there.
+                fits = [axes for axes in self.AXES if value(f"{axes}_axes", "frames_on_the_wire") +
+                        value(f"{axes}_axes", "way_through_the_line") <= float(cycle)]
+                self.assertLessEqual(max(fits, default=0), wire)
+
+
 if __name__ == "__main__":
     unittest.main()
