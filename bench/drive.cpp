@@ -1,6 +1,4 @@
 // What does one simulated drive with its plant cost in a cycle of 125 us, and how much memory does it take?
-#include <malloc.h>
-
 #include <fmt/format.h>
 #include <numbers>
 
@@ -9,6 +7,7 @@
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/slaves/plant/servo_controller.hpp"
 #include "driveline/slaves/plant/servo_motor.hpp"
+#include "support/environment.hpp"
 #include "support/line_rig.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
@@ -108,15 +107,11 @@ template <typename Make>
 Summary state_kib(Make make) {
   constexpr std::size_t kMany = 100;
   const auto keep_shared_tables = make();
-  const auto used = [] {
-    const auto info = mallinfo2();
-    return info.uordblks + info.hblkhd;
-  };
   std::vector<decltype(make())> many;
   many.reserve(kMany);
-  const auto before = used();
+  const auto before = heap_bytes();
   for (std::size_t i = 0; i < kMany; ++i) many.push_back(make());
-  const double each_kib = static_cast<double>(used() - before) / static_cast<double>(kMany) / 1024.0;
+  const double each_kib = static_cast<double>(heap_bytes() - before) / static_cast<double>(kMany) / 1024.0;
   return {kMany, each_kib, each_kib, each_kib, each_kib};
 }
 

@@ -1,8 +1,6 @@
 // What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that only send and
 // receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
 #include <fmt/format.h>
-#include <linux/if_packet.h>
-#include <sys/mman.h>
 #include <sys/socket.h>
 #include <algorithm>
 #include <cstring>
@@ -14,6 +12,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "support/cyclic_frame.hpp"
+#include "support/packet_ring.hpp"
 #include "support/packet_socket.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
@@ -165,39 +164,17 @@ class BareLoop {
 /// The same with a receive ring that is shared with the kernel: no system call to receive.
 class RingLoop {
  public:
-  RingLoop(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
-    const int version = TPACKET_V2;
-    setsockopt(socket_.get(), SOL_PACKET, PACKET_VERSION, &version, sizeof version);
-    tpacket_req request{};
-    request.tp_block_size = kBlockBytes;
-    request.tp_block_nr = kBlocks;
-    request.tp_frame_size = kSlotBytes;
-    request.tp_frame_nr = kSlots;
-    if (setsockopt(socket_.get(), SOL_PACKET, PACKET_RX_RING, &request, sizeof request) != 0) {
-      throw std::runtime_error("no receive ring");
-    }
-    void* memory =
-        mmap(nullptr, std::size_t{kBlockBytes} * kBlocks, PROT_READ | PROT_WRITE, MAP_SHARED, socket_.get(), 0);
-    if (memory == MAP_FAILED) throw std::runtime_error("the receive ring cannot be mapped");
-    ring_ = static_cast<std::byte*>(memory);
+  RingLoop(const std::string& interface, const std::vector<CyclicFrame>& frames)
+      : ring_(socket_.get()), frames_(frames) {
     socket_.bind_to(interface);
   }
-  RingLoop(const RingLoop&) = delete;
-  RingLoop& operator=(const RingLoop&) = delete;
-  ~RingLoop() { munmap(ring_, std::size_t{kBlockBytes} * kBlocks); }
-
   double cycle() {
     const double begin = now_ns();
     for (const auto& frame : frames_) keep(send(socket_.get(), frame.bytes.data(), frame.bytes.size(), 0));
     for (std::size_t back = 0; back < frames_.size();) {
-      auto* header = reinterpret_cast<tpacket2_hdr*>(ring_ + std::size_t{slot_} * kSlotBytes);
-      if ((__atomic_load_n(&header->tp_status, __ATOMIC_ACQUIRE) & TP_STATUS_USER) != 0) {
-        // Into the program's memory, as recv() does it: the ring has the bytes where the other processor wrote them.
-        std::memcpy(buffer_.data(), ring_ + std::size_t{slot_} * kSlotBytes + header->tp_mac,
-                    std::min<std::size_t>(header->tp_snaplen, buffer_.size()));
+      // Into the program's memory, as recv() does it: the ring has the bytes where the other processor wrote them.
+      if (ring_.take_into(buffer_)) {
         keep(buffer_[0]);
-        __atomic_store_n(&header->tp_status, __u32{TP_STATUS_KERNEL}, __ATOMIC_RELEASE);
-        slot_ = (slot_ + 1) % kSlots;
         ++back;
       } else if (now_ns() - begin > kLostNs) {
         break;
@@ -208,25 +185,14 @@ class RingLoop {
   void settle() { settle_bare(*this); }
   void check() const noexcept {}
   void drain() {
-    for (const double until = now_ns() + kLostNs; now_ns() < until;) {
-      auto* header = reinterpret_cast<tpacket2_hdr*>(ring_ + std::size_t{slot_} * kSlotBytes);
-      if ((__atomic_load_n(&header->tp_status, __ATOMIC_ACQUIRE) & TP_STATUS_USER) == 0) continue;
-      __atomic_store_n(&header->tp_status, __u32{TP_STATUS_KERNEL}, __ATOMIC_RELEASE);
-      slot_ = (slot_ + 1) % kSlots;
-    }
+    for (const double until = now_ns() + kLostNs; now_ns() < until;) ring_.discard();
   }
 
  private:
-  static constexpr unsigned kSlotBytes = 2048;
-  static constexpr unsigned kBlockBytes = 1U << 16;
-  static constexpr unsigned kBlocks = 2;
-  static constexpr unsigned kSlots = kBlockBytes / kSlotBytes * kBlocks;
-
   PacketSocket socket_;
+  PacketRing ring_;
   std::vector<CyclicFrame> frames_;
   std::array<std::byte, port::kMaxFrameBytes> buffer_;
-  std::byte* ring_ = nullptr;
-  unsigned slot_ = 0;
 };
 
 /// The master's cycle on the raw socket port.
@@ -283,11 +249,12 @@ class MasterLoop {
 
 /// One round of a loop made for this round only, so that no other socket receives its frames.
 template <typename Make>
-void round_of(const Make& make, std::vector<double>& samples) {
+void round_of(const Make& make, TurnSamples& turns) {
   auto loop = make();
   loop->settle();
   for (int i = 0; i < kWarmUp; ++i) loop->cycle();
   int lost = 0;
+  std::vector<double> samples;
   for (int i = 0; i < kCyclesPerRound; ++i) {
     samples.push_back(loop->cycle());
     if (samples.back() < kLostNs) continue;
@@ -295,13 +262,14 @@ void round_of(const Make& make, std::vector<double>& samples) {
     if (++lost > kMostLostPerRound) throw Disturbed(fmt::format("{} of {} cycles lost frames", lost, i + 1));
   }
   loop->check();
+  turns.add_turn(samples);
 }
 
 /// ns per cycle of the three loops.
 struct Samples {
-  std::vector<double> master;
-  std::vector<double> bare;
-  std::vector<double> ring;
+  TurnSamples master;
+  TurnSamples bare;
+  TurnSamples ring;
 };
 
 Samples take_turns(const VethPair& cable, std::size_t axes, int cycles) {
@@ -319,10 +287,13 @@ Samples take_turns(const VethPair& cable, std::size_t axes, int cycles) {
 
 void measure_axes(Report& report, const VethPair& cable, std::size_t axes, int cycles) {
   const auto name = fmt::format("{}_axes", axes);
-  auto samples = undisturbed(name, [&] { return take_turns(cable, axes, cycles); });
-  const Baseline against_bare{"bare_af_packet_loop", summarize(std::move(samples.bare))};
-  const Baseline against_ring{"bare_packet_mmap_loop", summarize(std::move(samples.ring))};
-  const auto figures = summarize(std::move(samples.master));
+  const auto samples = undisturbed(name, [&] { return take_turns(cable, axes, cycles); });
+  const auto compared_with = [&samples](const char* loop, const TurnSamples& floor) {
+    return Baseline{loop, summarize(floor.all()), ratios_by_turn(samples.master.medians(), floor.medians())};
+  };
+  const auto against_bare = compared_with("bare_af_packet_loop", samples.bare);
+  const auto against_ring = compared_with("bare_packet_mmap_loop", samples.ring);
+  const auto figures = summarize(samples.master.all());
   const auto& floor = against_ring.figures;
   report.add({name, "send_receive_decode", "ns", figures, kAim * floor.p50, against_ring, kAimP999 * floor.p999});
   report.add({name, "bare_packet_mmap_loop", "ns", floor});

@@ -205,7 +205,7 @@ struct Contestant {
   rt::RealtimeTask& server;
   port::RawSocketPort& port;
   Judge judge;
-  std::vector<double> round_trips_ns{};
+  TurnSamples round_trips_ns{};
 };
 
 /// Sends frames every kPeriod and spins until each has come back; ns from send to receive. Nothing but the frame that
@@ -216,6 +216,7 @@ void measure(Contestant& contestant, rt::Clock& clock, CyclicFrame frame, int fr
   while (port.receive()) {
   }
   auto next = clock.now() + kPeriod;
+  std::vector<double> round_trips_ns;
   for (int i = -kWarmUp; i < frames; ++i) {
     while (clock.now() < next) {
     }
@@ -232,8 +233,9 @@ void measure(Contestant& contestant, rt::Clock& clock, CyclicFrame frame, int fr
       throw Disturbed(contestant.name + ": a frame came in that was not the one sent last");
     }
     contestant.judge(frame, reply->bytes);
-    if (i >= 0) contestant.round_trips_ns.push_back(static_cast<double>(round_trip.count()));
+    if (i >= 0) round_trips_ns.push_back(static_cast<double>(round_trip.count()));
   }
+  contestant.round_trips_ns.add_turn(round_trips_ns);
 }
 
 void take_turn(Contestant& contestant, rt::Clock& clock, const CyclicFrame& frame, int frames) {
@@ -254,6 +256,7 @@ struct Cables {
 struct Figures {
   Summary echo;
   Summary line;
+  std::vector<double> ratios;  ///< of the medians, of each turn
 };
 
 Figures compare(const Cables& cables, Socket kind, std::size_t count, bool busy, const Options& options) {
@@ -270,7 +273,8 @@ Figures compare(const Cables& cables, Socket kind, std::size_t count, bool busy,
     rests.take_when_due(now_ns());
     for (auto* contestant : {&echo_side, &line_side}) take_turn(*contestant, clock, frame, kFramesPerRound);
   }
-  return {summarize(std::move(echo_side.round_trips_ns)), summarize(std::move(line_side.round_trips_ns))};
+  return {summarize(echo_side.round_trips_ns.all()), summarize(line_side.round_trips_ns.all()),
+          ratios_by_turn(line_side.round_trips_ns.medians(), echo_side.round_trips_ns.medians())};
 }
 
 void measure_case(Report& report, const Cables& cables, std::size_t count, bool busy, const Options& options) {
@@ -278,7 +282,8 @@ void measure_case(Report& report, const Cables& cables, std::size_t count, bool 
     const auto name = fmt::format("{}_drives{}_{}", count, busy ? "_busy_poll" : "", name_of(kind));
     fmt::print(stderr, "turnaround: {} ...\n", name);
     const auto figures = undisturbed(name, [&] { return compare(cables, kind, count, busy, options); });
-    const Baseline floor{fmt::format("echo_{}{}", name_of(kind), busy ? "_spinning" : ""), figures.echo};
+    const Baseline floor{fmt::format("echo_{}{}", name_of(kind), busy ? "_spinning" : ""), figures.echo,
+                         figures.ratios};
     report.add({name, "echo_round_trip", "ns", floor.figures});
     // `simulate` uses a ring wherever the kernel has one.
     const auto aim = kind == Socket::kRing ? std::optional(kAim * floor.figures.p50) : std::nullopt;

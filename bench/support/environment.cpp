@@ -1,16 +1,21 @@
 #include "support/environment.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <thread>
+
+#include "driveline/port/interface_check.hpp"
 
 namespace driveline::bench {
 namespace {
@@ -78,9 +83,44 @@ double hundredths(double load) {
   return std::max(0.0, std::round(load * 100.0) / 100.0);
 }
 
+/// The first line of a file of the kernel; empty when there is no such file.
+std::string first_line(const std::string& file) {
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  return line;
+}
+
+std::string interface_text(const port::InterfaceFacts& facts) {
+  auto text = fmt::format("{}: {}", facts.name, facts.driver);
+  if (!facts.running) return text + ", no link";
+  if (facts.speed_mbit_s) text += fmt::format(", {} Mbit/s", *facts.speed_mbit_s);
+  if (!facts.coalescing) return text + ", coalescing unknown";
+  const auto& waits = *facts.coalescing;
+  return text + fmt::format(", coalescing rx {} us, tx {} us{}", waits.rx_usecs, waits.tx_usecs,
+                            waits.adaptive ? ", adaptive" : "");
+}
+
+/// Those with a device behind them.
+const std::vector<std::string>& network_cards() {
+  static const std::vector<std::string> kCards = [] {
+    std::vector<std::string> cards;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator("/sys/class/net", none)) {
+      if (!std::filesystem::exists(entry.path() / "device", none)) continue;
+      if (const auto facts = port::read_interface_facts(entry.path().filename().string()))
+        cards.push_back(interface_text(*facts));
+    }
+    std::sort(cards.begin(), cards.end());
+    return cards;
+  }();
+  return kCards;
+}
+
 }  // namespace
 
 void watch_machine() {
+  network_cards();
   watched_since();
 }
 
@@ -89,8 +129,16 @@ Environment environment() {
   utsname system{};
   uname(&system);
   result.kernel = system.release;
+  result.kernel_build = system.version;
+  // Behind the two dashes stands what init is told.
+  result.kernel_options = first_line("/proc/cmdline");
+  result.kernel_options.resize(std::min(result.kernel_options.find(" -- "), result.kernel_options.size()));
   result.cpu = "unknown";
   result.cores = std::thread::hardware_concurrency();
+  result.isolated = first_line("/sys/devices/system/cpu/isolated");
+  result.governor =
+      first_line(fmt::format("/sys/devices/system/cpu/cpu{}/cpufreq/scaling_governor", std::max(1U, result.cores) - 1));
+  result.interfaces = network_cards();
   result.compiler = compiler();
   result.commit = DRIVELINE_COMMIT;
   result.build = DRIVELINE_BUILD;
@@ -118,11 +166,26 @@ Environment environment() {
 
 nlohmann::ordered_json environment_json() {
   const auto where = environment();
-  return {{"kernel", where.kernel},         {"cpu", where.cpu},
-          {"cores", where.cores},           {"compiler", where.compiler},
-          {"commit", where.commit},         {"virtual_machine", where.virtual_machine},
-          {"build", where.build},           {"date", where.date},
-          {"other_load", where.other_load}, {"stolen_load", where.stolen_load}};
+  return {{"kernel", where.kernel},
+          {"kernel_build", where.kernel_build},
+          {"cpu", where.cpu},
+          {"kernel_options", where.kernel_options},
+          {"cores", where.cores},
+          {"isolated_cpus", where.isolated},
+          {"governor", where.governor},
+          {"interfaces", where.interfaces},
+          {"compiler", where.compiler},
+          {"commit", where.commit},
+          {"virtual_machine", where.virtual_machine},
+          {"build", where.build},
+          {"date", where.date},
+          {"other_load", where.other_load},
+          {"stolen_load", where.stolen_load}};
+}
+
+std::size_t heap_bytes() {
+  const auto info = mallinfo2();
+  return info.uordblks + info.hblkhd;
 }
 
 std::size_t resident_bytes() {

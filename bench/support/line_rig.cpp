@@ -10,6 +10,7 @@
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/slaves/plant/servo_motor.hpp"
+#include "support/environment.hpp"
 #include "support/retry.hpp"
 
 namespace driveline::bench {
@@ -72,16 +73,22 @@ LineRig::LineRig(rt::Clock& clock, std::size_t axes, nanoseconds path_duration)
       path_duration_(path_duration),
       config_(describe_line(axes, kPeriod)),
       line_(clock, runtime::make_simulated_slaves(config_), kNoDelays),
+      heap_of_line_(heap_bytes()),
       port_(line_),
       line_ring_(kRingCycles),
       axis_ring_(kRingCycles * axes),
       master_(port_, clock, runtime::master_settings(config_)) {}
 
 void LineRig::make_motion() {
-  const auto path = make_path(config_.axes, path_duration_);
-  motion_ = std::make_unique<ecat_master::Motion>(runtime::make_axes(config_, master_),
-                                                  trajectory::Interpolator::clamped_spline(path),
+  const auto before = heap_bytes();
+  auto path = trajectory::Interpolator::clamped_spline(make_path(config_.axes, path_duration_));
+  heap_of_path_ = heap_bytes() - before;
+  motion_ = std::make_unique<ecat_master::Motion>(runtime::make_axes(config_, master_), std::move(path),
                                                   runtime::motion_settings(config_));
+}
+
+std::size_t LineRig::heap_of_master() const {
+  return heap_bytes() - heap_of_line_ - heap_of_path_;
 }
 
 void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {

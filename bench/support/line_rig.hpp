@@ -41,6 +41,9 @@ class LineRig {
   [[nodiscard]] slaves::Line& line() noexcept { return line_; }
   [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
   [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
+  /// What the master and everything behind it has allocated since this line was made, in bytes, its path apart; with
+  /// what the drives have on account of their start. Of a program of one thread.
+  [[nodiscard]] std::size_t heap_of_master() const;
 
  private:
   void make_motion();
@@ -49,6 +52,8 @@ class LineRig {
   std::chrono::nanoseconds path_duration_;
   runtime::LineConfig config_;
   slaves::Line line_;
+  std::size_t heap_of_line_;  ///< and of all before
+  std::size_t heap_of_path_ = 0;
   TimedPort port_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;

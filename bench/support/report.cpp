@@ -33,6 +33,16 @@ nlohmann::ordered_json to_json(const MicrosecondBins& bins) {
   return {{"bin_us", 1}, {"deadline_us", bins.deadline_us}, {"missed", bins.missed()}, {"bins", std::move(counts)}};
 }
 
+/// How sure the ratio of the medians is, by the turns.
+nlohmann::ordered_json interval_json(const std::vector<double>& ratios) {
+  const auto interval = interval_95(ratios);
+  const auto digits = [](double value) { return std::round(value * 1e4) / 1e4; };
+  return {{"turns", ratios.size()},
+          {"mean", digits(interval.mean)},
+          {"low", digits(interval.low)},
+          {"high", digits(interval.high)}};
+}
+
 nlohmann::ordered_json to_json(const Row& row) {
   const auto& figures = row.figures;
   nlohmann::ordered_json json{{"case", row.name},
@@ -47,6 +57,7 @@ nlohmann::ordered_json to_json(const Row& row) {
     json["against"] = row.against->name;
     json["ratio_p50"] = ratio(figures.p50, row.against->figures.p50);
     json["ratio_p999"] = ratio(figures.p999, row.against->figures.p999);
+    if (row.against->ratios.size() > 1) json["ratio_turns"] = interval_json(row.against->ratios);
   }
   if (row.aim) {
     json["aim"] = aim_text(row);

@@ -14,6 +14,8 @@ namespace driveline::bench {
 struct Baseline {
   std::string name;
   Summary figures;
+  /// Median of the one over that of this, of each turn that both had: how sure their ratio is. Empty: no turns.
+  std::vector<double> ratios{};
 };
 
 /// One line of a report.

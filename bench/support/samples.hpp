@@ -18,8 +18,37 @@ struct Summary {
 /// All zero for no samples.
 [[nodiscard]] Summary summarize(std::vector<double> samples);
 
-/// Upper end of the 95 % interval of the mean of the logarithms of so many ratios (positive, at least two), as a ratio.
+/// A mean with its 95 % interval.
+struct Interval {
+  double mean = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Of so many ratios (positive, at least two; std::invalid_argument): their geometric mean, by Student's t over their
+/// logarithms.
+[[nodiscard]] Interval interval_95(const std::vector<double>& ratios);
+
+/// Upper end of that interval.
 [[nodiscard]] double upper_95(const std::vector<double>& ratios);
+
+/// What was measured of one way in turns with others.
+class TurnSamples {
+ public:
+  /// One turn; not empty.
+  void add_turn(const std::vector<double>& samples);
+  [[nodiscard]] const std::vector<double>& all() const noexcept { return all_; }
+  /// Of each turn.
+  [[nodiscard]] const std::vector<double>& medians() const noexcept { return medians_; }
+
+ private:
+  std::vector<double> all_;
+  std::vector<double> medians_;
+};
+
+/// The median of each turn of the one over that of the other in the same turn; both have as many turns. Turns whose
+/// divisor is not above zero are left out.
+[[nodiscard]] std::vector<double> ratios_by_turn(const std::vector<double>& medians, const std::vector<double>& floor);
 
 /// The summary of the samples divided by `divisor` (> 0).
 [[nodiscard]] Summary divided(const Summary& summary, double divisor);

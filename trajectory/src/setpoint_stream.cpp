@@ -18,7 +18,7 @@ void require_possible(bool possible, const char* what) {
 }
 
 const StreamSettings& checked(const StreamSettings& settings, std::span<const FollowLimits> limits) {
-  require_possible(!limits.empty() && limits.size() <= kMaxPathAxes, "a stream has 1 to 128 axes");
+  require_possible(!limits.empty() && limits.size() <= kMaxPathAxes, "a stream has 1 to 256 axes");
   require_possible(is_positive(settings.period_s) && is_positive(settings.max_gap_s) &&
                        is_positive(settings.max_ahead_s) && settings.delay_s >= 0.0 && std::isfinite(settings.delay_s),
                    "the times of a stream must be finite and positive");

@@ -126,7 +126,7 @@ TEST(PathBuilder, LimitsTheMemory) {
   for (std::size_t i = 0; i < kMaxPathAxes; ++i) {
     require(builder.add_axis({test::axis_name(i), AxisKind::kRotary}));
   }
-  EXPECT_EQ(refusal(builder.add_axis({"more", AxisKind::kRotary})), "a path may have at most 128 axes");
+  EXPECT_EQ(refusal(builder.add_axis({"more", AxisKind::kRotary})), "a path may have at most 256 axes");
   const std::array<double, kMaxPathAxes> positions{};
   for (std::size_t i = 0; i < kMaxPathValues / kMaxPathAxes; ++i) {
     ASSERT_TRUE(builder.add_point(static_cast<double>(i), positions).has_value());

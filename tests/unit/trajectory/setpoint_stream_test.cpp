@@ -108,7 +108,7 @@ TEST(SetpointStream, RefusesSettingsThatCannotBe) {
   const StreamSettings good = settings_of(StreamMethod::kCubic);
   EXPECT_NO_THROW(make(good, {kLimits}));
   EXPECT_THROW(make(good, {}), std::invalid_argument);
-  EXPECT_THROW(make(good, std::vector<FollowLimits>(129, kLimits)), std::invalid_argument);
+  EXPECT_THROW(make(good, std::vector<FollowLimits>(257, kLimits)), std::invalid_argument);
   for (const double wrong : {0.0, -1.0, kInfinity, kNan}) {
     for (double StreamSettings::*const time :
          {&StreamSettings::period_s, &StreamSettings::max_gap_s, &StreamSettings::max_ahead_s}) {

@@ -13,7 +13,7 @@
 namespace driveline::trajectory {
 
 /// Most axes of a path, which are its columns beside the time.
-inline constexpr std::size_t kMaxPathAxes = 128;
+inline constexpr std::size_t kMaxPathAxes = 256;
 /// Most positions (points times axes) of one path: 64 MB, and four times that in an interpolator.
 inline constexpr std::size_t kMaxPathValues = 8'000'000;
 /// Times lie within +-1e5 s (more than a day), where a double still resolves 15 ps.
