@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/trajectory/contour_track.hpp"
+#include "driveline/trajectory/path_shaper.hpp"
+
+namespace driveline::trajectory {
+
+/// Plans a path while it is followed: from moves to the speeds at which every axis keeps its limits, far enough ahead
+/// that the axes can always come to rest on what is planned. Runs beside the cycle.
+class ContourPlanner {
+ public:
+  /// Plans on `track`, which must outlive it.
+  explicit ContourPlanner(ContourTrack& track);
+
+  /// Adds a move. An error leaves everything as it was. To be called when flush() has returned true, or the memory
+  /// grows.
+  [[nodiscard]] tl::expected<void, PathMoveError> add(const PathMove& move);
+  /// The path ends with the last move, at a standstill; more moves may come later.
+  void finish();
+  /// Hands what has been planned to the cycle, as far as there is room. True: all of it. Otherwise to be called again
+  /// when the axes have moved on, some milliseconds later.
+  bool flush();
+
+  /// Where the last move ends.
+  [[nodiscard]] const GroupVector& target() const noexcept { return shaper_.target(); }
+  /// The length of what has been shaped, in m.
+  [[nodiscard]] double planned_length() const noexcept { return static_cast<double>(shaped_end_) * kPathTick; }
+
+ private:
+  /// A stretch with equal limits, which may still be lowered by what comes.
+  struct Stretch {
+    PathTicks begin;
+    PathTicks end;
+    double top;
+    double acceleration;
+    double feed;
+    bool stops;  ///< at its end
+  };
+  /// A limit that goes on behind its place.
+  struct Reach {
+    PathTicks until;
+    double value;
+  };
+  /// Limits at which every axis keeps its own on a stretch of a piece.
+  struct Box {
+    double top;
+    double acceleration;
+  };
+
+  [[nodiscard]] Box box_of(const PathBounds& bounds, double feed) const noexcept;
+  [[nodiscard]] double top_of(const PathBounds& bounds, double share, double top) const noexcept;
+  void plan(const ShapedPiece& shaped);
+  void plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end);
+  [[nodiscard]] double top_for_short_pieces(double length) noexcept;
+  void append(const Stretch& stretch);
+  void lower_behind(const Stretch& by);
+  void split(std::size_t index, PathTicks at);
+  void append_lowered(Stretch stretch);
+  void settle(PathTicks until);
+  void settle_one(const Stretch& stretch);
+  [[nodiscard]] bool merged(const Stretch& stretch);
+  bool publish_pieces();
+  bool publish_cells();
+  void raise_speeds(std::uint64_t first_new, std::uint64_t end);
+
+  ContourTrack& track_;
+  const ContourSettings& settings_;
+  PathShaper shaper_;
+  double smoothing_s_;
+  double top_speed_ = 0.0;  ///< no path is faster
+  std::vector<ShapedPiece> shaped_;
+  PathTicks shaped_end_ = 0;
+  std::deque<ContourTrack::Piece> pieces_;  ///< to be published
+  std::deque<Stretch> open_;                ///< to be lowered, maybe
+  std::vector<Reach> tops_;                 ///< that reach beyond the end of open_, lowest first
+  std::vector<Reach> accelerations_;        ///< the same
+  std::deque<Stretch> settled_;             ///< to be published
+  std::vector<double> lengths_;             ///< of the last pieces, a ring
+  std::size_t next_length_ = 0;
+  double sum_of_lengths_ = 0.0;
+  double reverse2_ = 0.0;  ///< behind2 of the next cell
+  double brakes2_ = 0.0;   ///< the same
+  double last_top_ = 0.0;  ///< of the last published cell
+};
+
+}  // namespace driveline::trajectory

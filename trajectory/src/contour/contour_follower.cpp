@@ -1,0 +1,257 @@
+#include "driveline/trajectory/contour_follower.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace driveline::trajectory {
+namespace {
+
+/// No loop of the cycle takes more rounds. Stretches and pieces are made so that fewer are needed.
+constexpr int kMostRounds = 128;
+/// Of what a cycle can change: a smaller change of the speed is rounding.
+constexpr double kNoChange = 1e-9;
+/// m or rad. What is nearer than that has arrived.
+constexpr double kArrived = 1e-11;
+/// Cycles beyond the averaging between two accelerations of different sign. Differences of places see two cycles at
+/// once.
+constexpr std::int64_t kApart = 2;
+
+double to_length(PathTicks ticks) noexcept {
+  return static_cast<double>(ticks) * kPathTick;
+}
+
+}  // namespace
+
+ContourFollower::ContourFollower(ContourTrack& track)
+    : track_(track),
+      period_s_(track.settings().period_s),
+      window_(static_cast<std::int64_t>(track.smoothing())),
+      since_rise_(window_ + kApart),
+      since_fall_(window_ + kApart),
+      places_(track.smoothing(), 0),
+      speeds_(track.smoothing(), 0.0) {}
+
+bool ContourFollower::set_override(double share) noexcept {
+  if (!(share >= 0.0 && share <= kMaxOverride)) return false;
+  override_ = share;
+  return true;
+}
+
+bool ContourFollower::has_next_cell(std::uint64_t index) noexcept {
+  if (index + 1 < cells_known_) return true;
+  cells_known_ = track_.cells_end_.load(std::memory_order_acquire);
+  return index + 1 < cells_known_;
+}
+
+void ContourFollower::find_cell() noexcept {
+  const auto oldest = track_.cells_begin_.load(std::memory_order_relaxed);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Cell& cell = track_.cell(cell_);
+    if (direction_ > 0 && place_ >= cell.end && has_next_cell(cell_)) {
+      ++cell_;
+    } else if (direction_ < 0 && place_ <= cell.begin && cell_ > oldest) {
+      --cell_;
+    } else {
+      return;
+    }
+  }
+}
+
+PathTicks ContourFollower::ticks_to_end(const Cell& cell) const noexcept {
+  return direction_ > 0 ? cell.end - place_ : place_ - cell.begin;
+}
+
+/// Square of the highest speed at the end of a cell in the direction of the motion.
+double ContourFollower::far_speed2(const Cell& cell, std::uint64_t index) noexcept {
+  if (direction_ > 0) {
+    // In this order: a speed above zero that has been seen means that the next cell can be seen.
+    const double ahead2 = cell.ahead2.load(std::memory_order_acquire);
+    return has_next_cell(index) ? std::max(0.0, ahead2) : 0.0;
+  }
+  const auto oldest = track_.cells_begin_.load(std::memory_order_relaxed);
+  if (index == oldest) return 0.0;
+  return std::max(0.0, std::min(cell.behind2, cell.brakes2 - track_.cell(oldest).brakes2));
+}
+
+/// The highest speed up to `speed` that may be taken in this cycle and held for `coast_s` before there is a need to
+/// brake.
+double ContourFollower::allowed(double speed, double coast_s) noexcept {
+  auto index = cell_;
+  const Cell* cell = &track_.cell(index);
+  double near = to_length(ticks_to_end(*cell));
+  for (int round = 0; round < kMostRounds; ++round) {
+    speed = std::min(speed, cell->top);
+    const double end2 = far_speed2(*cell, index);
+    if (speed * speed > end2) {
+      // v^2 = end2 + 2 a (near - way), with the way (speed + v) / 2 period + v coast.
+      const double slope = cell->acceleration * (coast_s + 0.5 * period_s_);
+      const double rest = end2 + 2.0 * cell->acceleration * (near - 0.5 * speed_ * period_s_);
+      const double square = slope * slope + rest;
+      const double braking = square > slope * slope ? std::sqrt(square) - slope : 0.0;
+      speed = std::min(speed, std::max(std::sqrt(end2), braking));
+    }
+    const double way = 0.5 * (speed_ + speed) * period_s_ + speed * coast_s;
+    if (way <= near || end2 <= 0.0) return speed;
+    index = direction_ > 0 ? index + 1 : index - 1;
+    cell = &track_.cell(index);
+    near += to_length(cell->end - cell->begin);
+  }
+  return 0.0;
+}
+
+double ContourFollower::wanted_speed(const Cell& cell) const noexcept {
+  const bool is_against = (direction_ < 0) != backwards_;
+  return held_ || is_against || override_ <= 0.0 ? 0.0 : override_ * cell.feed;
+}
+
+// Accelerations of different sign are apart by more than the averaging takes, so that the jerk of the mean is no more
+// than acceleration / averaging time. Therefore the speed rises only where it can be held that long before it has to
+// fall.
+double ContourFollower::next_speed(const Cell& cell) noexcept {
+  const double change = cell.acceleration * period_s_;
+  const double wanted = wanted_speed(cell);
+  const auto since_faster = direction_ > 0 ? since_rise_ : since_fall_;
+  const auto since_slower = direction_ > 0 ? since_fall_ : since_rise_;
+  double next = speed_;
+  if (wanted > speed_ && since_slower >= window_ + kApart) {
+    const double coast_s = static_cast<double>(window_ + kApart + 1) * period_s_;
+    next = std::max(speed_, allowed(std::min(wanted, speed_ + change), coast_s));
+  } else if (wanted < speed_ && since_faster >= window_ + kApart) {
+    next = std::max(wanted, speed_ - change);
+  }
+  const double most = allowed(next, 0.0);
+  if (most >= next - kNoChange * change) return next;
+  // On the way down. Where a cell with a higher limit begins within this cycle, it is used.
+  const double harder = direction_ > 0 && has_next_cell(cell_) ? track_.cell(cell_ + 1).acceleration * period_s_
+                        : direction_ < 0 && cell_ > track_.cells_begin_.load(std::memory_order_relaxed)
+                            ? track_.cell(cell_ - 1).acceleration * period_s_
+                            : change;
+  return std::max(most, speed_ - std::max(change, harder));
+}
+
+void ContourFollower::advance(double speed) noexcept {
+  const Cell* cell = &track_.cell(cell_);
+  const double way = 0.5 * (speed_ + speed) * period_s_;
+  // One at least, or the axes would never get over the last ones.
+  auto ticks = static_cast<PathTicks>(std::max(way > 0.0 ? 1.0 : 0.0, std::round(way / kPathTick)));
+  // Never beyond a place where the axes have to stop.
+  PathTicks near = ticks_to_end(*cell);
+  auto index = cell_;
+  for (int round = 0; round < kMostRounds && (near <= ticks || round == 0); ++round) {
+    if (far_speed2(*cell, index) <= 0.0) {
+      const bool arrives = speed * period_s_ <= kArrived && wanted_speed(*cell) > 0.0 && to_length(near) <= kArrived;
+      // With what rounding has left of the speed, maybe; it ends here.
+      if (arrives || ticks >= near) {
+        ticks = near;
+        speed = 0.0;
+      }
+      break;
+    }
+    index = direction_ > 0 ? index + 1 : index - 1;
+    cell = &track_.cell(index);
+    near += cell->end - cell->begin;
+  }
+  const double change = direction_ * (speed - speed_);
+  const double rounding = kNoChange * track_.cell(cell_).acceleration * period_s_;
+  since_rise_ = change > rounding ? 0 : since_rise_ + 1;
+  since_fall_ = change < -rounding ? 0 : since_fall_ + 1;
+  speed_ = speed;
+
+  const PathTicks moved = direction_ * ticks;
+  place_ += moved;
+  const double signed_speed = direction_ * speed_;
+  const PathTicks whole = place_ - places_[oldest_];
+  const double gained = signed_speed - speeds_[oldest_];
+  lag_ += window_ * moved - whole;
+  places_[oldest_] = place_;
+  speeds_[oldest_] = signed_speed;
+  oldest_ = oldest_ + 1 == places_.size() ? 0 : oldest_ + 1;
+  const auto count = static_cast<double>(window_);
+  mean_speed_ = (to_length(whole) / period_s_ + 0.5 * gained) / count;
+  mean_acceleration_ = gained / (count * period_s_);
+}
+
+/// Where the mean is on its piece.
+double ContourFollower::local_length() noexcept {
+  return to_length(place_ - track_.piece(piece_).begin) - to_length(lag_) / static_cast<double>(window_);
+}
+
+void ContourFollower::find_piece() noexcept {
+  const auto oldest = track_.pieces_begin_.load(std::memory_order_relaxed);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const double local = local_length();
+    const auto& piece = track_.piece(piece_);
+    if (local > to_length(piece.end - piece.begin)) {
+      if (piece_ + 1 >= pieces_known_) pieces_known_ = track_.pieces_end_.load(std::memory_order_acquire);
+      if (piece_ + 1 >= pieces_known_) return;
+      ++piece_;
+    } else if (local < 0.0 && piece_ > oldest) {
+      --piece_;
+    } else {
+      return;
+    }
+  }
+}
+
+// Going forwards, what is far behind is given back to the planner: first the cells, then the pieces that none of them
+// needs.
+void ContourFollower::forget() noexcept {
+  const std::uint64_t kept = track_.settings().capacity / 4;
+  auto cells = track_.cells_begin_.load(std::memory_order_relaxed);
+  auto pieces = track_.pieces_begin_.load(std::memory_order_relaxed);
+  const auto first_cell = cells;
+  const auto first_piece = pieces;
+  // What has been given back is not looked at: the planner may be writing there.
+  const PathTicks needed = piece_ > pieces + kept ? track_.piece(piece_ - kept).begin : 0;
+  // The mean is behind: its own piece stays in any case.
+  const PathTicks mean = track_.piece(piece_).begin;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Cell& oldest = track_.cell(cells);
+    if (oldest.end > mean || (oldest.begin >= needed && cell_ - cells <= kept)) break;
+    ++cells;
+  }
+  const PathTicks begin = track_.cell(cells).begin;
+  for (int round = 0; round < kMostRounds && pieces < piece_ && track_.piece(pieces).end <= begin; ++round) ++pieces;
+  if (cells != first_cell) track_.cells_begin_.store(cells, std::memory_order_release);
+  if (pieces != first_piece) track_.pieces_begin_.store(pieces, std::memory_order_release);
+}
+
+ContourSetpoint ContourFollower::setpoint() noexcept {
+  ContourSetpoint out;
+  const auto& piece = track_.piece(piece_);
+  const double local = std::clamp(local_length(), 0.0, piece.shape.length());
+  const auto there = piece.shape.at(local);
+  out.position = there.position;
+  for (std::size_t i = 0; i < kMaxGroupAxes; ++i) {
+    out.velocity[i] = there.first[i] * mean_speed_;
+    out.acceleration[i] = there.first[i] * mean_acceleration_ + there.second[i] * mean_speed_ * mean_speed_;
+  }
+  out.move = piece.move;
+  out.length = to_length(piece.begin) + local;
+  out.speed = mean_speed_;
+  out.at_rest = speed_ <= 0.0 && lag_ == 0 && since_rise_ >= window_ && since_fall_ >= window_;
+  const Cell& cell = track_.cell(cell_);
+  out.at_end =
+      out.at_rest && (backwards_ ? cell_ == track_.cells_begin_.load(std::memory_order_relaxed) && place_ <= cell.begin
+                                 : !has_next_cell(cell_) && place_ >= cell.end);
+  return out;
+}
+
+ContourSetpoint ContourFollower::step() noexcept {
+  if (cells_known_ == 0) {
+    cells_known_ = track_.cells_end_.load(std::memory_order_acquire);
+    if (cells_known_ == 0) {
+      ContourSetpoint out;
+      out.position = track_.start_;
+      return out;
+    }
+  }
+  if (speed_ <= 0.0) direction_ = backwards_ ? -1 : 1;
+  find_cell();
+  advance(next_speed(track_.cell(cell_)));
+  find_piece();
+  if (direction_ > 0) forget();
+  return setpoint();
+}
+
+}  // namespace driveline::trajectory

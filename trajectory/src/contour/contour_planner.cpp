@@ -1,0 +1,343 @@
+#include "driveline/trajectory/contour_planner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/group_math.hpp"
+
+namespace driveline::trajectory {
+namespace {
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+/// Of the acceleration along the path that is left where the path is bent: the rest is for the bend.
+constexpr double kShareAlongBends = 0.3;
+/// The cycle passes so many pieces at most.
+constexpr std::size_t kPiecesPerCycle = 64;
+/// Stretches are not shorter than this share of what is covered during the averaging: the cycle looks so far ahead.
+constexpr double kShortestStretch = 1.0 / 16.0;
+
+PathTicks to_ticks(double length) noexcept {
+  return static_cast<PathTicks>(std::ceil(length / kPathTick));
+}
+
+/// Speed at which bend * v^3 + slope * v = room, by Newton from above: what is found is never below it.
+double cubic_root(double bend, double slope, double room) noexcept {
+  double v = kNoLimit;
+  if (bend > 0.0) v = std::cbrt(room / bend);
+  if (slope > 0.0) v = std::min(v, room / slope);
+  constexpr int kSteps = 6;
+  for (int k = 0; k < kSteps; ++k) {
+    const double excess = v * (bend * v * v + slope) - room;
+    if (excess <= 0.0) break;
+    v -= excess / (3.0 * bend * v * v + slope);
+  }
+  return v;
+}
+
+}  // namespace
+
+ContourPlanner::ContourPlanner(ContourTrack& track)
+    : track_(track),
+      settings_(track.settings()),
+      shaper_(settings_.axes, track.start()),
+      smoothing_s_(static_cast<double>(track.smoothing()) * settings_.period_s) {
+  for (std::size_t i = 0; i < settings_.axes; ++i) {
+    top_speed_ = std::hypot(top_speed_, settings_.limits[i].max_velocity);
+  }
+}
+
+/// The highest speed, not above `top`, at which `share` of the acceleration along the path is left.
+double ContourPlanner::top_of(const PathBounds& bounds, double share, double top) const noexcept {
+  for (std::size_t i = 0; i < settings_.axes; ++i) {
+    const auto& [velocity, acceleration, jerk] = settings_.limits[i];
+    const double f = bounds.first[i];
+    const double g = bounds.second[i];
+    const double h = bounds.third[i];
+    if (f > 0.0) top = std::min(top, velocity / f);
+    if (g > 0.0) top = std::min(top, std::sqrt((acceleration - share * f) / g));
+    const double room = jerk - share * f / smoothing_s_;
+    const double slope = 3.0 * g * share;
+    if (top * (h * top * top + slope) > room) top = cubic_root(h, slope, room);
+  }
+  return top;
+}
+
+// With the direction r', curvature r'' and r''' of the path, an axis has
+//   velocity      r' v
+//   acceleration  r' a + r'' v^2
+//   jerk          r' j + 3 r'' v a + r''' v^3        with j <= a / smoothing time
+ContourPlanner::Box ContourPlanner::box_of(const PathBounds& bounds, double feed) const noexcept {
+  double along = kNoLimit;
+  bool is_bent = false;
+  for (std::size_t i = 0; i < settings_.axes; ++i) {
+    const auto& [velocity, acceleration, jerk] = settings_.limits[i];
+    if (bounds.first[i] > 0.0) along = std::min(along, std::min(acceleration, jerk * smoothing_s_) / bounds.first[i]);
+    is_bent = is_bent || bounds.second[i] > 0.0 || bounds.third[i] > 0.0;
+  }
+  const double top =
+      top_of(bounds, is_bent ? kShareAlongBends * along : 0.0, std::min(top_speed_, kMaxOverride * feed));
+  if (!is_bent) return {top, along};
+  double left = along;
+  for (std::size_t i = 0; i < settings_.axes; ++i) {
+    const auto& [velocity, acceleration, jerk] = settings_.limits[i];
+    const double f = bounds.first[i];
+    const double g = bounds.second[i];
+    if (f > 0.0) left = std::min(left, (acceleration - g * top * top) / f);
+    const double per_acceleration = f / smoothing_s_ + 3.0 * g * top;
+    if (per_acceleration > 0.0) {
+      left = std::min(left, (jerk - bounds.third[i] * top * top * top) / per_acceleration);
+    }
+  }
+  return {top, left};
+}
+
+tl::expected<void, PathMoveError> ContourPlanner::add(const PathMove& move) {
+  shaped_.clear();
+  if (auto added = shaper_.add(move, shaped_); !added) return added;
+  for (const auto& shaped : shaped_) plan(shaped);
+  return {};
+}
+
+void ContourPlanner::finish() {
+  shaped_.clear();
+  shaper_.finish(shaped_);
+  for (const auto& shaped : shaped_) plan(shaped);
+}
+
+/// Speed at which the cycle does not pass too many pieces at once.
+double ContourPlanner::top_for_short_pieces(double length) noexcept {
+  if (lengths_.size() < kPiecesPerCycle) {
+    lengths_.push_back(length);
+    sum_of_lengths_ += length;
+    return kNoLimit;
+  }
+  // Summed up anew from time to time: differences would add up their rounding.
+  sum_of_lengths_ += length - lengths_[next_length_];
+  lengths_[next_length_] = length;
+  next_length_ = (next_length_ + 1) % kPiecesPerCycle;
+  if (next_length_ == 0) {
+    sum_of_lengths_ = 0.0;
+    for (const double each : lengths_) sum_of_lengths_ += each;
+  }
+  return sum_of_lengths_ / settings_.period_s;
+}
+
+void ContourPlanner::plan(const ShapedPiece& shaped) {
+  const PathTicks begin = shaped_end_;
+  const PathTicks length = std::llround(shaped.piece.length() / kPathTick);
+  if (length <= 0) return;
+  shaped_end_ += length;
+  pieces_.push_back({begin, shaped_end_, shaped.piece, shaped.move});
+  plan_stretches(shaped, begin, shaped_end_);
+}
+
+void ContourPlanner::plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end) {
+  const double length = shaped.piece.length();
+  const double most = top_for_short_pieces(length);
+  const auto whole = box_of(shaped.piece.bounds(0.0, length), shaped.feed);
+  int count = 1;
+  if (!shaped.piece.is_line()) {
+    // Pieces that last longer than the averaging are worth a closer look; and bounds of arcs want short stretches.
+    constexpr double kShortTurn = 0.25;
+    constexpr double kMostStretches = 64.0;
+    const double by_time = length / (0.5 * smoothing_s_ * whole.top);
+    const double by_turn = length * norm(shaped.piece.at(0.0).second) / kShortTurn;
+    count = static_cast<int>(std::ceil(std::clamp(std::max(by_turn, std::min(by_time, 16.0)), 1.0, kMostStretches)));
+  }
+  PathTicks from = begin;
+  for (int k = 0; k < count; ++k) {
+    const PathTicks to = k + 1 == count ? end : begin + (end - begin) * (k + 1) / count;
+    const auto box =
+        count == 1 ? whole : box_of(shaped.piece.bounds(length * k / count, length * (k + 1) / count), shaped.feed);
+    if (to > from) {
+      append({from, to, std::min(box.top, most), box.acceleration, shaped.feed, shaped.stops && k + 1 == count});
+    }
+    from = to;
+  }
+}
+
+// The mean of the places of the last cycles is at a place only while the places themselves are near: within half of the
+// way that is covered meanwhile where the speed is concerned, within the whole of it where the acceleration is. So
+// limits hold there, too. A cycle more on either side, since speeds change with the cycles.
+void ContourPlanner::append(const Stretch& stretch) {
+  lower_behind(stretch);
+  append_lowered(stretch);
+  const double period_s = settings_.period_s;
+  const auto add_reach = [&](std::vector<Reach>& reaches, double seconds, double value) {
+    const PathTicks until = stretch.end + to_ticks(stretch.top * seconds);
+    std::erase_if(reaches, [&](const Reach& each) {
+      return each.until <= stretch.end || (each.until <= until && each.value >= value);
+    });
+    const bool covered = std::any_of(reaches.begin(), reaches.end(),
+                                     [&](const Reach& each) { return each.until >= until && each.value <= value; });
+    if (!covered) reaches.push_back({until, value});
+  };
+  if (stretch.stops) {
+    // The axes stand here until the mean has arrived as well.
+    tops_.clear();
+    accelerations_.clear();
+    settle(std::numeric_limits<PathTicks>::max());
+    return;
+  }
+  add_reach(tops_, 0.5 * smoothing_s_ + period_s, stretch.top);
+  add_reach(accelerations_, smoothing_s_ + 2.0 * period_s, stretch.acceleration);
+  settle(stretch.end - to_ticks(top_speed_ * (smoothing_s_ + 2.0 * period_s)));
+}
+
+void ContourPlanner::lower_behind(const Stretch& by) {
+  const PathTicks top_from = by.begin - to_ticks(by.top * (0.5 * smoothing_s_ + settings_.period_s));
+  const PathTicks acceleration_from = by.begin - to_ticks(by.top * (smoothing_s_ + 2.0 * settings_.period_s));
+  for (std::size_t i = open_.size(); i-- > 0;) {
+    if (open_[i].end <= acceleration_from) return;
+    if (open_[i].begin < acceleration_from && by.acceleration < open_[i].acceleration) {
+      split(i, acceleration_from);
+      ++i;
+    }
+    if (open_[i].begin >= acceleration_from) {
+      open_[i].acceleration = std::min(open_[i].acceleration, by.acceleration);
+    }
+    if (open_[i].end <= top_from || by.top >= open_[i].top) continue;
+    if (open_[i].begin >= top_from) {
+      open_[i].top = by.top;
+    } else {
+      split(i, top_from);
+      open_[i + 1].top = by.top;
+    }
+  }
+}
+
+void ContourPlanner::split(std::size_t index, PathTicks at) {
+  Stretch late = open_[index];
+  late.begin = at;
+  open_[index].end = at;
+  open_.insert(open_.begin() + static_cast<std::ptrdiff_t>(index) + 1, late);
+}
+
+/// Appends, in parts if need be, what the limits before it leave.
+void ContourPlanner::append_lowered(Stretch stretch) {
+  const auto next_cut = [](const std::vector<Reach>& reaches, PathTicks from, double above) {
+    PathTicks cut = std::numeric_limits<PathTicks>::max();
+    for (const auto& each : reaches) {
+      if (each.until > from && each.value < above) cut = std::min(cut, each.until);
+    }
+    return cut;
+  };
+  const auto lowest = [](const std::vector<Reach>& reaches, PathTicks from, double value) {
+    for (const auto& each : reaches) {
+      if (each.until > from) value = std::min(value, each.value);
+    }
+    return value;
+  };
+  while (true) {
+    const PathTicks cut = std::min(next_cut(tops_, stretch.begin, stretch.top),
+                                   next_cut(accelerations_, stretch.begin, stretch.acceleration));
+    Stretch part = stretch;
+    part.top = lowest(tops_, stretch.begin, stretch.top);
+    part.acceleration = lowest(accelerations_, stretch.begin, stretch.acceleration);
+    if (cut >= stretch.end) {
+      open_.push_back(part);
+      return;
+    }
+    part.end = cut;
+    part.stops = false;
+    open_.push_back(part);
+    stretch.begin = cut;
+  }
+}
+
+/// What ends before `until` is not lowered any more.
+void ContourPlanner::settle(PathTicks until) {
+  while (!open_.empty() && open_.front().end <= until) {
+    settle_one(open_.front());
+    open_.pop_front();
+  }
+}
+
+bool ContourPlanner::merged(const Stretch& stretch) {
+  if (settled_.empty() || settled_.back().stops) return false;
+  auto& last = settled_.back();
+  const bool is_same =
+      last.top == stretch.top && last.acceleration == stretch.acceleration && last.feed == stretch.feed;
+  const double lower = std::min(last.top, stretch.top);
+  const bool is_short =
+      static_cast<double>(stretch.end - last.begin) * kPathTick <= kShortestStretch * lower * smoothing_s_;
+  if (!is_same && !is_short) return false;
+  last.end = stretch.end;
+  last.top = lower;
+  last.acceleration = std::min(last.acceleration, stretch.acceleration);
+  last.feed = std::min(last.feed, stretch.feed);
+  last.stops = stretch.stops;
+  return true;
+}
+
+void ContourPlanner::settle_one(const Stretch& stretch) {
+  if (!merged(stretch)) settled_.push_back(stretch);
+}
+
+bool ContourPlanner::flush() {
+  // Cells refer to pieces: these first.
+  return publish_pieces() && publish_cells();
+}
+
+bool ContourPlanner::publish_pieces() {
+  auto end = track_.pieces_end_.load(std::memory_order_relaxed);
+  const auto begin = track_.pieces_begin_.load(std::memory_order_acquire);
+  while (!pieces_.empty() && end - begin <= track_.mask_) {
+    track_.piece(end++) = pieces_.front();
+    pieces_.pop_front();
+  }
+  track_.pieces_end_.store(end, std::memory_order_release);
+  return pieces_.empty();
+}
+
+bool ContourPlanner::publish_cells() {
+  const auto first_new = track_.cells_end_.load(std::memory_order_relaxed);
+  const auto begin = track_.cells_begin_.load(std::memory_order_acquire);
+  auto end = first_new;
+  // The last one may still grow, unless the axes stop at its end.
+  while (!settled_.empty() && (settled_.size() > 1 || settled_.front().stops) && end - begin <= track_.mask_) {
+    const auto& from = settled_.front();
+    auto& cell = track_.cell(end++);
+    cell.begin = from.begin;
+    cell.end = from.end;
+    cell.top = from.top;
+    cell.acceleration = from.acceleration;
+    cell.feed = from.feed;
+    cell.behind2 = std::min(reverse2_, std::min(last_top_, from.top) * std::min(last_top_, from.top));
+    cell.brakes2 = brakes2_;
+    const double braked2 = 2.0 * from.acceleration * static_cast<double>(from.end - from.begin) * kPathTick;
+    brakes2_ += braked2;
+    reverse2_ = from.stops ? 0.0 : std::min(cell.behind2 + braked2, from.top * from.top);
+    last_top_ = from.top;
+    cell.ahead2.store(from.stops ? -1.0 : 0.0, std::memory_order_relaxed);
+    settled_.pop_front();
+  }
+  raise_speeds(first_new, end);
+  return settled_.empty() || (settled_.size() == 1 && !settled_.front().stops);
+}
+
+// First the new cells, then the old ones, from the end backwards: whoever sees a speed that has risen finds all that is
+// ahead of it as well.
+void ContourPlanner::raise_speeds(std::uint64_t first_new, std::uint64_t end) {
+  if (end == first_new) return;
+  const auto oldest = track_.cells_begin_.load(std::memory_order_acquire);
+  double at_begin2 = 0.0;  // of the cell behind
+  double top_behind = 0.0;
+  for (std::uint64_t index = end; index-- > oldest;) {
+    if (index + 1 == first_new) track_.cells_end_.store(end, std::memory_order_release);
+    auto& cell = track_.cell(index);
+    const double known2 = cell.ahead2.load(std::memory_order_relaxed);
+    const double top = std::min(cell.top, top_behind);
+    // Marked: the axes stop at its end, whatever comes.
+    const double at_end2 = known2 < 0.0 ? known2 : std::min(at_begin2, top * top);
+    if (index < first_new && (known2 < 0.0 || at_end2 <= known2)) return;
+    cell.ahead2.store(at_end2, std::memory_order_release);
+    at_begin2 =
+        std::max(0.0, at_end2) + 2.0 * cell.acceleration * static_cast<double>(cell.end - cell.begin) * kPathTick;
+    top_behind = cell.top;
+  }
+  track_.cells_end_.store(end, std::memory_order_release);
+}
+
+}  // namespace driveline::trajectory

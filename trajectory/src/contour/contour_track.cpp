@@ -1,0 +1,67 @@
+#include "driveline/trajectory/contour_track.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+
+namespace driveline::trajectory {
+namespace {
+
+bool is_positive(double value) {
+  return value > 0.0 && std::isfinite(value);
+}
+
+ContourSettings valid(const ContourSettings& settings) {
+  if (const auto wrong = check_settings(settings); !wrong.empty()) throw std::invalid_argument(wrong);
+  return settings;
+}
+
+}  // namespace
+
+std::string check_settings(const ContourSettings& settings) {
+  constexpr double kShortestPeriod = 10e-6;
+  constexpr double kLongestPeriod = 0.1;
+  if (settings.axes == 0 || settings.axes > kMaxGroupAxes) return "a group has 1 to 8 axes";
+  if (!(settings.period_s >= kShortestPeriod && settings.period_s <= kLongestPeriod)) {
+    return "the period of the cycle must be from 10 us to 0.1 s";
+  }
+  constexpr std::size_t kSmallest = 256;
+  constexpr std::size_t kLargest = std::size_t{1} << 20;
+  if (!std::has_single_bit(settings.capacity) || settings.capacity < kSmallest || settings.capacity > kLargest) {
+    return "the capacity must be a power of two from 256 to 1048576";
+  }
+  for (std::size_t i = 0; i < settings.axes; ++i) {
+    const auto& limits = settings.limits[i];
+    if (!is_positive(limits.max_velocity) || !is_positive(limits.max_acceleration) || !is_positive(limits.max_jerk)) {
+      return "axis " + std::to_string(i + 1) + " needs a positive and finite velocity, acceleration and jerk limit";
+    }
+  }
+  constexpr double kMostCycles = 65536.0;
+  for (std::size_t i = 0; i < settings.axes; ++i) {
+    if (settings.limits[i].max_acceleration / settings.limits[i].max_jerk > kMostCycles * settings.period_s) {
+      return "axis " + std::to_string(i + 1) + " takes more than 65536 cycles to reach its acceleration limit";
+    }
+  }
+  return "";
+}
+
+std::size_t smoothing_cycles(const ContourSettings& settings) noexcept {
+  double longest_s = 0.0;
+  for (std::size_t i = 0; i < settings.axes; ++i) {
+    const auto& [velocity, acceleration, jerk] = settings.limits[i];
+    longest_s = std::max(longest_s, std::min(acceleration / jerk, std::sqrt(velocity / jerk)));
+  }
+  constexpr double kRounding = 1e-9;
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(longest_s / settings.period_s - kRounding)));
+}
+
+ContourTrack::ContourTrack(const ContourSettings& settings, const GroupVector& start)
+    : settings_(valid(settings)),
+      start_(start),
+      smoothing_(smoothing_cycles(settings)),
+      mask_(settings.capacity - 1),
+      pieces_(std::make_unique<Piece[]>(settings.capacity)),
+      cells_(std::make_unique<Cell[]>(settings.capacity)) {}
+
+}  // namespace driveline::trajectory
