@@ -147,6 +147,23 @@ TEST(CoastingPath, IsToldWhereItIsThoughTheMasterWasAway) {
   }
 }
 
+/// Before the path has begun there is a following error, too.
+TEST(CoastingPath, ThatDoesNotFollowWhileItIsBrakedIsAFollowingError) {
+  auto options = CoastingLine::fast_path();
+  options.following_error_window = 0.05;
+  CoastingLine line(options);
+  line.cycles(400);
+  for (int i = 0; i < 3000 && std::abs(line.velocity()) < 25.0; ++i) line.watched_cycle();
+  line.fail_and_start();
+  for (int i = 0; i < 3000 && !line.drives.drive(0).power_on(); ++i) line.watched_cycle();
+  ASSERT_GT(std::abs(line.velocity()), 15.0);
+  line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kAxisBlocked, 1.0);
+  for (int i = 0; i < 400 && line.phase() == MotionPhase::kEnabling; ++i) line.watched_cycle();
+  EXPECT_EQ(line.phase(), MotionPhase::kQuickStop);
+  EXPECT_EQ(line.operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kFollowingError);
+  EXPECT_EQ(line.operation.motion().failure().axis, 0);
+}
+
 TEST(CoastingPath, IsNotSwitchedOffByAStopWhileItIsBraked) {
   CoastingLine line;
   line.cycles(400);

@@ -262,7 +262,39 @@ TEST(ModeChange, WithPeriodsMissedAtAnyMomentIsWithinTheLimits) {
   }
 }
 
-/// Changes in any order, at any time, also before the one before is over, under a load that nobody knows.
+/// Cycles of a line in which the master is away now and then, or frames are lost, never for longer than is bridged.
+class Unsteady {
+ public:
+  Unsteady(ModeLine& line, std::mt19937& random) : line_(line), random_(random) {}
+
+  void cycle() {
+    if (random_() % kOneIn == 0) return disturb();
+    line_.cycle();
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+
+ private:
+  static constexpr unsigned kOneIn = 100;
+  static constexpr unsigned kMost = 7;  ///< periods that are bridged
+  static constexpr int kBetween = 2;    ///< cycles until the next gap: two of them are not one
+
+  /// Frames first, then periods: it is one gap for the drives.
+  void disturb() {
+    const int periods = 1 + static_cast<int>(random_() % kMost);
+    const int frames = random_() % 3 == 0 ? static_cast<int>(random_() % static_cast<unsigned>(periods + 1)) : 0;
+    if (frames > 0) line_.lose(frames, random_() % 2 == 0);
+    if (periods > frames) line_.stall(periods - frames);
+    line_.cycles(kBetween);
+  }
+
+  ModeLine& line_;
+  std::mt19937& random_;
+};
+
+/// Changes in any order, at any time, also before the one before is over, under a load that nobody knows, while periods
+/// are missed and frames are lost.
 void random_changes(unsigned seed) {
   constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   std::mt19937 random(seed);
@@ -271,18 +303,19 @@ void random_changes(unsigned seed) {
   options.mode = kModes[random() % kModes.size()];
   options.amplitude_rad = 5.0;
   ModeLine line(options);
+  Unsteady unsteady(line, random);
   line.load(std::uniform_real_distribution(-0.3, 0.3)(random));
   line.cycles(3200);
   for (auto& judge : line.judges) judge.forget();
   line.cycles(20);
   for (int change = 0; change < 12; ++change) {
-    line.cycles(pick(pick(2) == 0 ? 30 : 2000));
+    unsteady.cycles(pick(pick(2) == 0 ? 30 : 2000));
     EXPECT_TRUE(line.axis().set_mode(kModes[random() % kModes.size()]));
     if (pick(4) == 0) continue;
-    for (int i = 0; i < 400 && !line.axis().mode_ready(); ++i) line.cycle();
+    for (int i = 0; i < 800 && !line.axis().mode_ready(); ++i) unsteady.cycle();
     EXPECT_TRUE(line.axis().mode_ready());
   }
-  line.cycles(2500);
+  unsteady.cycles(2500);
   EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
   line.expect_obedience();
 }
@@ -291,6 +324,18 @@ TEST(ModeChangeCampaign, InAnyOrderAtAnyTimeLeavesTheDemandWithinTheLimits) {
   const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", 20);
   const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
   for (unsigned seed = first; seed < first + runs; ++seed) {
+    random_changes(seed);
+    ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
+  }
+}
+
+/// Frames lost when a drive in CST was to be told to change, of which it then had not heard (127, 318, 445, 690); a gap
+/// while the axis returned to its setpoints, whose own way back came on top (785); periods missed, behind a lost frame
+/// as well (1171), when a drive that had got into CSV held its velocity while its setpoints were still under way (885);
+/// answers lost while a drive that was still led by positions got into CST (119); gaps just before and behind a change.
+TEST(ModeChangeCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
+  for (const unsigned seed : {67U,  119U, 127U, 142U, 220U, 318U, 445U, 560U, 574U, 690U, 691U,
+                              713U, 752U, 785U, 873U, 882U, 885U, 893U, 906U, 964U, 1171U}) {
     random_changes(seed);
     ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
   }

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 
 #include "single_line.hpp"
 
@@ -13,6 +15,30 @@ namespace driveline::bus_test {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// To and fro, with up to 24 rad/s and 380 rad/s^2, wherever it begins.
+class SwingFeed final : public ecat_master::SetpointFeed {
+ public:
+  [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }
+  void join(std::size_t /*axis*/, const trajectory::AxisSetpoint& from) noexcept override { middle_ = from.position; }
+  void leave(std::size_t /*axis*/) noexcept override {}
+  [[nodiscard]] bool next(double period_s, std::span<trajectory::AxisSetpoint> setpoints) noexcept override {
+    constexpr double kAmplitude = 1.5;
+    constexpr double kOmega = 16.0;
+    time_s_ += period_s;
+    const double phase = kOmega * time_s_;
+    at_ = {middle_ + kAmplitude * (1.0 - std::cos(phase)), kAmplitude * kOmega * std::sin(phase),
+           kAmplitude * kOmega * kOmega * std::cos(phase)};
+    setpoints[0] = at_;
+    return true;
+  }
+  [[nodiscard]] const trajectory::AxisSetpoint& at() const noexcept { return at_; }
+
+ private:
+  double middle_ = 0.0;
+  double time_s_ = 0.0;
+  trajectory::AxisSetpoint at_{};
+};
 
 TEST(SingleAxis, IsEnabledMovedAndSwitchedOff) {
   SingleLine line;
@@ -350,6 +376,78 @@ TEST(SingleAxis, TooLongAnAbsenceOfTheMasterStopsIt) {
   line.stall(9);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   EXPECT_EQ(line.axes().axis_report(0).error, AxisError::kMasterAway);
+}
+
+/// The outputs with which an axis is switched on may have been made before the master was away.
+TEST(SingleAxis, ThatCoastsIsToldWhereItIsThoughTheMasterWasAway) {
+  constexpr double kStale = 4.0;  // periods of its way; the master was away for seven
+  int switched_on = 0;
+  for (int moment = 0; moment < 60; ++moment) {
+    SCOPED_TRACE(moment);
+    SingleLine line;
+    auto& drive = line.drives.drive(0);
+    line.enable();
+    line.submit(request(AxisCommand::kMoveVelocity, 35.0));
+    line.cycles(1000);
+    drive.raise(slaves::msd::Fault::kOvercurrent);
+    for (int i = 0; i < 4000 && line.state() != PlcopenState::kErrorStop; ++i) line.cycle();
+    ASSERT_EQ(line.ask(request(AxisCommand::kReset)).phase, RequestPhase::kDone);
+    ASSERT_GT(drive.velocity_rad_s(), 15.0) << "it coasts";
+    line.submit(power(true));
+    line.cycles(moment);
+    const bool before = !drive.power_on();
+    line.stall(7);
+    for (int i = 0; i < 2000 && !drive.power_on(); ++i) line.cycle();
+    if (!before) break;
+    ASSERT_TRUE(drive.power_on());
+    ++switched_on;
+    const auto& values = drive.dictionary();
+    const auto beside =
+        values.get(slaves::msd::kValue.target_position) - values.get(slaves::msd::kValue.position_actual);
+    EXPECT_LE(std::abs(beside) / kDemandIncrements, drive.velocity_rad_s() * kStale * 125e-6);
+  }
+  EXPECT_GT(switched_on, 2);
+}
+
+/// Its loops, which the master closes, answer late.
+TEST(SingleAxis, FollowingInCstReturnsGentlyBehindAGap) {
+  SwingFeed feed;
+  auto options = single_options();
+  options.mode = ecat_master::cia402::Mode::kCyclicTorque;
+  options.feed = &feed;
+  SingleLine line(1, options);
+  line.enable();
+  const auto followed = line.submit(request(AxisCommand::kFollow));
+  line.cycles(2000);
+  ASSERT_EQ(line.phase(followed), RequestPhase::kReached);
+  for (const bool lost : {false, true}) {
+    SCOPED_TRACE(lost ? "frames lost" : "periods missed");
+    if (lost) {
+      line.lose_back = line.lose_out = true;
+      line.cycles(6);
+      line.lose_back = line.lose_out = false;
+    } else {
+      line.stall(6);
+    }
+    // The first step is from where the drive has got to by itself.
+    line.cycle();
+    double before[] = {line.setpoint(), feed.at().position};
+    line.cycle();
+    double velocity = line.setpoint() - before[0];
+    double led = feed.at().position - before[1];
+    EXPECT_NE(line.setpoint(), feed.at().position) << "the gap has led it away";
+    int cycles = 0;
+    for (; cycles < 4000 && std::abs(line.setpoint() - feed.at().position) > 0.0; ++cycles) {
+      before[0] = line.setpoint();
+      before[1] = feed.at().position;
+      line.cycle();
+      const double change = line.setpoint() - before[0] - std::exchange(velocity, line.setpoint() - before[0]);
+      const double asked = feed.at().position - before[1] - std::exchange(led, feed.at().position - before[1]);
+      ASSERT_LE(std::abs(change - asked), 150.0 * 125e-6 * 125e-6) << cycles;
+    }
+    EXPECT_LT(cycles, 4000) << "it comes back";
+    line.cycles(500);
+  }
 }
 
 }  // namespace

@@ -19,13 +19,18 @@ constexpr double kTooFastShare = 0.4;
 
 }  // namespace
 
+/// From where the path was one step ago.
+void Deviation::begin(const AxisSetpoint& target, double period_s) noexcept {
+  const double acceleration = std::clamp(target.acceleration, -limits_.max_acceleration, limits_.max_acceleration);
+  const double before = target.velocity - acceleration * period_s;
+  last_velocity_ = velocity_;
+  position_ -= target.position - 0.5 * (before + target.velocity) * period_s;
+  velocity_ -= before;
+  begun_ = true;
+}
+
 AxisSetpoint Deviation::step(const AxisSetpoint& target, double period_s) noexcept {
-  if (!begun_) {
-    last_velocity_ = velocity_;
-    position_ -= target.position - target.velocity * period_s;
-    velocity_ -= target.velocity;
-    begun_ = true;
-  }
+  if (!begun_) begin(target, period_s);
   const AxisLimits spare{
       std::max(limits_.max_velocity - std::abs(target.velocity), kLeastVelocity * limits_.max_velocity),
       std::clamp(limits_.max_acceleration - std::abs(target.acceleration), kLeastReserve * limits_.max_acceleration,

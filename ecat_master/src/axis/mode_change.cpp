@@ -75,6 +75,8 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
   velocity_bias_ = 0.0;
   lag_ = 0.0;
   first_ = true;
+  heard_ = false;
+  lowest_held_ = highest_held_ = velocity_;
   phase_ = Phase::kPending;
 }
 
@@ -83,7 +85,7 @@ bool ModeChange::committed() const noexcept {
 }
 
 cia402::Mode ModeChange::in_force(Mode wanted) const noexcept {
-  if (preparing_ > 0) return from_;
+  if (preparing_ > 0 || (shown_ == 0 && !heard_)) return from_;
   return shown_ > 0 || told_s_ < kAnswersS ? wanted : from_;
 }
 
@@ -98,6 +100,10 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   }
   observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
   observed_.velocity += time * observed_.acceleration;
+  lowest_held_ += time * observed_.acceleration;
+  highest_held_ += time * observed_.acceleration;
+  // The one of the last cycle has not been sent.
+  velocity_ = lowest_held_;
   led_.position += time * led_.velocity;
   // What was told last has not been sent: its drive would begin with a place that nobody has seen.
   if (pending() && preparing_ == 0 && shown_ == 0 && !(told_s_ > 0.0)) preparing_ = kCyclesUnsettled;
@@ -105,6 +111,7 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
 
 void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
   if (phase_ != Phase::kPending) return;
+  heard_ = preparing_ == 0 && (heard_ || measured.fresh);
   if (measured.shown != wanted) {
     shown_ = 0;
   } else if (measured.fresh && ++shown_ >= kExchangesShown) {
@@ -154,7 +161,7 @@ void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& 
 /// As long as the drive follows positions it goes on with those that it would get anyway, and leads the loops of the
 /// master.
 trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajectory::AxisSetpoint& setpoint) noexcept {
-  const double acceleration = first_ ? 0.0 : (measured.led_velocity - velocity_) / settings_.period_s;
+  const double acceleration = first_ ? 0.0 : (measured.led_velocity - led_.velocity) / settings_.period_s;
   const auto target = on_setpoints_ ? setpoint : approach(setpoint);
   position_ = target.position;
   position_velocity_ = target.velocity;
@@ -222,6 +229,8 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   const bool by_torque = measured.shown == Mode::kCyclicTorque;
   if (by_torque) expect(wanted.torque + torque_bias_);
   observe(measured);
+  lowest_held_ = measured.fresh ? velocity_ : std::min(lowest_held_, velocity_);
+  highest_held_ = measured.fresh ? velocity_ : std::max(highest_held_, velocity_);
   // Between the velocity that was wanted two cycles before and that of the axis: a load, or a loop, moves it.
   if (by_torque) velocity_bias_ = observed_.velocity - before_[1];
   if (measured.shown == Mode::kCyclicVelocity) lag_ = observed_.velocity - before_[1] - velocity_bias_;
@@ -231,7 +240,7 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   const double accelerates = settings_.inertia * (wanted.acceleration - observed_.acceleration);
   if (!by_torque && measured.fresh && measured.torque_known)
     torque_bias_ += kFollowed * (measured.torque - wanted.torque + accelerates - torque_bias_);
-  const double demand = wanted.velocity + velocity_bias_;
+  const double demand = gradually(wanted.velocity + velocity_bias_);
   if (!led(measured)) place(measured.shown == Mode::kCyclicPosition, demand);
   velocity_ = demand;
   if (preparing_ > 0) {
@@ -247,6 +256,12 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
     told_s_ += settings_.period_s;
   }
   first_ = false;
+}
+
+/// A drive in CSV has held its last velocity for as long as a gap, whichever that was.
+double ModeChange::gradually(double velocity) const noexcept {
+  const double most = settings_.limits.max_acceleration * settings_.period_s;
+  return first_ ? velocity : std::min(std::max(velocity, highest_held_ - most), lowest_held_ + most);
 }
 
 /// The position that leads to the motion of this velocity. The drive takes half a cycle more for a position than for a

@@ -71,7 +71,8 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
         anchor(axis);
         if (!begins_in_range(axis, cycle)) return;
         // With the velocity that it has, should it coast.
-        absence.rejoin = {setpoints_[axis].position, setpoints_[axis].velocity, axes_[axis].config().limits};
+        absence.way_back = {setpoints_[axis].position, setpoints_[axis].velocity, supplies_[axis].given.by_torque(),
+                            axes_[axis].config().limits};
         set_presence(axis, AxisPresence::kReturning, cycle);
       } else if (seconds(cycle - absence.since) > std::chrono::duration<double>(settings_.enable_timeout).count()) {
         fail(enable_failure(axis), axis, cycle);

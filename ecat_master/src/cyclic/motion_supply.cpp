@@ -44,7 +44,7 @@ trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   if (!supply.beside_path) return targets_[axis];
   if (!supply.way_back) supply.way_back.emplace(supply.given, axes_[axis].config().limits);
-  const auto setpoint = supply.way_back->step(targets_[axis], seconds(1));
+  const auto setpoint = supply.way_back->step(targets_[axis], seconds(1), axes_[axis].changing());
   if (supply.way_back->joined()) supply.beside_path = false;
   return setpoint;
 }
@@ -59,11 +59,10 @@ void Motion::aim() noexcept {
     } else if (absence.presence == AxisPresence::kPresent) {
       setpoints_[i] = aim_present(i);
     } else if (absence.presence == AxisPresence::kReturning) {
-      if (supply.beside_path)
-        absence.rejoin = {supply.given.sent(), supply.given.sent_velocity(), axes_[i].config().limits};
+      if (supply.beside_path) absence.way_back = {supply.given, axes_[i].config().limits};
       supply.beside_path = false;
-      setpoints_[i] = absence.rejoin.step(targets_[i], seconds(1));
-      if (absence.rejoin.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
+      setpoints_[i] = absence.way_back.step(targets_[i], seconds(1), axes_[i].changing());
+      if (absence.way_back.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
     } else {
       setpoints_[i] = axes_[i].held();
       supply.beside_path = false;
@@ -101,7 +100,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
       give_up(i, cycle);
       continue;
     }
-    supplies_[i].given.skip(missed);
+    supplies_[i].given.skip(missed, axes_[i].mode_in_force());
     axes_[i].skip(missed);
     bridge(i);
   }

@@ -55,7 +55,8 @@ void SetpointSupply::rest_at(double position) noexcept {
   coast_.give(position, 0.0);
 }
 
-void SetpointSupply::skip(std::int64_t missed) noexcept {
+void SetpointSupply::skip(std::int64_t missed, cia402::Mode mode) noexcept {
+  if (mode != mode_) set_mode(mode);
   for (std::int64_t period = 0; period < missed; ++period) coast_.step(period_s_);
   sent_ = coast_.position();
   sent_velocity_ = coast_.velocity();

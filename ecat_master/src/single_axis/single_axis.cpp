@@ -288,7 +288,7 @@ AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexce
     fail(AxisError::kMasterAway);
     return AbsenceEffect::kStopped;
   }
-  supply_.skip(missed);
+  supply_.skip(missed, axis_->mode_in_force());
   axis_->skip(missed);
   if (by_drive_ == ByDrive::kNone && torque_ != Torque::kLed) bridge();
   return AbsenceEffect::kBridged;

@@ -33,6 +33,11 @@ bool blends(BufferMode mode) noexcept {
   return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
 }
 
+bool usable(const AxisSetpoint* fed) noexcept {
+  return fed != nullptr && std::isfinite(fed->position) && std::isfinite(fed->velocity) &&
+         std::isfinite(fed->acceleration);
+}
+
 trajectory::PositionRange between(double one, double other) noexcept {
   return {std::min(one, other), std::max(one, other)};
 }
@@ -284,7 +289,11 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   if (search_ != Search::kNone) advance_search();
   if (torque_ == Torque::kEntering) enter_torque();
   if (torque_ == Torque::kLed) return advance_torque();
-  if (!supply_.reached()) return bridge();
+  if (!supply_.reached()) {
+    // A feed does not wait.
+    if (follows() && usable(fed)) static_cast<void>(led_by(*fed));
+    return bridge();
+  }
   if (beside_ && !way_back_) {
     const trajectory::AxisLimits limits{axis_->config().limits.max_velocity, most_acceleration()};
     way_back_.emplace(supply_, limits);
@@ -292,8 +301,7 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   if (follows()) return follow(fed);
   const auto target = generator_.advance(period_s_);
   if (beside_) {
-    step_to(way_back_->step(target, period_s_));
-    beside_ = !way_back_->joined();
+    step_back_to(target);
   } else {
     step_to(target);
   }
@@ -316,17 +324,28 @@ void SingleAxis::bridge() noexcept {
   way_back_.reset();
 }
 
+/// On the way back behind a gap.
+void SingleAxis::step_back_to(const AxisSetpoint& target) noexcept {
+  step_to(way_back_->step(target, period_s_, eases()));
+  beside_ = !way_back_->joined();
+}
+
 void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {
   step_velocity_ = (setpoint.position - setpoint_.position) / period_s_;
   setpoint_ = setpoint;
 }
 
 /// A feed is believed as far as the limits of the axis go.
+AxisSetpoint SingleAxis::led_by(const AxisSetpoint& fed) noexcept {
+  const auto& limits = axis_->config().limits;
+  const AxisSetpoint target{fed.position - offset_, std::clamp(fed.velocity, -limits.max_velocity, limits.max_velocity),
+                            std::clamp(fed.acceleration, -limits.max_acceleration, limits.max_acceleration)};
+  return rejoin_.step(target, period_s_);
+}
+
 void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
-  const bool usable = fed != nullptr && std::isfinite(fed->position) && std::isfinite(fed->velocity) &&
-                      std::isfinite(fed->acceleration);
   const bool leaves = leaves_range({setpoint_.position, step_velocity_, 0.0});
-  if (!usable || leaves) {
+  if (!usable(fed) || leaves) {
     const auto error = leaves ? AxisError::kOutsideRange : AxisError::kFollowing;
     if (fed != nullptr) finish(active_->id, RequestPhase::kError, error);
     active_->request = {};
@@ -334,16 +353,10 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
     replan();
     return step_to(generator_.advance(period_s_));
   }
-  if (beside_)
-    rejoin_ = {supply_.sent(), supply_.sent_velocity(), {axis_->config().limits.max_velocity, most_acceleration()}};
-  beside_ = false;
-  const auto& limits = axis_->config().limits;
-  const AxisSetpoint target{fed->position - offset_,
-                            std::clamp(fed->velocity, -limits.max_velocity, limits.max_velocity),
-                            std::clamp(fed->acceleration, -limits.max_acceleration, limits.max_acceleration)};
-  step_to(rejoin_.step(target, period_s_));
+  const auto led = led_by(*fed);
+  beside_ ? step_back_to(led) : step_to(led);
   generator_.start_from(setpoint_);
-  if (rejoin_.joined()) table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+  if (rejoin_.joined() && !beside_) table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
 }
 
 /// The generator has reached its aim.

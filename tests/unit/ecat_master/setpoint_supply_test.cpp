@@ -51,8 +51,16 @@ TEST(SetpointSupply, ADriveThatHoldsItsTorqueIsExpectedToGoOnAccelerating) {
   EXPECT_NEAR(supply.bridge().velocity, supply.sent_velocity() + 600.0 * kSupplyPeriod, 1e-9);
   EXPECT_NEAR(supply.bridge().acceleration, 600.0, 1e-6);
   const double before = supply.sent_velocity();
-  supply.skip(4);
+  supply.skip(4, Mode::kCyclicTorque);
   EXPECT_NEAR(supply.sent_velocity(), before + 4 * 600.0 * kSupplyPeriod, 1e-9);
+}
+
+/// What was told last need not be what the drive has heard of.
+TEST(SetpointSupply, GoesOnThroughAGapByTheModeThatTheDriveIsIn) {
+  auto supply = accelerating(Mode::kCyclicTorque);
+  const double before = supply.sent_velocity();
+  supply.skip(4, Mode::kCyclicVelocity);
+  EXPECT_NEAR(supply.sent_velocity(), before, 1e-9);
 }
 
 TEST(SetpointSupply, AHeldTorqueTakesNoSetpointBeyondTheHighestVelocity) {

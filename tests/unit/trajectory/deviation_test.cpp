@@ -29,11 +29,8 @@ int return_to(double time, double away, double velocity_away, double& hardest) {
     const auto target = swing(time + i * kDeviationStep);
     const auto setpoint = way.step(target, kDeviationStep);
     const double acceleration = (setpoint.velocity - velocity) / kDeviationStep;
-    // It begins with the velocity that the axis had in the step before.
-    if (i > 1) {
-      hardest = std::max(hardest, std::abs(acceleration - target.acceleration));
-      EXPECT_NEAR(acceleration, setpoint.acceleration, 25.0) << "what it tells is what it does";
-    }
+    hardest = std::max(hardest, std::abs(acceleration - target.acceleration));
+    EXPECT_NEAR(acceleration, setpoint.acceleration, 25.0) << "what it tells is what it does";
     velocity = setpoint.velocity;
     if (!way.joined()) continue;
     EXPECT_NEAR(setpoint.position, target.position, 1e-6);

@@ -84,5 +84,21 @@ TEST(Rejoin, DoesNotArriveWhereThePathIsAtTheLimitItself) {
   EXPECT_FALSE(rejoin.joined());
 }
 
+TEST(Rejoin, StaysOnAPathThatTakesNearlyAllOfTheAcceleration) {
+  constexpr double kStep = 125e-6;
+  constexpr double kOmega = 20.0;
+  constexpr double kAmplitude = 990.0 / (kOmega * kOmega);
+  const auto at = [](int step) {
+    const double phase = kOmega * step * kStep;
+    return AxisSetpoint{kAmplitude * std::sin(phase), kAmplitude * kOmega * std::cos(phase),
+                        -kAmplitude * kOmega * kOmega * std::sin(phase)};
+  };
+  Rejoin rejoin(0.0, kAmplitude * kOmega, {60.0, 1000.0});
+  for (int i = 1; i < 8000; ++i) {
+    EXPECT_EQ(rejoin.step(at(i), kStep).position, at(i).position) << i;
+    EXPECT_TRUE(rejoin.joined()) << i;
+  }
+}
+
 }  // namespace
 }  // namespace driveline::trajectory

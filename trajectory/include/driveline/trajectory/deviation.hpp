@@ -9,7 +9,7 @@ namespace driveline::trajectory {
 /// path leaves of the limits, at most a tenth of the acceleration, so that the acceleration of the axis is nearly that
 /// of the path all the way; an axis that is faster than its limit is braked harder. For axes whose loops answer late,
 /// as those that are closed over the bus do; Rejoin is faster, and its acceleration leaps from one limit to the other.
-/// A plain value without memory of its own.
+/// A path that leaps takes the axis with it. A plain value without memory of its own.
 class Deviation {
  public:
   Deviation() = default;
@@ -23,6 +23,7 @@ class Deviation {
   [[nodiscard]] bool joined() const noexcept { return joined_; }
 
  private:
+  void begin(const AxisSetpoint& target, double period_s) noexcept;
   [[nodiscard]] double allowed(double path, double deviation, double period_s) const noexcept;
 
   double position_ = 0.0;       ///< before the first step of the axis, then its deviation

@@ -192,6 +192,8 @@ class Axis {
   [[nodiscard]] double target_torque() const noexcept { return targets_.torque; }
   /// A change of mode is over, but the axis still on its way back to its setpoints.
   [[nodiscard]] bool returning() const noexcept { return changing_ && change_->returning(); }
+  /// A change of mode has been asked for, and is not over, or the axis still on its way back to its setpoints.
+  [[nodiscard]] bool changing() const noexcept { return changing_ || mode_ != wanted_; }
   /// Positions count as the drive has told the last one: it has a new zero.
   void recount() noexcept;
   /// A place that the drive has told in increments, near where it stands; rad or m as AxisInputs::position.

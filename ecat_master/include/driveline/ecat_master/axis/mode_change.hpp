@@ -71,8 +71,8 @@ class ModeChange {
   [[nodiscard]] cia402::Mode told(cia402::Mode wanted) const noexcept {
     return pending() && preparing_ > 0 ? from_ : wanted;
   }
-  /// By which the drive goes on while nothing reaches it: in the mode that it was told last, unless it has not changed
-  /// for so long that it is slow.
+  /// By which the drive goes on while nothing reaches it: in the mode that it was told last and has heard of, unless it
+  /// has not changed for so long that it is slow.
   [[nodiscard]] cia402::Mode in_force(cia402::Mode wanted) const noexcept;
   /// The drive has been told, and may change at any moment: it must not be told to go back, unless it takes so long
   /// that it is not going to change.
@@ -120,6 +120,7 @@ class ModeChange {
   void observe(const Measured& measured) noexcept;
   void expect(double torque) noexcept;
   void hold_torque() noexcept;
+  [[nodiscard]] double gradually(double velocity) const noexcept;
   void place(bool by_position, double velocity) noexcept;
   /// The drive has not left CSP yet.
   [[nodiscard]] bool led(const Measured& measured) const noexcept {
@@ -134,6 +135,8 @@ class ModeChange {
   double position_velocity_ = 0.0;
   double position_acceleration_ = 0.0;  ///< while the drive is led
   double velocity_ = 0.0;               ///< target velocity that does
+  double lowest_held_ = 0.0;            ///< of those that the drive may have got last
+  double highest_held_ = 0.0;
   double velocity_bias_ = 0.0;
   double lag_ = 0.0;                     ///< velocity by which the axis was behind its velocity target
   trajectory::AxisSetpoint observed_{};  ///< what the axis does
@@ -148,6 +151,7 @@ class ModeChange {
   std::uint32_t shown_ = 0;  ///< exchanges in a row in which the wanted mode was shown
   Phase phase_ = Phase::kNone;
   bool first_ = false;         ///< cycle of the change
+  bool heard_ = false;         ///< the drive has got a frame in which it was told
   bool fed_ = false;           ///< feed_velocity_ is that of the reference
   bool leading_ = false;       ///< the change began in CSP, which the drive has not left
   bool on_setpoints_ = false;  ///< the reference is the setpoint

@@ -19,7 +19,6 @@
 #include "driveline/ecat_master/cyclic/way_back.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_extent.hpp"
-#include "driveline/trajectory/rejoin.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
 #include "driveline/trajectory/stop_profile.hpp"
 
@@ -174,7 +173,7 @@ class Motion final : public MotionControl {
     AxisPresence presence = AxisPresence::kPresent;
     std::int64_t since = 0;  ///< cycle
     bool braking = false;    ///< it was commanded to stop, and comes to rest before it is enabled again
-    trajectory::Rejoin rejoin{};
+    WayBack way_back{};
   };
   /// Which setpoints have reached the drive of an axis, and its way back onto the path behind a gap.
   struct Supply {

@@ -25,8 +25,8 @@ class SetpointSupply {
   void note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept;
   /// The axis is at rest there.
   void rest_at(double position) noexcept;
-  /// `missed` periods have passed in which nothing was sent.
-  void skip(std::int64_t missed) noexcept;
+  /// `missed` periods have passed in which nothing was sent, and the drive was in this mode.
+  void skip(std::int64_t missed, cia402::Mode mode) noexcept;
 
   /// The next setpoint of a drive that may not have got the last one: continues from the position that it has reached
   /// without it. If only the answer was lost, the drive has followed the setpoint that was sent: the step from that one

@@ -170,6 +170,8 @@ class SingleAxis {
   void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
   void bridge() noexcept;
   void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
+  void step_back_to(const trajectory::AxisSetpoint& target) noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint led_by(const trajectory::AxisSetpoint& fed) noexcept;
   void follow(const trajectory::AxisSetpoint* fed) noexcept;
   void arrive() noexcept;
   void rest() noexcept;
