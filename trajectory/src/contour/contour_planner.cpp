@@ -157,10 +157,23 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, PathTicks begin, 
   }
 }
 
+// Short pieces one after the other are one stretch, with the lower limits.
+void ContourPlanner::append(const Stretch& stretch) {
+  if (!gathered_) {
+    gathered_ = stretch;
+  } else if (!merge(*gathered_, stretch)) {
+    append_gathered(*gathered_);
+    gathered_ = stretch;
+  }
+  if (!stretch.stops) return;
+  append_gathered(*gathered_);
+  gathered_.reset();
+}
+
 // The mean of the places of the last cycles is at a place only while the places themselves are near: within half of the
 // way that is covered meanwhile where the speed is concerned, within the whole of it where the acceleration is. So
 // limits hold there, too. A cycle more on either side, since speeds change with the cycles.
-void ContourPlanner::append(const Stretch& stretch) {
+void ContourPlanner::append_gathered(const Stretch& stretch) {
   lower_behind(stretch);
   append_lowered(stretch);
   const double period_s = settings_.period_s;
@@ -188,30 +201,38 @@ void ContourPlanner::append(const Stretch& stretch) {
 void ContourPlanner::lower_behind(const Stretch& by) {
   const PathTicks top_from = by.begin - to_ticks(by.top * (0.5 * smoothing_s_ + settings_.period_s));
   const PathTicks acceleration_from = by.begin - to_ticks(by.top * (smoothing_s_ + 2.0 * settings_.period_s));
-  for (std::size_t i = open_.size(); i-- > 0;) {
-    if (open_[i].end <= acceleration_from) return;
-    if (open_[i].begin < acceleration_from && by.acceleration < open_[i].acceleration) {
-      split(i, acceleration_from);
-      ++i;
-    }
-    if (open_[i].begin >= acceleration_from) {
-      open_[i].acceleration = std::min(open_[i].acceleration, by.acceleration);
-    }
-    if (open_[i].end <= top_from || by.top >= open_[i].top) continue;
-    if (open_[i].begin >= top_from) {
-      open_[i].top = by.top;
-    } else {
-      split(i, top_from);
-      open_[i + 1].top = by.top;
+  lowered_.clear();
+  while (!open_.empty() && open_.back().end > acceleration_from) {
+    lowered_.push_back(open_.back());
+    open_.pop_back();
+  }
+  for (std::size_t i = lowered_.size(); i-- > 0;) {
+    const Stretch& whole = lowered_[i];
+    PathTicks from = whole.begin;
+    for (const PathTicks to : {acceleration_from, top_from, whole.end}) {
+      if (to <= from) continue;
+      Stretch part = whole;
+      part.begin = from;
+      part.end = std::min(to, whole.end);
+      part.stops = whole.stops && part.end == whole.end;
+      if (from >= acceleration_from) part.acceleration = std::min(part.acceleration, by.acceleration);
+      if (from >= top_from) part.top = std::min(part.top, by.top);
+      put(part);
+      from = part.end;
+      if (from == whole.end) break;
     }
   }
 }
 
-void ContourPlanner::split(std::size_t index, PathTicks at) {
-  Stretch late = open_[index];
-  late.begin = at;
-  open_[index].end = at;
-  open_.insert(open_.begin() + static_cast<std::ptrdiff_t>(index) + 1, late);
+/// At the end of those that may still be lowered. Equal ones become one: many short pieces with the same limits.
+void ContourPlanner::put(const Stretch& stretch) {
+  if (!open_.empty() && !open_.back().stops && open_.back().top == stretch.top &&
+      open_.back().acceleration == stretch.acceleration && open_.back().feed == stretch.feed) {
+    open_.back().end = stretch.end;
+    open_.back().stops = stretch.stops;
+    return;
+  }
+  open_.push_back(stretch);
 }
 
 /// Appends, in parts if need be, what the limits before it leave.
@@ -236,12 +257,12 @@ void ContourPlanner::append_lowered(Stretch stretch) {
     part.top = lowest(tops_, stretch.begin, stretch.top);
     part.acceleration = lowest(accelerations_, stretch.begin, stretch.acceleration);
     if (cut >= stretch.end) {
-      open_.push_back(part);
+      put(part);
       return;
     }
     part.end = cut;
     part.stops = false;
-    open_.push_back(part);
+    put(part);
     stretch.begin = cut;
   }
 }
@@ -254,9 +275,9 @@ void ContourPlanner::settle(PathTicks until) {
   }
 }
 
-bool ContourPlanner::merged(const Stretch& stretch) {
-  if (settled_.empty() || settled_.back().stops) return false;
-  auto& last = settled_.back();
+/// Makes one of two stretches if they are equal, or short.
+bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept {
+  if (last.stops) return false;
   const bool is_same =
       last.top == stretch.top && last.acceleration == stretch.acceleration && last.feed == stretch.feed;
   const double lower = std::min(last.top, stretch.top);
@@ -272,7 +293,7 @@ bool ContourPlanner::merged(const Stretch& stretch) {
 }
 
 void ContourPlanner::settle_one(const Stretch& stretch) {
-  if (!merged(stretch)) settled_.push_back(stretch);
+  if (settled_.empty() || !merge(settled_.back(), stretch)) settled_.push_back(stretch);
 }
 
 bool ContourPlanner::flush() {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 #include <tl/expected.hpp>
 #include <vector>
 
@@ -59,12 +60,13 @@ class ContourPlanner {
   void plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end);
   [[nodiscard]] double top_for_short_pieces(double length) noexcept;
   void append(const Stretch& stretch);
+  void append_gathered(const Stretch& stretch);
   void lower_behind(const Stretch& by);
-  void split(std::size_t index, PathTicks at);
+  void put(const Stretch& stretch);
   void append_lowered(Stretch stretch);
   void settle(PathTicks until);
   void settle_one(const Stretch& stretch);
-  [[nodiscard]] bool merged(const Stretch& stretch);
+  bool merge(Stretch& last, const Stretch& stretch) const noexcept;
   bool publish_pieces();
   bool publish_cells();
   void raise_speeds(std::uint64_t first_new, std::uint64_t end);
@@ -77,6 +79,8 @@ class ContourPlanner {
   std::vector<ShapedPiece> shaped_;
   PathTicks shaped_end_ = 0;
   std::deque<ContourTrack::Piece> pieces_;  ///< to be published
+  std::optional<Stretch> gathered_;         ///< short ones, which may still become one with the next
+  std::vector<Stretch> lowered_;            ///< while it is being lowered
   std::deque<Stretch> open_;                ///< to be lowered, maybe
   std::vector<Reach> tops_;                 ///< that reach beyond the end of open_, lowest first
   std::vector<Reach> accelerations_;        ///< the same
