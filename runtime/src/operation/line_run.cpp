@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/operation/configure_line.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
@@ -16,6 +17,7 @@
 #include "operation/axis_verdict.hpp"
 #include "operation/joint_motion.hpp"
 #include "operation/single_motion.hpp"
+#include "telemetry/sealed_copy.hpp"
 #include "telemetry/security_files.hpp"
 
 namespace driveline::runtime {
@@ -146,17 +148,32 @@ Result<void> LineRun::start_bridge() {
     return {};
   }
   BridgeSupervisor::Settings settings{.program = std::move(*program)};
-  if (config_.telemetry.security) {
-    auto files = open_security_files(*config_.telemetry.security);
-    if (!files) return tl::unexpected(files.error());
-    security_ = std::move(*files);
-    for (const auto& file : security_) settings.security.push_back(file.get());
-  }
+  if (auto copied = copy_bridge_files(settings); !copied) return copied;
   if (auto ready = start_commands(); !ready) return ready;
   if (commands_) settings.commands = commands_->descriptors();
   auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
   if (!started) return tl::unexpected(started.error());
   telemetry_ = std::move(*started);
+  return {};
+}
+
+/// The bridge may open no file.
+Result<void> LineRun::copy_bridge_files(BridgeSupervisor::Settings& settings) {
+  const auto& telemetry = config_.telemetry;
+  if (telemetry.security) {
+    auto files = open_security_files(*telemetry.security);
+    if (!files) return tl::unexpected(files.error());
+    security_ = std::move(*files);
+    for (const auto& file : security_) settings.security.push_back(file.get());
+  }
+  if (!telemetry.qos_profiles) return {};
+  const auto content = read_input_file(*telemetry.qos_profiles);
+  if (!content) return tl::unexpected(content.error());
+  auto copy = sealed_copy(*content, *telemetry.qos_profiles);
+  if (!copy) return tl::unexpected(copy.error());
+  qos_profiles_ = std::move(*copy);
+  settings.qos_profiles = qos_profiles_.get();
+  settings.qos_file = telemetry.qos_profiles->string();
   return {};
 }
 

@@ -424,7 +424,8 @@ TEST(Feed, RegionsThatAreNoFeedAreRefusedInASentence) {
 TEST(Feed, ADescriptionThatCannotBeIsRefused) {
   for (auto* const spoil : std::initializer_list<void (*)(FeedDescription&)>{
            [](FeedDescription& d) { d.axes = kMaxFeedAxes + 1; }, [](FeedDescription& d) { d.interfaces = 17; },
-           [](FeedDescription& d) { d.decimation = 0; }}) {
+           [](FeedDescription& d) { d.peers = kMaxFeedPeers + 1; },
+           [](FeedDescription& d) { d.discovery_port = 65536; }, [](FeedDescription& d) { d.decimation = 0; }}) {
     auto description = description_of(1);
     spoil(description);
     auto region = rt::SharedRegion::create("driveline-test", feed_description_layout(1));
