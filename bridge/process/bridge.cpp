@@ -22,8 +22,8 @@ namespace {
 
 /// Cycles of one pass, so that status and counts are told in between.
 constexpr int kCyclesPerPass = 512;
-/// Between two passes over an empty feed.
-constexpr int kPauseMs = 1;
+/// Longest time between two passes over an empty feed: the process of the line wakes the bridge for every batch.
+constexpr std::chrono::milliseconds kPause{2};
 /// For what is left in the feed, and for subscribers to have it.
 constexpr unsigned kFarewellSeconds = 5;
 /// A process of the line that tells nothing for so long stands still: it does so every 50 ms.
@@ -120,7 +120,8 @@ std::string Bridge::run() {
   bool told = false;
   while (!told && !stop_.load(std::memory_order_relaxed) && (more || status_.ended == 0)) {
     more = pass();
-    told = told_to_end(more ? 0 : kPauseMs);
+    if (!more) feed_->wait(kPause);
+    told = told_to_end();
   }
   ::alarm(kFarewellSeconds);
   while (pass()) continue;
@@ -189,10 +190,10 @@ void Bridge::tell() {
                  .refused = own.dropped - counters_.lines_dropped - counters_.axes_dropped});
 }
 
-/// Waits a little; the supervisor says nothing, but its side of the socket is closed in the end.
-bool Bridge::told_to_end(int timeout_ms) {
+/// The supervisor says nothing, but its side of the socket is closed in the end.
+bool Bridge::told_to_end() const {
   pollfd waiting{options_.supervisor, POLLIN, 0};  // a negative descriptor is passed over
-  if (::poll(&waiting, 1, timeout_ms) <= 0) return false;
+  if (::poll(&waiting, 1, 0) <= 0) return false;
   char ignored = 0;
   const auto length = ::recv(options_.supervisor, &ignored, sizeof(ignored), MSG_DONTWAIT);
   return length == 0 || (length < 0 && errno != EAGAIN && errno != EINTR);

@@ -36,6 +36,8 @@ constexpr auto kStopTimeout = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
+/// Between two looks into them: how long a sample may lie there before readers of the telemetry get it.
+constexpr auto kDrainPeriod = std::chrono::microseconds{500};
 
 /// Of the columns of the flight recorder.
 std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig& config) {
@@ -194,7 +196,8 @@ Result<void> LineRun::start_telemetry() {
   feed_ = std::make_unique<StatusFeed>(listeners, config_.period);
   std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
   consumers.insert(consumers.end(), listeners.begin(), listeners.end());
-  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
+  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers),
+                                                   snapshot::DrainConfig{.period = kDrainPeriod});
   if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, describe(started.error()));
   return {};
 }

@@ -486,5 +486,29 @@ TEST(FeedReturn, TellsAndRemembers) {
   EXPECT_EQ(told.refused, 5U);
 }
 
+TEST(Feed, AReaderThatWaitsIsWoken) {
+  using std::chrono::hours;
+  auto feed = feed_of(1, 64);
+  auto reader = reader_of(feed);
+  std::atomic<bool> woken{false};
+  std::thread waiting([&] {
+    while (!reader.take()) reader.wait(hours{1});
+    woken = true;
+  });
+  // However late the thread is: it sees the cycle, or is woken for it.
+  feed.push({}, {});
+  while (!woken) {
+    feed.wake();
+    std::this_thread::yield();
+  }
+  waiting.join();
+  feed.push({}, {});
+  reader.wait(hours{1});  // comes back at once: there is one to take
+  EXPECT_TRUE(reader.take());
+  const auto began = std::chrono::steady_clock::now();
+  reader.wait(std::chrono::milliseconds{1});
+  EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds{1}) << "there is none";
+}
+
 }  // namespace
 }  // namespace driveline::snapshot

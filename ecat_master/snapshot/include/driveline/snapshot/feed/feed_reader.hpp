@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "driveline/rt/shared_mapping.hpp"
+#include "driveline/rt/shared_wake.hpp"
 #include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/feed/feed_error.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
@@ -67,6 +69,10 @@ class FeedReader {
     line_ = from_feed(line, static_cast<std::uint16_t>(count));
     return true;
   }
+  /// Sleeps until FeedWriter::wake(), a signal, or the end of `limit`; not at all while there are cycles to take. A
+  /// system call.
+  void wait(std::chrono::nanoseconds limit) const noexcept { rt::wait_for_records(cycles_region_, next(), limit); }
+
   /// The line in the cycle that was taken; null: its sample was lost.
   [[nodiscard]] const LineSample* line() const noexcept { return has_line_ ? &line_ : nullptr; }
   /// The axes in that cycle.
