@@ -82,12 +82,15 @@ void add_received(Report& report, const std::string& name, const std::vector<Pai
     report.add({name, metric, unit, summarize(each(pairs, figure)), aim});
   };
   double lost = 0.0;
+  double skipped = 0.0;
   double longest = 0.0;
   for (const auto& [without, with] : pairs) {
     lost += with.dropped + with.received->lost_batches;
+    skipped += with.received->skipped_cycles;
     longest = std::max(longest, with.received->latency_us[3]);
   }
   report.add({name, "samples_and_batches_lost", "1", just(lost, pairs.size()), 0.0});
+  report.add({name, "cycles_skipped", "1", just(skipped, pairs.size()), 0.0});
   add("cycles_received", "1", [](const auto& run) { return run.received->cycles; });
   add("latency_p50", "us", [](const auto& run) { return run.received->latency_us[0]; });
   add(
@@ -99,19 +102,25 @@ void add_received(Report& report, const std::string& name, const std::vector<Pai
 }
 
 /// Runs with and without by turns: neither is always the first.
-std::vector<Pair> measure_pairs(TelemetryRuns& runs, const std::string& name, const TelemetryPlan& with,
+std::vector<Pair> measure_pairs(Report& report, TelemetryRuns& runs, const std::string& name, const TelemetryPlan& with,
                                 const TelemetryPlan& without, int count) {
   std::vector<Pair> pairs;
+  int repeated = 0;
   for (int i = 0; i < count; ++i) {
-    undisturbed(name, [&] {
-      Pair pair;
-      if (i % 2 == 0) pair.without = runs.measure(without);
-      pair.with = runs.measure(with);
-      if (i % 2 != 0) pair.without = runs.measure(without);
-      pairs.push_back(std::move(pair));
-    });
+    undisturbed(
+        name,
+        [&] {
+          Pair pair;
+          if (i % 2 == 0) pair.without = runs.measure(without);
+          pair.with = runs.measure(with);
+          if (i % 2 != 0) pair.without = runs.measure(without);
+          pairs.push_back(std::move(pair));
+        },
+        &repeated);
     fmt::print(stderr, "{}: {} of {} pairs\n", name, i + 1, count);
   }
+  // Runs that failed, because the machine was busy: what they would have said is missing in all figures.
+  report.add({name, "pairs_repeated", "1", just(repeated, pairs.size())});
   return pairs;
 }
 
@@ -126,7 +135,7 @@ void measure_reader(Report& report, TelemetryRuns& runs, std::size_t axes, Telem
   auto without = with;
   without.telemetry = false;
   without.reader.reset();
-  const auto pairs = measure_pairs(runs, name, with, without, options.quick ? 2 : kPairs);
+  const auto pairs = measure_pairs(report, runs, name, with, without, options.quick ? 2 : kPairs);
   for (const auto& pair : pairs) {
     if (pair.with.received->cycles < 1.0) throw std::runtime_error(name + ": the reader has received nothing");
   }
@@ -148,7 +157,7 @@ void measure_stall(Report& report, TelemetryRuns& runs, const Options& options) 
   const TelemetryPlan without{.axes = kFewAxes, .reader = TelemetryReader::kFastDds, .duration = 4000ms};
   auto with = without;
   with.stall = true;
-  const auto pairs = measure_pairs(runs, name, with, without, options.quick ? 2 : kPairs);
+  const auto pairs = measure_pairs(report, runs, name, with, without, options.quick ? 2 : kPairs);
   for (const auto& pair : pairs) {
     if (pair.with.dropped < 1.0) throw std::runtime_error(name + ": nothing was dropped, so it was not stopped");
   }

@@ -63,7 +63,7 @@ shows and records it on any machine.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libdriveline-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libeigen3-dev, libexpected-dev, libfmt-dev, libpugixml-dev, libtomlplusplus-dev, libfastrtps-dev, libfastcdr-dev")
+    "libeigen3-dev, libexpected-dev, libfmt-dev, libpugixml-dev, libtomlplusplus-dev, libfastrtps-dev, libfastcdr-dev, libtinyxml2-dev")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "real-time EtherCAT master for servo drive lines - development files
 Headers, static libraries and the CMake package of driveline, for programs
 that run a drive line themselves or add drives of another make.")

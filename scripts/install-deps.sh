@@ -18,6 +18,7 @@ clang-tidy            static analysis
 # libraries
 libeigen3-dev         linear algebra of the trajectories
 libfastrtps-dev       Fast DDS, telemetry
+libtinyxml2-dev       what Fast DDS reads profiles with: QoS of the telemetry
 libfastcdr-dev        serialisation for Fast DDS
 fastddsgen            C++ types from the IDL
 default-jre-headless  runs fastddsgen

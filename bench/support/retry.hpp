@@ -13,15 +13,16 @@ struct Disturbed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// `measure()`, once more where it was disturbed, three times at most; says so on stderr. The exception of the last
-/// attempt is passed on. Other errors are not retried.
+/// `measure()`, once more where it was disturbed, three times at most; says so on stderr, and counts it in `repeated`.
+/// The exception of the last attempt is passed on. Other errors are not retried.
 template <typename Measure>
-auto undisturbed(std::string_view what, const Measure& measure) {
+auto undisturbed(std::string_view what, const Measure& measure, int* repeated = nullptr) {
   constexpr int kTries = 3;
   for (int attempt = 1;; ++attempt) {
     try {
       return measure();
     } catch (const Disturbed& reason) {
+      if (repeated != nullptr) ++*repeated;
       fmt::print(stderr, "{}: the measurement is not valid: {}; attempt {} of {}\n", what, reason.what(), attempt,
                  kTries);
       if (attempt == kTries) throw;

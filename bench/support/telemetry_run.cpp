@@ -29,33 +29,37 @@ constexpr milliseconds kBeforeStall{800};  // from the first sight of the bridge
 constexpr milliseconds kStall{2000};
 constexpr double kNsPerUs = 1000.0;
 
-/// Processor time of a process between two looks at it.
+/// What a process takes, by looks at it.
 class Watched {
  public:
   void look(pid_t process) {
     const auto use = process == 0 ? std::nullopt : use_of(process);
     if (!use) return;
-    if (!first_) {
-      first_ = use;
-      began_ = std::chrono::steady_clock::now();
-    }
     // A process that is about to end has no memory any more.
-    const double peak = std::max(last_.peak_mib, use->peak_mib);
-    last_ = *use;
-    last_.peak_mib = peak;
-    ended_ = std::chrono::steady_clock::now();
+    peak_mib_ = std::max(peak_mib_, use->peak_mib);
+    looks_.push_back({std::chrono::steady_clock::now(), use->cpu_s});
   }
-  [[nodiscard]] double cpu_share() const {
-    const double seconds = std::chrono::duration<double>(ended_ - began_).count();
-    return first_ && seconds > 0.0 ? (last_.cpu_s - first_->cpu_s) / seconds : 0.0;
+  /// Of one processor, in that while of this length (of two looks at least) in which it took most: when a line runs,
+  /// and not while it is found, brought up and ended.
+  [[nodiscard]] double cpu_share(milliseconds length) const {
+    double most = 0.0;
+    for (std::size_t first = 0, last = 0; last < looks_.size(); ++last) {
+      while (first < last && looks_[last].at - looks_[first + 1].at >= length) ++first;
+      const std::chrono::duration<double> passed = looks_[last].at - looks_[first].at;
+      if (passed < length) continue;
+      most = std::max(most, (looks_[last].cpu_s - looks_[first].cpu_s) / passed.count());
+    }
+    return most;
   }
-  [[nodiscard]] double peak_mib() const { return last_.peak_mib; }
+  [[nodiscard]] double peak_mib() const { return peak_mib_; }
 
  private:
-  std::optional<ProcessUse> first_;
-  ProcessUse last_;
-  std::chrono::steady_clock::time_point began_;
-  std::chrono::steady_clock::time_point ended_;
+  struct Look {
+    std::chrono::steady_clock::time_point at;
+    double cpu_s;
+  };
+  std::vector<Look> looks_;
+  double peak_mib_ = 0.0;
 };
 
 std::unique_ptr<ChildProgram> started(const std::vector<std::string>& words) {
@@ -86,13 +90,13 @@ class Stall {
   bool over_ = false;
 };
 
-ReceivedTelemetry received(const std::string& text, double seconds) {
+ReceivedTelemetry received(const std::string& text) {
   const auto document = nlohmann::json::parse(text);
   ReceivedTelemetry read;
   read.cycles = document.at("cycles");
   read.lost_batches = document.at("lost_batches");
   read.latency_us = document.at("latency_us").get<std::vector<double>>();
-  read.cpu_share = document.at("cpu_s").get<double>() / seconds;
+  read.skipped_cycles = document.at("skipped_cycles");
   return read;
 }
 
@@ -164,7 +168,6 @@ std::filesystem::path TelemetryRuns::describe(std::size_t axes) const {
 
 TelemetryFigures TelemetryRuns::measure(const TelemetryPlan& plan) {
   std::unique_ptr<ChildProgram> reader;
-  const auto began = std::chrono::steady_clock::now();
   if (plan.reader) {
     const auto* name = *plan.reader == TelemetryReader::kFastDds ? "fast_dds_reader" : "cyclone_reader";
     reader = started(std::vector<std::string>{programs_ / "telemetry_reader" / name, std::to_string(domain_)});
@@ -175,11 +178,13 @@ TelemetryFigures TelemetryRuns::measure(const TelemetryPlan& plan) {
                             plan.telemetry ? "--telemetry" : "--no-telemetry"});
   Watched line;
   Watched bridge;
+  Watched receiver;
   Stall stall;
   for (pid_t publisher = 0; !run->has_ended(); std::this_thread::sleep_for(kLook)) {
     if (publisher == 0) publisher = child_named(run->id(), "driveline-bridge");
     line.look(run->id());
     bridge.look(publisher);
+    if (reader) receiver.look(reader->id());
     if (plan.stall) stall.look(publisher);
   }
   std::string report;
@@ -191,11 +196,13 @@ TelemetryFigures TelemetryRuns::measure(const TelemetryPlan& plan) {
   auto figures = figures_of(report);
   figures.run_mib = line.peak_mib();
   figures.bridge_mib = bridge.peak_mib();
-  figures.bridge_cpu_share = bridge.cpu_share();
+  // Most of the time in which the line ran; looks are not made to the instant.
+  const auto most = plan.duration * 3 / 4;
+  figures.bridge_cpu_share = bridge.cpu_share(most);
   if (reader) {
     reader->signal(SIGTERM);
-    const std::chrono::duration<double> lived = std::chrono::steady_clock::now() - began;
-    figures.received = received(reader->finish(), lived.count());
+    figures.received = received(reader->finish());
+    figures.received->cpu_share = receiver.cpu_share(most);
   }
   return figures;
 }

@@ -24,8 +24,9 @@ struct TelemetryPlan {
 struct ReceivedTelemetry {
   double cycles = 0.0;
   double lost_batches = 0.0;
+  double skipped_cycles = 0.0;     ///< between two that it has received; of lost batches, or lost before DDS
   std::vector<double> latency_us;  ///< p50, p99, p99.9 and maximum: from the instant of a cycle until it was read
-  double cpu_share = 0.0;          ///< of one processor
+  double cpu_share = 0.0;          ///< of one processor, while the line ran
 };
 
 /// What a run says of itself, and what its processes took.

@@ -15,46 +15,41 @@
 #include <vector>
 
 #include "confinement.hpp"
+#include "feed_config.hpp"
 
 namespace driveline::bridge {
 namespace {
 
 /// Cycles of one pass, so that status and counts are told in between.
 constexpr int kCyclesPerPass = 512;
-/// Between two passes over an empty feed.
-constexpr int kPauseMs = 1;
+/// Longest time between two passes over an empty feed: the process of the line wakes the bridge for every batch.
+constexpr std::chrono::milliseconds kPause{2};
 /// For what is left in the feed, and for subscribers to have it.
 constexpr unsigned kFarewellSeconds = 5;
 /// A process of the line that tells nothing for so long stands still: it does so every 50 ms.
 constexpr std::chrono::seconds kStandsStill{1};
 /// Longest message to the supervisor.
 constexpr std::size_t kLongestMessage = 500;
-
-DdsConfig config_of(const snapshot::FeedDescription& description) {
-  DdsConfig config;
-  config.domain_id = description.domain;
-  config.line_name = description.line.view();
-  config.decimation = description.decimation;
-  config.ros2 = description.ros2 != 0;
-  config.virtual_time = description.virtual_time != 0;
-  config.slaves = description.slaves;
-  config.cycle_period = std::chrono::nanoseconds{std::max<std::int64_t>(description.period_ns, 0)};
-  config.interfaces.clear();
-  for (std::uint32_t i = 0; i < description.interfaces; ++i) {
-    config.interfaces.emplace_back(description.interface[i].view());
-  }
-  for (std::uint32_t i = 0; i < description.axes; ++i) {
-    const auto& axis = description.axis[i];
-    config.axes.push_back(
-        {.name = std::string{axis.name.view()}, .kind = axis.linear != 0 ? AxisKind::kLinear : AxisKind::kRotary});
-  }
-  return config;
-}
+/// Bytes of profiles.
+constexpr std::size_t kMostProfiles = 1U << 20;
 
 /// Descriptors have names, which Fast DDS opens: the files themselves may be another user's.
 DdsSecurity security_of(int first) {
   const auto name = [first](int file) { return "/proc/self/fd/" + std::to_string(first + file); };
   return {name(0), name(1), name(2), name(3), name(4), name(5)};
+}
+
+/// All of a file; of one that is longer than profiles are, only so much that it is no XML any more.
+std::string content_of(int descriptor) {
+  std::string content(kMostProfiles, '\0');
+  std::size_t length = 0;
+  while (length < content.size()) {
+    const auto more = ::pread(descriptor, content.data() + length, content.size() - length, static_cast<off_t>(length));
+    if (more <= 0) break;
+    length += static_cast<std::size_t>(more);
+  }
+  content.resize(length);
+  return content;
 }
 
 snapshot::Percentiles percentiles_of(const std::array<std::int64_t, 3>& from) {
@@ -103,6 +98,7 @@ std::string Bridge::set_up() {
   if (options_.supervisor >= 0) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   auto config = config_of(description);
   if (options_.security >= 0) config.security = security_of(options_.security);
+  if (options_.qos >= 0) config.profiles = {content_of(options_.qos), options_.qos_file};
   auto publisher = DdsPublisher::create(std::move(config));
   if (!publisher) return describe(publisher.error());
   publisher_ = *std::move(publisher);
@@ -124,7 +120,8 @@ std::string Bridge::run() {
   bool told = false;
   while (!told && !stop_.load(std::memory_order_relaxed) && (more || status_.ended == 0)) {
     more = pass();
-    told = told_to_end(more ? 0 : kPauseMs);
+    if (!more) feed_->wait(kPause);
+    told = told_to_end();
   }
   ::alarm(kFarewellSeconds);
   while (pass()) continue;
@@ -193,10 +190,10 @@ void Bridge::tell() {
                  .refused = own.dropped - counters_.lines_dropped - counters_.axes_dropped});
 }
 
-/// Waits a little; the supervisor says nothing, but its side of the socket is closed in the end.
-bool Bridge::told_to_end(int timeout_ms) {
+/// The supervisor says nothing, but its side of the socket is closed in the end.
+bool Bridge::told_to_end() const {
   pollfd waiting{options_.supervisor, POLLIN, 0};  // a negative descriptor is passed over
-  if (::poll(&waiting, 1, timeout_ms) <= 0) return false;
+  if (::poll(&waiting, 1, 0) <= 0) return false;
   char ignored = 0;
   const auto length = ::recv(options_.supervisor, &ignored, sizeof(ignored), MSG_DONTWAIT);
   return length == 0 || (length < 0 && errno != EAGAIN && errno != EINTR);

@@ -32,7 +32,7 @@ class Bridge {
   void take_events();
   void take_condition();
   void tell();
-  [[nodiscard]] bool told_to_end(int timeout_ms);
+  [[nodiscard]] bool told_to_end() const;
   void say(char kind, std::string_view text) const;
   void end_without_line();
 

@@ -8,7 +8,7 @@ namespace driveline::bridge {
 
 const char* const kHelp =
     "usage: driveline-bridge --feed-fd N [--condition-fd N] [--return-fd N] [--commands-fd N] [--security-fd N]\n"
-    "                        [--supervisor-fd N]\n"
+    "                        [--qos-fd N] [--qos-file NAME] [--supervisor-fd N]\n"
     "Publishes a drive line over DDS. `driveline run` starts it and keeps it running.\n"
     "  --feed-fd N        inherited descriptors N to N+3: description, status, cycles and events of a line's feed\n"
     "  --condition-fd N   inherited descriptor of the feed's condition: the slaves\n"
@@ -16,6 +16,8 @@ const char* const kHelp =
     "  --commands-fd N    inherited descriptors N and N+1: of the regions for commands and for their answers\n"
     "  --security-fd N    inherited descriptors N to N+5: identity CA, certificate, private key, permissions CA,\n"
     "                     governance and permissions of DDS Security\n"
+    "  --qos-fd N         inherited descriptor of an XML file with profiles of Fast DDS for the writers\n"
+    "  --qos-file NAME    what that file is called in messages\n"
     "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
     "  --help             this text\n"
     "Without --supervisor-fd it ends with the line, or by SIGTERM. By hand, beside a run that is process P and "
@@ -33,11 +35,20 @@ Options read_options(int count, const char* const* arguments) {
       options.help = true;
       return options;
     }
+    if (name == "--qos-file") {
+      if (++i == count) {
+        options.problem = "--qos-file needs a name";
+        return options;
+      }
+      options.qos_file = arguments[i];
+      continue;
+    }
     int* const value = name == "--feed-fd"         ? &options.feed
                        : name == "--return-fd"     ? &options.counts
                        : name == "--condition-fd"  ? &options.condition
                        : name == "--commands-fd"   ? &options.commands
                        : name == "--security-fd"   ? &options.security
+                       : name == "--qos-fd"        ? &options.qos
                        : name == "--supervisor-fd" ? &options.supervisor
                                                    : nullptr;
     if (value == nullptr) {

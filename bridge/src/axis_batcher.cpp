@@ -34,7 +34,8 @@ telemetry::AxisValues values_of(const snapshot::AxisSample& sample, std::size_t 
 
 }  // namespace
 
-AxisBatcher::AxisBatcher(const DdsConfig& config) : cycles_(cycles_in_a_batch(config)), axes_(config.axes.size()) {
+AxisBatcher::AxisBatcher(const DdsConfig& config)
+    : cycles_(cycles_in_a_batch(config)), axes_(config.axes.size()), filter_(config.batch_rate, config.axes.size()) {
   filling_.cycle_period_ns(config.cycle_period.count());
   filling_.axes(static_cast<std::uint16_t>(axes_));
 }
@@ -42,6 +43,13 @@ AxisBatcher::AxisBatcher(const DdsConfig& config) : cycles_(cycles_in_a_batch(co
 telemetry::AxisBatch* AxisBatcher::add(const snapshot::AxisSample& sample) {
   telemetry::AxisBatch* ended = group_ && *group_ != sample.cycle / cycles_ ? flush() : nullptr;
   group_ = sample.cycle / cycles_;
+  if (filter_.takes(sample)) append(sample);
+  // The last sample of the last cycle: nothing else belongs to this batch.
+  const bool whole = sample.cycle % cycles_ == cycles_ - 1 && sample.axis + 1U == axes_;
+  return whole && ended == nullptr ? flush() : ended;
+}
+
+void AxisBatcher::append(const snapshot::AxisSample& sample) {
   auto& cycles = filling_.cycles();
   if (cycles.empty() || cycles.back().cycle() != sample.cycle) {
     telemetry::CycleTime time;
@@ -52,9 +60,6 @@ telemetry::AxisBatch* AxisBatcher::add(const snapshot::AxisSample& sample) {
   }
   // A feed that says otherwise than it should loses samples.
   if (filling_.samples().size() < kMostSamples) filling_.samples().push_back(values_of(sample, cycles.size() - 1));
-  // The last sample of the last cycle: nothing else belongs to this batch.
-  const bool whole = sample.cycle % cycles_ == cycles_ - 1 && sample.axis + 1U == axes_;
-  return whole && ended == nullptr ? flush() : ended;
 }
 
 telemetry::AxisBatch* AxisBatcher::flush() {

@@ -6,11 +6,12 @@
 #include "driveline.h"
 #include "driveline/bridge/dds_config.hpp"
 #include "driveline/snapshot/snapshot.hpp"
+#include "sample_filter.hpp"
 
 namespace driveline::bridge {
 
-/// Puts samples of axes together to batches of whole cycles. A batch begins at a cycle whose number the number of
-/// cycles in a batch divides, so that batches are alike whatever comes late.
+/// Puts those samples of axes that are to be published together to batches of whole cycles. A batch begins at a cycle
+/// whose number the number of cycles in a batch divides, so that batches are alike whatever comes late.
 class AxisBatcher {
  public:
   explicit AxisBatcher(const DdsConfig& config);
@@ -26,8 +27,11 @@ class AxisBatcher {
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
 
  private:
+  void append(const snapshot::AxisSample& sample);
+
   std::uint64_t cycles_;
   std::size_t axes_;
+  SampleFilter filter_;
   std::int64_t wall_offset_ns_ = 0;
   std::optional<std::uint64_t> group_;  ///< of the batch that is being filled: cycle number by number of cycles
   telemetry::AxisBatch filling_;

@@ -75,10 +75,10 @@ Check check_scalars(const DdsConfig& config) {
   if (config.domain_id > kMaxDomain) {
     return tl::unexpected(DdsDomainOutOfRange{config.domain_id, kMaxDomain});
   }
-  if (config.decimation == 0) {
+  if (config.decimation == 0 || config.batch_rate.cycles == 0) {
     return tl::unexpected(DdsNoDecimation{});
   }
-  if (config.axis_topic.empty() || config.status_topic.empty() || config.axis_topic == config.status_topic) {
+  if (config.status_topic.empty() || config.axis_topic == config.status_topic) {
     return tl::unexpected(DdsTopicNames{config.axis_topic, config.status_topic});
   }
   return {};
@@ -92,6 +92,10 @@ Check check(const DdsConfig& config) {
       .and_then([&] { return check_axes(config.axes); })
       .and_then([&] { return check_addresses(config.interfaces, DdsNoAddress::Use::kInterface); })
       .and_then([&] { return check_addresses(config.peers, DdsNoAddress::Use::kPeer); })
+      .and_then([&] {
+        const auto& server = config.discovery_server;
+        return server ? check_addresses({server->address}, DdsNoAddress::Use::kDiscoveryServer) : Check{};
+      })
       .and_then([&] { return check_own(config.interfaces); });
 }
 

@@ -84,15 +84,19 @@ dds::Topic* create_topic(dds::DomainParticipant& participant, const dds::TypeSup
   return participant.create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
 }
 
-dds::DataReader* create_reader(dds::DomainParticipant& participant) {
-  auto* const subscriber = participant.create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+dds::DataReader* create_reader(dds::DomainParticipant& participant, const std::string& partition) {
+  auto qos = dds::SUBSCRIBER_QOS_DEFAULT;
+  if (!partition.empty()) qos.partition().push_back(partition.c_str());
+  auto* const subscriber = participant.create_subscriber(qos);
   auto* const topic = create_topic(participant, dds::TypeSupport{new commands::CommandPubSubType}, kCommandTopic);
   return subscriber == nullptr || topic == nullptr ? nullptr
                                                    : subscriber->create_datareader(topic, command_reader_qos());
 }
 
-dds::DataWriter* create_answer_writer(dds::DomainParticipant& participant) {
-  auto* const publisher = participant.create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+dds::DataWriter* create_answer_writer(dds::DomainParticipant& participant, const std::string& partition) {
+  auto qos = dds::PUBLISHER_QOS_DEFAULT;
+  if (!partition.empty()) qos.partition().push_back(partition.c_str());
+  auto* const publisher = participant.create_publisher(qos);
   auto* const topic =
       create_topic(participant, dds::TypeSupport{new commands::CommandAnswerPubSubType}, kCommandAnswerTopic);
   return publisher == nullptr || topic == nullptr ? nullptr : publisher->create_datawriter(topic, answer_writer_qos());
@@ -111,9 +115,9 @@ struct DdsCommands::State {
 tl::expected<std::unique_ptr<DdsCommands>, DdsError> DdsCommands::create(DdsPublisher& publisher) {
   auto& participant = publisher.participant();
   auto state = std::make_unique<State>();
-  state->writer = create_answer_writer(participant);
+  state->writer = create_answer_writer(participant, publisher.partition());
   if (state->writer == nullptr) return tl::unexpected(DdsNoWriter{kCommandAnswerTopic});
-  state->reader = create_reader(participant);
+  state->reader = create_reader(participant, publisher.partition());
   if (state->reader == nullptr) return tl::unexpected(DdsNoReader{kCommandTopic});
   return std::unique_ptr<DdsCommands>{new DdsCommands{std::move(state)}};
 }

@@ -1,13 +1,12 @@
 #include "dds_entities.hpp"
 
+#include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <algorithm>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/log/Log.hpp>
-#include <fastdds/dds/log/StdoutErrConsumer.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
@@ -17,6 +16,7 @@
 #include "diagnostics.hpp"
 #include "drivelinePubSubTypes.h"
 #include "joint_states.hpp"
+#include "qos_profiles.hpp"
 #include "ros2PubSubTypes.h"
 #include "writer_qos.hpp"
 
@@ -35,17 +35,6 @@ constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants of o
 constexpr std::uint32_t kSharedMemorySegment = 256 * 1024;  // bytes
 const Duration_t kFarewell{0, 300'000'000};                 // how long the last status may take to arrive
 
-/// Fast DDS writes its log to stdout, which belongs to the program's own output.
-void log_to_stderr() {
-  static std::once_flag once;
-  std::call_once(once, [] {
-    auto consumer = std::make_unique<dds::StdoutErrConsumer>();
-    consumer->stderr_threshold(dds::Log::Kind::Info);
-    dds::Log::ClearConsumers();
-    dds::Log::RegisterConsumer(std::move(consumer));
-  });
-}
-
 Locator_t peer_locator(const std::string& address) {
   Locator_t locator;  // port 0: Fast DDS fills in the discovery ports of the domain
   locator.kind = LOCATOR_KIND_UDPv4;
@@ -56,6 +45,28 @@ Locator_t peer_locator(const std::string& address) {
 bool reaches_loopback(const DdsConfig& config) {
   return config.interfaces.empty() ||
          std::find(config.interfaces.begin(), config.interfaces.end(), kLoopback) != config.interfaces.end();
+}
+
+/// Nobody is found but by the server.
+void ask(const DdsDiscoveryServer& server, eprosima::fastrtps::rtps::DiscoverySettings& discovery) {
+  eprosima::fastrtps::rtps::RemoteServerAttributes asked;
+  asked.ReadguidPrefix(eprosima::fastdds::rtps::DEFAULT_ROS2_SERVER_GUIDPREFIX);
+  auto locator = peer_locator(server.address);
+  IPLocator::setPhysicalPort(locator, server.port);
+  asked.metatrafficUnicastLocatorList.push_back(locator);
+  discovery.discoveryProtocol = eprosima::fastrtps::rtps::DiscoveryProtocol_t::CLIENT;
+  discovery.m_DiscoveryServers.push_back(asked);
+}
+
+/// In the partition of the line, or, what ROS 2 reads, in the default one.
+dds::Publisher* create_publisher(dds::DomainParticipant& participant, const std::string& partition) {
+  auto qos = dds::PUBLISHER_QOS_DEFAULT;
+  if (!partition.empty()) qos.partition().push_back(partition.c_str());
+  return participant.create_publisher(qos);
+}
+
+bool of_ros2(TopicId topic) {
+  return topic == TopicId::kDiagnostics || topic == TopicId::kJoints;
 }
 
 /// The plug-ins of the specification, which the packaged Fast DDS has built in.
@@ -91,6 +102,10 @@ dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
     shared_memory->segment_size(kSharedMemorySegment);
     qos.transport().user_transports.push_back(shared_memory);
   }
+  if (config.discovery_server) {
+    ask(*config.discovery_server, qos.wire_protocol().builtin.discovery_config);
+    return qos;
+  }
   auto& initial_peers = qos.wire_protocol().builtin.initialPeersList;
   initial_peers.push_back(peer_locator(kDiscoveryMulticast));
   if (reaches_loopback(config)) {
@@ -100,32 +115,6 @@ dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
     initial_peers.push_back(peer_locator(peer));
   }
   return qos;
-}
-
-std::string name_of(TopicId topic, const DdsConfig& config) {
-  switch (topic) {
-    case TopicId::kAxis:
-      return config.axis_topic;
-    case TopicId::kStatus:
-      return config.status_topic;
-    case TopicId::kBatch:
-      return config.batch_topic;
-    case TopicId::kEvent:
-      return config.event_topic;
-    case TopicId::kSlave:
-      return config.slave_topic;
-    case TopicId::kTopology:
-      return config.topology_topic;
-    case TopicId::kStatistics:
-      return config.statistics_topic;
-    case TopicId::kAxisStatus:
-      return config.axis_state_topic;
-    case TopicId::kDiagnostics:
-      return config.ros2 ? kDiagnosticsTopic : "";
-    case TopicId::kJoints:
-      return config.ros2 ? kJointStatesTopic : "";
-  }
-  return {};
 }
 
 dds::TypeSupport type_of(TopicId topic) {
@@ -167,7 +156,8 @@ dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publish
 }  // namespace
 
 tl::expected<DdsEntities, DdsError> DdsEntities::create(const DdsConfig& config) {
-  log_to_stderr();
+  static std::once_flag once;
+  std::call_once(once, log_to_stderr);
   DdsEntities entities;
   if (auto done = entities.create_participant(config); !done) {
     return tl::unexpected(std::move(done).error());
@@ -195,20 +185,45 @@ tl::expected<void, DdsError> DdsEntities::create_participant(const DdsConfig& co
 }
 
 tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config) {
-  dds::Publisher* publisher = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
-  if (publisher == nullptr) {
+  auto profiles = QosProfiles::load(config);
+  if (!profiles) {
+    return tl::unexpected(std::move(profiles).error());
+  }
+  dds::Publisher* const own = create_publisher(*participant_, config.partition);
+  dds::Publisher* const others = config.partition.empty() ? own : create_publisher(*participant_, "");
+  if (own == nullptr || others == nullptr) {
     return tl::unexpected(DdsNoPublisher{});
   }
   for (std::size_t i = 0; i < kTopics; ++i) {
     const auto topic = static_cast<TopicId>(i);
-    const std::string name = name_of(topic, config);
-    if (name.empty()) {
-      continue;
+    if (auto made = create_writer_of(topic, config, *profiles, of_ros2(topic) ? *others : *own); !made) {
+      return made;
     }
-    writers_[i] = create_writer(*participant_, *publisher, type_of(topic), name, writer_qos(topic, config));
-    if (writers_[i] == nullptr) {
-      return tl::unexpected(DdsNoWriter{name});
-    }
+  }
+  return {};
+}
+
+tl::expected<void, DdsError> DdsEntities::create_writer_of(TopicId topic, const DdsConfig& config,
+                                                           const QosProfiles& profiles, dds::Publisher& publisher) {
+  const std::string name = name_of(topic, config);
+  if (name.empty()) {
+    return {};
+  }
+  const auto qos = profiles.apply(publisher, name, writer_qos(topic, config));
+  if (!qos) {
+    return tl::unexpected(qos.error());
+  }
+  auto& writer = writers_[static_cast<std::size_t>(topic)];
+  std::string complaint;
+  if (config.profiles.xml.empty()) {
+    writer = create_writer(*participant_, publisher, type_of(topic), name, *qos);
+  } else {
+    const HeardLog heard;
+    writer = create_writer(*participant_, publisher, type_of(topic), name, *qos);
+    complaint = heard.first();
+  }
+  if (writer == nullptr) {
+    return tl::unexpected(profiles.blame(name, complaint, DdsNoWriter{name}));
   }
   return {};
 }

@@ -18,6 +18,8 @@ class Topic;
 
 namespace driveline::bridge {
 
+class QosProfiles;
+
 /// The DDS entities of one publisher, deleted in order by the destructor.
 class DdsEntities {
  public:
@@ -43,6 +45,8 @@ class DdsEntities {
   DdsEntities() = default;
   tl::expected<void, DdsError> create_participant(const DdsConfig& config);
   tl::expected<void, DdsError> create_writers(const DdsConfig& config);
+  tl::expected<void, DdsError> create_writer_of(TopicId topic, const DdsConfig& config, const QosProfiles& profiles,
+                                                eprosima::fastdds::dds::Publisher& publisher);
 
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   std::array<eprosima::fastdds::dds::DataWriter*, kTopics> writers_{};  ///< by TopicId; null: there is no such topic

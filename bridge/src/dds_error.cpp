@@ -20,7 +20,9 @@ struct Sentence {
            std::to_string(kMaxNameLength) + ": '" + error.name + "'.";
   }
   std::string operator()(const DdsNoAddress& error) const {
-    const std::string use = error.use == DdsNoAddress::Use::kInterface ? "interface" : "peer";
+    const std::string use = error.use == DdsNoAddress::Use::kInterface ? "interface"
+                            : error.use == DdsNoAddress::Use::kPeer    ? "peer"
+                                                                       : "discovery server";
     return "The DDS " + use + " '" + error.address + "' is not an IPv4 address such as 192.168.1.10.";
   }
   std::string operator()(const DdsForeignInterface& error) const {
@@ -50,6 +52,9 @@ struct Sentence {
   }
   std::string operator()(const DdsNoReader& error) const {
     return "Cannot create a DDS reader for topic '" + error.topic + "'.";
+  }
+  std::string operator()(const DdsBadProfiles& error) const {
+    return error.file + (error.line > 0 ? ":" + std::to_string(error.line) : "") + ": " + error.reason + ".";
   }
 };
 

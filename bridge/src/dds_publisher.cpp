@@ -15,6 +15,7 @@
 #include "diagnostics.hpp"
 #include "idl_types.hpp"
 #include "joint_states.hpp"
+#include "sample_filter.hpp"
 #include "slave_topics.hpp"
 
 namespace driveline::bridge {
@@ -22,8 +23,6 @@ namespace {
 
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// What ROS 2 tools expect of diagnostics, which they take for stale after some seconds.
-constexpr std::chrono::seconds kDiagnosticsPeriod{1};
 /// Bound of Event::text in the IDL.
 constexpr std::size_t kLongestEvent = 511;
 
@@ -45,6 +44,7 @@ struct DdsPublisher::State {
       : config(std::move(from)),
         entities(std::move(made)),
         batcher(config),
+        axis_filter({config.decimation, config.axis_on_change}, config.axes.size()),
         joints(config),
         slaves(config, entities),
         axis_states(config, entities),
@@ -74,6 +74,7 @@ struct DdsPublisher::State {
   // Used by the drain thread only.
   std::vector<telemetry::AxisTelemetry> axis_messages;
   AxisBatcher batcher;
+  SampleFilter axis_filter;
   JointStates joints;
   bool batches_wanted = false;
   SlaveTopics slaves;
@@ -166,6 +167,10 @@ eprosima::fastdds::dds::DomainParticipant& DdsPublisher::participant() noexcept 
   return state_->entities.participant();
 }
 
+const std::string& DdsPublisher::partition() const noexcept {
+  return state_->config.partition;
+}
+
 PublishCounters DdsPublisher::counters() const noexcept {
   return {.published = state_->published.load(std::memory_order_relaxed),
           .dropped = state_->dropped.load(std::memory_order_relaxed)};
@@ -191,7 +196,7 @@ void DdsPublisher::axes(std::span<const snapshot::AxisSample> samples) {
         state_->entities.write(TopicId::kBatch, batch);
       }
     }
-    if (sample.cycle % state_->config.decimation != 0) {
+    if (state_->config.axis_topic.empty() || !state_->axis_filter.takes(sample)) {
       continue;
     }
     bool accepted = false;
@@ -225,7 +230,7 @@ void DdsPublisher::pass_done(const snapshot::DrainCounters& counters) {
   if (!state_->stalled) state_->slaves.repeat(now);
   state_->axis_states.publish(now);
   if (!state_->stalled && state_->config.ros2 && now >= state_->next_diagnostics) {
-    state_->next_diagnostics = now + kDiagnosticsPeriod;
+    state_->next_diagnostics = now + state_->config.diagnostics_period;
     state_->publish_diagnostics();
   }
 }

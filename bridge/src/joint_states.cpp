@@ -21,7 +21,8 @@ builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t wall_time_ns) {
 }
 
 JointStates::JointStates(const DdsConfig& config)
-    : decimation_(config.cycle_period.count() > 0
+    : decimation_(config.joint_decimation > 0 ? config.joint_decimation
+                  : config.cycle_period.count() > 0
                       ? static_cast<std::uint64_t>(std::max<std::int64_t>(kPeriod / config.cycle_period, 1))
                       : config.decimation) {
   for (const auto& axis : config.axes) message_.name_().push_back(axis.name);

@@ -19,7 +19,8 @@ inline constexpr const char* kJointStateTypeHash =
 /// A time of ROS 2, of nanoseconds since 1970-01-01 UTC; rounded down, also before.
 [[nodiscard]] builtin_interfaces::msg::dds_::Time_ stamp_of(std::int64_t wall_time_ns);
 
-/// Puts the samples of all axes in one cycle together to a JointState of ROS 2, about a hundred times in a second.
+/// Puts the samples of all axes in one cycle together to a JointState of ROS 2, about a hundred times in a second
+/// unless it is configured otherwise.
 class JointStates {
  public:
   explicit JointStates(const DdsConfig& config);

@@ -2,6 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <vector>
+
+#include "driveline/bridge/dds_config.hpp"
 
 namespace driveline::bridge {
 
@@ -21,5 +25,10 @@ enum class TopicId : std::uint8_t {
 
 /// How many there are.
 inline constexpr std::size_t kTopics = static_cast<std::size_t>(TopicId::kJoints) + 1;
+
+/// Name of the DDS topic; empty: it is not published.
+[[nodiscard]] std::string name_of(TopicId topic, const DdsConfig& config);
+/// Names of all DDS topics of a line, also of those that are not published by themselves.
+[[nodiscard]] std::vector<std::string> all_topic_names(const DdsConfig& config);
 
 }  // namespace driveline::bridge

@@ -16,6 +16,7 @@
 #include "config/slave_device_reader.hpp"
 #include "config/slave_plan_reader.hpp"
 #include "config/stream_reader.hpp"
+#include "config/telemetry_reader.hpp"
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/cia402/cyclic_mode.hpp"
@@ -382,18 +383,6 @@ void read_path(TomlReader reader, const std::filesystem::path& directory, LineCo
   config.path = path;
 }
 
-void read_telemetry(TomlReader reader, const std::filesystem::path& folder, LineConfig& config) {
-  auto& telemetry = config.telemetry;
-  if (reader.has("enabled")) telemetry.asked = reader.boolean_or("enabled", true);
-  telemetry.enabled = telemetry.asked.value_or(true);
-  telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
-  telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, 1000000));
-  telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
-  telemetry.ros2 = reader.boolean_or("ros2", false);
-  if (reader.has("security")) telemetry.security = folder / reader.text("security");
-  reader.finish();
-}
-
 void read_output(TomlReader reader, LineConfig& config) {
   config.output.directory = reader.text_or("directory", config.output.directory.string());
   config.output.plots = reader.boolean_or("plots", true);
@@ -442,7 +431,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (config.stream && config.path) {
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
-  read_telemetry(root.table("telemetry"), file.parent_path(), config);
+  config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
   if (root.has("commands"))
     config.commands =
         read_commands(root.table("commands"), config.telemetry.enabled, config.telemetry.security.has_value());

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/operation/configure_line.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
@@ -16,6 +17,7 @@
 #include "operation/axis_verdict.hpp"
 #include "operation/joint_motion.hpp"
 #include "operation/single_motion.hpp"
+#include "telemetry/sealed_copy.hpp"
 #include "telemetry/security_files.hpp"
 
 namespace driveline::runtime {
@@ -34,6 +36,8 @@ constexpr auto kStopTimeout = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
+/// Between two looks into them: how long a sample may lie there before readers of the telemetry get it.
+constexpr auto kDrainPeriod = std::chrono::microseconds{500};
 
 /// Of the columns of the flight recorder.
 std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig& config) {
@@ -146,17 +150,32 @@ Result<void> LineRun::start_bridge() {
     return {};
   }
   BridgeSupervisor::Settings settings{.program = std::move(*program)};
-  if (config_.telemetry.security) {
-    auto files = open_security_files(*config_.telemetry.security);
-    if (!files) return tl::unexpected(files.error());
-    security_ = std::move(*files);
-    for (const auto& file : security_) settings.security.push_back(file.get());
-  }
+  if (auto copied = copy_bridge_files(settings); !copied) return copied;
   if (auto ready = start_commands(); !ready) return ready;
   if (commands_) settings.commands = commands_->descriptors();
   auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
   if (!started) return tl::unexpected(started.error());
   telemetry_ = std::move(*started);
+  return {};
+}
+
+/// The bridge may open no file.
+Result<void> LineRun::copy_bridge_files(BridgeSupervisor::Settings& settings) {
+  const auto& telemetry = config_.telemetry;
+  if (telemetry.security) {
+    auto files = open_security_files(*telemetry.security);
+    if (!files) return tl::unexpected(files.error());
+    security_ = std::move(*files);
+    for (const auto& file : security_) settings.security.push_back(file.get());
+  }
+  if (!telemetry.qos_profiles) return {};
+  const auto content = read_input_file(*telemetry.qos_profiles);
+  if (!content) return tl::unexpected(content.error());
+  auto copy = sealed_copy(*content, *telemetry.qos_profiles);
+  if (!copy) return tl::unexpected(copy.error());
+  qos_profiles_ = std::move(*copy);
+  settings.qos_profiles = qos_profiles_.get();
+  settings.qos_file = telemetry.qos_profiles->string();
   return {};
 }
 
@@ -177,7 +196,8 @@ Result<void> LineRun::start_telemetry() {
   feed_ = std::make_unique<StatusFeed>(listeners, config_.period);
   std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
   consumers.insert(consumers.end(), listeners.begin(), listeners.end());
-  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers));
+  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers),
+                                                   snapshot::DrainConfig{.period = kDrainPeriod});
   if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, describe(started.error()));
   return {};
 }

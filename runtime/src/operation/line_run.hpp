@@ -73,6 +73,7 @@ class LineRun {
   [[nodiscard]] Result<void> check_commands() const;
   [[nodiscard]] std::string_view joint_owner() const noexcept;
   [[nodiscard]] Result<void> start_bridge();
+  [[nodiscard]] Result<void> copy_bridge_files(BridgeSupervisor::Settings& settings);
   [[nodiscard]] Result<void> start_commands();
   [[nodiscard]] Result<void> start_telemetry();
   [[nodiscard]] Result<void> bring_up();
@@ -117,6 +118,7 @@ class LineRun {
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<CommandService> commands_;     ///< none: nothing is commanded over DDS
+  port::FileDescriptor qos_profiles_;            ///< none: the writers have their own
   std::vector<port::FileDescriptor> security_;   ///< empty: telemetry without DDS Security
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
   std::optional<SlaveWatch> slave_watch_;        ///< with telemetry_

@@ -59,6 +59,10 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   add("--condition-fd", {feed_.condition_descriptor()});
   add("--commands-fd", settings_.commands);
   add("--security-fd", settings_.security);
+  if (settings_.qos_profiles >= 0) {
+    add("--qos-fd", {settings_.qos_profiles});
+    arguments.insert(arguments.end(), {"--qos-file", settings_.qos_file});
+  }
   auto started = HelperProcess::start(settings_.program, std::move(arguments), passed);
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);
@@ -73,11 +77,25 @@ Result<void> BridgeSupervisor::start() {
     pollfd waiting{process_.descriptor(), POLLIN, 0};
     static_cast<void>(::poll(&waiting, 1, kStartPollMs));
     take_messages();
-    if (!reason_.empty()) return fail(ErrorKind::kMachine, reason_, "telemetry");
+    if (!reason_.empty()) return refused();
     now = Clock::now();
     if (const auto status = process_.reap()) ended(describe_end(*status), now);
   }
   return {};
+}
+
+/// What is wrong with a file of the user is his to mend; it begins with the name of the file, as the bridge was told
+/// it.
+tl::unexpected<Error> BridgeSupervisor::refused() const {
+  const auto& name = settings_.qos_file;
+  const auto file = printable(std::as_bytes(std::span(name)));
+  const auto end = reason_.find(": ", file.size());
+  if (file.empty() || !reason_.starts_with(file) || end == std::string::npos) {
+    return fail(ErrorKind::kMachine, reason_, "telemetry");
+  }
+  auto sentence = reason_.substr(end + 2);
+  if (sentence.ends_with('.')) sentence.pop_back();
+  return fail(ErrorKind::kFile, std::move(sentence), name + reason_.substr(file.size(), end - file.size()));
 }
 
 void BridgeSupervisor::serve(Clock::time_point now) {

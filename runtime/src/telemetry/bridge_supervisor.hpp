@@ -28,6 +28,8 @@ class BridgeSupervisor {
     std::filesystem::path program{};             ///< the bridge
     std::vector<int> commands{};                 ///< descriptors of CommandService; empty: it takes no commands
     std::vector<int> security{};                 ///< descriptors of open_security_files(); empty: without
+    int qos_profiles = -1;                       ///< descriptor of profiles of Fast DDS; -1: without
+    std::string qos_file{};                      ///< what their file is called in messages
     std::chrono::milliseconds first_pause{100};  ///< before a dead one is started again, doubled each time
     std::chrono::milliseconds longest_pause{10'000};
     std::chrono::milliseconds proven{30'000};      ///< a bridge that has run so long has the first pause again
@@ -42,8 +44,8 @@ class BridgeSupervisor {
   BridgeSupervisor& operator=(const BridgeSupervisor&) = delete;
   ~BridgeSupervisor() = default;
 
-  /// Starts the bridge and waits until it publishes, has told why it cannot (error, kMachine), or has ended, which is
-  /// treated as in operation.
+  /// Starts the bridge and waits until it publishes, has told why it cannot (error, kMachine; of the QoS profiles,
+  /// kFile), or has ended, which is treated as in operation.
   [[nodiscard]] Result<void> start();
   /// Looks at the bridge and its counts, and starts it again when its pause is over.
   void serve(Clock::time_point now);
@@ -72,6 +74,7 @@ class BridgeSupervisor {
         pause_(settings_.first_pause, settings_.longest_pause) {}
 
   [[nodiscard]] Result<void> spawn(Clock::time_point now);
+  [[nodiscard]] tl::unexpected<Error> refused() const;
   void take_messages();
   void look_at_counts(Clock::time_point now);
   void ended(const std::string& how, Clock::time_point now);

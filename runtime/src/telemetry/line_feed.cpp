@@ -31,11 +31,24 @@ Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
   if (telemetry.interfaces.size() > snapshot::kMaxFeedInterfaces)
     return refused(fmt::format("{} interfaces are too many, up to {} are possible; none means all of the machine",
                                telemetry.interfaces.size(), snapshot::kMaxFeedInterfaces));
+  if (telemetry.peers.size() > snapshot::kMaxFeedPeers)
+    return refused(
+        fmt::format("{} peers are too many, up to {} are possible", telemetry.peers.size(), snapshot::kMaxFeedPeers));
   snapshot::FeedDescription description;
   description.line.set(config.name);
   description.domain = telemetry.domain;
   description.decimation = telemetry.decimation;
   description.ros2 = telemetry.ros2 ? 1 : 0;
+  description.partition.set(telemetry.partition);
+  for (std::size_t i = 0; i < telemetry.rates.size(); ++i) {
+    const auto& rate = telemetry.rates[i];
+    description.rate[i] = {rate.kind, rate.cycles, rate.period.count()};
+  }
+  for (const auto& peer : telemetry.peers) description.peer[description.peers++].set(peer);
+  if (telemetry.discovery_server) {
+    description.discovery_server.set(telemetry.discovery_server->address);
+    description.discovery_port = telemetry.discovery_server->port;
+  }
   description.realtime_cpu = config.realtime.cpu.value_or(-1);
   description.period_ns = config.period.count();
   // A line without a description is as long as it turns out to be.

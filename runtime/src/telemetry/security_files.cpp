@@ -1,32 +1,16 @@
 #include "telemetry/security_files.hpp"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <string>
+#include <utility>
 
 #include "driveline/runtime/files/input_file.hpp"
+#include "telemetry/sealed_copy.hpp"
 
 namespace driveline::runtime {
 namespace {
 
 constexpr const char* kSecurityFiles[] = {"identity_ca.pem",    "certificate.pem", "private_key.pem",
                                           "permissions_ca.pem", "governance.p7s",  "permissions.p7s"};
-
-/// A file in memory with that content, which stays as it is.
-Result<port::FileDescriptor> sealed_copy(const std::string& content, const std::filesystem::path& file) {
-  port::FileDescriptor copy{::memfd_create("driveline-security", MFD_CLOEXEC | MFD_ALLOW_SEALING)};
-  const bool written =
-      copy.valid() && ::write(copy.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size());
-  if (!written || ::fcntl(copy.get(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK | F_SEAL_SEAL) != 0) {
-    return fail(ErrorKind::kMachine, fmt::format("cannot be kept in memory: {}", std::strerror(errno)), file.string());
-  }
-  return copy;
-}
 
 }  // namespace
 

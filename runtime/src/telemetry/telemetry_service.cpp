@@ -1,5 +1,6 @@
 #include "telemetry/telemetry_service.hpp"
 
+#include <algorithm>
 #include <iterator>
 #include <thread>
 #include <utility>
@@ -10,6 +11,8 @@
 namespace driveline::runtime {
 namespace {
 
+/// Of cycles after which the bridge is woken: what a batch holds.
+constexpr std::chrono::milliseconds kWakePeriod{1};
 /// Between two looks at the bridge.
 constexpr std::chrono::milliseconds kLookPeriod{10};
 /// On virtual time, for a bridge that does not go on.
@@ -27,7 +30,8 @@ TelemetryService::TelemetryService(const LineConfig& config, snapshot::FeedWrite
     : feed_(std::move(feed)),
       assembler_(config.axes.size(), [this](const snapshot::FeedLine& line,
                                             std::span<const snapshot::FeedAxisSample> axes) { push(line, axes); }),
-      waits_(virtual_time) {}
+      waits_(virtual_time),
+      cycles_per_wake_(std::max<std::uint64_t>(static_cast<std::uint64_t>(kWakePeriod / config.period), 1)) {}
 
 Result<std::unique_ptr<TelemetryService>> TelemetryService::start(const LineConfig& config, bool virtual_time,
                                                                   BridgeSupervisor::Settings settings) {
@@ -47,6 +51,12 @@ Result<std::unique_ptr<TelemetryService>> TelemetryService::start(const LineConf
 void TelemetryService::push(const snapshot::FeedLine& line, std::span<const snapshot::FeedAxisSample> axes) {
   if (waits_) wait_for_bridge();
   feed_.push(line, axes);
+  batch_ = (line.cycle + 1) / cycles_per_wake_;
+}
+
+/// When a batch is whole, which it publishes then: it need not look more often, and nobody waits for its looking.
+void TelemetryService::wake_bridge() {
+  if (std::exchange(batch_of_wake_, batch_) != batch_) feed_.wake();
 }
 
 /// Half of the feed stays free. A bridge that has stood still for long is not waited for until it goes on.
@@ -87,6 +97,7 @@ void TelemetryService::tell_status() {
 }
 
 void TelemetryService::pass_done(const snapshot::DrainCounters& counters) {
+  wake_bridge();
   const auto now = Clock::now();
   if (now < next_look_) return;
   next_look_ = now + kLookPeriod;
@@ -106,6 +117,7 @@ void TelemetryService::finish(const snapshot::DrainCounters& counters) {
   dropped_by_rings_ = counters.lines_dropped + counters.axes_dropped;
   status_.ended = 1;
   tell_status();
+  feed_.wake();
   supervisor_->end();
   hand_over(counters);
 }

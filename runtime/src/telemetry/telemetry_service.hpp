@@ -56,6 +56,7 @@ class TelemetryService final : public snapshot::SampleConsumer {
   TelemetryService(const LineConfig& config, snapshot::FeedWriter feed, bool virtual_time);
   void push(const snapshot::FeedLine& line, std::span<const snapshot::FeedAxisSample> axes);
   void wait_for_bridge();
+  void wake_bridge();
   void tell_status();
   void tell_events();
   void tell_condition();
@@ -68,6 +69,9 @@ class TelemetryService final : public snapshot::SampleConsumer {
   bool waits_;                      ///< for the bridge
   std::uint64_t stuck_at_ = ~0ULL;  ///< record at which the bridge stood still while it was waited for
   std::uint64_t dropped_by_rings_ = 0;
+  std::uint64_t cycles_per_wake_;    ///< of a millisecond, one at least
+  std::uint64_t batch_ = 0;          ///< millisecond of the cycle that comes after the last one that was pushed
+  std::uint64_t batch_of_wake_ = 0;  ///< the same, when the bridge was woken
   Clock::time_point next_look_{};
   mutable std::mutex mutex_;  ///< of what follows
   std::vector<EventFacts> events_;

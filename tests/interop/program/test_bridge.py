@@ -10,7 +10,7 @@ import sys
 import time
 import unittest
 
-from program import AXES, CYCLONE_SUBSCRIBER, DRIVELINE, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
+from program import AXES, CYCLONE_BATCHES, CYCLONE_SUBSCRIBER, DRIVELINE, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 BRIDGE = pathlib.Path(DRIVELINE).parent / "driveline-bridge"
 
@@ -247,6 +247,66 @@ class ABridge(BridgeTest):
         self.assertEqual(self.one_document(result.stdout)["telemetry"], {"published": 0, "dropped": 0, "restarts": 0})
         result = self.run_program("run", "--config", config, "--virtual", "--duration", 0.1, "--telemetry")
         self.check_refused(result, 1, "/nowhere/driveline-bridge: is named by DRIVELINE_BRIDGE")
+
+
+class TheCycle(BridgeTest):
+    """What telemetry may do to the thread of the cycle, by counts that do not depend on how fast the machine is: how often it gave the
+    processor away, its page faults, what it read and wrote, and what memory its process has."""
+
+    WINDOW_S = 2
+    PERIOD_US = 1000
+
+    def counts(self, run):
+        tasks = pathlib.Path(f"/proc/{run.pid}/task")
+        [cycle] = [task for task in tasks.iterdir() if (task / "comm").read_text().strip() == "driveline-rt"]
+        status = dict(line.split(":\t", 1) for line in (cycle / "status").read_text().splitlines() if ":\t" in line)
+        stat = (cycle / "stat").read_text().rpartition(")")[2].split()
+        io = dict(line.split(": ") for line in (cycle / "io").read_text().splitlines())
+        return {"gave way": int(status["voluntary_ctxt_switches"]), "page faults": int(stat[7]) + int(stat[9]),
+                "reads and writes": int(io["syscr"]) + int(io["syscw"]), "data KiB": int(status["VmData"].split()[0]),
+                "instants": time.monotonic() * 1e6 / self.PERIOD_US}
+
+    def window(self, run, begin=lambda: None, end=lambda: None):
+        """What is counted while something happens for two seconds."""
+        before = self.counts(run)
+        begin()
+        time.sleep(self.WINDOW_S)
+        after = self.counts(run)
+        end()
+        locked = int(pathlib.Path(f"/proc/{run.pid}/status").read_text().partition("VmLck:")[2].split()[0])
+        return {"locked": locked, **{name: after[name] - before[name] for name in before}}
+
+    def check(self, what, counted, quiet):
+        with self.subTest(what=what):
+            # Once for each instant of the grid; who waits for somebody else does it more often.
+            self.assertLessEqual(counted["gave way"], 1.01 * counted["instants"] + 20, (counted, quiet))
+            self.assertGreater(counted["gave way"], 0, "it stands still")
+            if counted["locked"]:  # who may not lock memory has page faults of his own
+                self.assertEqual(counted["page faults"], 0, (counted, quiet))
+            self.assertEqual(counted["reads and writes"], 0, (counted, quiet))
+            self.assertLessEqual(counted["data KiB"], quiet["data KiB"] + 1024, (counted, quiet))
+
+    @unittest.skipIf(os.environ.get("DRIVELINE_SANITIZE"), "a sanitizer waits and allocates in every thread")
+    def test_does_not_notice_a_bridge_that_stands_still_nor_a_reader_that_joins(self):
+        run = self.start_run(cycle_us=self.PERIOD_US, decimation=1)
+        bridge = self.wait_for_bridge(run)
+        self.receive()
+        quiet = self.window(run)
+        self.check("nothing happens", quiet, quiet)
+        readers = []
+        self.check("readers join", self.window(run, begin=lambda: readers.extend(
+            self.start(self.domain, 10**6, 3, program=tool, log=f"reader{number}.log")
+            for number, tool in enumerate((CYCLONE_SUBSCRIBER, CYCLONE_BATCHES)))), quiet)
+        for reader in readers:
+            reader.wait(PATIENCE_S)
+        for number in range(2):
+            self.assertIn('"samples":', self.text(f"reader{number}.log.out"))
+        self.check("the bridge stands still", self.window(run, begin=lambda: os.kill(bridge, signal.SIGSTOP),
+                                                          end=lambda: os.kill(bridge, signal.SIGCONT)), quiet)
+        self.check("it goes on", self.window(run), quiet)
+        document = self.end_run(run)
+        # The feed holds 256 of about 2000 cycles, each with the sample of the line and those of eight axes.
+        self.assertGreater(document["telemetry"]["dropped"], 1000 * (len(AXES) + 1))
 
 
 class HostileNetwork(BridgeTest):

@@ -99,11 +99,12 @@ class Reference(DocumentTest):
         "path": ['slave = [{ name = "x" }]\n[path]\nfile = "a.csv"'],
         "recovery": ['slave = [{ name = "x" }]\n[recovery]'],
         "telemetry": ['slave = [{ name = "x" }]\n[telemetry]'],
+        "telemetry.rates": ['slave = [{ name = "x" }]\n[telemetry.rates]'],
         "output": ['slave = [{ name = "x" }]\n[output]'],
     }
 
     INNER = ("slave.dc", "slave.input", "slave.pdo", "slave.plant", "slave.plant.dc_link", "slave.plant.encoder", "slave.plant.load",
-             "slave.plant.thermal", "slave.plant.winding", "slave.sdo", "slave.switch", "slave.timeouts", "slave.watchdog", "wiring.cable")
+             "slave.plant.thermal", "slave.plant.winding", "slave.sdo", "slave.switch", "slave.timeouts", "slave.watchdog", "telemetry.rates", "wiring.cable")
 
     def test_lists_the_keys_that_the_program_knows(self):
         documented = documented_keys()

@@ -42,6 +42,40 @@ TEST(AxisBatcher, ABatchHasAsManyCyclesAsItsPeriodAndItsRoomHold) {
   EXPECT_EQ(AxisBatcher(batch_config(1, 1us)).cycles(), 64U);
 }
 
+TEST(AxisBatcher, ABatchOfEveryThirdCycleEndsWithItsPeriodAllTheSame) {
+  auto config = batch_config(1, 250us);
+  config.batch_rate.cycles = 3;
+  AxisBatcher batcher(config);
+  std::vector<std::vector<std::uint64_t>> batches;
+  for (std::uint64_t cycle = 0; cycle < 12; ++cycle) {
+    if (const auto* batch = batcher.add(batched_sample(cycle, 0))) {
+      EXPECT_EQ(cycle % 4, 3U) << "as soon as its period is over";
+      auto& cycles = batches.emplace_back();
+      for (const auto& time : batch->cycles()) cycles.push_back(time.cycle());
+    }
+  }
+  EXPECT_THAT(batches,
+              testing::ElementsAre(testing::ElementsAre(0U, 3U), testing::ElementsAre(6U), testing::ElementsAre(9U)));
+}
+
+TEST(SampleFilter, OnChangeTakesWhatDiffersAndOneInASecond) {
+  SampleFilter filter({.cycles = 1, .on_change = true}, 2);
+  auto sample = batched_sample(8, 0);
+  sample.demand_torque = std::nan("");
+  EXPECT_TRUE(filter.takes(sample)) << "the first";
+  auto next = sample;
+  next.cycle = 9;
+  next.time_ns += 999'999'999;
+  EXPECT_FALSE(filter.takes(next)) << "cycle and time are no change";
+  EXPECT_TRUE(filter.takes(batched_sample(9, 1))) << "of another axis";
+  next.time_ns += 1;
+  EXPECT_TRUE(filter.takes(next)) << "a second later";
+  next.status_word ^= 1;
+  EXPECT_TRUE(filter.takes(next));
+  EXPECT_FALSE(filter.takes(next));
+  EXPECT_TRUE(filter.takes(batched_sample(10, 7))) << "of an axis that nobody knows: refused elsewhere";
+}
+
 TEST(AxisBatcher, ABatchIsWholeCyclesOfAllAxes) {
   AxisBatcher batcher(batch_config(2, 250us));
   batcher.set_wall_offset(1'000'000);

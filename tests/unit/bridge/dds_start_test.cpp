@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadConfig{"Domain", [](DdsConfig& c) { c.domain_id = 233; }, "domain 233"},
         BadConfig{"Decimation", [](DdsConfig& c) { c.decimation = 0; }, "decimation is 0"},
-        BadConfig{"NoTopic", [](DdsConfig& c) { c.axis_topic.clear(); }, "topics ''"},
+        BadConfig{"NoTopic", [](DdsConfig& c) { c.status_topic.clear(); }, "and ''"},
         BadConfig{"SameTopic", [](DdsConfig& c) { c.status_topic = c.axis_topic; }, "two different names"},
         BadConfig{"LongLineName", [](DdsConfig& c) { c.line_name = std::string(32, 'l'); }, "the line has 32 bytes"},
         BadConfig{"LongAxisName", [](DdsConfig& c) { c.axes[1].name = std::string(32, 'a'); }, "axis 1 has 32 bytes"},
@@ -60,6 +60,28 @@ TEST(DdsStart, AcceptsTheLongestNames) {
   config.line_name = std::string(31, 'l');
   config.axes = {{.name = std::string(31, 'a')}};
   EXPECT_TRUE(DdsPublisher::create(config));
+}
+
+TEST(DdsStart, AProfileLeavesRoomForAllAxes) {
+  DdsConfig config;
+  config.domain_id = 101;
+  config.decimation = 1;
+  config.axis_topic = "test/axes_by_profile";
+  config.profiles.file = "qos.xml";
+  config.profiles.xml =
+      "<profiles><data_writer profile_name=\"test/axes_by_profile\"><qos><reliability><kind>RELIABLE</kind>"
+      "</reliability></qos></data_writer></profiles>";
+  for (int i = 0; i < 12; ++i) config.axes.push_back({.name = "a" + std::to_string(i)});
+  const auto publisher = DdsPublisher::create(config);
+  ASSERT_TRUE(publisher) << describe(publisher.error());
+  for (std::uint16_t axis = 0; axis < 12; ++axis) {
+    snapshot::AxisSample sample;
+    sample.axis = axis;
+    (*publisher)->axes({&sample, 1});
+  }
+  (*publisher)->pass_done({});
+  EXPECT_EQ((*publisher)->counters().published, 12U) << "Fast DDS has room for ten by itself";
+  EXPECT_EQ((*publisher)->counters().dropped, 0U);
 }
 
 TEST(DdsStart, LeavesStdoutToTheProgram) {

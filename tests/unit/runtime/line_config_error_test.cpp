@@ -159,8 +159,8 @@ INSTANTIATE_TEST_SUITE_P(
             one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
             ":6: [path] speed: unknown key, expected one of: dead_time, file, interpolation, late, relative, repeat"},
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
-                  ":5: [telemetry] rate: unknown key, expected one of: decimation, domain, enabled, interfaces, ros2, "
-                  "security"},
+                  ":5: [telemetry] rate: unknown key, expected one of: decimation, discovery_server, domain, enabled, "
+                  "interfaces, partition, peers, qos_profiles, rates, ros2, security"},
         WrongFile{one_slave("[output]\nplot = false\n"),
                   ":5: [output] plot: unknown key, expected one of: capture, directory, plots"}));
 
@@ -269,6 +269,57 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[telemetry]\ndomain = 233\n"), ":5: [telemetry] domain: is 233, 0 to 232 is expected"},
         WrongFile{one_slave("[telemetry]\ndecimation = 0\n"),
                   ":5: [telemetry] decimation: is 0, 1 to 1000000 is expected"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    Telemetry, LineConfigError,
+    testing::Values(
+        WrongFile{
+            one_slave("[telemetry]\npartition = \"\"\n"),
+            ":5: [telemetry] partition: 1 to 63 letters, digits and signs but * ? [ ] \\ and blanks are expected"},
+        WrongFile{
+            one_slave("[telemetry]\npartition = \"press*\"\n"),
+            ":5: [telemetry] partition: 1 to 63 letters, digits and signs but * ? [ ] \\ and blanks are expected"},
+        WrongFile{one_slave("[telemetry]\ninterfaces = []\npeers = [\"plc.local\"]\n"),
+                  ":6: [telemetry] peers: \"plc.local\" is no IPv4 address such as 192.168.1.10"},
+        WrongFile{one_slave("[telemetry]\npeers = [\"192.0.2.1\"]\n"),
+                  ":5: [telemetry] peers: 192.0.2.1 cannot be reached from 127.0.0.1, by which telemetry stays on this "
+                  "machine: name the interface that leads there in interfaces"},
+        WrongFile{one_slave("[telemetry]\ndiscovery_server = \"192.0.2.1:11811\"\n"),
+                  ":5: [telemetry] discovery_server: 192.0.2.1 cannot be reached from 127.0.0.1, by which telemetry "
+                  "stays on this machine: name the interface that leads there in interfaces"},
+        WrongFile{one_slave("[telemetry]\ndiscovery_server = \"127.0.0.1\"\n"),
+                  ":5: [telemetry] discovery_server: is \"127.0.0.1\", an IPv4 address and a port such as "
+                  "192.168.1.10:11811 are expected"},
+        WrongFile{one_slave("[telemetry]\ndiscovery_server = \"127.0.0.1:65536\"\n"),
+                  ":5: [telemetry] discovery_server: is \"127.0.0.1:65536\", an IPv4 address and a port such as "
+                  "192.168.1.10:11811 are expected"},
+        WrongFile{one_slave("[telemetry]\npeers = [\"127.0.0.1\"]\ndiscovery_server = \"127.0.0.1:11811\"\n"),
+                  ":5: [telemetry] peers: are not asked where a discovery_server tells who is there: leave one of them "
+                  "out"}));
+
+INSTANTIATE_TEST_SUITE_P(
+    TelemetryRates, LineConfigError,
+    testing::Values(
+        WrongFile{one_slave("[telemetry.rates]\naxis = 2\n"),
+                  ":5: [telemetry.rates] axis: unknown key, expected one of: axis_batch, axis_state, axis_telemetry, "
+                  "cycle_statistics, diagnostics, event, joint_states, line_status, slave, topology"},
+        WrongFile{one_slave("[telemetry.rates]\naxis_batch = \"fast\"\n"),
+                  ":5: [telemetry.rates] axis_batch: is \"fast\", \"full\", \"change\", \"off\", a rate such as \"100 "
+                  "Hz\", or 8 for every 8th cycle is expected"},
+        WrongFile{one_slave("[telemetry.rates]\naxis_batch = 0\n"),
+                  ":5: [telemetry.rates] axis_batch: is 0, 1 to 1000000 is expected"},
+        WrongFile{one_slave("[telemetry.rates]\nline_status = \"off\"\n"),
+                  ":5: [telemetry.rates] line_status: is \"off\", a rate from \"0.1 Hz\" to \"100 Hz\" is expected"},
+        WrongFile{one_slave("[telemetry.rates]\nline_status = \"101 Hz\"\n"),
+                  ":5: [telemetry.rates] line_status: is \"101 Hz\", a rate from \"0.1 Hz\" to \"100 Hz\" is expected"},
+        WrongFile{one_slave("[telemetry.rates]\nevent = 3\n"),
+                  ":5: [telemetry.rates] event: \"change\" or \"off\" is expected"},
+        WrongFile{one_slave("[telemetry.rates]\njoint_states = \"full\"\n"),
+                  ":5: [telemetry.rates] joint_states: is a topic of ROS 2, which needs ros2 = true in [telemetry]"},
+        WrongFile{
+            one_slave("[telemetry]\ndecimation = 2\n[telemetry.rates]\naxis_telemetry = 4\n"),
+            ":5: [telemetry] decimation: is the rate of axis_telemetry, too, which [telemetry.rates] names: leave "
+            "one out"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Missing, LineConfigError,

@@ -55,6 +55,43 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{60});
 }
 
+TEST(LineConfig, TelemetrySaysHowOftenAndToWhom) {
+  const auto config = parsed(
+      "[line]\ncycle_us = 500\n[[slave]]\nname = \"x\"\n"
+      "[telemetry]\npartition = \"hall2/press\"\ninterfaces = [\"192.0.2.1\"]\npeers = [\"192.0.2.7\"]\n"
+      "qos_profiles = \"qos.xml\"\nros2 = true\n"
+      "[telemetry.rates]\naxis_telemetry = \"full\"\naxis_batch = \"change\"\nline_status = \"4 Hz\"\n"
+      "event = \"off\"\nslave = \"change\"\njoint_states = \"300 Hz\"\ndiagnostics = \"0.5 Hz\"\n");
+  const auto& telemetry = config.telemetry;
+  EXPECT_EQ(telemetry.partition, "hall2/press");
+  EXPECT_THAT(telemetry.peers, testing::ElementsAre("192.0.2.7"));
+  EXPECT_EQ(telemetry.qos_profiles->filename(), "qos.xml");
+  EXPECT_FALSE(telemetry.discovery_server);
+  using Kind = TopicRate::Kind;
+  using snapshot::FeedTopic;
+  const auto rate = [&](FeedTopic topic) { return telemetry.rates[static_cast<std::size_t>(topic)]; };
+  EXPECT_EQ(rate(FeedTopic::kAxisTelemetry).kind, Kind::kCycles);
+  EXPECT_EQ(rate(FeedTopic::kAxisTelemetry).cycles, 1U);
+  EXPECT_EQ(rate(FeedTopic::kAxisBatch).kind, Kind::kOnChange);
+  EXPECT_EQ(rate(FeedTopic::kLineStatus).kind, Kind::kPeriod);
+  EXPECT_EQ(rate(FeedTopic::kLineStatus).period, std::chrono::milliseconds{250});
+  EXPECT_EQ(rate(FeedTopic::kEvent).kind, Kind::kOff);
+  EXPECT_EQ(rate(FeedTopic::kSlave).kind, Kind::kOnChange);
+  EXPECT_EQ(rate(FeedTopic::kTopology).kind, Kind::kDefault);
+  EXPECT_EQ(rate(FeedTopic::kJointStates).cycles, 7U) << "2000 Hz by 300 Hz, to the nearest";
+  EXPECT_EQ(rate(FeedTopic::kDiagnostics).period, std::chrono::seconds{2});
+  const auto faster = parsed("[[slave]]\nname = \"x\"\n[telemetry.rates]\naxis_telemetry = \"10000 Hz\"\n");
+  EXPECT_EQ(faster.telemetry.rates[0].cycles, 1U) << "no faster than the cycle";
+}
+
+TEST(LineConfig, TelemetryMayHaveADiscoveryServer) {
+  const auto config =
+      parsed("[[slave]]\nname = \"x\"\n[telemetry]\ninterfaces = []\ndiscovery_server = \"192.0.2.1:11811\"\n");
+  ASSERT_TRUE(config.telemetry.discovery_server);
+  EXPECT_EQ(config.telemetry.discovery_server->address, "192.0.2.1");
+  EXPECT_EQ(config.telemetry.discovery_server->port, 11811);
+}
+
 TEST(LineConfig, AnAxisHasItsRangeInItsUnit) {
   const auto config = parsed(
       "[[slave]]\nname = \"x\"\n[[slave]]\nname = \"y\"\n"

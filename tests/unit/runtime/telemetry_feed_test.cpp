@@ -86,6 +86,11 @@ TEST(LineFeed, DescribesTheLine) {
   config.telemetry.decimation = 3;
   config.telemetry.ros2 = true;
   config.telemetry.interfaces = {"127.0.0.1", "192.168.1.10"};
+  config.telemetry.partition = "hall2";
+  config.telemetry.peers = {"192.168.1.11"};
+  config.telemetry.discovery_server = DiscoveryServer{"192.168.1.12", 11811};
+  config.telemetry.rates[2] = {TopicRate::Kind::kCycles, 5, {}};
+  config.telemetry.rates[8] = {TopicRate::Kind::kPeriod, 1, std::chrono::seconds{2}};
   config.realtime.cpu = 1;
   const auto description = describe_for_feed(config);
   ASSERT_TRUE(description);
@@ -97,6 +102,15 @@ TEST(LineFeed, DescribesTheLine) {
   EXPECT_EQ(description->domain, 9U);
   EXPECT_EQ(description->decimation, 3U);
   EXPECT_EQ(description->ros2, 1U);
+  EXPECT_EQ(description->partition.view(), "hall2");
+  EXPECT_EQ(description->peers, 1U);
+  EXPECT_EQ(description->peer[0].view(), "192.168.1.11");
+  EXPECT_EQ(description->discovery_server.view(), "192.168.1.12");
+  EXPECT_EQ(description->discovery_port, 11811U);
+  EXPECT_EQ(description->rate[0].kind, snapshot::FeedRateKind::kDefault);
+  EXPECT_EQ(description->rate[2].kind, snapshot::FeedRateKind::kCycles);
+  EXPECT_EQ(description->rate[2].cycles, 5U);
+  EXPECT_EQ(description->rate[8].period_ns, 2'000'000'000);
   EXPECT_EQ(description->interfaces, 2U);
   EXPECT_EQ(description->interface[1].view(), "192.168.1.10");
   EXPECT_EQ(description->realtime_cpu, 1);
@@ -118,6 +132,10 @@ TEST(LineFeed, RefusesWhatHasNoRoom) {
   EXPECT_EQ(refusal(config), "");
   config.telemetry.interfaces.assign(17, "127.0.0.1");
   EXPECT_THAT(refusal(config), HasSubstr("17 interfaces are too many, up to 16"));
+  config.telemetry.peers.assign(17, "127.0.0.1");
+  config.telemetry.interfaces.clear();
+  EXPECT_THAT(refusal(config), HasSubstr("17 peers are too many, up to 16"));
+  config.telemetry.peers.clear();
   config.telemetry.interfaces = {std::string(47, '1')};
   EXPECT_EQ(refusal(config), "");
   config.telemetry.interfaces = {std::string(48, '1')};

@@ -424,7 +424,8 @@ TEST(Feed, RegionsThatAreNoFeedAreRefusedInASentence) {
 TEST(Feed, ADescriptionThatCannotBeIsRefused) {
   for (auto* const spoil : std::initializer_list<void (*)(FeedDescription&)>{
            [](FeedDescription& d) { d.axes = kMaxFeedAxes + 1; }, [](FeedDescription& d) { d.interfaces = 17; },
-           [](FeedDescription& d) { d.decimation = 0; }}) {
+           [](FeedDescription& d) { d.peers = kMaxFeedPeers + 1; },
+           [](FeedDescription& d) { d.discovery_port = 65536; }, [](FeedDescription& d) { d.decimation = 0; }}) {
     auto description = description_of(1);
     spoil(description);
     auto region = rt::SharedRegion::create("driveline-test", feed_description_layout(1));
@@ -483,6 +484,30 @@ TEST(FeedReturn, TellsAndRemembers) {
   const auto told = second->told();
   EXPECT_EQ(told.next, 2U);
   EXPECT_EQ(told.refused, 5U);
+}
+
+TEST(Feed, AReaderThatWaitsIsWoken) {
+  using std::chrono::hours;
+  auto feed = feed_of(1, 64);
+  auto reader = reader_of(feed);
+  std::atomic<bool> woken{false};
+  std::thread waiting([&] {
+    while (!reader.take()) reader.wait(hours{1});
+    woken = true;
+  });
+  // However late the thread is: it sees the cycle, or is woken for it.
+  feed.push({}, {});
+  while (!woken) {
+    feed.wake();
+    std::this_thread::yield();
+  }
+  waiting.join();
+  feed.push({}, {});
+  reader.wait(hours{1});  // comes back at once: there is one to take
+  EXPECT_TRUE(reader.take());
+  const auto began = std::chrono::steady_clock::now();
+  reader.wait(std::chrono::milliseconds{1});
+  EXPECT_GE(std::chrono::steady_clock::now() - began, std::chrono::milliseconds{1}) << "there is none";
 }
 
 }  // namespace

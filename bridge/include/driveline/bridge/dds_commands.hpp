@@ -29,7 +29,7 @@ class DdsCommands {
   /// Participants whose commands are counted.
   static constexpr std::size_t kMostParticipants = 256;
 
-  /// Reads and answers in the domain of `publisher`, which must outlive it.
+  /// Reads and answers in the domain and the partition of `publisher`, which must outlive it.
   [[nodiscard]] static tl::expected<std::unique_ptr<DdsCommands>, DdsError> create(DdsPublisher& publisher);
   ~DdsCommands();
   DdsCommands(const DdsCommands&) = delete;

@@ -35,13 +35,32 @@ struct DdsSecurity {
   std::string permissions;     ///< what this participant may do, signed
 };
 
+/// Which samples of the axes a topic has.
+struct SampleRate {
+  std::uint32_t cycles = 1;  ///< those of every cycle whose number it divides; at least 1
+  /// Of these only the ones in which something but cycle and time has changed, and one in a second.
+  bool on_change = false;
+};
+
+/// Where a discovery server of Fast DDS listens: whoever asks it is told of all others who do.
+struct DdsDiscoveryServer {
+  std::string address;     ///< IPv4
+  std::uint16_t port = 0;  ///< of UDP; its GUID prefix is that of server 0, 44.53.00.5f.45.50.52.4f.53.49.4d.41
+};
+
+/// Profiles of Fast DDS for writers; the name of a profile is that of its topic.
+struct DdsProfiles {
+  std::string xml;   ///< content of the file; empty: none
+  std::string file;  ///< what it is called in messages
+};
+
 /// Where and how often a DdsPublisher publishes.
 struct DdsConfig {
   std::uint32_t domain_id = 0;                 ///< 0 to 232; above 100 its ports meet Linux's ephemeral ports
   std::string participant_name = "driveline";  ///< shown by DDS tools
   std::string line_name = "line";              ///< 1 to 31 bytes
   std::vector<AxisInfo> axes;                  ///< by axis index; samples of other axes are refused and counted
-  std::string axis_topic = "driveline/axis_telemetry";  ///< name of the DDS topic of the axis samples
+  std::string axis_topic = "driveline/axis_telemetry";  ///< name of the DDS topic of the axis samples; empty: none
   std::string status_topic = "driveline/line_status";   ///< name of the DDS topic of the line's status
   /// Name of the DDS topic of batches: all axes in every cycle. Empty: none.
   std::string batch_topic = "driveline/v1/axis_batch";
@@ -55,8 +74,13 @@ struct DdsConfig {
   std::size_t slaves = 0;  ///< most slaves of the line
   /// Time after which a slave is published although nothing of it has changed.
   std::chrono::nanoseconds slave_period = std::chrono::seconds{10};
-  /// Also publishes the ROS 2 topic `joint_states`: sensor_msgs/msg/JointState, a hundred times in a second.
+  /// Also publishes the ROS 2 topics `joint_states` (sensor_msgs/msg/JointState) and `diagnostics`
+  /// (diagnostic_msgs/msg/DiagnosticArray), in the default partition, in which ROS 2 reads.
   bool ros2 = false;
+  bool joint_states = true;            ///< with `ros2`: that topic
+  bool diagnostics = true;             ///< with `ros2`: that topic
+  std::uint32_t joint_decimation = 0;  ///< joint states of every n-th cycle; 0: a hundred times in a second
+  std::chrono::nanoseconds diagnostics_period = std::chrono::seconds{1};  ///< what ROS 2 tools expect; above 0
   /// Of the line; a batch has as many cycles as batch_period holds, up to 64, and up to 512 samples. 0: not known, a
   /// batch has one cycle.
   std::chrono::nanoseconds cycle_period{0};
@@ -65,6 +89,8 @@ struct DdsConfig {
   std::chrono::nanoseconds batch_period = std::chrono::milliseconds{1};  ///< of the cycles in one batch
   /// Axis samples are published in every cycle whose number it divides; 8 makes 1 kHz of a 125 µs cycle. At least 1.
   std::uint32_t decimation = 8;
+  bool axis_on_change = false;  ///< of these only the ones in which something has changed, and one in a second
+  SampleRate batch_rate;        ///< of the samples in batches
   /// Time between two line statuses while the state and the faults stay as they are.
   std::chrono::nanoseconds status_period = std::chrono::milliseconds{100};
   /// IPv4 addresses of the interfaces DDS may use; empty: every interface. By default telemetry stays on this machine:
@@ -73,6 +99,9 @@ struct DdsConfig {
   /// IPv4 addresses of machines to announce ourselves to one by one, for networks without multicast. The own machine
   /// is always among them while `interfaces` allows it.
   std::vector<std::string> peers;
+  std::optional<DdsDiscoveryServer> discovery_server;  ///< in place of multicast and peers; none: without
+  std::string partition;                               ///< of DDS; empty: the default one
+  DdsProfiles profiles;                                ///< of writers
   std::optional<DdsSecurity> security;  ///< none: everybody in the domain reads, and may say that he is somebody else
   /// Also offer Fast DDS's shared memory. Off, because driveline mostly runs as root: a subscriber of another user may
   /// not open the segments, yet would be sent nothing over UDP any more.

@@ -18,7 +18,7 @@ struct DdsNameLength {
 /// An address that is no IPv4 address.
 struct DdsNoAddress {
   /// Purpose of the address.
-  enum class Use : std::uint8_t { kInterface, kPeer };
+  enum class Use : std::uint8_t { kInterface, kPeer, kDiscoveryServer };
   Use use;              ///< purpose of the address
   std::string address;  ///< as configured
 };
@@ -68,9 +68,17 @@ struct DdsNoReader {
   std::string topic;  ///< topic of the reader
 };
 
+/// Profiles that Fast DDS cannot have.
+struct DdsBadProfiles {
+  std::string file;    ///< as configured
+  int line = 0;        ///< in the file; 0: not known
+  std::string reason;  ///< without a stop
+};
+
 /// Why a line is not published.
-using DdsError = std::variant<DdsNameLength, DdsNoAddress, DdsForeignInterface, DdsTooManyAxes, DdsDomainOutOfRange,
-                              DdsNoDecimation, DdsTopicNames, DdsCannotJoin, DdsNoPublisher, DdsNoWriter, DdsNoReader>;
+using DdsError =
+    std::variant<DdsNameLength, DdsNoAddress, DdsForeignInterface, DdsTooManyAxes, DdsDomainOutOfRange, DdsNoDecimation,
+                 DdsTopicNames, DdsCannotJoin, DdsNoPublisher, DdsNoWriter, DdsNoReader, DdsBadProfiles>;
 
 /// The error as a sentence that names the value that is wrong or the step that failed.
 [[nodiscard]] std::string describe(const DdsError& error);

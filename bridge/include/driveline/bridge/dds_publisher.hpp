@@ -58,6 +58,8 @@ class DdsPublisher final : public snapshot::SampleConsumer {
 
   /// In which it publishes.
   [[nodiscard]] eprosima::fastdds::dds::DomainParticipant& participant() noexcept;
+  /// In which it publishes; empty: the default one.
+  [[nodiscard]] const std::string& partition() const noexcept;
 
   /// Of this publisher. Any thread.
   [[nodiscard]] PublishCounters counters() const noexcept;

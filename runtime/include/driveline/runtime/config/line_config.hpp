@@ -21,6 +21,7 @@
 #include "driveline/runtime/config/recovery_config.hpp"
 #include "driveline/runtime/config/slave_plan_config.hpp"
 #include "driveline/runtime/config/stream_config.hpp"
+#include "driveline/runtime/config/telemetry_config.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/slaves/line/fault.hpp"
@@ -83,18 +84,6 @@ struct PathConfig {
   ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< whether a path that is late catches up
   bool relative = false;              ///< positions are relative to where the axes stand when they are enabled
   bool compensate_dead_time = false;  ///< setpoints lead the path by the dead times of bus and drives
-};
-
-/// [telemetry] of a line description.
-struct TelemetryConfig {
-  /// `enabled` of the file; none: it is left out. A run that was asked for telemetry does not begin without.
-  std::optional<bool> asked;
-  bool enabled = true;                                  ///< false: nothing is sent
-  std::uint32_t domain = 0;                             ///< DDS domain, 0 to 232
-  std::uint32_t decimation = 8;                         ///< axis samples of every n-th cycle are sent
-  std::vector<std::string> interfaces = {"127.0.0.1"};  ///< IPv4 addresses DDS uses; empty: all
-  bool ros2 = false;                                    ///< also the ROS 2 topic joint_states
-  std::optional<std::filesystem::path> security;        ///< folder with the files of DDS Security; none: without
 };
 
 /// [output] of a line description.

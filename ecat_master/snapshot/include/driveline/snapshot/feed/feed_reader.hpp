@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "driveline/rt/shared_mapping.hpp"
+#include "driveline/rt/shared_wake.hpp"
 #include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/feed/feed_error.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
@@ -38,9 +40,9 @@ class FeedReader {
       return tl::unexpected(FeedError{"description", "there is none"});
     }
     if (text->axes > kMaxFeedAxes || text->interfaces > kMaxFeedInterfaces || text->decimation == 0 ||
-        text->slaves > kMaxFeedSlaves) {
-      return tl::unexpected(
-          FeedError{"description", "more axes, slaves or interfaces than there can be, or a decimation of 0"});
+        text->slaves > kMaxFeedSlaves || text->peers > kMaxFeedPeers || text->discovery_port > 0xFFFF) {
+      return tl::unexpected(FeedError{
+          "description", "more axes, slaves, interfaces, peers or ports than there can be, or a decimation of 0"});
     }
     auto state = map("status", status, feed_status_layout());
     if (!state) return tl::unexpected(state.error());
@@ -67,6 +69,10 @@ class FeedReader {
     line_ = from_feed(line, static_cast<std::uint16_t>(count));
     return true;
   }
+  /// Sleeps until FeedWriter::wake(), a signal, or the end of `limit`; not at all while there are cycles to take. A
+  /// system call.
+  void wait(std::chrono::nanoseconds limit) const noexcept { rt::wait_for_records(cycles_region_, next(), limit); }
+
   /// The line in the cycle that was taken; null: its sample was lost.
   [[nodiscard]] const LineSample* line() const noexcept { return has_line_ ? &line_ : nullptr; }
   /// The axes in that cycle.

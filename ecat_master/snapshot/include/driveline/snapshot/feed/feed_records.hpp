@@ -8,6 +8,7 @@
 
 #include "driveline/rt/shared_block.hpp"
 #include "driveline/rt/shared_broadcast.hpp"
+#include "driveline/snapshot/feed/feed_topic.hpp"
 #include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
@@ -22,6 +23,8 @@ namespace driveline::snapshot {
 inline constexpr std::size_t kMaxFeedAxes = 512;
 /// Most network interfaces that a feed names.
 inline constexpr std::size_t kMaxFeedInterfaces = 16;
+/// Most machines to which a line announces itself one by one.
+inline constexpr std::size_t kMaxFeedPeers = 16;
 /// Faults in a status.
 inline constexpr std::size_t kMaxFeedFaults = 16;
 /// Events that a feed holds.
@@ -50,6 +53,13 @@ struct FeedAxis {
   std::uint64_t linear = 0;  ///< 0: rad, rad/s, Nm; else m, m/s, N
 };
 
+/// How often a topic is published.
+struct FeedRate {
+  FeedRateKind kind = FeedRateKind::kDefault;  ///< which of the next two counts, if any
+  std::uint32_t cycles = 1;                    ///< of kCycles: n
+  std::int64_t period_ns = 0;                  ///< of kPeriod
+};
+
 /// What does not change while the line runs.
 struct FeedDescription {
   FeedText<31> line;                                       ///< name of the line
@@ -62,6 +72,12 @@ struct FeedDescription {
   std::uint32_t ros2 = 0;                                  ///< not 0: joint states of ROS 2, too
   std::uint32_t slaves = 0;                                ///< for how many the condition has room
   std::int64_t period_ns = 0;                              ///< of the cycle
+  std::uint32_t peers = 0;                                 ///< how many addresses of other machines
+  std::uint32_t discovery_port = 0;                        ///< of the discovery server; 0: there is none
+  FeedText<47> discovery_server;                           ///< its IPv4 address
+  FeedText<63> partition;                                  ///< of DDS; empty: the default one
+  std::array<FeedRate, kFeedTopics> rate;                  ///< by FeedTopic
+  std::array<FeedText<47>, kMaxFeedPeers> peer;            ///< IPv4 addresses of other machines
   std::array<FeedText<47>, kMaxFeedInterfaces> interface;  ///< IPv4 addresses
   std::array<FeedAxis, kMaxFeedAxes> axis;                 ///< by index
 };
@@ -146,7 +162,7 @@ struct FeedReturn {
 };
 
 /// Numbers of the regions' contents, and the version of all of them.
-inline constexpr std::uint32_t kFeedVersion = 2;
+inline constexpr std::uint32_t kFeedVersion = 3;
 inline constexpr std::uint32_t kFeedDescriptionContent = 0x4644'4553;  ///< FeedDescription
 inline constexpr std::uint32_t kFeedStatusContent = 0x4653'5441;       ///< FeedStatus
 inline constexpr std::uint32_t kFeedCyclesContent = 0x4643'5943;       ///< FeedLine with its FeedAxisSample

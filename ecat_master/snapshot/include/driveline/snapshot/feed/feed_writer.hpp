@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "driveline/rt/shared_region.hpp"
+#include "driveline/rt/shared_wake.hpp"
 #include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
 
@@ -52,6 +53,9 @@ class FeedWriter {
     for (std::size_t i = 0; i < count; ++i) writer_.write(feed_axis_offset(i), axes[i]);
     writer_.commit();
   }
+
+  /// Wakes readers that wait for cycles. A system call, which waits for none of them.
+  void wake() const noexcept { rt::wake_readers(cycles_); }
 
   /// Replaces the status. \rtsafe
   void set_status(const FeedStatus& status) noexcept { status_writer_.push(status); }

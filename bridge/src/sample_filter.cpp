@@ -1,0 +1,31 @@
+#include "sample_filter.hpp"
+
+#include <cstring>
+
+namespace driveline::bridge {
+namespace {
+
+/// After which a sample is taken although it is like the one before: for who has come since.
+constexpr std::int64_t kRepeatAfterNs = 1'000'000'000;
+
+/// But for their cycles and times. By their bits: what is not a number is like itself.
+bool alike(const snapshot::AxisSample& a, snapshot::AxisSample b) {
+  b.cycle = a.cycle;
+  b.time_ns = a.time_ns;
+  return std::memcmp(&a, &b, sizeof(a)) == 0;
+}
+static_assert(sizeof(snapshot::AxisSample) == 8 + 8 + 2 + 2 + 2 + 1 + 1 + 1 + 1 + 2 + 4 + 8 + 11 * 8, "no padding");
+
+}  // namespace
+
+bool SampleFilter::takes(const snapshot::AxisSample& sample) {
+  if (sample.cycle % rate_.cycles != 0) return false;
+  if (sample.axis >= last_.size()) return true;
+  auto& last = last_[sample.axis];
+  const bool soon = last.any && sample.time_ns - last.sample.time_ns < kRepeatAfterNs;
+  if (soon && alike(sample, last.sample)) return false;
+  last = {true, sample};
+  return true;
+}
+
+}  // namespace driveline::bridge

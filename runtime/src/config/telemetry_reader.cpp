@@ -1,0 +1,191 @@
+#include "config/telemetry_reader.hpp"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "driveline/snapshot/feed/feed_records.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using snapshot::FeedTopic;
+
+constexpr std::int64_t kMostCyclesBetween = 1'000'000;
+constexpr double kLeastHertz = 0.1;
+constexpr double kMostHertz = 10'000.0;
+/// Of a topic that is published in intervals, by a process that looks a thousand times in a second.
+constexpr double kMostIntervals = 100.0;
+constexpr std::size_t kLongestPartition = 63;
+constexpr std::string_view kHertz = " Hz";
+
+/// What a rate of a topic may be.
+struct RateChoice {
+  FeedTopic topic;
+  bool cycles;     ///< "full", a number of cycles, or Hz, which is a number of cycles
+  bool intervals;  ///< Hz, by the clock of the machine
+  bool change;     ///< "change"
+  bool off;        ///< "off"
+  const char* expected;
+};
+
+constexpr const char* kSampleRates = R"("full", "change", "off", a rate such as "100 Hz", or 8 for every 8th cycle)";
+constexpr const char* kJointRates = R"("full", "off", a rate such as "100 Hz", or 8 for every 8th cycle)";
+constexpr const char* kChangeRates = R"("change" or "off")";
+
+constexpr RateChoice kRateChoices[] = {
+    {FeedTopic::kAxisTelemetry, true, false, true, true, kSampleRates},
+    {FeedTopic::kLineStatus, false, true, false, false, R"(a rate from "0.1 Hz" to "100 Hz")"},
+    {FeedTopic::kAxisBatch, true, false, true, true, kSampleRates},
+    {FeedTopic::kEvent, false, false, true, true, kChangeRates},
+    {FeedTopic::kSlave, false, false, true, true, kChangeRates},
+    {FeedTopic::kTopology, false, false, true, true, kChangeRates},
+    {FeedTopic::kCycleStatistics, false, false, true, true, kChangeRates},
+    {FeedTopic::kAxisState, false, false, true, true, kChangeRates},
+    {FeedTopic::kDiagnostics, false, true, false, true, R"("off", or a rate from "0.1 Hz" to "100 Hz")"},
+    {FeedTopic::kJointStates, true, false, false, true, kJointRates},
+};
+static_assert(std::size(kRateChoices) == snapshot::kFeedTopics);
+
+bool is_ipv4(const std::string& text) {
+  in_addr parsed{};
+  return ::inet_pton(AF_INET, text.c_str(), &parsed) == 1;
+}
+
+bool is_on_this_machine(const std::string& address) {
+  return address.starts_with("127.");
+}
+
+/// Of "100 Hz"; not a number: it is none.
+double hertz_of(std::string_view text) {
+  if (!text.ends_with(kHertz)) return std::nan("");
+  text.remove_suffix(kHertz.size());
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() ? value : std::nan("");
+}
+
+/// As many cycles as come nearest to the rate, one at least.
+std::uint32_t cycles_of(double hertz, std::chrono::nanoseconds period) {
+  const double wanted = 1.0 / (hertz * std::chrono::duration<double>(period).count());
+  return static_cast<std::uint32_t>(
+      std::clamp<std::int64_t>(std::llround(std::min(wanted, 1e9)), 1, kMostCyclesBetween));
+}
+
+TopicRate read_rate(TomlReader& reader, std::string_view key, const RateChoice& choice,
+                    std::chrono::nanoseconds period) {
+  using Kind = TopicRate::Kind;
+  if (!reader.is_text(key)) {
+    if (!choice.cycles) reader.fail(key, fmt::format("{} is expected", choice.expected));
+    return {Kind::kCycles, static_cast<std::uint32_t>(reader.integer(key, 1, kMostCyclesBetween)), {}};
+  }
+  const auto text = reader.text(key);
+  if (choice.cycles && text == "full") return {Kind::kCycles, 1, {}};
+  if (choice.change && text == "change") return {Kind::kOnChange, 1, {}};
+  if (choice.off && text == "off") return {Kind::kOff, 1, {}};
+  const double hertz = hertz_of(text);
+  if (choice.cycles && hertz >= kLeastHertz && hertz <= kMostHertz) {
+    return {Kind::kCycles, cycles_of(hertz, period), {}};
+  }
+  if (choice.intervals && hertz >= kLeastHertz && hertz <= kMostIntervals) {
+    return {Kind::kPeriod, 1, std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(1.0 / hertz))};
+  }
+  reader.fail(key, fmt::format("is \"{}\", {} is expected", text, choice.expected));
+}
+
+void read_rates(TomlReader reader, std::chrono::nanoseconds period, TelemetryConfig& telemetry) {
+  for (const auto& choice : kRateChoices) {
+    const auto index = static_cast<std::size_t>(choice.topic);
+    const auto name = snapshot::kFeedTopicNames[index];
+    if (!reader.has(name)) continue;
+    telemetry.rates[index] = read_rate(reader, name, choice, period);
+    const bool of_ros2 = choice.topic == FeedTopic::kDiagnostics || choice.topic == FeedTopic::kJointStates;
+    if (of_ros2 && !telemetry.ros2) reader.fail(name, "is a topic of ROS 2, which needs ros2 = true in [telemetry]");
+  }
+  reader.finish();
+}
+
+std::string read_partition(TomlReader& reader) {
+  auto partition = reader.text("partition");
+  const bool plain = std::all_of(partition.begin(), partition.end(), [](char c) { return c > ' ' && c < 0x7F; });
+  if (partition.empty() || partition.size() > kLongestPartition || !plain ||
+      partition.find_first_of("*?[]\\") != std::string::npos) {
+    reader.fail("partition", fmt::format("1 to {} letters, digits and signs but * ? [ ] \\ and blanks are expected",
+                                         kLongestPartition));
+  }
+  return partition;
+}
+
+/// What only another machine has, from interfaces that reach this one alone.
+void check_reach(const TomlReader& reader, const char* key, const std::string& address,
+                 const TelemetryConfig& telemetry) {
+  const auto& from = telemetry.interfaces;
+  const bool stays = !from.empty() && std::all_of(from.begin(), from.end(), is_on_this_machine);
+  if (stays && !is_on_this_machine(address)) {
+    reader.fail(key, fmt::format("{} cannot be reached from {}, by which telemetry stays on this machine: name the "
+                                 "interface that leads there in interfaces",
+                                 address, fmt::join(from, ", ")));
+  }
+}
+
+void read_peers(TomlReader& reader, TelemetryConfig& telemetry) {
+  telemetry.peers = reader.texts_or("peers", {});
+  if (telemetry.peers.size() > snapshot::kMaxFeedPeers) {
+    reader.fail("peers",
+                fmt::format("{} are too many, up to {} are possible", telemetry.peers.size(), snapshot::kMaxFeedPeers));
+  }
+  for (const auto& peer : telemetry.peers) {
+    if (!is_ipv4(peer)) reader.fail("peers", fmt::format("\"{}\" is no IPv4 address such as 192.168.1.10", peer));
+    check_reach(reader, "peers", peer, telemetry);
+  }
+}
+
+void read_discovery_server(TomlReader& reader, TelemetryConfig& telemetry) {
+  if (!reader.has("discovery_server")) return;
+  const auto text = reader.text("discovery_server");
+  const auto colon = text.find(':');
+  const std::string port = colon == std::string::npos ? "" : text.substr(colon + 1);
+  DiscoveryServer server{text.substr(0, colon), 0};
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), server.port);
+  if (error != std::errc{} || end != port.data() + port.size() || server.port == 0 || !is_ipv4(server.address)) {
+    reader.fail("discovery_server",
+                fmt::format("is \"{}\", an IPv4 address and a port such as 192.168.1.10:11811 are expected", text));
+  }
+  check_reach(reader, "discovery_server", server.address, telemetry);
+  if (!telemetry.peers.empty()) {
+    reader.fail("peers", "are not asked where a discovery_server tells who is there: leave one of them out");
+  }
+  telemetry.discovery_server = std::move(server);
+}
+
+}  // namespace
+
+TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& folder,
+                               std::chrono::nanoseconds period) {
+  TelemetryConfig telemetry;
+  if (reader.has("enabled")) telemetry.asked = reader.boolean_or("enabled", true);
+  telemetry.enabled = telemetry.asked.value_or(true);
+  telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
+  if (reader.has("partition")) telemetry.partition = read_partition(reader);
+  telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, kMostCyclesBetween));
+  telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
+  read_peers(reader, telemetry);
+  read_discovery_server(reader, telemetry);
+  telemetry.ros2 = reader.boolean_or("ros2", false);
+  if (reader.has("security")) telemetry.security = folder / reader.text("security");
+  if (reader.has("qos_profiles")) telemetry.qos_profiles = folder / reader.text("qos_profiles");
+  read_rates(reader.table("rates"), period, telemetry);
+  const auto axis = static_cast<std::size_t>(FeedTopic::kAxisTelemetry);
+  if (reader.has("decimation") && telemetry.rates[axis].kind != TopicRate::Kind::kDefault) {
+    reader.fail("decimation", "is the rate of axis_telemetry, too, which [telemetry.rates] names: leave one out");
+  }
+  reader.finish();
+  return telemetry;
+}
+
+}  // namespace driveline::runtime

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+
+#include "driveline/runtime/config/telemetry_config.hpp"
+#include "driveline/runtime/toml/toml_reader.hpp"
+
+namespace driveline::runtime {
+
+/// [telemetry] of a line description in `folder`, of a line with this cycle.
+[[nodiscard]] TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& folder,
+                                             std::chrono::nanoseconds period);
+
+}  // namespace driveline::runtime
