@@ -6,10 +6,11 @@ namespace driveline::bridge {
 
 /// The command line of `driveline-bridge`. Descriptors are inherited.
 struct Options {
-  int feed = -1;        ///< description of the feed; its status, cycles and events have the next three numbers
-  int counts = -1;      ///< where it tells what it has published; -1: nowhere
-  int condition = -1;   ///< condition of the feed: its slaves; -1: they are not published
-  int commands = -1;    ///< where it puts commands; their answers have the next number; -1: it takes none
+  int feed = -1;       ///< description of the feed; its status, cycles and events have the next three numbers
+  int counts = -1;     ///< where it tells what it has published; -1: nowhere
+  int condition = -1;  ///< condition of the feed: its slaves; -1: they are not published
+  int commands =
+      -1;  ///< where it puts commands; answers, setpoints and reports have the next numbers; -1: it takes none
   int security = -1;    ///< the first of the six files of DdsSecurity, in its order; -1: without
   int supervisor = -1;  ///< socket whose end is its own; -1: it ends with the feed, or by SIGTERM
   bool help = false;
