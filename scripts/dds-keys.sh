@@ -13,8 +13,8 @@ set -euo pipefail
 readonly DAYS=3650
 readonly TELEMETRY=(driveline/axis_telemetry driveline/line_status 'driveline/v1/axis_batch' driveline/v1/event driveline/v1/slave
   driveline/v1/topology driveline/v1/cycle_statistics driveline/v1/axis_state rt/diagnostics rt/joint_states)
-readonly COMMANDS=(driveline/v1/command)
-readonly ANSWERS=(driveline/v1/command_answer)
+readonly COMMANDS=(driveline/v1/command driveline/v1/setpoints)
+readonly ANSWERS=(driveline/v1/command_answer driveline/v1/stream_status)
 
 fail() {
   echo "dds-keys: $1" >&2

@@ -9,6 +9,8 @@ namespace {
 
 /// Of one call, either way.
 constexpr int kMostAtOnce = 256;
+/// Of setpoints, in one call.
+constexpr int kMostBatches = 16;
 
 tl::expected<rt::SharedMapping, snapshot::FeedError> map_region(const char* name, int descriptor,
                                                                 const rt::SharedLayout& layout) {
@@ -27,28 +29,52 @@ tl::expected<std::unique_ptr<CommandRelay>, snapshot::FeedError> CommandRelay::o
   if (!commands) return tl::unexpected(commands.error());
   auto answers = map_region("answers to commands", descriptor + 1, snapshot::command_answer_layout());
   if (!answers) return tl::unexpected(answers.error());
+  auto setpoints = map_region("setpoints", descriptor + 2, snapshot::setpoint_layout());
+  if (!setpoints) return tl::unexpected(setpoints.error());
+  auto reports = map_region("reports about streams", descriptor + 3, snapshot::stream_report_layout());
+  if (!reports) return tl::unexpected(reports.error());
   auto dds = DdsCommands::create(publisher);
   if (!dds) return tl::unexpected(snapshot::FeedError{"commands", describe(dds.error())});
-  return std::unique_ptr<CommandRelay>(new CommandRelay(*std::move(dds), *std::move(commands), *std::move(answers)));
+  auto streams = DdsSetpoints::create(publisher);
+  if (!streams) return tl::unexpected(snapshot::FeedError{"setpoints", describe(streams.error())});
+  return std::unique_ptr<CommandRelay>(
+      new CommandRelay(*std::move(dds), *std::move(streams),
+                       {*std::move(commands), *std::move(answers), *std::move(setpoints), *std::move(reports)}));
 }
 
-CommandRelay::CommandRelay(std::unique_ptr<DdsCommands> dds, rt::SharedMapping commands, rt::SharedMapping answers)
+CommandRelay::CommandRelay(std::unique_ptr<DdsCommands> dds, std::unique_ptr<DdsSetpoints> streams, Regions regions)
     : dds_(std::move(dds)),
-      commands_(std::move(commands)),
-      answers_(std::move(answers)),
-      writer_(commands_),
-      reader_(answers_),
-      record_(reader_.record_words()) {}
+      streams_(std::move(streams)),
+      regions_(std::move(regions)),
+      writer_(regions_.commands),
+      reader_(regions_.answers),
+      record_(reader_.record_words()),
+      setpoint_writer_(regions_.setpoints),
+      report_reader_(regions_.reports),
+      report_record_(report_reader_.record_words()) {}
 
 void CommandRelay::serve() {
   snapshot::CommandRecord command;
   for (int i = 0; i < kMostAtOnce && dds_->take(command); ++i) {
     if (!writer_.try_push(command)) dds_->refuse(command);
   }
+  serve_streams();
   snapshot::CommandAnswer answer;
   for (int i = 0; i < kMostAtOnce && reader_.take(record_); ++i) {
     std::memcpy(static_cast<void*>(&answer), record_.data(), sizeof(answer));
     dds_->answer(answer);
+  }
+}
+
+void CommandRelay::serve_streams() {
+  for (int i = 0; i < kMostBatches && streams_->take(batch_); ++i) {
+    // What finds no room is missing by its number, and counted there.
+    for (const auto& setpoint : batch_) static_cast<void>(setpoint_writer_.try_push(setpoint));
+  }
+  snapshot::StreamReport report;
+  for (int i = 0; i < kMostAtOnce && report_reader_.take(report_record_); ++i) {
+    std::memcpy(static_cast<void*>(&report), report_record_.data(), sizeof(report));
+    streams_->report(report);
   }
 }
 

@@ -6,18 +6,21 @@
 
 #include "driveline/bridge/dds_commands.hpp"
 #include "driveline/bridge/dds_publisher.hpp"
+#include "driveline/bridge/dds_setpoints.hpp"
 #include "driveline/rt/shared_block.hpp"
 #include "driveline/rt/shared_mapping.hpp"
 #include "driveline/rt/shared_ring.hpp"
 #include "driveline/snapshot/feed/command_records.hpp"
 #include "driveline/snapshot/feed/feed_reader.hpp"
+#include "driveline/snapshot/feed/setpoint_records.hpp"
 
 namespace driveline::bridge {
 
-/// Carries commands from DDS into shared memory, and their answers back. Belongs to one thread.
+/// Carries commands and setpoints from DDS into shared memory, and what becomes of them back. Belongs to one thread.
 class CommandRelay {
  public:
-  /// `descriptor`: of the region of the commands; that of their answers has the next number. Both remain the caller's.
+  /// `descriptor`: of the region of the commands; those of their answers, of setpoints, and of reports about streams
+  /// have the next numbers. They remain the caller's.
   /// `publisher` must outlive it. Errors: a region is not of this version, or
   /// DDS refuses.
   [[nodiscard]] static tl::expected<std::unique_ptr<CommandRelay>, snapshot::FeedError> open(int descriptor,
@@ -27,14 +30,26 @@ class CommandRelay {
   void serve();
 
  private:
-  CommandRelay(std::unique_ptr<DdsCommands> dds, rt::SharedMapping commands, rt::SharedMapping answers);
+  /// What the process of the line shares.
+  struct Regions {
+    rt::SharedMapping commands;
+    rt::SharedMapping answers;
+    rt::SharedMapping setpoints;
+    rt::SharedMapping reports;
+  };
+  CommandRelay(std::unique_ptr<DdsCommands> dds, std::unique_ptr<DdsSetpoints> streams, Regions regions);
+  void serve_streams();
 
   std::unique_ptr<DdsCommands> dds_;
-  rt::SharedMapping commands_;
-  rt::SharedMapping answers_;
+  std::unique_ptr<DdsSetpoints> streams_;
+  Regions regions_;
   rt::SharedRingWriter<snapshot::CommandRecord> writer_;
   rt::SharedBlockReader reader_;
   std::vector<std::uint64_t> record_;
+  rt::SharedRingWriter<snapshot::StreamedSetpoint> setpoint_writer_;
+  rt::SharedBlockReader report_reader_;
+  std::vector<std::uint64_t> report_record_;
+  std::vector<snapshot::StreamedSetpoint> batch_;
 };
 
 }  // namespace driveline::bridge

@@ -13,7 +13,7 @@ const char* const kHelp =
     "  --feed-fd N        inherited descriptors N to N+3: description, status, cycles and events of a line's feed\n"
     "  --condition-fd N   inherited descriptor of the feed's condition: the slaves\n"
     "  --return-fd N      inherited descriptor of the region for what it has published\n"
-    "  --commands-fd N    inherited descriptors N and N+1: of the regions for commands and for their answers\n"
+    "  --commands-fd N    inherited descriptors N to N+3: of the regions for commands, answers, setpoints, reports\n"
     "  --security-fd N    inherited descriptors N to N+5: identity CA, certificate, private key, permissions CA,\n"
     "                     governance and permissions of DDS Security\n"
     "  --qos-fd N         inherited descriptor of an XML file with profiles of Fast DDS for the writers\n"

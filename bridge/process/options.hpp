@@ -9,7 +9,8 @@ struct Options {
   int feed = -1;       ///< description of the feed; its status, cycles and events have the next three numbers
   int counts = -1;     ///< where it tells what it has published; -1: nowhere
   int condition = -1;  ///< condition of the feed: its slaves; -1: they are not published
-  int commands = -1;   ///< where it puts commands; their answers have the next number; -1: it takes none
+  /// Where it puts commands; answers, setpoints and reports have the next numbers; -1: it takes none.
+  int commands = -1;
   int security = -1;   ///< the first of the six files of DdsSecurity, in its order; -1: without
   int qos = -1;        ///< profiles of Fast DDS for the writers; -1: they have their own
   std::string qos_file{"QoS profiles"};  ///< what the file of the profiles is called in messages

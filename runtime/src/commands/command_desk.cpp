@@ -18,6 +18,8 @@ using snapshot::CommandRecord;
 using snapshot::CommandResult;
 
 constexpr std::chrono::seconds kSumInterval{1};
+/// Setpoints come by the thousand; the shortest lease is ten times as long.
+constexpr std::chrono::milliseconds kHeardInterval{5};
 /// A silent client without axes makes room for another one after so long.
 constexpr std::chrono::seconds kForgetAfter{10};
 /// Bytes of a participant that are his (RTPS 2.2, 8.2.4.2).
@@ -75,13 +77,6 @@ std::string shown(std::string_view text) {
   return clean;
 }
 
-/// As leases and events have him.
-std::string name_of(const CommandRecord& record, std::string_view name) {
-  auto text = fmt::format("dds {} (participant ", name.empty() ? "?" : shown(name));
-  for (std::size_t i = 0; i < kPrefixBytes; ++i) text += fmt::format("{:02x}", record.participant[i]);
-  return text + ')';
-}
-
 AxisRequest request_of(const CommandRecord& record, const KindName& kind) {
   AxisRequest request;
   request.command = kind.command;
@@ -99,6 +94,12 @@ AxisRequest request_of(const CommandRecord& record, const KindName& kind) {
 
 }  // namespace
 
+std::string commander_name(const snapshot::CommandParticipant& participant, std::string_view client) {
+  auto text = fmt::format("dds {} (participant ", client.empty() ? "?" : shown(client));
+  for (std::size_t i = 0; i < kPrefixBytes; ++i) text += fmt::format("{:02x}", participant[i]);
+  return text + ')';
+}
+
 void CommandDesk::take(const CommandRecord& record) {
   const auto now = clock_.now();
   // Whoever floods keeps nobody from stopping.
@@ -107,7 +108,7 @@ void CommandDesk::take(const CommandRecord& record) {
     return;
   }
   const auto name = record.client.view();
-  auto who = name_of(record, name);
+  auto who = commander_name(record.participant, name);
   if (name.empty() || !printable(name)) {
     refuse(who, record, "the name of a client has 1 to 63 printable letters of ASCII");
     return;
@@ -267,6 +268,14 @@ void CommandDesk::look_at(Client& client) {
     }
     return true;
   });
+}
+
+void CommandDesk::heard(const snapshot::CommandParticipant& participant, std::string_view name) {
+  const auto found = clients_.find(Key{participant, std::string(name)});
+  const auto now = clock_.now();
+  if (found == clients_.end() || now - found->second.heard < kHeardInterval) return;
+  found->second.heard = now;
+  door_.keep_alive(found->second.caller);
 }
 
 /// Clients stay known: their middleware sends the next bridge again what this one had not acknowledged, commands that

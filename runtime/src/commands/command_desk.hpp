@@ -17,6 +17,9 @@
 
 namespace driveline::runtime {
 
+/// The caller "dds NAME (participant GUID)", as leases and events have him.
+[[nodiscard]] std::string commander_name(const snapshot::CommandParticipant& participant, std::string_view client);
+
 /// Takes commands that come over DDS, checks everything in them, and hands what may be done to the door of the axes,
 /// as a caller "dds NAME (participant GUID)". Who commands an axis acquires it first, names the number of the lease
 /// with every command, and renews it; an axis whose lease runs out stops within its limits, and is free. A halt and a
@@ -51,6 +54,8 @@ class CommandDesk {
   void take(const snapshot::CommandRecord& record);
   /// Ends leases that were not renewed, and answers what is over. To be called every few milliseconds.
   void look();
+  /// A client is there, and says so by other means than commands: his leases go on.
+  void heard(const snapshot::CommandParticipant& participant, std::string_view name);
   /// All clients have lost their way here: their axes stop, and are free.
   void bridge_lost();
   /// What a bridge has written cannot be.

@@ -7,6 +7,8 @@ namespace {
 
 /// Commands of one pass, and the pause before the next one: no more than 64,000 in a second are even looked at.
 constexpr std::size_t kCommandsPerPass = 64;
+/// Likewise; a stream of a setpoint in each cycle of 125 us has 8.
+constexpr std::size_t kSetpointsPerPass = 64;
 constexpr std::chrono::milliseconds kPassPause{1};
 
 }  // namespace
@@ -17,18 +19,29 @@ Result<std::unique_ptr<CommandService>> CommandService::start(AxisDoor& door, st
   auto answers =
       rt::SharedRegion::create("driveline-command-answers", snapshot::command_answer_layout(snapshot::kAnswerRoom));
   if (!answers) return fail(ErrorKind::kMachine, rt::describe(answers.error()), "[commands]");
-  return std::unique_ptr<CommandService>(
-      new CommandService(door, lease_timeout, *std::move(commands), *std::move(answers)));
+  auto setpoints = rt::SharedRegion::create("driveline-setpoints", snapshot::setpoint_layout(snapshot::kSetpointRoom));
+  if (!setpoints) return fail(ErrorKind::kMachine, rt::describe(setpoints.error()), "[commands]");
+  auto reports =
+      rt::SharedRegion::create("driveline-stream-reports", snapshot::stream_report_layout(snapshot::kStreamReportRoom));
+  if (!reports) return fail(ErrorKind::kMachine, rt::describe(reports.error()), "[commands]");
+  return std::unique_ptr<CommandService>(new CommandService(
+      door, lease_timeout, *std::move(commands), *std::move(answers), *std::move(setpoints), *std::move(reports)));
 }
 
 CommandService::CommandService(AxisDoor& door, std::chrono::nanoseconds lease_timeout, rt::SharedRegion commands,
-                               rt::SharedRegion answers)
+                               rt::SharedRegion answers, rt::SharedRegion setpoints, rt::SharedRegion reports)
     : commands_(std::move(commands)),
       answers_(std::move(answers)),
+      setpoints_(std::move(setpoints)),
+      reports_(std::move(reports)),
       reader_(commands_),
       writer_(answers_),
+      setpoint_reader_(setpoints_),
+      report_writer_(reports_),
+      door_(door),
       desk_(door, clock_, lease_timeout),
       room_(kCommandsPerPass),
+      setpoint_room_(kSetpointsPerPass),
       thread_([this] { serve(); }) {}
 
 CommandService::~CommandService() {
@@ -48,6 +61,7 @@ void CommandService::pass() {
   const auto count = reader_.pop(room_);
   if (std::exchange(breaches_, reader_.breaches()) != reader_.breaches()) desk_.unbelieved();
   for (std::size_t i = 0; i < count; ++i) desk_.take(room_[i]);
+  pass_streams();
   desk_.look();
   for (const auto& answer : desk_.take_answers()) {
     writer_.begin();
@@ -56,9 +70,50 @@ void CommandService::pass() {
   }
 }
 
+void CommandService::pass_streams() {
+  const std::lock_guard lock(streams_lock_);
+  const auto count = setpoint_reader_.pop(setpoint_room_);
+  if (std::exchange(setpoint_breaches_, setpoint_reader_.breaches()) != setpoint_reader_.breaches()) desk_.unbelieved();
+  if (streams_ == nullptr) return;
+  const auto now = clock_.now();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& setpoint = setpoint_room_[i];
+    const auto client = setpoint.client.view();
+    if (streams_->take(setpoint, commander_name(setpoint.participant, client), now)) {
+      desk_.heard(setpoint.participant, client);
+    }
+  }
+  streams_->look(now);
+  for (auto& facts : streams_->take_events()) door_.note(std::move(facts));
+  for (const auto& report : streams_->take_reports()) {
+    report_writer_.begin();
+    report_writer_.write(0, report);
+    report_writer_.commit();
+  }
+}
+
+void CommandService::attach(RemoteStreams* streams) {
+  const std::lock_guard lock(streams_lock_);
+  streams_ = streams;
+}
+
+void CommandService::end_streams() {
+  const std::lock_guard lock(streams_lock_);
+  if (streams_ == nullptr) return;
+  streams_->close();
+  streams_->end_all(stream::EndReason::kLine);
+}
+
 /// What it has left behind is not done any more.
 void CommandService::forget_bridge() {
   for (std::uint64_t i = 0; i < snapshot::kCommandRoom; i += kCommandsPerPass) static_cast<void>(reader_.pop(room_));
+  {
+    const std::lock_guard lock(streams_lock_);
+    for (std::uint64_t i = 0; i < snapshot::kSetpointRoom; i += kSetpointsPerPass) {
+      static_cast<void>(setpoint_reader_.pop(setpoint_room_));
+    }
+    if (streams_ != nullptr) streams_->end_all(stream::EndReason::kGone);
+  }
   desk_.bridge_lost();
 }
 

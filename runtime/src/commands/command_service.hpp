@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -11,12 +12,14 @@
 #include "driveline/rt/shared_region.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
 #include "driveline/runtime/error.hpp"
+#include "driveline/snapshot/feed/setpoint_records.hpp"
+#include "stream/remote_streams.hpp"
 
 namespace driveline::runtime {
 
-/// Reads the commands that the bridge writes into shared memory, on a thread of its own and a bounded number in each
-/// pass, and writes the answers that it reads. Whatever the bridge writes there, neither the cycle nor the thread of
-/// the line has anything to do with it.
+/// Reads the commands and setpoints that the bridge writes into shared memory, on a thread of its own and a bounded
+/// number in each pass, and writes the answers that it reads. Whatever the bridge writes there, neither the cycle nor
+/// the thread of the line has anything to do with it.
 class CommandService {
  public:
   /// `door` must outlive it. Error (kMachine): there is no memory.
@@ -26,26 +29,43 @@ class CommandService {
   CommandService& operator=(const CommandService&) = delete;
   ~CommandService();
 
-  /// Of the regions for the bridge: commands, answers.
-  [[nodiscard]] std::vector<int> descriptors() const { return {commands_.descriptor(), answers_.descriptor()}; }
+  /// Of the regions for the bridge: commands, answers, setpoints, reports about streams.
+  [[nodiscard]] std::vector<int> descriptors() const {
+    return {commands_.descriptor(), answers_.descriptor(), setpoints_.descriptor(), reports_.descriptor()};
+  }
+  /// Setpoints go to these streams from now on; null: nowhere. Any thread; behind the call the streams before are not
+  /// used any more.
+  void attach(RemoteStreams* streams);
+  /// The line ends: the streams do so first. Any thread.
+  void end_streams();
   /// The bridge has ended. Any thread.
   void bridge_lost() noexcept { lost_.store(true, std::memory_order_release); }
 
  private:
   CommandService(AxisDoor& door, std::chrono::nanoseconds lease_timeout, rt::SharedRegion commands,
-                 rt::SharedRegion answers);
+                 rt::SharedRegion answers, rt::SharedRegion setpoints, rt::SharedRegion reports);
   void serve();
   void pass();
+  void pass_streams();
   void forget_bridge();
 
   rt::SharedRegion commands_;
   rt::SharedRegion answers_;
+  rt::SharedRegion setpoints_;
+  rt::SharedRegion reports_;
   rt::SharedRingReader<snapshot::CommandRecord> reader_;
   rt::SharedBlockWriter writer_;
+  rt::SharedRingReader<snapshot::StreamedSetpoint> setpoint_reader_;
+  rt::SharedBlockWriter report_writer_;
   rt::MonotonicClock clock_;
+  AxisDoor& door_;
   CommandDesk desk_;
+  std::mutex streams_lock_;  ///< of the next one
+  RemoteStreams* streams_ = nullptr;
   std::uint64_t breaches_ = 0;
+  std::uint64_t setpoint_breaches_ = 0;
   std::vector<snapshot::CommandRecord> room_;
+  std::vector<snapshot::StreamedSetpoint> setpoint_room_;
   std::atomic<bool> lost_{false};
   std::atomic<bool> stop_{false};
   std::thread thread_;

@@ -29,6 +29,7 @@ std::string fault_text(const events::EventAxis& axis, const SetpointFault& fault
 }  // namespace
 
 std::string describe(const StreamPeer& peer) {
+  if (peer.process == 0) return fmt::format("the stream of {}", peer.name);
   return fmt::format("stream client \"{}\" (process {}, user {})", peer.name, peer.process, peer.user);
 }
 
@@ -65,7 +66,8 @@ std::string EventSentence::operator()(const events::StreamClientLeft& facts) con
     text += fmt::format(", {} {}", facts.refused[i], to_text(static_cast<stream::Refusal>(i)));
   }
   if (facts.starved > 0) text += fmt::format(", used up {} times", facts.starved);
-  return text + "; its axes are free";
+  // Who streams over DDS keeps his leases.
+  return text + (facts.peer.process == 0 ? "; its axes rest" : "; its axes are free");
 }
 
 }  // namespace driveline::runtime

@@ -341,6 +341,7 @@ Result<void> LineRun::start_services() {
   if (!stream_) return {};
   if (auto started = stream_->start(); !started) return started;
   progress(stream_->offer());
+  if (commands_) commands_->attach(&stream_->remote());
   return {};
 }
 
@@ -489,6 +490,7 @@ void LineRun::stop_motion() {
   if (!motion_) return;
   note_requests();
   if (stream_) stream_->close();
+  if (commands_) commands_->end_streams();
   if (!had(Severity::kFailure)) {
     motion_->judge([this](EventFacts facts, Severity severity) { note(std::move(facts), severity); });
   }
@@ -509,6 +511,7 @@ void LineRun::take_down() {
   tell_traffic();
   if (feed_) feed_->set_state(snapshot::LineState::kDown);
   const auto down = master_.shut_down();
+  if (commands_) commands_->attach(nullptr);
   if (down) {
     progress(events::StateReached{wire::AlState::kInit});
     tell_slaves(true);

@@ -117,7 +117,6 @@ class LineRun {
   Settings settings_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
-  std::unique_ptr<CommandService> commands_;     ///< none: nothing is commanded over DDS
   port::FileDescriptor qos_profiles_;            ///< none: the writers have their own
   std::vector<port::FileDescriptor> security_;   ///< empty: telemetry without DDS Security
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
@@ -127,6 +126,8 @@ class LineRun {
   std::unique_ptr<CycleFigures> figures_;
   std::unique_ptr<LineMotion> motion_;
   std::unique_ptr<StreamService> stream_;  ///< of single axes with [stream]
+  /// None: nothing is commanded over DDS. Behind `stream_`, whose streams it writes into.
+  std::unique_ptr<CommandService> commands_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;

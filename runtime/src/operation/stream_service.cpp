@@ -19,6 +19,7 @@ Result<void> StreamService::start() {
     const auto& described = config_.axes[axis];
     axes.push_back({described.name, axis, stream_bounds(described), ecat_master::position_unit(described)});
   }
+  remote_ = std::make_unique<RemoteStreams>(hub_, authority_, config_.stream->settings, axes, config_.period);
   auto opened = StreamServer::open(*config_.stream, std::move(axes), hub_, authority_, config_.period);
   if (!opened) return tl::unexpected(opened.error());
   server_ = std::move(*opened);

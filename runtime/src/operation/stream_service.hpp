@@ -9,6 +9,7 @@
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event.hpp"
+#include "stream/remote_streams.hpp"
 #include "stream/single_axes_door.hpp"
 #include "stream/stream_hub.hpp"
 #include "stream/stream_server.hpp"
@@ -28,6 +29,8 @@ class StreamService {
   [[nodiscard]] Result<void> start();
   /// What is on offer since start().
   [[nodiscard]] events::StreamUp offer() const { return server_->offer(); }
+  /// Since start(): streams of clients elsewhere.
+  [[nodiscard]] RemoteStreams& remote() noexcept { return *remote_; }
   /// What has happened since the last call. Those who have connected are let in as soon as the start of the run has
   /// given the axes free.
   [[nodiscard]] std::vector<Event> poll();
@@ -42,6 +45,7 @@ class StreamService {
   SingleAxesDoor door_;
   StreamHub hub_;
   std::unique_ptr<StreamServer> server_;
+  std::unique_ptr<RemoteStreams> remote_;
 };
 
 }  // namespace driveline::runtime

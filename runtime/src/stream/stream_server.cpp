@@ -211,20 +211,17 @@ void StreamServer::accept(Visitor& visitor, std::unique_ptr<StreamSession> sessi
   answer.keep_alive_ns = config_.settings.keep_alive.count();
   answer.longest_ahead_ns = std::chrono::nanoseconds{StreamSession::kLongestAhead}.count();
   answer.records_per_cycle = StreamSession::kRecordsPerCycle;
-  auto client = std::make_unique<Client>();
-  client->peer = visitor.peer;
-  client->status.emplace(session->status());
+  std::vector<StreamAxis> axes;
   for (std::size_t i = 0; i < session->members().size(); ++i) {
     answer.bounds[i] = session->members()[i].bounds;
-    client->axes.push_back(offered(session->members()[i].axis).name);
+    axes.push_back(offered(session->members()[i].axis));
   }
   const std::array descriptors{session->setpoints().descriptor(), session->status().descriptor()};
-  client->session = std::move(session);
   // One that is gone again is seen by its closed connection.
   static_cast<void>(send_answer(visitor.socket.get(), answer, descriptors));
-  client->socket = std::move(visitor.socket);
-  note(events::StreamClientCame{client->peer, client->axes}, Severity::kProgress);
-  clients_.push_back(std::move(client));
+  SessionWatch watch(visitor.peer, std::move(axes), *session);
+  watch.tell_begin(note_);
+  clients_.push_back(std::make_unique<Client>(Client{std::move(visitor.socket), std::move(session), std::move(watch)}));
 }
 
 void StreamServer::refuse(Visitor& visitor, const std::string& reason) {
@@ -243,14 +240,14 @@ void StreamServer::refuse(Visitor& visitor, const std::string& reason) {
 void StreamServer::look_after_clients() {
   for (auto& client : clients_) {
     if (receive_message(client->socket.get()).closed) client->session->request_end(EndReason::kGone);
-    tell_refusals(*client);
+    client->watch.look(note_);
     lease_again(*client);
     if (hub_.holds(*client->session)) continue;
-    tell_refusals(*client);
-    for (std::size_t i = 0; i < client->axes.size(); ++i) {
-      release(client->peer, client->session->members()[i].axis, client->session->lease(i));
+    client->watch.look(note_);
+    for (std::size_t i = 0; i < client->session->members().size(); ++i) {
+      release(client->watch.peer(), client->session->members()[i].axis, client->session->lease(i));
     }
-    tell_end(*client);
+    client->watch.tell_end(note_);
     client.reset();
   }
   std::erase(clients_, nullptr);
@@ -259,49 +256,20 @@ void StreamServer::look_after_clients() {
 /// Axes that the client wants to have again, if nobody commands them.
 void StreamServer::lease_again(Client& client) {
   LeaseTerms terms;
-  terms.owner = describe(client.peer);
-  for (std::size_t i = 0; i < client.axes.size(); ++i) {
+  terms.owner = describe(client.watch.peer());
+  for (std::size_t i = 0; i < client.session->members().size(); ++i) {
     const auto axis = client.session->members()[i].axis;
     if (!client.session->asks_for(i) || !authority_.owner_of(axis).empty()) continue;
     const auto taken = authority_.take(axis, terms);
     if (!taken) continue;
     client.session->give(i, *taken);
-    note(events::StreamClientCame{client.peer, {client.axes[i]}}, Severity::kProgress);
+    note(events::StreamClientCame{client.watch.peer(), {client.watch.axes()[i].name}}, Severity::kProgress);
   }
 }
 
 /// What another has taken over is his.
 void StreamServer::release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease) {
   if (authority_.goes_on(axis, lease)) authority_.release(axis, describe(peer));
-}
-
-void StreamServer::tell_end(const Client& client) {
-  const auto& last = client.last;
-  const bool orderly = last.reason == EndReason::kEnded || last.reason == EndReason::kLine;
-  note(events::StreamClientLeft{client.peer, last.reason, last.taken, last.refused, last.starved},
-       orderly ? Severity::kProgress : Severity::kNotice);
-}
-
-void StreamServer::tell_refusals(Client& client) {
-  stream::StatusRecord record;
-  if (!client.status->latest(record)) return;
-  client.last = record;
-  for (std::size_t i = 0; i < stream::kRefusals; ++i) {
-    if (record.refused[i] == 0 || std::exchange(client.told[i], true)) continue;
-    tell_refusal(client, static_cast<stream::Refusal>(i));
-  }
-  if (record.starved > 0 && !std::exchange(client.told_starved, true)) {
-    note(events::StreamStarved{client.peer}, Severity::kNotice);
-  }
-}
-
-void StreamServer::tell_refusal(const Client& client, stream::Refusal reason) {
-  events::StreamSetpointRefused refused{client.peer, reason, {}, client.session->first_fault(reason)};
-  if (refused.fault) {
-    const auto& axis = offered(client.session->members()[refused.fault->axis].axis);
-    refused.axis = {axis.name, axis.unit};
-  }
-  note(std::move(refused), Severity::kNotice);
 }
 
 }  // namespace driveline::runtime

@@ -1,36 +1,27 @@
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "driveline/port/file_descriptor.hpp"
-#include "driveline/rt/shared_broadcast.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/config/stream_config.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event.hpp"
 #include "driveline/stream/greeting.hpp"
 #include "driveline/stream/records.hpp"
-#include "driveline/trajectory/position_unit.hpp"
+#include "stream/session_watch.hpp"
 #include "stream/stream_hub.hpp"
 #include "stream/stream_session.hpp"
 #include "stream/stream_socket.hpp"
 
 namespace driveline::runtime {
-
-/// An axis that clients may have.
-struct StreamAxis {
-  std::string name;      ///< as in the line description
-  std::size_t axis = 0;  ///< number on the line
-  stream::AxisBounds bounds{};
-  trajectory::PositionUnit unit = *trajectory::find_position_unit("rad");  ///< in which people read its positions
-};
 
 /// Lets clients in, gives each its axes and its memory, and looks after it until the axes are free. A client has its
 /// axes by leases (AxisAuthority). Belongs to the thread that owns the line; never waits.
@@ -66,13 +57,8 @@ class StreamServer {
   };
   struct Client {
     port::FileDescriptor socket;
-    StreamPeer peer;
-    std::vector<std::string> axes;  ///< names, in the order of the session
     std::unique_ptr<StreamSession> session;
-    std::optional<rt::SharedBroadcastReader<stream::StatusRecord>> status;
-    stream::StatusRecord last{};
-    std::array<bool, stream::kRefusals> told{};
-    bool told_starved = false;
+    SessionWatch watch;
   };
 
   StreamServer(const StreamConfig& config, std::vector<StreamAxis> axes, StreamHub& hub, AxisAuthority& authority,
@@ -92,10 +78,7 @@ class StreamServer {
   void look_after_clients();
   void lease_again(Client& client);
   void release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease);
-  void tell_end(const Client& client);
   [[nodiscard]] const StreamAxis& offered(std::size_t axis) const;
-  void tell_refusals(Client& client);
-  void tell_refusal(const Client& client, stream::Refusal reason);
   void note(EventFacts facts, Severity severity);
 
   StreamConfig config_;
@@ -107,6 +90,7 @@ class StreamServer {
   std::vector<Visitor> visitors_;
   std::vector<std::unique_ptr<Client>> clients_;
   std::vector<Event> events_;
+  SessionWatch::Note note_{[this](EventFacts facts, Severity severity) { note(std::move(facts), severity); }};
   Instant last_refusal_{};
   std::uint64_t untold_ = 0;  ///< refusals
 };

@@ -11,11 +11,19 @@
  *   lease x 17                       the lease of the axis is 17 from now on; answers set it otherwise
  *   keep 100                         renews the leases that it has every 100 ms; 0: does not
  *   flood x 3                        jogs as fast as it can for 3 s, without reading answers
+ *   stream x,y 0.5 1 20 1000         streams a swing of 0.5 rad amplitude at 1 Hz around where the axes are, in batches of 20
+ *                                    setpoints of 1000 a second, 5 batches ahead of the line
+ *   batch x 7 1000 3.5 0 0           one setpoint: number, time in ms, position, velocity, acceleration
+ *   follow x                         the axes of the stream are to follow again
+ *   end x                            ends the stream
+ *
+ * and prints a document for what it is told of its stream whenever its state, its text, or who follows has changed.
  *
  * Ends at the end of stdin, without a word to the line. Status 2: bad usage, or DDS refuses to start. It stays on the
  * loopback interface unless CYCLONEDDS_URI says otherwise.
  */
 #include <dds/dds.h>
+#include <math.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,6 +35,8 @@
 
 typedef driveline_commands_Command Command;
 typedef driveline_commands_CommandAnswer Answer;
+typedef driveline_commands_SetpointBatch Batch;
+typedef driveline_commands_StreamStatus StreamStatus;
 
 enum { kMostAxes = 8, kKinds = 12, kLongestLine = 512 };
 
@@ -42,7 +52,7 @@ static struct {
 
 static const char* client;
 static uint64_t number;
-static dds_entity_t writer, reader;
+static dds_entity_t writer, reader, setpoint_writer, status_reader;
 
 /* Of the axis; a place for it is made where there is none. */
 static uint64_t* lease_of(const char* axis) {
@@ -97,6 +107,151 @@ static void flood(char* axis, double seconds) {
   fflush(stdout);
 }
 
+static const char* const kStateNames[] = {"WAITING", "STREAMING", "STARVED", "ENDING", "OVER", "REFUSED"};
+enum { kLeadBatches = 5, kMostInBatch = 64, kMostStreamed = 4 };
+
+/* What is streamed. */
+static struct {
+  char axes[64]; /* names with commas */
+  double amplitude, hertz, rate;
+  uint32_t batch;
+  uint64_t number;      /* of the next setpoint */
+  int64_t stream_ns;    /* of the line, as it was told last */
+  double middle[kMostStreamed];
+  int on;
+} stream;
+
+static StreamStatus status;
+
+/* The axes with these names, into a batch; how many. */
+static uint32_t put_axes(Batch* batch, const char* names) {
+  static driveline_commands_StreamedAxis places[kMostStreamed];
+  char copy[64];
+  char* rest = NULL;
+  uint32_t count = 0;
+  snprintf(copy, sizeof(copy), "%s", names);
+  for (char* name = strtok_r(copy, ",", &rest); name != NULL && count < kMostStreamed; name = strtok_r(NULL, ",", &rest)) {
+    snprintf(places[count].axis, sizeof(places[count].axis), "%s", name);
+    places[count++].lease = *lease_of(name);
+  }
+  batch->axes._buffer = places;
+  batch->axes._length = batch->axes._maximum = count;
+  return count;
+}
+
+static void write_batch(Batch* batch) {
+  snprintf(batch->client, sizeof(batch->client), "%s", client);
+  const dds_return_t done = dds_write(setpoint_writer, batch);
+  if (done < 0) fprintf(stderr, "cyclone_commander: %s\n", dds_strretcode(-done));
+}
+
+/* A batch without setpoints. */
+static void say_to_stream(driveline_commands_SetpointKind kind, const char* names) {
+  Batch batch;
+  memset(&batch, 0, sizeof(batch));
+  batch.kind = kind;
+  put_axes(&batch, names);
+  write_batch(&batch);
+}
+
+static void send_one(const char* names, const double* values, double acceleration) {
+  driveline_commands_AxisTarget targets[kMostStreamed];
+  driveline_commands_Setpoint setpoint = {(int64_t)(values[1] * 1e6), {0, 0, NULL, false}};
+  Batch batch;
+  memset(&batch, 0, sizeof(batch));
+  const uint32_t count = put_axes(&batch, names);
+  for (uint32_t i = 0; i < count; ++i) {
+    targets[i].position = values[2];
+    targets[i].velocity = values[3];
+    targets[i].acceleration = acceleration;
+  }
+  setpoint.targets._buffer = targets;
+  setpoint.targets._length = setpoint.targets._maximum = count;
+  batch.number = (uint64_t)values[0];
+  batch.setpoints._buffer = &setpoint;
+  batch.setpoints._length = batch.setpoints._maximum = 1;
+  write_batch(&batch);
+}
+
+/* The next batch of the swing, as long as the line is not far enough behind. */
+static void go_on_streaming(void) {
+  static driveline_commands_AxisTarget targets[kMostInBatch][kMostStreamed];
+  static driveline_commands_Setpoint setpoints[kMostInBatch];
+  const double pi = 3.14159265358979323846;
+  while (stream.on) {
+    const double ahead = (double)(stream.number - 1) / stream.rate - 1e-9 * (double)stream.stream_ns;
+    if (ahead > kLeadBatches * stream.batch / stream.rate) return;
+    Batch batch;
+    memset(&batch, 0, sizeof(batch));
+    const uint32_t count = put_axes(&batch, stream.axes);
+    batch.number = stream.number;
+    for (uint32_t i = 0; i < stream.batch; ++i) {
+      const double seconds = (double)(stream.number++ - 1) / stream.rate;
+      for (uint32_t axis = 0; axis < count; ++axis) {
+        /* It begins and goes on without a leap of position or velocity. */
+        targets[i][axis].position =
+            stream.middle[axis] + stream.amplitude * (1 - cos(2 * pi * stream.hertz * seconds));
+        targets[i][axis].velocity = stream.amplitude * 2 * pi * stream.hertz * sin(2 * pi * stream.hertz * seconds);
+        targets[i][axis].acceleration = 0;
+      }
+      setpoints[i].time_ns = (int64_t)(seconds * 1e9);
+      setpoints[i].targets._buffer = targets[i];
+      setpoints[i].targets._length = setpoints[i].targets._maximum = count;
+    }
+    batch.setpoints._buffer = setpoints;
+    batch.setpoints._length = batch.setpoints._maximum = stream.batch;
+    write_batch(&batch);
+  }
+}
+
+static void begin_stream(const char* names, const double* values) {
+  memset(&stream, 0, sizeof(stream));
+  snprintf(stream.axes, sizeof(stream.axes), "%s", names);
+  stream.amplitude = values[0];
+  stream.hertz = values[1];
+  stream.batch = values[2] < 1 ? 1 : values[2] > kMostInBatch ? kMostInBatch : (uint32_t)values[2];
+  stream.rate = values[3];
+  for (int i = 0; i < kMostStreamed; ++i) stream.middle[i] = values[4];
+  stream.number = 1;
+  stream.on = 1;
+}
+
+static void print_status(void) {
+  printf("{\"stream\":\"%s\",\"taken\":%llu,\"refused\":%llu,\"starved\":%llu,\"axes\":{",
+         (unsigned)status.state < 6 ? kStateNames[status.state] : "?", (unsigned long long)status.taken,
+         (unsigned long long)status.refused, (unsigned long long)status.starved);
+  for (uint32_t i = 0; i < status.axes._length; ++i) {
+    if (i > 0) printf(",");
+    print_string(status.axes._buffer[i].axis);
+    printf(":{\"following\":%s,\"leased\":%s}", status.axes._buffer[i].following ? "true" : "false",
+           status.axes._buffer[i].leased ? "true" : "false");
+  }
+  printf("},\"text\":");
+  print_string(status.text);
+  printf("}\n");
+}
+
+static void take_statuses(void) {
+  static char text_before[256];
+  static uint32_t state_before = 99, axes_before = 0;
+  void* sample[1] = {&status};
+  dds_sample_info_t info;
+  while (dds_take(status_reader, sample, &info, 1, 1) > 0) {
+    if (!info.valid_data || strcmp(status.client, client) != 0) continue;
+    if (status.state == driveline_commands_STREAM_STREAMING) stream.stream_ns = status.stream_ns;
+    uint32_t axes_now = 0;
+    for (uint32_t i = 0; i < status.axes._length; ++i) {
+      axes_now = 4 * axes_now + (status.axes._buffer[i].following ? 2 : 0) + (status.axes._buffer[i].leased ? 1 : 0);
+    }
+    if ((uint32_t)status.state == state_before && axes_now == axes_before && strcmp(status.text, text_before) == 0) continue;
+    state_before = (uint32_t)status.state;
+    axes_before = axes_now;
+    snprintf(text_before, sizeof(text_before), "%s", status.text);
+    print_status();
+  }
+  fflush(stdout);
+}
+
 /* Milliseconds between renewals. */
 static int keep_ms;
 
@@ -104,9 +259,9 @@ static void obey(char* line) {
   static const char kSpace[] = " \n";
   char* word = strtok(line, kSpace);
   char* axis = strtok(NULL, kSpace);
-  double values[5] = {0};
+  double values[6] = {0};
   if (word == NULL || axis == NULL) return;
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 6; ++i) {
     const char* text = strtok(NULL, kSpace);
     if (text != NULL) values[i] = strtod(text, NULL);
   }
@@ -116,6 +271,15 @@ static void obey(char* line) {
     *lease_of(axis) = (uint64_t)values[0];
   } else if (strcmp(word, "flood") == 0) {
     flood(axis, values[0]);
+  } else if (strcmp(word, "stream") == 0) {
+    begin_stream(axis, values);
+  } else if (strcmp(word, "batch") == 0) {
+    send_one(axis, values, values[4]);
+  } else if (strcmp(word, "follow") == 0) {
+    say_to_stream(driveline_commands_SETPOINTS_FOLLOW, axis);
+  } else if (strcmp(word, "end") == 0) {
+    stream.on = 0;
+    say_to_stream(driveline_commands_SETPOINTS_END, axis);
   } else {
     uint32_t kind = 0;
     while (kind < kKinds && strcmp(kKindNames[kind], word) != 0) ++kind;
@@ -154,12 +318,17 @@ static void renew(void) {
 }
 
 static void wait_for_line(void) {
-  dds_publication_matched_status_t commands;
-  dds_subscription_matched_status_t answers;
+  dds_publication_matched_status_t commands, setpoints;
+  dds_subscription_matched_status_t answers, statuses;
   for (;;) {
     dds_get_publication_matched_status(writer, &commands);
     dds_get_subscription_matched_status(reader, &answers);
-    if (commands.current_count > 0 && answers.current_count > 0) break;
+    dds_get_publication_matched_status(setpoint_writer, &setpoints);
+    dds_get_subscription_matched_status(status_reader, &statuses);
+    if (commands.current_count > 0 && answers.current_count > 0 && setpoints.current_count > 0 &&
+        statuses.current_count > 0) {
+      break;
+    }
     struct pollfd input = {STDIN_FILENO, 0, 0};
     if (poll(&input, 1, 10) > 0) exit(1); /* closed */
   }
@@ -184,7 +353,15 @@ int main(int argc, char** argv) {
       checked(dds_create_topic(participant, &driveline_commands_CommandAnswer_desc, "driveline/v1/command_answer", NULL,
                                NULL),
               "topic");
+  const dds_entity_t setpoints =
+      checked(dds_create_topic(participant, &driveline_commands_SetpointBatch_desc, "driveline/v1/setpoints", NULL, NULL),
+              "topic");
+  const dds_entity_t statuses = checked(
+      dds_create_topic(participant, &driveline_commands_StreamStatus_desc, "driveline/v1/stream_status", NULL, NULL),
+      "topic");
   writer = checked(dds_create_writer(participant, commands, qos, NULL), "writer");
+  setpoint_writer = checked(dds_create_writer(participant, setpoints, qos, NULL), "writer");
+  status_reader = checked(dds_create_reader(participant, statuses, qos, NULL), "reader");
   /* The line may have found the writer, and not yet the reader: it keeps its last answers. */
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
   reader = checked(dds_create_reader(participant, answers, qos, NULL), "reader");
@@ -195,6 +372,8 @@ int main(int argc, char** argv) {
     if (poll(&input, 1, 5) > 0 && !read_lines()) break;
     renew();
     take_answers();
+    take_statuses();
+    go_on_streaming();
   }
   dds_delete(DDS_CYCLONEDDS_HANDLE);
   return 0;

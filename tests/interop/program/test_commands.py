@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import random
 import shutil
 import signal
 import subprocess
@@ -14,6 +15,7 @@ COMMANDER = os.environ["CYCLONE_COMMANDER"]
 # A busy machine may suspend a client for longer than its leases last.
 undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more")
 MAX_VELOCITY, MAX_ACCELERATION, MAX_JERK = 5.0, 10.0, 200.0  # rad/s, ...
+WINDOW = 20  # cycles of 1 ms
 PLUGINS = pathlib.Path("/usr/lib/x86_64-linux-gnu/libddsc0debian")  # of Cyclone DDS, which its own library does not find
 
 # A bridge that has been taken over: it writes into all of the memory that it may write.
@@ -95,12 +97,16 @@ class CommandTest(ProgramTest):
         os.environ.pop("DRIVELINE_BRIDGE", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_BRIDGE", None)
 
-    def line(self, commands="enabled = true\ninsecure = true\nlease_timeout_ms = 2000", telemetry="", tail=""):
-        axis = (f'max_velocity = {MAX_VELOCITY}\nmax_acceleration = {MAX_ACCELERATION}\nmax_jerk = {MAX_JERK}\n')
+    def line(self, commands="enabled = true\ninsecure = true\nlease_timeout_ms = 2000", telemetry="", tail="", limits=""):
+        axis = (f'{limits}max_velocity = {MAX_VELOCITY}\nmax_acceleration = {MAX_ACCELERATION}\nmax_jerk = {MAX_JERK}\n')
         return self.write("line.toml", '[bus]\nmax_lost_cycles = 1000\n[line]\nname = "commanded"\ncycle_us = 1000\n'
                           f'[realtime]\npolicy = "degrade"\n[telemetry]\ndomain = {self.domain}\n{telemetry}\n[commands]\n{commands}\n'
                           '[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
                           f'[[axis]]\nname = "x"\n{axis}[[axis]]\nname = "y"\n{axis}{tail}')
+
+    def streaming_line(self):
+        """Setpoints may come 30 ms late; a machine that suspends a client for two seconds ends its stream."""
+        return {"tail": '[stream]\nsocket = "stream.sock"\ndelay_ms = 30\nkeep_alive_ms = 2000\ninterpolation = "hermite"\n'}
 
     def start_run(self, **description):
         run = self.start("run", "--config", self.line(**description), "--no-plots", "--json", log="run.log")
@@ -138,13 +144,35 @@ class CommandTest(ProgramTest):
         self.assertIn(text, answer["text"])
         return answer
 
-    def velocities(self, axis):
-        """Demands of an axis over time: time in s, velocity in rad/s."""
+    def demands(self, axis):
+        """Of an axis, as its drive was told them: time in s, position in rad."""
         lines = self.text("out/axes.csv").splitlines()
         columns = lines[0].split(",")
         time_of, position = columns.index("time[s]"), columns.index(f"{axis}_target[rad]")
-        rows = [list(map(float, (line.split(",")[time_of], line.split(",")[position]))) for line in lines[1:]]
-        return [(after[0], (after[1] - before[1]) / (after[0] - before[0])) for before, after in zip(rows, rows[1:])]
+        return [tuple(map(float, (line.split(",")[time_of], line.split(",")[position]))) for line in lines[1:]]
+
+    def check_limits(self, *axes):
+        """Velocity and acceleration of all demands. Seven digits are written, so they are those of some milliseconds."""
+        for axis in axes:
+            demands = self.demands(axis)
+            self.assertGreater(len(demands), 100)
+            for before, now, after in zip(demands, demands[WINDOW:], demands[2 * WINDOW:]):
+                first, second = ((b[1] - a[1]) / (b[0] - a[0]) for a, b in ((before, now), (now, after)))
+                self.assertLess(abs(first), 1.01 * MAX_VELOCITY, (axis, now))
+                self.assertLess(abs(second - first) / (0.5 * (after[0] - before[0])), 1.05 * MAX_ACCELERATION, (axis, now))
+
+    def check_stop(self, axis, from_velocity):
+        """The last way from that velocity to rest: with the deceleration and the jerk of the axis. Less would be an order of
+        its own, more beyond the limits."""
+        self.check_limits(axis)
+        demands = self.demands(axis)
+        velocities = [((a[0] + b[0]) / 2, (b[1] - a[1]) / (b[0] - a[0])) for a, b in zip(demands, demands[WINDOW:])]
+        fast = max(i for i, (_, velocity) in enumerate(velocities) if velocity > 0.98 * from_velocity)
+        slow = next(i for i in range(fast, len(velocities)) if abs(velocities[i][1]) < 0.02 * from_velocity)
+        duration = velocities[slow][0] - velocities[fast][0]
+        shortest = from_velocity / MAX_ACCELERATION
+        self.assertGreater(duration, 0.9 * shortest)
+        self.assertLess(duration, shortest + 2 * MAX_ACCELERATION / MAX_JERK + 0.1)
 
 
 class ByCyclone(CommandTest):
@@ -236,20 +264,6 @@ class ByCyclone(CommandTest):
         self.end_run(run)
         self.check_stop("x", 4.0)
 
-    def check_stop(self, axis, from_velocity):
-        """The last way from that velocity to rest, as the drive was told it."""
-        demands = self.velocities(axis)
-        fast = max(i for i, (_, velocity) in enumerate(demands) if velocity > 0.99 * from_velocity)
-        slow = next(i for i in range(fast, len(demands)) if abs(demands[i][1]) < 0.01 * from_velocity)
-        # With the deceleration and the jerk of the axis; less would be an order of its own, more beyond the limits.
-        shortest = from_velocity / MAX_ACCELERATION
-        self.assertGreater(demands[slow][0] - demands[fast][0], 0.9 * shortest)
-        self.assertLess(demands[slow][0] - demands[fast][0], shortest + 2 * MAX_ACCELERATION / MAX_JERK + 0.1)
-        over = 20  # ms: increments of the drive are coarse
-        steepest = max(abs(demands[i + over][1] - demands[i][1]) / (demands[i + over][0] - demands[i][0])
-                       for i in range(fast - 50, min(slow, len(demands) - over - 1)))
-        self.assertLess(steepest, 1.05 * MAX_ACCELERATION)
-
     @undisturbed
     def test_a_flood_is_refused_and_the_line_runs_on(self):
         run = self.start_run()
@@ -268,6 +282,111 @@ class ByCyclone(CommandTest):
         self.assertLess(len(document["events"]), 400)
         print(f"{sent} commands in 4 s: {document['cycles']} cycles, {document['missed_periods']} periods missed, "
               f"cost {document['cycle_cost_ns']}, wake-up {document['wake_latency_ns']}")
+
+
+class Streams(CommandTest):
+    """Of setpoints, by Cyclone DDS."""
+
+    def stream_state(self, client):
+        return ([one for one in client.said() if "stream" in one] or [{"stream": "", "axes": {}, "text": "", "taken": 0}])[-1]
+
+    def wait_for_stream(self, client, run, state, *following):
+        def holds():
+            told = self.stream_state(client)
+            return told["stream"] == state and {axis for axis, one in told["axes"].items() if one["following"]} == set(following)
+        self.wait_for(f"{state} with {following}", holds, run)
+        return self.stream_state(client)
+
+    def wait_for_motion(self, axis, run):
+        self.wait_for("motion", lambda: abs(self.status()[axis]["velocity"]) > 0.5, run)
+
+    @undisturbed
+    def test_move_axes_a_thousand_times_a_second_until_they_are_ended(self):
+        run = self.start_run(**self.streaming_line())
+        panel = self.commander().wait_for_line()
+        panel.acquire("x")
+        panel.acquire("y")
+        # Batches are enough to keep the leases.
+        panel.tell("keep 0")
+        panel.tell("stream x,y 0.3 0.7 20 1000")
+        self.wait_for_stream(panel, run, "STREAMING", "x", "y")
+        self.wait_for_motion("x", run)
+        self.assertEqual(self.status()["x"]["state"], "SynchronizedMotion")
+        time.sleep(5)
+        self.assertEqual(self.stream_state(panel)["stream"], "STREAMING")
+        self.wait_for_motion("y", run)
+        # Nobody else has the axes, and everybody may stop them.
+        other = self.commander("other", "other.log").wait_for_line()
+        self.check(other.ask("acquire x"), "REFUSED", "is commanded by dds panel")
+        self.check(other.do("halt x"), "DONE")
+        self.wait_for_stream(panel, run, "STREAMING", "y")
+        panel.tell("follow x,y")
+        self.wait_for_stream(panel, run, "STREAMING", "x", "y")
+        panel.tell("end x,y")
+        told = self.wait_for_stream(panel, run, "OVER")
+        self.assertEqual(told["text"], "it has ended the session")
+        self.assertGreater(told["taken"], 4000)
+        # The leases go on, and so does the client.
+        panel.tell("keep 50")
+        self.wait_for_state("x", "Standstill", run)
+        self.check(panel.do("move-absolute x 0"), "DONE")
+        panel.tell("stream x 0.1 1 10 500 0")
+        self.wait_for_stream(panel, run, "STREAMING", "x")
+        # What is released is not followed any more.
+        self.check(panel.ask("release x"), "DONE")
+        self.wait_for_stream(panel, run, "OVER")
+        self.wait_for_state("x", "Standstill", run)
+        document = self.end_run(run)
+        self.check_limits("x", "y")
+        self.assertTrue(any("the stream of dds panel (participant " in event and " has x, y" in event for event in document["events"]),
+                        document["events"])
+
+    @undisturbed
+    def test_whose_client_is_killed_stop_within_the_limits(self):
+        run = self.start_run(**self.streaming_line())
+        chance = random.Random(17)
+        for life in range(5):
+            panel = self.commander(f"panel{life}", f"panel{life}.log").wait_for_line()
+            self.wait_for("free", lambda: self.status()["x"]["owner"] == "", run)
+            panel.acquire("x")
+            position = self.status()["x"]["position"]
+            panel.tell(f"stream x 0.3 {chance.choice((0.3, 0.6, 0.7))} 20 1000 {position}")
+            self.wait_for_stream(panel, run, "STREAMING", "x")
+            self.wait_for_motion("x", run)
+            time.sleep(chance.random())
+            panel.kill()
+            self.wait_for_state("x", "Standstill", run)
+        self.wait_for("free", lambda: self.status()["x"]["owner"] == "", run)
+        document = self.end_run(run)
+        self.check_limits("x")
+        over = [event for event in document["events"] if "the stream of dds panel" in event and " is done, " in event]
+        self.assertEqual(len(over), 5, document["events"])
+
+    @undisturbed
+    def test_that_ask_for_what_cannot_be_are_refused_with_axis_value_and_limit(self):
+        line = self.streaming_line()
+        run = self.start_run(limits="min_position = -1.0\nmax_position = 1.0\n", **line)
+        panel = self.commander().wait_for_line()
+        panel.tell("batch x 1 0 0.1")
+        told = self.wait_for_stream(panel, run, "REFUSED")
+        self.assertEqual(told["text"], "axis x: the lease is not, or no longer, the caller's; he must acquire the axis first")
+        panel.acquire("x")
+        panel.tell("batch q 1 0 0.1")
+        self.wait_for("its text", lambda: 'there is no axis "q" for streams' in self.stream_state(panel)["text"], run)
+        panel.tell("batch x 1 0 0")
+        self.wait_for("a stream", lambda: "x" in self.stream_state(panel)["axes"], run)
+        panel.tell("batch x 2 20 1.5")
+        sentence = "is outside the range of an axis: axis x: position 1.5 rad, -1 rad to 1 rad are possible"
+        self.wait_for(sentence, lambda: sentence in self.stream_state(panel)["text"], run)
+        self.assertEqual(self.stream_state(panel)["refused"], 1)
+        panel.tell("batch x 3 40 0 6")
+        sentence = "is too fast for an axis: axis x: velocity 6 rad/s, -5 rad/s to 5 rad/s are possible"
+        self.wait_for(sentence, lambda: sentence in self.stream_state(panel)["text"], run)
+        panel.tell("batch x 4 60 nan")
+        self.wait_for("nan", lambda: "is not finite" in self.stream_state(panel)["text"], run)
+        document = self.end_run(run)
+        self.check_limits("x", "y")
+        self.assertTrue(any("the stream of dds panel" in event and "1.5 rad" in event for event in document["events"]), document["events"])
 
 
 class ABridge(CommandTest):

@@ -16,8 +16,8 @@ namespace driveline::runtime {
 
 /// A program that streams setpoints, or wants to.
 struct StreamPeer {
-  std::string name;   ///< as it calls itself
-  pid_t process = 0;  ///< as the kernel says
+  std::string name;   ///< as it calls itself; of one over DDS that of its leases
+  pid_t process = 0;  ///< as the kernel says; 0: it comes over DDS
   uid_t user = 0;     ///< as the kernel says
   gid_t group = 0;    ///< as the kernel says
 };
