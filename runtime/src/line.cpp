@@ -13,6 +13,7 @@ BusOptions bus_of(const Line::Options& options) {
   bus.interface = options.interface;
   bus.interface2 = options.second_interface;
   bus.virtual_time = options.virtual_time;
+  bus.cycle = true;
   return bus;
 }
 

@@ -26,6 +26,7 @@ struct DoctorOptions {
 struct Patient {
   rt::RealtimeConfig realtime;
   std::string interface;  ///< empty: none
+  bool xdp = false;       ///< the line description asks for AF_XDP
 };
 
 Outcome<Patient> find_patient(const DoctorOptions& options) {
@@ -35,6 +36,7 @@ Outcome<Patient> find_patient(const DoctorOptions& options) {
     if (!config) return tl::unexpected(Failure(config.error()));
     patient.realtime = config->realtime;
     patient.interface = config->interface.value_or("");
+    patient.xdp = config->port == port::PortChoice::kXdp;
   }
   if (!options.interface.empty()) patient.interface = options.interface;
   if (options.cpu) {
@@ -95,6 +97,7 @@ Outcome<int> examine(const DoctorOptions& options) {
     items = port::inspect_interface(*facts);
   }
   items.push_back(port::inspect_raw_socket());
+  items.push_back(port::inspect_xdp(patient->interface, patient->xdp));
   const auto cpu = patient->realtime.cpu;
   if (cpu) {
     if (const auto load = try_load(*cpu)) items.push_back(*load);

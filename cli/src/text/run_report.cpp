@@ -140,6 +140,14 @@ std::string thread_to_text(const rt::ThreadUsage& thread, std::chrono::nanosecon
       thread.involuntary_switches, static_cast<double>(wake_ahead.count()) / 1000.0);
 }
 
+nlohmann::json interfaces_to_json(const std::vector<runtime::InterfaceReport>& interfaces) {
+  auto rows = nlohmann::json::array();
+  for (const auto& interface : interfaces) {
+    rows.push_back({{"name", interface.name}, {"port", interface.way}, {"steps_down", interface.steps_down}});
+  }
+  return rows;
+}
+
 std::string_view change_text(runtime::LeaseChange::Kind kind) {
   using Kind = runtime::LeaseChange::Kind;
   switch (kind) {
@@ -214,6 +222,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                              {"events", events_of(report)},
                              {"recoveries", report.recoveries},
                              {"files", std::move(files)}};
+  if (!report.interfaces.empty()) document["interfaces"] = interfaces_to_json(report.interfaces);
   if (report.ring) {
     document["ring"] = {{"state", ring_state(report.ring->status.state)},
                         {"merged", report.ring->merged},
@@ -257,6 +266,9 @@ std::string to_text(const runtime::RunReport& report) {
                         report.clocks->locked ? "locked" : "NOT LOCKED", differences.percentile(0.5).count(),
                         differences.percentile(0.99).count(), differences.max().count());
     text += margins_to_text(report.clocks->margins);
+  }
+  for (const auto& interface : report.interfaces) {
+    text += fmt::format("\n  interface {}: {}\n", interface.name, interface.way);
   }
   if (report.ring) text += ring_to_text(*report.ring);
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));

@@ -7,7 +7,9 @@
 #include <cerrno>
 
 #include "driveline/port/file_descriptor.hpp"
+#include "driveline/port/xdp_port.hpp"
 #include "network_interface.hpp"
+#include "xdp_program.hpp"
 
 namespace driveline::port {
 
@@ -117,6 +119,31 @@ RealtimeItem check_other_traffic(const InterfaceFacts& facts) {
 std::vector<RealtimeItem> inspect_interface(const InterfaceFacts& facts) {
   return {check_link(facts),    check_speed(facts),         check_mtu(facts),          check_coalescing(facts),
           check_offload(facts), check_energy_saving(facts), check_flow_control(facts), check_other_traffic(facts)};
+}
+
+rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed) {
+  auto item = fine("AF_XDP", needed ? "allowed" : "not requested", "allowed");
+  std::string consequence = "port = \"xdp\" is refused, with policy = \"degrade\" a packet socket takes its place";
+  std::string remedy = kGrantXdpCapabilities;
+  const FileDescriptor socket{::socket(AF_XDP, SOCK_RAW | SOCK_CLOEXEC, 0)};
+  if (!socket.valid()) {
+    item.error_number = errno;
+    item.effective = item.error_number == EAFNOSUPPORT ? "not in this kernel (CONFIG_XDP_SOCKETS)" : "refused";
+    if (item.error_number == EAFNOSUPPORT) remedy = "take port = \"raw\"";
+  } else if (const int error_number = XdpProgram::try_load(); error_number != 0) {
+    item.error_number = error_number;
+    item.effective = "XDP programs are refused";
+  } else if (has_xdp_program(interface)) {
+    item.effective = "an XDP program is attached to the interface";
+    remedy = "end the driveline that runs there, or `ip link set dev " + interface + " xdp off`";
+  } else {
+    return item;
+  }
+  if (!needed) {
+    item.error_number = 0;
+    return item;
+  }
+  return finding(std::move(item), Cost::kPrevents, std::move(consequence), std::move(remedy));
 }
 
 rt::RealtimeItem inspect_raw_socket() {

@@ -95,4 +95,13 @@ tl::expected<NetworkInterface, PortError> find_interface(const std::string& name
   return *interface;
 }
 
+tl::expected<NetworkInterface, PortError> find_usable_interface(const std::string& name) {
+  auto interface = find_interface(name);
+  if (interface && !interface->up) {
+    return failure(PortErrorCode::kInterfaceDown,
+                   "Interface " + quoted(name) + " is down; bring it up with `ip link set dev " + name + " up`.");
+  }
+  return interface;
+}
+
 }  // namespace driveline::port

@@ -19,6 +19,17 @@ struct NetworkInterface {
   wire::MacAddress mac{};
 };
 
+/// Shortest frame that is no nonsense: with the EtherCAT header.
+inline constexpr std::size_t kMinEtherCatBytes = wire::EthernetHeader::kSize + 2;
+
+/// Bounds receive() when an interface is flooded with foreign frames.
+inline constexpr int kMaxDiscardsPerReceive = 16;
+
+/// What lets a process use AF_XDP as well.
+inline constexpr const char* kGrantXdpCapabilities =
+    "run as root or grant it with `setcap cap_net_raw,cap_net_admin,cap_bpf,cap_sys_nice,cap_ipc_lock+ep "
+    "build/driveline`, or take port = \"raw\"";
+
 /// What lets a process open raw sockets.
 inline constexpr const char* kGrantCapabilities =
     "run as root or grant it with `setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep build/driveline`";
@@ -36,6 +47,9 @@ inline constexpr std::size_t kMaxInterfaceName = 15;
 /// The Ethernet interface `name`, up or down. Errors: kInvalidName, kNoSuchInterface (names those there are),
 /// kNotEthernet, kSystem.
 [[nodiscard]] tl::expected<NetworkInterface, PortError> find_interface(const std::string& name);
+
+/// The same, if it is up. Errors: also kInterfaceDown.
+[[nodiscard]] tl::expected<NetworkInterface, PortError> find_usable_interface(const std::string& name);
 
 /// An error with its sentence.
 [[nodiscard]] tl::unexpected<PortError> failure(PortErrorCode code, std::string message, int error_number = 0);

@@ -21,24 +21,12 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMinEtherCatBytes = wire::EthernetHeader::kSize + 2;  // with the EtherCAT header
-constexpr int kMaxDiscardsPerReceive = 16;  // bounds receive() when the interface is flooded with foreign frames
 /// Two clocks count as read at one instant when both readings took no longer than this; the thread may be suspended in
 /// between.
 constexpr nanoseconds kOneInstant = std::chrono::microseconds{1};
 constexpr int kReadAttempts = 4;
 /// Frames never wait longer than this: an older time stamp means that the machine's clock was set meanwhile.
 constexpr nanoseconds kLongestWait = std::chrono::seconds{1};
-
-/// The interface, if it exists and can be used.
-tl::expected<NetworkInterface, PortError> find_usable_interface(const std::string& name) {
-  auto interface = find_interface(name);
-  if (interface && !interface->up) {
-    return failure(PortErrorCode::kInterfaceDown,
-                   "Interface " + quoted(name) + " is down; bring it up with `ip link set dev " + name + " up`.");
-  }
-  return interface;
-}
 
 /// The packet socket. Protocol 0 keeps it deaf until it is bound: no frame of another interface gets into its queue.
 tl::expected<FileDescriptor, PortError> open_socket(const std::string& interface) {
@@ -225,6 +213,10 @@ bool RawSocketPort::wait_readable(nanoseconds deadline) noexcept {
 bool RawSocketPort::link_up() const noexcept {
   const auto interface = query_interface(socket_.get(), interface_);
   return interface && interface->index == index_ && interface->running;
+}
+
+std::string RawSocketPort::way() const {
+  return ring_ ? "packet socket with a receive ring" : "packet socket";
 }
 
 RawSocketStatistics RawSocketPort::statistics() const noexcept {

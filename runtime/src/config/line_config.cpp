@@ -80,6 +80,8 @@ void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
   if (config.interface2 && *config.interface2 == *config.interface) {
     reader.fail("interface2", fmt::format("is \"{}\" like interface, a ring has two ends", *config.interface2));
   }
+  const auto port = reader.choice_or("port", 0, {"auto", "raw", "xdp"});
+  config.port = std::array{port::PortChoice::kAuto, port::PortChoice::kRaw, port::PortChoice::kXdp}.at(port);
   read_max_lost(reader, config);
   if (reader.has("acyclic_bytes")) {
     config.acyclic_bytes =

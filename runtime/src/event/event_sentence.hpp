@@ -13,6 +13,7 @@ class EventSentence {
   EventSentence(const Event& event, bool increments) noexcept : event_(event), increments_(increments) {}
 
   // set_up_sentences.cpp
+  std::string operator()(const events::InterfaceOpened& facts) const;
   std::string operator()(const events::SlavesFound& facts) const;
   std::string operator()(const events::SlaveUnusable& facts) const;
   std::string operator()(const events::AliasNotUnique& facts) const;

@@ -5,6 +5,12 @@
 
 namespace driveline::runtime {
 
+std::string EventSentence::operator()(const events::InterfaceOpened& facts) const {
+  auto text = fmt::format("{}: {}", facts.interface, facts.way);
+  for (const auto& step : facts.steps_down) text += fmt::format("\n  {}", step);
+  return text;
+}
+
 std::string EventSentence::operator()(const events::SlavesFound& facts) const {
   return facts.count == 1 ? std::string("1 slave found") : fmt::format("{} slaves found", facts.count);
 }

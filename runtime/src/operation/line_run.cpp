@@ -206,6 +206,9 @@ Result<void> LineRun::bring_up() {
   if (auto free = must_be_free(); !free) return free;
   if (auto done = master_.scan(); !done) return fail_line(done.error());
   progress(events::SlavesFound{master_.slaves().size()});
+  for (const auto& wire : session_.wires()) {
+    progress(events::InterfaceOpened{wire.interface, wire.way, wire.steps_down});
+  }
   tell_problems(master_, *settings_.observer);
   if (!session_.has_config()) {
     session_.use_found_slaves(describe_found(master_.slaves()));
@@ -568,6 +571,9 @@ RunReport LineRun::make_report() {
   report.state = state_;
   report.increments = config_.output.increments;
   report.period = config_.period;
+  for (const auto& wire : session_.wires()) {
+    report.interfaces.push_back({wire.interface, wire.way, wire.steps_down});
+  }
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
   if (const auto* runner = master_.runner()) {

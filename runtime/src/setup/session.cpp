@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "driveline/port/xdp_port.hpp"
+
 namespace driveline::runtime {
 
 namespace {
@@ -92,6 +94,7 @@ Result<void> Session::take_options(const BusOptions& options, const Adjust& adju
   config.realtime.policy =
       config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
   virtual_time_ = options.virtual_time;
+  cycle_ = options.cycle;
   if (options.virtual_time && config.interface) {
     return fail(ErrorKind::kSetting,
                 "a simulated line in this process runs on virtual time; a network interface has no virtual time");
@@ -120,22 +123,38 @@ Result<void> Session::open_bus() {
   return {};
 }
 
+Result<std::unique_ptr<port::InterfacePort>> Session::open_interface(const std::string& interface) {
+  if (!cycle_ && port::has_xdp_program(interface)) {
+    if (const auto holder = port::InterfaceLock::holder(interface)) {
+      return fail(ErrorKind::kInterfaceBusy,
+                  fmt::format("{} has interface {} with port = \"xdp\", and all EtherCAT frames that arrive are its "
+                              "own: with port = \"raw\" others can look at the line beside it",
+                              holder_text(*holder), interface));
+    }
+  }
+  const bool may_fall_back = config_.realtime.policy == rt::RealtimePolicy::kDegrade;
+  auto opened = port::open_interface(interface, cycle_ ? config_.port : port::PortChoice::kRaw, may_fall_back, *clock_);
+  if (!opened) return fail(ErrorKind::kMachine, opened.error().message);
+  wires_.push_back({interface, opened->port->way(), std::move(opened->steps_down)});
+  return std::move(opened->port);
+}
+
 Result<void> Session::open_interfaces() {
-  auto port = port::RawSocketPort::open({*config_.interface, true, 6}, *clock_);
-  if (!port) return fail(ErrorKind::kMachine, port.error().message);
-  raw_ = std::move(*port);
-  wire_ = raw_.get();
+  auto first = open_interface(*config_.interface);
+  if (!first) return tl::unexpected(first.error());
+  end_ = std::move(*first);
+  wire_ = end_.get();
   if (!config_.interface2) return must_have_link();
-  auto second = port::RawSocketPort::open({*config_.interface2, true, 6}, *clock_);
-  if (!second) return fail(ErrorKind::kMachine, second.error().message);
-  raw2_ = std::move(*second);
-  join_ends(*raw_, *raw2_);
+  auto second = open_interface(*config_.interface2);
+  if (!second) return tl::unexpected(second.error());
+  end2_ = std::move(*second);
+  join_ends(*end_, *end2_);
   return must_have_link();
 }
 
 Result<void> Session::must_have_link() const {
-  if (raw_->link_up() || (raw2_ && raw2_->link_up())) return {};
-  const auto names = raw2_ ? fmt::format("{} and {}", *config_.interface, *config_.interface2) : *config_.interface;
+  if (end_->link_up() || (end2_ && end2_->link_up())) return {};
+  const auto names = end2_ ? fmt::format("{} and {}", *config_.interface, *config_.interface2) : *config_.interface;
   return fail(ErrorKind::kMachine,
               fmt::format("{}: no link: no cable, nothing switched on at its other end, or the interface is down "
                           "(ip link set {} up)",

@@ -55,6 +55,13 @@ void drop_capabilities() {
   if (syscall(SYS_capset, &header, none.data()) != 0) throw std::runtime_error{error_text("capset")};
 }
 
+void keep_only_net_raw() {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, 2> one{};
+  one[0].effective = one[0].permitted = 1U << CAP_NET_RAW;
+  if (syscall(SYS_capset, &header, one.data()) != 0) throw std::runtime_error{error_text("capset")};
+}
+
 bool run_quietly(const std::string& command) {
   return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
 }

@@ -21,6 +21,9 @@ const std::string& enter_private_network();
 /// Lets the calling thread run without any capability. Other threads keep theirs.
 void drop_capabilities();
 
+/// Lets the calling thread keep CAP_NET_RAW alone, as the unit of the packages nearly does.
+void keep_only_net_raw();
+
 /// Runs a shell command quietly; whether it succeeded.
 bool run_quietly(const std::string& command);
 

@@ -178,6 +178,15 @@ TEST(RunReport, RingTellsHalvesThatWereLateFromTheOthers) {
                         "waited for in vain)\n"));
 }
 
+TEST(RunReport, TellsWhatItsInterfacesWereOpenedWithAndWhyWithNothingFaster) {
+  auto report = report_of_a_run();
+  EXPECT_FALSE(to_json(report).contains("interfaces"));
+  report.interfaces = {{"eth1", "AF_XDP, native, copied", {"No zero copy."}}};
+  EXPECT_EQ(to_json(report)["interfaces"],
+            json::parse(R"([{"name": "eth1", "port": "AF_XDP, native, copied", "steps_down": ["No zero copy."]}])"));
+  EXPECT_THAT(to_text(report), HasSubstr("  interface eth1: AF_XDP, native, copied\n"));
+}
+
 TEST(RunReport, TheRoundTripOfAModelIsNoMeasurement) {
   auto report = report_of_a_run();
   EXPECT_THAT(to_text(report), HasSubstr("  round trip                  0.1"));

@@ -130,7 +130,9 @@ INSTANTIATE_TEST_SUITE_P(
             "stream, telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
-                  "max_lost_cycles, max_lost_ms"},
+                  "max_lost_cycles, max_lost_ms, port"},
+        WrongFile{one_slave("[bus]\nport = \"dpdk\"\n"),
+                  ":5: [bus] port: is \"dpdk\", one of \"auto\", \"raw\", \"xdp\" is expected"},
         WrongFile{
             one_slave("[realtime]\n\nprio = 80\n"),
             ":6: [realtime] prio: unknown key, expected one of: cpu, cpu_latency_us, lock_memory, policy, priority, "

@@ -51,6 +51,7 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_TRUE(config.output.plots);
   EXPECT_FALSE(config.output.capture);
   EXPECT_FALSE(config.interface2);
+  EXPECT_EQ(config.port, port::PortChoice::kAuto);
   EXPECT_EQ(config.recovery.axes, ecat_master::LossPolicy::kStop);
   EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{60});
 }
@@ -126,6 +127,7 @@ cycle_us = 250
 [bus]
 interface = "eth1"
 interface2 = "eth2"
+port = "xdp"
 max_lost_cycles = 20
 [recovery]
 axes = "continue"
@@ -183,6 +185,7 @@ velocity_gain = 4000
   EXPECT_EQ(config.period, microseconds{250});
   EXPECT_EQ(config.interface, "eth1");
   EXPECT_EQ(config.interface2, "eth2");
+  EXPECT_EQ(config.port, port::PortChoice::kXdp);
   EXPECT_EQ(config.recovery.axes, ecat_master::LossPolicy::kContinue);
   EXPECT_EQ(config.recovery.give_up, std::chrono::seconds{0});
   EXPECT_EQ(config.max_lost_cycles, 20U);

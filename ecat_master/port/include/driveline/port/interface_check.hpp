@@ -41,6 +41,10 @@ struct InterfaceFacts {
 /// What of it delays frames, or lets others onto the line; what that costs, and the command that mends it.
 [[nodiscard]] std::vector<rt::RealtimeItem> inspect_interface(const InterfaceFacts& facts);
 
+/// Whether this process may use AF_XDP, and whether another program has the interface already. `needed`: the line
+/// description asks for it with port = "xdp"; else nothing of it is a shortcoming. `interface` may be empty.
+[[nodiscard]] rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed);
+
 /// Whether this process may open raw sockets.
 [[nodiscard]] rt::RealtimeItem inspect_raw_socket();
 

@@ -11,7 +11,8 @@ enum class PortErrorCode : std::uint8_t {
   kNoSuchInterface,  ///< no network interface has that name
   kNotEthernet,      ///< the loopback interface, a tunnel or another interface that carries no Ethernet frames
   kInterfaceDown,    ///< the interface is administratively down
-  kNoPermission,     ///< the process may not open raw sockets
+  kNoPermission,     ///< the process may not open raw sockets, or attach an XDP program
+  kUnsupported,      ///< the kernel or the driver of the interface cannot do what was asked for
   kSystem,           ///< any other refusal by the kernel
   kFile,             ///< a file could not be created or written
 };

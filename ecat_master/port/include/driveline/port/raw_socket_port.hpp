@@ -12,7 +12,7 @@
 
 #include "driveline/port/counter.hpp"
 #include "driveline/port/file_descriptor.hpp"
-#include "driveline/port/port.hpp"
+#include "driveline/port/interface_port.hpp"
 #include "driveline/port/port_error.hpp"
 #include "driveline/port/receive_ring.hpp"
 #include "driveline/rt/clock.hpp"
@@ -71,7 +71,7 @@ struct RawSocketStatistics {
 /// - Both ends of a cable may be RawSocketPorts: a master and a simulated line.
 ///
 /// The clock must run in real time (MonotonicClock): it gives the time stamps and the deadline of wait_readable().
-class RawSocketPort final : public Port {
+class RawSocketPort final : public InterfacePort {
  public:
   /// Opens the interface, which must exist, carry Ethernet and be up. Needs CAP_NET_RAW. `clock` must outlive the port.
   [[nodiscard]] static tl::expected<std::unique_ptr<RawSocketPort>, PortError> open(const RawSocketConfig& config,
@@ -94,8 +94,7 @@ class RawSocketPort final : public Port {
   /// \rtsafe
   [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return last_send_time_; }
 
-  /// Hardware address of the interface when it was opened. \rtsafe
-  [[nodiscard]] const wire::MacAddress& mac() const noexcept { return mac_; }
+  [[nodiscard]] const wire::MacAddress& mac() const noexcept override { return mac_; }
 
   /// Whether frames come through memory shared with the kernel. \rtsafe
   [[nodiscard]] bool has_receive_ring() const noexcept { return ring_.has_value(); }
@@ -103,8 +102,8 @@ class RawSocketPort final : public Port {
   /// The socket, to wait for it together with others.
   [[nodiscard]] int descriptor() const noexcept { return socket_.get(); }
 
-  /// Whether the interface still exists, is up and has a carrier. Asks the kernel: not for the cycle. Any thread.
-  [[nodiscard]] bool link_up() const noexcept;
+  [[nodiscard]] bool link_up() const noexcept override;
+  [[nodiscard]] std::string way() const override;
 
   /// Any thread. \rtsafe
   [[nodiscard]] RawSocketStatistics statistics() const noexcept;

@@ -14,6 +14,7 @@
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/esi/esi_library.hpp"
+#include "driveline/port/interface_port.hpp"
 #include "driveline/rt/realtime_thread.hpp"
 #include "driveline/runtime/config/command_config.hpp"
 #include "driveline/runtime/config/eoe_config.hpp"
@@ -113,6 +114,7 @@ struct LineConfig {
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master's cycle
   std::optional<std::string> interface;                              ///< none: the simulated line in this process
   std::optional<std::string> interface2;                             ///< at the far end of a ring
+  port::PortChoice port = port::PortChoice::kAuto;                   ///< what the cycle sends and receives with
   std::shared_ptr<const esi::EsiLibrary> esi_library;                ///< for slaves without `esi`; null: none
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;

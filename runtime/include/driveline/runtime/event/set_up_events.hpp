@@ -14,6 +14,12 @@
 /// Events on the way of a line into operation, and out of it.
 namespace driveline::runtime::events {
 
+/// A network interface is open.
+struct InterfaceOpened {
+  std::string interface;                ///< its name
+  std::string way;                      ///< what frames travel through: "packet socket with a receive ring"
+  std::vector<std::string> steps_down;  ///< why with nothing faster, a sentence for each step
+};
 /// The line has been scanned.
 struct SlavesFound {
   std::size_t count = 0;  ///< slaves on the line

@@ -71,12 +71,20 @@ struct AuthorityRecord {
   LeaseChange change;   ///< from whom to whom
 };
 
+/// A network interface of a run.
+struct InterfaceReport {
+  std::string name;                     ///< as in `ip link`
+  std::string way;                      ///< what frames travelled through: "packet socket with a receive ring"
+  std::vector<std::string> steps_down;  ///< why with nothing faster, a sentence for each step
+};
+
 /// Results of a run.
 struct RunReport {
   std::string line;
   std::string state;  ///< state of the line at the end of the operation: "OP", or the lower state it had fallen to
   std::vector<AxisReport> axes;
-  bool increments = false;  ///< text and plots show drive increments beside the units of the axes
+  bool increments = false;                  ///< text and plots show drive increments beside the units of the axes
+  std::vector<InterfaceReport> interfaces;  ///< empty: the line is simulated in this process
   std::chrono::nanoseconds period{};
   double duration_s = 0.0;  ///< in operation
   ecat_master::CycleStatistics statistics;

@@ -11,7 +11,7 @@
 
 #include "driveline/port/capture_port.hpp"
 #include "driveline/port/interface_lock.hpp"
-#include "driveline/port/raw_socket_port.hpp"
+#include "driveline/port/interface_port.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
@@ -23,6 +23,7 @@ struct BusOptions {
   std::string interface;   ///< replaces the simulated line of the file
   std::string interface2;  ///< at the far end of a ring
   bool virtual_time = false;
+  bool cycle = false;        ///< a cycle is to run: [bus] port of the file counts. Else a packet socket will do
   DeviceRegistry devices{};  ///< the families that the line description may name
 };
 
@@ -69,6 +70,14 @@ class Session {
   [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
   /// The line in this process; null: the bus is a network interface.
   [[nodiscard]] slaves::Line* simulated_line() const noexcept { return line_.get(); }
+  /// An interface of the bus, and how it was opened.
+  struct Wire {
+    std::string interface;                ///< its name
+    std::string way;                      ///< port::InterfacePort::way()
+    std::vector<std::string> steps_down;  ///< port::OpenInterface::steps_down
+  };
+  /// One for each end; none: the line is simulated in this process.
+  [[nodiscard]] const std::vector<Wire>& wires() const noexcept { return wires_; }
   /// Whether the bus runs on virtual time.
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
   /// Result of a capture.
@@ -84,6 +93,7 @@ class Session {
   [[nodiscard]] Result<void> take_options(const BusOptions& options, const Adjust& adjust);
   [[nodiscard]] Result<void> open_bus();
   [[nodiscard]] Result<void> open_interfaces();
+  [[nodiscard]] Result<std::unique_ptr<port::InterfacePort>> open_interface(const std::string& interface);
   /// Error: none of the interfaces has a link.
   [[nodiscard]] Result<void> must_have_link() const;
   void join_ends(port::Port& primary, port::Port& secondary);
@@ -91,11 +101,13 @@ class Session {
   LineConfig config_;
   bool has_config_ = false;
   bool virtual_time_ = false;
+  bool cycle_ = false;
   std::unique_ptr<rt::Clock> clock_;
   std::unique_ptr<slaves::Line> line_;
   std::vector<port::InterfaceLock> locks_;  ///< none: not claimed
-  std::unique_ptr<port::RawSocketPort> raw_;
-  std::unique_ptr<port::RawSocketPort> raw2_;
+  std::unique_ptr<port::InterfacePort> end_;
+  std::unique_ptr<port::InterfacePort> end2_;
+  std::vector<Wire> wires_;
   std::unique_ptr<port::RedundantPort> ring_;
   port::Port* wire_ = nullptr;
   std::unique_ptr<port::CapturePort> capture_;

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "driveline/port/port.hpp"
+#include "driveline/port/port_error.hpp"
+#include "driveline/rt/clock.hpp"
+#include "driveline/wire/ethernet.hpp"
+
+namespace driveline::port {
+
+/// A port that is a network interface of this machine.
+class InterfacePort : public Port {
+ public:
+  /// Hardware address of the interface when it was opened. \rtsafe
+  [[nodiscard]] virtual const wire::MacAddress& mac() const noexcept = 0;
+  /// Whether the interface still exists, is up and has a carrier. Asks the kernel: not for the cycle. Any thread.
+  [[nodiscard]] virtual bool link_up() const noexcept = 0;
+  /// What frames travel through, in a few words: "packet socket with a receive ring".
+  [[nodiscard]] virtual std::string way() const = 0;
+};
+
+/// What a network interface is to be opened with.
+enum class PortChoice : std::uint8_t {
+  kAuto,  ///< AF_XDP where the driver copies nothing, else a packet socket
+  kRaw,   ///< a packet socket (RawSocketPort)
+  kXdp,   ///< AF_XDP (XdpPort), as fast as the driver can
+};
+
+/// An interface that is open.
+struct OpenInterface {
+  std::unique_ptr<InterfacePort> port;
+  /// Why it is not opened with what would be faster, a sentence for each step down; empty: there was none.
+  std::vector<std::string> steps_down;
+};
+
+/// Opens `interface` with what was chosen. `may_fall_back`: where AF_XDP cannot be had at all, PortChoice::kXdp takes a
+/// packet socket as well and says why; else that is an error. `clock` must outlive the port. Needs CAP_NET_RAW, for
+/// AF_XDP also CAP_BPF and CAP_NET_ADMIN. Errors: those of RawSocketPort::open() and XdpPort::open().
+[[nodiscard]] tl::expected<OpenInterface, PortError> open_interface(const std::string& interface, PortChoice choice,
+                                                                    bool may_fall_back, const rt::Clock& clock);
+
+}  // namespace driveline::port
