@@ -1,23 +1,14 @@
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <charconv>
-#include <cmath>
-#include <cstdio>
-#include <memory>
 #include <optional>
-#include <system_error>
 #include <utility>
 
+#include "csv_rows.hpp"
 #include "driveline/trajectory/path.hpp"
 #include "text.hpp"
 
 namespace driveline::trajectory {
 namespace {
-
-constexpr std::string_view kBlanks = " \t";
-constexpr std::string_view kSeparator = "the separator is a comma, and numbers have a decimal point";
-constexpr std::size_t kMaxFileBytes = std::size_t{128} << 20;
 
 /// What a column holds.
 enum class ColumnKind { kTime, kPosition, kVelocity, kAcceleration };
@@ -54,42 +45,9 @@ std::string_view plural(ColumnKind holds) {
   return holds == ColumnKind::kVelocity ? "velocities" : "accelerations";
 }
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-struct Field {
-  std::string_view text;  // trimmed
-  std::size_t column;     // of its first character, from 1
-};
-
-void split(std::string_view line, std::vector<Field>& fields) {
-  fields.clear();
-  std::size_t begin = 0;
-  while (true) {
-    const std::size_t comma = line.find(',', begin);
-    const std::string_view raw = line.substr(begin, comma == std::string_view::npos ? comma : comma - begin);
-    const std::size_t lead = raw.find_first_not_of(kBlanks);
-    fields.push_back({trimmed(raw), begin + 1 + (lead == std::string_view::npos ? 0 : lead)});
-    if (comma == std::string_view::npos) {
-      return;
-    }
-    begin = comma + 1;
-  }
-}
-
-struct Place {
-  std::size_t line = 0;
-  std::size_t column = 0;
-};
-
 /// A column as the header row has it.
 struct Heading {
-  Place place;
+  CsvPlace place;
   std::string_view name;
   std::string_view unit_name;
   Unit unit;
@@ -99,21 +57,16 @@ struct Heading {
 // Walks through the text row by row; a row is a line that is neither blank nor a comment.
 class CsvParser {
  public:
-  CsvParser(std::string_view text, std::string_view name) : rest_(text), name_(name) {
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (rest_.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
-      rest_.remove_prefix(kByteOrderMark.size());
-    }
-  }
+  CsvParser(std::string_view text, std::string_view name) : rows_(text, name) {}
 
   tl::expected<Path, PathError> parse() {
-    if (!next_row()) {
+    if (!rows_.next()) {
       return refuse({1, 0}, "the file has no header row such as time[s],x[rad]");
     }
     if (auto header = read_header(); !header) {
       return tl::unexpected(std::move(header.error()));
     }
-    while (next_row()) {
+    while (rows_.next()) {
       if (auto row = read_row(); !row) {
         return tl::unexpected(std::move(row.error()));
       }
@@ -126,47 +79,23 @@ class CsvParser {
   }
 
  private:
-  tl::unexpected<PathError> refuse(Place place, std::string reason) const {
-    return tl::unexpected(PathError{std::string(name_), place.line, place.column, std::move(reason)});
-  }
-
-  bool next_row() {
-    while (!rest_.empty()) {
-      const std::size_t end = rest_.find('\n');
-      std::string_view line = rest_.substr(0, end);
-      rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-      ++line_;
-      if (!line.empty() && line.back() == '\r') {
-        line.remove_suffix(1);
-      }
-      const std::string_view content = trimmed(line);
-      if (!content.empty() && content.front() != '#') {
-        split(line, fields_);
-        return true;
-      }
-    }
-    return false;
-  }
-
-  /// Semicolons or tabs where the commas should be, as spreadsheets write them where the decimal point is a comma.
-  bool has_foreign_separator() const {
-    return std::any_of(fields_.begin(), fields_.end(),
-                       [](const Field& field) { return field.text.find_first_of(";\t") != std::string_view::npos; });
+  tl::unexpected<PathError> refuse(CsvPlace place, std::string reason) const {
+    return rows_.refuse(place, std::move(reason));
   }
 
   tl::expected<void, PathError> read_header() {
-    if (has_foreign_separator()) {
-      return refuse({line_, 0}, std::string(kSeparator) + ": time[s],x[rad]");
+    if (rows_.has_foreign_separator()) {
+      return refuse({rows_.line(), 0}, std::string(kCsvSeparator) + ": time[s],x[rad]");
     }
     bool has_unit = false;
-    for (const Field& field : fields_) {
+    for (const CsvField& field : rows_.fields()) {
       has_unit = has_unit || field.text.find('[') != std::string_view::npos;
     }
     if (!has_unit) {
-      return refuse({line_, fields_.front().column},
-                    "expected a header row such as time[s],x[rad], found " + in_quotes(fields_.front().text));
+      return refuse({rows_.line(), rows_.fields().front().column},
+                    "expected a header row such as time[s],x[rad], found " + in_quotes(rows_.fields().front().text));
     }
-    for (const Field& field : fields_) {
+    for (const CsvField& field : rows_.fields()) {
       if (auto heading = read_heading(field); !heading) {
         return heading;
       }
@@ -177,22 +106,23 @@ class CsvParser {
       }
     }
     if (!has_time_) {
-      return refuse({line_, 0}, "the header has no time column; one column must be time[s], time[ms] or time[us]");
+      return refuse({rows_.line(), 0},
+                    "the header has no time column; one column must be time[s], time[ms] or time[us]");
     }
     if (headings_.size() < 2) {
-      return refuse({line_, 0}, "the header names no axis beside the time");
+      return refuse({rows_.line(), 0}, "the header names no axis beside the time");
     }
     return bind_derivatives();
   }
 
-  tl::expected<void, PathError> read_heading(const Field& field) {
-    const Place place{line_, field.column};
+  tl::expected<void, PathError> read_heading(const CsvField& field) {
+    const CsvPlace place{rows_.line(), field.column};
     const std::size_t bracket = field.text.find('[');
     if (bracket == std::string_view::npos || field.text.back() != ']') {
       return refuse(place, "column " + in_quotes(field.text) + " must be a name and a unit such as x[rad]");
     }
-    const std::string_view name = trimmed(field.text.substr(0, bracket));
-    const std::string_view unit_name = trimmed(field.text.substr(bracket + 1, field.text.size() - bracket - 2));
+    const std::string_view name = csv_trimmed(field.text.substr(0, bracket));
+    const std::string_view unit_name = csv_trimmed(field.text.substr(bracket + 1, field.text.size() - bracket - 2));
     const auto unit = find_unit(unit_name);
     if (!unit) {
       const bool is_rate = unit_name.find('/') != std::string_view::npos;
@@ -278,15 +208,17 @@ class CsvParser {
   }
 
   tl::expected<void, PathError> read_row() {
-    if (fields_.size() != headings_.size()) {
+    if (rows_.fields().size() != headings_.size()) {
       // Too many fields come from decimal commas, a single one from another separator.
-      const bool foreign = fields_.size() > headings_.size() || has_foreign_separator();
-      return refuse({line_, 0}, "expected " + std::to_string(headings_.size()) + " fields as in the header, found " +
-                                    std::to_string(fields_.size()) + (foreign ? "; " + std::string(kSeparator) : ""));
+      const bool foreign = rows_.fields().size() > headings_.size() || rows_.has_foreign_separator();
+      return refuse({rows_.line(), 0}, "expected " + std::to_string(headings_.size()) +
+                                           " fields as in the header, found " + std::to_string(rows_.fields().size()) +
+                                           (foreign ? "; " + std::string(kCsvSeparator) : ""));
     }
     double time_s = 0.0;
-    for (std::size_t i = 0; i < fields_.size(); ++i) {
-      const auto value = read_number(fields_[i]);
+    const auto& fields = rows_.fields();
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const auto value = rows_.number(fields[i]);
       if (!value) {
         return tl::unexpected(value.error());
       }
@@ -298,7 +230,7 @@ class CsvParser {
       }
     }
     if (auto added = builder_.add_point({time_s, positions_, velocities_, accelerations_}); !added) {
-      return refuse({line_, 0}, std::move(added.error().reason));
+      return refuse({rows_.line(), 0}, std::move(added.error().reason));
     }
     return {};
   }
@@ -309,27 +241,7 @@ class CsvParser {
                                                 : positions_;
   }
 
-  tl::expected<double, PathError> read_number(const Field& field) const {
-    const Place place{line_, field.column};
-    double value = 0.0;
-    const char* const end = field.text.data() + field.text.size();
-    const auto [stop, fault] = std::from_chars(field.text.data(), end, value);
-    if (fault == std::errc::invalid_argument || stop != end) {
-      return refuse(place, in_quotes(field.text) + " is not a number");
-    }
-    if (fault == std::errc::result_out_of_range) {
-      return refuse(place, in_quotes(field.text) + " is beyond the range of a double");
-    }
-    if (!std::isfinite(value)) {
-      return refuse(place, in_quotes(field.text) + " is not a finite number");
-    }
-    return value;
-  }
-
-  std::string_view rest_;
-  std::string_view name_;
-  std::size_t line_ = 0;
-  std::vector<Field> fields_;
+  CsvRows rows_;
   std::vector<Heading> headings_;  // one per column
   bool has_time_ = false;
   std::size_t axes_ = 0;
@@ -339,31 +251,6 @@ class CsvParser {
   PathBuilder builder_;
 };
 
-using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
-
-tl::expected<std::string, PathError> read_text(const std::filesystem::path& file) {
-  const auto refuse = [&file](std::string reason) {
-    return tl::unexpected(PathError{file.string(), 0, 0, std::move(reason)});
-  };
-  const auto unreadable = [&refuse] { return refuse("cannot be read: " + std::generic_category().message(errno)); };
-  const File stream(std::fopen(file.c_str(), "rb"), &std::fclose);
-  if (!stream) {
-    return unreadable();
-  }
-  std::string text;
-  std::vector<char> block(std::size_t{1} << 16);
-  while (const std::size_t count = std::fread(block.data(), 1, block.size(), stream.get())) {
-    text.append(block.data(), count);
-    if (text.size() > kMaxFileBytes) {
-      return refuse("is larger than 128 MiB");
-    }
-  }
-  if (std::ferror(stream.get()) != 0) {
-    return unreadable();
-  }
-  return text;
-}
-
 }  // namespace
 
 tl::expected<Path, PathError> parse_path_csv(std::string_view text, std::string_view name) {
@@ -371,7 +258,7 @@ tl::expected<Path, PathError> parse_path_csv(std::string_view text, std::string_
 }
 
 tl::expected<Path, PathError> load_path(const std::filesystem::path& file) {
-  const auto text = read_text(file);
+  const auto text = read_csv_text(file);
   if (!text) {
     return tl::unexpected(text.error());
   }

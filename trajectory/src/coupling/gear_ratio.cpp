@@ -1,0 +1,50 @@
+#include "driveline/trajectory/gear_ratio.hpp"
+
+#include <numeric>
+
+namespace driveline::trajectory {
+namespace {
+
+bool is_gear_number(std::int64_t number) {
+  return number >= -kMaxGearNumber && number <= kMaxGearNumber;
+}
+
+}  // namespace
+
+std::string GearError::message() const {
+  const std::string what = "a gear of " + std::to_string(numerator) + " : " + std::to_string(denominator) +
+                           " cannot be: both numbers must be ";
+  return what + (numerator == 0 || denominator == 0 ? "other than 0" : "within +-2147483648");
+}
+
+tl::expected<GearRatio, GearError> GearRatio::make(std::int64_t numerator, std::int64_t denominator) {
+  const bool zero = numerator == 0 || denominator == 0;
+  if (zero || !is_gear_number(numerator) || !is_gear_number(denominator))
+    return tl::unexpected(GearError{numerator, denominator});
+  const std::int64_t common = std::gcd(numerator, denominator) * (denominator < 0 ? -1 : 1);
+  return GearRatio(numerator / common, denominator / common);
+}
+
+double GearRatio::travel(double master) const noexcept {
+  return master * static_cast<double>(numerator_) / static_cast<double>(denominator_);
+}
+
+/// In whole turns of the denominator and a rest, whose product is below 2^62.
+GearRatio::Increments GearRatio::travel(std::int64_t master) const noexcept {
+  std::int64_t turns = master / denominator_;
+  std::int64_t rest = master % denominator_;
+  if (rest < 0) {
+    rest += denominator_;
+    --turns;
+  }
+  const std::int64_t product = rest * numerator_;
+  std::int64_t whole = product / denominator_;
+  std::int64_t remainder = product % denominator_;
+  if (remainder < 0) {
+    remainder += denominator_;
+    --whole;
+  }
+  return {turns * numerator_ + whole, remainder};
+}
+
+}  // namespace driveline::trajectory
