@@ -11,8 +11,8 @@ struct Options {
   int condition = -1;  ///< condition of the feed: its slaves; -1: they are not published
   /// Where it puts commands; answers, setpoints and reports have the next numbers; -1: it takes none.
   int commands = -1;
-  int security = -1;   ///< the first of the six files of DdsSecurity, in its order; -1: without
-  int qos = -1;        ///< profiles of Fast DDS for the writers; -1: they have their own
+  int security = -1;                     ///< the first of the six files of DdsSecurity, in its order; -1: without
+  int qos = -1;                          ///< profiles of Fast DDS for the writers; -1: they have their own
   std::string qos_file{"QoS profiles"};  ///< what the file of the profiles is called in messages
   int supervisor = -1;                   ///< socket whose end is its own; -1: it ends with the feed, or by SIGTERM
   bool help = false;
