@@ -2,6 +2,7 @@
 """read_recording.py FILE.mcap [TOPIC]: reads a recording of `driveline record` with Python alone. It lists the topics, or prints
 the samples of one as JSON. In a program of your own: for topic, log_time_ns, sample in read_recording.samples(file)."""
 import json
+import math
 import struct
 import sys
 from pathlib import Path
@@ -112,6 +113,15 @@ def content(data, schemas, channels, wanted):
             return  # an index and statistics follow
 
 
+def plain(value):
+    """As JSON has it: it knows no NaN and no infinity."""
+    if isinstance(value, dict):
+        return {name: plain(part) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def main():
     if len(sys.argv) not in (2, 3):
         sys.exit("usage: read_recording.py FILE.mcap [TOPIC]")
@@ -119,7 +129,7 @@ def main():
     for topic, log_time, sample in samples(*sys.argv[1:]):
         counts[topic] = counts.get(topic, 0) + 1
         if len(sys.argv) == 3:
-            print(json.dumps({"log_time_ns": log_time, **sample}))
+            print(json.dumps({"log_time_ns": log_time, **plain(sample)}))
     if len(sys.argv) == 2:
         for topic, count in counts.items():
             print(f"{topic}: {count} samples")

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "text.hpp"
+
 namespace driveline::bridge::clients {
 namespace {
 
@@ -34,6 +36,15 @@ Outcome<std::vector<const Topic*>> select_topics(const std::vector<std::string>&
     if (std::find(chosen.begin(), chosen.end(), found) == chosen.end()) chosen.push_back(found);
   }
   return chosen;
+}
+
+void LeftOut::add(std::string_view topic, std::string_view reason) {
+  if (count_++ > 0) return;
+  fmt::print(stderr, "driveline {}: {}: a sample is left out: {}\n", command_, topic, visible(reason));
+}
+
+LeftOut::~LeftOut() {
+  if (count_ > 1) fmt::print(stderr, "driveline {}: {} samples were left out\n", command_, count_);
 }
 
 Outcome<void> print(std::string_view text) {

@@ -33,6 +33,26 @@ inline constexpr std::chrono::milliseconds kWait{50};
 /// those that there are.
 [[nodiscard]] Outcome<std::vector<const Topic*>> select_topics(const std::vector<std::string>& names);
 
+/// Samples that cannot be decoded: what a writer of another version, or of bad intent, sends. The first one is told on
+/// stderr, their number in the end.
+class LeftOut {
+ public:
+  /// Of the command of that name.
+  explicit LeftOut(std::string_view command) : command_(command) {}
+  LeftOut(const LeftOut&) = delete;
+  LeftOut& operator=(const LeftOut&) = delete;
+  ~LeftOut();
+
+  /// One more, and why.
+  void add(std::string_view topic, std::string_view reason);
+  /// How many.
+  [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
+
+ private:
+  std::string_view command_;
+  std::uint64_t count_ = 0;
+};
+
 /// Writes to stdout. Failure: it cannot be written.
 [[nodiscard]] Outcome<void> print(std::string_view text);
 

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "client.hpp"
 #include "recording.hpp"
 #include "recording_file.hpp"
 #include "text.hpp"
@@ -21,9 +22,14 @@ class CsvRecording final : public Recording {
     return flush();
   }
 
+  Outcome<void> take_place() override { return file_.take_place(); }
+
   Outcome<void> add(const Sample& sample) override {
     const auto value = decode(*topic_.structure, sample.bytes);
-    if (!value) return failed(fmt::format("{}: {}", topic_.name, describe(value.error())));
+    if (!value) {
+      left_out_.add(topic_.name, describe(value.error()));
+      return {};
+    }
     add_text(table_rows(topic_, *value, fmt::format("{},{},", sample.received_ns, sample.published_ns)));
     ++waiting_;
     return rows_.size() < kPieceSize ? Outcome<void>{} : flush();
@@ -53,6 +59,7 @@ class CsvRecording final : public Recording {
   const Topic& topic_;
   std::vector<std::uint8_t> rows_;
   std::uint64_t waiting_ = 0;
+  LeftOut left_out_{"record"};
   std::vector<std::uint64_t> written_ = {0};
 };
 

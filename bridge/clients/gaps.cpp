@@ -1,5 +1,7 @@
 #include "gaps.hpp"
 
+#include <iterator>
+
 namespace driveline::bridge::clients {
 
 void Gaps::add(Bytes sample) {
@@ -8,19 +10,29 @@ void Gaps::add(Bytes sample) {
   const auto who = topic_->counter_of.empty() ? std::optional<std::uint64_t>(0)
                                               : whole_field(*topic_->structure, sample, topic_->counter_of);
   if (!count || !who) return;
+  if (counters_.size() >= kMostCounters && !counters_.contains(*who)) return;
   const auto [found, first] = counters_.try_emplace(*who);
   auto& counter = found->second;
   // One that does not go on has begun anew, or comes again: its writer was started again.
   if (!first && *count > counter.last) ++counter.steps[*count - counter.last];
   counter.last = *count;
+  if (counter.steps.size() <= kMostSteps) return;
+  const auto longest = std::prev(counter.steps.end());
+  counter.settled += (longest->first / usual_step(counter) - 1) * longest->second;
+  counter.steps.erase(longest);
+}
+
+/// A topic that counts its own samples counts each of them.
+std::uint64_t Gaps::usual_step(const Counter& counter) const noexcept {
+  return topic_->counter_of.empty() ? 1 : counter.steps.begin()->first;
 }
 
 std::uint64_t Gaps::missing() const noexcept {
   std::uint64_t sum = 0;
   for (const auto& [who, counter] : counters_) {
     if (counter.steps.empty()) continue;
-    // A topic that counts its own samples counts each of them.
-    const auto usual = topic_->counter_of.empty() ? 1 : counter.steps.begin()->first;
+    const auto usual = usual_step(counter);
+    sum += counter.settled;
     for (const auto& [step, times] : counter.steps) sum += (step / usual - 1) * times;
   }
   return sum;

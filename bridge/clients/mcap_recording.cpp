@@ -72,6 +72,8 @@ class McapRecording final : public Recording {
     return add_piece(head);
   }
 
+  Outcome<void> take_place() override { return file_.take_place(); }
+
   Outcome<void> add(const Sample& sample) override {
     const auto found = std::find(topics_.begin(), topics_.end(), sample.topic);
     const auto number = static_cast<std::size_t>(found - topics_.begin());

@@ -24,12 +24,17 @@ using Outcome = tl::expected<T, Failure>;
   return tl::unexpected(Failure{2, std::move(text)});
 }
 
+/// What a folder of DDS Security has, as scripts/dds-keys.sh makes it.
+inline constexpr const char* kSecurityFiles[] = {"identity_ca.pem",    "certificate.pem", "private_key.pem",
+                                                 "permissions_ca.pem", "governance.p7s",  "permissions.p7s"};
+
 /// Where a line is looked for.
 struct Place {
   std::uint32_t domain = 0;
   std::vector<std::string> interfaces;  ///< IPv4 addresses; empty: all
   std::vector<std::string> peers;       ///< IPv4 addresses of machines that multicast does not reach
   std::string partition;
+  std::string security;  ///< folder of the six files of DDS Security; empty: without
 
   [[nodiscard]] std::string text() const;  ///< "domain 3 on 127.0.0.1"
 };

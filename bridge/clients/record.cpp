@@ -14,9 +14,12 @@ constexpr double kPatienceSeconds = 10;  // for a line
 /// What a power failure or a kill costs at most.
 constexpr std::chrono::seconds kFlushPeriod{1};
 
-std::vector<const Topic*> all_topics() {
+/// On a secured line those that every reader may have: commands are for those who command.
+std::vector<const Topic*> all_topics(bool secured) {
   std::vector<const Topic*> all;
-  for (const auto& topic : topics()) all.push_back(&topic);
+  for (const auto& topic : topics()) {
+    if (!secured || !topic.type.starts_with("driveline::commands::")) all.push_back(&topic);
+  }
   return all;
 }
 
@@ -49,7 +52,11 @@ class Recorder {
  private:
   void add(const Sample& sample) {
     if (!outcome_ || over()) return;
-    if (samples_++ == 0 && options_.duration_s) end_ = after(*options_.duration_s);
+    if (samples_++ == 0) {
+      if (options_.duration_s) end_ = after(*options_.duration_s);
+      outcome_ = recording_->take_place();
+      if (!outcome_) return;
+    }
     outcome_ = recording_->add(sample);
     if (!outcome_) return;
     for (std::size_t i = 0; i < topics_.size(); ++i) {
@@ -116,7 +123,8 @@ class Recorder {
 
 Outcome<int> record(const Options& options) {
   if (options.output.empty()) return misused("--output names the file");
-  const auto chosen = options.topics.empty() ? all_topics() : select_topics(options.topics);
+  const auto chosen =
+      options.topics.empty() ? all_topics(!options.place.security.empty()) : select_topics(options.topics);
   if (!chosen) return tl::unexpected(chosen.error());
   auto subscription = Subscription::create(options.place, *chosen);
   if (!subscription) return tl::unexpected(subscription.error());

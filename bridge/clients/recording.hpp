@@ -12,7 +12,10 @@ namespace driveline::bridge::clients {
 class Recording {
  public:
   virtual ~Recording() = default;
-  /// Adds a sample. Failure: the file cannot get longer; it is to be finished then, and holds what was added before.
+  /// There is something to record: the file gets its name. Failure: as of RecordingFile::take_place().
+  [[nodiscard]] virtual Outcome<void> take_place() = 0;
+  /// Adds a sample; one that cannot be decoded and would have to be is left out, and told. Failure: the file cannot get
+  /// longer; it is to be finished then, and holds what was added before.
   [[nodiscard]] virtual Outcome<void> add(const Sample& sample) = 0;
   /// Writes what waits. Failure: as of add().
   [[nodiscard]] virtual Outcome<void> flush() = 0;

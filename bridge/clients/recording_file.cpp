@@ -2,27 +2,67 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <utility>
 
 namespace driveline::bridge::clients {
 
+namespace {
+
+tl::unexpected<Failure> exists(const std::string& name) {
+  return misused(fmt::format("{}: exists; --force overwrites it", name));
+}
+
+}  // namespace
+
 Outcome<RecordingFile> RecordingFile::create(const std::string& name, bool force) {
-  const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (force ? O_TRUNC : O_EXCL), 0666);
-  if (file >= 0) return RecordingFile(name, file);
-  if (errno == EEXIST) return misused(fmt::format("{}: exists; --force overwrites it", name));
-  return failed(fmt::format("{}: cannot be written: {}", name, std::strerror(errno)));
+  const auto cannot_be = [&] { return failed(fmt::format("{}: cannot be written: {}", name, std::strerror(errno))); };
+  struct stat status = {};
+  const bool there = ::stat(name.c_str(), &status) == 0;
+  if (there && !force) return exists(name);
+  // A pipe or a device is written to where it is.
+  const bool in_place = there && !S_ISREG(status.st_mode);
+  auto part = in_place ? std::string{} : name + ".part";
+  const int file = ::open(in_place ? name.c_str() : part.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (file < 0) return cannot_be();
+  RecordingFile made(name, std::move(part), file, force);
+  if (in_place) return made;
+  // One that was left behind by a recorder which was killed has no owner.
+  if (::flock(file, LOCK_EX | LOCK_NB) != 0)
+    return failed(fmt::format("{}: another recorder is about to write it", name));
+  if (::ftruncate(file, 0) != 0) return cannot_be();
+  return made;
+}
+
+Outcome<void> RecordingFile::take_place() {
+  if (part_.empty()) return {};
+  int done = ::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, name_.c_str(), force_ ? 0U : RENAME_NOREPLACE);
+  // Not every file system knows the flag.
+  if (done != 0 && errno == EINVAL && !force_) {
+    done = ::access(name_.c_str(), F_OK) == 0 ? (errno = EEXIST, -1) : ::rename(part_.c_str(), name_.c_str());
+  }
+  if (done != 0 && errno == EEXIST) return exists(name_);
+  if (done != 0) return failed(fmt::format("{}: cannot be written: {}", name_, std::strerror(errno)));
+  part_.clear();
+  return {};
 }
 
 RecordingFile::RecordingFile(RecordingFile&& other) noexcept
-    : name_(std::move(other.name_)), file_(std::exchange(other.file_, -1)), size_(other.size_) {}
+    : name_(std::move(other.name_)),
+      part_(std::exchange(other.part_, {})),
+      file_(std::exchange(other.file_, -1)),
+      force_(other.force_),
+      size_(other.size_) {}
 
 RecordingFile::~RecordingFile() {
+  remove();
   if (file_ >= 0) ::close(file_);
 }
 
@@ -42,7 +82,8 @@ Outcome<void> RecordingFile::finish(const std::vector<std::uint8_t>& piece) {
 }
 
 void RecordingFile::remove() noexcept {
-  ::unlink(name_.c_str());
+  if (!part_.empty()) ::unlink(part_.c_str());
+  part_.clear();
 }
 
 Outcome<void> RecordingFile::reserve(std::uint64_t bytes) {

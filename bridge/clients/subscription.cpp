@@ -88,8 +88,26 @@ Locator_t locator_of(const std::string& address) {
   return locator;
 }
 
+/// The plug-ins of the specification, which the packaged Fast DDS has built in.
+void add_keys(dds::DomainParticipantQos& qos, const std::string& folder) {
+  const std::string authentication = "dds.sec.auth.builtin.PKI-DH.";
+  const std::string access = "dds.sec.access.builtin.Access-Permissions.";
+  const auto file = [&](const char* name) { return "file://" + folder + '/' + name; };
+  auto& properties = qos.properties().properties();
+  properties.emplace_back("dds.sec.auth.plugin", "builtin.PKI-DH");
+  properties.emplace_back("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+  properties.emplace_back("dds.sec.access.plugin", "builtin.Access-Permissions");
+  properties.emplace_back(authentication + "identity_ca", file("identity_ca.pem"));
+  properties.emplace_back(authentication + "identity_certificate", file("certificate.pem"));
+  properties.emplace_back(authentication + "private_key", file("private_key.pem"));
+  properties.emplace_back(access + "permissions_ca", file("permissions_ca.pem"));
+  properties.emplace_back(access + "governance", file("governance.p7s"));
+  properties.emplace_back(access + "permissions", file("permissions.p7s"));
+}
+
 dds::DomainParticipantQos participant_qos(const Place& place) {
   dds::DomainParticipantQos qos;
+  if (!place.security.empty()) add_keys(qos, place.security);
   qos.name("driveline-dds");
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList = place.interfaces;
@@ -178,9 +196,9 @@ Outcome<Subscription> Subscription::create(const Place& place, std::span<const T
   auto* const subscriber = entities->participant->create_subscriber(qos);
   if (subscriber == nullptr) return failed("Fast DDS makes no subscriber");
   for (const auto* topic : chosen) {
-    if (!entities->add_reader(*subscriber, *topic)) {
-      return failed(fmt::format("Fast DDS makes no reader of {}", topic->name));
-    }
+    if (entities->add_reader(*subscriber, *topic)) continue;
+    if (place.security.empty()) return failed(fmt::format("Fast DDS makes no reader of {}", topic->name));
+    return failed(fmt::format("{}: the permissions in {} do not allow to read it", topic->name, place.security));
   }
   return Subscription(std::move(entities));
 }

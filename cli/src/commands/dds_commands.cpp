@@ -52,6 +52,7 @@ struct DdsPlace {
   std::vector<std::string> interfaces;
   std::vector<std::string> peers;
   std::optional<std::string> partition;
+  std::optional<std::string> security;
 
   void declare(Arguments& to) {
     to.option("--domain", &domain, Value::text("N"), "DDS domain, [telemetry] domain of the line (default: 0)");
@@ -59,12 +60,14 @@ struct DdsPlace {
               "Look on this interface, by name or IPv4 address, or on all (default: this machine only)");
     to.option("--peer", &peers, Value::text("ADDRESS"), "Machine that multicast does not reach, by IPv4 address");
     to.option("--partition", &partition, Value::text("NAME"), "DDS partition (default: none)");
+    to.option("--security", &security, Value::folder(), "Take part by DDS Security, with the six files of this folder");
   }
   void add_to(DdsWords& words) const {
     words.option("--domain", domain);
     words.option("--interface", interfaces);
     words.option("--peer", peers);
     words.option("--partition", partition);
+    words.option("--security", security);
   }
 };
 

@@ -235,8 +235,11 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
     answer(record, CommandResult::kDone, "all axes stop, and the run ends", lease);
     return;
   }
-  answer(record, CommandResult::kAccepted, {}, lease);
-  if (client.pending.size() < 2 * kMostRequests) client.pending.push_back({record, axis, *submitted});
+  // Stops are taken always, but not all of them remembered.
+  const bool followed = client.pending.size() < 2 * kMostRequests;
+  answer(record, followed ? CommandResult::kAccepted : CommandResult::kDone,
+         followed ? "" : "the axis is told to stop; no other answer follows, there are too many", lease);
+  if (followed) client.pending.push_back({record, axis, *submitted});
 }
 
 void CommandDesk::look() {

@@ -218,6 +218,10 @@ class Record(ClientTest):
         result = self.client("record", "--output", "run.mcap", "--timeout", 1)
         self.check_refused(result, 1, "no line publishes in domain", "nothing came for 1 s")
         self.assertEqual(self.files(), [])
+        # And takes none, whatever it was allowed to.
+        self.write("run.mcap", "precious")
+        self.check_refused(self.client("record", "--output", "run.mcap", "--force", "--timeout", 1), 1, "no line publishes in domain")
+        self.assertEqual((self.files(), self.text("run.mcap")), (["run.mcap"], "precious"))
 
     def test_by_force_and_ended_by_a_signal_is_complete(self):
         run = self.start_run()

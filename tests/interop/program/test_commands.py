@@ -16,6 +16,7 @@ COMMANDER = os.environ["CYCLONE_COMMANDER"]
 undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more")
 MAX_VELOCITY, MAX_ACCELERATION, MAX_JERK = 5.0, 10.0, 200.0  # rad/s, ...
 WINDOW = 20  # cycles of 1 ms
+FLOODS = 3  # clients at once: together they send what two processors can
 PLUGINS = pathlib.Path("/usr/lib/x86_64-linux-gnu/libddsc0debian")  # of Cyclone DDS, which its own library does not find
 
 # A bridge that has been taken over: it writes into all of the memory that it may write.
@@ -269,11 +270,12 @@ class ByCyclone(CommandTest):
         run = self.start_run()
         panel = self.commander().wait_for_line()
         panel.acquire("x")
-        flood = self.commander("flood", "flood.log").wait_for_line()
-        flood.tell("flood y 4")
+        floods = [self.commander(f"flood{i}", f"flood{i}.log").wait_for_line() for i in range(FLOODS)]
+        for flood in floods:
+            flood.tell("flood y 4")
         for i in range(4):
             self.check(panel.do(f"move-absolute x {0.2 * (i % 2)}"), "DONE")
-        sent = flood.wait_for("the end of the flood", lambda one: "flooded" in one)["flooded"]
+        sent = sum(flood.wait_for("the end of the flood", lambda one: "flooded" in one)["flooded"] for flood in floods)
         self.check(panel.do("move-absolute x 0.5"), "DONE")
         document = self.end_run(run)
         self.assertGreater(sent, 4000)
@@ -495,6 +497,60 @@ class Secured(CommandTest):
         self.check(panel.do("move-absolute x 0.2"), "DONE")
         self.end_run(run)
         self.assertNotIn("insecure", self.text("run.log"))
+
+    def client(self, command, *arguments, keys=None):
+        security = ("--security", f"keys/{keys}") if keys else ()
+        return self.run_program(command, *arguments, "--domain", self.domain, *security)
+
+    @undisturbed
+    def test_shows_itself_to_clients_of_driveline_with_the_keys_of_an_observer(self):
+        self.make_keys(line="line", office="observe")
+        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
+        seen = self.client("echo", "line_status", "--count", 1, "--json", "--timeout", PATIENCE_S, keys="office")
+        self.assertEqual(seen.returncode, 0, seen.stderr)
+        self.assertEqual(json.loads(seen.stdout)["name"], "commanded")
+        recorded = self.client("record", "--output", "run.mcap", "--duration", 1, "--json", "--timeout", PATIENCE_S, keys="office")
+        self.assertEqual(recorded.returncode, 0, recorded.stderr)
+        counts = {topic["name"]: topic["samples"] for topic in self.one_document(recorded.stdout)["topics"]}
+        self.assertGreater(counts["driveline/v1/axis_batch"], 100)
+        self.assertNotIn("driveline/v1/command", counts)
+        page = self.client("top", "--once", "--timeout", PATIENCE_S, keys="office")
+        self.assertIn("commanded", page.stdout, page.stderr)
+        # Without keys there is no line; what the permissions do not name is not read.
+        self.check_refused(self.client("echo", "line_status", "--timeout", 3), 1, "nothing came for 3 s")
+        denied = self.client("echo", "command", "--timeout", 3, keys="office")
+        self.assertEqual(denied.returncode, 1)
+        self.assertIn("driveline/v1/command: the permissions in keys/office do not allow to read it", denied.stderr.splitlines()[-1])
+        (self.directory / "keys/office/governance.p7s").unlink()
+        self.check_refused(self.client("echo", "event", keys="office"), 1, "keys/office/governance.p7s: cannot be read: No such file or directory")
+        self.end_run(run)
+
+    @undisturbed
+    def test_ignores_an_observer_that_gives_himself_permissions(self):
+        """He has an identity of the authority, and rules of his own making."""
+        self.make_keys(line="line", panel="command", eye="observe")
+        self.make_keys("others", eye="command")
+        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
+        keys = self.directory / "keys"
+        forged = []
+        # Permissions and governance that another authority has signed, those of another one, and those without a signature.
+        for name, files in (("signed", {"permissions.p7s": "others/eye", "governance.p7s": "others/eye", "permissions_ca.pem": "others/eye"}),
+                            ("borrowed", {"permissions.p7s": "keys/panel"})):
+            shutil.copytree(keys / "eye", keys / name)
+            for file, source in files.items():
+                shutil.copy(self.directory / source / file, keys / name / file)
+            forged.append(name)
+        clients = [(name, self.commander(f"forged-{name}", f"forged-{name}.log", env=self.environment(name))) for name in forged]
+        panel = self.commander(env=self.environment("panel")).wait_for_line()
+        panel.acquire("x")
+        for name in forged:
+            seen = self.reads(self.environment(name))
+            self.assertNotEqual(seen.returncode, 0, seen.stdout + seen.stderr)
+        for name, client in clients:
+            self.assertEqual(client.said(), [], name)
+        self.check(panel.do("move-absolute x 0.2"), "DONE")
+        document = self.end_run(run)
+        self.assertFalse([event for event in document["events"] if "forged" in event], document["events"])
 
     def test_that_lacks_a_file_is_refused(self):
         self.make_keys(line="line")

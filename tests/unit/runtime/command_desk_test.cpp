@@ -178,6 +178,21 @@ TEST_F(CommandDeskTest, AnswersAgainWhenACommandIsOver) {
   EXPECT_EQ(answers[0].text.view(), "axis x: the axis is not enabled; enable it first");
 }
 
+TEST_F(CommandDeskTest, EachStopHasALastAnswerHoweverManyThereAre) {
+  std::size_t accepted = 0;
+  std::size_t done = 0;
+  for (int i = 0; i < 90; ++i) {
+    const auto answer = ask(command("panel", "x", CommandKind::kHalt));
+    const auto result = static_cast<CommandResult>(answer.result);
+    accepted += result == CommandResult::kAccepted ? 1 : 0;
+    done += result == CommandResult::kDone && answer.text.view().starts_with("the axis is told to stop") ? 1 : 0;
+    // Others are not kept from stopping by it.
+    if (i % 10 == 0) clock.advance(milliseconds{1});
+  }
+  EXPECT_EQ(accepted, 2 * CommandDesk::kMostRequests);
+  EXPECT_EQ(done, 90 - accepted);
+}
+
 TEST_F(CommandDeskTest, WithTheBridgeGoTheLeases) {
   acquire("panel", "x");
   acquire("other", "y", 2);

@@ -73,7 +73,7 @@ struct FeedSlave {
 
 /// Who commands an axis.
 struct FeedOwner {
-  FeedText<95> name;  ///< as leases have it; empty: nobody
+  FeedText<127> name;  ///< as leases have it; empty: nobody
 };
 
 /// What of the line's wiring is not of one slave.

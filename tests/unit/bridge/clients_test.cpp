@@ -1,0 +1,126 @@
+// What `driveline record` counts, leaves out, and does to files that are there.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "gaps.hpp"
+#include "recording.hpp"
+#include "recording_file.hpp"
+
+namespace driveline::bridge::clients {
+namespace {
+
+using testing::HasSubstr;
+
+class ClientFiles : public testing::Test {
+ protected:
+  ClientFiles() {
+    std::string pattern = std::filesystem::temp_directory_path() / "driveline-clients-XXXXXX";
+    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    folder = pattern;
+  }
+  ~ClientFiles() override { std::filesystem::remove_all(folder); }
+  [[nodiscard]] std::string path(const char* name) const { return folder / name; }
+  [[nodiscard]] std::string content(const char* name) const {
+    std::ifstream file(folder / name);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  void write(const char* name, const std::string& text) const { std::ofstream(folder / name) << text; }
+
+  std::filesystem::path folder;
+};
+
+/// An event with that number in CDR, little endian; the rest of it is missing.
+std::vector<std::uint8_t> event_of(std::uint64_t number) {
+  std::vector<std::uint8_t> bytes(4 + sizeof(number));
+  bytes[1] = 1;
+  std::memcpy(bytes.data() + 4, &number, sizeof(number));
+  return bytes;
+}
+
+TEST(Gaps, CountWhatIsMissingWithoutRememberingEveryStep) {
+  const auto* const topic = find_topic("driveline/v1/event");
+  ASSERT_NE(topic, nullptr);
+  Gaps gaps(*topic);
+  std::uint64_t number = 0;
+  std::uint64_t missing = 0;
+  gaps.add(event_of(number));
+  for (std::uint64_t step = 1; step < 2000; ++step) {
+    number += step;
+    missing += step - 1;
+    gaps.add(event_of(number));
+  }
+  EXPECT_EQ(gaps.missing(), missing) << "more different steps than are remembered";
+  gaps.add(event_of(3));
+  gaps.add(event_of(4));
+  EXPECT_EQ(gaps.missing(), missing) << "its writer has begun anew";
+}
+
+TEST_F(ClientFiles, ASampleThatCannotBeDecodedIsLeftOutOfATable) {
+  const auto* const topic = find_topic("driveline/v1/event");
+  auto made = create_recording(path("events.csv"), false, {topic});
+  ASSERT_TRUE(made);
+  auto& recording = **made;
+  ASSERT_TRUE(recording.take_place());
+  const auto bad = event_of(1);
+  auto good = event_of(2);
+  const std::uint8_t rest[] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 'a', 0};
+  good.insert(good.end(), std::begin(rest), std::end(rest));
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(recording.add({topic, bad, 1, 1}));
+  EXPECT_TRUE(recording.add({topic, good, 2, 2}));
+  EXPECT_TRUE(recording.finish());
+  EXPECT_EQ(recording.written()[0], 1U);
+  made->reset();
+  const auto told = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(told, HasSubstr("driveline record: driveline/v1/event: a sample is left out: "));
+  EXPECT_THAT(told, HasSubstr("driveline record: 3 samples were left out\n"));
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 2);
+  const auto table = content("events.csv");
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 2) << table;
+}
+
+TEST_F(ClientFiles, AnOldRecordingIsThereUntilThereIsSomethingToRecord) {
+  write("run.mcap", "precious");
+  const auto refused = RecordingFile::create(path("run.mcap"), false);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().status, 2);
+  {
+    auto file = RecordingFile::create(path("run.mcap"), true);
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->add({1, 2, 3}, 0));
+    EXPECT_EQ(content("run.mcap"), "precious");
+    EXPECT_THAT(RecordingFile::create(path("run.mcap"), true).error().text, HasSubstr("another recorder"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.mcap.part")) << "it was never of use";
+  auto file = RecordingFile::create(path("run.mcap"), true);
+  ASSERT_TRUE(file);
+  ASSERT_TRUE(file->add({'n', 'e', 'w'}, 0));
+  ASSERT_TRUE(file->take_place());
+  EXPECT_EQ(content("run.mcap"), "new");
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.mcap.part"));
+  ASSERT_TRUE(file->finish({'!'}));
+  EXPECT_EQ(content("run.mcap"), "new!");
+}
+
+TEST_F(ClientFiles, AFileThatHasComeMeanwhileIsNotOverwritten) {
+  auto file = RecordingFile::create(path("run.mcap"), false);
+  ASSERT_TRUE(file);
+  write("run.mcap", "precious");
+  const auto taken = file->take_place();
+  ASSERT_FALSE(taken);
+  EXPECT_THAT(taken.error().text, HasSubstr("exists; --force overwrites it"));
+  EXPECT_EQ(content("run.mcap"), "precious");
+}
+
+}  // namespace
+}  // namespace driveline::bridge::clients
