@@ -150,36 +150,38 @@ void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept
   }
 }
 
-/// Each axis once: one that begins to follow a feed in this cycle is led by it from the next one on.
+/// Each axis once: those that follow nothing first, and then the feeds in the order in which they were added, so that a
+/// feed finds the setpoints of this cycle of the axes that lead its own.
 void SingleAxes::advance() noexcept {
   std::fill(led_.begin(), led_.end(), char{0});
-  for (auto& feed : feeds_) advance(feed);
+  const auto join = [this](Feed& feed) {
+    for (std::size_t i = 0; i < feed.axes.size(); ++i) {
+      const auto& one = single_[feed.axes[i]];
+      const bool follows = one.follows();
+      led_[feed.axes[i]] = static_cast<char>(follows);
+      if (follows == (feed.joined[i] != 0)) continue;
+      feed.joined[i] = static_cast<char>(follows);
+      if (follows) {
+        auto from = one.setpoint();
+        from.position += one.position_offset();
+        feed.feed->join(i, from);
+      } else {
+        feed.feed->leave(i);
+      }
+    }
+  };
+  for (auto& feed : feeds_) join(feed);
   for (std::size_t i = 0; i < single_.size(); ++i) {
     if (led_[i] == 0) single_[i].advance(nullptr);
   }
+  for (auto& feed : feeds_) advance(feed);
 }
 
 void SingleAxes::advance(Feed& feed) noexcept {
-  bool followed = false;
-  for (std::size_t i = 0; i < feed.axes.size(); ++i) {
-    const auto& one = single_[feed.axes[i]];
-    const bool follows = one.follows();
-    followed = followed || follows;
-    if (follows == (feed.joined[i] != 0)) continue;
-    feed.joined[i] = static_cast<char>(follows);
-    if (follows) {
-      auto from = one.setpoint();
-      from.position += one.position_offset();
-      feed.feed->join(i, from);
-    } else {
-      feed.feed->leave(i);
-    }
-  }
-  if (!followed) return;
+  if (std::none_of(feed.joined.begin(), feed.joined.end(), [](char joined) { return joined != 0; })) return;
   const bool goes_on = feed.feed->next(period_s_, feed.setpoints);
   for (std::size_t i = 0; i < feed.axes.size(); ++i) {
     if (feed.joined[i] == 0) continue;
-    led_[feed.axes[i]] = 1;
     single_[feed.axes[i]].advance(goes_on ? &feed.setpoints[i] : nullptr);
   }
 }

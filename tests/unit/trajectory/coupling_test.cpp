@@ -372,6 +372,24 @@ TEST(Coupling, IsReleasedIntoItsVelocityOrToRestWithinItsLimits) {
   }
 }
 
+// A drive that was not told for some cycles is beside the law when it hears again.
+TEST(Coupling, FindsBackFromWhereItsSlaveWasMovedTo) {
+  auto coupling = coupling_of(kSlave);
+  ASSERT_EQ(coupling.engage(gear(1, 1), CatchUp::kPosition, {}, {}), CouplingRefusal::kNone);
+  int step = 0;
+  while (step < 4000) (void)coupling.step(cruise(0.0, 0.0, ++step));
+  ASSERT_TRUE(coupling.in_sync());
+  coupling.moved_to({0.02, 0.5, 0.0});
+  EXPECT_FALSE(coupling.in_sync());
+  Judge judge(kSlave);
+  judge.look(0.02);
+  while (!coupling.in_sync() && step < 8000) judge.look(coupling.step(cruise(0.0, 0.0, ++step)).position);
+  EXPECT_TRUE(coupling.in_sync());
+  EXPECT_EQ(coupling.setpoint().position, 0.0);
+  EXPECT_EQ(coupling.losses(), 0U);
+  EXPECT_EQ(judge.complaint(), "");
+}
+
 // The master goes to 15 rad/s, and back to 4: the slave may have 10.
 TEST(Coupling, AMasterThatIsTooFastIsFollowedWithinTheLimitsOrNotAnyMore) {
   for (const auto on_loss : {OnLoss::kFollow, OnLoss::kStop}) {

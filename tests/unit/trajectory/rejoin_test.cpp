@@ -64,6 +64,25 @@ TEST(Rejoin, CatchesUpWithAnyPathAndNeverAsksForMoreThanTheLimits) {
   }
 }
 
+TEST(Rejoin, StaysOnAPathThatAsksForAllOfTheLimitsAndLeavesOneThatAsksForMore) {
+  for (const double acceleration : {100.0, -100.0, 101.0}) {
+    constexpr double kStep = 1e-3;
+    Rejoin axis(1.0, 0.0, {2.0, 100.0});
+    (void)axis.step({1.0, 0.0, 0.0}, kStep);
+    ASSERT_TRUE(axis.joined());
+    bool stays = true;
+    for (int k = 1; k <= 40; ++k) {
+      // Up to the highest velocity within 20 steps.
+      const double t = std::min(k * kStep, 0.02);
+      const double velocity = acceleration * t;
+      const double position = 1.0 + 0.5 * velocity * t + velocity * (k * kStep - t);
+      const auto told = axis.step({position, velocity, 0.0}, kStep);
+      stays = stays && axis.joined() && std::abs(told.position - position) <= 0.0;
+    }
+    EXPECT_EQ(stays, std::abs(acceleration) <= 100.0) << acceleration;
+  }
+}
+
 TEST(Rejoin, StandsOnAPathThatStands) {
   Rejoin rejoin(1.0, 0.0, {10.0, 100.0});
   const AxisSetpoint rest{-2.0, 0.0, 0.0};

@@ -107,6 +107,15 @@ CouplingRefusal Coupling::engage_at(const CouplingLaw& law, const SyncPlace& pla
   return CouplingRefusal::kNone;
 }
 
+void Coupling::moved_to(const AxisSetpoint& slave) noexcept {
+  if (state_ == CouplingState::kIdle || state_ == CouplingState::kReleased) return;
+  last_ = {slave.position, slave.velocity, slave.acceleration};
+  step_velocity_ = slave.velocity;
+  // What is asked next is not to be had by a step, and a new way to it is planned.
+  deviation_.reset();
+  if (state_ == CouplingState::kInSync) state_ = CouplingState::kCatchingUp;
+}
+
 void Coupling::release(Release how) noexcept {
   if (state_ == CouplingState::kIdle) return;
   const auto limits = ProfileLimits::symmetric(max_velocity_, max_acceleration_, jerk_from(last_));
@@ -185,6 +194,7 @@ AxisSetpoint Coupling::step(const AxisSetpoint& master) noexcept {
   const auto next = deviated(wanted);
   if (!is_allowed(next) || (strict && !keeps_jerk(next))) return limited_step(next, wanted, value.slope);
   take(next);
+  if (!deviation_ && state_ == CouplingState::kCatchingUp) state_ = CouplingState::kInSync;
   if (deviation_ && could_be_faster(wanted, value.slope) && !plan_deviation(wanted, value.slope))
     release(Release::kStop);
   return last_;

@@ -103,6 +103,9 @@ class Coupling {
   /// are those of the offset alone: the slave has to have as much left. False: the limits or the offset cannot be.
   [[nodiscard]] bool shift_phase_to(double offset, const ProfileLimits& limits) noexcept;
 
+  /// The slave was moved beside what it was told: it is here, and finds back. \rtsafe
+  void moved_to(const AxisSetpoint& slave) noexcept;
+
   /// The setpoint of the slave one period later, when the master is there.
   AxisSetpoint step(const AxisSetpoint& master) noexcept;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "coupling/cam_derivatives.hpp"
+#include "cam_derivatives.hpp"
 #include "text.hpp"
 
 namespace driveline::trajectory {

@@ -1,0 +1,260 @@
+#include "driveline/ecat_master/single_axis/couplings.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "driveline/rt/spsc_ring.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+using trajectory::AxisSetpoint;
+using trajectory::CouplingRefusal;
+using trajectory::CouplingState;
+
+/// Orders that may wait for the cycle.
+constexpr std::size_t kOrders = 16;
+/// Setpoints this near to each other are the same, as a part of them.
+constexpr double kSamePlace = 1e-12;
+
+trajectory::FollowLimits limits_of_axis(const AxisConfig& config) {
+  return {config.limits, config.max_jerk.value_or(std::numeric_limits<double>::infinity())};
+}
+
+std::string quoted(const SingleAxes& axes, std::size_t axis) {
+  return "'" + axes.axes()[axis].config().name + "'";
+}
+
+/// The slave of a pair comes back to itself over its masters.
+bool is_in_a_circle(std::span<const Couplings::Pair> pairs, const Couplings::Pair& pair) {
+  auto at = pair.master;
+  for (std::size_t steps = 0; steps < pairs.size(); ++steps) {
+    if (at == pair.slave) return true;
+    const auto next = std::find_if(pairs.begin(), pairs.end(), [at](const auto& other) { return other.slave == at; });
+    if (next == pairs.end()) return false;
+    at = next->master;
+  }
+  return at == pair.slave;
+}
+
+void check_pairs(const SingleAxes& axes, std::span<const Couplings::Pair> pairs) {
+  const auto refuse = [](const std::string& reason) { throw std::invalid_argument("couplings: " + reason); };
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto& [slave, master] = pairs[i];
+    if (slave >= axes.axes().size() || master >= axes.axes().size()) refuse("an axis that there is not");
+    if (slave == master) refuse("axis " + quoted(axes, slave) + " cannot be its own master");
+    for (std::size_t k = 0; k < i; ++k) {
+      if (pairs[k].slave == slave) refuse("axis " + quoted(axes, slave) + " has two masters");
+    }
+  }
+  for (const auto& pair : pairs) {
+    if (!is_in_a_circle(pairs, pair)) continue;
+    refuse("axis " + quoted(axes, pair.slave) + " and its master " + quoted(axes, pair.master) +
+           " are coupled in a circle");
+  }
+}
+
+}  // namespace
+
+/// What is handed to the cycle.
+struct Couplings::Order {
+  enum class Kind : std::uint8_t { kEngage, kEngageAt, kPhase };
+  Kind kind = Kind::kEngage;
+  trajectory::CatchUp catch_up = trajectory::CatchUp::kPosition;
+  trajectory::CouplingLaw law{};
+  trajectory::Coupling::SyncPlace place{};
+  double phase = 0.0;
+  trajectory::ProfileLimits limits{};
+};
+
+/// One slave.
+class Couplings::Feed final : public SetpointFeed {
+ public:
+  Feed(const SingleAxes& axes, const Pair& pair, std::chrono::nanoseconds period)
+      : axes_(axes),
+        pair_(pair),
+        coupling_(limits_of_axis(axes.axis(pair.slave).axis().config()), std::chrono::duration<double>(period).count()),
+        orders_(kOrders) {
+    coupling_.set_master_bounds(limits_of_axis(axes.axis(pair.master).axis().config()));
+  }
+
+  [[nodiscard]] std::size_t slave() const noexcept { return pair_.slave; }
+  [[nodiscard]] bool push(const Order& order) noexcept { return orders_.try_push(order); }
+  [[nodiscard]] Report report() const noexcept {
+    return {state_.load(std::memory_order_acquire), refusal_.load(std::memory_order_relaxed),
+            losses_.load(std::memory_order_relaxed), phase_.load(std::memory_order_relaxed),
+            phase_reached_.load(std::memory_order_relaxed)};
+  }
+
+  /// Of the setpoint, rad/s or m/s.
+  [[nodiscard]] double velocity() const noexcept { return velocity_.load(std::memory_order_relaxed); }
+
+  [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }
+  void join(std::size_t /*axis*/, const AxisSetpoint& from) noexcept override {
+    engaged_ = false;
+    slave_ = from;
+    master_ = master_now();
+    take_orders();
+  }
+  void leave(std::size_t /*axis*/) noexcept override {
+    engaged_ = false;
+    publish();
+  }
+  [[nodiscard]] bool next(double /*period_s*/, std::span<AxisSetpoint> setpoints) noexcept override {
+    notice_detours();
+    take_orders();
+    if (!engaged_ || !master_leads()) {
+      engaged_ = false;
+      publish();
+      // Its request ends with an error.
+      setpoints[0] = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
+      return true;
+    }
+    master_ = master_now();
+    slave_ = coupling_.step(master_);
+    publish();
+    setpoints[0] = slave_;
+    return true;
+  }
+
+ private:
+  static AxisSetpoint named(const SingleAxis& axis) noexcept {
+    const auto& setpoint = axis.setpoint();
+    return {setpoint.position + axis.position_offset(), setpoint.velocity, setpoint.acceleration};
+  }
+  [[nodiscard]] AxisSetpoint master_now() const noexcept { return named(axes_.axis(pair_.master)); }
+  /// One that has failed, or has no power, has no setpoints that mean anything.
+  [[nodiscard]] bool master_leads() const noexcept {
+    const auto state = axes_.axis(pair_.master).state();
+    return state != PlcopenState::kErrorStop && state != PlcopenState::kDisabled;
+  }
+
+  /// Missed periods and lost frames take the axis beside what it was told to do, so do its own limits.
+  void notice_detours() noexcept {
+    const auto now = named(axes_.axis(pair_.slave));
+    if (std::abs(now.position - slave_.position) <= kSamePlace * (1.0 + std::abs(slave_.position))) return;
+    slave_ = now;
+    if (engaged_) coupling_.moved_to(now);
+  }
+
+  void take_orders() noexcept {
+    Order order;
+    while (orders_.try_pop(order)) {
+      if (order.kind == Order::Kind::kPhase) {
+        // What cannot be changes nothing, and is told as a phase that is not there.
+        if (engaged_) phase_refused_ = !coupling_.shift_phase_to(order.phase, order.limits);
+        continue;
+      }
+      const auto refusal = order.kind == Order::Kind::kEngageAt
+                               ? coupling_.engage_at(order.law, order.place, slave_, master_)
+                               : coupling_.engage(order.law, order.catch_up, slave_, master_);
+      engaged_ = refusal == CouplingRefusal::kNone;
+      phase_refused_ = false;
+      refusal_.store(refusal, std::memory_order_relaxed);
+    }
+  }
+
+  void publish() noexcept {
+    losses_.store(coupling_.losses(), std::memory_order_relaxed);
+    phase_.store(coupling_.phase().position, std::memory_order_relaxed);
+    phase_reached_.store(coupling_.phase_reached() && !phase_refused_, std::memory_order_relaxed);
+    velocity_.store(slave_.velocity, std::memory_order_relaxed);
+    state_.store(engaged_ ? coupling_.state() : CouplingState::kIdle, std::memory_order_release);
+  }
+
+  const SingleAxes& axes_;
+  Pair pair_;
+  trajectory::Coupling coupling_;
+  bool engaged_ = false;
+  bool phase_refused_ = false;
+  AxisSetpoint slave_{};   // of the last cycle
+  AxisSetpoint master_{};  // likewise
+  rt::SpscRing<Order> orders_;
+  std::atomic<CouplingState> state_{CouplingState::kIdle};
+  std::atomic<CouplingRefusal> refusal_{CouplingRefusal::kNone};
+  std::atomic<std::uint32_t> losses_{0};
+  std::atomic<double> phase_{0.0};
+  std::atomic<double> velocity_{0.0};
+  std::atomic<bool> phase_reached_{true};
+};
+
+Couplings::Couplings(SingleAxes& axes, std::span<const Pair> pairs, std::chrono::nanoseconds period) : axes_(axes) {
+  check_pairs(axes, pairs);
+  // A master that follows one itself is asked first.
+  std::vector<Pair> left(pairs.begin(), pairs.end());
+  while (!left.empty()) {
+    const auto first = std::find_if(left.begin(), left.end(), [&left](const Pair& pair) {
+      return std::none_of(left.begin(), left.end(), [&pair](const Pair& other) { return other.slave == pair.master; });
+    });
+    add(*first, period);
+    left.erase(first);
+  }
+}
+
+Couplings::~Couplings() = default;
+
+void Couplings::add(const Pair& pair, std::chrono::nanoseconds period) {
+  feeds_.push_back(std::make_unique<Feed>(axes_, pair, period));
+  axes_.add_feed(*feeds_.back(), {pair.slave});
+}
+
+Couplings::Feed* Couplings::find(std::size_t slave) const noexcept {
+  const auto found =
+      std::find_if(feeds_.begin(), feeds_.end(), [slave](const auto& feed) { return feed->slave() == slave; });
+  return found == feeds_.end() ? nullptr : found->get();
+}
+
+std::uint64_t Couplings::order(std::size_t slave, const Order& order) noexcept {
+  auto* const feed = find(slave);
+  if (feed == nullptr) return 0;
+  {
+    const std::lock_guard lock(door_);
+    if (!feed->push(order)) return 0;
+  }
+  return axes_.submit(slave, {.command = AxisCommand::kFollow});
+}
+
+std::uint64_t Couplings::engage(std::size_t slave, const trajectory::CouplingLaw& law,
+                                trajectory::CatchUp catch_up) noexcept {
+  Order asked;
+  asked.law = law;
+  asked.catch_up = catch_up;
+  return order(slave, asked);
+}
+
+std::uint64_t Couplings::engage_at(std::size_t slave, const trajectory::CouplingLaw& law,
+                                   const trajectory::Coupling::SyncPlace& place) noexcept {
+  Order asked;
+  asked.kind = Order::Kind::kEngageAt;
+  asked.law = law;
+  asked.place = place;
+  return order(slave, asked);
+}
+
+std::uint64_t Couplings::disengage(std::size_t slave) noexcept {
+  const auto* const feed = find(slave);
+  if (feed == nullptr) return 0;
+  return axes_.submit(slave, {.command = AxisCommand::kMoveVelocity, .target = feed->velocity()});
+}
+
+bool Couplings::shift_phase_to(std::size_t slave, double offset, const trajectory::ProfileLimits& limits) noexcept {
+  auto* const feed = find(slave);
+  if (feed == nullptr) return false;
+  Order asked;
+  asked.kind = Order::Kind::kPhase;
+  asked.phase = offset;
+  asked.limits = limits;
+  const std::lock_guard lock(door_);
+  return feed->push(asked);
+}
+
+Couplings::Report Couplings::report(std::size_t slave) const noexcept {
+  const auto* const feed = find(slave);
+  return feed == nullptr ? Report{} : feed->report();
+}
+
+}  // namespace driveline::ecat_master
