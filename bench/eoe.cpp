@@ -114,7 +114,9 @@ double measure_speed(Report& report, const EoeLine::Settings& settings, std::opt
   std::vector<std::string> addresses;
   for (std::size_t i = 0; i < settings.drives; ++i) addresses.push_back(EoeLine::address(i));
   const auto round_trips = ping(addresses.front(), std::max(20, options.count(500)));
-  const auto load = echo_load(addresses, options.quick ? nanoseconds{1500ms} : nanoseconds{10s});
+  const auto load = echo_load(addresses, options.quick     ? nanoseconds{1500ms}
+                                         : options.shorter ? nanoseconds{3s}
+                                                           : nanoseconds{10s});
   line.check();
   const Baseline limit{"arithmetic_limit", {1, limit_ms_per_mib(settings, line.acyclic_bytes()), 0, 0, 0}};
   const double aim = settings.interface.empty() ? kInProcessAim : kVethAim;
@@ -129,23 +131,35 @@ double p999(std::vector<double> samples) {
   return summarize(std::move(samples)).p999;
 }
 
+/// Periods that wake-ups so late have skipped.
+double missed_periods(const std::vector<double>& wake_ups_ns, nanoseconds period) {
+  double missed = 0.0;
+  for (const double late_ns : wake_ups_ns) missed += std::floor(late_ns / static_cast<double>(period.count()));
+  return missed;
+}
+
 /// Windows with and without load by turns, in one run.
 void measure_cost(Report& report, const EoeLine::Settings& settings, const Options& options) {
   EoeLine line(settings);
   std::vector<std::string> addresses;
   for (std::size_t i = 0; i < settings.drives; ++i) addresses.push_back(EoeLine::address(i));
-  const nanoseconds window = options.quick ? 500ms : 2s;
+  const nanoseconds window = options.quick ? 250ms : options.shorter ? 1s : 2s;
   std::vector<double> cost_ratios;
   std::vector<double> wake_ratios;
-  for (int i = 0; i < (options.quick ? kPairs / 2 : kPairs); ++i) {
+  std::vector<double> missed_quiet;
+  std::vector<double> missed_loaded;
+  for (int i = 0; i < (options.quick || options.shorter ? kPairs / 2 : kPairs); ++i) {
     static_cast<void>(line.take_costs());
     static_cast<void>(line.take_wake_ups());
     std::this_thread::sleep_for(window);
     const double quiet_cost = p999(line.take_costs());
-    const double quiet_wake = p999(line.take_wake_ups());
+    const auto quiet_wakes = line.take_wake_ups();
+    missed_quiet.push_back(missed_periods(quiet_wakes, settings.period));
     static_cast<void>(echo_load(addresses, window));
     cost_ratios.push_back(p999(line.take_costs()) / quiet_cost);
-    wake_ratios.push_back(p999(line.take_wake_ups()) / quiet_wake);
+    const auto loaded_wakes = line.take_wake_ups();
+    missed_loaded.push_back(missed_periods(loaded_wakes, settings.period));
+    wake_ratios.push_back(p999(loaded_wakes) / p999(quiet_wakes));
   }
   line.check();
   const auto name = case_of(settings);
@@ -158,6 +172,11 @@ void measure_cost(Report& report, const EoeLine::Settings& settings, const Optio
   add_upper("cycle_cost_p999_upper_end_of_95_interval", cost_ratios, kCostAim / kPercent);
   report.add({name, "wake_latency_p999_with_over_without", "%", divided(summarize(wake_ratios), kPercent)});
   add_upper("wake_latency_p999_upper_end_of_95_interval", wake_ratios, std::nullopt);
+  report.add({name, "missed_periods_with", "1", summarize(missed_loaded)});
+  report.add({name, "missed_periods_without", "1", summarize(missed_quiet)});
+  const double more = mean_difference_95(missed_loaded, missed_quiet).low;
+  report.add(
+      {name, "missed_periods_more_lower_end_of_95_interval", "1", {cost_ratios.size(), more, more, more, more}, 0.0});
 }
 
 /// The build has the drives' end point one folder above the benchmarks; beside them when it is installed.

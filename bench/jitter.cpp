@@ -1,6 +1,7 @@
 // How punctual is a cycle of 125 us: its wake-up, the sending of its frame, and the frame's arrival as the other side
 // sees it? Against a bare loop and against cyclictest, in turns on one processor, idle and under load.
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 #include <algorithm>
@@ -8,8 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
-#include <map>
 #include <memory>
+#include <optional>
 #include <semaphore>
 #include <span>
 #include <stdexcept>
@@ -22,7 +23,7 @@
 #include "driveline/rt/time_conversion.hpp"
 #include "support/child_program.hpp"
 #include "support/cyclictest.hpp"
-#include "support/microsecond_bins.hpp"
+#include "support/delay_histogram.hpp"
 #include "support/packet_socket.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
@@ -36,10 +37,12 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kPeriod = 125us;
+constexpr double kPeriodUs = 125.0;
 /// Of each way of waiting, in one turn: half a second, so that a disturbance of the machine meets all of them.
 constexpr int kCyclesPerTurn = 4'000;
 /// Each way in each state of the machine, unless --duration says otherwise.
 constexpr double kSeconds = 20.0;
+constexpr double kSecondsInShort = 8.0;
 /// Cycles at the start of a turn that do not count: until caches are warm, and the timer knows what a wake-up takes.
 constexpr int kWarmUp = 200;
 /// What a master of one drive sends, padded to the least that Ethernet carries.
@@ -49,13 +52,19 @@ constexpr std::size_t kWayAt = 26;
 constexpr std::size_t kTurnAt = 28;
 constexpr std::size_t kInstantAt = 32;
 
-enum class Way : std::uint8_t { kBareLoop, kCycle, kCycleAsleep };
-constexpr std::array kWays = {Way::kBareLoop, Way::kCycle, Way::kCycleAsleep};
+/// `kBareLoopAhead` wakes as long before the instant as the cycle does, and spins until then.
+enum class Way : std::uint8_t { kBareLoop, kBareLoopAhead, kCycle, kCycleAsleep };
+constexpr std::array kWays = {Way::kBareLoop, Way::kBareLoopAhead, Way::kCycle, Way::kCycleAsleep};
 
 const char* name_of(Way way) {
-  constexpr std::array kNames = {"bare_loop", "cycle", "cycle_pure_sleep"};
+  constexpr std::array kNames = {"bare_loop", "bare_loop_ahead", "cycle", "cycle_pure_sleep"};
   return kNames[static_cast<std::size_t>(way)];
 }
+
+/// Median of the cycle's wake-up over that of the bare loop with the same lead.
+constexpr double kWakeAim = 1.1;
+/// 99 % of the cycle's send times over 99 % of the wake-ups of the bare loop.
+constexpr double kSendAim = 0.5;
 
 /// One cycle of a turn.
 struct Moment {
@@ -86,6 +95,18 @@ class Frame {
   std::array<std::byte, kFrameBytes> bytes_{};
 };
 
+/// What the kernel counts of the thread of the cycle (getrusage(2)).
+struct ThreadUse {
+  std::int64_t page_faults = 0;
+  std::int64_t sleeps = 0;  ///< voluntary context switches
+};
+
+ThreadUse use_of_thread() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return {usage.ru_minflt + usage.ru_majflt, usage.ru_nvcsw};
+}
+
 /// Takes the turns of all ways of waiting, one after the other, when it is told to; its thread lives for all of them.
 class Turns final : public rt::RealtimeTask {
  public:
@@ -97,9 +118,10 @@ class Turns final : public rt::RealtimeTask {
     for (;;) {
       go_.acquire();
       if (stop.stop_requested()) return;
-      bare_loop(moments_[0]);
-      through_timer(Way::kCycle, ahead_, moments_[1]);
-      through_timer(Way::kCycleAsleep, asleep_, moments_[2]);
+      bare_loop(Way::kBareLoop, nanoseconds{0});
+      through_timer(Way::kCycle, ahead_);
+      bare_loop(Way::kBareLoopAhead, ahead_.wake_ahead());
+      through_timer(Way::kCycleAsleep, asleep_);
       done_.release();
     }
   }
@@ -113,38 +135,47 @@ class Turns final : public rt::RealtimeTask {
   /// Wakes the task, so that it sees that it is to stop.
   void leave() { go_.release(); }
   [[nodiscard]] const std::vector<Moment>& moments(Way way) const { return moments_[static_cast<std::size_t>(way)]; }
+  /// Of the last turn of Way::kCycle.
+  [[nodiscard]] const ThreadUse& use() const noexcept { return use_; }
 
  private:
-  /// The floor: clock_nanosleep to absolute times, and a frame.
-  void bare_loop(std::vector<Moment>& moments) noexcept {
-    Frame frame(Way::kBareLoop);
+  std::vector<Moment>& moments_of(Way way) noexcept { return moments_[static_cast<std::size_t>(way)]; }
+  /// The floor: clock_nanosleep to absolute times, awake from `lead` before them on, and a frame.
+  void bare_loop(Way way, nanoseconds lead) noexcept {
+    Frame frame(way);
     auto next = clock_.now() + 4 * kPeriod;
     std::int64_t instant = 0;
     for (int i = -kWarmUp; i < kCyclesPerTurn; ++i) {
-      const auto until = rt::to_timespec(next);
+      const auto until = rt::to_timespec(next - lead);
       while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
       }
-      const auto late = clock_.now() - next;
+      auto late = clock_.now() - next;
+      while (late < nanoseconds{0}) late = clock_.now() - next;
       const auto missed = late / kPeriod;
       const auto bytes = frame.stamped(turn_, instant + missed);
       if (send(socket_.get(), bytes.data(), bytes.size(), 0) < 0) ++failed_sends_;
       const auto sent = clock_.now() - next;
-      if (i >= 0) moments[static_cast<std::size_t>(i)] = {instant + missed, missed, late, sent};
+      if (i >= 0) moments_of(way)[static_cast<std::size_t>(i)] = {instant + missed, missed, late, sent};
       instant += missed + 1;
       next += (missed + 1) * kPeriod;
     }
   }
   /// The cycle timer and the port of the master, the frame first of all, as the cycle does it.
-  void through_timer(Way way, rt::CycleTimer& timer, std::vector<Moment>& moments) noexcept {
+  void through_timer(Way way, rt::CycleTimer& timer) noexcept {
     Frame frame(way);
     timer.start(clock_.now() + 4 * kPeriod);
+    ThreadUse before;
     for (int i = -kWarmUp; i < kCyclesPerTurn; ++i) {
+      if (i == 0) before = use_of_thread();
       const auto start = timer.wait_next();
       if (port_.send(frame.stamped(turn_, start.cycle)) != port::SendStatus::kSent) ++failed_sends_;
       const auto late = start.late(kPeriod);
       const auto sent = late + (clock_.now() - start.wake);
-      if (i >= 0) moments[static_cast<std::size_t>(i)] = {start.cycle, start.missed, late, sent};
+      if (i >= 0) moments_of(way)[static_cast<std::size_t>(i)] = {start.cycle, start.missed, late, sent};
     }
+    if (way != Way::kCycle) return;
+    const auto after = use_of_thread();
+    use_ = {after.page_faults - before.page_faults, after.sleeps - before.sleeps};
   }
 
   port::Port& port_;
@@ -153,6 +184,7 @@ class Turns final : public rt::RealtimeTask {
   rt::CycleTimer ahead_{clock_, kPeriod, std::nullopt};  ///< as `run` has it
   rt::CycleTimer asleep_{clock_, kPeriod};               ///< with wake_ahead_us = 0
   std::array<std::vector<Moment>, kWays.size()> moments_;
+  ThreadUse use_;
   std::uint32_t turn_ = 0;
   std::uint64_t failed_sends_ = 0;
   std::binary_semaphore go_{0};
@@ -178,6 +210,27 @@ struct Arrival {
   nanoseconds time{};
 };
 
+/// The distances of the frames of each way. The other side does not know the grid: what it can see is the distance of
+/// two frames.
+class Distances {
+ public:
+  void add(const Arrival& arrival) {
+    auto& before = before_[static_cast<std::size_t>(arrival.way)];
+    if (before && before->turn == arrival.turn && before->instant >= kWarmUp) {
+      const auto missed = arrival.instant - before->instant - 1;
+      off_[static_cast<std::size_t>(arrival.way)].add_late(arrival.time - before->time - kPeriod, missed, kPeriod);
+    }
+    before = arrival;
+  }
+  /// How far from the period they are.
+  [[nodiscard]] const DelayHistogram& off(Way way) const { return off_[static_cast<std::size_t>(way)]; }
+
+ private:
+  std::array<std::optional<Arrival>, kWays.size()> before_;
+  std::array<DelayHistogram, kWays.size()> off_ = {DelayHistogram(kPeriodUs), DelayHistogram(kPeriodUs),
+                                                   DelayHistogram(kPeriodUs), DelayHistogram(kPeriodUs)};
+};
+
 /// The other end of the cable, on another processor.
 class Receiver {
  public:
@@ -190,12 +243,12 @@ class Receiver {
     socket_.bind_to(interface);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
-  /// All frames so far, when no more are on their way.
-  std::vector<Arrival> finish() {
+  /// Of all frames, when no more are on their way.
+  const Distances& finish() {
     std::this_thread::sleep_for(100ms);
     thread_.request_stop();
     thread_.join();
-    return std::move(arrivals_);
+    return distances_;
   }
 
  private:
@@ -220,77 +273,152 @@ class Receiver {
       Arrival arrival{static_cast<Way>(bytes[kWayAt]), 0, 0, rt::from_timespec(stamp)};
       std::memcpy(&arrival.turn, bytes.data() + kTurnAt, sizeof arrival.turn);
       std::memcpy(&arrival.instant, bytes.data() + kInstantAt, sizeof arrival.instant);
-      arrivals_.push_back(arrival);
+      if (static_cast<std::size_t>(arrival.way) < kWays.size()) distances_.add(arrival);
     }
   }
 
   PacketSocket socket_;
-  std::vector<Arrival> arrivals_;
+  Distances distances_;
   std::jthread thread_;
 };
 
-/// What was measured of one way, ns.
+/// Figures of one turn, ns.
+struct TurnFigures {
+  Summary wake;
+  Summary send;
+};
+
+/// What was measured of one way.
 struct Delays {
-  std::vector<double> wake;
-  std::vector<double> send;
-  std::vector<double> arrival;  ///< how far the distance to the frame before is from the period
+  DelayHistogram wake{kPeriodUs};
+  DelayHistogram send{kPeriodUs};
+  std::int64_t missed = 0;  ///< periods
+  TurnFigures last;         ///< turn
+};
+
+/// The ways of one state of the machine, and how the turns of the cycle compare with those of others.
+struct State {
+  std::array<Delays, kWays.size()> ways;
+  bool with_cyclictest = true;
+  Delays cyclictest;
+  ThreadUse use;
+  std::array<RatioTurns, kWays.size()> wake_over_bare;  ///< medians, of each way
+  std::array<RatioTurns, kWays.size()> send_over_bare;
+  RatioTurns wake_over_ahead;  ///< of the cycle and the bare loop with the same lead, medians
+  RatioTurns send_over_wake;   ///< of the cycle and the bare loop, 99 %
+  RatioTurns p999_over_cyclictest;
+  RatioTurns max_over_cyclictest;
+
+  Delays& of(Way way) { return ways[static_cast<std::size_t>(way)]; }
+  [[nodiscard]] const Delays& of(Way way) const { return ways[static_cast<std::size_t>(way)]; }
 };
 
 void add_moments(Delays& to, const std::vector<Moment>& moments) {
+  std::vector<double> wake;
+  std::vector<double> send;
   for (const auto& moment : moments) {
-    add_delays(to.wake, moment.late, moment.missed, kPeriod);
-    add_delays(to.send, moment.sent, moment.missed, kPeriod);
+    to.wake.add_late(moment.late, moment.missed, kPeriod);
+    to.send.add_late(moment.sent, moment.missed, kPeriod);
+    to.missed += moment.missed;
+    wake.push_back(static_cast<double>(moment.late.count()));
+    send.push_back(static_cast<double>(moment.sent.count()));
   }
+  to.last = {summarize(std::move(wake)), summarize(std::move(send))};
 }
 
-/// The other side does not know the grid: what it can see is the distance of two frames.
-void add_arrivals(std::map<Way, Delays>& to, const std::vector<Arrival>& arrivals) {
-  std::map<Way, Arrival> before;
-  for (const auto& arrival : arrivals) {
-    const auto found = before.find(arrival.way);
-    if (found != before.end() && found->second.turn == arrival.turn && found->second.instant >= kWarmUp) {
-      const auto missed = arrival.instant - found->second.instant - 1;
-      add_delays(to[arrival.way].arrival, arrival.time - found->second.time - kPeriod, missed, kPeriod);
-    }
-    before[arrival.way] = arrival;
+/// False: it is not installed.
+bool add_cyclictest(Delays& to) {
+  const auto latencies_ns = run_cyclictest(
+      {.period = 125us, .cpu = last_cpu(), .priority = rt::RealtimeConfig{}.priority.value(), .loops = kCyclesPerTurn});
+  if (!latencies_ns) return false;
+  for (const double latency_ns : *latencies_ns) {
+    const nanoseconds latency{static_cast<std::int64_t>(latency_ns)};
+    to.wake.add(latency);
+    to.missed += latency / kPeriod;
   }
+  to.last.wake = summarize(*latencies_ns);
+  return true;
 }
 
-void add_row(Report& report, const std::string& name, const char* metric, const std::vector<double>& delays_ns,
+/// The ratios of the turn that was taken last.
+void compare_turn(State& state) {
+  const auto& bare = state.of(Way::kBareLoop).last;
+  for (const auto way : kWays) {
+    const auto& last = state.of(way).last;
+    state.wake_over_bare[static_cast<std::size_t>(way)].add(last.wake.p50, bare.wake.p50);
+    state.send_over_bare[static_cast<std::size_t>(way)].add(last.send.p50, bare.send.p50);
+  }
+  const auto& cycle = state.of(Way::kCycle).last;
+  state.wake_over_ahead.add(cycle.wake.p50, state.of(Way::kBareLoopAhead).last.wake.p50);
+  state.send_over_wake.add(cycle.send.p99, bare.wake.p99);
+  if (!state.with_cyclictest) return;
+  state.p999_over_cyclictest.add(cycle.wake.p999, state.cyclictest.last.wake.p999);
+  state.max_over_cyclictest.add(cycle.wake.max, state.cyclictest.last.wake.max);
+}
+
+Summary just(double value, std::size_t n) {
+  return {n, value, value, value, value};
+}
+
+void add_row(Report& report, const std::string& name, const char* metric, const DelayHistogram& delays,
              const std::optional<Baseline>& floor = std::nullopt) {
-  Row row{name, metric, "ns", summarize(delays_ns), std::nullopt, floor};
-  row.bins.emplace().deadline_us = static_cast<double>(kPeriod.count()) / 1000.0;
-  row.bins->add(delays_ns);
-  report.add(std::move(row));
+  report.add({name, metric, "ns", delays.summary(), std::nullopt, floor, std::nullopt, delays});
 }
 
-void report_state(Report& report, const std::string& state, const std::map<Way, Delays>& ways,
-                  const std::vector<double>& cyclictest) {
-  const auto floor_of = [&](std::vector<double> Delays::*what) {
-    return Baseline{state + "_bare_loop", summarize(ways.at(Way::kBareLoop).*what)};
-  };
-  for (const auto& [metric, what] : {std::pair{"wake_latency", &Delays::wake}, std::pair{"send_time", &Delays::send},
-                                     std::pair{"arrival_period_off", &Delays::arrival}}) {
-    const auto floor = floor_of(what);
-    for (const auto way : kWays) {
-      const bool bare = way == Way::kBareLoop;
-      add_row(report, fmt::format("{}_{}", state, name_of(way)), metric, ways.at(way).*what,
-              bare ? std::nullopt : std::optional(floor));
-    }
-    if (what == &Delays::wake && !cyclictest.empty()) add_row(report, state + "_cyclictest", metric, cyclictest, floor);
+void report_ways(Report& report, const std::string& name, const State& state, const Distances& distances) {
+  const auto bare_name = name + "_bare_loop";
+  const auto& bare = state.of(Way::kBareLoop);
+  for (const auto way : kWays) {
+    const auto number = static_cast<std::size_t>(way);
+    const auto against = [&](const DelayHistogram& floor, const RatioTurns& ratios) {
+      return way == Way::kBareLoop ? std::nullopt : std::optional(Baseline{bare_name, floor.summary(), ratios});
+    };
+    const auto case_name = fmt::format("{}_{}", name, name_of(way));
+    add_row(report, case_name, "wake_latency", state.of(way).wake, against(bare.wake, state.wake_over_bare[number]));
+    add_row(report, case_name, "send_time", state.of(way).send, against(bare.send, state.send_over_bare[number]));
+    add_row(report, case_name, "arrival_period_off", distances.off(way), against(distances.off(Way::kBareLoop), {}));
+    report.add({case_name, "missed_periods", "1",
+                just(static_cast<double>(state.of(way).missed), state.of(way).wake.count())});
   }
 }
 
-/// All ways in turns for `seconds` each; the machine is in `state`.
-void measure_state(Report& report, const VethPair& cable, const std::string& state, double seconds) {
+/// What is aimed at, one row each.
+void report_aims(Report& report, const std::string& name, const State& state) {
+  const auto case_name = name + "_cycle";
+  const auto& cycle = state.of(Way::kCycle);
+  const auto n = static_cast<std::size_t>(cycle.wake.count());
+  const auto aimed = [&](const char* metric, double value, double factor, double floor, const std::string& against,
+                         const RatioTurns& ratios) {
+    report.add({case_name, metric, "ns", just(value, n), factor * floor, Baseline{against, just(floor, n), ratios}});
+  };
+  const auto wake = cycle.wake.summary();
+  aimed("wake_latency_p50", wake.p50, kWakeAim, state.of(Way::kBareLoopAhead).wake.summary().p50,
+        name + "_bare_loop_ahead", state.wake_over_ahead);
+  aimed("send_time_p99", cycle.send.summary().p99, kSendAim, state.of(Way::kBareLoop).wake.summary().p99,
+        name + "_bare_loop_wake_latency", state.send_over_wake);
+  if (state.with_cyclictest) {
+    const auto against = name + "_cyclictest";
+    const auto peer = state.cyclictest.wake.summary();
+    aimed("wake_latency_p999", wake.p999, 1.0, peer.p999, against, state.p999_over_cyclictest);
+    aimed("wake_latency_max", wake.max, 1.0, peer.max, against, state.max_over_cyclictest);
+    const auto missed = just(static_cast<double>(state.cyclictest.missed), peer.n);
+    report.add({case_name, "missed_periods_as_cyclictest", "1", just(static_cast<double>(cycle.missed), n), missed.p50,
+                Baseline{against, missed}});
+  }
+  report.add({case_name, "page_faults", "1", just(static_cast<double>(state.use.page_faults), n), 0.0});
+  // Its own sleep is one of each cycle at most.
+  const auto sleeps = static_cast<double>(state.use.sleeps) / static_cast<double>(n);
+  report.add({case_name, "voluntary_switches_per_cycle", "1", just(sleeps, n), 1.0});
+}
+
+/// All ways in turns for `seconds` each; the machine is in state `name`.
+void measure_state(Report& report, const VethPair& cable, const std::string& name, double seconds) {
   rt::MonotonicClock clock;
   auto port = port::RawSocketPort::open({.interface = cable.near}, clock);
   if (!port) throw std::runtime_error(port.error().message);
   Turns turns(**port, cable.near);
   Receiver receiver(cable.far);
-  std::map<Way, Delays> ways;
-  std::vector<double> cyclictest;
-  bool peer = true;
+  const auto state = std::make_unique<State>();
   {
     rt::RealtimeThread thread;
     start_realtime(thread, turns);
@@ -299,22 +427,25 @@ void measure_state(Report& report, const VethPair& cable, const std::string& sta
     const auto count = std::max<std::uint32_t>(1, static_cast<std::uint32_t>(seconds / per_turn));
     for (std::uint32_t turn = 0; turn < count; ++turn) {
       turns.take(turn);
-      for (const auto way : kWays) add_moments(ways[way], turns.moments(way));
-      if (!peer) continue;
-      const auto latencies = run_cyclictest({.period = 125us,
-                                             .cpu = last_cpu(),
-                                             .priority = rt::RealtimeConfig{}.priority.value(),
-                                             .loops = kCyclesPerTurn});
-      peer = latencies.has_value();
-      if (peer) cyclictest.insert(cyclictest.end(), latencies->begin(), latencies->end());
+      for (const auto way : kWays) add_moments(state->of(way), turns.moments(way));
+      state->use.page_faults += turns.use().page_faults;
+      state->use.sleeps += turns.use().sleeps;
+      state->with_cyclictest = state->with_cyclictest && add_cyclictest(state->cyclictest);
+      compare_turn(*state);
     }
   }
-  if (!peer) fmt::print(stderr, "jitter: no comparison with cyclictest: it is not installed (Debian: rt-tests)\n");
-  add_arrivals(ways, receiver.finish());
+  if (!state->with_cyclictest)
+    fmt::print(stderr, "jitter: no comparison with cyclictest: it is not installed (Debian: rt-tests)\n");
+  const auto& distances = receiver.finish();
   for (const auto way : kWays) {
-    if (ways[way].arrival.empty()) throw std::runtime_error("no frame came in at the other end of the cable");
+    if (distances.off(way).count() == 0) throw std::runtime_error("no frame came in at the other end of the cable");
   }
-  report_state(report, state, ways, cyclictest);
+  report_ways(report, name, *state, distances);
+  if (state->with_cyclictest) {
+    add_row(report, name + "_cyclictest", "wake_latency", state->cyclictest.wake,
+            Baseline{name + "_bare_loop", state->of(Way::kBareLoop).wake.summary()});
+  }
+  report_aims(report, name, *state);
 }
 
 void measure_all(const Options& options) {
@@ -322,12 +453,15 @@ void measure_all(const Options& options) {
   auto obstacle = enter_private_network();
   const auto cable = obstacle.empty() ? make_veth_pair("jitter") : std::nullopt;
   if (obstacle.empty() && !cable) obstacle = "no veth pair: the kernel lacks the driver or `ip` is not installed";
-  const double seconds = options.duration_s > 0.0 ? options.duration_s : options.quick ? kSeconds / 10 : kSeconds;
+  const double seconds = options.duration(kSeconds, kSecondsInShort);
   if (obstacle.empty()) {
     measure_state(report, *cable, "idle", seconds);
-    // On every processor: arithmetic, memory, system calls. As ordinary work, which a real-time thread goes before.
+    raise_loopback();
+    // Arithmetic on every processor, system calls, memory, network, disk. As ordinary work, which a real-time thread
+    // goes before.
     const auto load = ChildProgram::start(
-        {"stress-ng", "--quiet", "--cpu", "0", "--switch", "1", "--vm", "1", "--vm-bytes", "64M", "--timeout", "0"});
+        {"stress-ng", "--quiet", "--cpu", "0", "--switch",    "1",   "--vm",        "1",    "--vm-bytes", "64M",
+         "--sock",    "1",       "--hdd", "1", "--hdd-bytes", "16M", "--temp-path", "/tmp", "--timeout",  "0"});
     if (load) {
       std::this_thread::sleep_for(1s);
       const auto must_go_on = [&load] {

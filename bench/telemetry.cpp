@@ -23,6 +23,7 @@ using namespace driveline::bench;
 using namespace std::chrono_literals;
 
 constexpr int kPairs = 10;
+constexpr int kPairsInShort = 3;
 constexpr double kPercent = 0.01;
 constexpr double kCostAim = 105.0;        // %, upper end of the interval
 constexpr double kLatencyAimUs = 2000.0;  // p99, with batches of a millisecond
@@ -35,6 +36,10 @@ struct Pair {
   TelemetryFigures without;
   TelemetryFigures with;
 };
+
+int pairs_of(const Options& options) {
+  return options.quick ? 2 : options.shorter ? kPairsInShort : kPairs;
+}
 
 /// The same number for all percentiles.
 Summary just(double value, std::size_t n) {
@@ -75,6 +80,8 @@ void add_costs(Report& report, const std::string& name, const std::vector<Pair>&
   }
   report.add({name, "missed_periods_with", "1", summarize(missed_with)});
   report.add({name, "missed_periods_without", "1", summarize(missed_without)});
+  report.add({name, "missed_periods_more_lower_end_of_95_interval", "1",
+              just(mean_difference_95(missed_with, missed_without).low, pairs.size()), 0.0});
 }
 
 void add_received(Report& report, const std::string& name, const std::vector<Pair>& pairs) {
@@ -135,7 +142,7 @@ void measure_reader(Report& report, TelemetryRuns& runs, std::size_t axes, Telem
   auto without = with;
   without.telemetry = false;
   without.reader.reset();
-  const auto pairs = measure_pairs(report, runs, name, with, without, options.quick ? 2 : kPairs);
+  const auto pairs = measure_pairs(report, runs, name, with, without, pairs_of(options));
   for (const auto& pair : pairs) {
     if (pair.with.received->cycles < 1.0) throw std::runtime_error(name + ": the reader has received nothing");
   }
@@ -157,7 +164,7 @@ void measure_stall(Report& report, TelemetryRuns& runs, const Options& options) 
   const TelemetryPlan without{.axes = kFewAxes, .reader = TelemetryReader::kFastDds, .duration = 4000ms};
   auto with = without;
   with.stall = true;
-  const auto pairs = measure_pairs(report, runs, name, with, without, options.quick ? 2 : kPairs);
+  const auto pairs = measure_pairs(report, runs, name, with, without, pairs_of(options));
   for (const auto& pair : pairs) {
     if (pair.with.dropped < 1.0) throw std::runtime_error(name + ": nothing was dropped, so it was not stopped");
   }

@@ -256,7 +256,7 @@ struct Cables {
 struct Figures {
   Summary echo;
   Summary line;
-  std::vector<double> ratios;  ///< of the medians, of each turn
+  RatioTurns ratios;  ///< of the medians, of each turn
 };
 
 Figures compare(const Cables& cables, Socket kind, std::size_t count, bool busy, const Options& options) {

@@ -12,6 +12,8 @@ import sys
 import time
 from pathlib import Path
 
+from bench_schema import problem_of
+
 SKIPPED = 77  # kSkippedStatus of bench/support/options.hpp
 
 
@@ -23,19 +25,6 @@ def programs_in(folder):
 def last_line(text):
     lines = text.strip().splitlines()
     return lines[-1] if lines else "without a word"
-
-
-def incomplete_histogram(results):
-    """A sentence about a distribution that leaves measurements out, or nothing."""
-    for row in results:
-        if "histogram" not in row:
-            continue
-        bins, deadline = row["histogram"]["bins"], row["histogram"]["deadline_us"]
-        total, missed = sum(count for _, count in bins), sum(count for us, count in bins if us >= deadline)
-        if (total, missed) != (row["n"], row["histogram"]["missed"]):
-            return (f"printed a distribution of {total} measurements, {missed} of them missed, for {row['n']} and "
-                    f"{row['histogram']['missed']}: {row['case']} {row['metric']}")
-    return None
 
 
 def problem_with(program, seconds):
@@ -54,14 +43,13 @@ def problem_with(program, seconds):
         return f"failed with status {done.returncode}: {last_line(done.stderr)}"
     try:
         document = json.loads(done.stdout)
-        results = document["results"]
-        incomplete = incomplete_histogram(results)
-    except (ValueError, KeyError, TypeError):
+        problem = problem_of(document)
+    except (ValueError, KeyError, TypeError, AttributeError):
         return "printed no document"
-    if not results:
+    if problem:
+        return problem
+    if not document["results"]:
         return "measured nothing"
-    if incomplete:
-        return incomplete
     program.with_suffix(".json").write_text(done.stdout, encoding="utf-8")
     return None
 

@@ -94,6 +94,8 @@ def where_from(document):
     other, stolen = where["other_load"], where["stolen_load"]
     text += f"Meanwhile other programs took {other:.2f} processors and the host kept {stolen:.2f}"
     text += ": **the machine was busy**." if other + stolen > QUIET else "."
+    if where.get("short"):
+        text += " **Short form, as in a report of all programs.**"
     if where.get("quick"):
         text += " **Quick form: a tenth of the measurements.**"
     return [text, ""]
@@ -338,6 +340,78 @@ def profiles(documents):
                   ("the slowest planned again, max", "r"), ("failures", "r"), ("aim of the median", "l")], rows)
 
 
+def sure_ratio(row, places=2):
+    """The ratio of the medians, with the 95 % interval of those of the turns."""
+    text = f"{row['ratio_p50']:.{places}f}"
+    turns = row.get("ratio_turns")
+    return text + (f" ({turns['low']:.{places}f} to {turns['high']:.{places}f})" if turns else "")
+
+
+def roundtrip(documents):
+    figures = Figures(documents["roundtrip"])
+    rows = []
+    for case in figures.cases("round_trip"):
+        size, kind = re.fullmatch(r"(\d+)_bytes_(\w+)", case).groups()
+        port = figures.row(case, "round_trip")
+        common = figures.rows.get((case, "against_packet_socket"))
+        rows.append([size, kind.replace("_", " "), figures.time(case, "bare_round_trip"), figures.time(case, "round_trip"),
+                     figures.time(case, "round_trip", "p99"), f"{sure_ratio(port)}: {verdict(port)}",
+                     f"{sure_ratio(common)}: {verdict(common)}" if common else ""])
+    return where_from(documents["roundtrip"]) + table(
+        [("bytes", "r"), ("port", "l"), ("bare loop p50", "r"), ("port p50", "r"), ("p99", "r"),
+         ("ratio, 95 % interval, aim 1.05", "l"), ("ratio to the loop of `send` and `recv`, aim 0.9", "l")], rows)
+
+
+def scale(documents):
+    figures = Figures(documents["scale"])
+    rows = []
+    for case in figures.cases("frames_on_the_wire"):
+        value = lambda metric: figures.row(case, metric)["p50"]
+        cost = [figures.time(f"{case}_every_{cycle}_us", "master_part", key) for cycle in (125, 1000) for key in ("p50", "p99")]
+        rows.append([case.removesuffix("_axes"), *cost, f"{value('frames_on_the_wire'):.1f} µs",
+                     f"{value('way_through_the_line'):.1f} µs", f"{value('memory_of_the_master') / 1024:.1f} MiB"])
+    return where_from(documents["scale"]) + table(
+        [("axes", "r"), ("the master's part every 125 µs, p50", "r"), ("p99", "r"), ("every 1 ms, p50", "r"), ("p99", "r"),
+         ("frames on the wire", "r"), ("way through the line", "r"), ("memory of the master", "r")], rows)
+
+
+def scale_limits(documents):
+    figures = Figures(documents["scale"])
+    rows = [[case.removeprefix("every_").removesuffix("_us") + " µs",
+             *(f"{figures.row(case, limit)['p50']:.0f}" for limit in ("limit_of_the_wire", "limit_of_this_machine", "limit_of_both"))]
+            for case in figures.cases("limit_of_both")]
+    return table([("cycle", "r"), ("axes on the wire", "r"), ("axes by this machine, of 256", "r"), ("both", "r")], rows)
+
+
+def jitter(documents):
+    figures = Figures(documents["jitter"])
+    rows = []
+    for case in figures.cases("wake_latency"):
+        state, way = case.split("_", 1)
+        has = lambda metric: (case, metric) in figures.rows
+        rows.append([state, way.replace("_", " "), *(figures.time(case, "wake_latency", key) for key in ("p50", "p99", "p999", "max")),
+                     f"{figures.row(case, 'missed_periods')['p50']:.0f}" if has("missed_periods") else "",
+                     figures.time(case, "send_time", "p99") if has("send_time") else "",
+                     figures.time(case, "arrival_period_off", "p99") if has("arrival_period_off") else ""])
+    return where_from(documents["jitter"]) + table(
+        [("", "l"), ("", "l"), ("wake-up p50", "r"), ("p99", "r"), ("p99.9", "r"), ("max", "r"), ("missed periods", "r"),
+         ("sent, p99", "r"), ("arrival off the period, p99", "r")], rows)
+
+
+def soak(documents):
+    figures = Figures(documents["soak"])
+    rows = []
+    for metric in ("wake_latency_p50", "wake_latency_p99", "wake_latency_max", "whole_cycle_p50", "whole_cycle_p99",
+                   "whole_cycle_max", "missed_periods", "resident_memory"):
+        row = figures.row("8_axes", f"{metric}_in_last_third")
+        show = duration(row["p50"]) if row["unit"] == "ns" else f"{row['p50']:.1f}" + (f" {row['unit']}" if row["unit"] != "1" else "")
+        rows.append([metric.replace("_", " "), show, sure_ratio(row, 3)])
+    cycles = figures.row("8_axes", "whole_cycle")["n"]
+    missed = figures.row("8_axes", "missed_periods")["p50"]
+    return where_from(documents["soak"]) + [f"{cycles:,} cycles, {missed:.0f} periods missed.", ""] + table(
+        [("of a window", "l"), ("median of the last third", "r"), ("over that of the first, 95 % interval", "l")], rows)
+
+
 def aims(documents):
     rows = []
     for name in sorted(documents):
@@ -360,10 +434,18 @@ TABLES = {
     "eoe_cost": (eoe_cost, ["eoe"]),
     "esc": (esc, ["esc"]),
     "interpolation": (interpolation, ["trajectory"]),
+    "jitter": (jitter, ["jitter"]),
     "master_cost": (master_cost, ["master_cost"]),
     "profiles": (profiles, ["trajectory"]),
+    "roundtrip": (roundtrip, ["roundtrip"]),
+    "scale": (scale, ["scale"]),
+    "scale_limits": (scale_limits, ["scale"]),
+    "soak": (soak, ["soak"]),
     "startup": (startup, ["startup"]),
     "startup_memory": (startup_memory, ["startup"]),
     "turnaround": (turnaround, ["turnaround"]),
     "wake": (wake, ["wake"]),
 }
+
+# Programs that have been run on no idle machine yet: their tables say so.
+TO_COME = {"jitter", "roundtrip", "scale", "soak"}

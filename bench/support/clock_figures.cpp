@@ -1,6 +1,8 @@
 #include "support/clock_figures.hpp"
 
+#include <algorithm>
 #include <fstream>
+#include <limits>
 
 #include "driveline/ecat_master/dc/phase_controller.hpp"
 #include "support/clock_rig.hpp"
@@ -82,24 +84,39 @@ void write_disturbances(const std::string& folder) {
   }
 }
 
-/// SYNC0 of `shown` against that of slave `reference`, around an event after 0.2 s.
+/// Least and greatest of what came since the last row.
+struct Span {
+  double least = std::numeric_limits<double>::infinity();
+  double greatest = -std::numeric_limits<double>::infinity();
+
+  void add(double value) noexcept {
+    least = std::min(least, value);
+    greatest = std::max(greatest, value);
+  }
+};
+
+/// SYNC0 of `shown` against that of slave `reference`, around an event after 0.2 s: least and greatest of every 16
+/// cycles, so that none is lost.
 void write_event(const std::string& folder, const std::string& name, ClockRig& rig, std::size_t reference,
                  const std::vector<std::size_t>& shown, nanoseconds duration, const std::function<void()>& event) {
   std::string header = "s";
-  for (const auto slave : shown) header += fmt::format(",slave {}", slave);
+  for (const auto slave : shown) header += fmt::format(",slave {0} least,slave {0} greatest", slave);
   Curve curve(folder, name, header);
   const auto begin = rig.now();
   bool happened = false;
-  for (int cycle = 0; rig.now() - begin < duration; ++cycle) {
+  std::vector<Span> spans(shown.size());
+  for (int cycle = 1; rig.now() - begin < duration; ++cycle) {
     if (!happened && rig.now() - begin >= 200ms) {
       event();
       happened = true;
     }
     rig.cycle();
+    for (std::size_t i = 0; i < shown.size(); ++i) spans[i].add(rig.sync0_ahead(shown[i], reference));
     if (cycle % 16 != 0) continue;
     std::vector<double> row;
-    for (const auto slave : shown) row.push_back(rig.sync0_ahead(slave, reference));
+    for (const auto& span : spans) row.insert(row.end(), {span.least, span.greatest});
     curve.row(seconds_since(begin, rig.now()), row);
+    std::fill(spans.begin(), spans.end(), Span{});
   }
 }
 

@@ -20,6 +20,7 @@ namespace {
 using namespace driveline::trajectory;
 
 constexpr std::size_t kFull = 10'000'000;
+constexpr std::size_t kShort = 1'000'000;
 constexpr std::size_t kQuick = 100'000;
 constexpr std::size_t kProblemsAtATime =
     64;                               ///< problems that are also timed together, without reading the clock in between
@@ -272,7 +273,7 @@ std::size_t add_profile_figures(Report& report, const Options& options) {
   std::size_t failures = 0;
   for (const auto& [axes, aim_ns] : kAims) {
     Planning planning(axes);
-    planning.measure(options.quick ? kQuick : kFull);
+    planning.measure(options.quick ? kQuick : options.shorter ? kShort : kFull);
     planning.report(report, aim_ns);
     failures += planning.failures();
   }

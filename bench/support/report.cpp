@@ -27,17 +27,36 @@ bool is_met(const Row& row) {
   return row.figures.p50 <= *row.aim && (!row.aim_p999 || row.figures.p999 <= *row.aim_p999);
 }
 
-nlohmann::ordered_json to_json(const MicrosecondBins& bins) {
-  auto counts = nlohmann::ordered_json::array();
-  for (const auto& [us, count] : bins.counts) counts.push_back({us, count});
-  return {{"bin_us", 1}, {"deadline_us", bins.deadline_us}, {"missed", bins.missed()}, {"bins", std::move(counts)}};
+nlohmann::ordered_json to_json(const DelayHistogram& delays) {
+  return {{"bin_us", 1},
+          {"deadline_us", delays.deadline_us()},
+          {"missed", delays.missed()},
+          {"bins", delays.microseconds()},
+          {"per_decade", DelayHistogram::kPerDecade},
+          {"unresolved", {{"below_bin", DelayHistogram::resolved_from()}, {"count", delays.unresolved()}}},
+          {"log_bins", delays.decades()}};
 }
 
-/// How sure the ratio of the medians is, by the turns.
-nlohmann::ordered_json interval_json(const std::vector<double>& ratios) {
-  const auto interval = interval_95(ratios);
-  const auto digits = [](double value) { return std::round(value * 1e4) / 1e4; };
-  return {{"turns", ratios.size()},
+nlohmann::ordered_json to_json(const Course& course) {
+  const auto all_rounded = [](std::vector<double> values) {
+    for (double& value : values) value = rounded(value);
+    return values;
+  };
+  return {{"window_s", course.window_s},
+          {"p50", all_rounded(course.p50)},
+          {"p99", all_rounded(course.p99)},
+          {"max", all_rounded(course.max)}};
+}
+
+/// How sure the ratio is, by the turns.
+nlohmann::ordered_json to_json(const RatioTurns& ratios) {
+  const auto interval = ratios.interval_95();
+  // Four digits that count: the lower end of few turns is small, and never nothing.
+  const auto digits = [](double value) {
+    const double scale = std::pow(10.0, 3.0 - std::floor(std::log10(value)));
+    return std::round(value * scale) / scale;
+  };
+  return {{"turns", ratios.turns()},
           {"mean", digits(interval.mean)},
           {"low", digits(interval.low)},
           {"high", digits(interval.high)}};
@@ -57,13 +76,14 @@ nlohmann::ordered_json to_json(const Row& row) {
     json["against"] = row.against->name;
     json["ratio_p50"] = ratio(figures.p50, row.against->figures.p50);
     json["ratio_p999"] = ratio(figures.p999, row.against->figures.p999);
-    if (row.against->ratios.size() > 1) json["ratio_turns"] = interval_json(row.against->ratios);
+    if (row.against->ratios.turns() > 1) json["ratio_turns"] = bench::to_json(row.against->ratios);
   }
   if (row.aim) {
     json["aim"] = aim_text(row);
     json["met"] = is_met(row);
   }
-  if (row.bins) json["histogram"] = to_json(*row.bins);
+  if (row.delays) json["histogram"] = bench::to_json(*row.delays);
+  if (row.course) json["over_time"] = bench::to_json(*row.course);
   return json;
 }
 
@@ -72,6 +92,7 @@ nlohmann::ordered_json to_json(const Row& row) {
 std::string Report::to_json(const Options& options) const {
   auto where = environment_json();
   where["quick"] = options.quick;
+  where["short"] = options.shorter;
   auto results = nlohmann::ordered_json::array();
   for (const auto& row : rows_) results.push_back(bench::to_json(row));
   const nlohmann::ordered_json document{{"bench", bench_}, {"environment", where}, {"results", results}};

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "support/microsecond_bins.hpp"
+#include "support/delay_histogram.hpp"
 #include "support/options.hpp"
 #include "support/samples.hpp"
 
@@ -14,8 +14,16 @@ namespace driveline::bench {
 struct Baseline {
   std::string name;
   Summary figures;
-  /// Median of the one over that of this, of each turn that both had: how sure their ratio is. Empty: no turns.
-  std::vector<double> ratios{};
+  /// The one over this of each turn that both had: how sure their ratio is. Empty: no turns.
+  RatioTurns ratios{};
+};
+
+/// How a figure went on, in windows of time that are equally long.
+struct Course {
+  double window_s = 0.0;
+  std::vector<double> p50{};
+  std::vector<double> p99{};
+  std::vector<double> max{};
 };
 
 /// One line of a report.
@@ -26,8 +34,9 @@ struct Row {
   Summary figures;
   std::optional<double> aim{};  ///< the median shall not be above
   std::optional<Baseline> against{};
-  std::optional<double> aim_p999{};       ///< nor 99.9 % of the measurements above this
-  std::optional<MicrosecondBins> bins{};  ///< all measurements, for a picture of their distribution
+  std::optional<double> aim_p999{};        ///< nor 99.9 % of the measurements above this
+  std::optional<DelayHistogram> delays{};  ///< all measurements, for a picture of their distribution
+  std::optional<Course> course{};          ///< the same
 };
 
 /// The answer of one program: a table for people or one JSON document, the same schema for all programs.

@@ -32,6 +32,24 @@ struct Interval {
 /// Upper end of that interval.
 [[nodiscard]] double upper_95(const std::vector<double>& ratios);
 
+/// The mean of the differences of pairs (two at least, as many of the one as of the other) with its 95 % interval.
+[[nodiscard]] Interval mean_difference_95(const std::vector<double>& values, const std::vector<double>& others);
+
+/// Ratios of turns, however many, in memory that does not grow.
+class RatioTurns {
+ public:
+  /// The ratio of two figures of one turn; nothing where one of them is not above zero.
+  void add(double figure, double floor);
+  [[nodiscard]] std::size_t turns() const noexcept { return turns_; }
+  /// As that of the free function; of two turns at least.
+  [[nodiscard]] Interval interval_95() const;
+
+ private:
+  std::size_t turns_ = 0;
+  double mean_ = 0.0;     ///< of the logarithms
+  double squares_ = 0.0;  ///< of their distances from it
+};
+
 /// What was measured of one way in turns with others.
 class TurnSamples {
  public:
@@ -46,9 +64,8 @@ class TurnSamples {
   std::vector<double> medians_;
 };
 
-/// The median of each turn of the one over that of the other in the same turn; both have as many turns. Turns whose
-/// divisor is not above zero are left out.
-[[nodiscard]] std::vector<double> ratios_by_turn(const std::vector<double>& medians, const std::vector<double>& floor);
+/// The median of each turn of the one over that of the other in the same turn; both have as many turns.
+[[nodiscard]] RatioTurns ratios_by_turn(const std::vector<double>& medians, const std::vector<double>& floor);
 
 /// The summary of the samples divided by `divisor` (> 0).
 [[nodiscard]] Summary divided(const Summary& summary, double divisor);

@@ -33,6 +33,10 @@ std::string enter_private_network() {
   return std::string("no network namespace of our own: ") + std::strerror(errno);
 }
 
+void raise_loopback() {
+  static_cast<void>(run_quietly("ip link set dev lo up"));
+}
+
 std::optional<VethPair> make_veth_pair(const std::string& name) {
   VethPair pair{name + "-near", name + "-far"};
   const bool made = run_quietly("ip link add name " + pair.near + " type veth peer name " + pair.far) &&

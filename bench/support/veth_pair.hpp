@@ -10,6 +10,9 @@ namespace driveline::bench {
 /// made: later ones are born into the namespace. Returns why it does not work, or an empty string.
 [[nodiscard]] std::string enter_private_network();
 
+/// Takes the loopback interface of that network into service, for programs that talk to themselves.
+void raise_loopback();
+
 /// Two network interfaces joined by a virtual cable.
 struct VethPair {
   std::string near;

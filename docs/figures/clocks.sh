@@ -56,32 +56,43 @@ set xlabel 'time in s'
 plot '$folder/disturbed_loss.csv' skip 1 using 1:2 with lines ls 5 title '1 % of the frames lost'
 unset multiplot"
 
-draw takeover 420 "
-set multiplot layout 3,1 margins 0.09,0.97,0.13,0.985 spacing 0.04
-set key inside right bottom
+# Bands: least and greatest of every 16 cycles. The time ends with the data, what happened has its line and its name.
+event="set autoscale xfix
+set key outside right samplen 1.5
+set arrow from 0.2, graph 0 to 0.2, graph 1 nohead lc rgb '#dd181f' dt 2 front"
+draw takeover 460 "
+set multiplot layout 3,1 margins 0.09,0.82,0.11,0.97 spacing 0.05
+$event
 set yrange [-20:20]
 set ytics 10
 set format x ''
 set ylabel 'ns'
-set arrow from 0.2, graph 0 to 0.2, graph 1 nohead lc rgb '#606060' dt 2
-plot '$folder/takeover.csv' skip 1 using 1:2 with lines ls 1 lw 1 title 'slave 3'
-plot '$folder/takeover.csv' skip 1 using 1:3 with lines ls 2 lw 1 title 'slave 4'
+set label 1 'the reference clock is switched off' at 0.22, graph 0.88 tc rgb '#dd181f' font ',9'
+plot '$folder/takeover.csv' skip 1 using 1:2:3 with filledcurves fc rgb '#0060ad' title 'slave 3'
+unset label 1
+plot '$folder/takeover.csv' skip 1 using 1:4:5 with filledcurves fc rgb '#dd8818' title 'slave 4'
 set format x
-set xlabel 'time in s; the reference clock is switched off at 0.2 s'
-plot '$folder/takeover.csv' skip 1 using 1:4 with lines ls 3 lw 1 title 'slave 5'
+set xlabel 'time in s'
+plot '$folder/takeover.csv' skip 1 using 1:6:7 with filledcurves fc rgb '#2e8b2e' title 'slave 5'
 unset multiplot"
 
-draw ring 460 "
-set multiplot layout 2,1
-set lmargin 10
-set rmargin 18
-set arrow from 0.2, graph 0 to 0.2, graph 1 nohead lc rgb '#606060' dt 2
-set ylabel 'free, ns'
-plot for [i=2:7] '$folder/ring_free.csv' skip 1 using 1:i with lines ls i-1 lw 1 title 'slave '.word('1 4 7 8 11 15', i-1)
-set yrange [-60:60]
-set ylabel 'led, ns'
-set xlabel 'time in s; the cable in front of slave 8 breaks at 0.2 s'
-plot for [i=2:7] '$folder/ring_led.csv' skip 1 using 1:i with lines ls i-1 lw 1 title 'slave '.word('1 4 7 8 11 15', i-1)
+draw ring 620 "
+set multiplot layout 3,1 margins 0.10,0.82,0.085,0.97 spacing 0.07
+$event
+set style fill transparent solid 0.7 noborder
+set ylabel 'in front, ns'
+set yrange [-20:20]
+set ytics 10
+set label 1 'the cable in front of slave 8 breaks' at 0.22, graph 0.90 tc rgb '#dd181f' font ',9'
+plot for [i=1:3] '$folder/ring_led.csv' skip 1 using 1:2*i:2*i+1 with filledcurves fc rgb word('#0060ad #dd8818 #2e8b2e', i) title 'slave '.word('1 4 7', i)
+unset label 1
+set ylabel 'behind, led, ns'
+plot for [i=1:3] '$folder/ring_led.csv' skip 1 using 1:2*i+6:2*i+7 with filledcurves fc rgb word('#dd181f #b8860b #7b3fa0', i) title 'slave '.word('8 11 15', i)
+set ylabel 'behind, free, ns'
+set yrange [*:50]
+set ytics 200
+set xlabel 'time in s'
+plot for [i=1:3] '$folder/ring_free.csv' skip 1 using 1:2*i+6:2*i+7 with filledcurves fc rgb word('#dd181f #b8860b #7b3fa0', i) title 'slave '.word('8 11 15', i)
 unset multiplot"
 
 # One cycle: what lies where.

@@ -9,7 +9,11 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-DOCUMENT = {"bench": "wake", "environment": {}, "results": [{"case": "bare"}]}
+ENVIRONMENT = {"kernel": "6.1", "kernel_build": "#1", "kernel_options": "quiet", "cpu": "x", "cores": 4, "isolated_cpus": "",
+               "governor": "", "interfaces": [], "compiler": "gcc", "commit": "abc", "build": "Release", "virtual_machine": True,
+               "date": "2026-11-22", "other_load": 0.0, "stolen_load": 0.0, "quick": True, "short": False}
+ROW = {"case": "bare", "metric": "wake_latency", "unit": "ns", "n": 10, "p50": 1.0, "p99": 2.0, "p999": 3.0, "max": 4.0}
+DOCUMENT = {"bench": "wake", "environment": ENVIRONMENT, "results": [ROW]}
 
 
 class Folder(unittest.TestCase):
@@ -59,8 +63,8 @@ class Quick(Folder):
         self.assertNotIn("cycle", result.stderr)
 
     def test_a_distribution_that_leaves_measurements_out_is_named(self):
-        row = {"case": "idle_cycle", "metric": "wake_latency", "n": 10,
-               "histogram": {"deadline_us": 125.0, "missed": 1, "bins": [[14, 9], [300, 1]]}}
+        row = {**ROW, "histogram": {"bin_us": 1, "deadline_us": 125.0, "missed": 1, "bins": [[14, 9], [300, 1]], "per_decade": 20,
+                                    "unresolved": {"below_bin": 28, "count": 4}, "log_bins": [[83, 5], [109, 1]]}}
         self.prints("jitter", {**DOCUMENT, "results": [row]})
         self.assertEqual(self.quick().returncode, 0)
         for change in ({"n": 11}, {"histogram": {**row["histogram"], "missed": 0}}):
@@ -68,6 +72,23 @@ class Quick(Folder):
             result = self.quick()
             self.assertEqual(result.returncode, 1)
             self.assertIn("jitter printed a distribution of 10 measurements, 1 of them missed", result.stderr)
+        self.prints("jitter", {**DOCUMENT, "results": [{**row, "histogram": {**row["histogram"], "log_bins": [[83, 5]]}}]})
+        self.assertIn("jitter printed logarithmic bars of 9 measurements for 10", self.quick().stderr)
+
+    def test_a_document_that_lacks_something_is_named_with_what_it_lacks(self):
+        lacks = {key: value for key, value in ENVIRONMENT.items() if key != "governor"}
+        turns = {"against": "floor", "ratio_p50": 1.0, "ratio_p999": 1.0, "ratio_turns": {"turns": 2, "mean": 1.0, "low": 0.9}}
+        course = {"over_time": {"window_s": 1.0, "p50": [1.0], "p99": [1.0], "max": []}}
+        for change, sentence in (({"environment": lacks}, 'has no "governor" in its environment'),
+                                 ({"environment": {**ENVIRONMENT, "cores": True}}, 'has no "cores" in its environment'),
+                                 ({"results": [{**ROW, "p999": None}]}, 'printed no "p999": bare wake_latency'),
+                                 ({"results": [{**ROW, "aim": "p50<=3"}]}, 'printed no "met"'),
+                                 ({"results": [{**ROW, **turns}]}, 'printed turns without "high"'),
+                                 ({"results": [{**ROW, **course}]}, "printed a course whose windows differ")):
+            self.prints("wake", {**DOCUMENT, **change})
+            result = self.quick()
+            self.assertEqual(result.returncode, 1, sentence)
+            self.assertIn(f"wake {sentence}", result.stderr)
 
     def test_an_empty_folder_is_no_success(self):
         self.assertEqual(self.quick().returncode, 2)

@@ -15,7 +15,9 @@
 
 #include "commands/commands.hpp"
 #include "console.hpp"
+#include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "text/bench_comparison.hpp"
 #include "text/bench_html.hpp"
 #include "text/bench_report.hpp"
 #include "text/gnuplot.hpp"
@@ -37,9 +39,14 @@ struct Options {
   std::optional<std::string> directory;
   std::optional<std::string> output;
   bool quick = false;
+  bool full = false;
+  bool compare = false;
   bool json = false;
   bool list = false;
 };
+
+/// How much a program is to measure.
+enum class Extent : std::uint8_t { kFull, kShort, kQuick };
 
 /// Where the build puts the programs of bench/: in a folder of that name beside this program.
 fs::path default_directory() {
@@ -91,7 +98,7 @@ struct Output {
 };
 
 /// Runs a program, which shares our stderr. Error: a sentence.
-tl::expected<Output, std::string> output_of(const fs::path& program, bool quick) {
+tl::expected<Output, std::string> output_of(const fs::path& program, Extent extent) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) return tl::unexpected(std::string("no pipe to read from"));
   posix_spawn_file_actions_t actions;
@@ -99,8 +106,9 @@ tl::expected<Output, std::string> output_of(const fs::path& program, bool quick)
   posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
   posix_spawn_file_actions_addclose(&actions, ends[0]);
   posix_spawn_file_actions_addclose(&actions, ends[1]);
-  std::array<std::string, 3> words{program.string(), "--json", "--quick"};
-  std::array<char*, 4> arguments{words[0].data(), words[1].data(), quick ? words[2].data() : nullptr, nullptr};
+  std::array<std::string, 3> words{program.string(), "--json", extent == Extent::kQuick ? "--quick" : "--short"};
+  std::array<char*, 4> arguments{words[0].data(), words[1].data(), extent == Extent::kFull ? nullptr : words[2].data(),
+                                 nullptr};
   pid_t pid = 0;
   const int refused = posix_spawn(&pid, program.c_str(), &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -159,7 +167,56 @@ Outcome<void> write_output(const fs::path& directory, const std::vector<json>& d
   return write("report.html", bench_html(documents, pictures));
 }
 
+/// The documents of a report.json, or of a folder in which each has a file of its own.
+Outcome<std::vector<json>> read_bench_documents(const fs::path& where) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  if (fs::is_directory(where, error)) {
+    for (const auto& entry : fs::directory_iterator(where, error)) {
+      if (entry.path().extension() == ".json" && entry.path().filename() != "report.json")
+        files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    if (files.empty()) return misused(fmt::format("{}: no document of a benchmark in it", where.string()));
+  } else {
+    files.push_back(where);
+  }
+  std::vector<json> documents;
+  for (const auto& file : files) {
+    const auto text = runtime::read_input_file(file);
+    if (!text) return tl::unexpected(Failure(text.error()));
+    const auto content = json::parse(*text, nullptr, false);
+    const bool has_all = content.is_object() && content.contains("benches") && content["benches"].is_array();
+    for (const auto& part : has_all ? content["benches"] : json::array({content})) {
+      auto document = parse_bench_document(part.dump(-1, ' ', false, json::error_handler_t::replace));
+      if (!document) return misused(fmt::format("{}: not of a benchmark: {}", file.string(), document.error()));
+      documents.push_back(std::move(*document));
+    }
+  }
+  return documents;
+}
+
+Outcome<int> compare_runs(const Options& options) {
+  if (options.names.size() != 2)
+    return misused(
+        "--compare takes two reports: report.json of one `bench --output`, then of another, or their folders");
+  std::array<std::vector<json>, 2> runs;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    auto documents = read_bench_documents(options.names[i]);
+    if (!documents) return tl::unexpected(documents.error());
+    runs[i] = std::move(*documents);
+  }
+  const auto comparison = compare_benches(runs[0], runs[1]);
+  print_out("{}", options.json ? json_text(comparison) : comparison_report(comparison));
+  return 0;
+}
+
 Outcome<int> bench(const Options& options) {
+  if (options.compare) return compare_runs(options);
+  // All of them are for a report, which is to be done within ten minutes.
+  const auto extent = options.quick                            ? Extent::kQuick
+                      : options.full || !options.names.empty() ? Extent::kFull
+                                                               : Extent::kShort;
   const auto programs = find_programs(options.directory ? fs::path(*options.directory) : default_directory());
   if (!programs) return tl::unexpected(programs.error());
   const auto chosen = select(*programs, options.names);
@@ -175,7 +232,7 @@ Outcome<int> bench(const Options& options) {
     const auto name = program.filename().string();
     progress("{} of {}: {} ...", i + 1, chosen->size(), name);
     const auto begin = std::chrono::steady_clock::now();
-    const auto output = output_of(program, options.quick);
+    const auto output = output_of(program, extent);
     const auto document = output ? parse_bench_document(output->text) : tl::unexpected(output.error());
     if (!document) {
       failures += fmt::format("{}{} {}", failures.empty() ? "" : "; ", name, document.error());
@@ -207,9 +264,12 @@ Execute prepare_bench(Arguments& to) {
       "-o,--output", &options->output, Value::folder(),
       "Write the documents, pictures and a report there: report.html holds everything, report.json all documents");
   to.flag("--quick", options->quick, "A tenth of the measurements: to see that it works");
+  to.flag("--full", options->full, "All measurements of all programs: half an hour; named ones do so anyway");
+  to.flag("--compare", options->compare,
+          "Compare two runs that are named instead: report.json or its folder, the earlier one first");
   to.flag("--list", options->list, "List the programs instead of running them");
   to.flag("--json", options->json, "One JSON document on stdout");
-  to.positional(&options->names, Value::text("NAME"), "Which to run (default: all)");
+  to.positional(&options->names, Value::text("NAME"), "Which to run (default: all); with --compare two reports");
   return [options] { return bench(*options); };
 }
 

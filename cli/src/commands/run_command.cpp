@@ -70,7 +70,7 @@ void write_files(const runtime::LineConfig& config, runtime::RunReport& report) 
   progress("drawing the plots");
   auto pictures =
       draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<runtime::AxisReport>{},
-                 report.increments);
+                 report.increments, plot_facts(report));
   if (pictures) {
     report.files.merge(*pictures);
   } else {

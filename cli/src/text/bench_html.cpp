@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "text/bench_report.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -73,10 +75,34 @@ std::string row_html(const json& row) {
   const bool met = row.value("met", false);
   text += cell(aimed ? fmt::format("{}: {}", row["aim"].get<std::string>(), met ? "met" : "missed") : std::string(),
                aimed && !met ? "missed" : "");
-  text += cell(row.contains("against") ? fmt::format("{:.2f} ({:.2f}) x {}", row.value("ratio_p50", 0.0),
-                                                     row.value("ratio_p999", 0.0), row["against"].get<std::string>())
-                                       : std::string());
+  text += cell(comparison_text(row));
   return text + "</tr>\n";
+}
+
+/// Everything aimed at, as measured, in front of all else; empty: nothing was.
+std::string aims_html(const std::vector<json>& documents) {
+  std::string rows;
+  int met = 0;
+  int all = 0;
+  for (const auto& document : documents) {
+    for (const auto& row : document["results"]) {
+      if (!row.contains("aim")) continue;
+      const bool is_met = row.value("met", false);
+      met += is_met ? 1 : 0;
+      ++all;
+      rows += "<tr>" + cell(document["bench"].get<std::string>()) + cell(row["case"].get<std::string>()) +
+              cell(row["metric"].get<std::string>()) + cell(fmt::format("{:.1f}", row["p50"].get<double>()), "figure") +
+              cell(row["unit"].get<std::string>()) +
+              cell(fmt::format("{}: {}", row["aim"].get<std::string>(), is_met ? "met" : "missed"),
+                   is_met ? "" : "missed") +
+              cell(comparison_text(row)) + "</tr>\n";
+    }
+  }
+  if (all == 0) return {};
+  return fmt::format(
+      "<h2>What was aimed at</h2>\n<p>{} of {} met</p>\n<table>\n<tr><th>program</th><th>case</th><th>metric</th>"
+      "<th class=\"figure\">p50</th><th>unit</th><th>aim</th><th>against: p50 (p99.9)</th></tr>\n{}</table>\n",
+      met, all, rows);
 }
 
 /// Every fact of the machine and the build that the document has.
@@ -96,7 +122,7 @@ bool belongs_to(std::string_view picture, std::string_view bench) {
 }  // namespace
 
 std::string bench_html(const std::vector<json>& documents, const std::map<std::string, std::string>& pictures) {
-  std::string text{kHead};
+  auto text = std::string(kHead) + aims_html(documents);
   for (const auto& document : documents) {
     const auto bench = document["bench"].get<std::string>();
     text += fmt::format("<h2 id=\"{0}\">{0}</h2>\n", escaped(bench)) + environment_html(document["environment"]);

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 #include <string_view>
 
+#include "text/bench_curves.hpp"
 #include "text/jitter_figure.hpp"
 
 namespace driveline::cli {
@@ -50,6 +52,61 @@ std::optional<std::string> histogram_problem(const json& row) {
   return std::nullopt;
 }
 
+/// The bins whose width is a part of their decade hold all measurements, too.
+std::optional<std::string> log_bins_problem(const json& row) {
+  if (!row.contains("histogram") || !row["histogram"].contains("log_bins")) return std::nullopt;
+  const auto& histogram = row["histogram"];
+  const auto& unresolved = histogram.value("unresolved", json{});
+  if (!histogram.contains("per_decade") || !histogram["per_decade"].is_number_unsigned() || !unresolved.is_object() ||
+      !unresolved.contains("below_bin") || !unresolved["below_bin"].is_number_integer() ||
+      !unresolved.contains("count") || !unresolved["count"].is_number_unsigned() || !histogram["log_bins"].is_array())
+    return "logarithmic bins lack \"per_decade\" or \"unresolved\"";
+  auto total = unresolved["count"].get<std::uint64_t>();
+  for (const auto& bin : histogram["log_bins"]) {
+    if (!is_bin(bin)) return "a logarithmic bin is not [number, count]";
+    total += bin[1].get<std::uint64_t>();
+  }
+  if (total == row["n"].get<std::uint64_t>()) return std::nullopt;
+  return fmt::format("logarithmic bins hold {} measurements of {}", total, row["n"].dump());
+}
+
+/// A ratio by turns, and a course over time.
+std::optional<std::string> detail_problem(const json& row) {
+  if (row.contains("ratio_turns")) {
+    for (const auto* key : {"turns", "mean", "low", "high"}) {
+      if (!row["ratio_turns"].is_object() || !row["ratio_turns"].contains(key) || !row["ratio_turns"][key].is_number())
+        return fmt::format("the ratio of a result by turns has no \"{}\"", key);
+    }
+    if (row["ratio_turns"]["low"].get<double>() <= 0.0) return "the ratio of a result by turns is not above zero";
+  }
+  if (!row.contains("over_time")) return std::nullopt;
+  const auto& course = row["over_time"];
+  if (!course.is_object() || !course.contains("window_s") || !course["window_s"].is_number())
+    return "a course over time has no \"window_s\"";
+  for (const auto* key : {"p50", "p99", "max"}) {
+    if (!course.contains(key) || !course[key].is_array() || course[key].size() != course.value("p50", json{}).size() ||
+        !std::all_of(course[key].begin(), course[key].end(), [](const json& value) { return value.is_number(); }))
+      return fmt::format("a course over time has no \"{}\" of each window", key);
+  }
+  return std::nullopt;
+}
+
+/// Everything aimed at, as measured; empty: nothing was.
+std::string aims_text(const std::vector<json>& documents) {
+  std::string text;
+  for (const auto& document : documents) {
+    for (const auto& row : document["results"]) {
+      if (!row.contains("aim")) continue;
+      text += fmt::format("| {} | {} | {} | {:.1f} {} | {} | {} |\n", document["bench"].get<std::string>(),
+                          row["case"].get<std::string>(), row["metric"].get<std::string>(), row["p50"].get<double>(),
+                          row["unit"].get<std::string>(), row["aim"].get<std::string>(),
+                          row.value("met", false) ? "met" : "**missed**");
+    }
+  }
+  if (text.empty()) return text;
+  return "\n## What was aimed at\n\n| program | case | metric | p50 | aim | |\n|---|---|---|---:|---|---|\n" + text;
+}
+
 std::string row_text(const json& row) {
   auto text = fmt::format("| {} | {} | {} |", row["case"].get<std::string>(), row["metric"].get<std::string>(),
                           row["unit"].get<std::string>());
@@ -57,10 +114,8 @@ std::string row_text(const json& row) {
   text += row.contains("aim")
               ? fmt::format(" {}: {} |", row["aim"].get<std::string>(), row.value("met", false) ? "met" : "**missed**")
               : std::string(" |");
-  text += row.contains("against") ? fmt::format(" {:.2f} ({:.2f}) x {} |\n", row.value("ratio_p50", 0.0),
-                                                row.value("ratio_p999", 0.0), row["against"].get<std::string>())
-                                  : std::string(" |\n");
-  return text;
+  const auto comparison = comparison_text(row);
+  return text + (comparison.empty() ? " |\n" : fmt::format(" {} |\n", comparison));
 }
 
 /// The number in front of `tail` at the end of a name: 32 of "paced_32_axes".
@@ -149,6 +204,16 @@ BenchFigure wake_figure(const json& document) {
 
 }  // namespace
 
+std::string comparison_text(const json& row) {
+  if (!row.contains("against")) return {};
+  auto text = fmt::format("{:.2f} ({:.2f}) x {}", row.value("ratio_p50", 0.0), row.value("ratio_p999", 0.0),
+                          row["against"].get<std::string>());
+  if (!row.contains("ratio_turns")) return text;
+  const auto& turns = row["ratio_turns"];
+  return text + fmt::format("; by {} turns {:.2f} to {:.2f}", turns["turns"].get<std::uint64_t>(),
+                            turns["low"].get<double>(), turns["high"].get<double>());
+}
+
 tl::expected<json, std::string> parse_bench_document(const std::string& text) {
   auto document = json::parse(text, nullptr, false);
   if (!document.is_object()) return tl::unexpected(std::string("printed no JSON document"));
@@ -168,13 +233,15 @@ tl::expected<json, std::string> parse_bench_document(const std::string& text) {
       if (!row.contains(key) || !row[std::string(key)].is_number())
         return tl::unexpected(fmt::format("a result has no \"{}\"", key));
     }
-    if (auto wrong = histogram_problem(row)) return tl::unexpected(std::move(*wrong));
+    for (const auto problem : {histogram_problem, log_bins_problem, detail_problem}) {
+      if (auto wrong = problem(row)) return tl::unexpected(std::move(*wrong));
+    }
   }
   return document;
 }
 
 std::string bench_report(const std::vector<json>& documents) {
-  std::string text = "# Benchmarks\n";
+  auto text = "# Benchmarks\n" + aims_text(documents);
   for (const auto& document : documents) {
     const auto& where = document["environment"];
     text += fmt::format("\n## {}\n\n{}, {} ({} cores{}), {}, commit {}\n\n", document["bench"].get<std::string>(),
@@ -196,10 +263,15 @@ std::vector<BenchFigure> bench_figures(const std::vector<json>& documents) {
   std::vector<BenchFigure> figures;
   const auto draw = [&](std::string_view bench, BenchFigure (*make)(const json&)) {
     const auto* document = find_document(documents, bench);
-    if (document != nullptr && !(*document)["results"].empty()) figures.push_back(make(*document));
+    if (document == nullptr || (*document)["results"].empty()) return;
+    // A document may lack what would be drawn.
+    if (auto figure = make(*document); !figure.script.empty()) figures.push_back(std::move(figure));
   };
   draw("cycle", cycle_figure);
   draw("master_cost", master_cost_figure);
+  draw("roundtrip", roundtrip_figure);
+  draw("scale", scale_figure);
+  draw("soak", soak_figure);
   draw("wake", wake_figure);
   if (const auto* document = find_document(documents, "jitter")) {
     for (auto& figure : jitter_figures(*document)) figures.push_back(std::move(figure));

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "text/gnuplot.hpp"
 
@@ -16,6 +19,8 @@ constexpr int kPanelHeight = 190;
 /// Behind the deadline, for the bar of the periods that were missed; in us.
 constexpr double kMissedAt = 6.0;
 constexpr double kMissedWidth = 8.0;
+/// Of a bar beside the others of a logarithmic axis.
+constexpr double kLogMargin = 1.8;
 
 /// The first word of a case, "idle" of "idle_cycle_pure_sleep", and the rest.
 std::pair<std::string, std::string> state_and_way(const std::string& name) {
@@ -104,6 +109,91 @@ BenchFigure figure_of(const std::string& state, const std::string& metric, const
   return figure;
 }
 
+/// Bars of equal width on a logarithmic axis, in us: from, to, count. Those in time, then that below what the clock
+/// tells apart and that of the periods that were missed; together they are all that was measured.
+std::string log_blocks(const json& row, double lowest_us) {
+  const auto& histogram = row["histogram"];
+  const auto deadline_us = histogram["deadline_us"].get<double>();
+  const auto per_decade = histogram["per_decade"].get<double>();
+  const auto edge_us = [per_decade](std::int64_t bin) {
+    return std::pow(10.0, static_cast<double>(bin) / per_decade) / 1000.0;
+  };
+  const auto missed = histogram["missed"].get<std::uint64_t>();
+  const auto unresolved = histogram["unresolved"]["count"].get<std::uint64_t>();
+  auto left = row["n"].get<std::uint64_t>() - missed - unresolved;
+  std::string text;
+  for (const auto& bin : histogram["log_bins"]) {
+    const auto from_us = edge_us(bin[0].get<std::int64_t>());
+    const auto to_us = edge_us(bin[0].get<std::int64_t>() + 1);
+    if (from_us >= deadline_us || left == 0) break;
+    // The bin in which the deadline lies ends there: the rest of it was missed.
+    const auto count = std::min(left, to_us > deadline_us ? left : bin[1].get<std::uint64_t>());
+    text += fmt::format("{:.6g} {:.6g} {}\n", from_us, std::min(to_us, deadline_us), count);
+    left -= count;
+  }
+  if (text.empty()) text = "1 1 0\n";
+  text += fmt::format("\n\n{:.6g} {:.6g} {}\n\n\n", lowest_us / kLogMargin, lowest_us / 1.1, unresolved);
+  return text + fmt::format("{:.6g} {:.6g} {}\n\n\n", deadline_us * 1.2, deadline_us * kLogMargin, missed);
+}
+
+std::string log_panel(const json& row, const std::string& file, const std::string& way, int panel) {
+  const auto& histogram = row["histogram"];
+  const auto deadline_us = histogram["deadline_us"].get<double>();
+  const auto us = [&row](const char* key) { return row[key].get<double>() / 1000.0; };
+  auto script = fmt::format(
+      "unset arrow\nunset label\nset title {1} offset 0,-0.7\n"
+      "set arrow 1 from {0},graph 0 to {0},graph 1 nohead lw 2 lc 'red'\n",
+      deadline_us,
+      gnuplot_text(fmt::format("{}: {} instants, max {:.1f} us", way, row["n"].get<std::uint64_t>(), us("max"))));
+  int number = 2;
+  double height = 0.98;
+  for (const auto& [name, key] :
+       {std::pair{"p50", "p50"}, std::pair{"p99", "p99"}, std::pair{"p99.9", "p999"}, std::pair{"max", "max"}}) {
+    if (us(key) > 0.0 && us(key) < deadline_us)
+      script += mark(number, us(key), fmt::format("{} {:.2f}", name, us(key)), height);
+    ++number;
+    height -= 0.14;
+  }
+  const auto box = [&](int block, const char* color, const std::string& title) {
+    return fmt::format(
+        "{} index {} using (sqrt($1*$2)):3:1:2:(0.5):3 with boxxyerror fs solid 0.8 lc rgb '{}' title {}",
+        gnuplot_text(file), 3 * panel + block, color, gnuplot_text(title));
+  };
+  return script + "plot " + box(0, "#4477aa", "in time") + ", " +
+         box(1, "#999999", fmt::format("unresolved: {}", histogram["unresolved"]["count"].get<std::uint64_t>())) +
+         ", " + box(2, "red", fmt::format("missed: {}", histogram["missed"].get<std::uint64_t>())) + "\n";
+}
+
+/// The same distributions in bars that are equally wide on a logarithmic axis; none where a row has no such bins.
+std::optional<BenchFigure> log_figure_of(const std::string& state, const std::string& metric,
+                                         const std::vector<const json*>& rows) {
+  double lowest_us = 1e9;
+  double highest_us = 0.0;
+  for (const auto* row : rows) {
+    const auto& histogram = (*row)["histogram"];
+    if (!histogram.contains("log_bins") || histogram["deadline_us"].get<double>() <= 0.0) return std::nullopt;
+    const auto below = histogram["unresolved"]["below_bin"].get<double>();
+    lowest_us = std::min(lowest_us, std::pow(10.0, below / histogram["per_decade"].get<double>()) / 1000.0);
+    highest_us = std::max(highest_us, histogram["deadline_us"].get<double>());
+  }
+  BenchFigure figure{fmt::format("jitter_{}_{}_log", state, metric), {}, {}};
+  figure.script = fmt::format(
+      "set terminal svg size 860,{} font 'sans,11' background 'white' noenhanced\nset output '{}.svg'\n"
+      "set multiplot layout {},1 title {}\nset grid\nset logscale xy\nset yrange [0.5:*]\nset xrange [{:.6g}:{:.6g}]\n"
+      "set key outside right top\nset lmargin 11\nset rmargin 24\nset xlabel 'us'\nset ylabel 'instants'\n",
+      kPanelHeight * static_cast<int>(rows.size()) + 40, figure.name, rows.size(),
+      gnuplot_text(fmt::format("{}, {}; red line: the period", metric, state)), lowest_us / kLogMargin / 1.1,
+      highest_us * kLogMargin * 1.1);
+  int panel = 0;
+  for (const auto* row : rows) {
+    const auto way = state_and_way((*row)["case"].get<std::string>()).second;
+    figure.data += fmt::format("# {}\n", way) + log_blocks(*row, lowest_us);
+    figure.script += log_panel(*row, figure.name + ".dat", way, panel++);
+  }
+  figure.script += "unset multiplot\n";
+  return figure;
+}
+
 }  // namespace
 
 std::vector<BenchFigure> jitter_figures(const json& document) {
@@ -116,7 +206,10 @@ std::vector<BenchFigure> jitter_figures(const json& document) {
     groups[key].push_back(&row);
   }
   std::vector<BenchFigure> figures;
-  for (const auto& key : order) figures.push_back(figure_of(key.first, key.second, groups.at(key)));
+  for (const auto& key : order) {
+    figures.push_back(figure_of(key.first, key.second, groups.at(key)));
+    if (auto figure = log_figure_of(key.first, key.second, groups.at(key))) figures.push_back(std::move(*figure));
+  }
   return figures;
 }
 

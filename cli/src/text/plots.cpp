@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "driveline/runtime/files/output_file.hpp"
@@ -17,18 +18,81 @@ std::string terminal(int height) {
   return fmt::format(fmt::runtime(kTerminal), fmt::arg("height", height));
 }
 
-std::string jitter_script() {
-  return terminal(600) +
+/// Marks of one picture; more make it unreadable.
+constexpr std::size_t kMostMarks = 60;
+
+double log_us(std::chrono::nanoseconds time) {
+  return std::log10(static_cast<double>(time.count()) / 1000.0);
+}
+
+/// One distribution of jitter.csv: bars a tenth of a decade wide, on an axis of logarithms of microseconds. Gnuplot
+/// adds up what falls into the same bar, so that nothing is lost.
+std::string jitter_panel(int column, const std::string& title, std::chrono::nanoseconds deadline,
+                         const std::array<std::chrono::nanoseconds, 4>& figures) {
+  const auto us = [&figures](std::size_t i) { return static_cast<double>(figures[i].count()) / 1000.0; };
+  const auto whole = fmt::format("{}: p50 {:.2f} us, p99 {:.2f} us, p99.9 {:.2f} us, max {:.2f} us", title, us(0),
+                                 us(1), us(2), us(3));
+  std::string script = fmt::format("unset arrow\nunset label\nset title {}\ndeadline = {}\n", gnuplot_text(whole),
+                                   deadline.count() > 0 ? deadline.count() : std::chrono::nanoseconds::max().count());
+  if (deadline.count() > 0) {
+    script +=
+        fmt::format("set arrow 9 from {0:.4f},graph 0 to {0:.4f},graph 1 nohead lw 2 lc 'red'\n", log_us(deadline));
+  }
+  int number = 1;
+  for (const auto* name : {"p50", "p99", "p99.9", "max"}) {
+    const auto time = figures[static_cast<std::size_t>(number) - 1];
+    const bool shown = time.count() >= 25 && (deadline.count() == 0 || time < deadline);
+    if (shown) {
+      script += fmt::format(
+          "set arrow {0} from {1:.4f},graph 0 to {1:.4f},graph 1 nohead dt 3\n"
+          "set label {0} '{2} {3:.2f} us' at {1:.4f},graph {4:.2f} offset 0.4,0 font ',9'\n",
+          number, log_us(time), name, static_cast<double>(time.count()) / 1000.0, 1.0 - 0.07 * number);
+    }
+    ++number;
+  }
+  script += fmt::format(
+      "plot 'jitter.csv' skip 1 using (bar($1,$2)):($1>=25 && $1<deadline ? ${0} : 0) smooth frequency with boxes "
+      "lc rgb '#4477aa' title 'cycles', \\\n"
+      "     '' skip 1 using (-2.0):($1<25 ? ${0} : 0) smooth frequency with boxes lc rgb '#999999' title 'below 25 ns'",
+      column);
+  if (deadline.count() == 0) return script + "\n";
+  return script + fmt::format(
+                      ", \\\n     '' skip 1 using ({:.4f}):($1>=deadline ? ${} : 0) smooth frequency with boxes lc rgb "
+                      "'red' title 'missed periods'\n",
+                      log_us(deadline) + 0.3, column);
+}
+
+std::string jitter_script(const PlotFacts& facts) {
+  return terminal(800) +
          "set output 'jitter.png'\n"
          "set datafile separator ','\n"
-         "set title 'wake-up latency and cycle cost'\n"
-         "set xlabel 'time in us'\nset ylabel 'cycles'\n"
-         "set logscale xy\nset grid\nset style fill solid 0.5\n"
-         "set xrange [0.01:*]\nset yrange [0.5:*]\n"
-         // Middle of the bucket; values below 10 ns are drawn at the left edge of the logarithmic axis.
-         "us(from, to) = from + to < 20 ? 0.01 : (from + to) / 2000.0\n"
-         "plot 'jitter.csv' skip 1 using (us($1,$2)):3 with impulses lw 2 title 'wake-up latency', \\\n"
-         "     '' skip 1 using (us($1,$2)):4 with impulses lw 2 title 'cycle cost'\n";
+         "set multiplot layout 2,1\n"
+         "set ylabel 'cycles'\nset xlabel 'time'\n"
+         "set logscale y\nset grid\nset style fill solid 0.7\nset boxwidth 0.1\nset key outside right\n"
+         "set yrange [0.5:*]\nset xrange [-2.2:*]\n"
+         "set xtics ('< 25 ns' -2, '100 ns' -1, '1 us' 0, '10 us' 1, '100 us' 2, '1 ms' 3, '10 ms' 4, '100 ms' 5, '1 "
+         "s' 6)\n"
+         "bar(from, to) = (floor(10*log10((from + to) / 2000.0)) + 0.5) / 10\n" +
+         jitter_panel(3, "wake-up latency", facts.period, facts.wake) +
+         jitter_panel(4, "cost of the cycle", std::chrono::nanoseconds{0}, facts.cost) + "unset multiplot\n";
+}
+
+/// Lines across a picture at what happened, red where the master was away.
+std::string marks_script(const std::vector<PlotMark>& marks) {
+  std::string script;
+  int number = 1;
+  for (const auto& mark : marks) {
+    const auto* color = mark.missed ? "#dd181f" : "#606060";
+    script += fmt::format("set arrow {0} from {1:.6f},graph 0 to {1:.6f},graph 1 nohead dt 2 lc rgb '{2}'\n", number,
+                          mark.time_s, color);
+    // Missed periods come in crowds: their colour says it.
+    if (!mark.missed) {
+      script += fmt::format("set label {} {} at {:.6f},graph 0.02 rotate by 90 font ',8' tc rgb '{}' offset 0.5,0\n",
+                            number, gnuplot_text(mark.text), mark.time_s, color);
+    }
+    ++number;
+  }
+  return script;
 }
 
 /// The same curve on the second axis, where increments are, but not drawn: both axes then have the range of the data.
@@ -83,39 +147,100 @@ class AxisPlot {
   bool begun_ = false;
 };
 
-/// One small plot per axis, two side by side. Columns of the file: time, three per axis, their torques, least and
-/// greatest following error of each, then the following errors of the drives that report one (Recorder).
-std::string axes_script(const std::vector<runtime::AxisReport>& axes, std::string_view output, std::string_view title,
-                        bool errors, bool increments) {
-  const std::size_t columns = axes.size() > 1 ? 2 : 1;
-  const auto rows = (axes.size() + columns - 1) / columns;
-  auto script = "reset\n" + terminal(static_cast<int>(std::max<std::size_t>(rows, 2) * 250));
-  script += fmt::format(
-      "set output '{}'\nset datafile separator ','\nset multiplot layout {},{} title '{}'\nset grid\nset key above\n"
-      "set xlabel 'time in s'\n",
-      output, rows, columns, title);
-  auto reported = 2 + 6 * axes.size();
-  for (std::size_t i = 0; i < axes.size(); ++i) {
-    AxisPlot plot(axes[i], increments);
-    if (errors) {
-      const auto least = 2 + 4 * axes.size() + 2 * i;
-      plot.fill(least, least + 1, "with filledcurves lt 1 notitle");
-      plot.add(least, "with lines lt 1 title 'least and greatest'");
-      plot.add(least + 1, "with lines lt 1 notitle");
-      if (axes[i].by_drive) plot.add(reported++, "with lines lt 2 title 'by the drive (60F4h)'");
-      script += plot.finish(least);
-    } else {
-      const auto column = 2 + 3 * i;
+/// Where the columns of the file are: time, three per axis, their torques, least and greatest following error of each,
+/// then the following errors of the drives that report one (Recorder).
+struct AxisColumns {
+  std::size_t commanded;
+  std::size_t least;  ///< following error; the greatest is next to it
+};
+
+AxisColumns columns_of(std::size_t axis, std::size_t axes) {
+  return {2 + 3 * axis, 2 + 4 * axes + 2 * axis};
+}
+
+/// The following error between the rows of the file, so that no maximum is lost.
+void add_error_band(AxisPlot& plot, const AxisColumns& columns) {
+  plot.fill(columns.least, columns.least + 1, "with filledcurves lt 1 notitle");
+  plot.add(columns.least, "with lines lt 1 title 'least and greatest'");
+  plot.add(columns.least + 1, "with lines lt 1 notitle");
+}
+
+/// A picture of the axes, two side by side; `panels` of each, one below the other.
+std::string axes_head(std::size_t axes, std::size_t panels, std::string_view output, std::string_view title) {
+  const std::size_t columns = axes > 1 ? 2 : 1;
+  const auto rows = panels * ((axes + columns - 1) / columns);
+  return "reset\n" + terminal(static_cast<int>(std::max<std::size_t>(rows, 2) * (panels > 1 ? 200 : 250))) +
+         fmt::format(
+             "set output '{}'\nset datafile separator ','\nset multiplot layout {},{} title '{}'\nset grid\n"
+             "set key outside right samplen 2\nset lmargin 11\nset rmargin 24\nset autoscale xfix\nset xlabel 'time in "
+             "s'\n",
+             output, rows, columns, title);
+}
+
+/// Commanded and actual position, and what is between them below.
+std::string positions_script(const std::vector<runtime::AxisReport>& axes, bool increments,
+                             const std::vector<PlotMark>& marks) {
+  auto script = axes_head(axes.size(), 2, "positions.png",
+                          "commanded and actual position; below, the following error; red lines: periods missed") +
+                marks_script(marks);
+  for (std::size_t first = 0; first < axes.size(); first += 2) {
+    const auto end = std::min(axes.size(), first + 2);
+    for (auto i = first; i < end; ++i) {
+      AxisPlot plot(axes[i], increments);
+      const auto columns = columns_of(i, axes.size());
       // The actual position upon a broad and pale band: where both are the same both can be seen.
-      plot.add(column, "with lines lw 4 lc rgb '#9ecae1' title 'commanded'");
-      plot.add(column + 1, "with lines lc rgb '#08306b' title 'actual'");
-      script += plot.finish(column);
+      plot.add(columns.commanded, "with lines lw 4 lc rgb '#9ecae1' title 'commanded'");
+      plot.add(columns.commanded + 1, "with lines lc rgb '#08306b' title 'actual'");
+      script += plot.finish(columns.commanded);
+    }
+    // The last of an odd number has nothing beside it.
+    if (end == first + 1 && axes.size() > 1) script += "set multiplot next\n";
+    for (auto i = first; i < end; ++i) {
+      AxisPlot plot(axes[i], increments);
+      const auto columns = columns_of(i, axes.size());
+      add_error_band(plot, columns);
+      script += plot.finish(columns.least);
     }
   }
   return script + "unset multiplot\n";
 }
 
+std::string errors_script(const std::vector<runtime::AxisReport>& axes, bool increments,
+                          const std::vector<PlotMark>& marks) {
+  auto script = axes_head(axes.size(), 1, "following_error.png", "following error; red lines: periods missed") +
+                marks_script(marks);
+  auto reported = 2 + 6 * axes.size();
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    AxisPlot plot(axes[i], increments);
+    const auto columns = columns_of(i, axes.size());
+    add_error_band(plot, columns);
+    if (axes[i].by_drive) plot.add(reported++, "with lines lt 2 title 'by the drive (60F4h)'");
+    script += plot.finish(columns.least);
+  }
+  return script + "unset multiplot\n";
+}
+
 }  // namespace
+
+PlotFacts plot_facts(const runtime::RunReport& report) {
+  const auto of = [](const rt::Histogram& histogram) {
+    return std::array{histogram.percentile(0.5), histogram.percentile(0.99), histogram.percentile(0.999),
+                      histogram.max()};
+  };
+  PlotFacts facts{report.period, of(report.statistics.wake_latency), of(report.statistics.cost), {}};
+  if (report.statistics.missed_periods > 0)
+    facts.marks.push_back({report.longest_absence_at_s, true, "longest absence"});
+  for (const auto& event : report.events) {
+    if (facts.marks.size() == kMostMarks) break;
+    if (!event.time || event.severity < runtime::Severity::kNotice) continue;
+    const bool away = event.is<runtime::events::MasterAway>() || event.is<runtime::events::MasterAwayOften>();
+    facts.marks.push_back({std::chrono::duration<double>(*event.time).count(), away,
+                           away               ? "periods missed"
+                           : event.is_fault() ? "fault"
+                                              : "event"});
+  }
+  return facts;
+}
 
 runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& statistics,
                                        const std::filesystem::path& file) {
@@ -135,13 +260,13 @@ runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& stati
 }
 
 tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
-    const std::filesystem::path& directory, const std::vector<runtime::AxisReport>& axes, bool increments) {
+    const std::filesystem::path& directory, const std::vector<runtime::AxisReport>& axes, bool increments,
+    const PlotFacts& facts) {
   const auto script_file = directory / "plots.gp";
-  auto script = jitter_script();
+  auto script = jitter_script(facts);
   std::map<std::string, std::filesystem::path> pictures{{"jitter_plot", directory / "jitter.png"}};
   if (!axes.empty()) {
-    script += axes_script(axes, "positions.png", "commanded and actual position", false, increments) +
-              axes_script(axes, "following_error.png", "following error", true, increments);
+    script += positions_script(axes, increments, facts.marks) + errors_script(axes, increments, facts.marks);
     pictures["position_plot"] = directory / "positions.png";
     pictures["following_error_plot"] = directory / "following_error.png";
   }

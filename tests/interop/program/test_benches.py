@@ -53,6 +53,33 @@ class Roundtrip(Bench):
             self.check_aim(common, 0.9 * rows[f"{size}_bytes_packet_socket", "bare_round_trip"]["p50"])
 
 
+class Soak(Bench):
+    def test_windows_of_time_and_what_changes_from_the_first_to_the_last(self):
+        rows = self.rows_of("soak", "--duration", "3")
+        courses = ("wake_latency", "whole_cycle", "missed_periods", "resident_memory")
+        drifts = [f"{figure}_{part}" for figure in ("wake_latency", "whole_cycle") for part in ("p50", "p99", "max")]
+        drifts += ["missed_periods", "resident_memory"]
+        self.assertEqual(set(rows), {("8_axes", metric) for metric in
+                                     (*courses, "page_faults", "involuntary_switches",
+                                      *(f"{drift}_in_last_third" for drift in drifts))})
+        for metric in courses:
+            course = rows["8_axes", metric]["over_time"]
+            self.assertAlmostEqual(course["window_s"], 0.05)
+            for part in ("p50", "p99", "max"):
+                self.assertEqual(len(course[part]), 60)
+        for metric in ("wake_latency", "whole_cycle"):
+            row = rows["8_axes", metric]
+            self.assertEqual(max(row["over_time"]["max"]), row["max"], "the largest of all is in a window")
+            self.assertEqual(sum(count for _, count in row["histogram"]["bins"]), row["n"])
+        for drift in drifts:
+            row = rows["8_axes", f"{drift}_in_last_third"]
+            self.assertEqual((row["n"], row["against"]), (20, "first_third"))
+        missed = rows["8_axes", "missed_periods"]
+        self.assertEqual(missed["p50"], sum(missed["over_time"]["p50"]))
+        # Three seconds of cycles, those that were missed and at most a few beside.
+        self.assertAlmostEqual(rows["8_axes", "whole_cycle"]["n"] + missed["p50"], 24_000, delta=2_400)
+
+
 class Scale(Bench):
     AXES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
     CYCLES_US = ("62.5", "125", "250", "500", "1000", "2000", "4000")

@@ -96,6 +96,53 @@ TEST(BenchReport, TellsWhatWasAimedAtAndWhetherItWasMet) {
   EXPECT_THAT(text, HasSubstr("| 100_drives | cost | ns | 700.0 | 700.0 | 900.0 | 900.0 | p50<=400: **missed** | |"));
 }
 
+TEST(BenchDocument, LogarithmicBinsThatLeaveMeasurementsOutAreRefused) {
+  auto whole = row("idle_cycle", "wake_latency", 15'000, 300'000);
+  whole["histogram"] = json::parse(R"({"deadline_us": 125.0, "missed": 1, "bins": [[14, 4], [15, 5], [300, 1]],
+    "per_decade": 20, "unresolved": {"below_bin": 28, "count": 3}, "log_bins": [[83, 6], [109, 1]]})");
+  EXPECT_EQ(problem_of(document("jitter", {whole}).dump()), "");
+  whole["histogram"]["unresolved"]["count"] = 2;
+  EXPECT_EQ(problem_of(document("jitter", {whole}).dump()), "logarithmic bins hold 9 measurements of 10");
+  whole["histogram"].erase("unresolved");
+  EXPECT_EQ(problem_of(document("jitter", {whole}).dump()), "logarithmic bins lack \"per_decade\" or \"unresolved\"");
+}
+
+TEST(BenchDocument, ATurnOrAWindowThatLacksAFigureIsRefused) {
+  auto compared = row("a", "cost", 1, 2);
+  compared["ratio_turns"] = {{"turns", 20}, {"mean", 1.0}, {"low", 0.9}, {"high", 1.1}};
+  EXPECT_EQ(problem_of(document("esc", {compared}).dump()), "");
+  compared["ratio_turns"]["low"] = 0.0;
+  EXPECT_EQ(problem_of(document("esc", {compared}).dump()), "the ratio of a result by turns is not above zero");
+  compared["ratio_turns"].erase("high");
+  EXPECT_EQ(problem_of(document("esc", {compared}).dump()), "the ratio of a result by turns has no \"high\"");
+  auto course = row("a", "cost", 1, 2);
+  course["over_time"] = {{"window_s", 1.0}, {"p50", {1.0, 2.0}}, {"p99", {1.0, 2.0}}, {"max", {1.0, 2.0}}};
+  EXPECT_EQ(problem_of(document("soak", {course}).dump()), "");
+  course["over_time"]["max"] = {1.0};
+  EXPECT_EQ(problem_of(document("soak", {course}).dump()), "a course over time has no \"max\" of each window");
+}
+
+TEST(BenchReport, BeginsWithEverythingThatWasAimedAt) {
+  auto missed = row("100_drives", "cost", 700.0, 900.0);
+  missed["aim"] = "p50<=400";
+  missed["met"] = false;
+  const auto text = bench_report({document("drive", {row("1_drive", "cost", 1, 2), missed})});
+  EXPECT_THAT(text, testing::StartsWith("# Benchmarks\n\n## What was aimed at\n"));
+  EXPECT_THAT(text, HasSubstr("| drive | 100_drives | cost | 700.0 ns | p50<=400 | **missed** |\n"));
+  EXPECT_THAT(text, Not(HasSubstr("| drive | 1_drive |")));
+}
+
+TEST(BenchReport, TellsHowSureARatioIs) {
+  auto compared = row("a", "cost", 1, 2);
+  EXPECT_EQ(comparison_text(compared), "");
+  compared["against"] = "floor";
+  compared["ratio_p50"] = 1.04;
+  compared["ratio_p999"] = 0.98;
+  EXPECT_EQ(comparison_text(compared), "1.04 (0.98) x floor");
+  compared["ratio_turns"] = {{"turns", 20}, {"mean", 1.04}, {"low", 1.02}, {"high", 1.06}};
+  EXPECT_EQ(comparison_text(compared), "1.04 (0.98) x floor; by 20 turns 1.02 to 1.06");
+}
+
 TEST(BenchReport, SaysThatNothingCouldBeMeasured) {
   const auto text = bench_report({document("turnaround", {})});
   EXPECT_THAT(text, HasSubstr("Skipped"));
@@ -112,6 +159,37 @@ TEST(BenchFigures, AreDrawnOfWhatWasMeasured) {
   EXPECT_EQ(figures[0].data,
             "# back_to_back_master_part_per_axis\n8 50 90\n\n\n# paced_master_part_per_axis\n8 110 300\n\n\n");
   EXPECT_THAT(figures[0].script, HasSubstr("set output 'cycle.svg'"));
+}
+
+TEST(BenchFigures, ACourseHasTheMiddleOfEachWindowAndEndsWithTheData) {
+  auto course = row("8_axes", "wake_latency", 1, 2);
+  course["over_time"] = {{"window_s", 10.0}, {"p50", {20, 30}}, {"p99", {2000, 3000}}, {"max", {50'000, 7'000'000}}};
+  course["histogram"] = json::object();
+  auto memory = row("8_axes", "resident_memory", 13, 13);
+  memory["unit"] = "MiB";
+  memory["over_time"] = {{"window_s", 10.0}, {"p50", {13.5, 13.5}}, {"p99", {13.5, 13.5}}, {"max", {13.5, 13.5}}};
+  const auto figures = bench_figures({document("soak", {course, memory, row("8_axes", "page_faults", 0, 0)})});
+  ASSERT_EQ(figures.size(), 1U);
+  EXPECT_EQ(
+      figures[0].data,
+      "# wake_latency\n5 0.02 2 50\n15 0.03 3 7000\n\n\n# resident_memory\n5 13.5 13.5 13.5\n15 13.5 13.5 13.5\n\n\n");
+  EXPECT_THAT(figures[0].script, HasSubstr("set xrange [0:20]"));
+  EXPECT_THAT(figures[0].script, HasSubstr("set ylabel 'us'"));
+  EXPECT_THAT(figures[0].script, HasSubstr("title 'wake_latency, max'"));
+}
+
+TEST(BenchFigures, ScaleAndRoundtripHaveACurveForEachCycleAndPort) {
+  const auto scale = bench_figures({document(
+      "scale", {row("8_axes_every_62.5_us", "master_part", 1, 2), row("32_axes_every_62.5_us", "master_part", 3, 4),
+                row("every_62.5_us", "limit_of_the_wire", 21, 21)})});
+  ASSERT_EQ(scale.size(), 1U);
+  EXPECT_THAT(scale[0].data, HasSubstr("# every_62.5_us master_part\n8 1\n32 3\n"));
+  EXPECT_THAT(scale[0].data, HasSubstr("# limit_of_the_wire\n62.5 21\n"));
+  const auto trips = bench_figures({document(
+      "roundtrip", {row("60_bytes_ring", "round_trip", 3, 4), row("60_bytes_ring", "bare_round_trip", 2, 4)})});
+  ASSERT_EQ(trips.size(), 1U);
+  EXPECT_THAT(trips[0].data, HasSubstr("# ring round_trip\n60 3\n\n\n# ring bare_round_trip\n60 2\n"));
+  EXPECT_THAT(bench_figures({document("scale", {row("a", "b", 1, 2)})}), ElementsAre()) << "nothing to draw";
 }
 
 }  // namespace

@@ -60,6 +60,24 @@ TEST(JitterFigure, IsOnePerStateOfTheMachineAndMetric) {
       << "all of them were missed";
 }
 
+TEST(JitterFigure, EqualLogarithmicBarsHoldAllThatWasMeasured) {
+  auto row = jitter_row("idle_cycle", "wake_latency", "[[0, 4], [14, 2], [124, 1], [125, 1], [300, 2]]", 3);
+  auto& histogram = row["histogram"];
+  histogram["per_decade"] = 20;
+  histogram["unresolved"] = {{"below_bin", 28}, {"count", 3}};
+  // The period lies in bin 101, of which one was in time and one was missed.
+  histogram["log_bins"] = json::parse("[[30, 1], [82, 2], [101, 2], [109, 2]]");
+  const auto figures = jitter_figures(jitter_document({row}));
+  ASSERT_EQ(figures.size(), 2U);
+  EXPECT_EQ(figures[1].name, "jitter_idle_wake_latency_log");
+  EXPECT_EQ(figures[1].data,
+            "# cycle\n0.0316228 0.0354813 1\n12.5893 14.1254 2\n112.202 125 1\n\n\n0.0139549 0.0228353 3\n\n\n"
+            "150 225 3\n\n\n");
+  EXPECT_THAT(figures[1].script, HasSubstr("set logscale xy"));
+  EXPECT_THAT(figures[1].script, HasSubstr("'unresolved: 3'"));
+  EXPECT_THAT(figures[1].script, HasSubstr("'missed: 3'"));
+}
+
 TEST(JitterFigure, ANameCannotEndItsQuotes) {
   const auto figures =
       jitter_figures(jitter_document({jitter_row("idle_a'; system 'x", "wake_latency", "[[1, 10]]", 0)}));

@@ -112,6 +112,57 @@ TEST_F(Plots, AxesNameTheirUnitsAndIncrementsOnRequest) {
   EXPECT_THAT(read(directory / "following_error.png"), testing::AllOf(IsPng(), testing::Ne(plain)));
 }
 
+TEST_F(Plots, JitterHasEqualLogarithmicBarsTheDeadlineAndWhatWasMissed) {
+  leave_csv_files();
+  using namespace std::chrono_literals;
+  ASSERT_TRUE(draw_plots(directory, {}, false, {.period = 125us, .wake = {550ns, 1040ns, 20us, 3ms}}));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, testing::HasSubstr("bar(from, to) = (floor(10*log10((from + to) / 2000.0)) + 0.5) / 10"));
+  EXPECT_THAT(script, testing::HasSubstr("deadline = 125000\n"));
+  EXPECT_THAT(script, testing::HasSubstr("set arrow 9 from 2.0969,graph 0 to 2.0969,graph 1 nohead lw 2 lc 'red'"));
+  EXPECT_THAT(script, testing::HasSubstr("'p99 1.04 us' at 0.0170"));
+  EXPECT_THAT(script, testing::Not(testing::HasSubstr("'max 3000.00 us'"))) << "beyond the deadline, where the bar is";
+  EXPECT_THAT(script, testing::HasSubstr("using (-2.0):($1<25 ? $3 : 0) smooth frequency"));
+  EXPECT_THAT(script,
+              testing::HasSubstr("using (2.3969):($1>=deadline ? $3 : 0) smooth frequency with boxes lc rgb 'red'"));
+  EXPECT_THAT(read(directory / "jitter.png"), IsPng());
+}
+
+TEST_F(Plots, PositionsHaveTheFollowingErrorBelowAndWhatHappenedAcross) {
+  leave_csv_files();
+  ASSERT_TRUE(
+      draw_plots(directory, axes(), false, {.marks = {{12.5, true, "periods missed"}, {20.0, false, "fault"}}}));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, testing::HasSubstr("set multiplot layout 2,2 title 'commanded and actual position"));
+  EXPECT_THAT(script, testing::HasSubstr(
+                          "set arrow 1 from 12.500000,graph 0 to 12.500000,graph 1 nohead dt 2 lc rgb '#dd181f'"));
+  EXPECT_THAT(script, testing::HasSubstr("set label 2 'fault' at 20.000000"));
+  EXPECT_THAT(script, testing::HasSubstr("set autoscale xfix")) << "the time ends with the data";
+  EXPECT_THAT(script, testing::HasSubstr("set key outside right"));
+  EXPECT_THAT(read(directory / "positions.png"), IsPng());
+}
+
+TEST_F(Plots, MarksAreWhatHappenedInOperation) {
+  runtime::RunReport report;
+  report.period = std::chrono::microseconds{250};
+  report.statistics.missed_periods = 3;
+  report.longest_absence_at_s = 1.5;
+  report.statistics.wake_latency.record(nanoseconds{100});
+  report.events.push_back({runtime::events::MasterAway{}, runtime::Severity::kNotice, std::chrono::milliseconds{1250}});
+  report.events.push_back({runtime::events::RecordingEnded{}, runtime::Severity::kFault, std::nullopt});
+  report.events.push_back({runtime::events::Progress{}, runtime::Severity::kProgress, std::chrono::seconds{2}});
+  report.events.push_back({runtime::events::CommunicationLost{}, runtime::Severity::kFault, std::chrono::seconds{3}});
+  const auto facts = plot_facts(report);
+  EXPECT_EQ(facts.period, std::chrono::microseconds{250});
+  EXPECT_EQ(facts.wake[3], nanoseconds{100});
+  ASSERT_EQ(facts.marks.size(), 3U);
+  EXPECT_EQ(facts.marks[0].time_s, 1.5);
+  EXPECT_TRUE(facts.marks[1].missed);
+  EXPECT_EQ(facts.marks[1].time_s, 1.25);
+  EXPECT_FALSE(facts.marks[2].missed);
+  EXPECT_EQ(facts.marks[2].text, "fault");
+}
+
 TEST_F(Plots, OneAxisHasTheWholePicture) {
   leave_csv_files();
   ASSERT_TRUE(draw_plots(directory, axes()));
