@@ -28,6 +28,10 @@ constexpr std::array kCommands = {
             "identify --config examples/line8.toml --virtual z --distance 20\n"
             "identify --config examples/vertical.toml --virtual z --distance 12 --json",
             prepare_identify},
+    Command{"plan", "", kLine, "Show the motion of a file of moves without moving anything: duration, limits, picture",
+            "plan examples/contour.jsonl\n"
+            "plan examples/contour.jsonl --override 50 --picture contour.svg --json",
+            prepare_plan},
     Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
             "simulate --config examples/line8-nic.toml --iface dl-line\n"
             "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",

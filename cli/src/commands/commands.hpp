@@ -9,6 +9,7 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_axis(Arguments& to);
 [[nodiscard]] Execute prepare_simulate(Arguments& to);
 [[nodiscard]] Execute prepare_identify(Arguments& to);
+[[nodiscard]] Execute prepare_plan(Arguments& to);
 [[nodiscard]] Execute prepare_fault(Arguments& to);
 [[nodiscard]] Execute prepare_input(Arguments& to);
 
