@@ -26,11 +26,6 @@ using Clock = std::chrono::steady_clock;
 /// How long one wait for samples takes at most; a signal is heeded behind it.
 inline constexpr std::chrono::milliseconds kWait{50};
 
-/// SIGINT, SIGTERM and SIGHUP end a command in order from now on.
-void catch_stop_signals();
-/// Whether one of them has come.
-[[nodiscard]] bool stop_requested() noexcept;
-
 /// A point in time so many seconds from now.
 [[nodiscard]] Clock::time_point after(double seconds);
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "client.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "subscription.hpp"
 #include "text.hpp"
 
@@ -44,7 +45,7 @@ Outcome<int> echo(const Options& options) {
   Echo printer(options);
   const auto limit = [&] { return options.timeout_s ? after(*options.timeout_s) : Clock::time_point::max(); };
   auto patience = limit();
-  while (!stop_requested() && !printer.done()) {
+  while (!rt::stop_requested() && !printer.done()) {
     if (subscription->take(kWait, [&](const Sample& sample) { printer.sample(sample); }) > 0) {
       patience = limit();
     } else if (Clock::now() > patience) {

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "client.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "text.hpp"
 
 namespace {
@@ -41,7 +42,8 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (!options) return tell(options.error(), command);
-  catch_stop_signals();
+  driveline::rt::catch_stop_signals();
+  driveline::rt::refuse_long_files_with_errors();
   const auto status = execute(*options);
   return status ? *status : tell(status.error(), command);
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "client.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "gaps.hpp"
 #include "recording.hpp"
 #include "subscription.hpp"
@@ -34,7 +35,7 @@ class Recorder {
   Outcome<int> run() {
     const auto patience_s = options_.timeout_s.value_or(kPatienceSeconds);
     const auto patience = after(patience_s);
-    while (!stop_requested() && outcome_ && !over()) {
+    while (!rt::stop_requested() && outcome_ && !over()) {
       subscription_.take(kWait, [this](const Sample& sample) { add(sample); });
       if (samples_ == 0 && Clock::now() > patience) {
         recording_->remove();

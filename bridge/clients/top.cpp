@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "client.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "subscription.hpp"
 #include "text.hpp"
 
@@ -184,7 +185,7 @@ Outcome<int> top(const Options& options) {
   auto rest_patience = Clock::time_point::max();
   auto next = Clock::now();
   Screen screen;
-  while (!stop_requested()) {
+  while (!rt::stop_requested()) {
     subscription->take(kWait, [&](const Sample& sample) { page.add(sample); });
     if (!page.known()) {
       if (Clock::now() < patience) continue;

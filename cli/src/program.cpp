@@ -12,10 +12,10 @@
 
 #include "commands/command.hpp"
 #include "console.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "process_limits.hpp"
 #include "program_version.hpp"
-#include "signals.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -172,7 +172,7 @@ int tell_parse_outcome(const CLI::App& app, const CLI::ParseError& error) {
 }  // namespace
 
 int run_program(int argc, const char* const* argv) {
-  refuse_long_files_with_errors();
+  rt::refuse_long_files_with_errors();
   if (const auto problem = too_little_stack(); !problem.empty()) {
     progress("driveline: {}", problem);
     return 1;

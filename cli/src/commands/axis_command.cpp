@@ -19,7 +19,7 @@
 #include "commands/control_path.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
-#include "signals.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -125,7 +125,7 @@ class AxisOrder {
 
   [[nodiscard]] Outcome<void> stop_if_due() {
     const bool over = until_ && steady_clock::now() >= *until_;
-    if (halted_ || !(over || stop_requested())) return {};
+    if (halted_ || !(over || rt::stop_requested())) return {};
     halted_ = true;
     interrupted_ = !over && !jogs();
     const auto answer = ask(fmt::format("axis {} {}", quoted_word(options_.axis), ending()));
@@ -173,7 +173,7 @@ class AxisOrder {
 };
 
 Outcome<int> order_axis(const AxisOptions& options) {
-  catch_stop_signals();
+  rt::catch_stop_signals();
   std::optional<std::chrono::nanoseconds> duration;
   if (options.duration) {
     if (!endless(options.request))

@@ -7,13 +7,13 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
 #include "driveline/runtime/setup/clock_text.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "line/mailbox_registers.hpp"
-#include "signals.hpp"
 #include "text/json_text.hpp"
 #include "text/plots.hpp"
 
@@ -130,7 +130,7 @@ class ClockSession {
     const auto begin = session_.clock().now();
     auto elapsed = [&] { return std::chrono::duration<double>(session_.clock().now() - begin).count(); };
     double next_progress = 1.0;
-    while (elapsed() < seconds && !stop_requested()) {
+    while (elapsed() < seconds && !rt::stop_requested()) {
       if (auto done = watch.poll(); !done) return bus_failure(done.error());
       look();
       for (const auto& event : watch.take_events()) progress("{}", ecat_master::dc::describe(event));
@@ -286,7 +286,7 @@ Outcome<int> show_clocks(const DcOptions& options) {
   }
   auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
-  catch_stop_signals();
+  rt::catch_stop_signals();
   return ClockSession(**session, options).run(seconds);
 }
 

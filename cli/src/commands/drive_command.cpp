@@ -5,8 +5,8 @@
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "line/drive_link.hpp"
-#include "signals.hpp"
 #include "terminal.hpp"
 #include "text/drive_page.hpp"
 #include "text/json_text.hpp"
@@ -61,7 +61,7 @@ class Pages {
   }
 
   void run() {
-    while (!stop_requested()) {
+    while (!rt::stop_requested()) {
       // The page shows the error; the next read may succeed.
       static_cast<void>(link_.read(view_.position, view_));
       terminal_.show(page());
@@ -130,7 +130,7 @@ Outcome<int> drive(const DriveOptions& options) {
   if (!interval) return tl::unexpected(interval.error());
   auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
-  catch_stop_signals();
+  rt::catch_stop_signals();
   auto link = DriveLink::open(**session);
   if (!link) return tl::unexpected(link.error());
   const auto aliases = (*link)->aliases();

@@ -12,12 +12,12 @@
 #include "driveline/ecat_master/discovery/discovery.hpp"
 #include "driveline/ecat_master/foe/foe_client.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "line/line_view.hpp"
 #include "line/mailbox_registers.hpp"
 #include "progress_bar.hpp"
-#include "signals.hpp"
 #include "text/json_text.hpp"
 
 namespace driveline::cli {
@@ -114,7 +114,7 @@ void FileSlave::wait(const std::shared_ptr<FileTransfer>& transfer) {
   auto& engine = line_->master().mailboxes();
   ProgressBar bar;
   while (!transfer->done()) {
-    if (stop_requested()) engine.close(slave_.position);
+    if (rt::stop_requested()) engine.close(slave_.position);
     engine.drive();
     bar.show(transfer->transferred(), transfer->size());
   }
@@ -136,7 +136,7 @@ Outcome<std::shared_ptr<FileTransfer>> transfer_file(const FoeOptions& options, 
   if (!line) return tl::unexpected(line.error());
   FileSlave slave(std::move(*line));
   if (auto opened = slave.open(options); !opened) return tl::unexpected(opened.error());
-  catch_stop_signals();
+  rt::catch_stop_signals();
   const std::shared_ptr<FileTransfer> transfer = start(slave.client());
   slave.wait(transfer);
   const auto left = slave.leave();

@@ -15,12 +15,12 @@
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/cyclic/path_source.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/config/finite_number.hpp"
 #include "driveline/runtime/identify/load_estimate.hpp"
 #include "driveline/runtime/identify/test_motion.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
-#include "signals.hpp"
 #include "text/json_text.hpp"
 #include "text/load_view.hpp"
 
@@ -110,7 +110,7 @@ class IdentifyConsole final : public ConsoleObserver {
  public:
   explicit IdentifyConsole(runtime::Line& line) : line_(line) {}
   void look() override {
-    if (stop_requested()) line_.request_stop();
+    if (rt::stop_requested()) line_.request_stop();
   }
 
  private:
@@ -149,7 +149,7 @@ Outcome<std::vector<runtime::LoadSample>> record_motion(runtime::Line& line, con
   const auto report = line.run({.force = force});
   if (!report) return tl::unexpected(report.error());
   if (const auto* failure = report->failure()) return failed(runtime::describe(*failure, false));
-  if (stop_requested()) return failed("the test motion was stopped: nothing was identified");
+  if (rt::stop_requested()) return failed("the test motion was stopped: nothing was identified");
   return records.samples();
 }
 
@@ -168,7 +168,7 @@ Outcome<Files> write_load_files(const runtime::LoadEstimate& load, const runtime
 }
 
 Outcome<int> identify(const IdentifyOptions& options) {
-  catch_stop_signals();
+  rt::catch_stop_signals();
   auto line = open_axis_line(options);
   if (!line) return tl::unexpected(line.error());
   const auto& axis = (*line)->config().axes.front();

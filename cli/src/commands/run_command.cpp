@@ -13,12 +13,12 @@
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/cia402/cyclic_mode.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
 #include "service/cycle_witness.hpp"
 #include "service/service_manager.hpp"
-#include "signals.hpp"
 #include "text/cycle_trace.hpp"
 #include "text/diagnosis_json.hpp"
 #include "text/eoe_view.hpp"
@@ -200,7 +200,7 @@ class RunConsole final : public ConsoleObserver {
 
   void look() override {
     manager_.alive(cycles_.cycles(), ServiceManager::Clock::now());
-    if (stop_requested()) line_.request_stop();
+    if (rt::stop_requested()) line_.request_stop();
     if (script_ != nullptr && axes_wait_) go_on_with_script();
     if (control_ == nullptr) return;
     control_->answer_questions([this](std::string_view question) { return answer(question); });
@@ -304,7 +304,7 @@ Outcome<std::optional<AxisScript>> read_script(const RunOptions& options, const 
 }
 
 Outcome<int> run_line(const RunOptions& options) {
-  catch_stop_signals();
+  rt::catch_stop_signals();
   runtime::Line::RunSettings settings;
   settings.force = options.force;
   settings.enable = !options.no_enable;

@@ -7,10 +7,10 @@
 #include "driveline/ecat_master/sii/sii_writer.hpp"
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii_difference.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "line/line_view.hpp"
-#include "signals.hpp"
 #include "text/json_text.hpp"
 #include "text/pdo_view.hpp"
 #include "text/sii_dump.hpp"
@@ -148,7 +148,7 @@ ecat_master::SiiProgress make_progress(std::size_t position) {
       told = percent;
       progress("slave {}: {} of {} words written", position, done, total);
     }
-    return !stop_requested();
+    return !rt::stop_requested();
   };
 }
 
@@ -184,7 +184,7 @@ Outcome<int> write_image(const SiiOptions& options) {
     if (auto checked = check_image(*image, chosen->view, options.file); !checked)
       return tl::unexpected(checked.error());
   }
-  catch_stop_signals();
+  rt::catch_stop_signals();
   const auto slave = chosen->view.slave.ref;
   return finish_write(ecat_master::write_sii(chosen->line->bus(), slave, bytes, make_progress(slave.position)), options,
                       *chosen);

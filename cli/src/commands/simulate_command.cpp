@@ -11,13 +11,13 @@
 #include "driveline/port/frame_waiter.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/rt/realtime_platform.hpp"
+#include "driveline/rt/stop_signals.hpp"
 #include "driveline/runtime/endpoints/drive_networks.hpp"
 #include "driveline/runtime/served/line_server.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 #include "line/line_console.hpp"
-#include "signals.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -191,7 +191,7 @@ Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::L
 }
 
 Outcome<int> simulate(const SimulateOptions& options) {
-  catch_stop_signals();
+  rt::catch_stop_signals();
   const auto& bus = options.bus;
   if (bus.config.empty()) return misused("needs --config FILE: the line to simulate");
   if (bus.interface.empty()) {
@@ -238,7 +238,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
 
   ConsoleCommands commands(console);
   Reporter reporter(server, console, clock);
-  while (!stop_requested() && !console.ended()) {
+  while (!rt::stop_requested() && !console.ended()) {
     (*input)->run(kWatchInterval, commands);
     console.tell_events();
     reporter.tell();

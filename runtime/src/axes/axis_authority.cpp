@@ -3,6 +3,16 @@
 #include <utility>
 
 namespace driveline::runtime {
+namespace {
+
+/// No lease of an earlier run has that number or a later one: what was asked by its number is asked of that run. A
+/// double can say it for a thousand years.
+std::uint64_t first_number() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(since_1970).count()) * 100;
+}
+
+}  // namespace
 
 /// With the lock held.
 std::optional<LeaseRefusal> AxisAuthority::obstacle(std::size_t axis, const LeaseTerms& terms) const {
@@ -26,6 +36,7 @@ tl::expected<std::uint64_t, LeaseRefusal> AxisAuthority::take(std::size_t axis, 
   if (auto refusal = obstacle(axis, terms)) return tl::unexpected(std::move(*refusal));
   if (!his) {
     note({axis, foreign ? LeaseChange::Kind::kTakenOver : LeaseChange::Kind::kTaken, terms.owner, lease.owner});
+    if (last_number_ == 0) last_number_ = first_number();
     numbers_[axis].store(++last_number_, std::memory_order_release);
   }
   if (foreign) losses_.push_back({axis, std::move(lease.owner), terms.owner});

@@ -269,10 +269,13 @@ void CommandDesk::look_at(Client& client) {
   });
 }
 
+/// Clients stay known: their middleware sends the next bridge again what this one had not acknowledged, commands that
+/// were done long ago among it, and those are told by their numbers.
 void CommandDesk::bridge_lost() {
   told_nonsense_ = false;
   for (auto& [key, client] : clients_) {
-    if (!client.commands) continue;
+    client.pending.clear();
+    if (!std::exchange(client.commands, false)) continue;
     bool holds = false;
     for (std::size_t axis = 0; axis < door_.axes().size(); ++axis) {
       if (door_.status(axis).owner != client.caller.name) continue;
@@ -281,7 +284,6 @@ void CommandDesk::bridge_lost() {
     }
     if (holds) door_.note(events::CommanderLost{client.caller.name});
   }
-  clients_.clear();
 }
 
 void CommandDesk::unbelieved() {

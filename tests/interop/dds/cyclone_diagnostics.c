@@ -57,24 +57,9 @@ int main(int argc, char** argv) {
   const unsigned long wanted = parse(kUsage, argv[2], 1000000);
   const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
   const dds_entity_t participant = join_domain(domain);
-  const dds_entity_t topic = checked(
-      dds_create_topic(participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics", NULL, NULL), "topic");
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
-  const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
-  dds_delete_qos(qos);
-
+  const dds_entity_t reader = subscribe_as_ros2(participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
   static DiagnosticArray last;
-  void* sample[1] = {&last};
-  dds_sample_info_t info;
-  unsigned long messages = 0;
-  while (messages < wanted && dds_time() < deadline) {
-    dds_sleepfor(DDS_MSECS(2));
-    while (messages < wanted && dds_take(reader, sample, &info, 1, 1) > 0) {
-      if (info.valid_data) ++messages;
-    }
-  }
+  const unsigned long messages = take_last(reader, &last, wanted, deadline);
   print_report(messages, &last, reader);
   dds_delete(DDS_CYCLONEDDS_HANDLE);
   return messages >= wanted ? 0 : 1;

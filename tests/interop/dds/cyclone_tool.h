@@ -54,6 +54,31 @@ static inline void print_string(const char* text) {
   putchar('"');
 }
 
+/* With the quality of service of a ROS 2 node's reader. */
+static inline dds_entity_t subscribe_as_ros2(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* name) {
+  const dds_entity_t topic = checked(dds_create_topic(participant, type, name, NULL, NULL), "topic");
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
+  const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
+  dds_delete_qos(qos);
+  return reader;
+}
+
+/* Takes messages until there are so many, or that point in time; how many, and the last of them. */
+static inline unsigned long take_last(dds_entity_t reader, void* last, unsigned long wanted, dds_time_t deadline) {
+  void* sample[1] = {last};
+  dds_sample_info_t info;
+  unsigned long messages = 0;
+  while (messages < wanted && dds_time() < deadline) {
+    dds_sleepfor(DDS_MSECS(2));
+    while (messages < wanted && dds_take(reader, sample, &info, 1, 1) > 0) {
+      if (info.valid_data) ++messages;
+    }
+  }
+  return messages;
+}
+
 /* What the writer tells of its type in USER_DATA, as one more entry of a JSON document. */
 static inline void print_user_data(dds_entity_t reader) {
   dds_instance_handle_t writer = 0;

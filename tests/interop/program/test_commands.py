@@ -58,6 +58,11 @@ class Commander:
         self.ask("renew x")
         return self
 
+    def acquire(self, axis):
+        """The number of the lease. It is renewed from its first moment on, whatever becomes of this process."""
+        self.tell("keep 50")
+        return self.test.check(self.ask(f"acquire {axis}"), "DONE")["lease"]
+
     def tell(self, line):
         self.process.stdin.write(f"{line}\n".encode())
         self.process.stdin.flush()
@@ -90,7 +95,7 @@ class CommandTest(ProgramTest):
         os.environ.pop("DRIVELINE_BRIDGE", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_BRIDGE", None)
 
-    def line(self, commands="enabled = true\ninsecure = true\nlease_timeout_ms = 400", telemetry="", tail=""):
+    def line(self, commands="enabled = true\ninsecure = true\nlease_timeout_ms = 2000", telemetry="", tail=""):
         axis = (f'max_velocity = {MAX_VELOCITY}\nmax_acceleration = {MAX_ACCELERATION}\nmax_jerk = {MAX_JERK}\n')
         return self.write("line.toml", '[bus]\nmax_lost_cycles = 1000\n[line]\nname = "commanded"\ncycle_us = 1000\n'
                           f'[realtime]\npolicy = "degrade"\n[telemetry]\ndomain = {self.domain}\n{telemetry}\n[commands]\n{commands}\n'
@@ -112,6 +117,10 @@ class CommandTest(ProgramTest):
     def wait_for_state(self, axis, state, run):
         self.wait_for(f"{axis} in {state}", lambda: self.status().get(axis, {}).get("state") == state, run)
 
+    def wait_for_value(self, axis, name, value, tolerance):
+        """Actual ones may be away from it for a moment when the cycle was suspended."""
+        self.wait_for(f"{name} {value} of {axis}", lambda: abs(self.status()[axis][name] - value) < tolerance)
+
     def wait_for_sentence(self, sentence, run):
         self.wait_for(sentence, lambda: sentence in self.text("run.log"), run)
 
@@ -125,7 +134,7 @@ class CommandTest(ProgramTest):
         return document
 
     def check(self, answer, result, text=""):
-        self.assertEqual(answer["result"], result, answer)
+        self.assertEqual(answer["result"], result, f"{answer}\n{self.logs()}")
         self.assertIn(text, answer["text"])
         return answer
 
@@ -143,18 +152,16 @@ class ByCyclone(CommandTest):
     def test_commands_an_axis_from_its_lease_to_its_release(self):
         run = self.start_run()
         panel = self.commander().wait_for_line()
-        lease = self.check(panel.ask("acquire x"), "DONE")["lease"]
-        self.assertGreater(lease, 0)
-        panel.tell("keep 50")
+        self.assertGreater(panel.acquire("x"), 0)
         owner = self.status()["x"]["owner"]
         self.assertRegex(owner, r"^dds panel \(participant [0-9a-f]{24}\)$")
         self.check(panel.do("jog x 0.5"), "DONE", "the velocity is reached")
-        self.assertAlmostEqual(self.status()["x"]["velocity"], 0.5, delta=0.02)
+        self.wait_for_value("x", "velocity", 0.5, 0.02)
         self.check(panel.do("halt x"), "DONE")
         self.check(panel.do("move-absolute x 1 2"), "DONE")
-        self.assertAlmostEqual(self.status()["x"]["position"], 1.0, delta=0.01)
+        self.wait_for_value("x", "position", 1.0, 0.01)
         self.check(panel.do("move-relative x -0.25"), "DONE")
-        self.assertAlmostEqual(self.status()["x"]["position"], 0.75, delta=0.01)
+        self.wait_for_value("x", "position", 0.75, 0.01)
         jog = self.check(panel.ask("jog x 1"), "ACCEPTED")
         panel.wait_for("in velocity", lambda one: one.get("number") == jog["number"] and one["result"] == "DONE")
         panel.ask("quick-stop x")
@@ -180,9 +187,8 @@ class ByCyclone(CommandTest):
         run = self.start_run(tail='[recovery]\naxes = "continue"\n[[fault]]\nat_ms = 6000\nkind = "power-off"\nslave = "y"\nfor_ms = 500\n')
         panel = self.commander().wait_for_line()
         self.wait_for_state("y", "ErrorStop", run)
-        self.wait_for_sentence("available again", run) if False else time.sleep(3)
-        panel.tell("keep 50")
-        self.check(panel.ask("acquire y"), "DONE")
+        self.wait_for_sentence("slave 1 (y): back in OP", run)
+        panel.acquire("y")
         self.check(panel.do("enable y"), "ABORTED", "reset")
         self.check(panel.do("reset y"), "DONE")
         self.check(panel.do("enable y"), "DONE")
@@ -200,10 +206,8 @@ class ByCyclone(CommandTest):
         panel = self.commander().wait_for_line()
         other = self.commander("other", "other.log").wait_for_line()
         self.check(panel.ask("jog x 0.5"), "REFUSED", "he must acquire the axis first")
-        self.check(panel.ask("acquire x"), "DONE")
-        panel.tell("keep 50")
+        lease = panel.acquire("x")
         self.check(other.ask("acquire x"), "REFUSED", "axis x: is commanded by dds panel (participant ")
-        lease = [one["lease"] for one in panel.said() if one.get("lease")][-1]
         other.tell(f"lease x {lease}")
         self.check(other.ask("jog x 0.5"), "REFUSED", "he must acquire the axis first")
         self.check(panel.ask("acquire q"), "REFUSED", 'there is no axis "q"')
@@ -220,18 +224,15 @@ class ByCyclone(CommandTest):
     def test_that_is_killed_leaves_axes_that_stop_within_their_limits(self):
         run = self.start_run()
         panel = self.commander().wait_for_line()
-        self.check(panel.ask("acquire x"), "DONE")
-        panel.tell("keep 50")
+        panel.acquire("x")
         self.check(panel.do("jog x 4"), "DONE")
         time.sleep(0.5)
         panel.kill()
-        killed = time.monotonic()
-        self.wait_for("not heard", lambda: "is not heard any more: the axis stops" in self.text("run.log"), run)
-        self.assertLess(time.monotonic() - killed, 5.0)
+        self.wait_for_sentence("is not heard any more: the axis stops", run)
         self.wait_for_state("x", "Standstill", run)
         self.assertEqual(self.status()["x"]["owner"], "")
         other = self.commander("other", "other.log").wait_for_line()
-        self.check(other.ask("acquire x"), "DONE")
+        other.acquire("x")
         self.end_run(run)
         self.check_stop("x", 4.0)
 
@@ -253,8 +254,7 @@ class ByCyclone(CommandTest):
     def test_a_flood_is_refused_and_the_line_runs_on(self):
         run = self.start_run()
         panel = self.commander().wait_for_line()
-        self.check(panel.ask("acquire x"), "DONE")
-        panel.tell("keep 100")
+        panel.acquire("x")
         flood = self.commander("flood", "flood.log").wait_for_line()
         flood.tell("flood y 4")
         for i in range(4):
@@ -273,15 +273,21 @@ class ByCyclone(CommandTest):
 class ABridge(CommandTest):
     def bridge_of(self, run):
         children = pathlib.Path(f"/proc/{run.pid}/task").glob("*/children")
-        found = [int(child) for file in children for child in file.read_text().split()]
-        return found[0] if found else None
+        found = []
+        for file in children:
+            try:
+                found += map(int, file.read_text().split())
+            except OSError:  # a thread that has ended
+                continue
+        self.assertEqual(len(found), 1, found)
+        return found[0]
 
     @undisturbed
     def test_that_dies_takes_leases_along_and_the_next_one_is_heard(self):
-        run = self.start_run()
+        # The lease would last longer than it takes to see that the bridge has died, however busy the machine is.
+        run = self.start_run(commands="enabled = true\ninsecure = true\nlease_timeout_ms = 30000")
         panel = self.commander().wait_for_line()
-        self.check(panel.ask("acquire x"), "DONE")
-        panel.tell("keep 50")
+        panel.acquire("x")
         self.check(panel.do("jog x 2"), "DONE")
         os.kill(self.bridge_of(run), signal.SIGKILL)
         self.wait_for_sentence("its bridge has stopped: its axes stop, and are free", run)
@@ -289,10 +295,11 @@ class ABridge(CommandTest):
         self.wait_for_sentence("telemetry: bridge runs again", run)
         panel.tell("keep 0")
         other = self.commander("other", "other.log").wait_for_line()
-        self.check(other.ask("acquire x"), "DONE")
-        other.tell("keep 50")
+        other.acquire("x")
         self.check(other.do("move-relative x 0.2"), "DONE")
-        self.end_run(run)
+        events = self.end_run(run)["events"]
+        # What it had not acknowledged is sent to the next one again, and is not done twice.
+        self.assertEqual(len([event for event in events if "dds panel" in event and event.endswith("axis x: acquire")]), 1, events)
 
     def test_that_writes_garbage_moves_nothing(self):
         liar = self.write("liar", GARBAGE)
@@ -350,8 +357,7 @@ class Secured(CommandTest):
         run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
         self.wait_for_sentence("commands: taken over DDS, from those whom its permissions name", run)
         panel = self.commander(env=self.environment("panel")).wait_for_line()
-        self.check(panel.ask("acquire x"), "DONE")
-        panel.tell("keep 100")
+        panel.acquire("x")
         self.check(panel.do("move-absolute x 0.5"), "DONE")
         # Telemetry is read by who may, and by nobody else.
         seen = self.reads(self.environment("eye"))

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import unittest
 
-import program
 from program import DRIVELINE, PATIENCE_S, SANITIZED, ProgramTest, RingTest, WireTest
 
 KIB_PER_MIB = 1024
@@ -25,12 +24,6 @@ def line_of(count, cycle_us, head=""):
     return text, "\n".join([header, *rows, ""])
 
 
-def was_disturbed(result):
-    """256 drives take most of a CPU: a simulation that was suspended for a while, and catches up, gives no answers for
-    longer than the five times 2 ms for which a frame outside of the cycle is waited for."""
-    return program.was_disturbed(result) or (result.returncode == 1 and "no answer to a frame after 5 tries" in result.stderr)
-
-
 class LineSize(WireTest):
     def write_line(self, count, cycle_us, head=""):
         text, path = line_of(count, cycle_us, head)
@@ -40,11 +33,10 @@ class LineSize(WireTest):
     def accepted(self, count, cycle_us):
         config = self.write_line(count, cycle_us)
         line = self.start_line(config)
-        found = self.one_document(self.run_undisturbed("slaves", "--iface", "dl-master", "--json", disturbed=was_disturbed).stdout)["slaves"]
+        found = self.one_document(self.run_undisturbed("slaves", "--iface", "dl-master", "--json").stdout)["slaves"]
         self.assertEqual([slave["position"] for slave in found], list(range(count)))
         self.assertEqual([slave["serial_number"] for slave in found], list(range(1, count + 1)))
-        result = self.run_undisturbed("run", "--config", config, "--iface", "dl-master", "--duration", 2, "--json", "--no-plots",
-                                      disturbed=was_disturbed)
+        result = self.run_undisturbed("run", "--config", config, "--iface", "dl-master", "--duration", 2, "--json", "--no-plots")
         self.assertEqual(result.returncode, 0, result.stderr + self.logs())
         document = self.one_document(result.stdout)
         self.assertEqual(document["state"], "OP")

@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <string>
+#include <thread>
 #include <tuple>
 #include <vector>
 
@@ -33,6 +35,19 @@ TEST(AxisAuthority, OneAtATime) {
   EXPECT_TRUE(authority.take(1, terms("stream"))) << "each axis by itself";
   EXPECT_TRUE(authority.holds(0, "hand"));
   EXPECT_FALSE(authority.holds(0, "stream"));
+}
+
+TEST(AxisAuthority, NumbersOfLeasesAreNotThoseOfAnEarlierRun) {
+  AxisAuthority before(2);
+  const auto first = before.take(0, terms("hand"));
+  const auto second = before.take(1, terms("hand"));
+  ASSERT_TRUE(first && second);
+  EXPECT_GT(*second, *first);
+  std::this_thread::sleep_for(std::chrono::milliseconds{2});
+  AxisAuthority after(1);
+  const auto later = after.take(0, terms("hand"));
+  ASSERT_TRUE(later);
+  EXPECT_GT(*later, *second);
 }
 
 TEST(AxisAuthority, WhatCouldBeHadIsToldWithoutTakingIt) {

@@ -188,6 +188,16 @@ TEST_F(CommandDeskTest, WithTheBridgeGoTheLeases) {
   EXPECT_THAT(told(), Contains(std::string(kPanel) + ": its bridge has stopped: its axes stop, and are free"));
 }
 
+TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
+  const auto acquired = command("panel", "x", CommandKind::kAcquire);
+  EXPECT_NE(ask(acquired).lease, 0U);
+  desk.bridge_lost();
+  // As his middleware sends it to the next bridge.
+  EXPECT_THAT(refusal(acquired), HasSubstr("is not above"));
+  EXPECT_EQ(door.authority().owner_of(0), "");
+  acquire("other", "x", 2);
+}
+
 TEST_F(CommandDeskTest, AFloodOfOneClientIsRefusedAndLeavesOthersAlone) {
   const auto lease = acquire("panel", "x");
   told();

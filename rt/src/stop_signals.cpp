@@ -1,16 +1,16 @@
-#include "signals.hpp"
+#include "driveline/rt/stop_signals.hpp"
 
 #include <atomic>
 #include <csignal>
 
-namespace driveline::cli {
+namespace driveline::rt {
 namespace {
 
 std::atomic<bool> stop_flag{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "used in a signal handler");
 
 extern "C" void on_stop_signal(int signal) {
-  // The line is being taken down already: the user does not want to wait for it.
+  // The program is ending already: the user does not want to wait for it.
   if (stop_flag.exchange(true)) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);
@@ -42,4 +42,4 @@ bool stop_requested() noexcept {
   return stop_flag.load(std::memory_order_relaxed);
 }
 
-}  // namespace driveline::cli
+}  // namespace driveline::rt

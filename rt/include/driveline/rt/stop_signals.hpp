@@ -1,6 +1,9 @@
 #pragma once
 
-namespace driveline::cli {
+namespace driveline::rt {
+
+/// \file
+/// How a program that must end in order treats signals. All of the process, once.
 
 /// From now on SIGINT, SIGTERM and SIGHUP ask for an orderly end instead of ending the process; a second one ends it at
 /// once. SIGPIPE is ignored: a closed pipe on stdout must not leave the drives without a master.
@@ -10,7 +13,7 @@ void catch_stop_signals();
 /// process.
 void refuse_long_files_with_errors();
 
-/// Whether a signal has asked for the end.
+/// Whether a signal has asked for the end. Any thread. \rtsafe
 [[nodiscard]] bool stop_requested() noexcept;
 
-}  // namespace driveline::cli
+}  // namespace driveline::rt
