@@ -18,12 +18,14 @@ constexpr double kStepRounding = 1.0 + 1e-6;
 AxisSetpoint Rejoin::step(const AxisSetpoint& target, double period_s) noexcept {
   // The deviation as it was one step ago, when the path was a step behind `target`.
   const double most_change = limits_.max_acceleration * period_s;
-  const double change = std::clamp(target.acceleration * period_s, -most_change, most_change);
-  const double deviation = target.position - (target.velocity - 0.5 * change) * period_s - position_;
-  // Near enough to step onto the path with what one step may change.
+  const double deviation = target.position - target.velocity * period_s - position_;
   const double onto = (target.position - position_) / period_s;
-  const bool near = std::abs(deviation) <= 0.25 * most_change * period_s;
-  if (near && std::abs(onto - velocity_) <= kStepRounding * most_change) {
+  // Near enough to step onto the path with what one step may change; or it is there, and the path may go on as it
+  // likes.
+  const bool near = std::abs(deviation) <= 0.25 * most_change * period_s &&
+                    std::abs(target.velocity - velocity_) <= 0.5 * most_change;
+  const bool stays = joined_ && std::abs(onto - velocity_) <= kStepRounding * most_change;
+  if (near || stays) {
     // Of the step, in which the rest of the deviation is as well: the next one may change it by as much as any.
     velocity_ = onto;
     position_ = target.position;

@@ -307,5 +307,13 @@ TEST(SingleAxesCampaign, WhatDrivesAreToldObeysTheLimits) {
   EXPECT_GT(moved, std::size_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
 }
 
+/// An axis behind a gap that stepped onto the way of another Rejoin, whose velocities are those of its steps.
+TEST(SingleAxesCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
+  for (const unsigned seed : {10573U}) {
+    Sequence sequence(seed);
+    EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace driveline::ecat_master
