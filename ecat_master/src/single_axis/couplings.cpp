@@ -136,7 +136,8 @@ class Couplings::Feed final : public SetpointFeed {
   /// Missed periods and lost frames take the axis beside what it was told to do, so do its own limits.
   void notice_detours() noexcept {
     const auto now = named(axes_.axis(pair_.slave));
-    if (std::abs(now.position - slave_.position) <= kSamePlace * (1.0 + std::abs(slave_.position))) return;
+    detoured_ = std::abs(now.position - slave_.position) > kSamePlace * (1.0 + std::abs(slave_.position));
+    if (!detoured_) return;
     slave_ = now;
     if (engaged_) coupling_.moved_to(now);
   }
@@ -163,7 +164,10 @@ class Couplings::Feed final : public SetpointFeed {
     phase_.store(coupling_.phase().position, std::memory_order_relaxed);
     phase_reached_.store(coupling_.phase_reached() && !phase_refused_, std::memory_order_relaxed);
     velocity_.store(slave_.velocity, std::memory_order_relaxed);
-    state_.store(engaged_ ? coupling_.state() : CouplingState::kIdle, std::memory_order_release);
+    auto state = engaged_ ? coupling_.state() : CouplingState::kIdle;
+    // The axis has the last word: it may have gone beside what it was told just now.
+    if (detoured_ && state == CouplingState::kInSync) state = CouplingState::kCatchingUp;
+    state_.store(state, std::memory_order_release);
   }
 
   const SingleAxes& axes_;
@@ -171,6 +175,7 @@ class Couplings::Feed final : public SetpointFeed {
   trajectory::Coupling coupling_;
   bool engaged_ = false;
   bool phase_refused_ = false;
+  bool detoured_ = false;  // in the last cycle
   AxisSetpoint slave_{};   // of the last cycle
   AxisSetpoint master_{};  // likewise
   rt::SpscRing<Order> orders_;
