@@ -20,11 +20,14 @@ AxisSetpoint Rejoin::step(const AxisSetpoint& target, double period_s) noexcept 
   const double most_change = limits_.max_acceleration * period_s;
   const double deviation = target.position - target.velocity * period_s - position_;
   const double onto = (target.position - position_) / period_s;
-  // Near enough to step onto the path with what one step may change; or it is there, and the path may go on as it
-  // likes.
+  // Near enough to step onto the path with what one step may change; or it is there, and the path goes on within the
+  // limits, with velocities that are those of its positions.
   const bool near = std::abs(deviation) <= 0.25 * most_change * period_s &&
                     std::abs(target.velocity - velocity_) <= 0.5 * most_change;
-  const bool stays = joined_ && std::abs(onto - velocity_) <= kStepRounding * most_change;
+  const double fastest = std::max(limits_.max_velocity, std::abs(target.velocity));
+  const bool stays = joined_ && std::abs(onto - velocity_) <= kStepRounding * most_change &&
+                     std::abs(onto) <= kStepRounding * fastest &&
+                     std::abs(target.velocity - onto) <= kStepRounding * most_change;
   if (near || stays) {
     // Of the step, in which the rest of the deviation is as well: the next one may change it by as much as any.
     velocity_ = onto;
@@ -38,8 +41,7 @@ AxisSetpoint Rejoin::step(const AxisSetpoint& target, double period_s) noexcept 
   const double braking = std::sqrt(2.0 * kBrakingShare * limits_.max_acceleration * std::abs(deviation));
   const double closing = std::copysign(std::min(braking, gain * std::abs(deviation)), deviation);
   // An axis that is faster than the limit at the start is slowed down within its acceleration limit, too.
-  const double top = std::max(limits_.max_velocity, std::abs(target.velocity));
-  const double wanted = std::clamp(target.velocity + closing, -top, top);
+  const double wanted = std::clamp(target.velocity + closing, -fastest, fastest);
   const double velocity = velocity_ + std::clamp(wanted - velocity_, -most_change, most_change);
   const double acceleration = (velocity - velocity_) / period_s;
   position_ += velocity * period_s;

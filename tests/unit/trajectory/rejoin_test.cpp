@@ -119,5 +119,33 @@ TEST(Rejoin, StaysOnAPathThatTakesNearlyAllOfTheAcceleration) {
   }
 }
 
+TEST(Rejoin, LeavesAPathThatGetsFasterThanTheAxisMay) {
+  constexpr double kStep = 125e-6;
+  Rejoin rejoin(0.0, 0.0, {10.0, 100.0});
+  double last = 0.0;
+  double fastest = 0.0;
+  for (int i = 1; i < 2000; ++i) {
+    const double t = i * kStep;
+    // Told is no more than the limit.
+    const auto setpoint = rejoin.step({0.5 * 90.0 * t * t, std::min(10.0, 90.0 * t), 90.0}, kStep);
+    fastest = std::max(fastest, (setpoint.position - last) / kStep);
+    last = setpoint.position;
+  }
+  EXPECT_LE(fastest, 10.0 + 1e-6);
+  EXPECT_GT(fastest, 9.9);
+}
+
+TEST(Rejoin, HandsOnNoVelocityThatLeaps) {
+  constexpr double kStep = 125e-6;
+  Rejoin rejoin(0.0, 1.0, {10.0, 100.0});
+  double last = 1.0;
+  for (int i = 1; i < 400; ++i) {
+    const double told = i % 50 == 0 ? -10.0 : 1.0;
+    const auto setpoint = rejoin.step({1.0 * i * kStep, told, 0.0}, kStep);
+    EXPECT_LE(std::abs(setpoint.velocity - last), 100.0 * kStep * 1.01) << i;
+    last = setpoint.velocity;
+  }
+}
+
 }  // namespace
 }  // namespace driveline::trajectory
