@@ -53,7 +53,7 @@ struct XdpStatistics {
 /// - Nothing else on the machine sees received EtherCAT frames meanwhile: no packet socket, no tcpdump. CapturePort
 ///   does.
 /// - Nothing waits in send() and receive(). send() makes one system call (with zero copy none while the driver polls),
-///   receive() none; a few more when a frame is refused.
+///   receive() none (with zero copy one while the driver asks for it); a few more when a frame is refused.
 /// - Frames are taken from receive queue 0 of the interface, where network cards put what is not IP.
 /// - Some drivers restart the link when a program is attached: open() waits for it.
 /// - Tags are removed before frames are handed out, and the rest is as it is with RawSocketPort: time stamps, own
