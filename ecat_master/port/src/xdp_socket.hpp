@@ -68,9 +68,9 @@ class XdpSocket {
   /// The oldest frame, if there is one; gives the one taken before back to the kernel. \rtsafe
   [[nodiscard]] std::optional<std::span<std::byte>> take() noexcept;
 
-  /// Sends a frame of at most kFrameBytes; errno, EAGAIN also when all frames are under way. A frame that is refused stays
-  /// in the queue until the next one takes its place: poll() may send it when the interface works again before that (with
-  /// zero copy the driver may at any time). \rtsafe
+  /// Sends a frame of at most kFrameBytes; errno, EAGAIN also when all frames are under way. A frame that is refused
+  /// stays in the queue until the next one takes its place: poll() may send it when the interface works again before
+  /// that (with zero copy the driver may at any time). \rtsafe
   [[nodiscard]] int send(std::span<const std::byte> frame) noexcept;
 
  private:

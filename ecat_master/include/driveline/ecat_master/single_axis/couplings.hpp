@@ -33,7 +33,7 @@ class Couplings {
 
   /// What a slave does as of the last cycle.
   struct Report {
-    trajectory::CouplingState state = trajectory::CouplingState::kIdle;        ///< kIdle: not coupled; of the cycle before
+    trajectory::CouplingState state = trajectory::CouplingState::kIdle;  ///< kIdle: not coupled; of the cycle before
     trajectory::CouplingRefusal refusal = trajectory::CouplingRefusal::kNone;  ///< why it was not, the last time
     std::uint32_t losses = 0;    ///< how often it could not stay in synchronism since it was coupled
     double phase = 0.0;          ///< offset of its master, rad or m
