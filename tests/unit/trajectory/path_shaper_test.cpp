@@ -208,7 +208,7 @@ TEST(PathShaper, ASplineIsTheNaturalOneThroughItsPoints) {
   std::vector<std::vector<double>> rows{{0.0, 0.0}};
   PathMove move = line_to({}, kAnyFeed, 0.0);
   move.kind = PathMove::Kind::kSpline;
-  for (int k = 1; k < 9; ++k) {
+  for (std::size_t k = 1; k < 9; ++k) {
     rows.push_back({rows.back()[0] + random.real(0.05, 0.1), random.real(-0.1, 0.1)});
     move.points.push_back({rows.back()[0], rows.back()[1]});
     chords.push_back(chords.back() + std::hypot(rows[k][0] - rows[k - 1][0], rows[k][1] - rows[k - 1][1]));
