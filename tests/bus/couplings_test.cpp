@@ -145,6 +145,56 @@ TEST(Couplings, ASlaveIsReleasedIntoItsVelocityAndToRest) {
   line.synchronise();
   EXPECT_EQ(line.ask(request(AxisCommand::kHalt), 1).phase, RequestPhase::kDone);
   EXPECT_EQ(line.state(1), PlcopenState::kStandstill);
+  // There is nothing to be released any more.
+  const double stands = line.setpoint(1);
+  EXPECT_EQ(line.couplings.disengage(1), 0U);
+  line.cycles(400);
+  EXPECT_EQ(line.setpoint(1), stands);
+  EXPECT_EQ(line.state(1), PlcopenState::kStandstill);
+  line.expect_obedience();
+}
+
+TEST(Couplings, WhatASlaveCouldNotTakeIsForgotten) {
+  CoupledLine line(2, {{1, 0}});
+  const auto limits = trajectory::ProfileLimits::symmetric(5.0, 100.0, 5000.0);
+  ASSERT_EQ(line.ask(power(false), 1).phase, RequestPhase::kDone);
+  for (int i = 0; i < 20; ++i) {
+    const auto id = line.couplings.engage(1, line.gear(-2, 1), CatchUp::kPosition);
+    ASSERT_NE(id, 0U);
+    EXPECT_EQ(line.finish(id).error, AxisError::kNotEnabled);
+  }
+  line.enable(1);
+  // To follow without saying what is not to take what was refused.
+  EXPECT_EQ(line.ask(request(AxisCommand::kFollow), 1).error, AxisError::kFollowing);
+  line.cycles(10);
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(line.couplings.shift_phase_to(1, 0.4, limits));
+  const auto law = line.gear(1, 2);
+  ASSERT_NE(line.couplings.engage(1, law, CatchUp::kPosition), 0U);
+  line.run_master(10.0);
+  line.cycles(2000);
+  EXPECT_EQ(line.coupled(), CouplingState::kInSync);
+  EXPECT_LT(line.apart(law), kExact);
+  EXPECT_EQ(line.couplings.report(1).phase, 0.0);
+  line.expect_obedience();
+}
+
+TEST(Couplings, ARefusedCouplingLeavesTheOneThatThereIs) {
+  CoupledLine line(2, {{1, 0}});
+  const auto law = line.gear(1, 2);
+  ASSERT_NE(line.couplings.engage(1, law, CatchUp::kPosition), 0U);
+  line.run_master(8.0);
+  line.cycles(2000);
+  ASSERT_EQ(line.coupled(), CouplingState::kInSync);
+  ASSERT_NE(line.couplings.engage_at(1, line.gear(1, 1), {.master = line.setpoint(0) + 0.5, .distance = 2.0}), 0U);
+  double worst = 0.0;
+  for (int i = 0; i < 800; ++i) {
+    line.cycle();
+    worst = std::max(worst, line.apart(law));
+  }
+  EXPECT_LT(worst, kExact);
+  EXPECT_EQ(line.couplings.report(1).refusal, CouplingRefusal::kTooLate);
+  EXPECT_EQ(line.coupled(), CouplingState::kInSync);
+  EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion);
   line.expect_obedience();
 }
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "driveline/rt/spsc_ring.hpp"
+#include "driveline/rt/triple_buffer.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -16,8 +16,6 @@ using trajectory::AxisSetpoint;
 using trajectory::CouplingRefusal;
 using trajectory::CouplingState;
 
-/// Orders that may wait for the cycle.
-constexpr std::size_t kOrders = 16;
 /// Setpoints this near to each other are the same, as a part of them.
 constexpr double kSamePlace = 1e-12;
 
@@ -62,13 +60,12 @@ void check_pairs(const SingleAxes& axes, std::span<const Couplings::Pair> pairs)
 
 /// What is handed to the cycle.
 struct Couplings::Order {
-  enum class Kind : std::uint8_t { kEngage, kEngageAt, kPhase };
-  Kind kind = Kind::kEngage;
+  bool at_place = false;
   trajectory::CatchUp catch_up = trajectory::CatchUp::kPosition;
   trajectory::CouplingLaw law{};
   trajectory::Coupling::SyncPlace place{};
-  double phase = 0.0;
-  trajectory::ProfileLimits limits{};
+  std::uint64_t number = 0;   ///< of all orders and phases of the slave, from 1 on
+  std::uint64_t request = 0;  ///< what it belongs to; 0: not submitted yet
 };
 
 /// One slave.
@@ -77,13 +74,35 @@ class Couplings::Feed final : public SetpointFeed {
   Feed(const SingleAxes& axes, const Pair& pair, std::chrono::nanoseconds period)
       : axes_(axes),
         pair_(pair),
-        coupling_(limits_of_axis(axes.axis(pair.slave).axis().config()), std::chrono::duration<double>(period).count()),
-        orders_(kOrders) {
+        coupling_(limits_of_axis(axes.axis(pair.slave).axis().config()),
+                  std::chrono::duration<double>(period).count()) {
     coupling_.set_master_bounds(limits_of_axis(axes.axis(pair.master).axis().config()));
   }
 
   [[nodiscard]] std::size_t slave() const noexcept { return pair_.slave; }
-  [[nodiscard]] bool push(const Order& order) noexcept { return orders_.try_push(order); }
+
+  // One ordering thread at a time. The latest order counts: one that the cycle never takes is in nobody's way.
+  /// Before its request is submitted, so that the cycle that takes the request finds the order.
+  void offer(Order order) noexcept {
+    before_ = asked_.order;
+    order.number = ++last_number_;
+    asked_.order = order;
+    inbox_.write(asked_);
+  }
+  /// With the number of the request; 0: there is none, and the order is withdrawn.
+  void confirm(std::uint64_t request) noexcept {
+    if (request == 0) {
+      asked_.order = before_;
+    } else {
+      asked_.order.request = request;
+    }
+    inbox_.write(asked_);
+  }
+  void ask_phase(double offset, const trajectory::ProfileLimits& limits) noexcept {
+    asked_.phase = {offset, limits, ++last_number_};
+    inbox_.write(asked_);
+  }
+
   [[nodiscard]] Report report() const noexcept {
     return {state_.load(std::memory_order_acquire), refusal_.load(std::memory_order_relaxed),
             losses_.load(std::memory_order_relaxed), phase_.load(std::memory_order_relaxed),
@@ -98,7 +117,7 @@ class Couplings::Feed final : public SetpointFeed {
     engaged_ = false;
     slave_ = from;
     master_ = master_now();
-    take_orders();
+    take_orders(true);
   }
   void leave(std::size_t /*axis*/) noexcept override {
     engaged_ = false;
@@ -106,7 +125,7 @@ class Couplings::Feed final : public SetpointFeed {
   }
   [[nodiscard]] bool next(double /*period_s*/, std::span<AxisSetpoint> setpoints) noexcept override {
     notice_detours();
-    take_orders();
+    take_orders(false);
     if (!engaged_ || !master_leads()) {
       engaged_ = false;
       publish();
@@ -122,6 +141,17 @@ class Couplings::Feed final : public SetpointFeed {
   }
 
  private:
+  struct Phase {
+    double offset = 0.0;
+    trajectory::ProfileLimits limits{};
+    std::uint64_t number = 0;  ///< as Order::number
+  };
+  struct Asked {
+    Order order{};
+    Phase phase{};
+  };
+  enum class Turn : std::uint8_t { kNow, kLater, kNever };
+
   static AxisSetpoint named(const SingleAxis& axis) noexcept {
     const auto& setpoint = axis.setpoint();
     return {setpoint.position + axis.position_offset(), setpoint.velocity, setpoint.acceleration};
@@ -142,28 +172,55 @@ class Couplings::Feed final : public SetpointFeed {
     if (engaged_) coupling_.moved_to(now);
   }
 
-  void take_orders() noexcept {
-    Order order;
-    while (orders_.try_pop(order)) {
-      if (order.kind == Order::Kind::kPhase) {
-        // What cannot be changes nothing, and is told as a phase that is not there.
-        if (engaged_) phase_refused_ = !coupling_.shift_phase_to(order.phase, order.limits);
-        continue;
-      }
-      const auto refusal = order.kind == Order::Kind::kEngageAt
-                               ? coupling_.engage_at(order.law, order.place, slave_, master_)
-                               : coupling_.engage(order.law, order.catch_up, slave_, master_);
-      engaged_ = refusal == CouplingRefusal::kNone;
-      phase_refused_ = false;
-      refusal_.store(refusal, std::memory_order_relaxed);
+  /// `joins`: a request has just been taken, which may be the one that is not confirmed yet.
+  [[nodiscard]] Turn turn_of(const Order& order, bool joins) const noexcept {
+    if (order.request == 0) return joins ? Turn::kNow : Turn::kLater;
+    switch (axes_.report(order.request).phase) {
+      case RequestPhase::kActive:
+      case RequestPhase::kReached:
+        return Turn::kNow;
+      case RequestPhase::kWaiting:
+        return joins ? Turn::kNow : Turn::kLater;
+      default:
+        return Turn::kNever;  // refused, or ended before it was its turn
     }
+  }
+
+  void take_orders(bool joins) noexcept {
+    (void)inbox_.update();
+    const auto& [order, phase] = inbox_.read();
+    if (phase.number < order.number) take_phase(phase);
+    if (order.number > taken_order_) {
+      const auto turn = turn_of(order, joins);
+      if (turn == Turn::kLater) return;
+      taken_order_ = order.number;
+      if (turn == Turn::kNow) take_order(order);
+    }
+    take_phase(phase);
+  }
+
+  void take_order(const Order& order) noexcept {
+    const auto refusal = order.at_place ? coupling_.engage_at(order.law, order.place, slave_, master_)
+                                        : coupling_.engage(order.law, order.catch_up, slave_, master_);
+    refusal_.store(refusal, std::memory_order_relaxed);
+    // One that is coupled goes on as it was.
+    if (refusal != CouplingRefusal::kNone) return;
+    engaged_ = true;
+    phase_refused_ = false;
+  }
+
+  void take_phase(const Phase& phase) noexcept {
+    if (phase.number <= taken_phase_) return;
+    taken_phase_ = phase.number;
+    // What cannot be changes nothing, and is told as a phase that is not there.
+    if (engaged_) phase_refused_ = !coupling_.shift_phase_to(phase.offset, phase.limits);
   }
 
   void publish() noexcept {
     losses_.store(coupling_.losses(), std::memory_order_relaxed);
     phase_.store(coupling_.phase().position, std::memory_order_relaxed);
     phase_reached_.store(coupling_.phase_reached() && !phase_refused_, std::memory_order_relaxed);
-    velocity_.store(slave_.velocity, std::memory_order_relaxed);
+    velocity_.store(engaged_ ? slave_.velocity : 0.0, std::memory_order_relaxed);
     auto state = engaged_ ? coupling_.state() : CouplingState::kIdle;
     // The axis has the last word: it may have gone beside what it was told just now.
     if (detoured_ && state == CouplingState::kInSync) state = CouplingState::kCatchingUp;
@@ -178,7 +235,13 @@ class Couplings::Feed final : public SetpointFeed {
   bool detoured_ = false;  // in the last cycle
   AxisSetpoint slave_{};   // of the last cycle
   AxisSetpoint master_{};  // likewise
-  rt::SpscRing<Order> orders_;
+  std::uint64_t taken_order_ = 0;
+  std::uint64_t taken_phase_ = 0;
+  // Of the ordering threads.
+  Asked asked_{};
+  Order before_{};
+  std::uint64_t last_number_ = 0;
+  rt::TripleBuffer<Asked> inbox_{};
   std::atomic<CouplingState> state_{CouplingState::kIdle};
   std::atomic<CouplingRefusal> refusal_{CouplingRefusal::kNone};
   std::atomic<std::uint32_t> losses_{0};
@@ -216,11 +279,11 @@ Couplings::Feed* Couplings::find(std::size_t slave) const noexcept {
 std::uint64_t Couplings::order(std::size_t slave, const Order& order) noexcept {
   auto* const feed = find(slave);
   if (feed == nullptr) return 0;
-  {
-    const std::lock_guard lock(door_);
-    if (!feed->push(order)) return 0;
-  }
-  return axes_.submit(slave, {.command = AxisCommand::kFollow});
+  const std::lock_guard lock(door_);
+  feed->offer(order);
+  const auto request = axes_.submit(slave, {.command = AxisCommand::kFollow});
+  feed->confirm(request);
+  return request;
 }
 
 std::uint64_t Couplings::engage(std::size_t slave, const trajectory::CouplingLaw& law,
@@ -234,7 +297,7 @@ std::uint64_t Couplings::engage(std::size_t slave, const trajectory::CouplingLaw
 std::uint64_t Couplings::engage_at(std::size_t slave, const trajectory::CouplingLaw& law,
                                    const trajectory::Coupling::SyncPlace& place) noexcept {
   Order asked;
-  asked.kind = Order::Kind::kEngageAt;
+  asked.at_place = true;
   asked.law = law;
   asked.place = place;
   return order(slave, asked);
@@ -242,19 +305,16 @@ std::uint64_t Couplings::engage_at(std::size_t slave, const trajectory::Coupling
 
 std::uint64_t Couplings::disengage(std::size_t slave) noexcept {
   const auto* const feed = find(slave);
-  if (feed == nullptr) return 0;
+  if (feed == nullptr || feed->report().state == CouplingState::kIdle) return 0;
   return axes_.submit(slave, {.command = AxisCommand::kMoveVelocity, .target = feed->velocity()});
 }
 
 bool Couplings::shift_phase_to(std::size_t slave, double offset, const trajectory::ProfileLimits& limits) noexcept {
   auto* const feed = find(slave);
   if (feed == nullptr) return false;
-  Order asked;
-  asked.kind = Order::Kind::kPhase;
-  asked.phase = offset;
-  asked.limits = limits;
   const std::lock_guard lock(door_);
-  return feed->push(asked);
+  feed->ask_phase(offset, limits);
+  return true;
 }
 
 Couplings::Report Couplings::report(std::size_t slave) const noexcept {

@@ -48,7 +48,8 @@ class Couplings {
   Couplings(const Couplings&) = delete;
   Couplings& operator=(const Couplings&) = delete;
 
-  // Any thread. 0: the axis is no slave, or more was asked than the cycle can take.
+  // Any thread. 0: the axis is no slave, or more was asked than the cycle can take. Of what is asked between two cycles
+  // the latest counts. A coupling that cannot be leaves a slave that is coupled as it was: Report::refusal tells.
   /// MC_GearIn, MC_CamIn: at once. A slave that is coupled goes over from where it is. The cam of a law must outlive
   /// the coupling.
   [[nodiscard]] std::uint64_t engage(std::size_t slave, const trajectory::CouplingLaw& law,
@@ -57,10 +58,10 @@ class Couplings {
   [[nodiscard]] std::uint64_t engage_at(std::size_t slave, const trajectory::CouplingLaw& law,
                                         const trajectory::Coupling::SyncPlace& place) noexcept;
   /// MC_GearOut, MC_CamOut: on at the velocity of the setpoint, as AxisCommand::kMoveVelocity. To end it at rest ask
-  /// for AxisCommand::kHalt.
+  /// for AxisCommand::kHalt. 0 also where the slave is not coupled.
   [[nodiscard]] std::uint64_t disengage(std::size_t slave) noexcept;
   /// MC_PhasingAbsolute: the master, as the slave sees it, is moved by `offset` (rad or m) from where it is, within
-  /// `limits`. False: as above. Without effect where the slave is not coupled, or the limits cannot be.
+  /// `limits`. False: the axis is no slave. Without effect where the slave is not coupled, or the limits cannot be.
   [[nodiscard]] bool shift_phase_to(std::size_t slave, double offset, const trajectory::ProfileLimits& limits) noexcept;
   /// All of an axis that is no slave is as of one that was never coupled.
   [[nodiscard]] Report report(std::size_t slave) const noexcept;
