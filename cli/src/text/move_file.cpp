@@ -7,11 +7,13 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/axis_name.hpp"
+#include "driveline/trajectory/path_shaper.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -61,6 +63,7 @@ class MoveReader {
     if (line.contains("cycle_us")) file_.settings.period_s = number_of(line["cycle_us"], "cycle_us") * 1e-6;
     if (const auto wrong = trajectory::check_settings(file_.settings); !wrong.empty()) throw BadLine{wrong};
     if (line.contains("start")) file_.start = place_of(line["start"], "start", {}, false);
+    check_start();
     at_ = file_.start;
   }
 
@@ -88,6 +91,15 @@ class MoveReader {
 
  private:
   [[nodiscard]] const trajectory::PositionUnit& first_unit() const { return *file_.axes.front().unit; }
+
+  /// The shaper knows how far away the first place may be.
+  void check_start() const {
+    try {
+      const trajectory::PathShaper shaper(file_.axes.size(), file_.start);
+    } catch (const std::invalid_argument& wrong) {
+      throw BadLine{wrong.what()};
+    }
+  }
 
   void read_axis(const json& axis) {
     if (!axis.is_object()) throw BadLine{"an axis is an object with name, unit and limits"};

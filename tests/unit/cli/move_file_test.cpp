@@ -52,6 +52,14 @@ TEST(MoveFile, IsRefusedWithFileAndLine) {
   EXPECT_EQ(axis(R"("max_velocity": 1, "max_acceleration": 0, "max_jerk": 1)"),
             "f:1: max_acceleration of axis x is 0; it must be above 0");
   EXPECT_EQ(axis(R"("max_velocity": 1, "max_acceleration": 1)"), "f:1: axis x needs max_jerk");
+  const std::string far =
+      R"({"axes": [{"name": "x", "unit": "m", "max_velocity": 1, "max_acceleration": 1, "max_jerk": 1}],)"
+      R"( "start": [2e6]})"
+      "\n"
+      R"({"line": [1]})";
+  const auto refused = parse_moves(far, "f");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error(), "f:1: the first place of axis 1 is 2e+06; positions lie within +-1e6 m or rad");
 }
 
 }  // namespace

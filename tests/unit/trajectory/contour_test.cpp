@@ -203,6 +203,55 @@ TEST(Contour, APathWithoutEndNeedsNoMoreMemory) {
   EXPECT_GT(moves, 5'000U);
 }
 
+/// Goes along the moves to their end, within all limits.
+void expect_end(const ContourSettings& settings, const MovePlan& plan) {
+  ContourRun run(settings, plan);
+  ContourOracle oracle(settings, plan);
+  ContourSetpoint last;
+  const auto end = run.to_end(settings.period_s, 400'000, [&](const ContourSetpoint& setpoint) {
+    oracle.take(setpoint);
+    last = setpoint;
+  });
+  EXPECT_TRUE(end.has_value());
+  EXPECT_EQ(oracle.verdict(), "");
+  EXPECT_LT(distance(last.position, plan.moves.back().target), 2e-9);
+}
+
+/// 1000 lines, with room for 256.
+MovePlan straight_of(double step) {
+  MovePlan plan{{}, {}};
+  for (int k = 1; k <= 1000; ++k) plan.moves.push_back(line_to({step * k}, kFast, 0.0));
+  return plan;
+}
+
+// All of them have the same limits.
+TEST(Contour, AStraightOfMoreLinesThanThereIsRoomForEndsAtItsEnd) {
+  expect_end(settings_of(1, 1.0, 10.0, 1000.0), straight_of(0x1p-6));
+}
+
+// Within the averaging there is way for more lines than there is room for.
+TEST(Contour, MoreShortLinesThanThereIsRoomForWithinTheAveragingEndAtTheirEnd) {
+  expect_end(settings_of(1, 1.0, 10.0, 1000.0), straight_of(0x1p-16));
+  expect_end(settings_of(1, 1000.0, 10.0, 1000.0), straight_of(0x1p-9));
+}
+
+TEST(Contour, ShortLinesOfAxesWithoutAVelocityLimitKeepTheOtherLimits) {
+  test::Random random;
+  for (int round = 0; round < 10; ++round) {
+    DRIVELINE_TRACE_SEED(random, round);
+    MovePlan plan{{}, {}};
+    const double step = random.magnitude(2e-5, 2e-3);
+    GroupVector at{};
+    for (int k = 1; k <= 600; ++k) {
+      // Straights with a bend now and then: those are slow.
+      at[0] += step;
+      if (k % 150 > 100) at[1] += random.real(-1.0, 1.0) * step;
+      plan.moves.push_back(line_to(at, kFast, 0.05 * step));
+    }
+    expect_end(settings_of(2, 1e6, 10.0, 1000.0), plan);
+  }
+}
+
 TEST(Contour, WithoutMoreMovesTheAxesComeToRestOnThePathAndGoOnLater) {
   const auto settings = settings_of(1, 1.0, 10.0, 1000.0);
   const MovePlan plan{{}, {line_to({0.2}, kFast, 0.0), line_to({0.3}, kFast, 0.0), line_to({1.0}, kFast, 0.0)}};
@@ -293,6 +342,18 @@ TEST(ContourSettings, AreCheckedWithASentence) {
   EXPECT_EQ(check_settings(settings), "axis 2 needs a positive and finite velocity, acceleration and jerk limit");
   settings.limits[1].max_jerk = 1e-3;
   EXPECT_EQ(check_settings(settings), "axis 2 takes more than 65536 cycles to reach its acceleration limit");
+  settings = settings_of(2, 1.0, 10.0, 1000.0);
+  settings.limits[1].max_velocity = 1e6;
+  EXPECT_EQ(check_settings(settings), "");
+  settings.limits[1].max_velocity = 1e9;
+  EXPECT_EQ(check_settings(settings), "the velocity limit of axis 2 is above 1e6 m/s or rad/s");
+  // 2 * 1e4 m/s * 2000^2 * 125 us is 1e7, more than 2^23; a fifth of it is less.
+  settings = settings_of(1, 1e4, 10.0, 40.0);
+  EXPECT_EQ(check_settings(settings),
+            "the axes are too fast for an averaging over 2000 cycles; lower velocity limits or higher jerk limits are "
+            "needed");
+  settings.limits[0].max_velocity = 2e3;
+  EXPECT_EQ(check_settings(settings), "");
   settings = settings_of(2, 1.0, 10.0, 1000.0);
   settings.axes = 0;
   EXPECT_EQ(check_settings(settings), "a group has 1 to 8 axes");

@@ -16,6 +16,11 @@ constexpr double kShareAlongBends = 0.3;
 constexpr std::size_t kPiecesPerCycle = 64;
 /// Stretches are not shorter than this share of what is covered during the averaging: the cycle looks so far ahead.
 constexpr double kShortestStretch = 1.0 / 16.0;
+/// A stretch reaches the cycle when the next one begins, its pieces need room until then. So a stretch has no more than
+/// this share of them, and those that may still be lowered have some more. With what the cycle keeps behind the axes (a
+/// quarter, and the rest of a stretch) the room is never taken by pieces that wait for their stretch.
+constexpr std::uint64_t kStretchesInRoom = 16;
+constexpr std::uint64_t kOpenInRoom = 4;
 
 PathTicks to_ticks(double length) noexcept {
   return static_cast<PathTicks>(std::ceil(length / kPathTick));
@@ -129,10 +134,10 @@ void ContourPlanner::plan(const ShapedPiece& shaped) {
   if (length <= 0) return;
   shaped_end_ += length;
   pieces_.push_back({begin, shaped_end_, shaped.piece, shaped.move});
-  plan_stretches(shaped, begin, shaped_end_);
+  plan_stretches(shaped, begin, shaped_end_, planned_pieces_++);
 }
 
-void ContourPlanner::plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end) {
+void ContourPlanner::plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end, std::uint64_t number) {
   const double length = shaped.piece.length();
   const double most = top_for_short_pieces(length);
   const auto whole = box_of(shaped.piece.bounds(0.0, length), shaped.feed);
@@ -151,7 +156,8 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, PathTicks begin, 
     const auto box =
         count == 1 ? whole : box_of(shaped.piece.bounds(length * k / count, length * (k + 1) / count), shaped.feed);
     if (to > from) {
-      append({from, to, std::min(box.top, most), box.acceleration, shaped.feed, shaped.stops && k + 1 == count});
+      append({from, to, std::min(box.top, most), box.acceleration, shaped.feed, shaped.stops && k + 1 == count, number,
+              number});
     }
     from = to;
   }
@@ -173,7 +179,9 @@ void ContourPlanner::append(const Stretch& stretch) {
 // The mean of the places of the last cycles is at a place only while the places themselves are near: within half of the
 // way that is covered meanwhile where the speed is concerned, within the whole of it where the acceleration is. So
 // limits hold there, too. A cycle more on either side, since speeds change with the cycles.
-void ContourPlanner::append_gathered(const Stretch& stretch) {
+void ContourPlanner::append_gathered(const Stretch& gathered) {
+  Stretch stretch = gathered;
+  stretch.top = std::min(stretch.top, top_for_room(stretch));
   lower_behind(stretch);
   append_lowered(stretch);
   const double period_s = settings_.period_s;
@@ -191,11 +199,31 @@ void ContourPlanner::append_gathered(const Stretch& stretch) {
     tops_.clear();
     accelerations_.clear();
     settle(std::numeric_limits<PathTicks>::max());
+    early_end_.reset();
     return;
   }
   add_reach(tops_, 0.5 * smoothing_s_ + period_s, stretch.top);
   add_reach(accelerations_, smoothing_s_ + 2.0 * period_s, stretch.acceleration);
   settle(stretch.end - to_ticks(top_speed_ * (smoothing_s_ + 2.0 * period_s)));
+  settle_beyond_room();
+}
+
+/// Many short pieces: what is far behind is settled although a fast stretch could still lower it.
+void ContourPlanner::settle_beyond_room() {
+  const std::uint64_t kept = settings_.capacity / kOpenInRoom;
+  while (open_.size() > 1 && open_.back().last_piece - open_[1].first_piece >= kept) {
+    early_end_ = open_.front().end;
+    settle_one(open_.front());
+    open_.pop_front();
+  }
+}
+
+/// Speed at which a stretch lowers nothing that was settled early.
+double ContourPlanner::top_for_room(const Stretch& stretch) const noexcept {
+  if (!early_end_) return kNoLimit;
+  // A step less, for rounding.
+  const auto open = static_cast<double>(stretch.begin - *early_end_ - 1);
+  return open * kPathTick / (smoothing_s_ + 2.0 * settings_.period_s);
 }
 
 void ContourPlanner::lower_behind(const Stretch& by) {
@@ -226,9 +254,10 @@ void ContourPlanner::lower_behind(const Stretch& by) {
 
 /// At the end of those that may still be lowered. Equal ones become one: many short pieces with the same limits.
 void ContourPlanner::put(const Stretch& stretch) {
-  if (!open_.empty() && !open_.back().stops && open_.back().top == stretch.top &&
+  if (!open_.empty() && may_be_one(open_.back(), stretch) && open_.back().top == stretch.top &&
       open_.back().acceleration == stretch.acceleration && open_.back().feed == stretch.feed) {
     open_.back().end = stretch.end;
+    open_.back().last_piece = stretch.last_piece;
     open_.back().stops = stretch.stops;
     return;
   }
@@ -275,9 +304,14 @@ void ContourPlanner::settle(PathTicks until) {
   }
 }
 
+/// Whether two stretches can be one as far as stops and the number of pieces are concerned.
+bool ContourPlanner::may_be_one(const Stretch& last, const Stretch& stretch) const noexcept {
+  return !last.stops && stretch.last_piece - last.first_piece < settings_.capacity / kStretchesInRoom;
+}
+
 /// Makes one of two stretches if they are equal, or short.
 bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept {
-  if (last.stops) return false;
+  if (!may_be_one(last, stretch)) return false;
   const bool is_same =
       last.top == stretch.top && last.acceleration == stretch.acceleration && last.feed == stretch.feed;
   const double lower = std::min(last.top, stretch.top);
@@ -285,6 +319,7 @@ bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept
       static_cast<double>(stretch.end - last.begin) * kPathTick <= kShortestStretch * lower * smoothing_s_;
   if (!is_same && !is_short) return false;
   last.end = stretch.end;
+  last.last_piece = stretch.last_piece;
   last.top = lower;
   last.acceleration = std::min(last.acceleration, stretch.acceleration);
   last.feed = std::min(last.feed, stretch.feed);

@@ -37,11 +37,27 @@ std::string check_settings(const ContourSettings& settings) {
       return "axis " + std::to_string(i + 1) + " needs a positive and finite velocity, acceleration and jerk limit";
     }
   }
+  // Faster ones are meant as "no limit"; but lengths are counted in steps of 2^-40 m, in 64 bits.
+  constexpr double kFastest = 1e6;
+  double top_speed = 0.0;
+  for (std::size_t i = 0; i < settings.axes; ++i) {
+    if (settings.limits[i].max_velocity > kFastest) {
+      return "the velocity limit of axis " + std::to_string(i + 1) + " is above 1e6 m/s or rad/s";
+    }
+    top_speed = std::hypot(top_speed, settings.limits[i].max_velocity);
+  }
   constexpr double kMostCycles = 65536.0;
   for (std::size_t i = 0; i < settings.axes; ++i) {
     if (settings.limits[i].max_acceleration / settings.limits[i].max_jerk > kMostCycles * settings.period_s) {
       return "axis " + std::to_string(i + 1) + " takes more than 65536 cycles to reach its acceleration limit";
     }
+  }
+  // The sum of what all places that are averaged are behind, with a factor of two to spare.
+  constexpr double kLargestSum = 8388608.0;  // 2^63 steps of 2^-40 m
+  const auto cycles = static_cast<double>(smoothing_cycles(settings));
+  if (2.0 * top_speed * cycles * cycles * settings.period_s >= kLargestSum) {
+    return "the axes are too fast for an averaging over " + std::to_string(smoothing_cycles(settings)) +
+           " cycles; lower velocity limits or higher jerk limits are needed";
   }
   return "";
 }

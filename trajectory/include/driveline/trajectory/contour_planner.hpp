@@ -42,6 +42,9 @@ class ContourPlanner {
     double acceleration;
     double feed;
     bool stops;  ///< at its end
+    /// Number of the first and the last of the pieces it lies on. The parts of a stretch may name more than theirs.
+    std::uint64_t first_piece;
+    std::uint64_t last_piece;
   };
   /// A limit that goes on behind its place.
   struct Reach {
@@ -57,14 +60,17 @@ class ContourPlanner {
   [[nodiscard]] Box box_of(const PathBounds& bounds, double feed) const noexcept;
   [[nodiscard]] double top_of(const PathBounds& bounds, double share, double top) const noexcept;
   void plan(const ShapedPiece& shaped);
-  void plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end);
+  void plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end, std::uint64_t number);
   [[nodiscard]] double top_for_short_pieces(double length) noexcept;
   void append(const Stretch& stretch);
-  void append_gathered(const Stretch& stretch);
+  void append_gathered(const Stretch& gathered);
   void lower_behind(const Stretch& by);
   void put(const Stretch& stretch);
   void append_lowered(Stretch stretch);
   void settle(PathTicks until);
+  void settle_beyond_room();
+  [[nodiscard]] double top_for_room(const Stretch& stretch) const noexcept;
+  [[nodiscard]] bool may_be_one(const Stretch& last, const Stretch& stretch) const noexcept;
   void settle_one(const Stretch& stretch);
   bool merge(Stretch& last, const Stretch& stretch) const noexcept;
   bool publish_pieces();
@@ -78,6 +84,7 @@ class ContourPlanner {
   double top_speed_ = 0.0;  ///< no path is faster
   std::vector<ShapedPiece> shaped_;
   PathTicks shaped_end_ = 0;
+  std::uint64_t planned_pieces_ = 0;
   std::deque<ContourTrack::Piece> pieces_;  ///< to be published
   std::optional<Stretch> gathered_;         ///< short ones, which may still become one with the next
   std::vector<Stretch> lowered_;            ///< while it is being lowered
@@ -85,6 +92,7 @@ class ContourPlanner {
   std::vector<Reach> tops_;                 ///< that reach beyond the end of open_, lowest first
   std::vector<Reach> accelerations_;        ///< the same
   std::deque<Stretch> settled_;             ///< to be published
+  std::optional<PathTicks> early_end_;      ///< what ends here could have been lowered, but the room was needed
   std::vector<double> lengths_;             ///< of the last pieces, a ring
   std::size_t next_length_ = 0;
   double sum_of_lengths_ = 0.0;

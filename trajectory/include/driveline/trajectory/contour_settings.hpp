@@ -10,7 +10,7 @@ namespace driveline::trajectory {
 
 /// What one axis of a group can do, as magnitudes.
 struct GroupAxisLimits {
-  double max_velocity = 0.0;      ///< rad/s or m/s, > 0, finite
+  double max_velocity = 0.0;      ///< rad/s or m/s, > 0, up to 1e6
   double max_acceleration = 0.0;  ///< rad/s² or m/s², > 0, finite
   double max_jerk = 0.0;          ///< rad/s³ or m/s³, > 0, finite
 };
@@ -28,7 +28,8 @@ struct ContourSettings {
 /// The highest override of the feed.
 inline constexpr double kMaxOverride = 2.0;
 
-/// What is wrong with the settings, as a sentence; empty: nothing.
+/// What is wrong with the settings, as a sentence; empty: nothing. Besides the ranges: sums of lengths over
+/// smoothing_cycles() must fit into 64 bits, so very fast axes cannot have a very long averaging.
 [[nodiscard]] std::string check_settings(const ContourSettings& settings);
 
 /// Over how many cycles the speed along the path is averaged: in that time the acceleration of an axis gets from zero
