@@ -66,10 +66,13 @@ std::string jitter_script(const PlotFacts& facts) {
   return terminal(800) +
          "set output 'jitter.png'\n"
          "set datafile separator ','\n"
+         // Of both columns: twice as many as there are cycles. Without it gnuplot refuses where a kind of bars has
+         // none.
+         "stats 'jitter.csv' skip 1 using ($3+$4) nooutput\n"
          "set multiplot layout 2,1\n"
          "set ylabel 'cycles'\nset xlabel 'time'\n"
          "set logscale y\nset grid\nset style fill solid 0.7\nset boxwidth 0.1\nset key outside right\n"
-         "set yrange [0.5:*]\nset xrange [-2.2:*]\n"
+         "set yrange [0.5:STATS_sum+2]\nset xrange [-2.2:*]\n"
          "set xtics ('< 25 ns' -2, '100 ns' -1, '1 us' 0, '10 us' 1, '100 us' 2, '1 ms' 3, '10 ms' 4, '100 ms' 5, '1 "
          "s' 6)\n"
          "bar(from, to) = (floor(10*log10((from + to) / 2000.0)) + 0.5) / 10\n" +
