@@ -332,10 +332,11 @@ TEST(ModeChangeCampaign, InAnyOrderAtAnyTimeLeavesTheDemandWithinTheLimits) {
 /// Frames lost when a drive in CST was to be told to change, of which it then had not heard (127, 318, 445, 690); a gap
 /// while the axis returned to its setpoints, whose own way back came on top (785); periods missed, behind a lost frame
 /// as well (1171), when a drive that had got into CSV held its velocity while its setpoints were still under way (885);
-/// answers lost while a drive that was still led by positions got into CST (119); gaps just before and behind a change.
+/// answers lost while a drive that was still led by positions got into CST (119), and periods missed
+/// before, whose torque was that of a leap (3524); gaps just before and behind a change.
 TEST(ModeChangeCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
-  for (const unsigned seed : {67U,  119U, 127U, 142U, 220U, 318U, 445U, 560U, 574U, 690U, 691U,
-                              713U, 752U, 785U, 873U, 882U, 885U, 893U, 906U, 964U, 1171U}) {
+  for (const unsigned seed : {67U,  119U, 127U, 142U, 220U, 318U, 445U, 560U, 574U, 690U,  691U,
+                              713U, 752U, 785U, 873U, 882U, 885U, 893U, 906U, 964U, 1171U, 3524U}) {
     random_changes(seed);
     ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
   }

@@ -105,6 +105,7 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   // The one of the last cycle has not been sent.
   velocity_ = lowest_held_;
   led_.position += time * led_.velocity;
+  if (!on_setpoints_) return_.skip(time);
   // What was told last has not been sent: its drive would begin with a place that nobody has seen.
   if (pending() && preparing_ == 0 && shown_ == 0 && !(told_s_ > 0.0)) preparing_ = kCyclesUnsettled;
 }
@@ -161,7 +162,10 @@ void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& 
 /// As long as the drive follows positions it goes on with those that it would get anyway, and leads the loops of the
 /// master.
 trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajectory::AxisSetpoint& setpoint) noexcept {
-  const double acceleration = first_ ? 0.0 : (measured.led_velocity - led_.velocity) / settings_.period_s;
+  // Behind a gap the velocities of two cycles are not those of one motion.
+  const double most = settings_.limits.max_acceleration;
+  const double change = (measured.led_velocity - led_.velocity) / settings_.period_s;
+  const double acceleration = first_ ? 0.0 : std::clamp(change, -most, most);
   const auto target = on_setpoints_ ? setpoint : approach(setpoint);
   position_ = target.position;
   position_velocity_ = target.velocity;

@@ -343,6 +343,11 @@ AxisSetpoint SingleAxis::led_by(const AxisSetpoint& fed) noexcept {
   return rejoin_.step(target, period_s_);
 }
 
+void SingleAxis::go_back_at_once() noexcept {
+  rejoin_ = {supply_.sent(), supply_.sent_velocity(), {axis_->config().limits.max_velocity, most_acceleration()}};
+  beside_ = false;
+}
+
 void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
   const bool leaves = leaves_range({setpoint_.position, step_velocity_, 0.0});
   if (!usable(fed) || leaves) {
@@ -353,6 +358,8 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
     replan();
     return step_to(generator_.advance(period_s_));
   }
+  // Where it need not be gentle it comes from where it is, and obeys the limits in one.
+  if (beside_ && !supply_.by_torque()) go_back_at_once();
   const auto led = led_by(*fed);
   beside_ ? step_back_to(led) : step_to(led);
   generator_.start_from(setpoint_);

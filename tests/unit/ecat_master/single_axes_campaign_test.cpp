@@ -309,7 +309,7 @@ TEST(SingleAxesCampaign, WhatDrivesAreToldObeysTheLimits) {
 
 /// An axis behind a gap that stepped onto the way of another Rejoin, whose velocities are those of its steps.
 TEST(SingleAxesCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
-  for (const unsigned seed : {10573U}) {
+  for (const unsigned seed : {10573U, 13915U}) {
     Sequence sequence(seed);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
   }

@@ -19,6 +19,10 @@ class Deviation {
 
   /// The setpoint one step of `period_s` later, when the path is at `target`; with the torque of `target`. \rtsafe
   [[nodiscard]] AxisSetpoint step(const AxisSetpoint& target, double period_s) noexcept;
+  /// `time_s` has gone by without a step, in which path and axis went on at their velocities. \rtsafe
+  void skip(double time_s) noexcept {
+    if (begun_) position_ += time_s * velocity_;
+  }
   /// Whether the setpoint of the last step was that of the path itself. \rtsafe
   [[nodiscard]] bool joined() const noexcept { return joined_; }
 

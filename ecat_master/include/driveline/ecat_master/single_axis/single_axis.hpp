@@ -172,6 +172,7 @@ class SingleAxis {
   void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
   void step_back_to(const trajectory::AxisSetpoint& target) noexcept;
   [[nodiscard]] trajectory::AxisSetpoint led_by(const trajectory::AxisSetpoint& fed) noexcept;
+  void go_back_at_once() noexcept;
   void follow(const trajectory::AxisSetpoint* fed) noexcept;
   void arrive() noexcept;
   void rest() noexcept;
