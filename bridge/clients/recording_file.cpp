@@ -32,12 +32,13 @@ Outcome<RecordingFile> RecordingFile::create(const std::string& name, bool force
   auto part = in_place ? std::string{} : name + ".part";
   const int file = ::open(in_place ? name.c_str() : part.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
   if (file < 0) return cannot_be();
-  RecordingFile made(name, std::move(part), file, force);
-  if (in_place) return made;
-  // One that was left behind by a recorder which was killed has no owner.
-  if (::flock(file, LOCK_EX | LOCK_NB) != 0)
+  // One that was left behind by a recorder which was killed has no owner. That of another one stays.
+  if (!in_place && ::flock(file, LOCK_EX | LOCK_NB) != 0) {
+    ::close(file);
     return failed(fmt::format("{}: another recorder is about to write it", name));
-  if (::ftruncate(file, 0) != 0) return cannot_be();
+  }
+  RecordingFile made(name, std::move(part), file, force);
+  if (!in_place && ::ftruncate(file, 0) != 0) return cannot_be();
   return made;
 }
 

@@ -158,11 +158,16 @@ dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publish
 tl::expected<DdsEntities, DdsError> DdsEntities::create(const DdsConfig& config) {
   static std::once_flag once;
   std::call_once(once, log_to_stderr);
+  // Before there is a participant: what Fast DDS logs meanwhile is about the profiles, not about the network.
+  auto profiles = QosProfiles::load(config);
+  if (!profiles) {
+    return tl::unexpected(std::move(profiles).error());
+  }
   DdsEntities entities;
   if (auto done = entities.create_participant(config); !done) {
     return tl::unexpected(std::move(done).error());
   }
-  if (auto done = entities.create_writers(config); !done) {
+  if (auto done = entities.create_writers(config, *profiles); !done) {
     return tl::unexpected(std::move(done).error());
   }
   return entities;
@@ -184,11 +189,7 @@ tl::expected<void, DdsError> DdsEntities::create_participant(const DdsConfig& co
   return {};
 }
 
-tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config) {
-  auto profiles = QosProfiles::load(config);
-  if (!profiles) {
-    return tl::unexpected(std::move(profiles).error());
-  }
+tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config, const QosProfiles& profiles) {
   dds::Publisher* const own = create_publisher(*participant_, config.partition);
   dds::Publisher* const others = config.partition.empty() ? own : create_publisher(*participant_, "");
   if (own == nullptr || others == nullptr) {
@@ -196,7 +197,7 @@ tl::expected<void, DdsError> DdsEntities::create_writers(const DdsConfig& config
   }
   for (std::size_t i = 0; i < kTopics; ++i) {
     const auto topic = static_cast<TopicId>(i);
-    if (auto made = create_writer_of(topic, config, *profiles, of_ros2(topic) ? *others : *own); !made) {
+    if (auto made = create_writer_of(topic, config, profiles, of_ros2(topic) ? *others : *own); !made) {
       return made;
     }
   }

@@ -44,7 +44,7 @@ class DdsEntities {
  private:
   DdsEntities() = default;
   tl::expected<void, DdsError> create_participant(const DdsConfig& config);
-  tl::expected<void, DdsError> create_writers(const DdsConfig& config);
+  tl::expected<void, DdsError> create_writers(const DdsConfig& config, const QosProfiles& profiles);
   tl::expected<void, DdsError> create_writer_of(TopicId topic, const DdsConfig& config, const QosProfiles& profiles,
                                                 eprosima::fastdds::dds::Publisher& publisher);
 

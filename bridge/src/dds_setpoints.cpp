@@ -100,12 +100,18 @@ struct DdsSetpoints::State {
 tl::expected<std::unique_ptr<DdsSetpoints>, DdsError> DdsSetpoints::create(DdsPublisher& publisher) {
   auto& participant = publisher.participant();
   auto state = std::make_unique<State>();
-  auto* const out = participant.create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+  auto out_qos = dds::PUBLISHER_QOS_DEFAULT;
+  auto in_qos = dds::SUBSCRIBER_QOS_DEFAULT;
+  if (const auto& partition = publisher.partition(); !partition.empty()) {
+    out_qos.partition().push_back(partition.c_str());
+    in_qos.partition().push_back(partition.c_str());
+  }
+  auto* const out = participant.create_publisher(out_qos);
   auto* const statuses =
       stream_topic(participant, dds::TypeSupport{new commands::StreamStatusPubSubType}, kStreamStatusTopic);
   if (out != nullptr && statuses != nullptr) state->writer = out->create_datawriter(statuses, status_writer_qos());
   if (state->writer == nullptr) return tl::unexpected(DdsNoWriter{kStreamStatusTopic});
-  auto* const in = participant.create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  auto* const in = participant.create_subscriber(in_qos);
   auto* const setpoints =
       stream_topic(participant, dds::TypeSupport{new commands::SetpointBatchPubSubType}, kSetpointTopic);
   if (in != nullptr && setpoints != nullptr) state->reader = in->create_datareader(setpoints, setpoint_reader_qos());

@@ -3,11 +3,13 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/log/StdoutErrConsumer.hpp>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -29,6 +31,9 @@ class Listener final : public dds::LogConsumer {
     if (heard_first.empty() && entry.kind == dds::Log::Kind::Error) heard_first = entry.message;
   }
 };
+
+/// Of a topic, in all of its instances: the bridge has 256 MiB for all of them.
+constexpr std::int64_t kMostKeptSamples = 1'000'000;
 
 DdsBadProfiles bad(const DdsConfig& config, int line, std::string reason) {
   return {config.profiles.file, line, std::move(reason)};
@@ -162,7 +167,13 @@ tl::expected<dds::DataWriterQos, DdsError> QosProfiles::apply(dds::Publisher& pu
   limits.max_instances = own.resource_limits().max_instances;
   if (qos.history().kind == dds::KEEP_LAST_HISTORY_QOS) limits.max_samples_per_instance = qos.history().depth;
   if (limits.max_instances > 0 && limits.max_samples_per_instance > 0) {
-    limits.max_samples = limits.max_instances * limits.max_samples_per_instance;
+    const auto samples = std::int64_t{limits.max_instances} * limits.max_samples_per_instance;
+    if (samples > kMostKeptSamples) {
+      return tl::unexpected(DdsBadProfiles{file_, found->second,
+                                           topic + " would keep " + std::to_string(samples) + " samples, " +
+                                               std::to_string(kMostKeptSamples) + " at most are possible"});
+    }
+    limits.max_samples = static_cast<std::int32_t>(samples);
   }
   limits.allocated_samples = 1;
   return qos;

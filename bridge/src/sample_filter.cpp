@@ -12,6 +12,7 @@ constexpr std::int64_t kRepeatAfterNs = 1'000'000'000;
 bool alike(const snapshot::AxisSample& a, snapshot::AxisSample b) {
   b.cycle = a.cycle;
   b.time_ns = a.time_ns;
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the bits are meant, and there is no padding
   return std::memcmp(&a, &b, sizeof(a)) == 0;
 }
 static_assert(sizeof(snapshot::AxisSample) == 8 + 8 + 2 + 2 + 2 + 1 + 1 + 1 + 1 + 2 + 4 + 8 + 11 * 8, "no padding");

@@ -504,6 +504,7 @@ void LineRun::stop_motion() {
   do {
     pass(kWatchInterval);
     note_streams();
+    note_requests();
   } while (!motion_->off() && session_.clock().now() < deadline);
   if (!motion_->off()) fail_with(events::AxesNotOff{kStopTimeout});
 }

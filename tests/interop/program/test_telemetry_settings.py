@@ -84,6 +84,7 @@ class Settings(SettingsTest):
         self.assertGreater(statuses, 0, self.logs())
         self.assertEqual(found[STATUS]["partition"], "hall2/press")
         self.assertEqual(found["driveline/v1/command_answer"]["partition"], "hall2/press")
+        self.assertEqual(found["driveline/v1/stream_status"]["partition"], "hall2/press")
         self.assertEqual(found["rt/joint_states"]["partition"], "")  # in which ROS 2 reads
         for other in ((), ("hall2/saw",)):
             statuses, found = self.writers(*other, seconds=SILENCE_S)

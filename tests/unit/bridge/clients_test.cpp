@@ -100,6 +100,7 @@ TEST_F(ClientFiles, AnOldRecordingIsThereUntilThereIsSomethingToRecord) {
     ASSERT_TRUE(file->add({1, 2, 3}, 0));
     EXPECT_EQ(content("run.mcap"), "precious");
     EXPECT_THAT(RecordingFile::create(path("run.mcap"), true).error().text, HasSubstr("another recorder"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "run.mcap.part")) << "it is that of the first recorder";
   }
   EXPECT_FALSE(std::filesystem::exists(folder / "run.mcap.part")) << "it was never of use";
   auto file = RecordingFile::create(path("run.mcap"), true);
