@@ -197,7 +197,7 @@ class MoveReader {
 };
 
 json object_of(const std::string& line) {
-  const auto document = json::parse(line, nullptr, false);
+  auto document = json::parse(line, nullptr, false);
   if (document.is_discarded()) throw BadLine{"this is not JSON"};
   if (!document.is_object()) throw BadLine{"a line must be a JSON object, {...}"};
   return document;
