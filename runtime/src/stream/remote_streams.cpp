@@ -11,10 +11,8 @@ namespace {
 
 using snapshot::SetpointKind;
 using snapshot::StreamedSetpoint;
-using snapshot::StreamReport;
 using stream::EndReason;
 using stream::RecordKind;
-using stream::SessionState;
 
 /// From one event about refused streams to the next.
 constexpr std::chrono::seconds kRefusalEvents{1};
@@ -91,8 +89,8 @@ Result<RemoteStreams::Stream*> RemoteStreams::begin(const StreamedSetpoint& reco
   StreamPeer peer;
   peer.name = owner;
   SessionWatch watch(std::move(peer), *std::move(axes), **session);
-  auto& stream = streams_.emplace_back(
-      Stream{record.participant, record.client, *std::move(session), std::move(ring), std::move(watch)});
+  auto& stream =
+      streams_.emplace_back(Stream{record.participant, record.client, *std::move(session), ring, std::move(watch)});
   static_cast<void>(hub_.add(*stream.session));  // no: look() finds it over
   stream.watch.tell_begin([this](EventFacts facts, Severity) { events_.push_back(std::move(facts)); });
   return &stream;
