@@ -20,7 +20,6 @@ using snapshot::StreamReportState;
 using stream::AxisState;
 using testing::Contains;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr const char* kPanel = "dds panel (participant 01)";
 

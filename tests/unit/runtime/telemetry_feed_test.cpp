@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "driveline/snapshot/feed/feed_condition.hpp"
 #include "telemetry/cycle_assembler.hpp"
 #include "telemetry/line_feed.hpp"
 

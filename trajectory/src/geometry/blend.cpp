@@ -95,11 +95,14 @@ tl::expected<Blend, PathMoveError> corner_of_lines(const Joint& joint, double to
 tl::expected<Blend, PathMoveError> corner_of_curves(const PathPiece& before, const PathPiece& behind, double tolerance,
                                                     double longest_cut) {
   constexpr double kShorter = 0.8;
-  for (double cut = longest_cut; cut >= kShortestCut; cut *= kShorter) {
+  double cut = longest_cut;
+  while (cut >= kShortestCut) {
     const auto curve = joining(before.at(before.length() - cut), behind.at(cut), 2.0 * cut);
-    if (deviation(curve, before, behind, cut) > tolerance) continue;
-    auto pieces = PathPiece::curve(curve);
-    if (!pieces.empty()) return Blend{cut, std::move(pieces)};
+    if (deviation(curve, before, behind, cut) <= tolerance) {
+      auto pieces = PathPiece::curve(curve);
+      if (!pieces.empty()) return Blend{cut, std::move(pieces)};
+    }
+    cut *= kShorter;
   }
   return no_room();
 }
