@@ -19,8 +19,6 @@ class ContourOracle {
 
   /// Of the limits: what the rounding of positions to 2^-40 m and of a double, and the sampling, may add.
   static constexpr double kMargin = 0.003;
-  /// Of the jerk: in single cycles the rounding of the last steps before a stop, of some 0.1 nm, is in it as well.
-  static constexpr double kJerkMargin = 0.01;
 
   void take(const ContourSetpoint& setpoint) {
     last_.push_front(setpoint.position);
@@ -53,8 +51,7 @@ class ContourOracle {
   void judge(std::size_t quantity, std::size_t axis, double value, double limit, double rounding) {
     constexpr std::array<const char*, 3> kNames{"velocity", "acceleration", "jerk"};
     used_[quantity] = std::max(used_[quantity], (value - rounding) / limit);
-    const double margin = quantity == 2 ? kJerkMargin : kMargin;
-    if (value <= limit * (1.0 + margin) + rounding || !verdict_.empty()) return;
+    if (value <= limit * (1.0 + kMargin) + rounding || !verdict_.empty()) return;
     std::ostringstream text;
     text << "cycle " << cycles_ << ": " << kNames[quantity] << " of axis " << axis << " is " << value << ", "
          << value / limit << " of the limit";

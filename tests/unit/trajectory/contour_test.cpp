@@ -147,6 +147,24 @@ TEST(Contour, TheFeedIsWhatTheMoveSaysTimesTheOverride) {
   }
 }
 
+TEST(Contour, AnArcOfManyKilometersIsPlannedToItsEnd) {
+  // Its length in steps times the number of its stretches is more than 63 bits hold.
+  const auto settings = settings_of(2, 1e6, 1e6, 1e8);
+  const MovePlan plan{{}, {arc_by({}, 0.0, 1e5, 6.0, kFast, 0.0)}};
+  ContourRun run(settings, plan);
+  ContourSetpoint last;
+  double largest = 0.0;
+  const auto end = run.to_end(settings.period_s, kLongest, [&](const ContourSetpoint& setpoint) {
+    const double speed_squared = setpoint.speed * setpoint.speed;
+    largest = std::max(largest, speed_squared / 1e5);
+    last = setpoint;
+  });
+  ASSERT_TRUE(end.has_value());
+  EXPECT_LT(distance(last.position, plan.moves.back().target), 1e-6);
+  EXPECT_LT(largest, 1e6 * 1.001);
+  EXPECT_GT(largest, 0.5e6);
+}
+
 TEST(Contour, AnOverrideOutOfRangeIsRefused) {
   const auto settings = settings_of(1, 1.0, 10.0, 1000.0);
   ContourTrack track(settings, {});

@@ -219,7 +219,9 @@ void ContourFollower::forget() noexcept {
 ContourSetpoint ContourFollower::setpoint() noexcept {
   ContourSetpoint out;
   const auto& piece = track_.piece(piece_);
-  const double local = std::clamp(local_length(), 0.0, piece.shape.length());
+  // As a share of the piece, whose length in steps is a rounded one: pieces would join with half a step of the place.
+  const double share = local_length() / to_length(piece.end - piece.begin);
+  const double local = std::clamp(share, 0.0, 1.0) * piece.shape.length();
   const auto there = piece.shape.at(local);
   out.position = there.position;
   for (std::size_t i = 0; i < kMaxGroupAxes; ++i) {

@@ -152,7 +152,7 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, PathTicks begin, 
   }
   PathTicks from = begin;
   for (int k = 0; k < count; ++k) {
-    const PathTicks to = k + 1 == count ? end : begin + (end - begin) * (k + 1) / count;
+    const PathTicks to = k + 1 == count ? end : begin + (end - begin) / count * (k + 1);  // a product may be too large
     const auto box =
         count == 1 ? whole : box_of(shaped.piece.bounds(length * k / count, length * (k + 1) / count), shaped.feed);
     if (to > from) {
