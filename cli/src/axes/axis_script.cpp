@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "axes/axis_words.hpp"
+#include "axes/quantity.hpp"
 #include "driveline/runtime/event/axis_events.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 

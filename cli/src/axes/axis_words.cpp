@@ -311,18 +311,6 @@ Outcome<AxisRequest> parse_axis_request(const AxisConfig& axis, std::span<const 
                              meant.empty() ? fmt::format("; {} are possible", fmt::join(axis_verbs(), ", ")) : meant));
 }
 
-Outcome<std::chrono::nanoseconds> parse_time(std::string_view text, std::string_view what) {
-  constexpr double kLongestSeconds = 1e7;
-  const auto number = leading_number(text);
-  std::optional<double> seconds;
-  if (number && (number->rest.empty() || number->rest == "s")) seconds = number->value;
-  if (number && number->rest == "ms") seconds = number->value / 1e3;
-  if (!seconds || *seconds < 0.0 || *seconds > kLongestSeconds) {
-    return misused(fmt::format("{} \"{}\": a time such as 2s or 500ms is expected", what, text));
-  }
-  return std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(*seconds));
-}
-
 Outcome<std::vector<std::size_t>> find_axes(std::span<const AxisConfig> axes, std::string_view name) {
   std::vector<std::size_t> found;
   std::vector<std::string_view> names;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,9 +23,6 @@ namespace driveline::cli {
 /// unit of the axis. Failure: status 2.
 [[nodiscard]] Outcome<ecat_master::AxisRequest> parse_axis_request(const ecat_master::AxisConfig& axis,
                                                                    std::span<const std::string> words);
-
-/// "2s", "500ms" or "2", which are seconds; 0 to 10000000 s. Failure: status 2, names `what`.
-[[nodiscard]] Outcome<std::chrono::nanoseconds> parse_time(std::string_view text, std::string_view what);
 
 /// The numbers of the axes that `name` means: one, or "all". Failure: status 2.
 [[nodiscard]] Outcome<std::vector<std::size_t>> find_axes(std::span<const ecat_master::AxisConfig> axes,

@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -89,6 +91,18 @@ Outcome<double> parse_quantity(const ecat_master::AxisConfig& axis, Quantity qua
   return misused(fmt::format("{} \"{}\": axis {} has no unit \"{}\" for it{}; {} {}", what, text, axis.name, unit,
                              meant.empty() ? "" : fmt::format(", did you mean {}?", meant), fmt::join(names, ", "),
                              names.size() > 1 ? "are possible" : "is expected"));
+}
+
+Outcome<std::chrono::nanoseconds> parse_time(std::string_view text, std::string_view what) {
+  constexpr double kLongestSeconds = 1e7;
+  const auto number = leading_number(text);
+  std::optional<double> seconds;
+  if (number && (number->rest.empty() || number->rest == "s")) seconds = number->value;
+  if (number && number->rest == "ms") seconds = number->value / 1e3;
+  if (!seconds || *seconds < 0.0 || *seconds > kLongestSeconds) {
+    return misused(fmt::format("{} \"{}\": a time such as 2s or 500ms is expected, up to 10000000 s", what, text));
+  }
+  return std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(*seconds));
 }
 
 }  // namespace driveline::cli

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -24,5 +25,8 @@ struct LeadingNumber {
 };
 /// None: the text begins with no number, or one that is not finite.
 [[nodiscard]] std::optional<LeadingNumber> leading_number(std::string_view text);
+
+/// "2s", "500ms" or "2", which are seconds; 0 to 10000000 s. Failure: status 2, names `what`.
+[[nodiscard]] Outcome<std::chrono::nanoseconds> parse_time(std::string_view text, std::string_view what);
 
 }  // namespace driveline::cli

@@ -14,6 +14,7 @@
 
 #include "axes/axis_view.hpp"
 #include "axes/axis_words.hpp"
+#include "axes/quantity.hpp"
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "commands/control_path.hpp"

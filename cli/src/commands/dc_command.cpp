@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "axes/quantity.hpp"
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
@@ -280,9 +281,9 @@ class ClockSession {
 Outcome<int> show_clocks(const DcOptions& options) {
   double seconds = kDefaultSeconds;
   if (options.duration) {
-    const auto parsed = parse_seconds(*options.duration, "--duration");
-    if (!parsed) return tl::unexpected(parsed.error());
-    seconds = *parsed;
+    const auto time = parse_time(*options.duration, "--duration");
+    if (!time) return tl::unexpected(time.error());
+    seconds = std::chrono::duration<double>(*time).count();
   }
   auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
@@ -295,7 +296,7 @@ Outcome<int> show_clocks(const DcOptions& options) {
 Execute prepare_dc(Arguments& to) {
   auto options = std::make_shared<DcOptions>();
   add_bus_options(to, options->bus);
-  to.option("--duration", &options->duration, Value::text("SECONDS"), "Seconds to watch the clocks; default 3");
+  to.option("--duration", &options->duration, Value::text("TIME"), "Time to watch the clocks; default 3s");
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time");
   to.option("--output", &options->output_directory, Value::folder(), "Write every clock's difference over time there");
   to.flag("--op", options->operational,

@@ -6,6 +6,7 @@
 
 #include "axes/axis_script.hpp"
 #include "axes/axis_view.hpp"
+#include "axes/quantity.hpp"
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
 #include "commands/control_path.hpp"
@@ -311,9 +312,9 @@ Outcome<int> run_line(const RunOptions& options) {
   settings.telemetry = true;
   settings.trace = !options.trace.empty();
   if (options.duration) {
-    const auto seconds = parse_seconds(*options.duration, "--duration");
-    if (!seconds) return tl::unexpected(seconds.error());
-    settings.duration_s = *seconds;
+    const auto time = parse_time(*options.duration, "--duration");
+    if (!time) return tl::unexpected(time.error());
+    settings.duration_s = std::chrono::duration<double>(*time).count();
   }
   if (auto checked = check(options); !checked) return tl::unexpected(checked.error());
   auto line = open_line(options);
@@ -339,8 +340,8 @@ Outcome<int> run_line(const RunOptions& options) {
 Execute prepare_run(Arguments& to) {
   auto options = std::make_shared<RunOptions>();
   add_bus_options(to, options->bus);
-  to.option("--duration", &options->duration, Value::text("SECONDS"),
-            "Seconds in operation; default: until the end of the path");
+  to.option("--duration", &options->duration, Value::text("TIME"),
+            "Time in operation, as 10, 10s or 500ms; default: until the end of the path");
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");

@@ -99,18 +99,6 @@ Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum
   return value;
 }
 
-Outcome<double> parse_seconds(std::string_view text, std::string_view what) {
-  constexpr double kLongest = 1e7;
-  double seconds = 0.0;
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), seconds);
-  const bool number = result.ec == std::errc{} && result.ptr == text.data() + text.size();
-  // The comparison is written so that NaN fails it.
-  if (!number || !(seconds >= 0.0 && seconds <= kLongest)) {
-    return misused(fmt::format("{} \"{}\": 0 to 10000000 s is expected", what, text));
-  }
-  return seconds;
-}
-
 void SlaveSelection::add(Arguments& to) {
   to.option("-p,--position", &positions, Value::text("N"),
             "Positions of slaves, 0 is the first, e.g. 3, 0,2 or 1-4; default: all");

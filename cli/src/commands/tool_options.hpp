@@ -26,9 +26,6 @@ void add_force_flag(Arguments& to, bool& force);
 /// A number written as 0x6041, 6041h or decimal. Failure: status 2, names `what`.
 [[nodiscard]] Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum, std::string_view what);
 
-/// Seconds from 0 to 10000000. Failure: status 2.
-[[nodiscard]] Outcome<double> parse_seconds(std::string_view text, std::string_view what);
-
 /// Which slaves a bus tool works on: -p POSITIONS and -a ALIAS as in the IgH tool. Neither: all of them.
 struct SlaveSelection {
   std::optional<std::string> positions;  ///< "3", "0,2", "1-4"

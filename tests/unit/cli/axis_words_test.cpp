@@ -183,7 +183,7 @@ TEST(AxisWords, TimesAndAxes) {
   EXPECT_EQ(parse_time("2s", "--for").value(), milliseconds{2000});
   EXPECT_EQ(parse_time("500ms", "--for").value(), milliseconds{500});
   EXPECT_EQ(parse_time("0.5", "--for").value(), milliseconds{500});
-  for (const auto* wrong : {"", "-1s", "2h", "soon", "1e9"}) {
+  for (const auto* wrong : {"", "-1s", "2h", "soon", "nan", "inf", "1e9"}) {
     const auto time = parse_time(wrong, "--for");
     ASSERT_FALSE(time) << wrong;
     EXPECT_THAT(time.error().text, HasSubstr("a time such as 2s or 500ms is expected"));
