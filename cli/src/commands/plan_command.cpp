@@ -16,6 +16,7 @@
 #include "driveline/trajectory/contour_planner.hpp"
 #include "text/json_text.hpp"
 #include "text/move_file.hpp"
+#include "text/plan_samples.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -26,6 +27,7 @@ struct PlanOptions {
   std::string file;
   std::optional<std::string> share;
   std::optional<std::string> picture;
+  std::optional<std::string> samples;
   bool json = false;
 };
 
@@ -72,7 +74,7 @@ class MotionMeter {
 };
 
 /// Follows the moves as the cycle would, as fast as this machine can.
-Outcome<PlannedMotion> follow(const MoveFile& file, const std::string& name, double share) {
+Outcome<PlannedMotion> follow(const MoveFile& file, const std::string& name, double share, PlanSamples* samples) {
   trajectory::ContourTrack track(file.settings, file.start);
   trajectory::ContourPlanner planner(track);
   trajectory::ContourFollower follower(track);
@@ -91,6 +93,7 @@ Outcome<PlannedMotion> follow(const MoveFile& file, const std::string& name, dou
     }
     const auto setpoint = follower.step();
     meter.take(setpoint);
+    if (samples != nullptr) samples->take(setpoint);
     if (setpoint.at_end && next > file.moves.size()) return meter.result();
   }
   return failed("the motion takes longer than four hours");
@@ -194,8 +197,13 @@ Outcome<int> plan(const PlanOptions& options) {
   if (!stream || !(text << stream.rdbuf())) return misused(fmt::format("{} cannot be read, or is empty", options.file));
   const auto file = parse_moves(text.str(), options.file);
   if (!file) return misused(file.error());
-  const auto motion = follow(*file, options.file, *share);
+  std::optional<PlanSamples> samples;
+  if (options.samples) samples.emplace(*options.samples, *file);
+  const auto motion = follow(*file, options.file, *share, samples ? &*samples : nullptr);
   if (!motion) return tl::unexpected(motion.error());
+  if (samples) {
+    if (auto written = samples->complete(); !written) return tl::unexpected(Failure(written.error()));
+  }
   if (options.picture) {
     if (auto written = runtime::write_file(*options.picture, picture_of(*file, *motion)); !written) {
       return tl::unexpected(Failure(written.error()));
@@ -212,6 +220,7 @@ Execute prepare_plan(Arguments& to) {
   to.required(&options->file, Value::file(), "Moves as JSON lines");
   to.option("--override", &options->share, Value::text("PERCENT"), "Of the feed, up to 200; default: 100");
   to.option("--picture", &options->picture, Value::file(), "Draw way and speed into this SVG file");
+  to.option("--samples", &options->samples, Value::file(), "Write the setpoints of every cycle into this CSV file");
   add_json_flag(to, options->json);
   return [options] { return plan(*options); };
 }

@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -101,15 +98,9 @@ void write_trace_events(std::ostream& out, const runtime::RunReport& report) {
 }
 
 runtime::Result<void> write_trace_file(const runtime::RunReport& report, const std::filesystem::path& file) {
-  const auto partial = runtime::partial_name(file);
-  std::ofstream stream(partial, std::ios::binary | std::ios::trunc);
-  write_trace_events(stream, report);
-  stream.close();
-  if (stream) return runtime::complete_file(file);
-  auto reason = fmt::format("cannot be written: {}", std::strerror(errno));
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
-  return runtime::fail(runtime::ErrorKind::kMachine, std::move(reason), file.string());
+  runtime::OutputFile output(file);
+  write_trace_events(output.stream(), report);
+  return output.complete();
 }
 
 }  // namespace driveline::cli

@@ -6,7 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
+#include <utility>
 
 namespace driveline::runtime {
 
@@ -26,15 +26,31 @@ Result<void> complete_file(const std::filesystem::path& file) {
   return fail(ErrorKind::kMachine, fmt::format("cannot be written: {}", error.message()), file.string());
 }
 
-Result<void> write_file(const std::filesystem::path& file, std::string_view content) {
-  std::ofstream stream(partial_name(file), std::ios::binary | std::ios::trunc);
-  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
-  stream.close();
-  if (stream) return complete_file(file);
-  auto reason = fmt::format("cannot be written: {}", std::strerror(errno));
+OutputFile::OutputFile(std::filesystem::path file)
+    : file_(std::move(file)), stream_(partial_name(file_), std::ios::binary | std::ios::trunc) {
+  if (!stream_) open_error_ = errno;
+}
+
+OutputFile::~OutputFile() {
+  if (!stream_.is_open()) return;
+  stream_.close();
   std::error_code ignored;
-  std::filesystem::remove(partial_name(file), ignored);
-  return fail(ErrorKind::kMachine, std::move(reason), file.string());
+  std::filesystem::remove(partial_name(file_), ignored);
+}
+
+Result<void> OutputFile::complete() {
+  stream_.close();  // tries again to write what could not be written
+  if (stream_) return complete_file(file_);
+  auto reason = fmt::format("cannot be written: {}", std::strerror(open_error_ != 0 ? open_error_ : errno));
+  std::error_code ignored;
+  std::filesystem::remove(partial_name(file_), ignored);
+  return fail(ErrorKind::kMachine, std::move(reason), file_.string());
+}
+
+Result<void> write_file(const std::filesystem::path& file, std::string_view content) {
+  OutputFile output(file);
+  output.stream().write(content.data(), static_cast<std::streamsize>(content.size()));
+  return output.complete();
 }
 
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
