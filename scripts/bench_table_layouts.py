@@ -424,6 +424,26 @@ def aims(documents):
     return table([("program", "l"), ("aims", "r"), ("met", "r"), ("missed by", "l")], rows)
 
 
+def headline(documents):
+    """What the page that everybody reads first says: the cycle of an idle machine beside what is usually measured."""
+    cycle, jitter = Figures(documents["cycle"]), Figures(documents["jitter"])
+    ways = [("driveline, as `run` waits", "idle_cycle"), ("`cyclictest`, same core and priority", "idle_cyclictest"),
+            ("a bare loop of `clock_nanosleep` and `send`", "idle_bare_loop")]
+    rows = []
+    for name, case in ways:
+        if (case, "wake_latency") not in jitter.rows:
+            continue
+        sent = (case, "send_time") in jitter.rows
+        rows.append([name, *(jitter.time(case, "wake_latency", key) for key in ("p50", "p99", "p999", "max")),
+                     jitter.time(case, "send_time", "p99") if sent else "",
+                     f"{jitter.row(case, 'missed_periods')['p50']:.0f} of {jitter.row(case, 'wake_latency')['n']:,}"
+                     if (case, "missed_periods") in jitter.rows else ""])
+    part = [f"{axes} axes {cycle.time(f'paced_{axes}_axes', 'master_part')}" for axes in (8, 32, 100)]
+    return where_from(documents["jitter"]) + table(
+        [("every 125 µs", "l"), ("woken late, p50", "r"), ("p99", "r"), ("p99.9", "r"), ("max", "r"), ("sent late, p99", "r"),
+         ("missed periods", "r")], rows) + ["", f"The master's part of a cycle, setpoints and frames of all axes, p50: {', '.join(part)}."]
+
+
 # Name in the marker: function, programs whose documents it needs.
 TABLES = {
     "aims": (aims, None),  # all that have aims
@@ -433,6 +453,7 @@ TABLES = {
     "eoe": (eoe, ["eoe"]),
     "eoe_cost": (eoe_cost, ["eoe"]),
     "esc": (esc, ["esc"]),
+    "headline": (headline, ["cycle", "jitter"]),
     "interpolation": (interpolation, ["trajectory"]),
     "jitter": (jitter, ["jitter"]),
     "master_cost": (master_cost, ["master_cost"]),

@@ -25,7 +25,7 @@ from pathlib import Path
 from bench_table_layouts import TABLES, TO_COME
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ["docs/benchmarks.md", "docs/distributed_clocks.md"]
+PAGES = ["README.md", "docs/benchmarks.md", "docs/distributed_clocks.md"]
 MARKED = re.compile(r"(<!-- table: (\S+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 ON_VIRTUAL_TIME = ["dc", "homing_paths"]
 # Pictures that `driveline bench` draws, and what they are called in docs/figures.
