@@ -80,6 +80,10 @@ runtime::Result<void> keep_one_axis(const IdentifyOptions& options, runtime::Lin
     return runtime::fail(runtime::ErrorKind::kSetting,
                          fmt::format("there is no axis \"{}\", but {}", options.axis, names.empty() ? "none" : names));
   }
+  if (found->is_virtual()) {
+    return runtime::fail(runtime::ErrorKind::kSetting,
+                         fmt::format("axis \"{}\" has no drive: there is nothing to identify", options.axis));
+  }
   config.axes = {*found};
   config.path.reset();
   config.telemetry.enabled = false;

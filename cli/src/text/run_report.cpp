@@ -96,8 +96,9 @@ std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool incr
     const auto shown = [&axis](double length) {
       return fmt::format("{:.4g} {}", length / axis.increments_per_unit, axis.unit);
     };
-    text += fmt::format("  {:<{}}{:>7}{:>15}{:>16}", axis.name, widest, axis.slave, shown(axis.following_error_max),
-                        shown(axis.following_error_rms));
+    text +=
+        fmt::format("  {:<{}}{:>7}{:>15}{:>16}", axis.name, widest, axis.slave ? fmt::format("{}", *axis.slave) : "-",
+                    shown(axis.following_error_max), shown(axis.following_error_rms));
     if (increments)
       text += fmt::format("{:>14.1f} inc{:>14.2f} inc", axis.following_error_max, axis.following_error_rms);
     if (axis.by_drive) {
@@ -182,7 +183,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
   nlohmann::json axes = nlohmann::json::array();
   for (const auto& axis : report.axes) {
     axes.push_back({{"name", axis.name},
-                    {"slave", axis.slave},
+                    {"slave", axis.slave ? nlohmann::json(*axis.slave) : nlohmann::json()},
                     {"owner", axis.owner},
                     {"following_error_max", axis.following_error_max},
                     {"following_error_rms", axis.following_error_rms},

@@ -14,6 +14,8 @@ namespace {
 
 /// Of position setpoints.
 double delay_of(const AxisConfig& config) {
+  // Where it is told to be, an axis without a drive is in the next cycle.
+  if (config.is_virtual()) return 1.0;
   constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
   return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
 }
@@ -27,6 +29,7 @@ bool needs_torque_offset(const AxisConfig& config) noexcept {
 std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& pdos) {
   using cia402::Mode;
   std::uint32_t modes = 0;
+  if (config.is_virtual()) return 1U << static_cast<unsigned>(Mode::kCyclicPosition);
   for (const auto mode : {Mode::kProfilePosition, Mode::kProfileVelocity, Mode::kHoming, Mode::kInterpolatedPosition,
                           Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
     if (missing_objects(mode, pdos, needs_torque_offset(config)).empty()) modes |= 1U << static_cast<unsigned>(mode);
@@ -37,6 +40,46 @@ std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& p
 /// The drive follows position setpoints.
 bool by_positions(cia402::Mode mode) noexcept {
   return mode == cia402::Mode::kCyclicPosition || mode == cia402::Mode::kInterpolatedPosition;
+}
+
+AxisConfig without_drive(AxisConfig config) {
+  config.slave = AxisConfig::kNoSlave;
+  config.mode = cia402::Mode::kCyclicPosition;
+  config.supported_modes = cia402::mode_bit(config.mode);
+  return config;
+}
+
+/// The state of a drive without faults that does at once what it is told.
+snapshot::AxisState state_by(std::uint16_t control_word) noexcept {
+  using snapshot::AxisState;
+  switch (control_word & cia402::command::kEnableOperation) {
+    case cia402::command::kShutdown:
+      return AxisState::kReadyToSwitchOn;
+    case cia402::command::kSwitchOn:
+      return AxisState::kSwitchedOn;
+    case cia402::command::kEnableOperation:
+      return AxisState::kOperationEnabled;
+    default:
+      return AxisState::kSwitchOnDisabled;
+  }
+}
+
+/// 6041h in such a state (CiA 402-2, "State coding").
+std::uint16_t status_word_of(snapshot::AxisState state) noexcept {
+  constexpr std::uint16_t kSwitchOnDisabled = 0x0040;
+  constexpr std::uint16_t kReadyToSwitchOn = 0x0021;
+  constexpr std::uint16_t kSwitchedOn = 0x0023;
+  constexpr std::uint16_t kOperationEnabled = 0x0027;
+  switch (state) {
+    case snapshot::AxisState::kReadyToSwitchOn:
+      return kReadyToSwitchOn;
+    case snapshot::AxisState::kSwitchedOn:
+      return kSwitchedOn;
+    case snapshot::AxisState::kOperationEnabled:
+      return kOperationEnabled;
+    default:
+      return kSwitchOnDisabled;
+  }
 }
 
 /// Number of positions, 2^32 without a range.
@@ -114,6 +157,8 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
   note_change();
 }
 
+Axis::Axis(AxisConfig config) : Axis(without_drive(std::move(config)), ProcessDataPlace{}, PdoConfiguration{}) {}
+
 Axis::Axis(Axis&& other) noexcept = default;
 Axis& Axis::operator=(Axis&& other) noexcept = default;
 Axis::~Axis() = default;
@@ -190,7 +235,18 @@ void Axis::recount() noexcept {
   inputs_.position = static_cast<double>(count_) / scale_;
 }
 
+/// It has done what the last outputs say.
+void Axis::be_its_drive() noexcept {
+  fresh_ = true;
+  inputs_.state = state_by(targets_.control_word);
+  inputs_.status_word = status_word_of(inputs_.state);
+  inputs_.mode = static_cast<std::int8_t>(mode_);
+  inputs_.position = targets_.position;
+  inputs_.velocity = targets_.velocity;
+}
+
 void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
+  if (config_.is_virtual()) return be_its_drive();
   fresh_ = valid && fresh;
   if (!valid) {
     inputs_.state = snapshot::AxisState::kUnavailable;

@@ -147,15 +147,18 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
                          std::chrono::nanoseconds took) noexcept {
   exchange_took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    const bool ok = valid[axes_[i].config().slave];
-    const bool now = fresh.empty() || fresh[axes_[i].config().slave];
+    const auto slave = axes_[i].config().slave;
+    const bool alone = axes_[i].config().is_virtual();
+    const bool ok = alone || valid[slave];
+    const bool now = alone || fresh.empty() || fresh[slave];
     exchanged_[i] = static_cast<char>(ok && now);
     if (now) seen_[i] = static_cast<char>(ok);
     bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
     // Single bad cycles are bridged with the inputs of the last good one.
     if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
-    if (ok && !operational[axes_[i].config().slave]) axes_[i].set_unavailable();
-    supplies_[i].given.set_reached(ok && operational[axes_[i].config().slave]);
+    const bool in_op = alone || operational[slave];
+    if (ok && !in_op) axes_[i].set_unavailable();
+    supplies_[i].given.set_reached(ok && in_op);
   }
 }
 

@@ -42,8 +42,11 @@ bool is_in_a_circle(std::span<const Couplings::Pair> pairs, const Couplings::Pai
 void check_pairs(const SingleAxes& axes, std::span<const Couplings::Pair> pairs) {
   const auto refuse = [](const std::string& reason) { throw std::invalid_argument("couplings: " + reason); };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto& [slave, master] = pairs[i];
-    if (slave >= axes.axes().size() || master >= axes.axes().size()) refuse("an axis that there is not");
+    const auto slave = pairs[i].slave;
+    const auto master = pairs[i].master;
+    const bool led_by_signal = pairs[i].signal != nullptr && master == Couplings::Pair::kNoAxis;
+    if (slave >= axes.axes().size() || (master >= axes.axes().size() && !led_by_signal))
+      refuse("an axis that there is not");
     if (slave == master) refuse("axis " + quoted(axes, slave) + " cannot be its own master");
     for (std::size_t k = 0; k < i; ++k) {
       if (pairs[k].slave == slave) refuse("axis " + quoted(axes, slave) + " has two masters");
@@ -74,9 +77,13 @@ class Couplings::Feed final : public SetpointFeed {
   Feed(const SingleAxes& axes, const Pair& pair, std::chrono::nanoseconds period)
       : axes_(axes),
         pair_(pair),
-        coupling_(limits_of_axis(axes.axis(pair.slave).axis().config()),
-                  std::chrono::duration<double>(period).count()) {
-    coupling_.set_master_bounds(limits_of_axis(axes.axis(pair.master).axis().config()));
+        period_s_(std::chrono::duration<double>(period).count()),
+        coupling_(limits_of_axis(axes.axis(pair.slave).axis().config()), period_s_) {
+    coupling_.set_master_bounds(pair.signal != nullptr ? pair.signal->bounds()
+                                                       : limits_of_axis(axes.axis(pair.master).axis().config()));
+    coupling_.set_on_loss(pair.on_loss);
+    const auto& slave = axes.axis(pair.slave).axis().config();
+    ahead_s_ = dead_time_cycles(slave) * period_s_ + pair.older_s;
   }
 
   [[nodiscard]] std::size_t slave() const noexcept { return pair_.slave; }
@@ -98,15 +105,17 @@ class Couplings::Feed final : public SetpointFeed {
     }
     inbox_.write(asked_);
   }
-  void ask_phase(double offset, const trajectory::ProfileLimits& limits) noexcept {
-    asked_.phase = {offset, limits, ++last_number_};
+  std::uint64_t ask_phase(double offset, bool relative, const trajectory::ProfileLimits& limits) noexcept {
+    asked_.phase = {offset, relative, limits, ++last_number_};
     inbox_.write(asked_);
+    return last_number_;
   }
 
   [[nodiscard]] Report report() const noexcept {
-    return {state_.load(std::memory_order_acquire), refusal_.load(std::memory_order_relaxed),
-            losses_.load(std::memory_order_relaxed), phase_.load(std::memory_order_relaxed),
-            phase_reached_.load(std::memory_order_relaxed)};
+    return {state_.load(std::memory_order_acquire),         refusal_.load(std::memory_order_relaxed),
+            losses_.load(std::memory_order_relaxed),        phase_.load(std::memory_order_relaxed),
+            phase_reached_.load(std::memory_order_relaxed), phase_refused_told_.load(std::memory_order_relaxed),
+            phase_number_.load(std::memory_order_relaxed),  master_place_.load(std::memory_order_relaxed)};
   }
 
   /// Of the setpoint, rad/s or m/s.
@@ -116,7 +125,7 @@ class Couplings::Feed final : public SetpointFeed {
   void join(std::size_t /*axis*/, const AxisSetpoint& from) noexcept override {
     engaged_ = false;
     slave_ = from;
-    master_ = master_now();
+    master_ = master_before();
     take_orders(true);
   }
   void leave(std::size_t /*axis*/) noexcept override {
@@ -143,6 +152,7 @@ class Couplings::Feed final : public SetpointFeed {
  private:
   struct Phase {
     double offset = 0.0;
+    bool relative = false;
     trajectory::ProfileLimits limits{};
     std::uint64_t number = 0;  ///< as Order::number
   };
@@ -156,9 +166,17 @@ class Couplings::Feed final : public SetpointFeed {
     const auto& setpoint = axis.setpoint();
     return {setpoint.position + axis.position_offset(), setpoint.velocity, setpoint.acceleration};
   }
-  [[nodiscard]] AxisSetpoint master_now() const noexcept { return named(axes_.axis(pair_.master)); }
+  /// At the instant that the setpoint of this cycle is for.
+  [[nodiscard]] AxisSetpoint master_now() const noexcept {
+    return pair_.signal != nullptr ? pair_.signal->at(ahead_s_) : named(axes_.axis(pair_.master));
+  }
+  /// The same of the cycle before, at the begin of this one.
+  [[nodiscard]] AxisSetpoint master_before() const noexcept {
+    return pair_.signal != nullptr ? pair_.signal->at(ahead_s_ - period_s_) : named(axes_.axis(pair_.master));
+  }
   /// One that has failed, or has no power, has no setpoints that mean anything.
   [[nodiscard]] bool master_leads() const noexcept {
+    if (pair_.signal != nullptr) return pair_.signal->leads();
     const auto state = axes_.axis(pair_.master).state();
     return state != PlcopenState::kErrorStop && state != PlcopenState::kDisabled;
   }
@@ -213,13 +231,18 @@ class Couplings::Feed final : public SetpointFeed {
     if (phase.number <= taken_phase_) return;
     taken_phase_ = phase.number;
     // What cannot be changes nothing, and is told as a phase that is not there.
-    if (engaged_) phase_refused_ = !coupling_.shift_phase_to(phase.offset, phase.limits);
+    if (!engaged_) return;
+    const double from = phase.relative ? coupling_.phase().position : 0.0;
+    phase_refused_ = !coupling_.shift_phase_to(from + phase.offset, phase.limits);
   }
 
   void publish() noexcept {
     losses_.store(coupling_.losses(), std::memory_order_relaxed);
     phase_.store(coupling_.phase().position, std::memory_order_relaxed);
     phase_reached_.store(coupling_.phase_reached() && !phase_refused_, std::memory_order_relaxed);
+    phase_refused_told_.store(phase_refused_, std::memory_order_relaxed);
+    phase_number_.store(taken_phase_, std::memory_order_relaxed);
+    master_place_.store(master_.position, std::memory_order_relaxed);
     velocity_.store(engaged_ ? slave_.velocity : 0.0, std::memory_order_relaxed);
     auto state = engaged_ ? coupling_.state() : CouplingState::kIdle;
     // The axis has the last word: it may have gone beside what it was told just now.
@@ -229,7 +252,9 @@ class Couplings::Feed final : public SetpointFeed {
 
   const SingleAxes& axes_;
   Pair pair_;
+  double period_s_;
   trajectory::Coupling coupling_;
+  double ahead_s_ = 0.0;  ///< of `signal`
   bool engaged_ = false;
   bool phase_refused_ = false;
   bool detoured_ = false;  // in the last cycle
@@ -248,10 +273,20 @@ class Couplings::Feed final : public SetpointFeed {
   std::atomic<double> phase_{0.0};
   std::atomic<double> velocity_{0.0};
   std::atomic<bool> phase_reached_{true};
+  std::atomic<bool> phase_refused_told_{false};
+  std::atomic<std::uint64_t> phase_number_{0};
+  std::atomic<double> master_place_{0.0};
 };
 
 Couplings::Couplings(SingleAxes& axes, std::span<const Pair> pairs, std::chrono::nanoseconds period) : axes_(axes) {
   check_pairs(axes, pairs);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    auto* const signal = pairs[i].signal;
+    const auto same = [signal](const Pair& other) { return other.signal == signal; };
+    if (signal != nullptr &&
+        std::find_if(pairs.begin(), pairs.end(), same) == pairs.begin() + static_cast<std::ptrdiff_t>(i))
+      axes.add_signal(*signal);
+  }
   // A master that follows one itself is asked first.
   std::vector<Pair> left(pairs.begin(), pairs.end());
   while (!left.empty()) {
@@ -309,12 +344,22 @@ std::uint64_t Couplings::disengage(std::size_t slave) noexcept {
   return axes_.submit(slave, {.command = AxisCommand::kMoveVelocity, .target = feed->velocity()});
 }
 
-bool Couplings::shift_phase_to(std::size_t slave, double offset, const trajectory::ProfileLimits& limits) noexcept {
+std::uint64_t Couplings::shift_phase(std::size_t slave, double offset, bool relative,
+                                     const trajectory::ProfileLimits& limits) noexcept {
   auto* const feed = find(slave);
-  if (feed == nullptr) return false;
+  if (feed == nullptr) return 0;
   const std::lock_guard lock(door_);
-  feed->ask_phase(offset, limits);
-  return true;
+  return feed->ask_phase(offset, relative, limits);
+}
+
+std::uint64_t Couplings::shift_phase_to(std::size_t slave, double offset,
+                                        const trajectory::ProfileLimits& limits) noexcept {
+  return shift_phase(slave, offset, false, limits);
+}
+
+std::uint64_t Couplings::shift_phase_by(std::size_t slave, double distance,
+                                        const trajectory::ProfileLimits& limits) noexcept {
+  return shift_phase(slave, distance, true, limits);
 }
 
 Couplings::Report Couplings::report(std::size_t slave) const noexcept {

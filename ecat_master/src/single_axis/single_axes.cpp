@@ -133,8 +133,14 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
   took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto slave = axes_[i].config().slave;
+    // Without a drive no frame is missed.
+    if (axes_[i].config().is_virtual()) {
+      single_[i].read_inputs(image, true, true, true);
+      continue;
+    }
     single_[i].read_inputs(image, valid[slave], operational[slave], fresh.empty() || fresh[slave]);
   }
+  for (auto* const signal : signals_) signal->read_inputs(image, valid, fresh);
 }
 
 void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
@@ -188,6 +194,7 @@ void SingleAxes::advance(Feed& feed) noexcept {
 
 AbsenceEffect SingleAxes::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
   auto effect = AbsenceEffect::kNone;
+  for (auto* const signal : signals_) signal->skip(missed);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     effect = std::max(effect, single_[i].resume(cycle, missed));
     setpoints_[i] = single_[i].setpoint();

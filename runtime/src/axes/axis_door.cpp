@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "axes/line_couplings.hpp"
 #include "axes/request_check.hpp"
 
 namespace driveline::runtime {
@@ -74,6 +75,11 @@ void AxisDoor::open(ecat_master::SingleAxes& axes) {
   single_ = &axes;
 }
 
+void AxisDoor::attach(LineCouplings& couplings) {
+  const std::lock_guard guard(lock_);
+  couplings_ = &couplings;
+}
+
 void AxisDoor::occupy(const std::string& owner) {
   const std::lock_guard guard(lock_);
   together_ = true;
@@ -87,6 +93,7 @@ void AxisDoor::occupy(const std::string& owner) {
 void AxisDoor::close() {
   const std::lock_guard guard(lock_);
   single_ = nullptr;
+  couplings_ = nullptr;
   together_ = false;
   pending_.clear();
 }
@@ -111,10 +118,38 @@ AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis,
   const std::lock_guard guard(lock_);
   if (axis >= axes_.size()) return refused(Why::kNotRunning);
   auto submitted = try_to_submit(caller, axis, request);
-  events::AxisRequested asked{caller.name, events::event_axis(axes_[axis]), request, {}};
+  events::AxisRequested asked{caller.name, events::event_axis(axes_[axis]), request, {}, {}};
   if (!submitted) asked.refusal = submitted.error();
   if (!caller.quiet) events_.emplace_back(std::move(asked));
   return submitted;
+}
+
+AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
+  const std::lock_guard guard(lock_);
+  if (axis >= axes_.size()) return refused(Why::kNotRunning);
+  auto submitted = try_to_couple(caller, axis, order);
+  events::AxisRequested asked{
+      caller.name, events::event_axis(axes_[axis]), plain(AxisCommand::kFollow), {}, order.text};
+  if (!submitted) asked.refusal = submitted.error();
+  if (!caller.quiet) events_.emplace_back(std::move(asked));
+  return submitted;
+}
+
+AxisDoor::Submitted AxisDoor::try_to_couple(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
+  if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
+  if (single_ == nullptr) return refused(Why::kNotRunning);
+  if (couplings_ == nullptr || !couplings_->has(axis)) return refused(Why::kNoMaster);
+  const bool changes = order.kind == CouplingOrder::Kind::kOut || order.kind == CouplingOrder::Kind::kPhase;
+  if (changes && !couplings_->coupled(axis)) return refused(Why::kNotCoupled);
+  const auto way = permission(caller, axis, AxisCommand::kFollow);
+  if (!way) return tl::unexpected(way.error());
+  const auto number = couplings_->submit(axis, order);
+  if (number == 0) {
+    if (*way == Way::kNewLease) authority_.release(axis, caller.name);
+    return refused(Why::kTooMany);
+  }
+  pending_.push_back({number, axis, caller, plain(AxisCommand::kFollow), *way == Way::kTakesOver, false, order.text});
+  return number;
 }
 
 tl::expected<std::uint64_t, AxisRefusal> AxisDoor::acquire(const AxisCaller& caller, std::size_t axis) {
@@ -202,7 +237,8 @@ LeaseTerms AxisDoor::terms_of(const AxisCaller& caller) const {
 void AxisDoor::settle_take_overs() {
   if (single_ == nullptr) return;
   for (auto& pending : pending_) {
-    const auto phase = pending.takes_over ? single_->report(pending.number).phase : RequestPhase::kWaiting;
+    const auto phase =
+        pending.takes_over ? progress_of(pending.axis, pending.number).report.phase : RequestPhase::kWaiting;
     if (phase == RequestPhase::kWaiting) continue;
     pending.takes_over = false;
     const bool taken =
@@ -231,6 +267,8 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
     return {{RequestPhase::kAborted, AxisError::kNone}, refusal, {}};
   }
   AxisProgress progress{single_->report(request), {}, {}};
+  if (couplings_ != nullptr && couplings_->has(axis))
+    progress.report = couplings_->judge(axis, request, progress.report);
   if (progress.report.phase == RequestPhase::kDone) {
     const auto now = single_->axis_report(axis);
     if (now.recorded_request == request) progress.recorded_position = now.recorded_position;
@@ -242,6 +280,12 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   refusal.why = Why::kByAxis;
   refusal.error = progress.report.error;
   const auto report = single_->axis_report(axis);
+  const bool coupling = couplings_ != nullptr && couplings_->has(axis);
+  if (coupling && refusal.error == AxisError::kFollowing && couplings_->is_order(axis, request)) {
+    refusal.why = Why::kCoupling;
+    refusal.coupling = couplings_->refusal(axis);
+  }
+  if (coupling && LineCouplings::is_phase(request)) refusal.why = Why::kNotCoupled;
   if (refusal.error == AxisError::kFault) refusal.error_code = report.error_code;
   const auto range = range_of_requests(axes_[axis], report);
   if (refusal.error != AxisError::kOutsideRange || !range) return progress;
@@ -260,8 +304,9 @@ bool AxisDoor::is_probe(std::uint64_t request) const {
 
 AxisStatus AxisDoor::status(std::size_t axis) const {
   const std::lock_guard guard(lock_);
-  AxisStatus status{events::event_axis(axes_.at(axis)), authority_.owner_of(axis), {}};
+  AxisStatus status{events::event_axis(axes_.at(axis)), authority_.owner_of(axis), {}, {}};
   if (single_ != nullptr) status.report = single_->axis_report(axis);
+  if (couplings_ != nullptr && couplings_->has(axis)) status.coupling = couplings_->status(axis);
   return status;
 }
 
@@ -336,7 +381,7 @@ void AxisDoor::watch_requests() {
     auto axis = events::event_axis(axes_[pending.axis]);
     if (progress.refusal && !pending.caller.quiet) {
       events_.emplace_back(events::AxisRequestFailed{std::move(pending.caller.name), std::move(axis), pending.request,
-                                                     std::move(*progress.refusal)});
+                                                     std::move(*progress.refusal), std::move(pending.coupling)});
     } else if (progress.recorded_position) {
       events_.emplace_back(events::AxisProbed{std::move(pending.caller.name), std::move(axis), pending.request,
                                               *progress.recorded_position});

@@ -18,23 +18,6 @@ double read_position(TomlReader& reader, std::string_view key, const trajectory:
   return unit.to_si(reader.number(key, unit.from_si(-kFarthest), unit.from_si(kFarthest)));
 }
 
-/// Both ends or none.
-void read_software_limits(TomlReader& reader, ecat_master::AxisConfig& axis) {
-  const bool lowest = reader.has("min_position");
-  const bool highest = reader.has("max_position");
-  if (!lowest && !highest) return;
-  if (!lowest) reader.fail("max_position", "stands without min_position: both ends are expected");
-  if (!highest) reader.fail("min_position", "stands without max_position: both ends are expected");
-  const auto& unit = ecat_master::position_unit(axis);
-  const trajectory::PositionRange range{read_position(reader, "min_position", unit),
-                                        read_position(reader, "max_position", unit)};
-  if (!(range.min < range.max)) {
-    reader.fail("max_position", fmt::format("is {:.6g} {}, more than the {:.6g} {} of min_position is expected",
-                                            unit.from_si(range.max), unit.name, unit.from_si(range.min), unit.name));
-  }
-  axis.software_limits = range;
-}
-
 void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
   constexpr double kLeast = 1e-6;  // rad or m
   constexpr double kRoundingIncrements = 1e-3;
@@ -63,6 +46,22 @@ void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
 }
 
 }  // namespace
+
+void read_software_limits(TomlReader& reader, ecat_master::AxisConfig& axis) {
+  const bool lowest = reader.has("min_position");
+  const bool highest = reader.has("max_position");
+  if (!lowest && !highest) return;
+  if (!lowest) reader.fail("max_position", "stands without min_position: both ends are expected");
+  if (!highest) reader.fail("min_position", "stands without max_position: both ends are expected");
+  const auto& unit = ecat_master::position_unit(axis);
+  const trajectory::PositionRange range{read_position(reader, "min_position", unit),
+                                        read_position(reader, "max_position", unit)};
+  if (!(range.min < range.max)) {
+    reader.fail("max_position", fmt::format("is {:.6g} {}, more than the {:.6g} {} of min_position is expected",
+                                            unit.from_si(range.max), unit.name, unit.from_si(range.min), unit.name));
+  }
+  axis.software_limits = range;
+}
 
 void read_axis_range(TomlReader& reader, ecat_master::AxisConfig& axis) {
   read_software_limits(reader, axis);

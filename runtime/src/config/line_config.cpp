@@ -8,6 +8,7 @@
 #include "config/axis_range_reader.hpp"
 #include "config/clock_config.hpp"
 #include "config/command_reader.hpp"
+#include "config/coupling_reader.hpp"
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
 #include "config/fault_config.hpp"
@@ -17,6 +18,7 @@
 #include "config/slave_plan_reader.hpp"
 #include "config/stream_reader.hpp"
 #include "config/telemetry_reader.hpp"
+#include "config/virtual_axis_reader.hpp"
 #include "config/wiring_config.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/cia402/cyclic_mode.hpp"
@@ -233,7 +235,7 @@ void complete_velocity_gains(LineConfig& config) {
   constexpr double kBandwidthPerS = 100.0;
   constexpr double kPerExchange = 0.2;
   for (auto& axis : config.axes) {
-    if (axis.velocity_gain > 0.0) continue;
+    if (axis.velocity_gain > 0.0 || axis.is_virtual()) continue;
     const std::chrono::duration<double> exchange = config.period * exchange_divider(config, config.slaves[axis.slave]);
     axis.velocity_gain = axis.inertia * std::min(kBandwidthPerS, kPerExchange / exchange.count());
   }
@@ -425,14 +427,17 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
   for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config, mode));
+  read_virtual_axes(root, config);
   read_process_data(root, config);
   complete_velocity_gains(config);
   check_moduli(root, config);
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
+  check_virtual_axes(root, config);
   if (root.has("stream")) config.stream = read_stream(root.table("stream"), config.axes);
   if (config.stream && config.path) {
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
+  read_couplings(root, file.parent_path(), config);
   config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
   if (root.has("commands"))
     config.commands =

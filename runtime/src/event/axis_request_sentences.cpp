@@ -148,6 +148,15 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
       return "torques need velocity_gain or inertia in its [[axis]], by which its velocity is kept";
     case Why::kTooMany:
       return "there are more requests than the cycle can take";
+    case Why::kNoMaster:
+      return fmt::format("it has no master: a [[coupling]] with slave = \"{}\" is expected in the line description",
+                         axis.name);
+    case Why::kNotCoupled:
+      return "it is not coupled to its master";
+    case Why::kCoupling:
+      if (refusal.coupling == trajectory::CouplingRefusal::kNone)
+        return "its master leads no more: it has failed, has no power, or its position is not known";
+      return std::string(to_text(refusal.coupling));
     case Why::kByAxis:
       if (refusal.software_limits) return range_reason(axis, refusal.lowest, refusal.highest);
       return error_text(refusal.error, refusal.error_code);
@@ -179,12 +188,14 @@ std::string describe(const events::EventAxis& axis, const AxisRefusal& refusal) 
 }
 
 std::string EventSentence::operator()(const events::AxisRequested& facts) const {
-  const auto asked = fmt::format("{}: axis {}: {}", facts.who, facts.axis.name, describe(facts.axis, facts.request));
+  const auto what = facts.coupling.empty() ? describe(facts.axis, facts.request) : facts.coupling;
+  const auto asked = fmt::format("{}: axis {}: {}", facts.who, facts.axis.name, what);
   return facts.refusal ? fmt::format("{}: refused: {}", asked, reason_of(facts.axis, *facts.refusal)) : asked;
 }
 
 std::string EventSentence::operator()(const events::AxisRequestFailed& facts) const {
-  return fmt::format("{}: axis {}: {}: failed: {}", facts.who, facts.axis.name, describe(facts.axis, facts.request),
+  return fmt::format("{}: axis {}: {}: failed: {}", facts.who, facts.axis.name,
+                     facts.coupling.empty() ? describe(facts.axis, facts.request) : facts.coupling,
                      reason_of(facts.axis, facts.refusal));
 }
 

@@ -235,7 +235,11 @@ Result<void> LineRun::bring_up() {
   if (image.outputs().empty() && image.inputs().empty()) progress(events::NoProcessData{});
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
-  if (settings_.path) motion_ = make_motion();
+  if (settings_.path) {
+    auto motion = make_motion();
+    if (!motion) return tl::unexpected(motion.error());
+    motion_ = std::move(*motion);
+  }
   return settings_.tasks->prepare(config_, *variables_);
 }
 
@@ -285,15 +289,22 @@ Result<void> LineRun::must_be_free() {
 }
 
 /// Axes that nothing moves together wait for requests, each for its own.
-std::unique_ptr<LineMotion> LineRun::make_motion() {
-  return joint_owner().empty() ? make_single_motion() : make_joint_motion();
+Result<std::unique_ptr<LineMotion>> LineRun::make_motion() {
+  if (!joint_owner().empty()) return make_joint_motion();
+  return make_single_motion();
 }
 
-std::unique_ptr<LineMotion> LineRun::make_single_motion() {
+Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
   auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
   if (config_.stream) {
     stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
     settings_.tasks->serve(stream_->task());
+  }
+  if (!config_.couplings.couplings.empty()) {
+    auto couplings = LineCouplings::make(config_, *axes, *variables_, master_);
+    if (!couplings) return tl::unexpected(couplings.error());
+    couplings_ = std::move(*couplings);
+    settings_.door->attach(*couplings_);
   }
   return std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
 }
@@ -538,6 +549,7 @@ void LineRun::judge_axes() {
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& seen = recorder_->following_errors()[i];
+    if (axis.is_virtual()) continue;
     // A run stopped at its very beginning does not wait for them.
     if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
     if (seen.samples == 0 && !motion_->enables()) continue;
@@ -619,7 +631,8 @@ void LineRun::report_axes(RunReport& report) const {
     const auto& axis = config_.axes[i];
     const auto& error = recorder_->following_errors()[i];
     const auto& unit = ecat_master::position_unit(axis);
-    report.axes.push_back({axis.name, axis.slave, error.maximum * axis.increments_per_unit,
+    const auto slave = axis.is_virtual() ? std::nullopt : std::optional(axis.slave);
+    report.axes.push_back({axis.name, slave, error.maximum * axis.increments_per_unit,
                            error.rms() * axis.increments_per_unit, std::string(unit.name),
                            axis.increments_per_unit * unit.to_si(1.0), error.unavailable});
     report.axes.back().path_error = {error.path.maximum * axis.increments_per_unit,

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "axes/line_couplings.hpp"
 #include "commands/command_service.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
@@ -80,9 +81,9 @@ class LineRun {
   [[nodiscard]] Result<void> bring_up_clocks();
   [[nodiscard]] Result<void> ask_drives();
   [[nodiscard]] Result<void> must_be_free();
-  [[nodiscard]] std::unique_ptr<LineMotion> make_motion();
+  [[nodiscard]] Result<std::unique_ptr<LineMotion>> make_motion();
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
-  [[nodiscard]] std::unique_ptr<LineMotion> make_single_motion();
+  [[nodiscard]] Result<std::unique_ptr<LineMotion>> make_single_motion();
   [[nodiscard]] Result<void> start_cycle();
   [[nodiscard]] Result<void> start_services();
   void operate();
@@ -125,7 +126,8 @@ class LineRun {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;
   std::unique_ptr<LineMotion> motion_;
-  std::unique_ptr<StreamService> stream_;  ///< of single axes with [stream]
+  std::unique_ptr<StreamService> stream_;     ///< of single axes with [stream]
+  std::unique_ptr<LineCouplings> couplings_;  ///< of single axes with [[coupling]]
   /// None: nothing is commanded over DDS. Behind `stream_`, whose streams it writes into.
   std::unique_ptr<CommandService> commands_;
   std::vector<ecat_master::ProcessDataCopy> copies_;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <chrono>
+#include <optional>
 
 #include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/esi/sii.hpp"
@@ -45,6 +47,23 @@ void add_range(const ecat_master::AxisConfig& axis, std::vector<ecat_master::Sta
   sdos.push_back(ecat_master::startup_sdo(0x607B, 2, axis.range_max));
 }
 
+/// When the SYNC0 of a slave comes behind the frames, and how often.
+struct SyncPlace {
+  std::chrono::nanoseconds to_sync0{};
+  std::chrono::nanoseconds cycle{};
+};
+
+/// `slave`: number of the [[slave]]. None: it has no SYNC0.
+std::optional<SyncPlace> sync_place(std::size_t slave, const ecat_master::Master& master) {
+  const auto position = master.position_of(slave).value_or(slave);
+  const auto* clocks = master.clocks();
+  if (clocks == nullptr || position >= clocks->slaves.size() || !clocks->slaves[position].signals.sync0())
+    return std::nullopt;
+  const auto& signals = clocks->slaves[position].signals;
+  const auto cycle = std::max(signals.sync0_cycle, std::chrono::nanoseconds{1});
+  return SyncPlace{((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle, cycle};
+}
+
 ecat_master::SetpointWay setpoint_way(const LineConfig& config, const ecat_master::AxisConfig& axis,
                                       const ecat_master::Master& master) {
   ecat_master::SetpointWay way;
@@ -52,13 +71,7 @@ ecat_master::SetpointWay setpoint_way(const LineConfig& config, const ecat_maste
   way.period = config.period;
   way.divider = exchange_divider(config, slave);
   way.interpolation = drive_rules(config, slave).interpolation_exchanges();
-  const auto position = master.position_of(axis.slave).value_or(axis.slave);
-  const auto* clocks = master.clocks();
-  if (clocks != nullptr && position < clocks->slaves.size() && clocks->slaves[position].signals.sync0()) {
-    const auto& signals = clocks->slaves[position].signals;
-    const auto cycle = std::max(signals.sync0_cycle, std::chrono::nanoseconds{1});
-    way.to_sync0 = ((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle;
-  }
+  if (const auto place = sync_place(axis.slave, master)) way.to_sync0 = place->to_sync0;
   return way;
 }
 
@@ -117,6 +130,11 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
   return plans;
 }
 
+std::chrono::nanoseconds input_age(std::size_t slave, const ecat_master::Master& master) {
+  const auto place = sync_place(slave, master);
+  return place ? (place->cycle - place->to_sync0) % place->cycle : std::chrono::nanoseconds{0};
+}
+
 double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
                       const ecat_master::Master& master) {
   return ecat_master::setpoint_delay_cycles(setpoint_way(config, axis, master));
@@ -127,6 +145,10 @@ std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_ma
   for (auto axis : config.axes) {
     axis.on_loss = config.recovery.axes;
     axis.period = config.period;
+    if (axis.is_virtual()) {
+      axes.emplace_back(std::move(axis));
+      continue;
+    }
     const auto way = setpoint_way(config, axis, master);
     if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = ecat_master::setpoint_delay_cycles(way);
     if (axis.feed_forward.any()) axis.offset_delay_cycles = offset_delay(*axis.setpoint_delay_cycles, way);

@@ -199,6 +199,7 @@ std::vector<ecat_master::Result<DriveFacts>> read_drive_facts(ecat_master::Maste
   std::vector<std::optional<DriveInquiry>> inquiries;
   for (const auto& axis : config.axes) {
     auto& inquiry = inquiries.emplace_back();
+    if (axis.is_virtual()) continue;
     const auto position = master.position_of(axis.slave).value_or(axis.slave);
     const auto& slave = master.slaves()[position];
     if (!slave.present || !slave.mailbox || !slave.info.description.mailbox.coe) continue;

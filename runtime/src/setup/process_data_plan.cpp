@@ -29,8 +29,9 @@ Result<void> give_names(const LineConfig& config, ProcessVariables& variables) {
 
 /// The axis whose cycle writes this output; nothing when it is free.
 const ecat_master::AxisConfig* writer_of(const LineConfig& config, const ProcessVariable& variable) {
-  const auto axis = std::find_if(config.axes.begin(), config.axes.end(),
-                                 [&](const auto& a) { return config.slaves[a.slave].name == variable.slave_name; });
+  const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [&](const auto& a) {
+    return !a.is_virtual() && config.slaves[a.slave].name == variable.slave_name;
+  });
   if (axis == config.axes.end()) return nullptr;
   const auto& pdos = ecat_master::axis_pdo_configuration().outputs;
   const bool written = std::any_of(pdos.begin(), pdos.end(), [&](const auto& pdo) {
@@ -103,6 +104,7 @@ Result<void> check_planned_pdos(const LineConfig& config, std::span<const ecat_m
 
 Result<void> check_axis_objects(const LineConfig& config, const ecat_master::Master& master) {
   for (const auto& axis : config.axes) {
+    if (axis.is_virtual()) continue;
     const auto position = master.position_of(axis.slave).value_or(axis.slave);
     const auto& plan = master.slaves()[position].plan;
     const auto missing = ecat_master::missing_objects(axis.mode, plan.pdos, axis.feed_forward.any());

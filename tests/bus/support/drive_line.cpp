@@ -173,6 +173,7 @@ ecat_master::Result<void> LineOperation::to_safe_op() {
 ecat_master::MotionControl& LineOperation::make_motion() {
   auto axes = runtime::make_axes(config_, *master_);
   if (options_.single_axes) {
+    for (const auto& config : options_.virtual_axes) axes.emplace_back(config);
     ecat_master::SingleAxes::Settings settings;
     settings.period = options_.period;
     settings.enable_timeout = options_.enable_timeout;

@@ -85,11 +85,13 @@ struct RunOptions {
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
-  ecat_master::FeedForward feed_forward{};    ///< of every axis
-  bool reversed = false;                      ///< AxisConfig::reversed of every axis
-  bool knows_torques = true;                  ///< every axis has an inertia and a velocity gain
-  bool accept_swapped_ports = false;          ///< IN and OUT of a slave may be swapped
-  bool samples = true;                        ///< LineOperation::axis_samples and line_samples are taken
+  ecat_master::FeedForward feed_forward{};  ///< of every axis
+  bool reversed = false;                    ///< AxisConfig::reversed of every axis
+  bool knows_torques = true;                ///< every axis has an inertia and a velocity gain
+  bool accept_swapped_ports = false;        ///< IN and OUT of a slave may be swapped
+  bool samples = true;                      ///< LineOperation::axis_samples and line_samples are taken
+  /// With `single_axes`, behind the axes of the drives.
+  std::vector<ecat_master::AxisConfig> virtual_axes{};
   ecat_master::SetpointFeed* feed = nullptr;  ///< with `single_axes`, of the first axes
 };
 

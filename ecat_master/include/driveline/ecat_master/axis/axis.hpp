@@ -34,6 +34,9 @@ enum class LossPolicy : std::uint8_t {
 
 /// Configuration of an axis. Lengths are rad for rotary and m for linear axes, torques Nm or N.
 struct AxisConfig {
+  /// `slave` of an axis without a drive, a virtual one: it is where its setpoints are, and has no mode but CSP.
+  static constexpr std::size_t kNoSlave = std::numeric_limits<std::size_t>::max();
+
   std::string name;                                            ///< for messages and files
   std::size_t slave = 0;                                       ///< position on the line
   cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation to begin with; see Axis::mode()
@@ -90,6 +93,8 @@ struct AxisConfig {
   /// Unit of its positions in messages and files, not in calculations; null: rad or m.
   const trajectory::PositionUnit* unit = nullptr;
 
+  /// Whether it has no drive. \rtsafe
+  [[nodiscard]] bool is_virtual() const noexcept { return slave == kNoSlave; }
   /// Whether `kind` is linear. \rtsafe
   [[nodiscard]] bool linear() const noexcept { return kind == trajectory::AxisKind::kLinear; }
 };
@@ -134,6 +139,8 @@ class Axis {
  public:
   /// `place` and `pdos` say where the objects lie in the image.
   Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos);
+  /// An axis without a drive (AxisConfig::kNoSlave). It answers its commands in the next cycle, whatever the line does.
+  explicit Axis(AxisConfig config);
   /// Moved, not copied.
   Axis(Axis&& other) noexcept;
   Axis& operator=(Axis&& other) noexcept;
@@ -248,6 +255,7 @@ class Axis {
     double feed_velocity = 0.0;  ///< share of the feed-forward in velocity and torque
     double feed_torque = 0.0;
   };
+  void be_its_drive() noexcept;
   void write_targets(std::span<std::byte> image) const noexcept;
   [[nodiscard]] bool shows_mode() const noexcept {
     return !mode_display_ || inputs_.mode == static_cast<std::int8_t>(mode_);

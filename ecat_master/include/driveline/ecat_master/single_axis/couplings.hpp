@@ -3,18 +3,20 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <vector>
 
+#include "driveline/ecat_master/single_axis/master_signal.hpp"
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/trajectory/coupling.hpp"
 
 namespace driveline::ecat_master {
 
 /// Electronic gears and cams between the axes of a line that are commanded one by one (SingleAxes): a slave follows the
-/// setpoints of its master in SynchronizedMotion, within the limits of its own axis.
+/// setpoints of its master, or a signal (MasterSignal), in SynchronizedMotion, within the limits of its own axis.
 ///
 /// What is asked of a slave is a request of it (AxisCommand::kFollow): its number says how far it is. kReached: it is
 /// led by its master; whether it is in synchronism is told by report(). Another motion ends it (kAborted). It ends with
@@ -27,17 +29,29 @@ class Couplings {
  public:
   /// Which axis follows which, by their numbers.
   struct Pair {
+    /// `master` that is none: `signal` alone leads.
+    static constexpr std::size_t kNoAxis = std::numeric_limits<std::size_t>::max();
+
     std::size_t slave = 0;   ///< an axis has one master
     std::size_t master = 0;  ///< may be the slave of another one
+    /// Leads instead of the setpoints of `master`: an encoder, or the actual position of that axis. It must outlive the
+    /// cycle. The slave is led by where it will be at the instant that a setpoint of this cycle is for: so much later
+    /// as the actual position of the slave lags behind its setpoints.
+    MasterSignal* signal = nullptr;
+    double older_s = 0.0;  ///< so much older than the actual position of the slave is that of `signal`
+    trajectory::OnLoss on_loss = trajectory::OnLoss::kFollow;  ///< when synchronism is lost
   };
 
   /// What a slave does as of the last cycle.
   struct Report {
     trajectory::CouplingState state = trajectory::CouplingState::kIdle;  ///< kIdle: not coupled; of the cycle before
     trajectory::CouplingRefusal refusal = trajectory::CouplingRefusal::kNone;  ///< why it was not, the last time
-    std::uint32_t losses = 0;    ///< how often it could not stay in synchronism since it was coupled
-    double phase = 0.0;          ///< offset of its master, rad or m
-    bool phase_reached = false;  ///< it is the one that was asked for
+    std::uint32_t losses = 0;        ///< how often it could not stay in synchronism since it was coupled
+    double phase = 0.0;              ///< offset of its master, rad or m
+    bool phase_reached = false;      ///< it is the one that was asked for
+    bool phase_refused = false;      ///< the last one could not be
+    std::uint64_t phase_number = 0;  ///< of the last shift that the cycle has taken
+    double master = 0.0;             ///< where the master of one that is coupled is, rad or m, without the phase
   };
 
   /// Before the cycle starts; `axes` must outlive it, and it the cycle. An axis in `pairs` as slave has no other feed.
@@ -61,8 +75,13 @@ class Couplings {
   /// for AxisCommand::kHalt. 0 also where the slave is not coupled.
   [[nodiscard]] std::uint64_t disengage(std::size_t slave) noexcept;
   /// MC_PhasingAbsolute: the master, as the slave sees it, is moved by `offset` (rad or m) from where it is, within
-  /// `limits`. False: the axis is no slave. Without effect where the slave is not coupled, or the limits cannot be.
-  [[nodiscard]] bool shift_phase_to(std::size_t slave, double offset, const trajectory::ProfileLimits& limits) noexcept;
+  /// `limits`. A number for Report::phase_number, later ones are higher; 0: the axis is no slave. Without effect where
+  /// the slave is not coupled, or the limits cannot be.
+  [[nodiscard]] std::uint64_t shift_phase_to(std::size_t slave, double offset,
+                                             const trajectory::ProfileLimits& limits) noexcept;
+  /// MC_PhasingRelative: the same by `distance` from the offset that there is when the cycle takes it.
+  [[nodiscard]] std::uint64_t shift_phase_by(std::size_t slave, double distance,
+                                             const trajectory::ProfileLimits& limits) noexcept;
   /// All of an axis that is no slave is as of one that was never coupled.
   [[nodiscard]] Report report(std::size_t slave) const noexcept;
 
@@ -73,6 +92,8 @@ class Couplings {
   void add(const Pair& pair, std::chrono::nanoseconds period);
   [[nodiscard]] Feed* find(std::size_t slave) const noexcept;
   [[nodiscard]] std::uint64_t order(std::size_t slave, const Order& order) noexcept;
+  [[nodiscard]] std::uint64_t shift_phase(std::size_t slave, double offset, bool relative,
+                                          const trajectory::ProfileLimits& limits) noexcept;
 
   SingleAxes& axes_;
   std::mutex door_;  ///< of ordering threads; the cycle never takes it

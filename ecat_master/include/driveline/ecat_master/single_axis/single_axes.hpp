@@ -8,6 +8,7 @@
 
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/ecat_master/single_axis/master_signal.hpp"
 #include "driveline/ecat_master/single_axis/request_table.hpp"
 #include "driveline/ecat_master/single_axis/setpoint_feed.hpp"
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
@@ -52,6 +53,8 @@ class SingleAxes final : public MotionControl {
   /// @throws std::invalid_argument if there is another number of axes than the feed has, no such axis, or one that has
   /// a feed.
   void add_feed(SetpointFeed& feed, std::vector<std::size_t> axes);
+  /// A signal that is to be read in every cycle, before any feed is asked. Likewise.
+  void add_signal(MasterSignal& signal) { signals_.push_back(&signal); }
 
   // Any thread.
   /// Hands a request to an axis; it is taken in the next cycle. The number to ask report() with; 0: there is no such
@@ -102,6 +105,7 @@ class SingleAxes final : public MotionControl {
   rt::SpscRing<NumberedRequest> requests_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;
+  std::vector<MasterSignal*> signals_;
 };
 
 }  // namespace driveline::ecat_master

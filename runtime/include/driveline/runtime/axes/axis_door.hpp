@@ -13,9 +13,12 @@
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
+#include "driveline/runtime/axes/coupling_order.hpp"
 #include "driveline/runtime/event.hpp"
 
 namespace driveline::runtime {
+
+class LineCouplings;
 
 /// The caller that enables the axes when a line goes into operation.
 inline constexpr std::string_view kStartOfRun = "the start of the run";
@@ -43,6 +46,7 @@ struct AxisStatus {
   events::EventAxis axis;                           ///< name and unit
   std::string owner;                                ///< empty: nobody
   std::optional<ecat_master::AxisReport> report{};  ///< none: the axes are moved together, or the line does not run
+  std::optional<CouplingStatus> coupling{};         ///< none: it has no master, or the line does not run
 };
 
 /// The way of requests to the single axes of a running line: checks what needs no cycle, asks AxisAuthority for the
@@ -61,6 +65,8 @@ class AxisDoor {
   // The side of the line.
   /// Requests are taken from now on, until close(). `axes` must outlive that.
   void open(ecat_master::SingleAxes& axes);
+  /// The same with gears and cams; `couplings` must outlive that, too. Before open().
+  void attach(LineCouplings& couplings);
   /// `owner` moves all axes, until close().
   void occupy(const std::string& owner);
   /// The line goes out of operation.
@@ -78,6 +84,9 @@ class AxisDoor {
   /// Hands on a request: the number to ask progress() with, 0 where it has stopped all axes and nothing remains to ask.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
                                                                 const ecat_master::AxisRequest& request);
+  /// The same for an order about the gear or cam of an axis: the lease of the slave is what it needs.
+  [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
+                                                                const CouplingOrder& order);
   /// Takes the axis for a caller who names its lease with every request. The number of the lease.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> acquire(const AxisCaller& caller, std::size_t axis);
   /// Whether the axis is the caller's, by the lease that he names.
@@ -109,6 +118,7 @@ class AxisDoor {
     ecat_master::AxisRequest request;
     bool takes_over = false;  ///< the axis from another owner, as soon as the axis has taken the request
     bool gone = false;        ///< the caller has left before that
+    std::string coupling{};   ///< what, of a CouplingOrder
   };
   /// How a request comes to its axis.
   enum class Way : std::uint8_t {
@@ -121,6 +131,7 @@ class AxisDoor {
 
   [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis,
                                         const ecat_master::AxisRequest& request);
+  [[nodiscard]] Submitted try_to_couple(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order);
   [[nodiscard]] Permission permission(const AxisCaller& caller, std::size_t axis, ecat_master::AxisCommand command);
   [[nodiscard]] Permission probe_permission(const AxisCaller& caller, std::size_t axis,
                                             ecat_master::AxisCommand command) const;
@@ -141,6 +152,7 @@ class AxisDoor {
   AxisAuthority authority_;
   mutable std::mutex lock_;
   ecat_master::SingleAxes* single_ = nullptr;
+  LineCouplings* couplings_ = nullptr;
   bool together_ = false;
   std::vector<Pending> pending_;
   std::vector<std::string> leaving_;  ///< callers whose leases last as long as their requests

@@ -17,6 +17,7 @@
 #include "driveline/port/interface_port.hpp"
 #include "driveline/rt/realtime_thread.hpp"
 #include "driveline/runtime/config/command_config.hpp"
+#include "driveline/runtime/config/coupling_config.hpp"
 #include "driveline/runtime/config/eoe_config.hpp"
 #include "driveline/runtime/config/process_data_config.hpp"
 #include "driveline/runtime/config/recovery_config.hpp"
@@ -139,6 +140,7 @@ struct LineConfig {
   std::optional<EoeConfig> eoe;                          ///< none: no EoE
   std::optional<GatewayConfig> gateway;                  ///< none: no mailbox gateway
   std::optional<StreamConfig> stream;                    ///< none: no setpoints out of other processes
+  CouplingPlan couplings;                                ///< gears and cams
   RecoveryConfig recovery;                               ///< reaction to lost slaves
   std::vector<std::string> notes;                        ///< remarks on the file for its author, a sentence each
 };

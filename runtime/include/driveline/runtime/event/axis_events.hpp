@@ -8,6 +8,7 @@
 
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/trajectory/coupling.hpp"
 #include "driveline/trajectory/position_unit.hpp"
 #include "driveline/trajectory/profile.hpp"
 
@@ -27,6 +28,9 @@ struct AxisRefusal {
     kNoVelocityGain,  ///< neither inertia nor velocity gain are known, without which the master closes no loop in CST
     kTooMany,         ///< more requests than the cycle can take
     kByAxis,          ///< the axis itself, with `error`
+    kNoMaster,        ///< the line description has no [[coupling]] of the axis
+    kNotCoupled,      ///< there is no coupling to be ended, or whose phase could be shifted
+    kCoupling,        ///< `coupling`; none: its master leads no more
   };
   Why why = Why::kNotRunning;      ///< the reason
   std::string owner{};             ///< kOwned, kMovedTogether, kProbeTaken
@@ -39,6 +43,7 @@ struct AxisRefusal {
   std::uint16_t error_code = 0;    ///< kByAxis: of the drive (603Fh); 0: none
   /// `lowest` and `highest` are the software limits of the axis; also of kByAxis.
   bool software_limits = false;
+  trajectory::CouplingRefusal coupling = trajectory::CouplingRefusal::kNone;  ///< kCoupling
 };
 
 namespace events {
@@ -61,6 +66,7 @@ struct AxisRequested {
   EventAxis axis;                        ///< of which
   ecat_master::AxisRequest request;      ///< what
   std::optional<AxisRefusal> refusal{};  ///< why it was refused; none: it was not
+  std::string coupling{};                ///< what, where it is a CouplingOrder: its text
 };
 /// A request that had been taken has failed, or was ended by a failure of the axis.
 struct AxisRequestFailed {
@@ -68,6 +74,7 @@ struct AxisRequestFailed {
   EventAxis axis;                    ///< of which
   ecat_master::AxisRequest request;  ///< what was asked
   AxisRefusal refusal;               ///< why
+  std::string coupling{};            ///< what, where it is a CouplingOrder: its text
 };
 /// The touch probe of an axis has recorded where the axis was.
 struct AxisProbed {

@@ -25,10 +25,10 @@ namespace driveline::runtime {
 /// One axis in the summary; following errors in drive increments, as the master computes them.
 struct AxisReport {
   std::string name;
-  std::size_t slave = 0;
-  double following_error_max = 0.0;  ///< drive increments
-  double following_error_rms = 0.0;  ///< drive increments
-  std::string unit;                  ///< unit of the axis in text and files: "mm"
+  std::optional<std::size_t> slave{};  ///< position on the line; none: it has no drive
+  double following_error_max = 0.0;    ///< drive increments
+  double following_error_rms = 0.0;    ///< drive increments
+  std::string unit;                    ///< unit of the axis in text and files: "mm"
   double increments_per_unit = 1.0;
   std::uint64_t unavailable_cycles = 0;  ///< in operation, without valid process data or not in OP
   /// What the drive itself reports of its following error (60F4h).

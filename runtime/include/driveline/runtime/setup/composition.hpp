@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,6 +32,10 @@ namespace driveline::runtime {
 /// group and clock. After Master::configure().
 [[nodiscard]] double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
                                     const ecat_master::Master& master);
+
+/// How old the inputs of a slave are when a frame fetches them: since the SYNC0 that has latched them; 0 without one.
+/// `slave`: number of its [[slave]]. After Master::configure().
+[[nodiscard]] std::chrono::nanoseconds input_age(std::size_t slave, const ecat_master::Master& master);
 
 /// The axes of the motion, in the order of the description, each at the place that its slave has on the line. An axis
 /// of a hot-connected slave does not stop the others when it is lost. After Master::configure() by make_slave_plans().
