@@ -18,7 +18,12 @@ ContourPath::ContourPath(const trajectory::ContourSettings& settings, std::span<
     : GroupPath(epoch), axes_(start.size()), track_(settings, vector_of(start)), planner_(track_), follower_(track_) {}
 
 tl::expected<void, std::string> ContourPath::add(const GroupMove& move) {
-  if (const auto added = planner_.add(move.path); !added) return tl::unexpected(added.error().reason);
+  auto path = move.path;
+  if (!move.target.empty()) {
+    if (move.target.size() != axes_) return tl::unexpected(wrong_count(move.target.size(), axes_));
+    path.target = vector_of(move.target);
+  }
+  if (const auto added = planner_.add(path); !added) return tl::unexpected(added.error().reason);
   return {};
 }
 

@@ -90,6 +90,10 @@ class GroupPath {
 
  protected:
   explicit GroupPath(std::uint64_t epoch) noexcept : epoch_(epoch) {}
+  /// Of a target with that many values.
+  [[nodiscard]] static std::string wrong_count(std::size_t values, std::size_t axes) {
+    return "the target has " + std::to_string(values) + " values for " + std::to_string(axes) + " axes";
+  }
 
  private:
   std::uint64_t epoch_;

@@ -168,12 +168,10 @@ GroupMove GroupPlanning::absolute(const GroupMove& move) const {
     for (std::size_t i = 0; i < std::min(from.size(), place.size()); ++i) place[i] += from[i];
   };
   shift(made.target);
-  if (made.target.empty()) {
-    shift(made.path.target);
-    shift(made.path.center);
-    shift(made.path.via);
-    for (auto& point : made.path.points) shift(point);
-  }
+  shift(made.path.target);
+  shift(made.path.center);
+  shift(made.path.via);
+  for (auto& point : made.path.points) shift(point);
   made.relative = false;
   return made;
 }
