@@ -412,6 +412,36 @@ TEST(AxisGroups, FollowAPathWithoutEnd) {
   line.expect_obedience();
 }
 
+// Given names by kSetPosition, the limits are where they were.
+TEST(AxisGroups, NoMoveLeavesTheSoftwareLimits) {
+  auto options = single_options();
+  options.software_limits = trajectory::PositionRange{-1.0, 1.0};
+  GroupLine line(2, {}, options);
+  ASSERT_EQ(line.ask(move(0.0), 0).phase, RequestPhase::kDone);
+  ASSERT_EQ(line.ask(move(0.0), 1).phase, RequestPhase::kDone);
+  ASSERT_EQ(line.ask(request(AxisCommand::kSetPosition, 10.0), 1).phase, RequestPhase::kDone);
+  line.take_axes();
+  const auto reason_of = [&line](const GroupMove& move) {
+    const auto id = line.groups->move(0, move);
+    line.finish_of_group(id);
+    return line.groups->refusal(id);
+  };
+  EXPECT_EQ(reason_of(line_to({0.5, 11.1})), "axis 'axis1' would get to 11.1; its software limits are 9 and 11");
+  EXPECT_EQ(reason_of(line_to({-1.1, 10.0})), "axis 'axis0' would get to -1.1; its software limits are -1 and 1");
+  // To the very end, and back on an arc that would lead beyond it.
+  EXPECT_EQ(reason_of(line_to({1.0, 11.0}, 50.0)), "");
+  EXPECT_LT(apart(line.place(), {1.0, 11.0}), kExact);
+  GroupMove arc = line_to({0.0, 11.0});
+  arc.path.kind = PathMove::Kind::kArc;
+  arc.path.center = {0.5, 11.0};
+  EXPECT_EQ(reason_of(arc).find("axis 'axis1' would get to"), 0U) << "above its ends";
+  arc.path.clockwise = true;
+  EXPECT_EQ(reason_of(arc), "") << "below";
+  EXPECT_LT(apart(line.place(), {0.0, 11.0}), kExact);
+  EXPECT_EQ(line.group_state(), GroupState::kStandby);
+  line.expect_obedience();
+}
+
 TEST(AxisGroups, ArePlannedByAThreadOfTheirOwn) {
   GroupLine line(2);
   line.take_axes();

@@ -14,6 +14,7 @@
 #include "group_planning.hpp"
 #include "group_request_table.hpp"
 #include "line_path.hpp"
+#include "range_check.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -73,6 +74,17 @@ std::vector<trajectory::GroupAxisLimits> limits_of(const SingleAxes& axes, const
   return made;
 }
 
+/// As moves count positions, which are those of the drives and an offset.
+RangeCheck ranges_of(const SingleAxes& axes, const GroupConfig& group, std::span<const double> offsets) {
+  std::vector<RangeCheck::Range> ranges;
+  for (std::size_t i = 0; i < group.axes.size(); ++i) {
+    const auto& axis = axes.axes()[group.axes[i]].config();
+    ranges.push_back({axis.name, axis.software_limits});
+    if (auto& range = ranges.back().range) *range = {range->min + offsets[i], range->max + offsets[i]};
+  }
+  return RangeCheck(std::move(ranges));
+}
+
 trajectory::ContourSettings contour_settings(const SingleAxes& axes, const GroupConfig& group,
                                              std::chrono::nanoseconds period) {
   trajectory::ContourSettings settings;
@@ -103,7 +115,7 @@ class AxisGroups::Group {
  public:
   Group(SingleAxes& axes, const GroupConfig& config, std::chrono::nanoseconds period, Shared& shared)
       : cycle(axes, config.axes, shared.table),
-        planning(cycle, shared.table, config.axes.size(),
+        planning(cycle, shared.table,
                  static_cast<std::uint64_t>(kGraceSeconds / std::chrono::duration<double>(period).count()),
                  make_path(axes, config, period),
                  [&shared](std::uint64_t request, std::string reason) { shared.keep(request, std::move(reason)); }) {
@@ -117,17 +129,22 @@ class AxisGroups::Group {
  private:
   static GroupPlanning::MakePath make_path(const SingleAxes& axes, const GroupConfig& config,
                                            std::chrono::nanoseconds period) {
-    if (config.axes.size() > trajectory::kMaxGroupAxes) {
+    const auto count = config.axes.size();
+    const auto ranges_at = [&axes, config](const AxisGroup::Standing& standing) {
+      return ranges_of(axes, config, standing.offsets);
+    };
+    if (count > trajectory::kMaxGroupAxes) {
       const double period_s = std::chrono::duration<double>(period).count();
-      return [limits = limits_of(axes, config), period_s](std::span<const double> start,
-                                                          std::uint64_t epoch) -> std::unique_ptr<GroupPath> {
-        return std::make_unique<LinePath>(limits, period_s, start, epoch);
+      return [limits = limits_of(axes, config), period_s, count,
+              ranges_at](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
+        return std::make_unique<LinePath>(limits, ranges_at(from), period_s, std::span(from.at).first(count),
+                                          from.epoch);
       };
     }
     const auto settings = contour_settings(axes, config, period);
     if (const auto wrong = trajectory::check_settings(settings); !wrong.empty()) refuse(config, wrong);
-    return [settings](std::span<const double> start, std::uint64_t epoch) -> std::unique_ptr<GroupPath> {
-      return std::make_unique<ContourPath>(settings, start, epoch);
+    return [settings, count, ranges_at](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
+      return std::make_unique<ContourPath>(settings, ranges_at(from), std::span(from.at).first(count), from.epoch);
     };
   }
 };

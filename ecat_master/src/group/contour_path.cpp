@@ -1,6 +1,7 @@
 #include "contour_path.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace driveline::ecat_master {
 namespace {
@@ -13,9 +14,14 @@ trajectory::GroupVector vector_of(std::span<const double> values) {
 
 }  // namespace
 
-ContourPath::ContourPath(const trajectory::ContourSettings& settings, std::span<const double> start,
+ContourPath::ContourPath(const trajectory::ContourSettings& settings, RangeCheck ranges, std::span<const double> start,
                          std::uint64_t epoch)
-    : GroupPath(epoch), axes_(start.size()), track_(settings, vector_of(start)), planner_(track_), follower_(track_) {}
+    : GroupPath(epoch),
+      axes_(start.size()),
+      ranges_(std::move(ranges)),
+      track_(settings, vector_of(start)),
+      planner_(track_),
+      follower_(track_) {}
 
 tl::expected<void, std::string> ContourPath::add(const GroupMove& move) {
   auto path = move.path;
@@ -23,7 +29,9 @@ tl::expected<void, std::string> ContourPath::add(const GroupMove& move) {
     if (move.target.size() != axes_) return tl::unexpected(wrong_count(move.target.size(), axes_));
     path.target = vector_of(move.target);
   }
+  if (auto in_range = ranges_.move(planner_.target(), path, tolerance_before_); !in_range) return in_range;
   if (const auto added = planner_.add(path); !added) return tl::unexpected(added.error().reason);
+  tolerance_before_ = path.tolerance;
   return {};
 }
 

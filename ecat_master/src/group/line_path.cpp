@@ -19,10 +19,11 @@ constexpr double kShortestMove = 1e-9;
 
 }  // namespace
 
-LinePath::LinePath(std::vector<GroupAxisLimits> limits, double period_s, std::span<const double> start,
-                   std::uint64_t epoch)
+LinePath::LinePath(std::vector<GroupAxisLimits> limits, RangeCheck ranges, double period_s,
+                   std::span<const double> start, std::uint64_t epoch)
     : GroupPath(epoch),
       limits_(std::move(limits)),
+      ranges_(std::move(ranges)),
       target_(start.begin(), start.end()),
       lines_(kLines),
       period_s_(period_s),
@@ -40,15 +41,14 @@ tl::expected<void, std::string> LinePath::check(const GroupMove& move) const {
   if (move.path.tolerance > 0.0)
     return Bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) +
                " axes stops between its moves: there is no corner to be rounded");
-  if (move.target.size() != target_.size())
-    return Bad(wrong_count(move.target.size(), target_.size()));
+  if (move.target.size() != target_.size()) return Bad(wrong_count(move.target.size(), target_.size()));
   if (!(move.path.feed > 0.0)) return Bad("the feed is " + std::to_string(move.path.feed) + "; it must be above 0");
   for (std::size_t i = 0; i < target_.size(); ++i) {
     if (std::abs(move.target[i]) <= kFarthest) continue;
     return Bad("the target of axis " + std::to_string(i + 1) + " is " + std::to_string(move.target[i]) +
                "; positions lie within +-1e6 m or rad");
   }
-  return {};
+  return ranges_.place(move.target);
 }
 
 tl::expected<void, std::string> LinePath::add(const GroupMove& move) {

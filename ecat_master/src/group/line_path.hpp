@@ -12,6 +12,7 @@
 #include "driveline/ecat_master/single_axis/setpoint_generator.hpp"
 #include "driveline/trajectory/contour_settings.hpp"
 #include "group_path.hpp"
+#include "range_check.hpp"
 
 namespace driveline::ecat_master {
 
@@ -23,8 +24,8 @@ class LinePath final : public GroupPath {
   static constexpr std::size_t kLines = 64;
 
   /// `limits`: of each axis, positive and finite.
-  LinePath(std::vector<trajectory::GroupAxisLimits> limits, double period_s, std::span<const double> start,
-           std::uint64_t epoch);
+  LinePath(std::vector<trajectory::GroupAxisLimits> limits, RangeCheck ranges, double period_s,
+           std::span<const double> start, std::uint64_t epoch);
 
   [[nodiscard]] tl::expected<void, std::string> add(const GroupMove& move) override;
   void finish() override {}
@@ -56,6 +57,7 @@ class LinePath final : public GroupPath {
 
   // Planning.
   std::vector<trajectory::GroupAxisLimits> limits_;
+  RangeCheck ranges_;
   std::vector<double> target_;
   std::deque<Line> waiting_;
   std::uint64_t moves_ = 0;
