@@ -154,6 +154,8 @@ std::string_view to_text(AxisError error) noexcept {
       return "the drive has not taken its target";
     case AxisError::kTargetTimeout:
       return "the drive has not reached its target in time";
+    case AxisError::kInGroup:
+      return "the axis is led by its group, which must be disabled first";
   }
   return "?";
 }

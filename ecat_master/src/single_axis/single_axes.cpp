@@ -45,7 +45,8 @@ SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
       setpoints_(axes_.size()),
       led_(axes_.size()),
       requests_(kRequests),
-      shared_(std::make_unique<Shared[]>(axes_.size())) {
+      shared_(std::make_unique<Shared[]>(axes_.size())),
+      feed_of_(axes_.size()) {
   for (auto& axis : axes_) {
     check(axis);
     single_.emplace_back(axis, table_, settings);
@@ -56,10 +57,12 @@ SingleAxes::~SingleAxes() = default;
 
 void SingleAxes::add_feed(SetpointFeed& feed, std::vector<std::size_t> axes) {
   if (axes.size() != feed.axis_count()) throw std::invalid_argument("single axes: a feed moves another number of axes");
-  for (const auto axis : axes) {
+  for (std::size_t place = 0; place < axes.size(); ++place) {
+    const auto axis = axes[place];
     if (axis >= axes_.size()) throw std::invalid_argument("single axes: a feed for an axis that there is not");
     if (single_[axis].fed()) throw std::invalid_argument("single axes: an axis has a feed already");
-    single_[axis].set_fed();
+    single_[axis].set_fed(feed.keeps_ranges());
+    feed_of_[axis] = {&feed, place};
   }
   std::vector<trajectory::AxisSetpoint> setpoints(axes.size());
   feeds_.push_back({&feed, std::move(axes), std::move(setpoints), std::vector<char>(feed.axis_count())});
@@ -75,8 +78,23 @@ std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) n
 std::uint64_t SingleAxes::submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept {
   if (axis >= axes_.size()) return 0;
   const auto id = table_.add();
-  single_[axis].take(id, request);
+  take(axis, id, request);
   return id;
+}
+
+void SingleAxes::take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
+  const auto& [feed, place] = feed_of_[axis];
+  if (feed == nullptr || !feed->take(place, request, asked)) single_[axis].take(request, asked);
+}
+
+std::uint64_t SingleAxes::follow_in_cycle(std::size_t axis) noexcept {
+  const auto id = table_.add();
+  single_[axis].take(id, {.command = AxisCommand::kFollow});
+  return id;
+}
+
+void SingleAxes::pass_on_in_cycle(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
+  single_[axis].take(request, asked);
 }
 
 AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
@@ -141,7 +159,8 @@ void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept
   for (auto& one : single_) one.begin_cycle(cycle, took_);
   NumberedRequest request;
   for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i)
-    single_[request.axis].take(request.id, request.request);
+    take(request.axis, request.id, request.request);
+  for (auto& each : feeds_) each.feed->begin_cycle();
   advance();
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     setpoints_[i] = single_[i].setpoint();
@@ -177,8 +196,12 @@ void SingleAxes::advance() noexcept {
   for (auto& feed : feeds_) advance(feed);
 }
 
+bool SingleAxes::followed(const Feed& feed) noexcept {
+  return std::any_of(feed.joined.begin(), feed.joined.end(), [](char joined) { return joined != 0; });
+}
+
 void SingleAxes::advance(Feed& feed) noexcept {
-  if (std::none_of(feed.joined.begin(), feed.joined.end(), [](char joined) { return joined != 0; })) return;
+  if (!followed(feed)) return;
   const bool goes_on = feed.feed->next(period_s_, feed.setpoints);
   for (std::size_t i = 0; i < feed.axes.size(); ++i) {
     if (feed.joined[i] == 0) continue;
@@ -188,6 +211,9 @@ void SingleAxes::advance(Feed& feed) noexcept {
 
 AbsenceEffect SingleAxes::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
   auto effect = AbsenceEffect::kNone;
+  for (auto& each : feeds_) {
+    if (followed(each)) each.feed->skip(missed);
+  }
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     effect = std::max(effect, single_[i].resume(cycle, missed));
     setpoints_[i] = single_[i].setpoint();

@@ -349,7 +349,7 @@ void SingleAxis::go_back_at_once() noexcept {
 }
 
 void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
-  const bool leaves = leaves_range({setpoint_.position, step_velocity_, 0.0});
+  const bool leaves = !fed_in_range_ && leaves_range({setpoint_.position, step_velocity_, 0.0});
   if (!usable(fed) || leaves) {
     const auto error = leaves ? AxisError::kOutsideRange : AxisError::kFollowing;
     if (fed != nullptr) finish(active_->id, RequestPhase::kError, error);

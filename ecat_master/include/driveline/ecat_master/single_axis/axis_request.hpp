@@ -106,6 +106,7 @@ enum class AxisError : std::uint8_t {
   kNoEdge,          ///< there was no event within the distance
   kNoTarget,        ///< the drive has not taken its target
   kTargetTimeout,   ///< the drive has not reached its target in time
+  kInGroup,         ///< the axis belongs to a group that is enabled (AxisGroups)
 };
 
 /// States of an axis (PLCopen part 1, figure "FB state diagram").

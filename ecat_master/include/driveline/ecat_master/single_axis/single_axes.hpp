@@ -65,6 +65,13 @@ class SingleAxes final : public MotionControl {
   // The cycle's side. \rtsafe
   /// submit() for the cycle itself: tasks.
   std::uint64_t submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept;
+  /// AxisCommand::kFollow, by the feed of the axis itself: SetpointFeed::take() is not asked. The number of the
+  /// request.
+  std::uint64_t follow_in_cycle(std::size_t axis) noexcept;
+  /// Of a request that the feed has taken: for the axis after all.
+  void pass_on_in_cycle(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
+  /// Of a request that the feed has taken: how far it is.
+  void finish_in_cycle(std::uint64_t request, RequestReport report) noexcept { table_.set(request, report); }
   /// One axis, for tasks of the cycle.
   [[nodiscard]] const SingleAxis& axis(std::size_t number) const noexcept { return single_[number]; }
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
@@ -87,8 +94,16 @@ class SingleAxes final : public MotionControl {
     std::vector<char> joined{};
   };
 
+  /// Which feed an axis may follow, and its number in it.
+  struct FeedPlace {
+    SetpointFeed* feed = nullptr;
+    std::size_t place = 0;
+  };
+
+  void take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
   void advance() noexcept;
   void advance(Feed& feed) noexcept;
+  [[nodiscard]] static bool followed(const Feed& feed) noexcept;
   void publish(std::size_t axis) noexcept;
 
   std::vector<Axis> axes_;
@@ -102,6 +117,7 @@ class SingleAxes final : public MotionControl {
   rt::SpscRing<NumberedRequest> requests_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;
+  std::vector<FeedPlace> feed_of_;  ///< by axis
 };
 
 }  // namespace driveline::ecat_master

@@ -54,8 +54,11 @@ class SingleAxis {
   void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
   /// A request of this cycle.
   void take(std::uint64_t id, const AxisRequest& request) noexcept;
-  /// The axis has a feed that it may follow. Before the cycle starts.
-  void set_fed() noexcept { fed_ = true; }
+  /// The axis has a feed that it may follow, and that keeps its software limits or not. Before the cycle starts.
+  void set_fed(bool keeps_range) noexcept {
+    fed_ = true;
+    fed_in_range_ = keeps_range;
+  }
   /// set_fed() was called.
   [[nodiscard]] bool fed() const noexcept { return fed_; }
   /// Whether it follows its feed.
@@ -293,6 +296,7 @@ class SingleAxis {
   bool seen_ = false;                 ///< in the last cycle in which it was to be exchanged
   bool beside_ = false;               ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
+  bool fed_in_range_ = false;         ///< likewise
   double offset_ = 0.0;
   snapshot::AxisHomed homed_ = snapshot::AxisHomed::kUnknown;
   double override_ = 1.0;
