@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "driveline/ecat_master/single_axis/couplings.hpp"
 #include "group_line.hpp"
 
 namespace driveline::bus_test {
@@ -439,6 +440,33 @@ TEST(AxisGroups, NoMoveLeavesTheSoftwareLimits) {
   EXPECT_EQ(reason_of(arc), "") << "below";
   EXPECT_LT(apart(line.place(), {0.0, 11.0}), kExact);
   EXPECT_EQ(line.group_state(), GroupState::kStandby);
+  line.expect_obedience();
+}
+
+// Made before the couplings: its setpoints are those of the same cycle.
+TEST(AxisGroups, AnAxisOfAGroupIsTheMasterOfAGear) {
+  GroupLine line(3, {{"pair", {0, 1}}});
+  ecat_master::Couplings couplings(line.axes(), std::vector<ecat_master::Couplings::Pair>{{2, 0}}, kSinglePeriod);
+  line.take_axes();
+  const auto ratio = trajectory::GearRatio::make(1, 2).value();
+  const auto law = trajectory::CouplingLaw::gear(ratio, line.setpoint(0), line.setpoint(2));
+  ASSERT_NE(couplings.engage(2, law, trajectory::CatchUp::kPosition), 0U);
+  line.cycles(100);
+  const auto id = line.groups->move(0, line_to({5.0, -3.0}));
+  double worst = 0.0;
+  while (!line.groups->report(id).over()) {
+    line.cycle();
+    worst = std::max(worst, std::abs(line.setpoint(2) - law.at(line.setpoint(0)).position));
+  }
+  EXPECT_LT(worst, kExact);
+  EXPECT_EQ(couplings.report(2).losses, 0U);
+  // A slave is led already.
+  try {
+    const AxisGroups more(line.axes(), {{"slaves", {2}}}, kSinglePeriod);
+    FAIL() << "it has a feed";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "group 'slaves': axis 'axis2' follows a gear, a cam or a stream already");
+  }
   line.expect_obedience();
 }
 

@@ -43,9 +43,18 @@ struct Coverage {
   std::uint64_t judged = 0;
 };
 
+/// Most of them by positions.
+RunOptions options(unsigned seed) {
+  auto made = single_options();
+  if (seed % 4 == 2) made.mode = ecat_master::cia402::Mode::kCyclicVelocity;
+  if (seed % 4 == 3) made.mode = ecat_master::cia402::Mode::kCyclicTorque;
+  return made;
+}
+
 class GroupSequence {
  public:
-  GroupSequence(unsigned seed, Coverage& coverage) : random_(seed), coverage_(coverage), line_(kAxes, configs()) {
+  GroupSequence(unsigned seed, Coverage& coverage)
+      : random_(seed), coverage_(coverage), line_(kAxes, configs(), options(seed)) {
     for (std::size_t i = 0; i < kAxes; ++i) watches_.emplace_back(line_.drives.drive(i), kLimits);
   }
 

@@ -23,14 +23,14 @@ ContourPath::ContourPath(const trajectory::ContourSettings& settings, RangeCheck
       planner_(track_),
       follower_(track_) {}
 
-tl::expected<void, std::string> ContourPath::add(const GroupMove& move) {
+tl::expected<void, trajectory::PathMoveError> ContourPath::add(const GroupMove& move) {
   auto path = move.path;
   if (!move.target.empty()) {
     if (move.target.size() != axes_) return tl::unexpected(wrong_count(move.target.size(), axes_));
     path.target = vector_of(move.target);
   }
   if (auto in_range = ranges_.move(planner_.target(), path, tolerance_before_); !in_range) return in_range;
-  if (const auto added = planner_.add(path); !added) return tl::unexpected(added.error().reason);
+  if (auto added = planner_.add(path); !added) return added;
   tolerance_before_ = path.tolerance;
   return {};
 }

@@ -19,7 +19,7 @@ class ContourPath final : public GroupPath {
   ContourPath(const trajectory::ContourSettings& settings, RangeCheck ranges, std::span<const double> start,
               std::uint64_t epoch);
 
-  [[nodiscard]] tl::expected<void, std::string> add(const GroupMove& move) override;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> add(const GroupMove& move) override;
   void finish() override { planner_.finish(); }
   [[nodiscard]] bool flush() override { return planner_.flush(); }
   [[nodiscard]] std::span<const double> target() const noexcept override { return {planner_.target().data(), axes_}; }

@@ -123,7 +123,7 @@ bool GroupPlanning::add_next() {
   const auto move = absolute(waiting_.front().move);
   if (open_ && move.buffer != GroupBuffer::kBlending) path_->finish();
   if (auto added = path_->add(move); !added) {
-    refuse_next(std::move(added.error()));
+    refuse_next(std::move(added.error().reason));
     if (open_) close_path();
     return hand_over();
   }

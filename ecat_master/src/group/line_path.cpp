@@ -34,24 +34,24 @@ LinePath::LinePath(std::vector<GroupAxisLimits> limits, RangeCheck ranges, doubl
   }
 }
 
-tl::expected<void, std::string> LinePath::check(const GroupMove& move) const {
-  using Bad = tl::unexpected<std::string>;
+tl::expected<void, trajectory::PathMoveError> LinePath::check(const GroupMove& move) const {
+  const auto bad = [](std::string reason) { return tl::unexpected(trajectory::PathMoveError{std::move(reason)}); };
   if (move.path.kind != trajectory::PathMove::Kind::kLine)
-    return Bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) + " axes moves along lines only");
+    return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) + " axes moves along lines only");
   if (move.path.tolerance > 0.0)
-    return Bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) +
+    return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) +
                " axes stops between its moves: there is no corner to be rounded");
-  if (move.target.size() != target_.size()) return Bad(wrong_count(move.target.size(), target_.size()));
-  if (!(move.path.feed > 0.0)) return Bad("the feed is " + std::to_string(move.path.feed) + "; it must be above 0");
+  if (move.target.size() != target_.size()) return tl::unexpected(wrong_count(move.target.size(), target_.size()));
+  if (!(move.path.feed > 0.0)) return bad("the feed is " + std::to_string(move.path.feed) + "; it must be above 0");
   for (std::size_t i = 0; i < target_.size(); ++i) {
     if (std::abs(move.target[i]) <= kFarthest) continue;
-    return Bad("the target of axis " + std::to_string(i + 1) + " is " + std::to_string(move.target[i]) +
+    return bad("the target of axis " + std::to_string(i + 1) + " is " + std::to_string(move.target[i]) +
                "; positions lie within +-1e6 m or rad");
   }
   return ranges_.place(move.target);
 }
 
-tl::expected<void, std::string> LinePath::add(const GroupMove& move) {
+tl::expected<void, trajectory::PathMoveError> LinePath::add(const GroupMove& move) {
   if (auto checked = check(move); !checked) return checked;
   const auto number = moves_++;
   auto line = line_to(move.target, move.path.feed);

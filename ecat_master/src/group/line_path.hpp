@@ -27,7 +27,7 @@ class LinePath final : public GroupPath {
   LinePath(std::vector<trajectory::GroupAxisLimits> limits, RangeCheck ranges, double period_s,
            std::span<const double> start, std::uint64_t epoch);
 
-  [[nodiscard]] tl::expected<void, std::string> add(const GroupMove& move) override;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> add(const GroupMove& move) override;
   void finish() override {}
   [[nodiscard]] bool flush() override;
   [[nodiscard]] std::span<const double> target() const noexcept override { return target_; }
@@ -46,7 +46,7 @@ class LinePath final : public GroupPath {
     std::uint64_t move = 0;
   };
 
-  [[nodiscard]] tl::expected<void, std::string> check(const GroupMove& move) const;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> check(const GroupMove& move) const;
   [[nodiscard]] Line line_to(std::span<const double> target, double feed) const;
   [[nodiscard]] const Line& line() const noexcept { return lines_[line_ % kLines]; }
   [[nodiscard]] bool has_line() const noexcept { return line_ < end_.load(std::memory_order_acquire); }

@@ -17,14 +17,16 @@ constexpr double kStands = 1e-9;
 
 }  // namespace
 
-tl::expected<void, std::string> RangeCheck::judge(std::size_t axis, double position, double margin) const {
+tl::expected<void, trajectory::PathMoveError> RangeCheck::judge(std::size_t axis, double position,
+                                                                double margin) const {
   const auto& [name, range] = ranges_[axis];
   if (!range || (position - margin >= range->min && position + margin <= range->max)) return {};
-  return tl::unexpected(fmt::format("axis '{}' would get to {:.6g}; its software limits are {:.6g} and {:.6g}", name,
-                                    position, range->min, range->max));
+  return tl::unexpected(
+      trajectory::PathMoveError{fmt::format("axis '{}' would get to {:.6g}; its software limits are {:.6g} and {:.6g}",
+                                            name, position, range->min, range->max)});
 }
 
-tl::expected<void, std::string> RangeCheck::place(std::span<const double> at) const {
+tl::expected<void, trajectory::PathMoveError> RangeCheck::place(std::span<const double> at) const {
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     if (auto judged = judge(i, at[i], 0.0); !judged) return judged;
   }
@@ -32,7 +34,8 @@ tl::expected<void, std::string> RangeCheck::place(std::span<const double> at) co
 }
 
 // Between two places an axis is beyond both where it turns round, and by no more than its bounds say.
-tl::expected<void, std::string> RangeCheck::piece(const trajectory::PathPiece& piece, double margin) const {
+tl::expected<void, trajectory::PathMoveError> RangeCheck::piece(const trajectory::PathPiece& piece,
+                                                                double margin) const {
   const double step = piece.length() / kPlaces;
   auto before = piece.at(0.0);
   for (int k = 0; k < kPlaces; ++k) {
@@ -52,8 +55,9 @@ tl::expected<void, std::string> RangeCheck::piece(const trajectory::PathPiece& p
 }
 
 // The corner of two lines is between them. Others may leave both moves, by their tolerance.
-tl::expected<void, std::string> RangeCheck::move(const trajectory::GroupVector& from, const trajectory::PathMove& move,
-                                                 double tolerance_before) const {
+tl::expected<void, trajectory::PathMoveError> RangeCheck::move(const trajectory::GroupVector& from,
+                                                               const trajectory::PathMove& move,
+                                                               double tolerance_before) const {
   const bool limited = std::any_of(ranges_.begin(), ranges_.end(), [](const Range& each) { return each.range; });
   if (!limited) return {};
   if (move.kind == trajectory::PathMove::Kind::kLine) return place(move.target);

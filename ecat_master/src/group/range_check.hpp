@@ -26,14 +26,17 @@ class RangeCheck {
   explicit RangeCheck(std::vector<Range> ranges) : ranges_(std::move(ranges)) {}
 
   /// A sentence if the place is outside.
-  [[nodiscard]] tl::expected<void, std::string> place(std::span<const double> at) const;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> place(std::span<const double> at) const;
   /// The same of any place of a move from `from`, with its rounded corners. What the shaper refuses is not judged.
-  [[nodiscard]] tl::expected<void, std::string> move(const trajectory::GroupVector& from,
-                                                     const trajectory::PathMove& move, double tolerance_before) const;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> move(const trajectory::GroupVector& from,
+                                                                   const trajectory::PathMove& move,
+                                                                   double tolerance_before) const;
 
  private:
-  [[nodiscard]] tl::expected<void, std::string> piece(const trajectory::PathPiece& piece, double margin) const;
-  [[nodiscard]] tl::expected<void, std::string> judge(std::size_t axis, double position, double margin) const;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> piece(const trajectory::PathPiece& piece,
+                                                                    double margin) const;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> judge(std::size_t axis, double position,
+                                                                    double margin) const;
 
   std::vector<Range> ranges_;
 };

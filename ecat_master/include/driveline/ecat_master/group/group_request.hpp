@@ -69,7 +69,6 @@ enum class GroupError : std::uint8_t {
   kStopping,        ///< the stop request has not been withdrawn
   kNotFinite,       ///< a number is NaN or infinite
   kOverLimit,       ///< the override is not within 0 to 2
-  kBufferFull,      ///< too many moves or requests wait
   kNothingToDo,     ///< nothing is interrupted, stopped or under way that it could act on
   kBadMove,         ///< AxisGroups::refusal() has the sentence
   kAxisNotEnabled,  ///< an axis has no power
