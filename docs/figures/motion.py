@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Draws the figures of docs/motion.md, Modes, A path and Requests, anew: motion.py [build folder]
+"""Draws the figures of docs/motion.md, Modes, A path, Requests and Groups, anew: motion.py [build folder]
 
-On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, and the
-requests of examples/moves.txt."""
+On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, the
+requests of examples/moves.txt and those of examples/gantry.txt."""
 import csv
 import math
 import subprocess
@@ -125,8 +125,22 @@ def requests(folder):
          f"plot '{file}' using 1:4 with lines title 'turn, deg/s', '{file}' using 1:5 with lines title 'slide, mm/s'")
 
 
+def group(folder):
+    rows = run(EXAMPLES / "gantry.toml", folder / "group", "--script", EXAMPLES / "gantry.txt")
+    times = column(rows, "time[s]")
+    x, y = column(rows, "x_target[mm]"), column(rows, "y_target[mm]")
+    speeds = [math.hypot(*both) for both in zip(slope(times, x), slope(times, y))]
+    write_columns(folder / "group.csv", times, x, y, speeds)
+    file = folder / "group.csv"
+    draw("group", 640, "2,1",
+         "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\n"
+         f"plot '{file}' using 2:3 with lines lw 1.5 title 'way of the axes'\n"
+         "set size noratio\nset xlabel 's'\nset ylabel 'mm/s'\n"
+         f"plot '{file}' using 1:4 with lines lw 1.5 title 'speed along it'")
+
+
 def main():
-    for picture in (interpolation, modes, requests):
+    for picture in (interpolation, modes, requests, group):
         with tempfile.TemporaryDirectory() as folder:
             picture(Path(folder))
 

@@ -24,6 +24,13 @@ constexpr std::array kCommands = {
             "axis x jog -20rpm --for 2s\n"
             "axis x stop",
             prepare_axis},
+    Command{"group", "", kLine, "Move a group of axes of a running line along lines, arcs and paths",
+            "group gantry status\n"
+            "group gantry enable\n"
+            "group gantry move 90mm 20mm --feed 100mm/s\n"
+            "group gantry path contour.jsonl\n"
+            "group gantry hold",
+            prepare_group},
     Command{"identify", "", kLine, "Move one axis to and fro, and find inertia, friction and weight of its load",
             "identify --config examples/line8.toml --virtual z --distance 20\n"
             "identify --config examples/vertical.toml --virtual z --distance 12 --json",

@@ -91,6 +91,11 @@ void AxisDoor::close() {
   pending_.clear();
 }
 
+void AxisDoor::guard(GroupGuard* groups) {
+  const std::lock_guard guard(lock_);
+  groups_ = groups;
+}
+
 void AxisDoor::note(EventFacts facts) {
   const std::lock_guard guard(lock_);
   events_.push_back(std::move(facts));
@@ -317,7 +322,7 @@ void AxisDoor::watch_leases() {
 
 /// Homing is ended by a stop alone (PLCopen part 1, state diagram), which is withdrawn at once.
 void AxisDoor::stop_axis(std::size_t axis) {
-  if (single_ == nullptr) return;
+  if (single_ == nullptr || (groups_ != nullptr && groups_->bring_to_rest(axis))) return;
   const auto state = single_->axis_report(axis).state;
   if (state == PlcopenState::kDisabled || state == PlcopenState::kErrorStop || state == PlcopenState::kStopping) return;
   if (state == PlcopenState::kHoming) {
@@ -349,6 +354,7 @@ void AxisDoor::watch_leaving() {
   std::erase_if(leaving_, [this](const std::string& caller) {
     const auto his = [&](const Pending& pending) { return pending.caller.name == caller; };
     if (std::any_of(pending_.begin(), pending_.end(), his)) return false;
+    if (groups_ != nullptr && groups_->waits_for(caller)) return false;
     authority_.release_all(caller);
     return true;
   });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/axis_group_reader.hpp"
 #include "config/axis_range_reader.hpp"
 #include "config/clock_config.hpp"
 #include "config/command_reader.hpp"
@@ -428,11 +429,14 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   read_process_data(root, config);
   complete_velocity_gains(config);
   check_moduli(root, config);
+  for (auto& reader : root.tables("axis_group"))
+    config.axis_groups.push_back(read_axis_group(std::move(reader), config));
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
   if (root.has("stream")) config.stream = read_stream(root.table("stream"), config.axes);
   if (config.stream && config.path) {
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
+  check_axis_groups(root, config);
   config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
   if (root.has("commands"))
     config.commands =

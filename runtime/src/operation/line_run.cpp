@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <stdexcept>
 #include <thread>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
@@ -235,7 +236,9 @@ Result<void> LineRun::bring_up() {
   if (image.outputs().empty() && image.inputs().empty()) progress(events::NoProcessData{});
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
-  if (settings_.path) motion_ = make_motion();
+  if (settings_.path) {
+    if (auto made = make_motion(); !made) return made;
+  }
   return settings_.tasks->prepare(config_, *variables_);
 }
 
@@ -285,17 +288,35 @@ Result<void> LineRun::must_be_free() {
 }
 
 /// Axes that nothing moves together wait for requests, each for its own.
-std::unique_ptr<LineMotion> LineRun::make_motion() {
-  return joint_owner().empty() ? make_single_motion() : make_joint_motion();
+Result<void> LineRun::make_motion() {
+  if (!joint_owner().empty()) {
+    motion_ = make_joint_motion();
+    return {};
+  }
+  auto made = make_single_motion();
+  if (!made) return tl::unexpected(made.error());
+  motion_ = std::move(*made);
+  return {};
 }
 
-std::unique_ptr<LineMotion> LineRun::make_single_motion() {
+Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
   auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
   if (config_.stream) {
     stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
     settings_.tasks->serve(stream_->task());
   }
-  return std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+  auto& single = *axes;
+  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+  if (config_.axis_groups.empty()) return motion;
+  std::vector<ecat_master::GroupConfig> groups;
+  for (const auto& group : config_.axis_groups) groups.push_back({group.name, group.axes});
+  try {
+    motion->add(std::make_unique<ecat_master::AxisGroups>(single, std::move(groups), config_.period), *settings_.groups,
+                !session_.virtual_time());
+  } catch (const std::invalid_argument& wrong) {
+    return fail(ErrorKind::kSetting, wrong.what(), "[[axis_group]]");
+  }
+  return motion;
 }
 
 std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
@@ -452,7 +473,9 @@ void LineRun::note(EventFacts facts, Severity severity) {
 /// What was asked of single axes, and what has become of it.
 void LineRun::note_requests() {
   settings_.door->watch();
+  settings_.groups->watch();
   for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
+  for (auto& event : settings_.groups->take_events()) note(std::move(event), Severity::kNotice);
   for (auto& change : settings_.door->authority().take_changes())
     authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
 }

@@ -14,6 +14,7 @@
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "driveline/runtime/groups/group_door.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/group_watch.hpp"
 #include "driveline/runtime/record/run_report.hpp"
@@ -43,6 +44,7 @@ class LineRun {
     std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
     AxisDoor* door = nullptr;                       ///< never null
+    GroupDoor* groups = nullptr;                    ///< never null
     bool enable = true;                             ///< single axes, at the start
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
@@ -80,9 +82,9 @@ class LineRun {
   [[nodiscard]] Result<void> bring_up_clocks();
   [[nodiscard]] Result<void> ask_drives();
   [[nodiscard]] Result<void> must_be_free();
-  [[nodiscard]] std::unique_ptr<LineMotion> make_motion();
+  [[nodiscard]] Result<void> make_motion();
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
-  [[nodiscard]] std::unique_ptr<LineMotion> make_single_motion();
+  [[nodiscard]] Result<std::unique_ptr<LineMotion>> make_single_motion();
   [[nodiscard]] Result<void> start_cycle();
   [[nodiscard]] Result<void> start_services();
   void operate();

@@ -12,8 +12,24 @@ using ecat_master::PlcopenState;
 SingleMotion::SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable)
     : axes_(std::move(axes)), door_(door), enable_(enable), failed_(axes_->axes().size()) {}
 
+SingleMotion::~SingleMotion() {
+  if (group_door_ != nullptr) group_door_->close();
+  door_.close();
+}
+
+void SingleMotion::add(std::unique_ptr<ecat_master::AxisGroups> groups, GroupDoor& door, bool thread) {
+  groups_ = std::move(groups);
+  group_door_ = &door;
+  thread_ = thread;
+  failed_groups_.resize(groups_->groups().size());
+}
+
 void SingleMotion::start() {
   door_.open(*axes_);
+  if (groups_) {
+    if (thread_) groups_->start_planning();
+    group_door_->open(*groups_, *axes_);
+  }
   if (!enable_) return;
   AxisCaller start;
   start.name = std::string(kStartOfRun);
@@ -24,6 +40,7 @@ void SingleMotion::start() {
 }
 
 void SingleMotion::request_stop() {
+  if (group_door_ != nullptr) group_door_->close();
   door_.close();
   AxisRequest power;
   power.command = AxisCommand::kPower;
@@ -37,6 +54,7 @@ bool SingleMotion::off() const {
 }
 
 void SingleMotion::look(const Tell& tell) {
+  look_at_groups(tell);
   for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
     const auto report = axes_->axis_report(axis);
     const bool fails = report.state == PlcopenState::kErrorStop;
@@ -47,6 +65,22 @@ void SingleMotion::look(const Tell& tell) {
       tell(events::AxisFailed{events::event_axis(config), report.error, report.error_code}, Severity::kFault);
     } else {
       tell(events::AxisRestored{config.name}, Severity::kNotice);
+    }
+  }
+}
+
+void SingleMotion::look_at_groups(const Tell& tell) {
+  if (!groups_) return;
+  if (!thread_) groups_->plan();
+  for (std::size_t group = 0; group < failed_groups_.size(); ++group) {
+    const auto report = groups_->group_report(group);
+    const bool fails = report.state == ecat_master::GroupState::kErrorStop;
+    if (fails == (failed_groups_[group] != 0)) continue;
+    failed_groups_[group] = fails ? 1 : 0;
+    if (fails) {
+      tell(events::GroupFailed{group_door_->event_group(group), group_door_->refusal_of(report)}, Severity::kFault);
+    } else {
+      tell(events::GroupRestored{groups_->groups()[group].name}, Severity::kNotice);
     }
   }
 }

@@ -16,6 +16,7 @@
 #include "driveline/esi/esi_library.hpp"
 #include "driveline/port/interface_port.hpp"
 #include "driveline/rt/realtime_thread.hpp"
+#include "driveline/runtime/config/axis_group_config.hpp"
 #include "driveline/runtime/config/command_config.hpp"
 #include "driveline/runtime/config/eoe_config.hpp"
 #include "driveline/runtime/config/process_data_config.hpp"
@@ -132,6 +133,7 @@ struct LineConfig {
   std::vector<FaultPlan> faults;                         ///< in the order of the file
   std::optional<ClockConfig> clocks;                     ///< none: the drives run free
   std::vector<ecat_master::AxisConfig> axes;             ///< in the order of the path's columns
+  std::vector<AxisGroupConfig> axis_groups;              ///< in the order of the file
   std::optional<PathConfig> path;                        ///< none: the axes hold the place where they are enabled
   TelemetryConfig telemetry;                             ///< what goes out over DDS
   std::optional<CommandConfig> commands;                 ///< none: nothing comes in over DDS
