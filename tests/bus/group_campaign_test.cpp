@@ -62,15 +62,15 @@ class GroupSequence {
   [[nodiscard]] std::string execute() {
     for (std::size_t group = 0; group < 2; ++group) submit(group, GroupCommand::kEnable);
     for (int i = 0; i < kCycles; ++i) {
-      if (chance(40)) ask();
-      if (chance(30)) move();
-      if (chance(200)) ask_axis();
+      if (chance(200)) ask();
+      if (chance(250)) move();
+      if (chance(600)) ask_axis();
       if (chance(2500)) fail();
       keep_going();
       if (chance(200)) {
-        stall(1 + static_cast<int>(pick(chance(8) ? 12 : 5)));
+        stall(1 + static_cast<int>(pick(chance(60) ? 12 : 5)));
       } else {
-        lost_ = chance(100) ? 1 + static_cast<int>(pick(chance(8) ? 12 : 4)) : std::max(lost_ - 1, 0);
+        lost_ = chance(100) ? 1 + static_cast<int>(pick(chance(60) ? 12 : 4)) : std::max(lost_ - 1, 0);
         line_.lose_back = lost_ > 0;
         line_.lose_out = lost_ > 0 && chance(2);
         cycle();
@@ -113,21 +113,25 @@ class GroupSequence {
   }
   void ask() {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-    submit(pick(2), static_cast<GroupCommand>(pick(kCommands)), chance(20) ? kNan : number(-0.1, 2.1));
+    // What ends a path is rare enough that paths are followed.
+    const auto any = static_cast<GroupCommand>(pick(kCommands));
+    const bool ends = any == GroupCommand::kDisable || any == GroupCommand::kStop || any == GroupCommand::kHalt;
+    const auto command = ends && !chance(4) ? GroupCommand::kSetOverride : any;
+    submit(pick(2), command, chance(20) ? kNan : number(-0.1, 2.1));
   }
   /// Also some that cannot be.
   void move() {
     const auto group = pick(2);
     GroupMove move;
-    move.path.feed = chance(30) ? -1.0 : number(1.0, 100.0);
+    move.path.feed = chance(30) ? -1.0 : number(5.0, 100.0);
     move.relative = chance(2);
-    move.buffer = static_cast<GroupBuffer>(pick(3));
+    move.buffer = chance(8) ? GroupBuffer::kAborting : chance(2) ? GroupBuffer::kBuffered : GroupBuffer::kBlending;
     move.continues = chance(3);
     if (group == 1) {
-      for (std::size_t i = 0; i < kLineAxes - (chance(20) ? 1 : 0); ++i) move.target.push_back(number(-4.0, 4.0));
+      for (std::size_t i = 0; i < kLineAxes - (chance(20) ? 1 : 0); ++i) move.target.push_back(number(-1.0, 1.0));
     } else {
-      move.path.target = {number(-4.0, 4.0), number(-4.0, 4.0)};
-      move.path.via = {number(-4.0, 4.0), number(-4.0, 4.0)};
+      move.path.target = {number(-1.0, 1.0), number(-1.0, 1.0)};
+      move.path.via = {number(-1.0, 1.0), number(-1.0, 1.0)};
       if (chance(3)) move.path.kind = PathMove::Kind::kArcVia;
       if (chance(2)) move.path.tolerance = number(0.0, 0.3);
       if (chance(4)) {
@@ -168,6 +172,7 @@ class GroupSequence {
       if (report.state == GroupState::kDisabled) submit(group, GroupCommand::kEnable);
       if (report.state == GroupState::kStopping) submit(group, GroupCommand::kReleaseStop);
       if (report.interrupted) submit(group, GroupCommand::kContinue);
+      if (report.backwards) submit(group, GroupCommand::kForward);
       if (report.override_factor < 0.2) submit(group, GroupCommand::kSetOverride, 1.0);
     }
   }
@@ -210,7 +215,7 @@ class GroupSequence {
 };
 
 /// Sequences in which everything is seen.
-constexpr unsigned kCovering = 24;
+constexpr unsigned kCovering = 16;
 
 TEST(GroupCampaign, DrivesDemandNoMoreThanTheirAxesMayAndEveryRequestEnds) {
   const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", kCovering);
@@ -234,7 +239,7 @@ TEST(GroupCampaign, DrivesDemandNoMoreThanTheirAxesMayAndEveryRequestEnds) {
         GroupError::kOverLimit, GroupError::kNothingToDo, GroupError::kBadMove, GroupError::kAxisNotEnabled,
         GroupError::kAxisErrorStop, GroupError::kAxisFailed, GroupError::kAxisAsked})
     EXPECT_GT(coverage.errors[static_cast<std::size_t>(error)], 0U) << to_text(error) << ": never";
-  EXPECT_GT(coverage.moves_done, 50U);
+  EXPECT_GT(coverage.moves_done, 20U);
   EXPECT_GT(coverage.judged, std::uint64_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
 }
 
