@@ -204,7 +204,10 @@ void AxisGroup::release() noexcept {
 /// A path may begin here.
 void AxisGroup::stand() noexcept {
   ++standing_.epoch;
-  for (std::size_t i = 0; i < members_.size(); ++i) standing_.at[i] = setpoints_[i].position;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    standing_.at[i] = setpoints_[i].position;
+    standing_.offsets[i] = axes_.axis(members_[i]).position_offset();
+  }
   standings_.write(standing_);
 }
 

@@ -32,6 +32,7 @@ class AxisGroup final : public SetpointFeed {
   struct Standing {
     std::uint64_t epoch = 0;  ///< number of the place; 0: they have not stood yet
     std::array<double, AxisGroups::kMostAxes> at{};
+    std::array<double, AxisGroups::kMostAxes> offsets{};  ///< SingleAxis::position_offset(), as long as they are led
   };
 
   /// Before the cycle starts; `axes` and `table` must outlive it.

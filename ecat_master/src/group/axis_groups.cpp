@@ -13,6 +13,8 @@
 #include "driveline/trajectory/contour_settings.hpp"
 #include "group_planning.hpp"
 #include "group_request_table.hpp"
+#include "line_path.hpp"
+#include "range_check.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -30,6 +32,13 @@ std::string quoted(const SingleAxes& axes, std::size_t axis) {
   return "axis '" + axes.axes()[axis].config().name + "'";
 }
 
+/// What paths may ask of an axis.
+trajectory::GroupAxisLimits limits_of(const AxisConfig& axis, double jerk_time_s) {
+  const double acceleration = AxisGroups::kShareOfAcceleration * axis.limits.max_acceleration;
+  return {AxisGroups::kShareOfVelocity * axis.limits.max_velocity, acceleration,
+          axis.max_jerk.value_or(acceleration / jerk_time_s)};
+}
+
 void check(const SingleAxes& axes, const std::vector<GroupConfig>& groups, std::size_t number) {
   const auto& group = groups[number];
   if (group.name.empty()) throw std::invalid_argument("a group needs a name");
@@ -40,6 +49,7 @@ void check(const SingleAxes& axes, const std::vector<GroupConfig>& groups, std::
   if (group.axes.size() > AxisGroups::kMostAxes)
     refuse(group, "it has " + std::to_string(group.axes.size()) + " axes; " + std::to_string(AxisGroups::kMostAxes) +
                       " are possible");
+  if (!(group.jerk_time_s > 0.0)) refuse(group, "its jerk_time_s must be above 0");
   for (std::size_t i = 0; i < group.axes.size(); ++i) {
     const auto axis = group.axes[i];
     if (axis >= axes.axes().size()) refuse(group, "there is no axis of number " + std::to_string(axis));
@@ -49,23 +59,38 @@ void check(const SingleAxes& axes, const std::vector<GroupConfig>& groups, std::
       return std::find(each.axes.begin(), each.axes.end(), axis) != each.axes.end();
     });
     if (other != before) refuse(group, quoted(axes, axis) + " is in group '" + other->name + "' already");
+    // As the limits along a path are checked, for any number of axes.
+    trajectory::ContourSettings alone;
+    alone.limits[0] = limits_of(axes.axes()[axis].config(), group.jerk_time_s);
+    if (const auto wrong = trajectory::check_settings(alone); !wrong.empty())
+      refuse(group, quoted(axes, axis) + " has limits that no path can be planned with: " + wrong);
     if (axes.axis(axis).fed()) refuse(group, quoted(axes, axis) + " follows a gear, a cam or a stream already");
   }
 }
 
-/// What paths may ask of an axis.
-trajectory::GroupAxisLimits limits_of(const AxisConfig& axis, double jerk_time_s) {
-  const double acceleration = AxisGroups::kShareOfAcceleration * axis.limits.max_acceleration;
-  return {AxisGroups::kShareOfVelocity * axis.limits.max_velocity, acceleration,
-          axis.max_jerk.value_or(acceleration / jerk_time_s)};
+std::vector<trajectory::GroupAxisLimits> limits_of(const SingleAxes& axes, const GroupConfig& group) {
+  std::vector<trajectory::GroupAxisLimits> made;
+  for (const auto axis : group.axes) made.push_back(limits_of(axes.axes()[axis].config(), group.jerk_time_s));
+  return made;
+}
+
+/// As moves count positions, which are those of the drives and an offset.
+RangeCheck ranges_of(const SingleAxes& axes, const GroupConfig& group, std::span<const double> offsets) {
+  std::vector<RangeCheck::Range> ranges;
+  for (std::size_t i = 0; i < group.axes.size(); ++i) {
+    const auto& axis = axes.axes()[group.axes[i]].config();
+    ranges.push_back({axis.name, axis.software_limits});
+    if (auto& range = ranges.back().range) *range = {range->min + offsets[i], range->max + offsets[i]};
+  }
+  return RangeCheck(std::move(ranges));
 }
 
 trajectory::ContourSettings contour_settings(const SingleAxes& axes, const GroupConfig& group,
                                              std::chrono::nanoseconds period) {
   trajectory::ContourSettings settings;
   settings.axes = group.axes.size();
-  for (std::size_t i = 0; i < group.axes.size(); ++i)
-    settings.limits[i] = limits_of(axes.axes()[group.axes[i]].config(), group.jerk_time_s);
+  const auto limits = limits_of(axes, group);
+  std::copy(limits.begin(), limits.end(), settings.limits.begin());
   settings.period_s = std::chrono::duration<double>(period).count();
   settings.capacity = group.capacity;
   return settings;
@@ -90,7 +115,7 @@ class AxisGroups::Group {
  public:
   Group(SingleAxes& axes, const GroupConfig& config, std::chrono::nanoseconds period, Shared& shared)
       : cycle(axes, config.axes, shared.table),
-        planning(cycle, shared.table, config.axes.size(),
+        planning(cycle, shared.table,
                  static_cast<std::uint64_t>(kGraceSeconds / std::chrono::duration<double>(period).count()),
                  make_path(axes, config, period),
                  [&shared](std::uint64_t request, std::string reason) { shared.keep(request, std::move(reason)); }) {
@@ -104,10 +129,22 @@ class AxisGroups::Group {
  private:
   static GroupPlanning::MakePath make_path(const SingleAxes& axes, const GroupConfig& config,
                                            std::chrono::nanoseconds period) {
+    const auto count = config.axes.size();
+    const auto ranges_at = [&axes, config](const AxisGroup::Standing& standing) {
+      return ranges_of(axes, config, standing.offsets);
+    };
+    if (count > trajectory::kMaxGroupAxes) {
+      const double period_s = std::chrono::duration<double>(period).count();
+      return [limits = limits_of(axes, config), period_s, count,
+              ranges_at](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
+        return std::make_unique<LinePath>(limits, ranges_at(from), period_s, std::span(from.at).first(count),
+                                          from.epoch);
+      };
+    }
     const auto settings = contour_settings(axes, config, period);
     if (const auto wrong = trajectory::check_settings(settings); !wrong.empty()) refuse(config, wrong);
-    return [settings](std::span<const double> start, std::uint64_t epoch) -> std::unique_ptr<GroupPath> {
-      return std::make_unique<ContourPath>(settings, start, epoch);
+    return [settings, count, ranges_at](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
+      return std::make_unique<ContourPath>(settings, ranges_at(from), std::span(from.at).first(count), from.epoch);
     };
   }
 };

@@ -1,6 +1,7 @@
 #include "contour_path.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace driveline::ecat_master {
 namespace {
@@ -13,12 +14,24 @@ trajectory::GroupVector vector_of(std::span<const double> values) {
 
 }  // namespace
 
-ContourPath::ContourPath(const trajectory::ContourSettings& settings, std::span<const double> start,
+ContourPath::ContourPath(const trajectory::ContourSettings& settings, RangeCheck ranges, std::span<const double> start,
                          std::uint64_t epoch)
-    : GroupPath(epoch), axes_(start.size()), track_(settings, vector_of(start)), planner_(track_), follower_(track_) {}
+    : GroupPath(epoch),
+      axes_(start.size()),
+      ranges_(std::move(ranges)),
+      track_(settings, vector_of(start)),
+      planner_(track_),
+      follower_(track_) {}
 
-tl::expected<void, std::string> ContourPath::add(const GroupMove& move) {
-  if (const auto added = planner_.add(move.path); !added) return tl::unexpected(added.error().reason);
+tl::expected<void, trajectory::PathMoveError> ContourPath::add(const GroupMove& move) {
+  auto path = move.path;
+  if (!move.target.empty()) {
+    if (move.target.size() != axes_) return tl::unexpected(wrong_count(move.target.size(), axes_));
+    path.target = vector_of(move.target);
+  }
+  if (auto in_range = ranges_.move(planner_.target(), path, tolerance_before_); !in_range) return in_range;
+  if (auto added = planner_.add(path); !added) return added;
+  tolerance_before_ = path.tolerance;
   return {};
 }
 

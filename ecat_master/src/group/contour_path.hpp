@@ -8,6 +8,7 @@
 #include "driveline/trajectory/contour_follower.hpp"
 #include "driveline/trajectory/contour_planner.hpp"
 #include "group_path.hpp"
+#include "range_check.hpp"
 
 namespace driveline::ecat_master {
 
@@ -15,9 +16,10 @@ namespace driveline::ecat_master {
 class ContourPath final : public GroupPath {
  public:
   /// Throws std::invalid_argument where trajectory::ContourTrack does.
-  ContourPath(const trajectory::ContourSettings& settings, std::span<const double> start, std::uint64_t epoch);
+  ContourPath(const trajectory::ContourSettings& settings, RangeCheck ranges, std::span<const double> start,
+              std::uint64_t epoch);
 
-  [[nodiscard]] tl::expected<void, std::string> add(const GroupMove& move) override;
+  [[nodiscard]] tl::expected<void, trajectory::PathMoveError> add(const GroupMove& move) override;
   void finish() override { planner_.finish(); }
   [[nodiscard]] bool flush() override { return planner_.flush(); }
   [[nodiscard]] std::span<const double> target() const noexcept override { return {planner_.target().data(), axes_}; }
@@ -28,6 +30,8 @@ class ContourPath final : public GroupPath {
 
  private:
   std::size_t axes_;
+  RangeCheck ranges_;
+  double tolerance_before_ = 0.0;
   trajectory::ContourTrack track_;
   trajectory::ContourPlanner planner_;
   trajectory::ContourFollower follower_;

@@ -42,7 +42,7 @@ class GroupPath {
     return added_.load(std::memory_order_relaxed) - done_.load(std::memory_order_acquire) < kUnderWay;
   }
   /// Adds a move, whose places are absolute; a sentence if that cannot be. The cycle sees it after flush().
-  [[nodiscard]] virtual tl::expected<void, std::string> add(const GroupMove& move) = 0;
+  [[nodiscard]] virtual tl::expected<void, trajectory::PathMoveError> add(const GroupMove& move) = 0;
   /// The move that was added last belongs to that request. Before flush().
   void note(std::uint64_t request) noexcept {
     const auto added = added_.load(std::memory_order_relaxed);
@@ -90,6 +90,10 @@ class GroupPath {
 
  protected:
   explicit GroupPath(std::uint64_t epoch) noexcept : epoch_(epoch) {}
+  /// Of a target with that many values.
+  [[nodiscard]] static trajectory::PathMoveError wrong_count(std::size_t values, std::size_t axes) {
+    return {"the target has " + std::to_string(values) + " values for " + std::to_string(axes) + " axes"};
+  }
 
  private:
   std::uint64_t epoch_;

@@ -6,11 +6,11 @@
 
 namespace driveline::ecat_master {
 
-GroupPlanning::GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::size_t axes, std::uint64_t grace_cycles,
-                             MakePath make_path, Refuse refuse)
+GroupPlanning::GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::uint64_t grace_cycles, MakePath make_path,
+                             Refuse refuse)
     : group_(group),
       table_(table),
-      axes_(axes),
+
       grace_cycles_(grace_cycles),
       make_path_(std::move(make_path)),
       refuse_(std::move(refuse)) {}
@@ -105,7 +105,7 @@ bool GroupPlanning::begin_path() {
   const auto& standing = group_.standing();
   if (standing.epoch <= std::max(used_epoch_, group_.ended_epoch())) return false;
   try {
-    paths_.push_back(make_path_({standing.at.data(), axes_}, standing.epoch));
+    paths_.push_back(make_path_(standing));
   } catch (const std::invalid_argument& error) {
     refuse_next(error.what());
     return false;
@@ -123,7 +123,7 @@ bool GroupPlanning::add_next() {
   const auto move = absolute(waiting_.front().move);
   if (open_ && move.buffer != GroupBuffer::kBlending) path_->finish();
   if (auto added = path_->add(move); !added) {
-    refuse_next(std::move(added.error()));
+    refuse_next(std::move(added.error().reason));
     if (open_) close_path();
     return hand_over();
   }
@@ -168,12 +168,10 @@ GroupMove GroupPlanning::absolute(const GroupMove& move) const {
     for (std::size_t i = 0; i < std::min(from.size(), place.size()); ++i) place[i] += from[i];
   };
   shift(made.target);
-  if (made.target.empty()) {
-    shift(made.path.target);
-    shift(made.path.center);
-    shift(made.path.via);
-    for (auto& point : made.path.points) shift(point);
-  }
+  shift(made.path.target);
+  shift(made.path.center);
+  shift(made.path.via);
+  for (auto& point : made.path.points) shift(point);
   made.relative = false;
   return made;
 }

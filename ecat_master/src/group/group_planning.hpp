@@ -21,15 +21,15 @@ namespace driveline::ecat_master {
 /// a time.
 class GroupPlanning {
  public:
-  /// Makes a path that begins at a place, with its number; may throw std::invalid_argument.
-  using MakePath = std::function<std::unique_ptr<GroupPath>(std::span<const double> start, std::uint64_t epoch)>;
+  /// Makes a path that begins where the axes stand; may throw std::invalid_argument.
+  using MakePath = std::function<std::unique_ptr<GroupPath>(const AxisGroup::Standing& standing)>;
   /// Told of a move that cannot be done.
   using Refuse = std::function<void(std::uint64_t request, std::string reason)>;
 
   /// `grace_cycles`: how long the end of the path is kept open for a move that was announced. The others must outlive
   /// it.
-  GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::size_t axes, std::uint64_t grace_cycles,
-                MakePath make_path, Refuse refuse);
+  GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::uint64_t grace_cycles, MakePath make_path,
+                Refuse refuse);
 
   /// So many moves can be taken.
   [[nodiscard]] std::size_t room() const noexcept;
@@ -59,7 +59,7 @@ class GroupPlanning {
 
   AxisGroup& group_;
   GroupRequestTable& table_;
-  std::size_t axes_;
+
   std::uint64_t grace_cycles_;
   MakePath make_path_;
   Refuse refuse_;

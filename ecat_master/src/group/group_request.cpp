@@ -72,8 +72,6 @@ std::string_view to_text(GroupError error) noexcept {
       return "a number is not finite";
     case GroupError::kOverLimit:
       return "an override lies within 0 and 2";
-    case GroupError::kBufferFull:
-      return "too many moves are waiting";
     case GroupError::kNothingToDo:
       return "there is nothing that it could act on";
     case GroupError::kBadMove:

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -39,6 +40,27 @@ inline GroupMove line_to(const GroupVector& target, double feed = 20.0) {
   return made;
 }
 
+/// Between two places.
+inline double apart(const GroupVector& one, const GroupVector& other) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < one.size(); ++i) sum = std::hypot(sum, one[i] - other[i]);
+  return sum;
+}
+
+/// From the straight way between two places.
+inline double from_line(const GroupVector& at, const GroupVector& from, const GroupVector& to) {
+  double along = 0.0;
+  double length2 = 0.0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    along += (at[i] - from[i]) * (to[i] - from[i]);
+    length2 += (to[i] - from[i]) * (to[i] - from[i]);
+  }
+  const double share = length2 > 0.0 ? std::clamp(along / length2, 0.0, 1.0) : 0.0;
+  GroupVector foot{};
+  for (std::size_t i = 0; i < at.size(); ++i) foot[i] = from[i] + share * (to[i] - from[i]);
+  return apart(at, foot);
+}
+
 /// A line of axes in operation, of which the first ones are a group, planned in every cycle.
 class GroupLine : public SingleLine {
  public:
@@ -47,7 +69,10 @@ class GroupLine : public SingleLine {
       : SingleLine(axes, options) {
     if (configs.empty()) configs.push_back({"gantry", first_axes(axes)});
     groups = std::make_unique<AxisGroups>(this->axes(), std::move(configs), kSinglePeriod);
-    for (std::size_t i = 0; i < axes; ++i) enable(i);
+    std::vector<std::uint64_t> enabled;
+    for (std::size_t i = 0; i < axes; ++i) enabled.push_back(submit(power(true), i));
+    for (const auto id : enabled) EXPECT_EQ(SingleLine::finish(id).phase, RequestPhase::kDone);
+    SingleLine::cycles(10);
   }
 
   void cycle() {

@@ -44,7 +44,7 @@ enum class GroupBuffer : std::uint8_t {
 /// MC_MovePath. In rad or m, as the requests of the axes count (AxisCommand::kSetPosition included).
 struct GroupMove {
   trajectory::PathMove path{};  ///< shape, target, feed along the path, tolerance of the corner behind it
-  /// Instead of `path.target`, for groups of more than trajectory::kMaxGroupAxes axes: a value for each axis.
+  /// Instead of `path.target`, if it has values: one for each axis, also of more than trajectory::kMaxGroupAxes.
   std::vector<double> target{};
   bool relative = false;                        ///< all places are distances from where the move before ends
   GroupBuffer buffer = GroupBuffer::kAborting;  ///< how it follows the one before it
@@ -69,7 +69,6 @@ enum class GroupError : std::uint8_t {
   kStopping,        ///< the stop request has not been withdrawn
   kNotFinite,       ///< a number is NaN or infinite
   kOverLimit,       ///< the override is not within 0 to 2
-  kBufferFull,      ///< too many moves or requests wait
   kNothingToDo,     ///< nothing is interrupted, stopped or under way that it could act on
   kBadMove,         ///< AxisGroups::refusal() has the sentence
   kAxisNotEnabled,  ///< an axis has no power
