@@ -95,10 +95,10 @@ Outcome<std::vector<FileMove>> parse_group_path(const std::string& text, const s
   if (const auto wrong = wrong_axes(*file, group); !wrong.empty())
     return misused(fmt::format("{}:{}: {}", name, first_line(text), wrong));
   auto at = file->start;
-  for (const auto& [move, line] : file->moves) {
-    if (const auto wrong = runtime::check_way(group.limits, at, move))
-      return misused(fmt::format("{}:{}: {}", name, line, runtime::describe(group.limits.group, *wrong)));
-    at = runtime::end_of(move);
+  for (const auto& next : file->moves) {
+    if (const auto wrong = runtime::check_way(group.limits, at, next.move))
+      return misused(fmt::format("{}:{}: {}", name, next.line, runtime::describe(group.limits.group, *wrong)));
+    at = runtime::end_of(next.move);
   }
   return std::move(file->moves);
 }

@@ -515,6 +515,7 @@ void LineRun::tell_slaves(bool now) {
 void LineRun::stop_motion() {
   if (!motion_) return;
   note_requests();
+  note_groups();
   if (stream_) stream_->close();
   if (commands_) commands_->end_streams();
   if (!had(Severity::kFailure)) {
@@ -530,6 +531,17 @@ void LineRun::stop_motion() {
     note_requests();
   } while (!motion_->off() && session_.clock().now() < deadline);
   if (!motion_->off()) fail_with(events::AxesNotOff{kStopTimeout});
+}
+
+/// Before the axes come to rest for the end of the run.
+void LineRun::note_groups() {
+  for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
+    const auto status = settings_.groups->status(group);
+    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner};
+    for (const auto& axis : status.limits.group.axes) report.axes.push_back(axis.name);
+    if (status.report) report.state = to_text(status.report->state);
+    groups_.push_back(std::move(report));
+  }
 }
 
 void LineRun::take_down() {
@@ -624,6 +636,7 @@ RunReport LineRun::make_report() {
     report.ring = {ring->status(), ring->merged(), ring->halves(), ring->late_halves()};
   }
   report_axes(report);
+  report.axis_groups = groups_;
   if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.core()->image().inputs());
   report.tasks = settings_.tasks->report();
   report.eoe = services_.eoe();

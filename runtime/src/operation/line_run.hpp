@@ -111,6 +111,7 @@ class LineRun {
   [[nodiscard]] RunReport make_report();
   void report_axes(RunReport& report) const;
   void report_files(RunReport& report) const;
+  void note_groups();
   [[nodiscard]] double seconds_in_operation() const;
   [[nodiscard]] bool stop_requested() const noexcept { return settings_.stop->load(std::memory_order_relaxed); }
 
@@ -144,7 +145,8 @@ class LineRun {
   KeptEnds<Event> events_;                ///< all but progress
   Severity worst_ = Severity::kProgress;  ///< of them all
   KeptEnds<AuthorityRecord> authority_;
-  std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
+  std::vector<SlaveMargin> margins_;     ///< as of the end of the operation
+  std::vector<AxisGroupReport> groups_;  ///< as of the end of the operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;
   std::chrono::nanoseconds operation_start_{};

@@ -49,6 +49,7 @@ class Script(ProgramTest):
             document = self.one_document(result.stdout)
             documents.append({key: document[key] for key in ("cycles", "events", "axes", "duration_s")})
         self.assertEqual(documents[0], documents[1])
+        self.assertEqual(document["axis_groups"], [{"name": "gantry", "axes": ["x", "y"], "state": "GroupDisabled", "owner": "script"}])
         for words in ("script: group gantry: enable", "script: group gantry: path", "script: group gantry: hold",
                       "script: group gantry: override 150 %", "script: group gantry: move by x 20 mm"):
             self.assertTrue(any(words in event for event in documents[0]["events"]), documents[0]["events"])

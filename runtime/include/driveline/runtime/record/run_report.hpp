@@ -42,6 +42,14 @@ struct AxisReport {
   Reported path_error{};
 };
 
+/// A group of axes in the summary.
+struct AxisGroupReport {
+  std::string name;
+  std::vector<std::string> axes;  ///< by name, in the order of the coordinates
+  std::string state;              ///< at the end of the operation: "GroupStandby"; empty: the axes were moved together
+  std::string owner;              ///< who commanded it then; empty: nobody
+};
+
 /// Figures of the clocks of the line.
 struct ClockReport {
   bool locked = false;         ///< the cycle to the reference clock, at the end
@@ -83,6 +91,7 @@ struct RunReport {
   std::string line;
   std::string state;  ///< state of the line at the end of the operation: "OP", or the lower state it had fallen to
   std::vector<AxisReport> axes;
+  std::vector<AxisGroupReport> axis_groups;
   bool increments = false;                  ///< text and plots show drive increments beside the units of the axes
   std::vector<InterfaceReport> interfaces;  ///< empty: the line is simulated in this process
   std::chrono::nanoseconds period{};
