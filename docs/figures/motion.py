@@ -2,7 +2,7 @@
 """Draws the figures of docs/motion.md, Modes, A path, Requests and Groups, anew: motion.py [build folder]
 
 On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, the
-requests of examples/moves.txt and those of examples/gantry.txt."""
+requests of examples/moves.txt and those of examples/plotter.txt."""
 import csv
 import math
 import subprocess
@@ -126,7 +126,7 @@ def requests(folder):
 
 
 def group(folder):
-    rows = run(EXAMPLES / "gantry.toml", folder / "group", "--script", EXAMPLES / "gantry.txt")
+    rows = run(EXAMPLES / "plotter.toml", folder / "group", "--script", EXAMPLES / "plotter.txt")
     times = column(rows, "time[s]")
     x, y = column(rows, "x_target[mm]"), column(rows, "y_target[mm]")
     speeds = [math.hypot(*both) for both in zip(slope(times, x), slope(times, y))]

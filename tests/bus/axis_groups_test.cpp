@@ -383,7 +383,7 @@ TEST(AxisGroups, AfterAFailureAreResetAndEnabledAnew) {
 
 // Paths of any length in bounded memory, handed over as there is room.
 TEST(AxisGroups, FollowAPathWithoutEnd) {
-  GroupLine line(2, {{"gantry", {0, 1}, 256}});
+  GroupLine line(2, {{"plotter", {0, 1}, 256}});
   line.take_axes();
   constexpr int kMoves = 2000;
   constexpr int kPart = 16;

@@ -25,11 +25,11 @@ constexpr std::array kCommands = {
             "axis x stop",
             prepare_axis},
     Command{"group", "", kLine, "Move a group of axes of a running line along lines, arcs and paths",
-            "group gantry status\n"
-            "group gantry enable\n"
-            "group gantry move 90mm 20mm --feed 100mm/s\n"
-            "group gantry path contour.jsonl\n"
-            "group gantry hold",
+            "group plotter status\n"
+            "group plotter enable\n"
+            "group plotter move 90mm 20mm --feed 100mm/s\n"
+            "group plotter path contour.jsonl\n"
+            "group plotter hold",
             prepare_group},
     Command{"identify", "", kLine, "Move one axis to and fro, and find inertia, friction and weight of its load",
             "identify --config examples/line8.toml --virtual z --distance 20\n"

@@ -63,7 +63,7 @@ bool moves_group(std::string_view request) {
   return request.starts_with("move") || request.starts_with("arc") || request == "path";
 }
 
-/// What the line is told: `gantry move 90 20 feed=30mm/s`.
+/// What the line is told: `plotter move 90 20 feed=30mm/s`.
 std::string order_of(const GroupOptions& options) {
   auto order = fmt::format("group {} {}", quoted_word(options.group), options.request);
   for (const auto& operand : options.operands) order += fmt::format(" {}", quoted_word(operand));

@@ -15,14 +15,14 @@ namespace driveline::cli {
 
 /// Answers what clients at the control socket say behind the word "group", one line of JSON each:
 ///
-///     gantry move 90mm 20mm feed=100mm/s   asks for a motion of group gantry
-///     gantry hold take-over                also if somebody else commands one of its axes
-///     gantry path begin MOVE MOVE ...      the first moves of a path, each a JSON object (group_view.hpp); `go-on`
+///     plotter move 90mm 20mm feed=100mm/s   asks for a motion of group plotter
+///     plotter hold take-over                also if somebody else commands one of its axes
+///     plotter path begin MOVE MOVE ...      the first moves of a path, each a JSON object (group_view.hpp); `go-on`
 ///                                          in the place of `begin`: the next ones; `end`: the last ones. The answer
 ///                                          says how many were "taken": the others are to be told again later
 ///     progress                             how far the last request to each group is; says that the client is there
-///     gantry status                        what the group does; "all" in its place: all groups
-///     gantry release                       gives its axes back
+///     plotter status                        what the group does; "all" in its place: all groups
+///     plotter release                       gives its axes back
 ///     detach                               the requests go on when the connection ends
 ///
 /// Clients have the groups that they ask something of as AxisService has it for axes. Belongs to the thread of the

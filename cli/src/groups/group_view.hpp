@@ -15,9 +15,9 @@ namespace driveline::cli {
 [[nodiscard]] Outcome<PathGroup> path_group(const nlohmann::json& group);
 /// Of every group.
 [[nodiscard]] nlohmann::json groups_json(const runtime::GroupDoor& door);
-/// "group gantry (x, y): GroupStandby, commanded by nobody", a line for each group.
+/// "group plotter (x, y): GroupStandby, commanded by nobody", a line for each group.
 [[nodiscard]] std::string groups_text(const runtime::GroupDoor& door);
-/// "group gantry: GroupStandby at x 10 mm, y 20 mm", of a group in that document.
+/// "group plotter: GroupStandby at x 10 mm, y 20 mm", of a group in that document.
 [[nodiscard]] std::string group_line(const nlohmann::json& group);
 /// A table of groups in that document.
 [[nodiscard]] std::string groups_table(const nlohmann::json& groups);

@@ -18,8 +18,8 @@ namespace driveline::cli {
 /// Requests to axes and groups of axes, one after the other:
 ///
 ///     x move 90deg velocity=30deg/s   asks for it, and goes on at once
-///     gantry move 90mm 20mm           the same of a group
-///     gantry path contour.jsonl       along the moves of a file, whose path begins at the folder of the script
+///     plotter move 90mm 20mm           the same of a group
+///     plotter path contour.jsonl       along the moves of a file, whose path begins at the folder of the script
 ///     wait x                          until x has done, or reached, what it was last asked for; `wait all`
 ///     sleep 0.5s
 ///     # a remark

@@ -67,7 +67,7 @@ class GroupLine : public SingleLine {
   explicit GroupLine(std::size_t axes, std::vector<GroupConfig> configs = {},
                      const RunOptions& options = single_options())
       : SingleLine(axes, options) {
-    if (configs.empty()) configs.push_back({"gantry", first_axes(axes)});
+    if (configs.empty()) configs.push_back({"plotter", first_axes(axes)});
     groups = std::make_unique<AxisGroups>(this->axes(), std::move(configs), kSinglePeriod);
     std::vector<std::uint64_t> enabled;
     for (std::size_t i = 0; i < axes; ++i) enabled.push_back(submit(power(true), i));

@@ -17,10 +17,10 @@ AXIS = ('[[axis]]\nname = "{}"\nfeed_mm_per_revolution = 20\nunit = "mm"\nmax_ve
 LINE = ('[bus]\nmax_lost_cycles = 1000\n[line]\nname = "groups"\ncycle_us = 2000\n[realtime]\npolicy = "degrade"\n'
         '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n[[slave]]\nname = "z"\n'
         + "".join(AXIS.format(name) for name in "xyz") +
-        '[[axis_group]]\nname = "gantry"\naxes = ["x", "y"]\nmax_feed = 200\n')
+        '[[axis_group]]\nname = "plotter"\naxes = ["x", "y"]\nmax_feed = 200\n')
 HEAD = ('{"axes": [{"name": "x", "unit": "mm", "max_velocity": 800, "max_acceleration": 8000, "max_jerk": 400000}, '
         '{"name": "y", "unit": "mm", "max_velocity": 800, "max_acceleration": 8000, "max_jerk": 400000}]}\n')
-ENABLE = "gantry enable\nwait gantry\ngantry move 0 0\nwait gantry\n"
+ENABLE = "plotter enable\nwait plotter\nplotter move 0 0\nwait plotter\n"
 
 
 class Script(ProgramTest):
@@ -43,20 +43,20 @@ class Script(ProgramTest):
     def test_example_runs_the_same_every_time(self):
         documents = []
         for _ in range(2):
-            result = self.run_program("run", "--config", EXAMPLES / "gantry.toml", "--script", EXAMPLES / "gantry.txt",
+            result = self.run_program("run", "--config", EXAMPLES / "plotter.toml", "--script", EXAMPLES / "plotter.txt",
                                       "--virtual", "--no-plots", "--json")
             self.assertEqual(result.returncode, 0, result.stderr)
             document = self.one_document(result.stdout)
             documents.append({key: document[key] for key in ("cycles", "events", "axes", "duration_s")})
         self.assertEqual(documents[0], documents[1])
-        self.assertEqual(document["axis_groups"], [{"name": "gantry", "axes": ["x", "y"], "state": "GroupDisabled", "owner": "script"}])
-        for words in ("script: group gantry: enable", "script: group gantry: path", "script: group gantry: hold",
-                      "script: group gantry: override 150 %", "script: group gantry: move by x 20 mm"):
+        self.assertEqual(document["axis_groups"], [{"name": "plotter", "axes": ["x", "y"], "state": "GroupDisabled", "owner": "script"}])
+        for words in ("script: group plotter: enable", "script: group plotter: path", "script: group plotter: hold",
+                      "script: group plotter: override 150 %", "script: group plotter: move by x 20 mm"):
             self.assertTrue(any(words in event for event in documents[0]["events"]), documents[0]["events"])
 
     def test_group_stays_on_its_path_when_it_is_held_slowed_down_and_reversed(self):
-        result = self.run_script(ENABLE + "gantry move 300 150\nsleep 0.6s\ngantry hold\nsleep 0.2s\ngantry override 30%\n"
-                                 "gantry resume\nsleep 0.4s\ngantry reverse\nsleep 0.5s\ngantry forward\ngantry override 2\nwait gantry\n")
+        result = self.run_script(ENABLE + "plotter move 300 150\nsleep 0.6s\nplotter hold\nsleep 0.2s\nplotter override 30%\n"
+                                 "plotter resume\nsleep 0.4s\nplotter reverse\nsleep 0.5s\nplotter forward\nplotter override 2\nwait plotter\n")
         self.assertEqual(result.returncode, 0, result.stderr)
         places = self.places()
         start = next(i for i, place in enumerate(places) if math.hypot(*place) < 1e-3)
@@ -66,63 +66,63 @@ class Script(ProgramTest):
         self.assertLess(min(steps), -1e-3, "it went back for a while")
 
     def test_path_begins_where_the_group_stands(self):
-        result = self.run_script(ENABLE + "gantry move 50 50\nwait gantry\ngantry path moves.jsonl\nwait gantry\n",
+        result = self.run_script(ENABLE + "plotter move 50 50\nwait plotter\nplotter path moves.jsonl\nwait plotter\n",
                                  moves='{"line_by": [20, 0], "feed": 100}\n{"line": [null, 80]}\n')
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertLess(math.dist(self.places()[-1], (70, 80)), 2e-3)
 
     def test_errors_have_file_and_line_and_nothing_moves(self):
         for script, moves, sentence in (
-                ("gantry mvoe 1 2\n", None, 'script.txt:1: group gantry: it cannot "mvoe"; did you mean move?'),
-                ("gantry move 1\n", None, "script.txt:1: group gantry: move: 2 positions are expected, of x, y"),
-                ("gantry move 1 2deg\n", None, 'script.txt:1: position "2deg": axis y has no unit "deg"'),
-                ("gantry path\n", None, 'script.txt:1: group gantry: path: one file of moves is expected'),
+                ("plotter mvoe 1 2\n", None, 'script.txt:1: group plotter: it cannot "mvoe"; did you mean move?'),
+                ("plotter move 1\n", None, "script.txt:1: group plotter: move: 2 positions are expected, of x, y"),
+                ("plotter move 1 2deg\n", None, 'script.txt:1: position "2deg": axis y has no unit "deg"'),
+                ("plotter path\n", None, 'script.txt:1: group plotter: path: one file of moves is expected'),
                 ("gantri move 1 2\n", None, 'script.txt:1: there is no axis "gantri"')):
             with self.subTest(script=script):
                 self.check_refused(self.run_script(script), 2, sentence)
         for moves, sentence in (
                 ('{"line": [1, 1]}\n{"lime": [2, 2]}\n', "moves.jsonl:3: "),
                 ('{"line": [1, 1]}\n{"line": [2]}\n', "moves.jsonl:3: line must be an array of 2 numbers"),
-                ('{"line": [1, 1]}\n{"line": [1, 401]}\n', "moves.jsonl:3: group gantry: axis y: position 401 mm is not possible, "
+                ('{"line": [1, 1]}\n{"line": [1, 401]}\n', "moves.jsonl:3: group plotter: axis y: position 401 mm is not possible, "
                  "-100 mm to 400 mm are"),
                 ('{"line": [1, 1]}\n{"arc": [9, 9], "center": [3, 3]}\n', "moves.jsonl:3: "),
                 ('{"line": [1, 1], "feed": 0}\n', "moves.jsonl:2: "), ('', "moves.jsonl: there is no move")):
             with self.subTest(moves=moves):
-                result = self.run_script(ENABLE + "gantry path moves.jsonl\n", moves=moves)
+                result = self.run_script(ENABLE + "plotter path moves.jsonl\n", moves=moves)
                 self.assertEqual(result.returncode, 2, result.stderr)
                 self.assertIn(sentence, result.stderr.splitlines()[-1])
                 self.assertIn("script.txt:5: ", result.stderr.splitlines()[-1])
                 self.assertLess(max(math.hypot(*place) for place in self.places()[-50:]), 1e-3, "it has not moved")
         other = HEAD.replace('"y"', '"z"')
         self.write("other.jsonl", other + '{"line": [1, 1]}\n')
-        result = self.run_script(ENABLE + "gantry path other.jsonl\n")
-        self.assertIn("other.jsonl:1: the axes must be those of group gantry, in their order: x, y", result.stderr.splitlines()[-1])
+        result = self.run_script(ENABLE + "plotter path other.jsonl\n")
+        self.assertIn("other.jsonl:1: the axes must be those of group plotter, in their order: x, y", result.stderr.splitlines()[-1])
         self.write("start.jsonl", HEAD.replace("]}\n", '], "start": [5, 0]}\n') + '{"line": [1, 1]}\n')
-        result = self.run_script(ENABLE + "gantry path start.jsonl\n")
+        result = self.run_script(ENABLE + "plotter path start.jsonl\n")
         self.assertIn("start.jsonl:1: the path starts at x 5 mm, and the group stands at 0 mm", result.stderr.splitlines()[-1])
 
     def test_request_that_fails_ends_the_run_with_its_line(self):
-        result = self.run_script("gantry move 1 2\n")
+        result = self.run_script("plotter move 1 2\n")
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("script.txt:1: group gantry: the group is not enabled; enable it first", result.stderr.splitlines()[-1])
-        result = self.run_script(ENABLE + "gantry move 1 401\n")
+        self.assertIn("script.txt:1: group plotter: the group is not enabled; enable it first", result.stderr.splitlines()[-1])
+        result = self.run_script(ENABLE + "plotter move 1 401\n")
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("script.txt:5: group gantry: axis y: position 401 mm is not possible", result.stderr.splitlines()[-1])
+        self.assertIn("script.txt:5: group plotter: axis y: position 401 mm is not possible", result.stderr.splitlines()[-1])
         result = self.run_script(ENABLE + "x move 10\nwait x\n")
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("script.txt:5: axis x: ", result.stderr.splitlines()[-1])
-        result = self.run_script("x disable\nwait x\ngantry enable\nwait gantry\n")
+        result = self.run_script("x disable\nwait x\nplotter enable\nwait plotter\n")
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("script.txt:3: group gantry: axis x: an axis is not enabled", result.stderr.splitlines()[-1])
+        self.assertIn("script.txt:3: group plotter: axis x: an axis is not enabled", result.stderr.splitlines()[-1])
 
     def test_axis_that_is_lost_stops_its_group_and_no_other_axis(self):
         # The last one on the wire: the others stay reachable.
         line = LINE.replace('axes = ["x", "y"]', 'axes = ["x", "z"]').replace("max_lost_cycles = 1000", "max_lost_cycles = 10")
-        result = self.run_script(ENABLE + "gantry move 390 195 feed=50\ny jog 20\nwait gantry\n", line=line +
+        result = self.run_script(ENABLE + "plotter move 390 195 feed=50\ny jog 20\nwait plotter\n", line=line +
                                  '[recovery]\naxes = "continue"\n[[fault]]\nat_ms = 2500\nkind = "power-off"\nslave = "z"\nfor_ms = 500\n')
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("script.txt:5: group gantry: axis z: an axis has failed", result.stderr.splitlines()[-1])
-        self.assertIn("group gantry: GroupErrorStop: axis z: an axis has failed", result.stderr)
+        self.assertIn("script.txt:5: group plotter: axis z: an axis has failed", result.stderr.splitlines()[-1])
+        self.assertIn("group plotter: GroupErrorStop: axis z: an axis has failed", result.stderr)
         self.assertNotIn("axis y: ErrorStop", result.stderr)
         self.assertNotIn("axis x: ErrorStop", result.stderr)
 
@@ -146,7 +146,7 @@ class Hand(ProgramTest):
         return self.one_document(result.stdout)["axes"]
 
     def group(self, *words):
-        return self.run_program("group", "gantry", *words)
+        return self.run_program("group", "plotter", *words)
 
     def status(self):
         result = self.group("status", "--json")
@@ -170,10 +170,10 @@ class Hand(ProgramTest):
         moved = self.group("move", "30mm", "0.04m", "--feed", "150mm/s", "--json")
         self.assertEqual(moved.returncode, 0, moved.stderr)
         group = self.one_document(moved.stdout)["groups"][0]
-        self.assertEqual((group["name"], group["state"], group["unit"]), ("gantry", "GroupStandby", "mm"))
+        self.assertEqual((group["name"], group["state"], group["unit"]), ("plotter", "GroupStandby", "mm"))
         self.assertLess(math.dist([axis["setpoint"] for axis in group["axes"]], (30, 40)), 1e-6)
         back = self.group("move-by", "-", "-10")
-        self.assertEqual((back.returncode, back.stdout), (0, "group gantry: GroupStandby at x 30 mm, y 30 mm\n"), back.stderr)
+        self.assertEqual((back.returncode, back.stdout), (0, "group plotter: GroupStandby at x 30 mm, y 30 mm\n"), back.stderr)
         self.assertEqual({axis["name"]: axis["state"] for axis in self.axes()},
                          {"x": "SynchronizedMotion", "y": "SynchronizedMotion", "z": "Standstill"})
         self.assertIn("GroupStandby", self.group("status").stdout)
@@ -184,12 +184,12 @@ class Hand(ProgramTest):
         self.check_refused(self.run_program("group", "garden", "status"), 2, 'there is no group "garden"')
         self.check_refused(self.group("path", "none.jsonl"), 2, "none.jsonl")
         diagnosis = self.run_program("diag")
-        self.assertIn("group gantry (x, y): GroupStandby, commanded by nobody\n", diagnosis.stdout)
+        self.assertIn("group plotter (x, y): GroupStandby, commanded by nobody\n", diagnosis.stdout)
         document = self.one_document(self.run_program("diag", "--json").stdout)
-        self.assertEqual(document["axis_groups"][0]["name"], "gantry")
+        self.assertEqual(document["axis_groups"][0]["name"], "plotter")
         self.assertEqual(self.group("disable").returncode, 0)
         events = self.end(run)["events"]
-        for words in ("group gantry: move to x 30 mm, y 40 mm, feed 150 mm/s", "group gantry: move by y -10 mm",
+        for words in ("group plotter: move to x 30 mm, y 40 mm, feed 150 mm/s", "group plotter: move by y -10 mm",
                       "refused: axis y: position 500 mm"):
             self.assertTrue(any(words in event for event in events), events)
 
@@ -199,7 +199,7 @@ class Hand(ProgramTest):
         points = [(100 - 100 * math.cos(2 * math.pi * k / 2000), 100 * math.sin(2 * math.pi * k / 2000)) for k in range(1, 2001)]
         self.write("circle.jsonl", HEAD + "".join(json.dumps({"line": point, "tolerance": 0.05}) + "\n" for point in points))
         run = self.start_run()
-        path = self.start("group", "gantry", "path", "circle.jsonl", log="path.log", stdin=subprocess.PIPE, text=True)
+        path = self.start("group", "plotter", "path", "circle.jsonl", log="path.log", stdin=subprocess.PIPE, text=True)
         self.wait_for("a way", lambda: self.place()[0] > 5)
         self.check_refused(self.group("override", "50%"), 1, "axis x is commanded by control socket", f"process {path.pid}")
         path.stdin.write("override 150%\nhold\nnonsense\n")
@@ -221,7 +221,7 @@ class Hand(ProgramTest):
         run = self.start_run()
         for number, status in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGSTOP, None), (signal.SIGINT, 1)):
             self.assertEqual(self.group("move", "0", "0").returncode, 0)
-            moving = self.start("group", "gantry", "move", "390", "195", "--feed", "50", log="move.log")
+            moving = self.start("group", "plotter", "move", "390", "195", "--feed", "50", log="move.log")
             self.wait_for("a way", lambda: self.place()[0] > 2)
             moving.send_signal(number)
             self.wait_for_state("GroupStandby")
@@ -232,21 +232,21 @@ class Hand(ProgramTest):
             if status is not None:
                 self.assertEqual(moving.wait(PATIENCE_S), status, self.text("move.log"))
             self.kill(moving)
-        self.assertIn("interrupted: group gantry: GroupStandby at x", self.text("move.log"))
+        self.assertIn("interrupted: group plotter: GroupStandby at x", self.text("move.log"))
         self.end(run)
 
     @undisturbed
     def test_everybody_may_stop_a_group_and_one_commands_it(self):
         run = self.start_run()
-        moving = self.start("group", "gantry", "move", "390", "195", "--feed", "50", log="move.log")
+        moving = self.start("group", "plotter", "move", "390", "195", "--feed", "50", log="move.log")
         self.wait_for("a way", lambda: self.place()[0] > 2)
-        self.check_refused(self.group("move", "0", "0"), 1, "group gantry: axis x is commanded by control socket", f"process {moving.pid}")
+        self.check_refused(self.group("move", "0", "0"), 1, "group plotter: axis x is commanded by control socket", f"process {moving.pid}")
         self.assertEqual(self.group("stop").returncode, 0)
         self.assertEqual(moving.wait(PATIENCE_S), 1)
         self.assertIn("another request has ended this one", self.text("move.log"))
         self.check_refused(self.group("move", "0", "0"), 1, "release-stop withdraws it")
         self.assertEqual(self.group("release-stop").returncode, 0)
-        moving = self.start("group", "gantry", "move", "390", "195", "--feed", "50", "--no-wait", log="move.log")
+        moving = self.start("group", "plotter", "move", "390", "195", "--feed", "50", "--no-wait", log="move.log")
         self.assertEqual(moving.wait(PATIENCE_S), 0)
         self.wait_for("a way", lambda: self.place()[0] > 20)
         self.assertEqual(self.group("halt").returncode, 0)
@@ -268,14 +268,14 @@ class Hand(ProgramTest):
                 stream.write(words + "\n")
                 stream.flush()
                 return json.loads(stream.readline())
-            for words in ("group gantry path", "group gantry path begin", "group gantry path begin {", "group gantry path begin [1]",
-                          'group gantry path only [{"to": [1]}]', 'group gantry path only [{"to": [1, "a"]}]',
-                          'group gantry path only [{"points": []}]', 'group gantry path only [{"to": [1, 1], "center": [0]}]',
-                          'group gantry path only [{"to": [0, 0], "center": [0, 0], "plane": [0, 9]}]',
-                          'group gantry path only [{"to": [1e999, 0]}]', "group gantry", "group  ", "group x move 1 2",
-                          "group gantry path later []"):
+            for words in ("group plotter path", "group plotter path begin", "group plotter path begin {", "group plotter path begin [1]",
+                          'group plotter path only [{"to": [1]}]', 'group plotter path only [{"to": [1, "a"]}]',
+                          'group plotter path only [{"points": []}]', 'group plotter path only [{"to": [1, 1], "center": [0]}]',
+                          'group plotter path only [{"to": [0, 0], "center": [0, 0], "plane": [0, 9]}]',
+                          'group plotter path only [{"to": [1e999, 0]}]', "group plotter", "group  ", "group x move 1 2",
+                          "group plotter path later []"):
                 self.assertIn("error", ask(words), words)
-            self.assertEqual(ask('group gantry path only [{"to": [0.01, 0.02]}]'), {"taken": 1})
+            self.assertEqual(ask('group plotter path only [{"to": [0.01, 0.02]}]'), {"taken": 1})
             for _ in range(1000):
                 group = ask("group progress")["groups"][0]
                 if group["over"]:

@@ -70,7 +70,7 @@ void replace_all(std::string& text, const std::string& part, const std::string& 
 
 /// The line of the example, whose drives also tell what their loops follow.
 std::string telling_line() {
-  auto text = text_of("gantry.toml");
+  auto text = text_of("plotter.toml");
   for (const std::string name : {"x", "y"}) {
     replace_all(text, "[[slave]]\nname = \"" + name + "\"\n",
                 "[[slave]]\nname = \"" + name +
@@ -107,7 +107,7 @@ class GroupExample : public test::TemporaryDirectory {};
 TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
   const auto config = runtime::parse_line_config(telling_line(), directory / "line.toml");
   ASSERT_TRUE(config) << describe(config.error());
-  auto script = AxisScript::parse(text_of("gantry.txt"), std::string(DRIVELINE_EXAMPLES_DIR) + "/gantry.txt",
+  auto script = AxisScript::parse(text_of("plotter.txt"), std::string(DRIVELINE_EXAMPLES_DIR) + "/plotter.txt",
                                   {config->axes, config->axis_groups});
   ASSERT_TRUE(script) << script.error().text;
   runtime::Line::Options options;

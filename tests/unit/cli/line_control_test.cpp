@@ -206,7 +206,7 @@ TEST_F(LineControlTest, QuestionsAreAnsweredByTheLineAndHoldUpNoStop) {
   asks.join();
   EXPECT_EQ(answer, "diag!");
   auto second = connect();
-  EXPECT_THAT(ask(second, "group gantry enable").at("error").get<std::string>(),
+  EXPECT_THAT(ask(second, "group plotter enable").at("error").get<std::string>(),
               HasSubstr("the line has no groups of axes"));
   EXPECT_THAT(send_command(path, "quit", "run").value_or(""), HasSubstr("\"quit\" is no command of a running line"));
 }

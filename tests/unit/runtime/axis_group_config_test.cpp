@@ -32,14 +32,14 @@ std::string group(const std::string& keys) {
 }
 
 TEST(AxisGroupConfig, HasItsAxesInTheOrderOfTheCoordinatesAndTheUnitOfTheFirst) {
-  const auto one = read(group("name = \"gantry\"\naxes = [\"y\", \"x\"]\nmax_feed = 500\ntolerance = 0.2\n"));
+  const auto one = read(group("name = \"plotter\"\naxes = [\"y\", \"x\"]\nmax_feed = 500\ntolerance = 0.2\n"));
   ASSERT_TRUE(one) << describe(one.error());
   ASSERT_EQ(one->axis_groups.size(), 1U);
-  EXPECT_EQ(one->axis_groups[0].name, "gantry");
+  EXPECT_EQ(one->axis_groups[0].name, "plotter");
   EXPECT_THAT(one->axis_groups[0].axes, ElementsAre(1U, 0U));
   EXPECT_DOUBLE_EQ(one->axis_groups[0].max_feed, 0.5);
   EXPECT_DOUBLE_EQ(one->axis_groups[0].tolerance, 2e-4);
-  const auto plain = read(group("name = \"gantry\"\naxes = [\"x\", \"y\", \"z\"]\n"));
+  const auto plain = read(group("name = \"plotter\"\naxes = [\"x\", \"y\", \"z\"]\n"));
   ASSERT_TRUE(plain) << describe(plain.error());
   EXPECT_TRUE(std::isinf(plain->axis_groups[0].max_feed));
   EXPECT_EQ(plain->axis_groups[0].tolerance, 0.0);

@@ -106,7 +106,7 @@ class GroupByHand : public test::TemporaryDirectory {
               "max_jerk = 1000000\n" +
               keys;
     }
-    text += "[[axis_group]]\nname = \"gantry\"\naxes = [\"x\", \"y\"]\nmax_feed = 100\n";
+    text += "[[axis_group]]\nname = \"plotter\"\naxes = [\"x\", \"y\"]\nmax_feed = 100\n";
     const auto config = parse_line_config(text + more, directory / "line.toml");
     ASSERT_TRUE(config) << describe(config.error());
     Line::Options options;
@@ -226,8 +226,8 @@ TEST_F(GroupByHand, MovesStraightAndTellsOfIt) {
   EXPECT_EQ(failure_of(report), "");
   EXPECT_LT(beside(3.0, 4.0), kOnThePath);
   EXPECT_THAT(way.states, Contains(snapshot::PlcopenState::kSynchronizedMotion));
-  EXPECT_THAT(hand.told, Contains("hand: group gantry: move to x 30 mm, y 40 mm, feed 50 mm/s"));
-  EXPECT_THAT(hand.told, Contains("hand: group gantry: enable"));
+  EXPECT_THAT(hand.told, Contains("hand: group plotter: move to x 30 mm, y 40 mm, feed 50 mm/s"));
+  EXPECT_THAT(hand.told, Contains("hand: group plotter: enable"));
 }
 
 TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
@@ -245,7 +245,7 @@ TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
       // Everybody may hold it, and nobody else lets it go on.
       [&] {
         static_cast<void>(submit(ask(Verb::kHold), "somebody"));
-        EXPECT_THAT(refusal(ask(Verb::kResume), "somebody"), HasSubstr("group gantry: axis x is commanded by hand"));
+        EXPECT_THAT(refusal(ask(Verb::kResume), "somebody"), HasSubstr("group plotter: axis x is commanded by hand"));
         return true;
       },
       [&] { return ++looks > 25; },
@@ -267,7 +267,7 @@ TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
       [&] { return ++looks > 10; },
       [&] {
         EXPECT_NEAR(line->groups().status(0).report->speed, 0.025, 1e-6) << "a quarter of max_feed";
-        EXPECT_EQ(refusal(ask(Verb::kOverride, 2.5)), "group gantry: override 2.5 is not possible, 0 to 2 are");
+        EXPECT_EQ(refusal(ask(Verb::kOverride, 2.5)), "group plotter: override 2.5 is not possible, 0 to 2 are");
         EXPECT_THAT(refusal(ask(Verb::kOverride, std::numeric_limits<double>::quiet_NaN())),
                     HasSubstr("override nan is not possible"));
         static_cast<void>(submit(ask(Verb::kOverride, 2.0)));
@@ -447,7 +447,7 @@ TEST_F(GroupByHand, APathIsHandedOverInPiecesAndBlendsItsCorners) {
   }
   EXPECT_LT(beside, kOnThePath);
   EXPECT_EQ(standing, 0U);
-  EXPECT_EQ(std::count(hand.told.begin(), hand.told.end(), "hand: group gantry: path"), 1) << "one path is one event";
+  EXPECT_EQ(std::count(hand.told.begin(), hand.told.end(), "hand: group plotter: path"), 1) << "one path is one event";
 }
 
 TEST_F(GroupByHand, APathThatWasStoppedIsNotGoneOnWithBesideIt) {
@@ -470,7 +470,7 @@ TEST_F(GroupByHand, APathThatWasStoppedIsNotGoneOnWithBesideIt) {
         EXPECT_FALSE(taken);
         if (!taken) {
           EXPECT_EQ(describe(line->groups().event_group(0), taken.error()),
-                    "group gantry: the path has ended before this move; it must begin anew");
+                    "group plotter: the path has ended before this move; it must begin anew");
         }
         return true;
       },
@@ -487,17 +487,17 @@ TEST_F(GroupByHand, WhatCannotBeIsRefusedBeforeItMoves) {
       forget_the_way(),
       [&] {
         EXPECT_EQ(refusal(move_to(0.02, 0.051)),
-                  "group gantry: axis y: position 51 mm is not possible, -50 mm to 50 mm are (min_position, "
+                  "group plotter: axis y: position 51 mm is not possible, -50 mm to 50 mm are (min_position, "
                   "max_position)");
         auto arc = move_to(0.03, 0.0);
         arc.move.path.kind = PathMove::Kind::kArc;
         arc.move.path.center = {0.02, 0.0};
-        EXPECT_THAT(refusal(arc), HasSubstr("group gantry: ")) << "it does not close";
+        EXPECT_THAT(refusal(arc), HasSubstr("group plotter: ")) << "it does not close";
         // Its end and its centre are within the limits, and its top is not.
         arc.move.path.target = {0.0, 0.0};
         arc.move.path.center = {0.0, 0.03};
         EXPECT_THAT(refusal(arc), HasSubstr("axis y: position"));
-        EXPECT_THAT(refusal(move_to(std::numeric_limits<double>::quiet_NaN(), 0.0)), HasSubstr("group gantry: "));
+        EXPECT_THAT(refusal(move_to(std::numeric_limits<double>::quiet_NaN(), 0.0)), HasSubstr("group plotter: "));
         const auto taken = line->groups().add_moves(caller("hand"), 0, moves, true, true);
         EXPECT_TRUE(taken);
         EXPECT_EQ(taken ? taken->count : 0U, 1U) << "the second one is refused when it comes by itself";
@@ -538,7 +538,7 @@ TEST_F(GroupByHand, TheLossOfOneDriveStopsTheOthersOnThePath) {
         rests_at = line->axes().status(0).report->setpoint;
         EXPECT_GT(rests_at, 0.01) << "it was on its way";
         EXPECT_LT(rests_at, 0.5);
-        EXPECT_THAT(failure(request), HasSubstr("group gantry: axis y: an axis has failed: "));
+        EXPECT_THAT(failure(request), HasSubstr("group plotter: axis y: an axis has failed: "));
         EXPECT_EQ(refusal(move_to(0.0, 0.0)), "");
         request = submit(ask(Verb::kReset));
         return true;
@@ -551,8 +551,8 @@ TEST_F(GroupByHand, TheLossOfOneDriveStopsTheOthersOnThePath) {
         return true;
       },
   });
-  EXPECT_THAT(hand.told, Contains(HasSubstr("group gantry: GroupErrorStop: axis y: an axis has failed: ")));
-  EXPECT_THAT(hand.told, Contains("group gantry: reset"));
+  EXPECT_THAT(hand.told, Contains(HasSubstr("group plotter: GroupErrorStop: axis y: an axis has failed: ")));
+  EXPECT_THAT(hand.told, Contains("group plotter: reset"));
   // x brakes with no more than its limit, though nobody knows where y is.
   double hardest = 0.0;
   for (auto i = from + 2; i < way.points.size(); ++i) {

@@ -105,7 +105,7 @@ struct GroupRestored {
 [[nodiscard]] std::string_view to_text(GroupRequest::Verb verb) noexcept;
 /// A request in words: "move to x 10 mm, y 20 mm, feed 100 mm/s".
 [[nodiscard]] std::string describe(const events::EventGroup& group, const GroupRequest& request);
-/// The sentence of a refusal: "group gantry: axis y is commanded by stream".
+/// The sentence of a refusal: "group plotter: axis y is commanded by stream".
 [[nodiscard]] std::string describe(const events::EventGroup& group, const GroupRefusal& refusal);
 
 }  // namespace driveline::runtime
