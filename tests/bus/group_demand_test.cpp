@@ -311,6 +311,9 @@ TEST(GroupDemand, ManyAxesAreHeldOverriddenAndReversedOnTheirLine) {
   move.path.feed = 1.0;
   EXPECT_EQ(reason_of(move), "the target has 0 values for 12 axes");
   move.target = line.from;
+  move.path.feed = 1e-6;
+  EXPECT_EQ(reason_of(move), "with that feed it would take more than 100000 s");
+  move.path.feed = 1.0;
   move.path.tolerance = 0.1;
   EXPECT_NE(reason_of(move), "");
   move.path.tolerance = 0.0;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "driveline/trajectory/position_profile.hpp"
 #include "driveline/trajectory/profile_limits.hpp"
 
 namespace driveline::ecat_master {
@@ -16,6 +17,10 @@ using trajectory::GroupAxisLimits;
 /// As trajectory::PathShaper has it.
 constexpr double kFarthest = 1e6;
 constexpr double kShortestMove = 1e-9;
+
+trajectory::ProfileLimits within(const GroupAxisLimits& limits, double velocity) noexcept {
+  return trajectory::ProfileLimits::symmetric(velocity, limits.max_acceleration, limits.max_jerk);
+}
 
 }  // namespace
 
@@ -53,12 +58,16 @@ tl::expected<void, trajectory::PathMoveError> LinePath::check(const GroupMove& m
 
 tl::expected<void, trajectory::PathMoveError> LinePath::add(const GroupMove& move) {
   if (auto checked = check(move); !checked) return checked;
-  const auto number = moves_++;
   auto line = line_to(move.target, move.path.feed);
-  if (line.length <= kShortestMove) return {};
-  line.move = number;
-  target_ = move.target;
-  waiting_.push_back(std::move(line));
+  if (line.length > kShortestMove) {
+    const double feed = std::min(line.feed, line.limits.max_velocity);
+    if (!trajectory::plan_to_position({}, {line.length, 0.0, 0.0}, within(line.limits, feed)))
+      return tl::unexpected(trajectory::PathMoveError{"with that feed it would take more than 100000 s"});
+    line.move = moves_;
+    target_ = move.target;
+    waiting_.push_back(std::move(line));
+  }
+  ++moves_;
   return {};
 }
 
@@ -123,16 +132,14 @@ void LinePath::begin_next() noexcept {
   planned_ = false;
 }
 
+// Too slow to be planned, by an override: the axes stand until there is another one.
 void LinePath::plan() noexcept {
   const auto& limits = line().limits;
   const double feed = std::min(override_ * line().feed, limits.max_velocity);
-  const auto within = [&limits](double velocity) {
-    return trajectory::ProfileLimits::symmetric(velocity, limits.max_acceleration, limits.max_jerk);
-  };
   planned_ = true;
   const bool goes = !held_ && feed > 0.0;
-  if (goes && along_.to_position({backwards_ ? 0.0 : line().length, 0.0, 0.0}, within(feed))) return;
-  static_cast<void>(along_.to_velocity(0.0, within(limits.max_velocity)));
+  if (goes && along_.to_position({backwards_ ? 0.0 : line().length, 0.0, 0.0}, within(limits, feed))) return;
+  static_cast<void>(along_.to_velocity(0.0, within(limits, limits.max_velocity)));
 }
 
 GroupPath::Place LinePath::step(std::span<AxisSetpoint> setpoints) noexcept {
