@@ -93,7 +93,21 @@ trajectory::ContourSettings contour_settings(const SingleAxes& axes, const Group
   std::copy(limits.begin(), limits.end(), settings.limits.begin());
   settings.period_s = std::chrono::duration<double>(period).count();
   settings.capacity = group.capacity;
+  settings.kinematics = group.kinematics;
+  settings.tool = group.tool;
   return settings;
+}
+
+/// The ranges become those of the joints; moves themselves have none then.
+RangeCheck limit_joints(trajectory::ContourSettings& settings, const RangeCheck& ranges) {
+  std::vector<RangeCheck::Range> none(settings.axes);
+  for (std::size_t i = 0; i < settings.axes; ++i) {
+    const auto& range = ranges.ranges()[i].range;
+    if (!range) continue;
+    settings.limits[i].min_position = range->min;
+    settings.limits[i].max_position = range->max;
+  }
+  return RangeCheck(std::move(none));
 }
 
 }  // namespace
@@ -133,6 +147,9 @@ class AxisGroups::Group {
     const auto ranges_at = [&axes, config](const AxisGroup::Standing& standing) {
       return ranges_of(axes, config, standing.offsets);
     };
+    if (count > trajectory::kMaxGroupAxes && (config.kinematics != nullptr || config.outputs != nullptr))
+      refuse(config,
+             "kinematics and outputs are for groups of up to " + std::to_string(trajectory::kMaxGroupAxes) + " axes");
     if (count > trajectory::kMaxGroupAxes) {
       const double period_s = std::chrono::duration<double>(period).count();
       return [limits = limits_of(axes, config), period_s, count,
@@ -143,8 +160,14 @@ class AxisGroups::Group {
     }
     const auto settings = contour_settings(axes, config, period);
     if (const auto wrong = trajectory::check_settings(settings); !wrong.empty()) refuse(config, wrong);
-    return [settings, count, ranges_at](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
-      return std::make_unique<ContourPath>(settings, ranges_at(from), std::span(from.at).first(count), from.epoch);
+    return [settings, count, ranges_at,
+            outputs = config.outputs](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
+      auto ranges = ranges_at(from);
+      auto here = settings;
+      // Of joints, which moves do not name.
+      if (settings.kinematics != nullptr) ranges = limit_joints(here, ranges);
+      return std::make_unique<ContourPath>(here, std::move(ranges), std::span(from.at).first(count), from.epoch,
+                                           outputs);
     };
   }
 };

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "driveline/ecat_master/group/axis_groups.hpp"
 #include "driveline/trajectory/contour_follower.hpp"
 #include "driveline/trajectory/contour_planner.hpp"
 #include "group_path.hpp"
@@ -15,9 +16,10 @@ namespace driveline::ecat_master {
 /// The path of a group of up to trajectory::kMaxGroupAxes axes: lines, arcs, splines, with rounded corners.
 class ContourPath final : public GroupPath {
  public:
-  /// Throws std::invalid_argument where trajectory::ContourTrack does.
+  /// `start`: positions of the axes; `outputs`: null if there are none. Throws std::invalid_argument where
+  /// trajectory::ContourTrack does, and where the kinematics have the joints elsewhere.
   ContourPath(const trajectory::ContourSettings& settings, RangeCheck ranges, std::span<const double> start,
-              std::uint64_t epoch);
+              std::uint64_t epoch, PathOutputs* outputs);
 
   [[nodiscard]] tl::expected<void, trajectory::PathMoveError> add(const GroupMove& move) override;
   void finish() override { planner_.finish(); }
@@ -32,6 +34,7 @@ class ContourPath final : public GroupPath {
   std::size_t axes_;
   RangeCheck ranges_;
   double tolerance_before_ = 0.0;
+  PathOutputs* outputs_;
   trajectory::ContourTrack track_;
   trajectory::ContourPlanner planner_;
   trajectory::ContourFollower follower_;

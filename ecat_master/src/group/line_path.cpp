@@ -43,6 +43,8 @@ tl::expected<void, trajectory::PathMoveError> LinePath::check(const GroupMove& m
   const auto bad = [](std::string reason) { return tl::unexpected(trajectory::PathMoveError{std::move(reason)}); };
   if (move.path.kind != trajectory::PathMove::Kind::kLine)
     return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) + " axes moves along lines only");
+  if (move.path.dwell_s != 0.0 || !move.path.outputs.empty())
+    return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) + " axes has no dwells and outputs");
   if (move.path.tolerance > 0.0)
     return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) +
                " axes stops between its moves: there is no corner to be rounded");

@@ -25,6 +25,8 @@ class RangeCheck {
 
   explicit RangeCheck(std::vector<Range> ranges) : ranges_(std::move(ranges)) {}
 
+  /// As they were given.
+  [[nodiscard]] const std::vector<Range>& ranges() const noexcept { return ranges_; }
   /// A sentence if the place is outside.
   [[nodiscard]] tl::expected<void, trajectory::PathMoveError> place(std::span<const double> at) const;
   /// The same of any place of a move from `from`, with its rounded corners. What the shaper refuses is not judged.

@@ -11,8 +11,24 @@
 
 #include "driveline/ecat_master/group/group_request.hpp"
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "driveline/trajectory/contour_settings.hpp"
 
 namespace driveline::ecat_master {
+
+/// What is told of the outputs of moves (trajectory::PathMove::outputs), in the cycle in which the axes pass their
+/// places.
+class PathOutputs {
+ public:
+  virtual ~PathOutputs() = default;
+  /// An output of a group changes. \rtsafe
+  virtual void change(const trajectory::PathOutput& output) noexcept = 0;
+
+ protected:
+  PathOutputs() = default;
+  /// Copying is for implementations only.
+  PathOutputs(const PathOutputs&) = default;
+  PathOutputs& operator=(const PathOutputs&) = default;
+};
 
 /// Some axes of a line that move together along paths.
 struct GroupConfig {
@@ -22,6 +38,12 @@ struct GroupConfig {
   std::size_t capacity = 4096;
   /// Time in which an axis without AxisConfig::max_jerk gets to its highest acceleration.
   double jerk_time_s = 0.02;
+  /// Of a machine whose axes are not the coordinates of its moves: the axes are its joints, in its order, and what is
+  /// behind them. Up to trajectory::kMaxGroupAxes axes; must outlive the groups. Null: moves are in the positions of
+  /// the axes.
+  const trajectory::Kinematics* kinematics = nullptr;
+  trajectory::ToolLimits tool{};   ///< of the point on the path; with `kinematics` it needs a velocity limit
+  PathOutputs* outputs = nullptr;  ///< must outlive the groups; null: moves with outputs are refused
 };
 
 /// Axes of a line that is commanded axis by axis (SingleAxes), moved together along paths: groups as PLCopen part 4 has
