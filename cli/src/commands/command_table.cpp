@@ -37,7 +37,8 @@ constexpr std::array kCommands = {
             prepare_identify},
     Command{"plan", "", kLine, "Show the motion of a file of moves without moving anything: duration, limits, picture",
             "plan examples/contour.jsonl\n"
-            "plan examples/contour.jsonl --override 50 --picture contour.svg --json",
+            "plan examples/contour.jsonl --override 50 --picture contour.svg --json\n"
+            "plan examples/delta.jsonl --picture delta.svg",
             prepare_plan},
     Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
             "simulate --config examples/line8-nic.toml --iface dl-line\n"

@@ -52,6 +52,8 @@ std::string names_of(const PathGroup& group) {
 
 /// What is wrong with the axes of a file; empty: nothing.
 std::string wrong_axes(const MoveFile& file, const PathGroup& group) {
+  if (file.kinematics) return "groups of a line have no kinematics: their axes are the coordinates of the moves";
+  if (!file.outputs.empty()) return "groups of a line change no outputs";
   const auto& axes = group.limits.group.axes;
   bool same = file.axes.size() == axes.size();
   for (std::size_t i = 0; same && i < axes.size(); ++i) same = file.axes[i].name == axes[i].name;

@@ -172,7 +172,7 @@ TEST(Kinematics, LengthsThatAreNoneAreRefused) {
 TEST(KinematicKinds, AreMadeByTheirNames) {
   const auto refusal = [](std::string_view kind, std::vector<KinematicParameter> parameters) {
     const auto made = make_kinematics(kind, parameters);
-    return made ? "" : made.error();
+    return made ? "" : made.error().reason;
   };
   EXPECT_EQ(refusal("cartesian", {}), "");
   EXPECT_EQ(refusal("scara", {{"upper_arm", 0.3}, {"forearm", 0.2}, {"elbow_left", 1.0}}), "");

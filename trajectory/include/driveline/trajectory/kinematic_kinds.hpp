@@ -25,9 +25,13 @@ struct KinematicKind {
 
 /// "cartesian", "scara", "delta", "linear_delta".
 [[nodiscard]] std::span<const KinematicKind> kinematic_kinds() noexcept;
-/// The machine of a kind. The error is a sentence without a full stop: what is not known, missing, twice or out of
-/// range.
-[[nodiscard]] tl::expected<std::unique_ptr<Kinematics>, std::string> make_kinematics(
+/// Why there is no such machine.
+struct KinematicError {
+  std::string reason;  ///< one sentence without a full stop: what is not known, missing, twice or out of range
+};
+
+/// The machine of a kind.
+[[nodiscard]] tl::expected<std::unique_ptr<Kinematics>, KinematicError> make_kinematics(
     std::string_view kind, std::span<const KinematicParameter> parameters);
 
 }  // namespace driveline::trajectory

@@ -57,14 +57,16 @@ std::span<const KinematicKind> kinematic_kinds() noexcept {
   return kKinds;
 }
 
-tl::expected<std::unique_ptr<Kinematics>, std::string> make_kinematics(std::string_view kind, Parameters parameters) {
+tl::expected<std::unique_ptr<Kinematics>, KinematicError> make_kinematics(std::string_view kind,
+                                                                          Parameters parameters) {
   const auto* const known =
       std::find_if(kKinds.begin(), kKinds.end(), [&](const KinematicKind& each) { return each.name == kind; });
   if (known == kKinds.end()) {
-    return tl::unexpected("there is no machine of kind " + in_quotes(kind) +
-                          "; there are cartesian, scara, delta and linear_delta");
+    return tl::unexpected(KinematicError{"there is no machine of kind " + in_quotes(kind) +
+                                         "; there are cartesian, scara, delta and linear_delta"});
   }
-  if (auto fault = fault_of(*known, parameters); !fault.empty()) return tl::unexpected(std::move(fault));
+  if (auto fault = fault_of(*known, parameters); !fault.empty())
+    return tl::unexpected(KinematicError{std::move(fault)});
   const auto value = [&](std::string_view name) {
     for (const auto& each : parameters) {
       if (each.name == name) return each.value;
