@@ -224,6 +224,7 @@ class SingleAxis {
   void advance_search() noexcept;
   void end_search() noexcept;
   [[nodiscard]] bool arrive_in_search() noexcept;
+  [[nodiscard]] bool name_home() noexcept;
 
   // States and power.
   void watch() noexcept;
