@@ -13,6 +13,7 @@
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
 #include "config/fault_config.hpp"
+#include "config/gantry_reader.hpp"
 #include "config/gateway_reader.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_device_reader.hpp"
@@ -441,6 +442,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
   check_axis_groups(root, config);
+  for (auto& reader : root.tables("gantry")) read_gantry(std::move(reader), config);
   config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
   if (root.has("commands"))
     config.commands =

@@ -214,6 +214,8 @@ class Axis {
   [[nodiscard]] double position_of(std::int32_t increments) const noexcept;
   /// The touch probe of the drive, as far as its objects are mapped.
   [[nodiscard]] TouchProbe& probe() noexcept { return probe_; }
+  /// The same, to look at.
+  [[nodiscard]] const TouchProbe& probe() const noexcept { return probe_; }
   /// Limits of the movements that the drive makes itself, as far as their objects are mapped.
   [[nodiscard]] ProfileObjects& profile() noexcept { return profile_; }
   /// Mode that the drive is in, or on its way into; that of the last set_mode().

@@ -107,6 +107,11 @@ enum class AxisError : std::uint8_t {
   kNoTarget,        ///< the drive has not taken its target
   kTargetTimeout,   ///< the drive has not reached its target in time
   kInGroup,         ///< the axis belongs to a group that is enabled (AxisGroups)
+  // Of a gantry.
+  kGantryFollower,  ///< its leader is commanded
+  kGantry,          ///< what would lead each axis by itself
+  kGantryPartner,   ///< the other axis has failed, or the pair has parted
+  kSkew,            ///< the pair is, or was, out of skew
 };
 
 /// States of an axis (PLCopen part 1, figure "FB state diagram").

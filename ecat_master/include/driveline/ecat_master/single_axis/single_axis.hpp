@@ -61,6 +61,29 @@ class SingleAxis {
   }
   /// set_fed() was called.
   [[nodiscard]] bool fed() const noexcept { return fed_; }
+  /// It goes with the leader of a gantry, which gives it the setpoints that it follows. Before the cycle starts.
+  void set_in_formation() noexcept { fed_ = in_formation_ = true; }
+  /// set_in_formation() was called.
+  [[nodiscard]] bool in_formation() const noexcept { return in_formation_; }
+  /// Both inputs and position are of this cycle.
+  [[nodiscard]] bool exchanged() const noexcept { return exchanged_; }
+  /// It is where the setpoints are that it follows, and not on its way there.
+  [[nodiscard]] bool led_exactly() const noexcept { return follows() && rejoin_.joined() && !beside_; }
+  /// On its way to rest by its setpoints, to be switched off then.
+  [[nodiscard]] bool comes_to_rest() const noexcept { return power_ == Power::kResting; }
+  /// Its setpoints move it no more.
+  [[nodiscard]] bool at_rest_without_setpoints() const noexcept { return !powered(); }
+  /// By a ramp of the setpoint: the drive itself may be well. Then it is switched off.
+  void stop_by_ramp(AxisError error) noexcept;
+  /// The other axis of its gantry has failed, and comes to rest by a ramp, or by its drive.
+  void stop_with_partner(bool by_ramp) noexcept;
+  /// Positions of requests are those of the drive plus this.
+  void set_position_offset(double offset) noexcept { offset_ = offset; }
+  /// The same, as homing has found it.
+  void set_home(double offset) noexcept {
+    offset_ = offset;
+    homed_ = snapshot::AxisHomed::kYes;
+  }
   /// Whether it follows its feed.
   [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
   /// The setpoint of this cycle. `fed`: that of the feed, null: it has ended, or is not followed.
@@ -245,7 +268,6 @@ class SingleAxis {
   void advance_powerless() noexcept;
   void fail(AxisError error) noexcept;
   void stop_for_position() noexcept;
-  void stop_by_ramp(AxisError error) noexcept;
   void enter(Power power) noexcept;
   [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
   [[nodiscard]] bool off() const noexcept;
@@ -298,6 +320,7 @@ class SingleAxis {
   bool beside_ = false;               ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
   bool fed_in_range_ = false;         ///< likewise
+  bool in_formation_ = false;         ///< set_in_formation()
   double offset_ = 0.0;
   snapshot::AxisHomed homed_ = snapshot::AxisHomed::kUnknown;
   double override_ = 1.0;
