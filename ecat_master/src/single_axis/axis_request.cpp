@@ -24,6 +24,8 @@ std::string_view to_text(AxisCommand command) noexcept {
       return "move_additive";
     case AxisCommand::kMoveSuperimposed:
       return "move_superimposed";
+    case AxisCommand::kHaltSuperimposed:
+      return "halt_superimposed";
     case AxisCommand::kMoveVelocity:
       return "move_velocity";
     case AxisCommand::kFollow:

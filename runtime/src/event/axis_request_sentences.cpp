@@ -77,6 +77,7 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kStop:
     case AxisCommand::kReleaseStop:
     case AxisCommand::kHalt:
+    case AxisCommand::kHaltSuperimposed:
     case AxisCommand::kFollow:
     case AxisCommand::kAbortTrigger:
       break;

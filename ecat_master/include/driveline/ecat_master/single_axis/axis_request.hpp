@@ -34,6 +34,7 @@ enum class AxisCommand : std::uint8_t {
   kDriveMoveAbsolute,  ///< to the position `target` (profile position mode)
   kDriveMoveRelative,  ///< by `target`, from where the axis is
   kDriveMoveVelocity,  ///< at the velocity `target`, for ever (profile velocity mode)
+  kHaltSuperimposed,   ///< MC_HaltSuperimposed: what is on top of a motion comes to rest, the motion goes on
 };
 
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").

@@ -112,6 +112,8 @@ class SingleAxis {
   };
   /// The last one. \rtsafe
   [[nodiscard]] const Recorded& recorded() const noexcept { return recorded_; }
+  /// What is on top of the setpoints that it follows (AxisCommand::kMoveSuperimposed), rad or m.
+  [[nodiscard]] double on_top() const noexcept { return on_top_.state().position; }
   /// AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
   /// The drive as an axis.
@@ -174,6 +176,7 @@ class SingleAxis {
   void take_search(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_motion(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_superimposed(std::uint64_t id, const AxisRequest& request) noexcept;
+  void take_halt_superimposed(std::uint64_t id) noexcept;
   void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
   void finish_move(RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
   void drop_waiting(AxisError error) noexcept;
@@ -195,6 +198,11 @@ class SingleAxis {
   [[nodiscard]] double most_acceleration() const noexcept;
   void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
   void bridge() noexcept;
+  [[nodiscard]] bool superimpose(std::uint64_t id, const AxisRequest& request) noexcept;
+  [[nodiscard]] double velocity_on_top(const AxisRequest& request) const noexcept;
+  void step_on_top(const trajectory::AxisSetpoint& target) noexcept;
+  void settle_superimposed() noexcept;
+  void drop_superimposed() noexcept;
   void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
   void step_back_to(const trajectory::AxisSetpoint& target) noexcept;
   [[nodiscard]] trajectory::AxisSetpoint led_by(const trajectory::AxisSetpoint& fed) noexcept;
@@ -283,7 +291,9 @@ class SingleAxis {
   CoastWatch coast_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
-  trajectory::Rejoin rejoin_{};        ///< to the setpoints of a feed
+  trajectory::Rejoin rejoin_{};        ///< to the setpoints of a feed, or of two motions
+  SetpointGenerator on_top_{};         ///< of the motion under way: a way, from 0
+  bool superimposed_ = false;          ///< there is one
   std::optional<WayBack> way_back_{};  ///< once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< of the step to it
