@@ -122,13 +122,14 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         WrongFile{one_slave("[line]\ncycle_ms = 1\n"),
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
-        WrongFile{one_slave("[lines]\n"),
-                  ":4: lines: unknown key, expected one of: axis, bus, commands, copy, dc, eoe, fault, gantry, "
-                  "gateway, group, "
-                  "line, "
-                  "output, path, "
-                  "process_data, realtime, recovery, slave, "
-                  "stream, telemetry, wiring"},
+        WrongFile{
+            one_slave("[lines]\n"),
+            ":4: lines: unknown key, expected one of: axis, axis_group, bus, commands, copy, dc, eoe, fault, gantry, "
+            "gateway, group, "
+            "line, "
+            "output, path, "
+            "process_data, realtime, recovery, slave, "
+            "stream, telemetry, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
                   "max_lost_cycles, max_lost_ms, port"},
