@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace driveline::ecat_master {
 namespace {
@@ -68,6 +69,28 @@ void SingleAxes::add_feed(SetpointFeed& feed, std::vector<std::size_t> axes) {
   feeds_.push_back({&feed, std::move(axes), std::move(setpoints), std::vector<char>(feed.axis_count())});
 }
 
+void SingleAxes::add_gantry(const GantrySettings& settings) {
+  const auto [leader, follower] = std::pair{settings.leader, settings.follower};
+  if (leader >= axes_.size() || follower >= axes_.size() || leader == follower)
+    throw std::invalid_argument("single axes: a gantry is of two axes that there are");
+  if (gantry_of(leader) || gantry_of(follower) || single_[follower].fed())
+    throw std::invalid_argument("single axes: an axis is in a gantry, or has a feed, already");
+  gantries_.push_back(std::make_unique<Gantry>(single_[leader], single_[follower], table_, settings, period_s_));
+}
+
+std::optional<std::size_t> SingleAxes::gantry_of(std::size_t axis) const noexcept {
+  for (std::size_t i = 0; i < gantries_.size(); ++i) {
+    if (gantries_[i]->has(axis)) return i;
+  }
+  return std::nullopt;
+}
+
+/// To the axis itself, or to the gantry that it belongs to.
+void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept {
+  const auto gantry = gantry_of(axis);
+  gantry ? gantries_[*gantry]->take(axis, id, request) : single_[axis].take(id, request);
+}
+
 std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) noexcept {
   const std::lock_guard lock(door_);
   if (axis >= axes_.size()) return 0;
@@ -84,17 +107,17 @@ std::uint64_t SingleAxes::submit_in_cycle(std::size_t axis, const AxisRequest& r
 
 void SingleAxes::take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
   const auto& [feed, place] = feed_of_[axis];
-  if (feed == nullptr || !feed->take(place, request, asked)) single_[axis].take(request, asked);
+  if (feed == nullptr || !feed->take(place, request, asked)) hand_on(axis, request, asked);
 }
 
 std::uint64_t SingleAxes::follow_in_cycle(std::size_t axis) noexcept {
   const auto id = table_.add();
-  single_[axis].take(id, {.command = AxisCommand::kFollow});
+  hand_on(axis, id, {.command = AxisCommand::kFollow});
   return id;
 }
 
 void SingleAxes::pass_on_in_cycle(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
-  single_[axis].take(request, asked);
+  hand_on(axis, request, asked);
 }
 
 AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
@@ -157,6 +180,7 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
 
 void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   for (auto& one : single_) one.begin_cycle(cycle, took_);
+  for (auto& gantry : gantries_) gantry->watch();
   NumberedRequest request;
   for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i)
     take(request.axis, request.id, request.request);
@@ -170,13 +194,13 @@ void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept
 }
 
 /// Each axis once: those that follow nothing first, and then the feeds in the order in which they were added, so that a
-/// feed finds the setpoints of this cycle of the axes that lead its own.
+/// feed finds the setpoints of this cycle of the axes that lead its own. The followers of gantries come last.
 void SingleAxes::advance() noexcept {
   std::fill(led_.begin(), led_.end(), char{0});
   const auto join = [this](Feed& feed) {
     for (std::size_t i = 0; i < feed.axes.size(); ++i) {
       const auto& one = single_[feed.axes[i]];
-      const bool follows = one.follows();
+      const bool follows = one.follows() && !one.in_formation();
       led_[feed.axes[i]] = static_cast<char>(follows);
       if (follows == (feed.joined[i] != 0)) continue;
       feed.joined[i] = static_cast<char>(follows);
@@ -190,10 +214,12 @@ void SingleAxes::advance() noexcept {
     }
   };
   for (auto& feed : feeds_) join(feed);
+  for (const auto& gantry : gantries_) led_[gantry->settings().follower] = 1;
   for (std::size_t i = 0; i < single_.size(); ++i) {
     if (led_[i] == 0) single_[i].advance(nullptr);
   }
   for (auto& feed : feeds_) advance(feed);
+  for (auto& gantry : gantries_) gantry->advance();
 }
 
 bool SingleAxes::followed(const Feed& feed) noexcept {

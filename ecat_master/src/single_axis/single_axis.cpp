@@ -88,7 +88,10 @@ void SingleAxis::stop_for_position() noexcept {
   stop_by_ramp(AxisError::kPosition);
 }
 
-/// By a ramp of the setpoint: the drive itself may be well.
+void SingleAxis::stop_with_partner(bool by_ramp) noexcept {
+  by_ramp ? stop_by_ramp(AxisError::kGantryPartner) : fail(AxisError::kGantryPartner);
+}
+
 void SingleAxis::stop_by_ramp(AxisError error) noexcept {
   const bool was_powered = powered();
   const auto from = setpoint_;

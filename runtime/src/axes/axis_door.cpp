@@ -248,6 +248,9 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   refusal.error = progress.report.error;
   const auto report = single_->axis_report(axis);
   if (refusal.error == AxisError::kFault) refusal.error_code = report.error_code;
+  if (const auto gantry = single_->gantry_of(axis)) {
+    refusal.skew = GantrySkew{single_->gantry_report(*gantry).stopped_at, single_->gantry_settings(*gantry).skew_limit};
+  }
   const auto range = range_of_requests(axes_[axis], report);
   if (refusal.error != AxisError::kOutsideRange || !range) return progress;
   refusal.software_limits = true;

@@ -63,6 +63,7 @@ class EventSentence {
   std::string operator()(const events::AxisFailed& facts) const;
   std::string operator()(const events::AxisNotReset& facts) const;
   std::string operator()(const events::AxisRestored& facts) const;
+  std::string operator()(const events::GantryAskew& facts) const;
 
   // group_sentences.cpp
   std::string operator()(const events::GroupRequested& facts) const;

@@ -301,6 +301,7 @@ Result<void> LineRun::make_motion() {
 
 Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
   auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
+  for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
   if (config_.stream) {
     stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
     settings_.tasks->serve(stream_->task());

@@ -10,7 +10,7 @@ using ecat_master::AxisRequest;
 using ecat_master::PlcopenState;
 
 SingleMotion::SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable)
-    : axes_(std::move(axes)), door_(door), enable_(enable), failed_(axes_->axes().size()) {}
+    : axes_(std::move(axes)), door_(door), enable_(enable), failed_(axes_->axes().size()), warned_(axes_->gantries()) {}
 
 SingleMotion::~SingleMotion() {
   if (group_door_ != nullptr) group_door_->close();
@@ -35,7 +35,9 @@ void SingleMotion::start() {
   start.name = std::string(kStartOfRun);
   AxisRequest power;
   power.command = AxisCommand::kPower;
-  for (std::size_t axis = 0; axis < failed_.size(); ++axis) static_cast<void>(door_.submit(start, axis, power));
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
+    if (!goes_with_leader(axis)) static_cast<void>(door_.submit(start, axis, power));
+  }
   door_.leave(start.name, false);
 }
 
@@ -45,7 +47,36 @@ void SingleMotion::request_stop() {
   AxisRequest power;
   power.command = AxisCommand::kPower;
   power.on = false;
-  for (std::size_t axis = 0; axis < failed_.size(); ++axis) switch_off_.push_back(axes_->submit(axis, power));
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
+    if (!goes_with_leader(axis)) switch_off_.push_back(axes_->submit(axis, power));
+  }
+}
+
+bool SingleMotion::goes_with_leader(std::size_t axis) const {
+  const auto gantry = axes_->gantry_of(axis);
+  return gantry && axes_->gantry_settings(*gantry).follower == axis;
+}
+
+/// Of an axis whose gantry is or was out of skew.
+std::optional<GantrySkew> SingleMotion::skew_of(std::size_t axis) const {
+  const auto gantry = axes_->gantry_of(axis);
+  if (!gantry) return std::nullopt;
+  return GantrySkew{axes_->gantry_report(*gantry).stopped_at, axes_->gantry_settings(*gantry).skew_limit};
+}
+
+void SingleMotion::look_at_gantries(const Tell& tell) {
+  for (std::size_t gantry = 0; gantry < warned_.size(); ++gantry) {
+    const auto report = axes_->gantry_report(gantry);
+    const bool warns = report.warned;
+    if (warns && warned_[gantry] == 0) {
+      const auto& settings = axes_->gantry_settings(gantry);
+      const auto& leader = axes_->axes()[settings.leader].config();
+      tell(events::GantryAskew{events::event_axis(leader), axes_->axes()[settings.follower].config().name, report.skew,
+                               settings.skew_warning, settings.skew_limit},
+           Severity::kNotice);
+    }
+    warned_[gantry] = warns ? 1 : 0;
+  }
 }
 
 bool SingleMotion::off() const {
@@ -55,6 +86,7 @@ bool SingleMotion::off() const {
 
 void SingleMotion::look(const Tell& tell) {
   look_at_groups(tell);
+  look_at_gantries(tell);
   for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
     const auto report = axes_->axis_report(axis);
     const bool fails = report.state == PlcopenState::kErrorStop;
@@ -62,7 +94,8 @@ void SingleMotion::look(const Tell& tell) {
     failed_[axis] = fails ? 1 : 0;
     const auto& config = axes_->axes()[axis].config();
     if (fails) {
-      tell(events::AxisFailed{events::event_axis(config), report.error, report.error_code}, Severity::kFault);
+      tell(events::AxisFailed{events::event_axis(config), report.error, report.error_code, skew_of(axis)},
+           Severity::kFault);
     } else {
       tell(events::AxisRestored{config.name}, Severity::kNotice);
     }
@@ -90,7 +123,8 @@ void SingleMotion::judge(const Tell& tell) const {
     const auto report = axes_->axis_report(axis);
     if (report.state != PlcopenState::kErrorStop) continue;
     const auto& config = axes_->axes()[axis].config();
-    tell(events::AxisNotReset{events::event_axis(config), report.error, report.error_code}, Severity::kFailure);
+    tell(events::AxisNotReset{events::event_axis(config), report.error, report.error_code, skew_of(axis)},
+         Severity::kFailure);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "driveline/ecat_master/group/axis_groups.hpp"
@@ -36,6 +37,9 @@ class SingleMotion final : public LineMotion {
 
  private:
   void look_at_groups(const Tell& tell);
+  [[nodiscard]] bool goes_with_leader(std::size_t axis) const;
+  [[nodiscard]] std::optional<GantrySkew> skew_of(std::size_t axis) const;
+  void look_at_gantries(const Tell& tell);
 
   std::unique_ptr<ecat_master::SingleAxes> axes_;
   AxisDoor& door_;
@@ -45,6 +49,7 @@ class SingleMotion final : public LineMotion {
   bool thread_ = false;
   std::vector<char> failed_groups_;        ///< at the last look
   std::vector<char> failed_;               ///< at the last look
+  std::vector<char> warned_;               ///< gantries, likewise
   std::vector<std::uint64_t> switch_off_;  ///< requests of request_stop()
 };
 

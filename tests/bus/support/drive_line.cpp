@@ -154,6 +154,8 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.range_max = options.range_max;
   config.feed_forward = options.feed_forward;
   config.reversed = options.reversed;
+  config.compensation = options.compensation;
+  if (config.compensation) config.limits = ecat_master::limits_of_motion(config.limits, *config.compensation);
   return config;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/axis/axis_compensation.hpp"
 #include "driveline/ecat_master/axis/feed_forward.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
@@ -85,8 +86,10 @@ struct RunOptions {
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
-  ecat_master::FeedForward feed_forward{};    ///< of every axis
-  bool reversed = false;                      ///< AxisConfig::reversed of every axis
+  ecat_master::FeedForward feed_forward{};  ///< of every axis
+  bool reversed = false;                    ///< AxisConfig::reversed of every axis
+  /// Of every axis, which has what it leaves of the limits.
+  std::shared_ptr<const ecat_master::CompensationSettings> compensation{};
   bool knows_torques = true;                  ///< every axis has an inertia and a velocity gain
   bool accept_swapped_ports = false;          ///< IN and OUT of a slave may be swapped
   bool samples = true;                        ///< LineOperation::axis_samples and line_samples are taken

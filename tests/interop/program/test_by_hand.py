@@ -59,6 +59,26 @@ class Script(ProgramTest):
         self.assertTrue(any("script: axis turn: move_relative by 90 deg, velocity 180 deg/s" in event
                             for event in documents[0]["events"]), documents[0]["events"])
 
+    def test_gantry_is_one_axis(self):
+        arguments = ("run", "--config", EXAMPLES / "gantry.toml", "--virtual", "--no-plots", "--script")
+        result = self.run_program(*arguments, EXAMPLES / "gantry.txt", "--output", "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        columns = [[float(value) for value in self.column(f"{axis}_actual[mm]")] for axis in ("x1", "x2")]
+        skews = [other - one for one, other in zip(*columns)]
+        self.assertAlmostEqual(skews[0], 0, delta=0.05)
+        self.assertAlmostEqual(skews[-1], 0.5, delta=0.05, msg="what lies between their marks")
+        self.assertLess(max(skews), 0.6)
+        self.assertGreater(min(skews), -0.1)
+        self.write("wrong.txt", "x2 move 1\n")
+        result = self.run_program(*arguments, "wrong.txt")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("wrong.txt:1: axis x2: the axis is the follower of a gantry: its leader is commanded", result.stderr)
+
+    def column(self, name):
+        lines = self.text("out/axes.csv").splitlines()
+        column = lines[0].split(",").index(name)
+        return [line.split(",")[column] for line in lines[1:]]
+
     def test_axes_go_where_they_are_sent(self):
         result = self.run_script("x position 0\ny position 0\nx move 90deg velocity=90deg/s\nwait x\ny move by=-0.1rev\n")
         self.assertEqual(result.returncode, 0, result.stderr)

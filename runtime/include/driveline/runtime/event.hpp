@@ -31,7 +31,7 @@ using EventFacts = std::variant<
     events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete,
     events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp, events::AxisRequested,
     events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost, events::AxisFailed,
-    events::AxisNotReset, events::AxisRestored, events::GroupRequested, events::GroupPathBegun,
+    events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
     events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
     events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
     events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeUnbelieved, events::CommandsOpen,

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/ecat_master/single_axis/gantry.hpp"
 #include "driveline/ecat_master/single_axis/request_table.hpp"
 #include "driveline/ecat_master/single_axis/setpoint_feed.hpp"
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
@@ -52,6 +54,9 @@ class SingleAxes final : public MotionControl {
   /// @throws std::invalid_argument if there is another number of axes than the feed has, no such axis, or one that has
   /// a feed.
   void add_feed(SetpointFeed& feed, std::vector<std::size_t> axes);
+  /// Makes two axes one: requests of the leader move both, those of the follower are refused. Before the cycle starts.
+  /// @throws std::invalid_argument for an axis that there is not, or that has a feed or is in a gantry already.
+  void add_gantry(const GantrySettings& settings);
 
   // Any thread.
   /// Hands a request to an axis; it is taken in the next cycle. The number to ask report() with; 0: there is no such
@@ -61,6 +66,16 @@ class SingleAxes final : public MotionControl {
   [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
   /// State of an axis as of the last cycle; its figures may be of two cycles.
   [[nodiscard]] AxisReport axis_report(std::size_t axis) const noexcept;
+  /// The gantry that an axis belongs to, by its number; none: it is a single axis.
+  [[nodiscard]] std::optional<std::size_t> gantry_of(std::size_t axis) const noexcept;
+  /// What add_gantry() was called with, in its order.
+  [[nodiscard]] const GantrySettings& gantry_settings(std::size_t gantry) const noexcept {
+    return gantries_[gantry]->settings();
+  }
+  /// Of gantry_of(); as of the last cycle.
+  [[nodiscard]] GantryReport gantry_report(std::size_t gantry) const noexcept { return gantries_[gantry]->report(); }
+  /// Gantries that there are.
+  [[nodiscard]] std::size_t gantries() const noexcept { return gantries_.size(); }
 
   // The cycle's side. \rtsafe
   /// submit() for the cycle itself: tasks.
@@ -101,6 +116,7 @@ class SingleAxes final : public MotionControl {
   };
 
   void take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
+  void hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept;
   void advance() noexcept;
   void advance(Feed& feed) noexcept;
   [[nodiscard]] static bool followed(const Feed& feed) noexcept;
@@ -118,6 +134,7 @@ class SingleAxes final : public MotionControl {
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;
   std::vector<FeedPlace> feed_of_;  ///< by axis
+  std::vector<std::unique_ptr<Gantry>> gantries_;
 };
 
 }  // namespace driveline::ecat_master
