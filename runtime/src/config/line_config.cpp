@@ -441,8 +441,8 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (config.stream && config.path) {
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
-  check_axis_groups(root, config);
   for (auto& reader : root.tables("gantry")) read_gantry(std::move(reader), config);
+  check_axis_groups(root, config);
   config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
   if (root.has("commands"))
     config.commands =
