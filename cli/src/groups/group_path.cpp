@@ -76,12 +76,23 @@ std::string wrong_axes(const MoveFile& file, const PathGroup& group) {
   return {};
 }
 
-/// The number of the line that describes the axes.
-std::size_t first_line(const std::string& text) {
-  std::istringstream lines(text);
+/// The line that describes the axes.
+struct Head {
   std::size_t number = 1;
-  for (std::string line; std::getline(lines, line) && is_blank(line); ++number) continue;
-  return number;
+  std::string text;
+};
+
+Head head_of(const std::string& text) {
+  std::istringstream lines(text);
+  Head head;
+  for (; std::getline(lines, head.text) && is_blank(head.text); ++head.number) continue;
+  return head;
+}
+
+/// Places of a tool, told to axes, would lead anywhere.
+bool is_of_tool(const Head& head) {
+  const auto object = json::parse(head.text, nullptr, false);
+  return object.is_object() && object.contains("kinematics");
 }
 
 }  // namespace
@@ -92,14 +103,22 @@ Outcome<std::vector<FileMove>> parse_group_path(const std::string& text, const s
     return misused(fmt::format("group {} has {} axes, and files of moves are for up to {}", group.limits.group.name,
                                group.limits.group.axes.size(), trajectory::kMaxGroupAxes));
   }
+  const auto head = head_of(text);
+  if (is_of_tool(head)) {
+    return misused(fmt::format("{}:{}: kinematics are for plan: the moves of group {} are those of its axes", name,
+                               head.number, group.limits.group.name));
+  }
   auto file = parse_moves(completed(text, group), name);
   if (!file) return misused(file.error());
   if (const auto wrong = wrong_axes(*file, group); !wrong.empty())
-    return misused(fmt::format("{}:{}: {}", name, first_line(text), wrong));
+    return misused(fmt::format("{}:{}: {}", name, head.number, wrong));
   auto at = file->start;
   for (const auto& next : file->moves) {
     if (const auto wrong = runtime::check_way(group.limits, at, next.move))
       return misused(fmt::format("{}:{}: {}", name, next.line, runtime::describe(group.limits.group, *wrong)));
+    if (!next.move.outputs.empty())
+      return misused(
+          fmt::format("{}:{}: outputs are for plan: a group of a running line changes none", name, next.line));
     at = runtime::end_of(next.move);
   }
   return std::move(file->moves);

@@ -103,6 +103,7 @@ PathMove move_in(const json& move, std::size_t axes) {
   }
   path.feed = move.contains("feed") ? number_in(move["feed"], "feed") : std::numeric_limits<double>::infinity();
   if (move.contains("tolerance")) path.tolerance = number_in(move["tolerance"], "tolerance");
+  if (move.contains("dwell")) path.dwell_s = number_in(move["dwell"], "dwell");
   return path;
 }
 
@@ -238,6 +239,7 @@ json to_json(const PathMove& move, std::size_t axes) {
   }
   if (std::isfinite(move.feed)) made["feed"] = move.feed;
   if (move.tolerance > 0.0) made["tolerance"] = move.tolerance;
+  if (move.dwell_s > 0.0) made["dwell"] = move.dwell_s;
   return made;
 }
 

@@ -3,9 +3,12 @@
 
 #include <gmock/gmock.h>
 
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "axes/axis_words.hpp"
+#include "groups/group_view.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -115,6 +118,43 @@ TEST_F(GroupWords, MistakesAreToldInASentence) {
   EXPECT_EQ(refusal("hold feed=1"), "group head: hold: \"feed=\" does not belong there");
   EXPECT_THAT(refusal("override"), HasSubstr("a factor such as 50% is expected"));
   EXPECT_THAT(refusal("override fast"), HasSubstr("override \"fast\": a factor such as 50% or 0.5 is expected"));
+}
+
+TEST(GroupMoves, AreTheSameAtTheOtherEndOfTheSocket) {
+  PathMove line;
+  line.target = {0.1, -0.2};
+  line.feed = 0.5;
+  line.tolerance = 1e-4;
+  line.dwell_s = 0.25;
+  PathMove via = line;
+  via.kind = PathMove::Kind::kArcVia;
+  via.via = {0.05, 0.0};
+  PathMove around = line;
+  around.kind = PathMove::Kind::kArc;
+  around.center = {0.03, 0.04};
+  around.clockwise = true;
+  around.first_axis = 1;
+  around.second_axis = 0;
+  around.feed = std::numeric_limits<double>::infinity();
+  PathMove spline = line;
+  spline.kind = PathMove::Kind::kSpline;
+  spline.target = {};
+  spline.points = {{0.01, 0.02}, {0.03, 0.01}};
+  for (const auto& move : {line, via, around, spline}) {
+    const auto told = parse_move(nlohmann::json::parse(to_json(move, 2).dump()), 2);
+    ASSERT_TRUE(told) << told.error().text;
+    EXPECT_EQ(told->kind, move.kind);
+    EXPECT_EQ(told->target, move.target);
+    EXPECT_EQ(told->via, move.via);
+    EXPECT_EQ(told->center, move.center);
+    EXPECT_EQ(told->points, move.points);
+    EXPECT_EQ(told->first_axis, move.first_axis);
+    EXPECT_EQ(told->second_axis, move.second_axis);
+    EXPECT_EQ(told->clockwise, move.clockwise);
+    EXPECT_EQ(told->feed, move.feed);
+    EXPECT_EQ(told->tolerance, move.tolerance);
+    EXPECT_EQ(told->dwell_s, move.dwell_s);
+  }
 }
 
 TEST_F(GroupWords, GroupsAreFoundByTheirNames) {
