@@ -329,6 +329,23 @@ std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
 }
 
+void LineRun::make_trace() {
+  trace_ = std::make_unique<ecat_master::CycleTrace>();
+  if (session_.virtual_time()) return;
+  if (!config_.realtime.cpu) {
+    switches_unknown_ =
+        "which threads ran instead of the cycle cannot be seen where it has no CPU of its own ([realtime] cpu)";
+    return;
+  }
+  auto switches = rt::SwitchLog::open(*config_.realtime.cpu);
+  if (!switches) {
+    switches_unknown_ = switches.error().message();
+    return;
+  }
+  switches_ = std::move(*switches);
+  trace_->watch(*switches_);
+}
+
 Result<void> LineRun::start_cycle() {
   auto settings = cycle_settings(config_, master_);
   settings.copies = copies_;
@@ -337,7 +354,7 @@ Result<void> LineRun::start_cycle() {
       config_.output.directory, motion_ ? axis_labels(config_) : std::vector<ecat_master::FlightRecorder::AxisLabel>{},
       !session_.virtual_time());
   settings.recorder = &fault_records_->recorder();
-  if (settings_.trace) trace_ = std::make_unique<ecat_master::CycleTrace>();
+  if (settings_.trace) make_trace();
   settings.trace = trace_.get();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
@@ -618,6 +635,7 @@ RunReport LineRun::make_report() {
     report.wake_ahead = runner->wake_ahead().value_or(nanoseconds{0});
   }
   if (trace_) report.trace = trace_->cycles();
+  report.trace_without_switches = switches_unknown_;
   if (motion_) report.path_late = motion_->control().path_late();
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();

@@ -84,6 +84,7 @@ class LineRun {
   [[nodiscard]] Result<void> must_be_free();
   [[nodiscard]] Result<void> make_motion();
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
+  void make_trace();
   [[nodiscard]] Result<std::unique_ptr<LineMotion>> make_single_motion();
   [[nodiscard]] Result<void> start_cycle();
   [[nodiscard]] Result<void> start_services();
@@ -135,6 +136,8 @@ class LineRun {
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
+  std::unique_ptr<rt::SwitchLog> switches_;  ///< of the processor of the cycle; none: not traced, or not possible
+  std::string switches_unknown_;             ///< why not
   std::unique_ptr<ecat_master::CycleTrace> trace_;  ///< none: not wanted
   ecat_master::Master master_;
   LineServices services_;

@@ -102,6 +102,7 @@ struct RunReport {
   std::chrono::nanoseconds wake_ahead{};  ///< how long before the grid time that thread woke at last
   /// The last cycles and the worst ones, oldest first; empty: Line::RunSettings::trace was not set.
   std::vector<ecat_master::TracedCycle> trace;
+  std::string trace_without_switches;  ///< why no cycle of the trace tells which threads ran; empty: they do
   /// The round trip was not measured: the line is simulated in this process and its model gives the times.
   bool round_trip_modelled = false;
   double longest_absence_at_s = 0.0;                   ///< when the longest absence of the master began, in operation
