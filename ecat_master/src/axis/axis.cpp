@@ -202,6 +202,8 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   inputs_.mode = take(mode_display_, image);
   inputs_.state = cia402::decode_state(inputs_.status_word);
   passing_ = passing_ && !shows_mode();
+  const bool follows = shows_mode() && (inputs_.status_word & cia402::status_bit::kFollowsSetpoints) != 0;
+  followed_ = inputs_.state == snapshot::AxisState::kOperationEnabled && (followed_ || follows);
   count(take(actual_position_, image));
   inputs_.position = static_cast<double>(count_) / scale_;
   inputs_.velocity = take(actual_velocity_, image) / scale_;

@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "torque_lag_us, viscous_friction_nm_s, winding"},
         WrongFile{one_axis("limit = 5\n"),
                   ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, coulomb_friction, coulomb_velocity, "
-                  "feed_mm_per_revolution, following_error_timeout_ms, following_error_window, gravity, "
+                  "feed_mm_per_revolution, follow_bit, following_error_timeout_ms, following_error_window, gravity, "
                   "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_torque, "
                   "max_velocity, min_position, "
                   "mode, modulo, name, pendulum, "
