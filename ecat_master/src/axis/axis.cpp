@@ -234,6 +234,8 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   inputs_.mode = take(mode_display_, image);
   inputs_.state = cia402::decode_state(inputs_.status_word);
   passing_ = passing_ && !shows_mode();
+  const bool follows = shows_mode() && (inputs_.status_word & cia402::status_bit::kFollowsSetpoints) != 0;
+  followed_ = inputs_.state == snapshot::AxisState::kOperationEnabled && (followed_ || follows);
   count(take(actual_position_, image));
   if (compensation_ && fresh_) compensation_->look(by_positions(mode_));
   inputs_.position = of_axis(static_cast<double>(count_) / scale_);

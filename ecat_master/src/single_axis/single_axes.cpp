@@ -9,8 +9,14 @@ namespace driveline::ecat_master {
 namespace {
 
 /// Requests that may wait for the cycle, and those that it takes at a time: planning a motion takes some microseconds.
-constexpr std::size_t kRequests = 256;
+constexpr std::size_t kRequests = 512;
+/// Of these for stops alone, which nobody keeps out by asking for other things.
+constexpr std::size_t kRoomForStops = 256;
 constexpr std::size_t kRequestsPerCycle = 4;
+
+bool stops(AxisCommand command) noexcept {
+  return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
+}
 
 void check(const Axis& axis) {
   const auto& limits = axis.config().limits;
@@ -94,6 +100,7 @@ void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& 
 std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) noexcept {
   const std::lock_guard lock(door_);
   if (axis >= axes_.size()) return 0;
+  if (!stops(request.command) && requests_.size() >= kRequests - kRoomForStops) return 0;
   const auto id = table_.add();
   return requests_.try_push({id, static_cast<std::uint32_t>(axis), request}) ? id : 0;
 }

@@ -167,7 +167,8 @@ void SingleAxis::advance_powerless() noexcept {
   if (!axis_->enabled()) setpoint_ = axis_->held();
   switch (power_) {
     case Power::kEnabling:
-      if (!axis_->enabled()) break;
+      // One that coasts is braked at once; one that stands waits for its brake.
+      if (!axis_->ready() && !(axis_->enabled() && std::abs(setpoint_.velocity) > 0.0)) break;
       begin_powered();
       break;
     case Power::kQuickStop:

@@ -77,6 +77,7 @@ struct RunOptions {
   std::optional<ecat_master::PdoConfiguration> pdos{};
   bool single_axes = false;                        ///< each axis by itself (SingleAxes), instead of along the path
   bool adds_offsets = false;                       ///< AxisConfig::adds_offsets of every axis
+  bool follow_bit = true;                          ///< AxisConfig::follow_bit of every axis
   std::optional<std::uint32_t> supported_modes{};  ///< AxisConfig::supported_modes of every axis
   std::optional<trajectory::PositionRange> software_limits{};  ///< AxisConfig::software_limits of every axis
   std::optional<double> max_torque{};                          ///< AxisConfig::max_torque of every axis

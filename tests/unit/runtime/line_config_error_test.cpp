@@ -151,16 +151,16 @@ INSTANTIATE_TEST_SUITE_P(
                   "dc_link, dc_link_v, encoder, inertia_kg_m2, initial_position_rev, load, max_speed_rpm, "
                   "peak_torque_nm, pole_pairs, rated_current_a, rated_speed_rpm, rated_torque_nm, thermal, "
                   "torque_lag_us, viscous_friction_nm_s, winding"},
-        WrongFile{
-            one_axis("limit = 5\n"),
-            ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, backlash, "
-            "backlash_acceleration, backlash_velocity, compensate, compensation, coulomb_friction, "
-            "coulomb_velocity, feed_mm_per_revolution, following_error_timeout_ms, following_error_window, gravity, "
-            "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_torque, "
-            "max_velocity, min_position, "
-            "mode, modulo, name, pendulum, "
-            "pendulum_zero, polarity, position_gain_1_s, position_tolerance, "
-            "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
+        WrongFile{one_axis("limit = 5\n"),
+                  ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, backlash, "
+                  "backlash_acceleration, backlash_velocity, compensate, compensation, coulomb_friction, "
+                  "coulomb_velocity, feed_mm_per_revolution, follow_bit, following_error_timeout_ms, "
+                  "following_error_window, gravity, "
+                  "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_torque, "
+                  "max_velocity, min_position, "
+                  "mode, modulo, name, pendulum, "
+                  "pendulum_zero, polarity, position_gain_1_s, position_tolerance, "
+                  "rated_torque_nm, setpoint_delay_cycles, slave, unit, velocity_gain, viscous_friction"},
         WrongFile{
             one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
             ":6: [path] speed: unknown key, expected one of: dead_time, file, interpolation, late, relative, repeat"},

@@ -72,6 +72,9 @@ struct AxisConfig {
   /// the mode changes; but 60B2h is used in every mode if there is a `feed_forward` and the axis begins in CSP or CSV,
   /// where nothing else brings that to the drive.
   bool adds_offsets = false;
+  /// The drive tells by bit 12 of its status word that it follows setpoints (CiA 402-2): an axis that is switched on
+  /// waits for it, for a drive opens its brake before. False: Operation enabled is enough.
+  bool follow_bit = false;
   LossPolicy on_loss = LossPolicy::kStop;  ///< what happens when the drive exchanges no valid process data
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
@@ -242,6 +245,9 @@ class Axis {
   [[nodiscard]] bool enabled() const noexcept {
     return inputs_.state == snapshot::AxisState::kOperationEnabled && (shows_mode() || pending_ || passing_);
   }
+  /// Whether it is enabled(), and the drive has said since that it follows setpoints if it tells that
+  /// (AxisConfig::follow_bit). \rtsafe
+  [[nodiscard]] bool ready() const noexcept { return enabled() && (followed_ || !config_.follow_bit); }
   /// Whether the drive reports a fault, or is in Fault reaction active. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
     return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;
@@ -302,8 +308,9 @@ class Axis {
   bool velocity_by_offset_ = false;
   bool torque_by_offset_ = false;
   std::uint16_t command_bits_ = 0;
-  bool passing_ = false;  ///< from CSP to interpolated position or back, until the drive shows it
-  std::int64_t range_;    ///< positions until they begin anew
+  bool passing_ = false;   ///< from CSP to interpolated position or back, until the drive shows it
+  bool followed_ = false;  ///< the drive has said that it follows setpoints since it was enabled
+  std::int64_t range_;     ///< positions until they begin anew
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;

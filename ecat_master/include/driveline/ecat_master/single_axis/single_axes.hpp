@@ -60,7 +60,7 @@ class SingleAxes final : public MotionControl {
 
   // Any thread.
   /// Hands a request to an axis; it is taken in the next cycle. The number to ask report() with; 0: there is no such
-  /// axis, or more requests than the cycle can take.
+  /// axis, or more requests than the cycle can take; halts and stops have room of their own.
   [[nodiscard]] std::uint64_t submit(std::size_t axis, const AxisRequest& request) noexcept;
   /// How far a request is.
   [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
