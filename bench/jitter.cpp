@@ -20,6 +20,7 @@
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/rt/cycle_timer.hpp"
+#include "driveline/rt/switch_log.hpp"
 #include "driveline/rt/time_conversion.hpp"
 #include "support/child_program.hpp"
 #include "support/cyclictest.hpp"
@@ -107,10 +108,19 @@ ThreadUse use_of_thread() noexcept {
   return {usage.ru_minflt + usage.ru_majflt, usage.ru_nvcsw};
 }
 
+/// The latest wake-up of the cycle so far, and whom its processor went to from the instant on.
+struct LatestWakeUp {
+  nanoseconds instant{};  ///< the first one that was missed
+  nanoseconds wake{};
+  std::array<rt::CpuSwitch, 16> switches{};  ///< newest first
+  std::size_t count = 0;
+};
+
 /// Takes the turns of all ways of waiting, one after the other, when it is told to; its thread lives for all of them.
 class Turns final : public rt::RealtimeTask {
  public:
-  Turns(port::Port& port, const std::string& interface) : port_(port) {
+  /// `log`: of the processor that this is to run on; none: not to be had.
+  Turns(port::Port& port, const std::string& interface, const rt::SwitchLog* log) : port_(port), log_(log) {
     socket_.bind_to(interface);
     for (auto& moments : moments_) moments.resize(kCyclesPerTurn);
   }
@@ -137,6 +147,8 @@ class Turns final : public rt::RealtimeTask {
   [[nodiscard]] const std::vector<Moment>& moments(Way way) const { return moments_[static_cast<std::size_t>(way)]; }
   /// Of the last turn of Way::kCycle.
   [[nodiscard]] const ThreadUse& use() const noexcept { return use_; }
+  /// Of all turns of Way::kCycle; with a log.
+  [[nodiscard]] const LatestWakeUp& latest() const noexcept { return latest_; }
 
  private:
   std::vector<Moment>& moments_of(Way way) noexcept { return moments_[static_cast<std::size_t>(way)]; }
@@ -172,13 +184,22 @@ class Turns final : public rt::RealtimeTask {
       const auto late = start.late(kPeriod);
       const auto sent = late + (clock_.now() - start.wake);
       if (i >= 0) moments_of(way)[static_cast<std::size_t>(i)] = {start.cycle, start.missed, late, sent};
+      if (i >= 0 && way == Way::kCycle && log_ != nullptr && late > latest_.wake - latest_.instant) keep_latest(start);
     }
     if (way != Way::kCycle) return;
     const auto after = use_of_thread();
     use_ = {after.page_faults - before.page_faults, after.sleeps - before.sleeps};
   }
 
+  void keep_latest(const rt::CycleStart& start) noexcept {
+    latest_.instant = start.wake - start.late(kPeriod);
+    latest_.wake = start.wake;
+    latest_.count = log_->look(latest_.instant, latest_.switches);
+  }
+
   port::Port& port_;
+  const rt::SwitchLog* log_;
+  LatestWakeUp latest_;
   PacketSocket socket_;
   rt::MonotonicClock clock_;
   rt::CycleTimer ahead_{clock_, kPeriod, std::nullopt};  ///< as `run` has it
@@ -302,6 +323,7 @@ struct State {
   bool with_cyclictest = true;
   Delays cyclictest;
   ThreadUse use;
+  std::vector<RanInstead> ran_instead;                  ///< at the latest wake-up of the cycle, until it ran
   std::array<RatioTurns, kWays.size()> wake_over_bare;  ///< medians, of each way
   std::array<RatioTurns, kWays.size()> send_over_bare;
   RatioTurns wake_over_ahead;  ///< of the cycle and the bare loop with the same lead, medians
@@ -356,13 +378,31 @@ void compare_turn(State& state) {
   state.max_over_cyclictest.add(cycle.wake.max, state.cyclictest.last.wake.max);
 }
 
+/// The threads that had the processor from the instant to the wake-up, oldest first.
+std::vector<RanInstead> who_ran(const LatestWakeUp& latest) {
+  std::vector<RanInstead> threads;
+  auto end = latest.wake;
+  for (std::size_t i = 0; i < latest.count; ++i) {
+    const auto& [time, thread] = latest.switches[i];
+    const auto begin = std::max(time, latest.instant);
+    if (begin < end) {
+      const auto name = rt::thread_name(thread);
+      threads.insert(threads.begin(), {name.empty() ? fmt::format("ended ({})", thread) : name,
+                                       static_cast<double>((end - begin).count()) / 1000.0});
+      end = begin;
+    }
+  }
+  return threads;
+}
+
 Summary just(double value, std::size_t n) {
   return {n, value, value, value, value};
 }
 
 void add_row(Report& report, const std::string& name, const char* metric, const DelayHistogram& delays,
-             const std::optional<Baseline>& floor = std::nullopt) {
-  report.add({name, metric, "ns", delays.summary(), std::nullopt, floor, std::nullopt, delays});
+             const std::optional<Baseline>& floor = std::nullopt, std::vector<RanInstead> ran_instead = {}) {
+  report.add({name, metric, "ns", delays.summary(), std::nullopt, floor, std::nullopt, delays, std::nullopt,
+              std::move(ran_instead)});
 }
 
 void report_ways(Report& report, const std::string& name, const State& state, const Distances& distances) {
@@ -374,7 +414,8 @@ void report_ways(Report& report, const std::string& name, const State& state, co
       return way == Way::kBareLoop ? std::nullopt : std::optional(Baseline{bare_name, floor.summary(), ratios});
     };
     const auto case_name = fmt::format("{}_{}", name, name_of(way));
-    add_row(report, case_name, "wake_latency", state.of(way).wake, against(bare.wake, state.wake_over_bare[number]));
+    add_row(report, case_name, "wake_latency", state.of(way).wake, against(bare.wake, state.wake_over_bare[number]),
+            way == Way::kCycle ? state.ran_instead : std::vector<RanInstead>{});
     add_row(report, case_name, "send_time", state.of(way).send, against(bare.send, state.send_over_bare[number]));
     add_row(report, case_name, "arrival_period_off", distances.off(way), against(distances.off(Way::kBareLoop), {}));
     report.add({case_name, "missed_periods", "1",
@@ -411,12 +452,24 @@ void report_aims(Report& report, const std::string& name, const State& state) {
   report.add({case_name, "voluntary_switches_per_cycle", "1", just(sleeps, n), 1.0});
 }
 
+void note_who_ran(Report& report, const std::string& name, const LatestWakeUp& latest,
+                  const std::vector<RanInstead>& threads) {
+  if (threads.empty()) return;
+  std::string list;
+  for (const auto& [thread, us] : threads)
+    list += fmt::format("{}{} for {:.0f} us", list.empty() ? "" : ", ", thread, us);
+  report.note(fmt::format("{}: the latest wake-up of the cycle was {:.0f} us late; its processor was given to {}.",
+                          name, static_cast<double>((latest.wake - latest.instant).count()) / 1000.0, list));
+}
+
 /// All ways in turns for `seconds` each; the machine is in state `name`.
 void measure_state(Report& report, const VethPair& cable, const std::string& name, double seconds) {
   rt::MonotonicClock clock;
   auto port = port::RawSocketPort::open({.interface = cable.near}, clock);
   if (!port) throw std::runtime_error(port.error().message);
-  Turns turns(**port, cable.near);
+  const auto log = rt::SwitchLog::open(last_cpu());
+  if (!log) fmt::print(stderr, "jitter: {}\n", log.error().message());
+  Turns turns(**port, cable.near, log ? log->get() : nullptr);
   Receiver receiver(cable.far);
   const auto state = std::make_unique<State>();
   {
@@ -433,6 +486,8 @@ void measure_state(Report& report, const VethPair& cable, const std::string& nam
       state->with_cyclictest = state->with_cyclictest && add_cyclictest(state->cyclictest);
       compare_turn(*state);
     }
+    state->ran_instead = who_ran(turns.latest());
+    note_who_ran(report, name, turns.latest(), state->ran_instead);
   }
   if (!state->with_cyclictest)
     fmt::print(stderr, "jitter: no comparison with cyclictest: it is not installed (Debian: rt-tests)\n");

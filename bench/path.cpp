@@ -12,6 +12,7 @@
 
 #include "driveline/trajectory/contour_follower.hpp"
 #include "driveline/trajectory/contour_planner.hpp"
+#include "driveline/trajectory/delta_kinematics.hpp"
 #include "support/options.hpp"
 #include "support/report.hpp"
 #include "support/stopwatch.hpp"
@@ -77,6 +78,43 @@ void measure_look_ahead(Report& report, const Options& options) {
   }
   constexpr double kAim = 1000.0;  // a million segments in a second
   report.add({"short_segments_3_axes", "cost_per_segment", "ns", summarize(std::move(costs)), kAim});
+}
+
+/// Picks and places of a delta: the cycle's part with the inverse of its kinematics, and what a move costs the planner.
+void measure_delta(Report& report, const Options& options) {
+  const RotaryDeltaKinematics delta({0.2, 0.045, 0.25, 0.6});
+  ContourSettings settings;
+  settings.axes = 3;
+  settings.kinematics = &delta;
+  settings.tool.max_velocity = 6.0;
+  for (std::size_t i = 0; i < settings.axes; ++i) settings.limits[i] = {15.0, 400.0, 40'000.0};
+  ContourTrack track(settings, {0.0, 0.0, -0.56});
+  ContourPlanner planner(track);
+  ContourFollower follower(track);
+  constexpr double kTolerance = 0.015;
+  const std::vector<GroupVector> places{{-0.15, 0.0, -0.62}, {-0.15, 0.0, -0.58}, {0.15, 0.0, -0.58},
+                                        {0.15, 0.0, -0.62},  {0.15, 0.0, -0.58},  {-0.15, 0.0, -0.58}};
+  std::vector<double> costs;
+  std::vector<double> planning;
+  const double reading = reading_cost_ns();
+  const int count = options.count(200'000);
+  std::size_t next = 0;
+  for (int cycle = 0; cycle < count; ++cycle) {
+    while (cycle % 64 == 0 && planner.flush()) {
+      const auto& to = places[next++ % places.size()];
+      const double begin = now_ns();
+      must(planner.add(line_to(to, to[2] < -0.6 ? 0.0 : kTolerance)));
+      planning.push_back(now_ns() - begin);
+    }
+    const double begin = now_ns();
+    const auto setpoint = follower.step();
+    const double cost = std::max(0.0, now_ns() - begin - reading);
+    keep(setpoint);
+    if (!setpoint.at_rest) costs.push_back(cost);
+  }
+  constexpr double kAim = 2000.0;
+  report.add({"cycle_delta", "cost_per_cycle", "ns", summarize(std::move(costs)), kAim, {}, kAim});
+  report.add({"moves_of_a_delta", "cost_per_move", "ns", summarize(std::move(planning))});
 }
 
 /// A path of a group of six with lines, arcs and blends, and an operator who does not let go of the knobs.
@@ -294,6 +332,7 @@ void measure_all(const Options& options) {
   Report report("path");
   measure_look_ahead(report, options);
   measure_cycle(report, options);
+  measure_delta(report, options);
   measure_durations(report);
   report.print(options);
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "driveline/port/raw_socket_port.hpp"
+#include "driveline/port/xdp_port.hpp"
 #include "driveline/wire/ethernet.hpp"
 #include "support/packet_ring.hpp"
 #include "support/packet_socket.hpp"
@@ -20,6 +21,7 @@
 #include "support/retry.hpp"
 #include "support/stopwatch.hpp"
 #include "support/veth_pair.hpp"
+#include "support/xdp_loop.hpp"
 
 namespace {
 
@@ -112,6 +114,23 @@ class RingLoop final : public Way {
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
 };
 
+/// An AF_XDP socket, frames copied by the kernel.
+class BareXdp final : public Way {
+ public:
+  explicit BareXdp(const std::string& interface) : loop_(interface) {}
+  std::span<const std::byte> exchange(std::span<const std::byte> frame) noexcept override {
+    const double begin = now_ns();
+    if (!loop_.send(frame)) return {};
+    for (;;) {
+      if (const auto answer = loop_.take()) return *answer;
+      if (now_ns() - begin > kLostNs) return {};
+    }
+  }
+
+ private:
+  XdpLoop loop_;
+};
+
 /// A port as the master has it.
 class ThroughPort final : public Way {
  public:
@@ -142,6 +161,14 @@ std::unique_ptr<Way> raw_port(const std::string& interface, bool ring) {
   return std::make_unique<ThroughPort>(std::move(*port));
 }
 
+std::unique_ptr<Way> xdp_port(const std::string& interface) {
+  // No pair of virtual interfaces has zero copy.
+  auto port = port::XdpPort::open(
+      {.interface = interface, .first = port::XdpMode::kNative, .last = port::XdpMode::kNative}, port_clock());
+  if (!port) throw std::runtime_error(port.error().message);
+  return std::make_unique<ThroughPort>(std::move(*port));
+}
+
 /// A kind of socket, bare and through the port that uses it. A further kind is one entry more.
 struct Kind {
   const char* name;
@@ -158,7 +185,17 @@ constexpr std::array kKinds = {
     Kind{"receive_ring", "bare_receive_ring_loop",
          [](const std::string& interface) -> std::unique_ptr<Way> { return std::make_unique<RingLoop>(interface); },
          [](const std::string& interface) { return raw_port(interface, true); }},
+    Kind{"af_xdp", "bare_af_xdp_loop",
+         [](const std::string& interface) -> std::unique_ptr<Way> { return std::make_unique<BareXdp>(interface); },
+         [](const std::string& interface) { return xdp_port(interface); }},
 };
+
+/// Why the last of them cannot be measured here; empty: it can.
+std::string no_af_xdp(const std::string& interface) {
+  const auto port = port::XdpPort::open(
+      {.interface = interface, .first = port::XdpMode::kNative, .last = port::XdpMode::kNative}, port_clock());
+  return port ? std::string{} : port.error().message;
+}
 
 /// The other ends of all cables, on a processor of their own: sends back what comes in at the one whose turn it is.
 class Responder {
@@ -216,9 +253,9 @@ void take_turn(Contestant& contestant, Responder& responder, Frame& frame) {
 using Contestants = std::vector<Contestant>;
 
 /// All ways in turns with frames of this size: bare loop and port of the first kind, of the second, and so on.
-Contestants compare(const std::vector<VethPair>& cables, std::size_t bytes, int frames) {
+Contestants compare(std::span<const Kind> kinds, const std::vector<VethPair>& cables, std::size_t bytes, int frames) {
   Contestants contestants;
-  for (const auto& kind : kKinds) {
+  for (const auto& kind : kinds) {
     for (const auto make : {kind.make_bare, kind.make_port}) {
       const auto cable = contestants.size();
       contestants.push_back({make(cables[cable].near), cable});
@@ -241,21 +278,22 @@ Baseline compared_with(const char* name, const Contestant& floor, const Contesta
           ratios_by_turn(one.round_trips.medians(), floor.round_trips.medians())};
 }
 
-void measure_size(Report& report, const std::vector<VethPair>& cables, std::size_t bytes, int frames) {
+void measure_size(Report& report, std::span<const Kind> kinds, const std::vector<VethPair>& cables, std::size_t bytes,
+                  int frames) {
   const auto name = fmt::format("{}_bytes", bytes);
   fmt::print(stderr, "roundtrip: {} ...\n", name);
-  const auto contestants = undisturbed(name, [&] { return compare(cables, bytes, frames); });
+  const auto contestants = undisturbed(name, [&] { return compare(kinds, cables, bytes, frames); });
   const auto& packet_socket = contestants.front();
-  for (std::size_t i = 0; i < kKinds.size(); ++i) {
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
     const auto& bare = contestants[2 * i];
     const auto& port = contestants[2 * i + 1];
-    const auto case_name = fmt::format("{}_{}", name, kKinds[i].name);
+    const auto case_name = fmt::format("{}_{}", name, kinds[i].name);
     const auto figures = summarize(port.round_trips.all());
-    const auto floor = compared_with(kKinds[i].bare_name, bare, port);
+    const auto floor = compared_with(kinds[i].bare_name, bare, port);
     report.add({case_name, "bare_round_trip", "ns", floor.figures});
     report.add({case_name, "round_trip", "ns", figures, kPortAim * floor.figures.p50, floor});
     if (i == 0) continue;
-    const auto common = compared_with(kKinds[0].bare_name, packet_socket, port);
+    const auto common = compared_with(kinds[0].bare_name, packet_socket, port);
     report.add({case_name, "against_packet_socket", "ns", figures, kFasterAim * common.figures.p50, common});
   }
 }
@@ -269,9 +307,13 @@ void measure_all(const Options& options) {
     if (!cable) obstacle = "no veth pair: the kernel lacks the driver or `ip` is not installed";
     if (cable) cables.push_back(*cable);
   }
+  std::span<const Kind> kinds = kKinds;
   if (obstacle.empty()) {
+    // The others are measured all the same.
+    obstacle = no_af_xdp(cables.front().near);
+    if (!obstacle.empty()) kinds = kinds.first(kKinds.size() - 1);
     claim_cpu(std::max(0, last_cpu() - 1));
-    for (const auto bytes : kFrameBytes) measure_size(report, cables, bytes, options.count(kFrames));
+    for (const auto bytes : kFrameBytes) measure_size(report, kinds, cables, bytes, options.count(kFrames));
   }
   report.note(fmt::format(
       "From before a frame is sent until it is in this program's memory again, over a veth pair; a responder\n"

@@ -11,6 +11,7 @@ TOGETHER = [{"against": TEXT, "ratio_p50": NUMBER, "ratio_p999": NUMBER}, {"aim"
 TURNS = {"turns": NUMBER, "mean": NUMBER, "low": NUMBER, "high": NUMBER}
 HISTOGRAM = {"bin_us": NUMBER, "deadline_us": NUMBER, "missed": NUMBER, "bins": LIST, "per_decade": NUMBER, "unresolved": (dict,),
              "log_bins": LIST}
+RAN = {"thread": TEXT, "us": NUMBER}
 COURSE = {"window_s": NUMBER, "p50": LIST, "p99": LIST, "max": LIST}
 
 
@@ -49,6 +50,9 @@ def row_problem(row):
             return f"a course without {key}"
         if len({len(row["over_time"][key]) for key in ("p50", "p99", "max")}) != 1:
             return "a course whose windows differ"
+    for one in row.get("ran_instead", []):
+        if key := lacking(one, RAN):
+            return f"a thread that ran without {key}"
     return histogram_problem(row) if "histogram" in row else None
 
 

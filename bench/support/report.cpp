@@ -84,6 +84,9 @@ nlohmann::ordered_json to_json(const Row& row) {
   }
   if (row.delays) json["histogram"] = bench::to_json(*row.delays);
   if (row.course) json["over_time"] = bench::to_json(*row.course);
+  for (const auto& one : row.ran_instead) {
+    json["ran_instead"].push_back({{"thread", one.thread}, {"us", rounded(one.us)}});
+  }
   return json;
 }
 

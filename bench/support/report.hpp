@@ -26,6 +26,12 @@ struct Course {
   std::vector<double> max{};
 };
 
+/// A thread that had the processor while another one waited for it.
+struct RanInstead {
+  std::string thread;
+  double us = 0.0;
+};
+
 /// One line of a report.
 struct Row {
   std::string name;    ///< the case, e.g. "32_axes"
@@ -37,6 +43,7 @@ struct Row {
   std::optional<double> aim_p999{};        ///< nor 99.9 % of the measurements above this
   std::optional<DelayHistogram> delays{};  ///< all measurements, for a picture of their distribution
   std::optional<Course> course{};          ///< the same
+  std::vector<RanInstead> ran_instead{};   ///< during the worst of the measurements, in this order
 };
 
 /// The answer of one program: a table for people or one JSON document, the same schema for all programs.

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Draws the figures of docs/motion.md, Modes, A path and Requests, anew: motion.py [build folder]
+"""Draws the figures of docs/motion.md, Modes, A path, Requests and Groups, anew: motion.py [build folder]
 
-On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, and the
-requests of examples/moves.txt."""
+On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, the
+requests of examples/moves.txt and those of examples/plotter.txt."""
 import csv
 import math
 import subprocess
@@ -16,24 +16,7 @@ EXAMPLES = FIGURES.parent.parent / "examples"
 
 METHODS = ("hold", "linear", "cosine", "bspline", "hermite", "natural", "clamped", "quintic")
 MODES = ("csp", "csv", "cst")
-# Positions in rad, and the time from one to the next.
-STEP_S = 0.1
-POINTS = (0, 0, 0.4, 1.6, 1.8, 1.8, 1.0, 1.3, 0.5, 0, 0)
-
-AXIS = """[line]
-cycle_us = 1000
-[path]
-file = "path.csv"
-[telemetry]
-enabled = false
-[[slave]]
-name = "x"
-[[axis]]
-name = "x"
-inertia = 3e-4
-max_velocity = 2000
-max_acceleration = 5e6
-"""
+LINE = EXAMPLES / "methods.toml"
 
 
 def run(config, output, *arguments):
@@ -68,21 +51,21 @@ def draw(name, height, layout, commands):
 
 
 def interpolation(folder):
-    config = folder / "line.toml"
-    config.write_text(AXIS, encoding="utf-8")
-    write_path(folder / "path.csv", [(i * STEP_S, at) for i, at in enumerate(POINTS)])
+    with open(EXAMPLES / "methods.csv", encoding="utf-8", newline="") as file:
+        points = [tuple(map(float, row)) for row in list(csv.reader(file))[1:]]
+    start = points[0][1]
     begin_s = None
     for method in METHODS:
-        rows = run(config, folder / method, "--interpolation", method)
+        rows = run(LINE, folder / method, "--interpolation", method)
         times, targets = column(rows, "time[s]"), column(rows, "x_target[rad]")
         if begin_s is None:  # "hold" leaps to the first point that is another
-            moved = next(time for time, at in zip(times, targets) if at != POINTS[0])
-            begin_s = moved - STEP_S * next(i for i, at in enumerate(POINTS) if at != POINTS[0])
+            moved = next(time for time, at in zip(times, targets) if at != start)
+            begin_s = moved - next(time for time, at in points if at != start)
         times = [time - begin_s for time in times]
         velocities = slope(times, targets)
         write_columns(folder / f"{method}.csv", times, targets, velocities, slope(times, velocities))
-    write_columns(folder / "points.csv", [i * STEP_S for i in range(len(POINTS))], POINTS)
-    points = f", '{folder}/points.csv' using 1:2 with points pt 7 ps 0.5 lc rgb 'black' notitle"
+    write_columns(folder / "points.csv", *zip(*points))
+    dots = f", '{folder}/points.csv' using 1:2 with points pt 7 ps 0.5 lc rgb 'black' notitle"
     commands = "set xrange [0:1]\n"
     for number, (quantity, span) in enumerate((("position, rad", "-0.2:2"), ("velocity, rad/s", "-20:20"),
                                                ("acceleration, rad/s²", "-700:700"))):
@@ -90,13 +73,13 @@ def interpolation(folder):
             plots = (f"for [m in '{' '.join(methods)}'] '{folder}/'.m.'.csv' every 2 using 1:{number + 2} with lines lw 1.3 "
                      + ("title m" if number == 0 else "notitle"))
             commands += (f"set yrange [{span}]\nset ylabel '{quantity}'\n"
-                         f"set xlabel '{'time in s' if number == 2 else ''}'\nplot {plots}{points if number == 0 else ''}\n")
+                         f"set xlabel '{'time in s' if number == 2 else ''}'\nplot {plots}{dots if number == 0 else ''}\n")
     draw("interpolation", 720, "3,2", commands)
 
 
 def modes(folder):
     config = folder / "line.toml"
-    config.write_text(AXIS, encoding="utf-8")
+    config.write_text(LINE.read_text(encoding="utf-8").replace("methods.csv", "path.csv"), encoding="utf-8")
     # 30 rad/s and 280 rad/s² at most.
     write_path(folder / "path.csv", [(i / 1000, 3.2 * (1 - math.cos(3 * math.pi * i / 1000))) for i in range(1334)])
     for mode in MODES:
@@ -125,8 +108,22 @@ def requests(folder):
          f"plot '{file}' using 1:4 with lines title 'turn, deg/s', '{file}' using 1:5 with lines title 'slide, mm/s'")
 
 
+def group(folder):
+    rows = run(EXAMPLES / "plotter.toml", folder / "group", "--script", EXAMPLES / "plotter.txt")
+    times = column(rows, "time[s]")
+    x, y = column(rows, "x_target[mm]"), column(rows, "y_target[mm]")
+    speeds = [math.hypot(*both) for both in zip(slope(times, x), slope(times, y))]
+    write_columns(folder / "group.csv", times, x, y, speeds)
+    file = folder / "group.csv"
+    draw("group", 640, "2,1",
+         "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\n"
+         f"plot '{file}' using 2:3 with lines lw 1.5 title 'way of the axes'\n"
+         "set size noratio\nset xlabel 's'\nset ylabel 'mm/s'\n"
+         f"plot '{file}' using 1:4 with lines lw 1.5 title 'speed along it'")
+
+
 def main():
-    for picture in (interpolation, modes, requests):
+    for picture in (interpolation, modes, requests, group):
         with tempfile.TemporaryDirectory() as folder:
             picture(Path(folder))
 

@@ -31,17 +31,24 @@ void CycleTimer::start(nanoseconds first) noexcept {
   next_ = first;
   next_cycle_ = 0;
   pending_shift_ = phase_shift_ = nanoseconds::zero();
+  slept_ = false;
   missed_total_ = forced_rests_ = 0;
   awake_since_ = clock_.now();
   rest_debt_ = awake_unproven_ = nanoseconds::zero();
   cpu_at_ = clock_.cpu_time();
 }
 
-CycleStart CycleTimer::wait_next() noexcept {
+void CycleTimer::sleep_ahead() noexcept {
+  if (slept_) return;
   next_ += pending_shift_;
   pending_shift_ = nanoseconds::zero();
-
   sleep_towards_next();
+  slept_ = true;
+}
+
+CycleStart CycleTimer::wait_next() noexcept {
+  sleep_ahead();
+  slept_ = false;
   nanoseconds wake = clock_.now();
   while (wake < next_) {
     clock_.spin();

@@ -2,6 +2,7 @@
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/sdo_request.hpp"
+#include "driveline/ecat_master/group/axis_groups.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
@@ -188,6 +189,81 @@ TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{100});
   EXPECT_EQ(axes.axis_report(1).state, ecat_master::PlcopenState::kErrorStop);
+  EXPECT_GE(ledger.cycles, 10'000U);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
+// Planning beside the cycle allocates as it likes.
+TEST_F(CyclePurity, GroupsFollowTheirPathsWithoutEither) {
+  using ecat_master::AxisGroups;
+  using ecat_master::GroupCommand;
+  using ecat_master::GroupMove;
+  using ecat_master::GroupState;
+  constexpr std::size_t kAxes = 12;
+  DriveLine many(kAxes);
+  UnguardedLine line(many.line(), ledger);
+  RunOptions options;
+  options.single_axes = true;
+  options.samples = false;
+  LineOperation operation(many, line, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle([&](CyclicCore& core) { return std::make_unique<GuardedRunner>(core, many.clock, ledger); });
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  AxisGroups groups(operation.single_axes(), {{"contour", {0, 1, 2}, 256}, {"lines", {3, 4, 5, 6, 7, 8, 9, 10, 11}}},
+                    options.period);
+  ledger = {};
+  const auto run = [&](int planned_milliseconds) {
+    for (int i = 0; i < planned_milliseconds; ++i) {
+      groups.plan();
+      operation.run(milliseconds{1});
+    }
+  };
+  const auto ask = [&](GroupCommand command, double value = 0.0) {
+    for (std::size_t group = 0; group < 2; ++group) EXPECT_NE(groups.submit(group, {command, value}), 0U);
+    run(20);
+  };
+  const auto move = [&](double shift) {
+    GroupMove there;
+    there.path.target = {2.0 + shift, 1.0, -1.0};
+    there.path.feed = 30.0;
+    there.path.tolerance = 0.1;
+    auto around = there;
+    around.path.kind = trajectory::PathMove::Kind::kArcVia;
+    around.path.via = {0.0, 2.0, 0.5};
+    around.path.target = {-1.0, 0.0, shift};
+    ASSERT_NE(groups.move_path(0, std::vector{there, around}), 0U);
+    GroupMove line_of_all;
+    line_of_all.target.assign(kAxes - 3, 1.0 + shift);
+    line_of_all.path.feed = 40.0;
+    ASSERT_NE(groups.move(1, line_of_all), 0U);
+    run(60);
+  };
+  for (std::size_t axis = 0; axis < kAxes; ++axis)
+    EXPECT_NE(operation.single_axes().submit(axis, {.command = ecat_master::AxisCommand::kPower}), 0U);
+  run(100);
+  ask(GroupCommand::kEnable);
+  for (int round = 0; round < 8; ++round) {
+    move(0.5 * round);
+    ask(GroupCommand::kSetOverride, 0.2 * round);
+    ask(GroupCommand::kReverse);
+    many.line().drop_frames(3);
+    ask(GroupCommand::kInterrupt);
+    many.clock.advance(microseconds{500});
+    ask(GroupCommand::kForward);
+    move(-0.5 * round);
+    ask(GroupCommand::kHalt);
+    ask(GroupCommand::kStop);
+    ask(GroupCommand::kReleaseStop);
+  }
+  ask(GroupCommand::kSetOverride, 1.0);
+  move(1.0);
+  EXPECT_EQ(groups.group_report(0).state, GroupState::kMoving);
+  EXPECT_EQ(groups.group_report(1).state, GroupState::kMoving);
+  many.drive(1).set_dc_link(false);
+  many.drive(7).set_dc_link(false);
+  run(300);
+  EXPECT_EQ(groups.group_report(0).state, GroupState::kErrorStop);
+  EXPECT_EQ(groups.group_report(1).state, GroupState::kErrorStop);
   EXPECT_GE(ledger.cycles, 10'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
 }

@@ -2,12 +2,15 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "single_line.hpp"
 
@@ -57,6 +60,29 @@ TEST(SingleAxis, IsEnabledMovedAndSwitchedOff) {
   EXPECT_EQ(line.ask(power(false)).phase, RequestPhase::kDone);
   EXPECT_EQ(line.state(), PlcopenState::kDisabled);
   line.expect_obedience();
+}
+
+TEST(SingleAxis, WaitsForABrakeThatOpens) {
+  constexpr float kOpensMs = 50.0F;  // P 213
+  constexpr int kOpensCycles = 400;
+  for (const bool waits : {true, false}) {
+    auto options = single_options();
+    const auto bytes = wire::to_le_bytes(std::bit_cast<std::uint32_t>(kOpensMs));
+    options.startup.push_back({0x20D5, 0, {bytes.begin(), bytes.end()}});
+    options.follow_bit = waits;
+    SingleLine line(1, options);
+    line.submit(power(true));
+    for (int i = 0; i < 8000 && line.axes().axes()[0].inputs().state != snapshot::AxisState::kOperationEnabled; ++i)
+      line.cycle();
+    int cycles = 0;
+    for (; line.state() != PlcopenState::kStandstill && cycles < 10 * kOpensCycles; ++cycles) line.cycle();
+    EXPECT_EQ(cycles >= kOpensCycles - 8, waits) << cycles;
+    EXPECT_LT(cycles, kOpensCycles + 80);
+    if (!waits) continue;
+    const double from = line.setpoint();
+    EXPECT_EQ(line.ask(move(from + 3.0, 20.0)).phase, RequestPhase::kDone);
+    line.expect_obedience();
+  }
 }
 
 TEST(SingleAxis, OneMovesWhileTheOthersStandOrAreOff) {
@@ -113,6 +139,44 @@ TEST(SingleAxis, ANewMotionReplacesTheOneUnderWayWithoutAStep) {
   EXPECT_EQ(line.phase(first), RequestPhase::kAborted);
   EXPECT_EQ(line.finish(second, 20000).phase, RequestPhase::kDone);
   EXPECT_NEAR(line.setpoint(), from - 5.0, 1e-12);
+  line.expect_obedience();
+}
+
+TEST(SingleAxis, ManyMotionsAtOnceArePlannedFourInACycle) {
+  SingleLine line(6);
+  for (std::size_t i = 0; i < 6; ++i) line.enable(i);
+  const auto before = line.submit(move(line.setpoint(5) + 20.0, 50.0), 5);
+  line.cycles(1000);
+  std::vector<std::uint64_t> asked;
+  for (std::size_t i = 0; i < 6; ++i) asked.push_back(line.submit(move(line.setpoint(i) - 3.0, 30.0), i));
+  const auto active = [&] {
+    return std::count_if(asked.begin(), asked.end(),
+                         [&](std::uint64_t id) { return line.phase(id) == RequestPhase::kActive; });
+  };
+  line.cycle();
+  EXPECT_EQ(active(), 4);
+  EXPECT_EQ(line.phase(before), RequestPhase::kActive) << "its axis goes on meanwhile";
+  line.cycle();
+  EXPECT_EQ(active(), 6);
+  EXPECT_EQ(line.phase(before), RequestPhase::kAborted);
+  for (const auto id : asked) EXPECT_EQ(line.finish(id, 20000).phase, RequestPhase::kDone);
+  line.expect_obedience();
+}
+
+TEST(SingleAxis, AStopFindsRoomBesideAFloodOfOtherRequests) {
+  SingleLine line(2);
+  line.enable(0);
+  const auto jog = line.submit(request(AxisCommand::kMoveVelocity, 20.0));
+  line.cycles(1000);
+  EXPECT_EQ(line.phase(jog), RequestPhase::kReached);
+  int flood = 0;
+  while (line.submit(request(AxisCommand::kSetOverride, 1.0), 1) != 0 && flood < 10'000) ++flood;
+  EXPECT_LT(flood, 10'000);
+  const auto stop = line.submit(request(AxisCommand::kStop));
+  EXPECT_NE(stop, 0U);
+  line.cycles(1 + flood / 4);
+  EXPECT_EQ(line.state(), PlcopenState::kStopping);
+  EXPECT_EQ(line.finish(stop).phase, RequestPhase::kDone);
   line.expect_obedience();
 }
 

@@ -101,6 +101,7 @@ class Tables(Folder):
         super().setUp()
         for name in ("bench/results", "docs"):
             shutil.copytree(ROOT / name, self.folder / name)
+        shutil.copy(ROOT / "README.md", self.folder)
         self.page = self.folder / "docs/benchmarks.md"
         self.results = self.folder / "bench/results"
 

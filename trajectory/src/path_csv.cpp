@@ -57,7 +57,8 @@ struct Heading {
 // Walks through the text row by row; a row is a line that is neither blank nor a comment.
 class CsvParser {
  public:
-  CsvParser(std::string_view text, std::string_view name) : rows_(text, name) {}
+  CsvParser(std::string_view text, std::string_view name, bool needs_time)
+      : rows_(text, name), needs_time_(needs_time) {}
 
   tl::expected<Path, PathError> parse() {
     if (!rows_.next()) {
@@ -105,11 +106,11 @@ class CsvParser {
         return taken;
       }
     }
-    if (!has_time_) {
+    if (!has_time_ && needs_time_) {
       return refuse({rows_.line(), 0},
                     "the header has no time column; one column must be time[s], time[ms] or time[us]");
     }
-    if (headings_.size() < 2) {
+    if (has_time_ && headings_.size() < 2) {
       return refuse({rows_.line(), 0}, "the header names no axis beside the time");
     }
     return bind_derivatives();
@@ -215,7 +216,8 @@ class CsvParser {
                                            " fields as in the header, found " + std::to_string(rows_.fields().size()) +
                                            (foreign ? "; " + std::string(kCsvSeparator) : ""));
     }
-    double time_s = 0.0;
+    constexpr double kStepS = 1e-3;
+    double time_s = static_cast<double>(points_++) * kStepS;
     const auto& fields = rows_.fields();
     for (std::size_t i = 0; i < fields.size(); ++i) {
       const auto value = rows_.number(fields[i]);
@@ -243,7 +245,9 @@ class CsvParser {
 
   CsvRows rows_;
   std::vector<Heading> headings_;  // one per column
+  bool needs_time_;
   bool has_time_ = false;
+  std::size_t points_ = 0;
   std::size_t axes_ = 0;
   std::vector<double> positions_;  // of one point
   std::vector<double> velocities_;
@@ -254,7 +258,11 @@ class CsvParser {
 }  // namespace
 
 tl::expected<Path, PathError> parse_path_csv(std::string_view text, std::string_view name) {
-  return CsvParser(text, name).parse();
+  return CsvParser(text, name, true).parse();
+}
+
+tl::expected<Path, PathError> parse_points_csv(std::string_view text, std::string_view name) {
+  return CsvParser(text, name, false).parse();
 }
 
 tl::expected<Path, PathError> load_path(const std::filesystem::path& file) {
@@ -263,6 +271,12 @@ tl::expected<Path, PathError> load_path(const std::filesystem::path& file) {
     return tl::unexpected(text.error());
   }
   return parse_path_csv(*text, file.string());
+}
+
+tl::expected<Path, PathError> load_points(const std::filesystem::path& file) {
+  const auto text = read_csv_text(file);
+  if (!text) return tl::unexpected(text.error());
+  return parse_points_csv(*text, file.string());
 }
 
 }  // namespace driveline::trajectory

@@ -16,10 +16,6 @@ namespace {
 using ecat_master::RequestPhase;
 using nlohmann::json;
 
-std::string name_of(const CommandSender& sender) {
-  return fmt::format("control socket {} (process {}, user {})", sender.connection, sender.process, sender.user);
-}
-
 json failure(const Failure& failure) {
   return {{"error", failure.text}, {"status", failure.status}};
 }
@@ -31,9 +27,13 @@ bool take_word(std::vector<std::string>& words, std::string_view word) {
 
 }  // namespace
 
+std::string caller_name(const CommandSender& sender) {
+  return fmt::format("control socket {} (process {}, user {})", sender.connection, sender.process, sender.user);
+}
+
 std::string AxisService::execute(const CommandSender& sender, std::string_view words) {
   auto& client = clients_[sender.connection];
-  client.caller.name = name_of(sender);
+  client.caller.name = caller_name(sender);
   client.caller.keep_alive = kKeepAlive;
   door_.keep_alive(client.caller);
   return answer(client, split_words(words)).dump(-1, ' ', true, json::error_handler_t::replace);

@@ -40,6 +40,7 @@ constexpr std::array kVerbs = {
     Verb{"stop", AxisCommand::kStop},
     Verb{"release-stop", AxisCommand::kReleaseStop},
     Verb{"halt", AxisCommand::kHalt},
+    Verb{"halt-superimposed", AxisCommand::kHaltSuperimposed},
     Verb{"position", AxisCommand::kSetPosition, true, "a position"},
     Verb{"override", AxisCommand::kSetOverride, true, "a factor such as 50%"},
     Verb{"mode", AxisCommand::kSetMode, true, "csp, csv, cst or ip"},

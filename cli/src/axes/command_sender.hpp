@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <string>
 
 namespace driveline::cli {
 
@@ -12,5 +13,8 @@ struct CommandSender {
   pid_t process = 0;
   uid_t user = 0;
 };
+
+/// As events and leases name him: "control socket 3 (process 123, user 1000)".
+[[nodiscard]] std::string caller_name(const CommandSender& sender);
 
 }  // namespace driveline::cli

@@ -20,7 +20,8 @@ using port::FileDescriptor;
 
 namespace {
 
-constexpr std::size_t kLongestCommand = 4096;
+/// A piece of a path has many moves.
+constexpr std::size_t kLongestCommand = std::size_t{64} << 10;
 
 tl::expected<sockaddr_un, Failure> address_of(const std::string& path) {
   sockaddr_un address{};

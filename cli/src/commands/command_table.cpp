@@ -24,13 +24,21 @@ constexpr std::array kCommands = {
             "axis x jog -20rpm --for 2s\n"
             "axis x stop",
             prepare_axis},
+    Command{"group", "", kLine, "Move a group of axes of a running line along lines, arcs and paths",
+            "group plotter status\n"
+            "group plotter enable\n"
+            "group plotter move 90mm 20mm --feed 100mm/s\n"
+            "group plotter path contour.jsonl\n"
+            "group plotter hold",
+            prepare_group},
     Command{"identify", "", kLine, "Move one axis to and fro, and find inertia, friction and weight of its load",
             "identify --config examples/line8.toml --virtual z --distance 20\n"
             "identify --config examples/vertical.toml --virtual z --distance 12 --json",
             prepare_identify},
     Command{"plan", "", kLine, "Show the motion of a file of moves without moving anything: duration, limits, picture",
             "plan examples/contour.jsonl\n"
-            "plan examples/contour.jsonl --override 50 --picture contour.svg --json",
+            "plan examples/contour.jsonl --override 50 --picture contour.svg --json\n"
+            "plan examples/delta.jsonl --picture delta.svg",
             prepare_plan},
     Command{"simulate", "", kLine, "Serve the simulated line on a network interface to any master",
             "simulate --config examples/line8-nic.toml --iface dl-line\n"

@@ -8,6 +8,7 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_run(Arguments& to);
 [[nodiscard]] Execute prepare_axis(Arguments& to);
 [[nodiscard]] Execute prepare_simulate(Arguments& to);
+[[nodiscard]] Execute prepare_group(Arguments& to);
 [[nodiscard]] Execute prepare_identify(Arguments& to);
 [[nodiscard]] Execute prepare_plan(Arguments& to);
 [[nodiscard]] Execute prepare_fault(Arguments& to);

@@ -12,12 +12,13 @@ namespace {
 /// How often the socket is looked at, and answers of the line are handed on.
 constexpr std::chrono::milliseconds kControlInterval{10};
 constexpr std::string_view kAxis = "axis ";
+constexpr std::string_view kGroup = "group ";
 constexpr std::array<std::string_view, 4> kQuestions{"diag", "diag json", "eoe", "eoe json"};
 
 }  // namespace
 
-LineControl::LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& door)
-    : input_(std::move(input)), axes_(door), thread_([this] { serve(); }) {}
+LineControl::LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups)
+    : input_(std::move(input)), axes_(axes), groups_(groups, axes), thread_([this] { serve(); }) {}
 
 LineControl::~LineControl() {
   stop_ = true;
@@ -28,6 +29,7 @@ void LineControl::serve() {
   while (!stop_) {
     input_->run(kControlInterval, *this);
     axes_.watch();
+    groups_.watch();
     std::vector<Question> answered;
     {
       const std::lock_guard guard(lock_);
@@ -39,9 +41,10 @@ void LineControl::serve() {
 
 CommandReply LineControl::execute(const CommandSender& sender, std::string_view command) {
   if (command.starts_with(kAxis)) return {axes_.execute(sender, command.substr(kAxis.size())), true, false};
+  if (command.starts_with(kGroup)) return {groups_.execute(sender, command.substr(kGroup.size())), true, false};
   if (std::find(kQuestions.begin(), kQuestions.end(), command) == kQuestions.end()) {
-    return {fmt::format("error: \"{}\" is no command of a running line; diag, eoe, diag json, eoe json and axis are",
-                        command)};
+    return {fmt::format(
+        "error: \"{}\" is no command of a running line; diag, eoe, diag json, eoe json, axis and group are", command)};
   }
   const std::lock_guard guard(lock_);
   asked_.push_back({sender.connection, std::string(command)});

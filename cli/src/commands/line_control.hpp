@@ -10,6 +10,7 @@
 
 #include "axes/axis_service.hpp"
 #include "commands/command_input.hpp"
+#include "groups/group_service.hpp"
 
 namespace driveline::cli {
 
@@ -20,7 +21,7 @@ class LineControl final : private CommandExecutor {
   /// Answers a question.
   using Answer = std::function<std::string(std::string_view question)>;
 
-  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& door);
+  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups);
   LineControl(const LineControl&) = delete;
   LineControl& operator=(const LineControl&) = delete;
   /// Ends the thread; the socket is gone then.
@@ -36,12 +37,16 @@ class LineControl final : private CommandExecutor {
   };
 
   [[nodiscard]] CommandReply execute(const CommandSender& sender, std::string_view command) override;
-  void gone(const CommandSender& sender) override { axes_.gone(sender); }
+  void gone(const CommandSender& sender) override {
+    groups_.gone(sender);
+    axes_.gone(sender);
+  }
   void refused(const CommandSender& sender) override { axes_.refused(sender); }
   void serve();
 
   std::unique_ptr<CommandInput> input_;
   AxisService axes_;
+  GroupService groups_;
   std::mutex lock_;
   std::vector<Question> asked_;
   std::vector<Question> answered_;

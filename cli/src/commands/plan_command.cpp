@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <deque>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -16,12 +15,12 @@
 #include "driveline/trajectory/contour_planner.hpp"
 #include "text/json_text.hpp"
 #include "text/move_file.hpp"
+#include "text/plan_picture.hpp"
 #include "text/plan_samples.hpp"
+#include "text/planned_motion.hpp"
 
 namespace driveline::cli {
 namespace {
-
-using trajectory::GroupVector;
 
 struct PlanOptions {
   std::string file;
@@ -29,48 +28,6 @@ struct PlanOptions {
   std::optional<std::string> picture;
   std::optional<std::string> samples;
   bool json = false;
-};
-
-/// What the axes were asked for, by differences of their positions.
-struct PlannedMotion {
-  double duration_s = 0.0;
-  double length = 0.0;
-  std::array<GroupVector, 3> largest{};                ///< velocity, acceleration, jerk
-  std::vector<std::pair<GroupVector, double>> points;  ///< place and speed, for the picture
-};
-
-/// Collects them cycle by cycle.
-class MotionMeter {
- public:
-  explicit MotionMeter(double period_s) : period_s_(period_s) {}
-
-  void take(const trajectory::ContourSetpoint& setpoint) {
-    last_.push_front(setpoint.position);
-    if (last_.size() > 4) last_.pop_back();
-    motion_.duration_s += period_s_;
-    motion_.length = std::max(motion_.length, setpoint.length);
-    constexpr std::size_t kCyclesPerPoint = 16;
-    if (count_++ % kCyclesPerPoint == 0) motion_.points.emplace_back(setpoint.position, setpoint.speed);
-    for (std::size_t i = 0; last_.size() == 4 && i < trajectory::kMaxGroupAxes; ++i) {
-      const double first = last_[0][i] - last_[1][i];
-      const double second = first - (last_[1][i] - last_[2][i]);
-      const double third = second - (last_[1][i] - 2.0 * last_[2][i] + last_[3][i]);
-      raise(0, i, first / period_s_);
-      raise(1, i, second / (period_s_ * period_s_));
-      raise(2, i, third / (period_s_ * period_s_ * period_s_));
-    }
-  }
-  PlannedMotion result() { return std::move(motion_); }
-
- private:
-  void raise(std::size_t quantity, std::size_t axis, double value) {
-    motion_.largest[quantity][axis] = std::max(motion_.largest[quantity][axis], std::abs(value));
-  }
-
-  double period_s_;
-  std::deque<GroupVector> last_;
-  std::size_t count_ = 0;
-  PlannedMotion motion_;
 };
 
 /// Follows the moves as the cycle would, as fast as this machine can.
@@ -105,27 +62,62 @@ double limit_of(const MoveFile& file, std::size_t axis, std::size_t quantity) {
 }
 
 constexpr std::array<const char*, 3> kQuantities{"velocity", "acceleration", "jerk"};
+constexpr std::array<const char*, 3> kPer{"/s", "/s^2", "/s^3"};
+
+std::array<double, 3> limits_of_tool(const MoveFile& file) {
+  const auto& tool = file.settings.tool;
+  return {tool.max_velocity, tool.max_acceleration, tool.max_jerk};
+}
+
+/// The tool, where it has a limit.
+std::string tool_text(const MoveFile& file, const PlannedMotion& motion) {
+  const auto limits = limits_of_tool(file);
+  const auto& unit = *file.coordinates.front().unit;
+  std::string text;
+  for (std::size_t k = 0; k < kQuantities.size(); ++k) {
+    if (!std::isfinite(limits[k])) continue;
+    text += fmt::format("{} {} {:.6g} {}{} ({:.1f} % of its limit)", text.empty() ? "tool:" : ",", kQuantities[k],
+                        unit.from_si(motion.largest_of_tool[k]), unit.name, kPer[k],
+                        100.0 * motion.largest_of_tool[k] / limits[k]);
+  }
+  return text.empty() ? text : text + "\n";
+}
+
+std::string outputs_text(const MoveFile& file, const PlannedMotion& motion) {
+  constexpr std::size_t kMost = 40;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(motion.outputs.size(), kMost); ++k) {
+    const auto& [time_s, change, move, tool] = motion.outputs[k];
+    text += fmt::format("{:.4f} s: {} = {:g}, line {}\n", time_s, file.outputs[change.output], change.value,
+                        file.moves[move].line);
+  }
+  if (motion.outputs.size() > kMost) text += fmt::format("and {} more outputs\n", motion.outputs.size() - kMost);
+  return text;
+}
 
 std::string plan_text(const MoveFile& file, const PlannedMotion& motion) {
-  const auto& unit = *file.axes.front().unit;
-  std::string text = fmt::format("{} moves, {:.6g} {} long, {:.4f} s\n", file.moves.size(), unit.from_si(motion.length),
+  const auto& unit = *file.coordinates.front().unit;
+  std::string text = fmt::format("{} moves, {:.6g} {} long, {:.4f} s", file.moves.size(), unit.from_si(motion.length),
                                  unit.name, motion.duration_s);
+  text += motion.dwell_s > 0.0 ? fmt::format(", of which {:.4f} s at rest where moves say so\n", motion.dwell_s) : "\n";
   for (std::size_t i = 0; i < file.axes.size(); ++i) {
     text += file.axes[i].name;
     for (std::size_t k = 0; k < kQuantities.size(); ++k) {
       const double largest = motion.largest[k][i];
-      constexpr std::array<const char*, 3> kPer{"/s", "/s^2", "/s^3"};
       text += fmt::format("{} {} {:.6g} {}{} ({:.1f} % of its limit)", k == 0 ? ":" : ",", kQuantities[k],
                           file.axes[i].unit->from_si(largest), file.axes[i].unit->name, kPer[k],
                           100.0 * largest / limit_of(file, i, k));
     }
     text += "\n";
   }
-  return text;
+  return text + tool_text(file, motion) + outputs_text(file, motion);
 }
 
 nlohmann::json plan_json(const MoveFile& file, const PlannedMotion& motion) {
-  nlohmann::json document{{"moves", file.moves.size()}, {"duration_s", motion.duration_s}, {"length", motion.length}};
+  nlohmann::json document{{"moves", file.moves.size()},
+                          {"duration_s", motion.duration_s},
+                          {"dwell_s", motion.dwell_s},
+                          {"length", motion.length}};
   document["axes"] = nlohmann::json::array();
   for (std::size_t i = 0; i < file.axes.size(); ++i) {
     nlohmann::json axis{{"name", file.axes[i].name}};
@@ -134,49 +126,19 @@ nlohmann::json plan_json(const MoveFile& file, const PlannedMotion& motion) {
     }
     document["axes"].push_back(axis);
   }
+  for (std::size_t k = 0; k < kQuantities.size(); ++k) {
+    const double limit = limits_of_tool(file)[k];
+    document["tool"][kQuantities[k]] = {{"largest", motion.largest_of_tool[k]},
+                                        {"limit", std::isfinite(limit) ? nlohmann::json(limit) : nlohmann::json()}};
+  }
+  document["outputs"] = nlohmann::json::array();
+  for (const auto& [time_s, change, move, tool] : motion.outputs) {
+    document["outputs"].push_back({{"time_s", time_s},
+                                   {"name", file.outputs[change.output]},
+                                   {"value", change.value},
+                                   {"line", file.moves[move].line}});
+  }
   return document;
-}
-
-/// A curve scaled into a box of the picture.
-std::string curve(const std::vector<std::pair<double, double>>& points, double top, double height, bool is_square) {
-  constexpr double kWidth = 760.0;
-  constexpr double kMargin = 20.0;
-  auto [x0, x1] = std::pair{points.front().first, points.front().first};
-  auto [y0, y1] = std::pair{points.front().second, points.front().second};
-  for (const auto& [x, y] : points) {
-    x0 = std::min(x0, x);
-    x1 = std::max(x1, x);
-    y0 = std::min(y0, y);
-    y1 = std::max(y1, y);
-  }
-  double scale_x = kWidth / std::max(x1 - x0, 1e-12);
-  double scale_y = height / std::max(y1 - y0, 1e-12);
-  if (is_square) scale_x = scale_y = std::min(scale_x, scale_y);
-  std::string text = "<polyline fill=\"none\" stroke=\"#1f5fa8\" points=\"";
-  for (const auto& [x, y] : points) {
-    text += fmt::format("{:.2f},{:.2f} ", kMargin + (x - x0) * scale_x, top + height - (y - y0) * scale_y);
-  }
-  return text + "\"/>\n";
-}
-
-/// The way of the first two axes (or of the one over time), and the speed along it over time.
-std::string picture_of(const MoveFile& file, const PlannedMotion& motion) {
-  std::vector<std::pair<double, double>> way;
-  std::vector<std::pair<double, double>> speed;
-  const bool is_plane = file.axes.size() > 1;
-  for (std::size_t k = 0; k < motion.points.size(); ++k) {
-    const auto& [place, along] = motion.points[k];
-    const auto time = static_cast<double>(k);
-    way.emplace_back(is_plane ? place[0] : time, is_plane ? place[1] : place[0]);
-    speed.emplace_back(time, along);
-  }
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"800\" height=\"760\" font-family=\"sans-serif\" "
-         "font-size=\"13\">\n<rect width=\"800\" height=\"760\" fill=\"white\"/>\n" +
-         fmt::format("<text x=\"20\" y=\"18\">{}</text>\n",
-                     is_plane ? file.axes[0].name + " and " + file.axes[1].name : file.axes[0].name) +
-         curve(way, 30.0, 460.0, is_plane) +
-         fmt::format("<text x=\"20\" y=\"520\">speed along the path, {:.4f} s</text>\n", motion.duration_s) +
-         curve(speed, 530.0, 210.0, false) + "</svg>\n";
 }
 
 Outcome<double> share_of(const std::optional<std::string>& text) {
@@ -197,6 +159,7 @@ Outcome<int> plan(const PlanOptions& options) {
   if (!stream || !(text << stream.rdbuf())) return misused(fmt::format("{} cannot be read, or is empty", options.file));
   const auto file = parse_moves(text.str(), options.file);
   if (!file) return misused(file.error());
+  if (const auto refusal = refusal_of(*file, options.file); !refusal.empty()) return misused(refusal);
   std::optional<PlanSamples> samples;
   if (options.samples) samples.emplace(*options.samples, *file);
   const auto motion = follow(*file, options.file, *share, samples ? &*samples : nullptr);

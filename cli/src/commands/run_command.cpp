@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "axes/axis_script.hpp"
 #include "axes/axis_view.hpp"
 #include "axes/quantity.hpp"
 #include "commands/command_input.hpp"
@@ -18,6 +17,8 @@
 #include "driveline/runtime/line.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
+#include "groups/group_view.hpp"
+#include "script/axis_script.hpp"
 #include "service/cycle_witness.hpp"
 #include "service/service_manager.hpp"
 #include "text/cycle_trace.hpp"
@@ -228,7 +229,7 @@ class RunConsole final : public ConsoleObserver {
   }
 
   void go_on_with_script() {
-    const auto done = script_->step(line_.axes(), line_.session().clock().now());
+    const auto done = script_->step(line_.axes(), line_.groups(), line_.session().clock().now());
     if (done && !*done) return;
     if (!done) script_failure_ = done.error();
     script_ = nullptr;
@@ -249,9 +250,10 @@ class RunConsole final : public ConsoleObserver {
   [[nodiscard]] std::string diagnosis(bool as_json) {
     const auto diagnosis = line_.diagnose();
     if (!diagnosis) return fmt::format("error: {}", runtime::describe(diagnosis.error()));
-    if (!as_json) return to_text(*diagnosis) + owners_text(line_.axes());
+    if (!as_json) return to_text(*diagnosis) + owners_text(line_.axes()) + groups_text(line_.groups());
     auto document = to_json(*diagnosis);
     document["axes"] = owners_json(line_.axes());
+    if (!line_.groups().groups().empty()) document["axis_groups"] = groups_json(line_.groups());
     return json_text(document);
   }
 
@@ -292,14 +294,14 @@ Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, ru
                                        : CommandInput::open(options.control, CommandInput::Sources::kSocket);
   if (!input) return tl::unexpected(input.error());
   if (*input == nullptr) return nullptr;
-  return std::make_unique<LineControl>(std::move(*input), line.axes());
+  return std::make_unique<LineControl>(std::move(*input), line.axes(), line.groups());
 }
 
 /// None: there is no script.
 Outcome<std::optional<AxisScript>> read_script(const RunOptions& options, const runtime::LineConfig& config) {
   if (options.script.empty()) return std::nullopt;
   if (config.path) return misused("--script moves the axes of a line without [path]; this one has a path");
-  auto script = AxisScript::read(options.script, config.axes);
+  auto script = AxisScript::read(options.script, {config.axes, config.axis_groups});
   if (!script) return tl::unexpected(script.error());
   return std::move(*script);
 }

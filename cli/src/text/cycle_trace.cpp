@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "driveline/rt/switch_log.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 
 namespace driveline::cli {
@@ -20,6 +21,7 @@ using std::chrono::nanoseconds;
 constexpr int kProcess = 1;
 constexpr int kCycleTrack = 1;
 constexpr int kLatencyTrack = 2;
+constexpr int kProcessorTrack = 3;
 
 /// The unit of the format. Readers cut off what is below a nanosecond, instead of rounding: a phase would begin before
 /// the end of the one in front of it, and be left out.
@@ -78,22 +80,44 @@ void write_cycle(EventWriter& to, const TracedCycle& cycle) {
   }
 }
 
+std::string label_of(std::int32_t thread) {
+  const auto name = rt::thread_name(thread);
+  if (thread == 0) return name;
+  return fmt::format("{} ({})", name.empty() ? "ended" : name, thread);
+}
+
+/// Who had the processor from the instant at which the cycle was due, until its end.
+void write_switches(EventWriter& to, const TracedCycle& cycle) {
+  const auto& switches = cycle.switches;
+  for (std::size_t i = 0; i < switches.size(); ++i) {
+    const auto begin = std::max(switches[i].time, cycle.stamps.due);
+    const auto end = i + 1 < switches.size() ? std::max(switches[i + 1].time, begin) : cycle.stamps.end.back();
+    if (end > begin) to.stretch(kProcessorTrack, label_of(switches[i].thread), begin, end);
+  }
+}
+
 }  // namespace
 
 void write_trace_events(std::ostream& out, const runtime::RunReport& report) {
   const auto& cycles = report.trace;
   const auto ranked = std::count_if(cycles.begin(), cycles.end(), [](const auto& cycle) { return cycle.rank > 0; });
-  const json about = {{"line", report.line},
-                      {"cycle_ns", report.period.count()},
-                      {"cycles", cycles.size()},
-                      {"worst_cycles", ranked},
-                      {"cycles_of_the_run", report.statistics.cycles}};
+  json about = {{"line", report.line},
+                {"cycle_ns", report.period.count()},
+                {"cycles", cycles.size()},
+                {"worst_cycles", ranked},
+                {"cycles_of_the_run", report.statistics.cycles}};
+  const auto& unknown = report.trace_without_switches;
+  if (!unknown.empty()) about["processor"] = unknown;
   out << R"({"displayTimeUnit":"ns","otherData":)" << about.dump() << R"(,"traceEvents":[)";
   EventWriter to(out, cycles.empty() ? nanoseconds{0} : cycles.front().stamps.due);
   to.write(name_event("process_name", kCycleTrack, report.line));
   to.write(name_event("thread_name", kCycleTrack, "cycle"));
   to.write(name_event("thread_name", kLatencyTrack, "wake-up latency"));
-  for (const auto& cycle : cycles) write_cycle(to, cycle);
+  if (unknown.empty()) to.write(name_event("thread_name", kProcessorTrack, "processor, at the worst cycles"));
+  for (const auto& cycle : cycles) {
+    write_cycle(to, cycle);
+    write_switches(to, cycle);
+  }
   out << "\n]}\n";
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -13,6 +14,9 @@
 
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/axis_name.hpp"
+#include "driveline/trajectory/kinematic_kinds.hpp"
+#include "driveline/trajectory/path.hpp"
+#include "driveline/trajectory/path_check.hpp"
 #include "driveline/trajectory/path_shaper.hpp"
 
 namespace driveline::cli {
@@ -46,11 +50,14 @@ double number_of(const json& value, std::string_view what) {
 /// Reads line after line; what a move does not say is as in the move before it.
 class MoveReader {
  public:
+  /// `folder`: of the file.
+  explicit MoveReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
   MoveFile take() { return std::move(file_); }
   [[nodiscard]] bool has_axes() const { return !file_.axes.empty(); }
 
   void read_axes(const json& line) {
-    refuse_unknown_keys(line, {"axes", "start", "cycle_us"});
+    refuse_unknown_keys(line, {"axes", "start", "cycle_us", "kinematics", "tool", "outputs"});
     if (!line.contains("axes") || !line["axes"].is_array()) {
       throw BadLine{"the first line describes the axes: {\"axes\": [{\"name\": \"x\", \"unit\": \"mm\", ...}]}"};
     }
@@ -60,6 +67,10 @@ class MoveReader {
     }
     for (const auto& axis : axes) read_axis(axis);
     file_.settings.axes = file_.axes.size();
+    file_.coordinates = file_.axes;
+    if (line.contains("kinematics")) read_kinematics(line["kinematics"]);
+    if (line.contains("tool")) read_tool(line["tool"]);
+    if (line.contains("outputs")) read_output_names(line["outputs"]);
     if (line.contains("cycle_us")) file_.settings.period_s = number_of(line["cycle_us"], "cycle_us") * 1e-6;
     if (const auto wrong = trajectory::check_settings(file_.settings); !wrong.empty()) throw BadLine{wrong};
     if (line.contains("start")) file_.start = place_of(line["start"], "start", {}, false);
@@ -69,28 +80,33 @@ class MoveReader {
 
   void read_move(const json& line, std::size_t number) {
     PathMove move;
+    read_events(line, move);
     if (line.contains("feed")) feed_ = first_unit().to_si(number_of(line["feed"], "feed"));
     if (line.contains("tolerance")) tolerance_ = first_unit().to_si(number_of(line["tolerance"], "tolerance"));
     move.feed = feed_;
     move.tolerance = tolerance_;
+    if (line.contains("polyline")) return read_polyline(line, move, number);
     if (line.contains("line") || line.contains("line_by")) {
       const bool is_relative = line.contains("line_by");
-      refuse_unknown_keys(line, {is_relative ? "line_by" : "line", "feed", "tolerance"});
+      refuse_unknown_keys(line, {is_relative ? "line_by" : "line", "feed", "tolerance", "dwell", "outputs"});
       move.target =
           is_relative ? place_of(line["line_by"], "line_by", at_, true) : place_of(line["line"], "line", at_, false);
     } else if (line.contains("arc")) {
       read_arc(line, move);
     } else if (line.contains("spline")) {
       read_spline(line, move);
+    } else if (line.contains("dwell") || line.contains("outputs")) {
+      refuse_unknown_keys(line, {"feed", "tolerance", "dwell", "outputs"});
+      move.target = at_;
     } else {
-      throw BadLine{"a move is one of line, line_by, arc and spline"};
+      throw BadLine{"a move is one of line, line_by, arc, spline and polyline, or has a dwell or outputs"};
     }
     at_ = move.kind == PathMove::Kind::kSpline ? move.points.back() : move.target;
     file_.moves.push_back({std::move(move), number});
   }
 
  private:
-  [[nodiscard]] const trajectory::PositionUnit& first_unit() const { return *file_.axes.front().unit; }
+  [[nodiscard]] const trajectory::PositionUnit& first_unit() const { return *file_.coordinates.front().unit; }
 
   /// The shaper knows how far away the first place may be.
   void check_start() const {
@@ -99,11 +115,120 @@ class MoveReader {
     } catch (const std::invalid_argument& wrong) {
       throw BadLine{wrong.what()};
     }
+    if (const auto wrong = trajectory::PathCheck(file_.settings).fault_at(file_.start); !wrong.empty()) {
+      throw BadLine{"start: " + wrong};
+    }
+  }
+
+  static const trajectory::PositionUnit& length_unit_of(const json& object) {
+    const auto* unit = object.contains("unit") && object["unit"].is_string()
+                           ? trajectory::find_position_unit(object["unit"].get<std::string>())
+                           : nullptr;
+    if (unit == nullptr || unit->kind != trajectory::AxisKind::kLinear) {
+      throw BadLine{"the unit of kinematics must be \"m\", \"mm\" or \"um\""};
+    }
+    return *unit;
+  }
+
+  void read_kinematics(const json& machine) {
+    if (!machine.is_object() || !machine.contains("type") || !machine["type"].is_string()) {
+      throw BadLine{"kinematics is an object with a type: \"cartesian\", \"scara\", \"delta\" or \"linear_delta\""};
+    }
+    const auto& unit = length_unit_of(machine);
+    std::vector<std::string> names;
+    std::vector<double> values;
+    for (const auto& [key, value] : machine.items()) {
+      if (key == "type" || key == "unit") continue;
+      names.push_back(key);
+      if (value.is_boolean()) {
+        values.push_back(value.get<bool>() ? 1.0 : 0.0);
+      } else {
+        values.push_back(unit.to_si(number_of(value, key)));
+      }
+    }
+    std::vector<trajectory::KinematicParameter> parameters;
+    for (std::size_t i = 0; i < names.size(); ++i) parameters.push_back({names[i], values[i]});
+    auto made = trajectory::make_kinematics(machine["type"].get<std::string>(), parameters);
+    if (!made) throw BadLine{made.error().reason};
+    file_.kinematics = std::move(*made);
+    file_.settings.kinematics = file_.kinematics.get();
+    const auto joints = file_.kinematics->joints();
+    for (std::size_t i = 0; i < joints.size() && i < file_.axes.size(); ++i) {
+      if (file_.axes[i].unit->kind == joints[i].kind) continue;
+      throw BadLine{fmt::format("axis {} is {} of the machine; its unit must be one of {}", file_.axes[i].name,
+                                joints[i].kind == trajectory::AxisKind::kRotary ? "a turning joint" : "a sliding joint",
+                                joints[i].kind == trajectory::AxisKind::kRotary ? "angles" : "lengths")};
+    }
+    const auto coordinates = file_.kinematics->coordinates();
+    const auto* const degree = trajectory::find_position_unit("deg");
+    for (std::size_t i = 0; i < coordinates.size() && i < file_.axes.size(); ++i) {
+      const bool is_angle = coordinates[i].kind == trajectory::AxisKind::kRotary;
+      file_.coordinates[i] = {std::string(coordinates[i].name), is_angle ? degree : &unit};
+    }
+  }
+
+  void read_tool(const json& tool) {
+    if (!tool.is_object()) throw BadLine{"tool is an object with max_velocity, max_acceleration and max_jerk"};
+    refuse_unknown_keys(tool, {"max_velocity", "max_acceleration", "max_jerk"});
+    const auto limit = [&](const char* key, double& to) {
+      if (!tool.contains(key)) return;
+      const double value = number_of(tool[key], fmt::format("{} of tool", key));
+      if (!(value > 0.0)) throw BadLine{fmt::format("{} of tool is {}; it must be above 0", key, value)};
+      to = first_unit().to_si(value);
+    };
+    limit("max_velocity", file_.settings.tool.max_velocity);
+    limit("max_acceleration", file_.settings.tool.max_acceleration);
+    limit("max_jerk", file_.settings.tool.max_jerk);
+  }
+
+  void read_output_names(const json& names) {
+    if (!names.is_array()) throw BadLine{"outputs of the first line is an array of names"};
+    for (const auto& name : names) {
+      if (!name.is_string() || !trajectory::check_axis_name(name.get<std::string>())) {
+        throw BadLine{fmt::format("{} is no name of an output: 1 to 31 letters, digits and _-.", name.dump())};
+      }
+      file_.outputs.push_back(name.get<std::string>());
+      if (std::count(file_.outputs.begin(), file_.outputs.end(), file_.outputs.back()) > 1) {
+        throw BadLine{fmt::format("there are two outputs called \"{}\"", file_.outputs.back())};
+      }
+    }
+  }
+
+  void read_events(const json& line, PathMove& move) const {
+    if (line.contains("dwell")) move.dwell_s = number_of(line["dwell"], "dwell");
+    if (!line.contains("outputs")) return;
+    if (!line["outputs"].is_array()) {
+      throw BadLine{"outputs must be an array of changes: [{\"name\": \"gripper\", \"value\": 1}]"};
+    }
+    for (const auto& output : line["outputs"]) move.outputs.push_back(read_output(output));
+  }
+
+  [[nodiscard]] trajectory::MoveOutput read_output(const json& output) const {
+    if (!output.is_object()) throw BadLine{"a change of an output is an object with name and value"};
+    refuse_unknown_keys(output, {"name", "value", "at"});
+    if (!output.contains("name") || !output["name"].is_string() || !output.contains("value")) {
+      throw BadLine{"a change of an output needs a name and a value"};
+    }
+    const auto name = output["name"].get<std::string>();
+    const auto found = std::find(file_.outputs.begin(), file_.outputs.end(), name);
+    if (found == file_.outputs.end()) {
+      const auto meant = runtime::closest(name, Words(file_.outputs.begin(), file_.outputs.end()));
+      throw BadLine{fmt::format("the first line names no output \"{}\"{}", name,
+                                meant.empty() ? std::string{} : fmt::format("; did you mean \"{}\"?", meant))};
+    }
+    trajectory::MoveOutput change;
+    change.change.output = static_cast<std::uint32_t>(found - file_.outputs.begin());
+    const auto& value = output["value"];
+    change.change.value =
+        value.is_boolean() ? (value.get<bool>() ? 1.0 : 0.0) : number_of(value, fmt::format("value of {}", name));
+    if (output.contains("at")) change.at = first_unit().to_si(number_of(output["at"], fmt::format("at of {}", name)));
+    return change;
   }
 
   void read_axis(const json& axis) {
     if (!axis.is_object()) throw BadLine{"an axis is an object with name, unit and limits"};
-    refuse_unknown_keys(axis, {"name", "unit", "max_velocity", "max_acceleration", "max_jerk"});
+    refuse_unknown_keys(
+        axis, {"name", "unit", "max_velocity", "max_acceleration", "max_jerk", "min_position", "max_position"});
     if (!axis.contains("name") || !axis["name"].is_string()) throw BadLine{"an axis needs a name"};
     const auto name = axis["name"].get<std::string>();
     if (!trajectory::check_axis_name(name)) {
@@ -125,34 +250,41 @@ class MoveReader {
       if (!(value > 0.0)) throw BadLine{fmt::format("{} of axis {} is {}; it must be above 0", key, name, value)};
       return unit->to_si(value);
     };
-    file_.settings.limits[file_.axes.size()] = {limit("max_velocity"), limit("max_acceleration"), limit("max_jerk")};
+    auto& limits = file_.settings.limits[file_.axes.size()];
+    limits = {limit("max_velocity"), limit("max_acceleration"), limit("max_jerk")};
+    const auto position = [&](const char* key, double& to) {
+      if (axis.contains(key)) to = unit->to_si(number_of(axis[key], fmt::format("{} of axis {}", key, name)));
+    };
+    position("min_position", limits.min_position);
+    position("max_position", limits.max_position);
     file_.axes.push_back({name, unit});
   }
 
   /// A number per axis; null: where the axis is.
   GroupVector place_of(const json& values, std::string_view what, const GroupVector& at, bool is_relative) const {
-    if (!values.is_array() || values.size() != file_.axes.size()) {
-      throw BadLine{fmt::format("{} must be an array of {} numbers, one for each axis", what, file_.axes.size())};
+    if (!values.is_array() || values.size() != file_.coordinates.size()) {
+      throw BadLine{fmt::format("{} must be an array of {} numbers, one for each {}", what, file_.coordinates.size(),
+                                file_.kinematics ? "coordinate" : "axis")};
     }
     GroupVector place = at;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (values[i].is_null()) continue;
-      const double value =
-          file_.axes[i].unit->to_si(number_of(values[i], fmt::format("{} of axis {}", what, file_.axes[i].name)));
+      const double value = file_.coordinates[i].unit->to_si(
+          number_of(values[i], fmt::format("{} of axis {}", what, file_.coordinates[i].name)));
       place[i] = is_relative ? at[i] + value : value;
     }
     return place;
   }
 
   std::size_t axis_called(const json& name) const {
-    for (std::size_t i = 0; name.is_string() && i < file_.axes.size(); ++i) {
-      if (file_.axes[i].name == name.get<std::string>()) return i;
+    for (std::size_t i = 0; name.is_string() && i < file_.coordinates.size(); ++i) {
+      if (file_.coordinates[i].name == name.get<std::string>()) return i;
     }
     throw BadLine{fmt::format("there is no axis {}", name.dump())};
   }
 
   void read_arc(const json& line, PathMove& move) const {
-    refuse_unknown_keys(line, {"arc", "center", "via", "clockwise", "plane", "feed", "tolerance"});
+    refuse_unknown_keys(line, {"arc", "center", "via", "clockwise", "plane", "feed", "tolerance", "dwell", "outputs"});
     move.target = place_of(line["arc"], "arc", at_, false);
     if (line.contains("via") == line.contains("center")) {
       throw BadLine{"an arc needs either its center or a point via which it goes"};
@@ -180,7 +312,7 @@ class MoveReader {
   }
 
   void read_spline(const json& line, PathMove& move) const {
-    refuse_unknown_keys(line, {"spline", "feed", "tolerance"});
+    refuse_unknown_keys(line, {"spline", "feed", "tolerance", "dwell", "outputs"});
     if (!line["spline"].is_array() || line["spline"].empty()) {
       throw BadLine{"spline must be an array of at least one point"};
     }
@@ -190,6 +322,28 @@ class MoveReader {
       move.points.push_back(at = place_of(point, "a point of spline", at, false));
   }
 
+  /// Straight lines through the points of a CSV file, in the coordinates that it names.
+  void read_polyline(const json& line, PathMove& move, std::size_t number) {
+    refuse_unknown_keys(line, {"polyline", "feed", "tolerance"});
+    if (!line["polyline"].is_string()) throw BadLine{"polyline must be the name of a CSV file"};
+    const auto points = trajectory::load_points(folder_ / line["polyline"].get<std::string>());
+    if (!points) throw BadLine{points.error().message()};
+    std::vector<std::size_t> coordinates;
+    for (const auto& axis : points->axes()) {
+      coordinates.push_back(axis_called(axis.name));
+      if (file_.coordinates[coordinates.back()].unit->kind == axis.kind) continue;
+      throw BadLine{fmt::format("{} of {} must be {}", axis.name, line["polyline"].get<std::string>(),
+                                axis.kind == trajectory::AxisKind::kRotary ? "a length" : "an angle")};
+    }
+    for (std::size_t k = 0; k < points->points(); ++k) {
+      const auto positions = points->positions(k);
+      for (std::size_t i = 0; i < coordinates.size(); ++i) at_[coordinates[i]] = positions[i];
+      move.target = at_;
+      file_.moves.push_back({move, number, k + 1});
+    }
+  }
+
+  std::filesystem::path folder_;
   MoveFile file_;
   GroupVector at_{};
   double feed_ = std::numeric_limits<double>::infinity();
@@ -206,7 +360,7 @@ json object_of(const std::string& line) {
 }  // namespace
 
 tl::expected<MoveFile, std::string> parse_moves(const std::string& text, const std::string& name) {
-  MoveReader reader;
+  MoveReader reader(std::filesystem::path(name).parent_path());
   std::istringstream lines(text);
   std::string line;
   std::size_t number = 0;
@@ -228,6 +382,20 @@ tl::expected<MoveFile, std::string> parse_moves(const std::string& text, const s
   if (file.axes.empty()) return tl::unexpected(fmt::format("{}: there is no line that describes the axes", name));
   if (file.moves.empty()) return tl::unexpected(fmt::format("{}: there is no move", name));
   return file;
+}
+
+std::string refusal_of(const MoveFile& file, const std::string& name) {
+  const trajectory::PathCheck check(file.settings);
+  trajectory::PathShaper shaper(file.settings.axes, file.start, &check);
+  std::vector<trajectory::ShapedPiece> pieces;
+  for (const auto& [move, line, point] : file.moves) {
+    pieces.clear();
+    if (const auto added = shaper.add(move, pieces); !added) {
+      return fmt::format("{}:{}: {}{}", name, line, point > 0 ? fmt::format("point {}: ", point) : "",
+                         added.error().reason);
+    }
+  }
+  return "";
 }
 
 }  // namespace driveline::cli

@@ -4,10 +4,16 @@
 
 namespace driveline::cli {
 
-PlanSamples::PlanSamples(const std::filesystem::path& file, const MoveFile& moves) : output_(file), moves_(moves) {
+PlanSamples::PlanSamples(const std::filesystem::path& file, const MoveFile& moves)
+    : output_(file), moves_(moves), outputs_(moves.outputs.size(), 0.0) {
   output_.stream() << "time[s]";
   for (const auto& axis : moves_.axes) output_.stream() << fmt::format(",{}[{}]", axis.name, axis.unit->name);
-  output_.stream() << fmt::format(",speed[{}/s],line\n", moves_.axes.front().unit->name);
+  if (moves_.kinematics) {
+    for (const auto& each : moves_.coordinates) output_.stream() << fmt::format(",{}[{}]", each.name, each.unit->name);
+  }
+  output_.stream() << fmt::format(",speed[{}/s],line", moves_.coordinates.front().unit->name);
+  for (const auto& name : moves_.outputs) output_.stream() << "," << name;
+  output_.stream() << "\n";
 }
 
 void PlanSamples::take(const trajectory::ContourSetpoint& setpoint) {
@@ -16,8 +22,14 @@ void PlanSamples::take(const trajectory::ContourSetpoint& setpoint) {
   for (std::size_t i = 0; i < moves_.axes.size(); ++i) {
     output_.stream() << fmt::format(",{}", moves_.axes[i].unit->from_si(setpoint.position[i]));
   }
-  output_.stream() << fmt::format(",{},{}\n", moves_.axes.front().unit->from_si(setpoint.speed),
+  for (std::size_t i = 0; moves_.kinematics && i < moves_.coordinates.size(); ++i) {
+    output_.stream() << fmt::format(",{}", moves_.coordinates[i].unit->from_si(setpoint.tool[i]));
+  }
+  output_.stream() << fmt::format(",{},{}", moves_.coordinates.front().unit->from_si(setpoint.speed),
                                   moves_.moves[setpoint.move].line);
+  for (const auto& [output, value] : setpoint.changed_outputs()) outputs_[output] = value;
+  for (const double value : outputs_) output_.stream() << fmt::format(",{}", value);
+  output_.stream() << "\n";
 }
 
 }  // namespace driveline::cli

@@ -9,9 +9,9 @@
 
 namespace driveline::cli {
 
-/// The setpoints of a plan as CSV, a row per cycle: time since the begin, the place of each axis in its unit, the speed
-/// along the path in that of the first axis, and the line of the move in its file. The file appears when it is
-/// complete.
+/// The setpoints of a plan as CSV, a row per cycle: time since the begin, the place of each axis in its unit, with
+/// kinematics those of the tool, the speed along the path in the unit of the first coordinate, the line of the move in
+/// its file, and each output as it is. The file appears when it is complete.
 class PlanSamples {
  public:
   /// `moves` must outlive it.
@@ -24,6 +24,7 @@ class PlanSamples {
  private:
   runtime::OutputFile output_;
   const MoveFile& moves_;
+  std::vector<double> outputs_;
   std::size_t cycle_ = 0;
 };
 

@@ -1,6 +1,8 @@
 #include "text/run_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -164,6 +166,22 @@ std::string_view change_text(runtime::LeaseChange::Kind kind) {
   return "expired";
 }
 
+nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupReport>& groups) {
+  auto rows = nlohmann::json::array();
+  for (const auto& group : groups)
+    rows.push_back({{"name", group.name}, {"axes", group.axes}, {"state", group.state}, {"owner", group.owner}});
+  return rows;
+}
+
+std::string groups_to_text(const std::vector<runtime::AxisGroupReport>& groups) {
+  std::string text = groups.empty() ? "" : "\n";
+  for (const auto& group : groups) {
+    text += fmt::format("  group {} ({}): {}\n", group.name, fmt::join(group.axes, ", "),
+                        group.state.empty() ? "not commanded" : group.state);
+  }
+  return text;
+}
+
 nlohmann::json authority_to_json(const std::vector<runtime::AuthorityRecord>& records) {
   auto rows = nlohmann::json::array();
   for (const auto& record : records) {
@@ -224,6 +242,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                              {"recoveries", report.recoveries},
                              {"files", std::move(files)}};
   if (!report.interfaces.empty()) document["interfaces"] = interfaces_to_json(report.interfaces);
+  if (!report.axis_groups.empty()) document["axis_groups"] = groups_to_json(report.axis_groups);
   if (report.ring) {
     document["ring"] = {{"state", ring_state(report.ring->status.state)},
                         {"merged", report.ring->merged},
@@ -277,6 +296,7 @@ std::string to_text(const runtime::RunReport& report) {
   if (!report.axes.empty()) {
     text += axes_to_text(report.axes, report.increments);
   }
+  text += groups_to_text(report.axis_groups);
   text += telemetry_to_text(report.telemetry);
   if (report.eoe) text += fmt::format("\n  EoE\n{}\n", to_text(*report.eoe));
   if (!report.gateway_clients.empty()) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "axis/axis_entries.hpp"
+#include "driveline/ecat_master/axis/axis_compensation.hpp"
 #include "driveline/ecat_master/axis/axis_objects.hpp"
 #include "driveline/ecat_master/axis/mode_change.hpp"
 
@@ -94,6 +95,12 @@ ModeChange::Settings change_settings(const AxisConfig& config) {
           kShareOfRated * config.rated_torque, config.inertia};
 }
 
+std::unique_ptr<AxisCompensation> compensation_of(const AxisConfig& config) {
+  if (!config.compensation) return nullptr;
+  return std::make_unique<AxisCompensation>(config.compensation, std::chrono::duration<double>(config.period).count(),
+                                            delay_of(config), 1.0 / config.increments_per_unit);
+}
+
 }  // namespace
 
 const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept {
@@ -153,7 +160,8 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       profile_(place, pdos,
                {config_.limits.max_velocity, config_.limits.max_acceleration, config_.limits.max_acceleration,
                 config_.increments_per_unit}),
-      change_(std::make_unique<ModeChange>(change_settings(config_))) {
+      change_(std::make_unique<ModeChange>(change_settings(config_))),
+      compensation_(compensation_of(config_)) {
   note_change();
 }
 
@@ -227,12 +235,36 @@ double Axis::position_of(std::int32_t increments) const noexcept {
   std::int64_t step = std::int64_t{increments} - last_count_;
   if (step > range_ / 2) step -= range_;
   if (step < -range_ / 2) step += range_;
-  return static_cast<double>(count_ + step) / scale_;
+  return of_axis(static_cast<double>(count_ + step) / scale_);
+}
+
+double Axis::of_axis(double drive_position) const noexcept {
+  return compensation_ ? compensation_->axis_position(drive_position) : drive_position;
+}
+
+/// At the position of the inputs.
+double Axis::velocity_of_axis(double drive_velocity) const noexcept {
+  return compensation_ ? compensation_->axis_velocity(drive_velocity, inputs_.position) : drive_velocity;
 }
 
 void Axis::recount() noexcept {
   count_ = last_count_;
-  inputs_.position = static_cast<double>(count_) / scale_;
+  if (compensation_) compensation_->begin();
+  inputs_.position = of_axis(static_cast<double>(count_) / scale_);
+}
+
+Axis::Homed Axis::home(const Homed& before, double called, bool forward) noexcept {
+  if (!compensation_ || !compensation_->when_homed()) return before;
+  const auto [mark, setpoint] = compensation_->begin(before.mark, called, forward, before.setpoint);
+  inputs_.position = of_axis(static_cast<double>(count_) / scale_);
+  return {mark, setpoint};
+}
+
+/// Only setpoints have a direction: where the axis is led by a torque, or by its drive, its position trembles.
+void Axis::compensate(bool moving, const trajectory::AxisSetpoint& setpoint) noexcept {
+  const bool by_torque = mode_ == cia402::Mode::kCyclicTorque && setpoint.torque.has_value();
+  const bool led = moving && !by_torque && (by_positions(mode_) || cyclic(mode_));
+  led ? compensation_->advance(setpoint.position) : compensation_->rest();
 }
 
 /// It has done what the last outputs say.
@@ -258,13 +290,16 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   inputs_.mode = take(mode_display_, image);
   inputs_.state = cia402::decode_state(inputs_.status_word);
   passing_ = passing_ && !shows_mode();
+  const bool follows = shows_mode() && (inputs_.status_word & cia402::status_bit::kFollowsSetpoints) != 0;
+  followed_ = inputs_.state == snapshot::AxisState::kOperationEnabled && (followed_ || follows);
   count(take(actual_position_, image));
-  inputs_.position = static_cast<double>(count_) / scale_;
-  inputs_.velocity = take(actual_velocity_, image) / scale_;
+  if (compensation_ && fresh_) compensation_->look(by_positions(mode_));
+  inputs_.position = of_axis(static_cast<double>(count_) / scale_);
+  inputs_.velocity = velocity_of_axis(take(actual_velocity_, image) / scale_);
   inputs_.torque = take(actual_torque_, image) * nm_per_permille_;
   inputs_.drive_following_error = take(following_error_object_, image) / scale_;
   if (demand_position_) inputs_.demand_position = position_of(take(demand_position_, image));
-  if (demand_velocity_) inputs_.demand_velocity = take(demand_velocity_, image) / scale_;
+  if (demand_velocity_) inputs_.demand_velocity = velocity_of_axis(take(demand_velocity_, image) / scale_);
   if (demand_torque_) inputs_.demand_torque = take(demand_torque_, image) * nm_per_permille_;
   if (digital_inputs_) inputs_.digital_inputs = take(digital_inputs_, image);
 }
@@ -341,6 +376,7 @@ double Axis::velocity_loop(double velocity) noexcept {
 /// The last setpoint stands for the first of them, and the next one belongs behind them all.
 void Axis::skip(std::int64_t periods) noexcept {
   if (pending_) change_->skip(periods - 1, mode_);
+  if (compensation_) compensation_->skip(periods);
   const double step = setpoints_.whole_cycles() > 0 ? setpoints_.ago(0) - setpoints_.ago(1) : 0.0;
   for (std::int64_t period = 1; period < periods; ++period) setpoints_.push(setpoints_.ago(0) + step);
 }
@@ -438,6 +474,7 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   }
   put(control_word_, image, targets_.control_word);
   put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));
+  if (compensation_) compensate(moving, setpoint);
   write_targets(image);
   probe_.write(image);
   profile_.write(image);
@@ -465,13 +502,16 @@ double Axis::followed_setpoint() const noexcept {
 /// Sums of targets and offsets are right in the mode of the drive, and in every mode while that changes.
 void Axis::write_targets(std::span<std::byte> image) const noexcept {
   const double permille = 1.0 / nm_per_permille_;
-  const double velocity = velocity_by_offset_ ? targets_.feed_velocity : 0.0;
+  AxisCompensation::Told told{targets_.position};
+  if (compensation_) told = compensation_->told(targets_.position);
+  const double velocity = velocity_by_offset_ ? told.slope * targets_.feed_velocity + told.velocity : 0.0;
   const double torque = torque_by_offset_ ? targets_.feed_torque : 0.0;
-  const auto position = wrapped(targets_.position * scale_);
+  const auto position = wrapped(told.position * scale_);
   put(target_position_, image, position);
   put(interpolation_data_, image, position);
   put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale_));
-  put(target_velocity_, image, saturate<std::int32_t>((targets_.velocity - velocity) * scale_));
+  const double sum = told.slope * targets_.velocity + told.velocity;
+  put(target_velocity_, image, saturate<std::int32_t>((sum - velocity) * scale_));
   const auto offset = saturate<std::int16_t>(torque * permille);
   put(torque_offset_, image, offset);
   // Their sum is rounded once.

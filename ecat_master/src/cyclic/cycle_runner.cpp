@@ -29,6 +29,8 @@ void RealtimeRunner::run(std::stop_token stop) noexcept {
   const auto before = rt::ThreadUsage::now();
   timer_.start(core_.first_grid(clock_.now() + kPeriodsAhead * timer_.period()));
   while (!stop.stop_requested()) {
+    timer_.sleep_ahead();
+    core_.prepare();
     core_.cycle(timer_.wait_next());
     timer_.shift_phase(core_.grid_shift());
   }

@@ -39,14 +39,19 @@ void CycleTrace::end() noexcept {
 /// The one that is left out next is known before, so that an ordinary cycle costs one comparison.
 void CycleTrace::keep_if_bad() noexcept {
   if (worst_count_ < worst_.size()) {
-    worst_[worst_count_++] = present_;
+    keep(worst_count_++);
     if (worst_count_ < worst_.size()) return;
   } else if (spans_less(worst_[least_bad_], present_)) {
-    worst_[least_bad_] = present_;
+    keep(least_bad_);
   } else {
     return;
   }
   least_bad_ = static_cast<std::size_t>(std::min_element(worst_.begin(), worst_.end(), spans_less) - worst_.begin());
+}
+
+void CycleTrace::keep(std::size_t place) noexcept {
+  worst_[place] = present_;
+  if (log_ != nullptr) switches_[place].count = log_->look(present_.due, switches_[place].found);
 }
 
 void CycleTrace::clear() noexcept {
@@ -56,7 +61,10 @@ void CycleTrace::clear() noexcept {
 std::vector<TracedCycle> CycleTrace::cycles() const {
   std::vector<TracedCycle> all;
   all.reserve(size_ + worst_count_);
-  for (std::size_t i = 0; i < worst_count_; ++i) all.push_back({worst_[i]});
+  for (std::size_t i = 0; i < worst_count_; ++i) {
+    const auto& [found, count] = switches_[i];
+    all.push_back({worst_[i], 0, {found.rend() - static_cast<std::ptrdiff_t>(count), found.rend()}});
+  }
   // The first of cycles that are equally bad comes first.
   std::sort(all.begin(), all.end(), [](const TracedCycle& a, const TracedCycle& b) {
     const auto longer = a.stamps.span(), shorter = b.stamps.span();
@@ -67,8 +75,8 @@ std::vector<TracedCycle> CycleTrace::cycles() const {
   std::sort(all.begin(), all.end(), by_number);
   const auto worst = static_cast<std::ptrdiff_t>(all.size());
   for (std::size_t i = 0; i < size_; ++i) {
-    const TracedCycle cycle{ring_[(next_ + ring_.size() - size_ + i) % ring_.size()]};
-    if (!std::binary_search(all.begin(), all.begin() + worst, cycle, by_number)) all.push_back(cycle);
+    TracedCycle cycle{ring_[(next_ + ring_.size() - size_ + i) % ring_.size()], 0, {}};
+    if (!std::binary_search(all.begin(), all.begin() + worst, cycle, by_number)) all.push_back(std::move(cycle));
   }
   std::inplace_merge(all.begin(), all.begin() + worst, all.end(), by_number);
   return all;

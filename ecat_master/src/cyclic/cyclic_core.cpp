@@ -166,6 +166,7 @@ void CyclicCore::note_absence(const rt::CycleStart& start) noexcept {
   absence.cycle = cycle_number_;
   if (motion_ != nullptr) {
     absence.effect = motion_->resume(start.cycle, start.missed, image_.outputs());
+    prepared_ = false;
     absence.path_late = motion_->path_late();
   }
   absences_.try_push(absence);
@@ -222,6 +223,15 @@ bool CyclicCore::due(const CyclicFrame& frame) const noexcept {
   return frame.results().empty() || tallies_[frame.group()].due;
 }
 
+bool CyclicCore::zeroed(const CyclicFrame& frame) const noexcept {
+  return groups_[frame.group()].outputs_zeroed.load(std::memory_order_relaxed);
+}
+
+void CyclicCore::prepare() noexcept {
+  for (auto& frame : frames_) frame.prepare(image_, zeroed(frame));
+  prepared_ = true;
+}
+
 void CyclicCore::send() noexcept {
   awaited_ = 0;
   received_at_ = {};
@@ -229,12 +239,14 @@ void CyclicCore::send() noexcept {
     if (!due(frame)) continue;
     const bool first = &frame == &frames_.front();
     if (first && settings_.clocks != nullptr) frame.set_drift(settings_.clocks->next(clock_.now()));
-    const bool zero = groups_[frame.group()].outputs_zeroed.load(std::memory_order_relaxed);
+    const bool zero = zeroed(frame);
+    if (!prepared_ || zero != frame.outputs_are_zero()) frame.prepare(image_, zero);
     // A frame that could not be sent is counted as lost at the end of the cycle.
-    static_cast<void>(frame.send(port_, image_, FrameTag{settings_.instance, ++sequence_}, zero));
+    static_cast<void>(frame.send(port_, FrameTag{settings_.instance, ++sequence_}));
     ++awaited_;
     if (first) sent_at_ = port_.last_send_time();
   }
+  prepared_ = false;
   take_what_is_back();
   sequence_ = acyclic_.send_due(port_, FrameTag{settings_.instance, sequence_}).sequence;
 }

@@ -88,10 +88,8 @@ void CyclicFrame::set_drift(const dc::DriftDatagram& drift) noexcept {
   wire::store_le<std::uint32_t>(std::span(buffer_).subspan(drift_place_->data(), drift_place_->length), drift.time);
 }
 
-port::SendStatus CyclicFrame::send(port::Port& port, const ProcessImage& image, FrameTag tag,
-                                   bool zero_outputs) noexcept {
-  const auto mac = tag.to_mac();
-  std::copy(mac.begin(), mac.end(), buffer_.begin() + 6);
+void CyclicFrame::prepare(const ProcessImage& image, bool zero_outputs) noexcept {
+  zero_outputs_ = zero_outputs;
   for (const auto& part : parts_) {
     if (part.datagram.command == wire::Command::kLrd) continue;
     if (zero_outputs) {
@@ -101,6 +99,11 @@ port::SendStatus CyclicFrame::send(port::Port& port, const ProcessImage& image, 
       copy(image.outputs().subspan(part.datagram.offset), buffer_, part.place.data(), part.datagram.bytes);
     }
   }
+}
+
+port::SendStatus CyclicFrame::send(port::Port& port, FrameTag tag) noexcept {
+  const auto mac = tag.to_mac();
+  std::copy(mac.begin(), mac.end(), buffer_.begin() + 6);
   tag_ = tag;
   awaited_ = true;
   received_ = false;

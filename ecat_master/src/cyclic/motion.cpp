@@ -381,11 +381,11 @@ void Motion::plan_stop() noexcept {
   }
 }
 
-bool Motion::all_enabled() const noexcept {
+bool Motion::all_ready() const noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool left_out =
         absences_[i].presence == AxisPresence::kMissing && axes_[i].config().on_loss == LossPolicy::kContinue;
-    if (!left_out && !axes_[i].enabled()) return false;
+    if (!left_out && !axes_[i].ready()) return false;
   }
   return true;
 }

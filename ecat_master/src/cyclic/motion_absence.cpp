@@ -1,5 +1,6 @@
 // Axes that are missing for a while, and come back.
 #include <algorithm>
+#include <cmath>
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
 
@@ -45,7 +46,7 @@ void Motion::watch_enabling(std::int64_t cycle) noexcept {
       set_presence(i, missing ? AxisPresence::kPresent : AxisPresence::kMissing, cycle);
     if (arresting(i) && following_watches_[i].judge(cycle, axes_[i].following_error(), true))
       return fail(MotionFailure::Cause::kFollowingError, i, cycle);
-    if (absences_[i].presence == AxisPresence::kMissing || axes_[i].enabled()) continue;
+    if (absences_[i].presence == AxisPresence::kMissing || axes_[i].ready()) continue;
     const double waited = seconds(cycle - std::max(phase_start_, absences_[i].since));
     if (waited > std::chrono::duration<double>(settings_.enable_timeout).count())
       return fail(enable_failure(i), i, cycle);
@@ -67,7 +68,8 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
       if (phase_ != MotionPhase::kStopping && !brakes(axis, cycle)) set_presence(axis, AxisPresence::kEnabling, cycle);
       break;
     case AxisPresence::kEnabling:
-      if (axes_[axis].enabled()) {
+      // One that coasts is braked at once; one that stands waits for its brake.
+      if (axes_[axis].ready() || (axes_[axis].enabled() && std::abs(setpoints_[axis].velocity) > 0.0)) {
         anchor(axis);
         if (!begins_in_range(axis, cycle)) return;
         // With the velocity that it has, should it coast.

@@ -5,11 +5,11 @@
 
 namespace driveline::ecat_master {
 
-/// The approach begins when all have power and stand.
+/// The approach begins when all have power, follow setpoints, and stand.
 void Motion::advance_enabling(std::int64_t cycle) noexcept {
   bool at_rest = true;
   for (std::size_t i = 0; i < axes_.size(); ++i) at_rest = arrest(i) && at_rest;
-  if (!at_rest || !all_enabled()) return;
+  if (!at_rest || !all_ready()) return;
   std::copy(setpoints_.begin(), setpoints_.end(), targets_.begin());
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (axes_[i].enabled()) anchor(i);

@@ -136,6 +136,7 @@ void ClockFollower::publish(std::optional<Nanoseconds> error) noexcept {
   status.cause = follows ? controller_.cause() : detector_.cause();
   status.ppm = follows ? controller_.ppm() : 0.0;
   status.mean_error_ns = follows ? controller_.mean_error_ns() : detector_.mean_error_ns();
+  status.noise_ns = follows ? controller_.noise_ns() : 0.0;
   status.silent = silent_;
   if (locked_ && !status.locked) ++unlocks_;
   locked_ = status.locked;
@@ -154,6 +155,7 @@ ClockFollower::Status ClockFollower::status() noexcept {
 
 Error not_locked(const ClockFollower::Status& status, const ClockFollower& follower) noexcept {
   return {facts::NotLocked{.cause = status.cause,
+                           .noise_ns = static_cast<std::uint32_t>(std::clamp(status.noise_ns, 0.0, 1e9)),
                            .mean_error = nanoseconds{std::llround(status.mean_error_ns)},
                            .window = nanoseconds{static_cast<std::int64_t>(follower.lock_window_ns())}}};
 }

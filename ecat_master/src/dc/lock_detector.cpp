@@ -7,7 +7,15 @@ namespace driveline::ecat_master::dc {
 namespace {
 
 constexpr double kMeanShare = 1.0 / 16.0;
+constexpr double kLeastMeanShare = 1.0 / 1024.0;
 constexpr double kUnlockFactor = 4.0;
+
+/// Of a measurement in the mean. Independent measurements of deviation s leave one of s * sqrt(share / 2) in a mean to
+/// which each adds that share.
+double mean_share(double noise_ns, double window_ns) noexcept {
+  const double wanted = window_ns / 4.0;
+  return std::clamp(2.0 * wanted * wanted / std::max(noise_ns * noise_ns, 1.0), kLeastMeanShare, kMeanShare);
+}
 
 }  // namespace
 
@@ -18,13 +26,13 @@ LockDetector::Settings LockDetector::Settings::for_period(std::chrono::nanosecon
   return {static_cast<double>(period.count()) * 0.01, cycles, cycles / 4, cycles * 2};
 }
 
-void LockDetector::update(std::optional<double> error_ns) noexcept {
+void LockDetector::update(std::optional<double> error_ns, double noise_ns) noexcept {
   if (!error_ns) {
     if (++missing_ >= settings_.coast_cycles) lose(LockCause::kNoReference);
     return;
   }
   missing_ = 0;
-  mean_error_ += kMeanShare * (*error_ns - mean_error_);
+  mean_error_ += mean_share(noise_ns, settings_.window_ns) * (*error_ns - mean_error_);
   const double error = std::abs(mean_error_);
   inside_ = error <= settings_.window_ns ? inside_ + 1 : 0;
   outside_ = error > kUnlockFactor * settings_.window_ns ? outside_ + 1 : 0;

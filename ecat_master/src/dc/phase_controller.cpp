@@ -9,6 +9,14 @@ namespace {
 
 constexpr double kMinBandwidth = 0.01;  // rad per cycle
 constexpr double kMaxBandwidth = 0.25;
+constexpr double kNarrowestBandwidth = 0.001;
+/// However noisy it is: within this time to 1 %, which takes so many cycles over the bandwidth.
+constexpr double kLongestSettlingNs = 1e9;
+constexpr double kSettlingCycles = 7.0;
+/// Share of a period that the noise of measurements may move the grid by, as a standard deviation.
+constexpr double kGridNoise = 1.0 / 400.0;
+/// Of the power of the noise, (kp + 2 ki / kp) / 2 gets into the grid.
+constexpr double kNoisePower = 1.5;
 /// A measurement is an outlier beyond this many mean deviations.
 constexpr double kOutlierSpreads = 8.0;
 /// After this many cycles at the frequency limit it is not noise.
@@ -26,10 +34,19 @@ double or_share(PhaseController::Nanoseconds value, double period_ns, double sha
 PhaseController::PhaseController(const Settings& settings) noexcept
     : settings_(settings),
       period_ns_(static_cast<double>(std::max<std::int64_t>(settings.period.count(), 1))),
+      widest_(
+          std::clamp(2.0 * std::numbers::pi * settings.bandwidth_hz * period_ns_ * 1e-9, kMinBandwidth, kMaxBandwidth)),
+      narrowest_(std::min(widest_, std::max(kNarrowestBandwidth, kSettlingCycles * period_ns_ / kLongestSettlingNs))),
       outlier_floor_(or_share(settings.outlier_floor, period_ns_, 0.01)),
       lock_(LockDetector::Settings::for_period(settings.period)) {
-  const double wanted = 2.0 * std::numbers::pi * settings.bandwidth_hz * period_ns_ * 1e-9;
-  const double bandwidth = std::clamp(wanted, kMinBandwidth, kMaxBandwidth);
+  choose_gains();
+}
+
+void PhaseController::choose_gains() noexcept {
+  const double noise = noise_ns();
+  const double allowed = kGridNoise * period_ns_;
+  const double quiet = allowed * allowed / (kNoisePower * std::max(noise * noise, 1.0));
+  const double bandwidth = std::clamp(quiet, narrowest_, widest_);
   kp_ = 2.0 * bandwidth;
   ki_ = bandwidth * bandwidth;
 }
@@ -43,7 +60,8 @@ PhaseController::Nanoseconds PhaseController::update(std::optional<Nanoseconds> 
   const bool measured = error && plausible(static_cast<double>(error->count()));
   double shift = -integral_;
   if (measured) {
-    lock_.update(static_cast<double>(error->count()));
+    choose_gains();
+    lock_.update(static_cast<double>(error->count()), noise_ns());
     shift = control(static_cast<double>(error->count()));
   } else {
     lock_.update(std::nullopt);
@@ -55,13 +73,15 @@ PhaseController::Nanoseconds PhaseController::update(std::optional<Nanoseconds> 
 /// Updates what is expected of the next measurement.
 bool PhaseController::plausible(double error) noexcept {
   const double deviation = std::abs(error - expected_);
-  const bool suspicious = primed_ && deviation > std::max(outlier_floor_, kOutlierSpreads * spread_);
+  const double limit = std::max(outlier_floor_, kOutlierSpreads * spread_);
+  const bool suspicious = primed_ && deviation > limit;
+  // What is beyond the limit counts as if it were at it: one of them hardly moves the limit, and where many are the
+  // limit comes to hold them.
+  if (primed_) spread_ += kSpreadShare * (std::min(deviation, limit) - spread_);
   if (suspicious && ++suspicious_ <= settings_.outliers_believed) {
     ++outliers_;
     return false;
   }
-  // An outlier that is followed in the end is a step, not noise: it does not count for the spread.
-  if (primed_ && !suspicious) spread_ += kSpreadShare * (deviation - spread_);
   if (suspicious || !primed_) lock_.jump(error);
   suspicious_ = 0;
   primed_ = true;

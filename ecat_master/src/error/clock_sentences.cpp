@@ -6,14 +6,19 @@
 namespace driveline::ecat_master {
 namespace {
 
+std::string how_uneven(const facts::NotLocked& facts) {
+  if (facts.noise_ns == 0) return {};
+  return fmt::format("; single ones vary by {} ns", facts.noise_ns);
+}
+
 std::string why_not_locked(const facts::NotLocked& facts) {
   using Cause = dc::LockCause;
   switch (facts.cause) {
     case Cause::kNone:
     case Cause::kAcquiring:
     case Cause::kPhaseError:
-      return fmt::format("its frames are {} ns off their phase on average and do not stay within {} ns of it",
-                         facts.mean_error.count(), facts.window.count());
+      return fmt::format("its frames are {} ns off their phase on average and do not stay within {} ns of it{}",
+                         facts.mean_error.count(), facts.window.count(), how_uneven(facts));
     case Cause::kNoReference:
       return "the reference clock does not answer";
     case Cause::kFrequencyLimit:

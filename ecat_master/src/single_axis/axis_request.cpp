@@ -24,6 +24,8 @@ std::string_view to_text(AxisCommand command) noexcept {
       return "move_additive";
     case AxisCommand::kMoveSuperimposed:
       return "move_superimposed";
+    case AxisCommand::kHaltSuperimposed:
+      return "halt_superimposed";
     case AxisCommand::kMoveVelocity:
       return "move_velocity";
     case AxisCommand::kFollow:
@@ -154,6 +156,16 @@ std::string_view to_text(AxisError error) noexcept {
       return "the drive has not taken its target";
     case AxisError::kTargetTimeout:
       return "the drive has not reached its target in time";
+    case AxisError::kInGroup:
+      return "the axis is led by its group, which must be disabled first";
+    case AxisError::kGantryFollower:
+      return "the axis is the follower of a gantry: its leader is commanded";
+    case AxisError::kGantry:
+      return "a gantry cannot do it: each of its axes would go by itself";
+    case AxisError::kGantryPartner:
+      return "the other axis of its gantry has failed";
+    case AxisError::kSkew:
+      return "its gantry was out of skew";
   }
   return "?";
 }

@@ -183,7 +183,8 @@ class Couplings::Feed final : public SetpointFeed {
 
   /// Missed periods and lost frames take the axis beside what it was told to do, so do its own limits.
   void notice_detours() noexcept {
-    const auto now = named(axes_.axis(pair_.slave));
+    auto now = named(axes_.axis(pair_.slave));
+    now.position -= axes_.axis(pair_.slave).on_top();
     detoured_ = std::abs(now.position - slave_.position) > kSamePlace * (1.0 + std::abs(slave_.position));
     if (!detoured_) return;
     slave_ = now;

@@ -3,13 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace driveline::ecat_master {
 namespace {
 
 /// Requests that may wait for the cycle, and those that it takes at a time: planning a motion takes some microseconds.
-constexpr std::size_t kRequests = 256;
+constexpr std::size_t kRequests = 512;
+/// Of these for stops alone, which nobody keeps out by asking for other things.
+constexpr std::size_t kRoomForStops = 256;
 constexpr std::size_t kRequestsPerCycle = 4;
+
+bool stops(AxisCommand command) noexcept {
+  return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
+}
 
 void check(const Axis& axis) {
   const auto& limits = axis.config().limits;
@@ -45,7 +52,8 @@ SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
       setpoints_(axes_.size()),
       led_(axes_.size()),
       requests_(kRequests),
-      shared_(std::make_unique<Shared[]>(axes_.size())) {
+      shared_(std::make_unique<Shared[]>(axes_.size())),
+      feed_of_(axes_.size()) {
   for (auto& axis : axes_) {
     check(axis);
     single_.emplace_back(axis, table_, settings);
@@ -56,18 +64,43 @@ SingleAxes::~SingleAxes() = default;
 
 void SingleAxes::add_feed(SetpointFeed& feed, std::vector<std::size_t> axes) {
   if (axes.size() != feed.axis_count()) throw std::invalid_argument("single axes: a feed moves another number of axes");
-  for (const auto axis : axes) {
+  for (std::size_t place = 0; place < axes.size(); ++place) {
+    const auto axis = axes[place];
     if (axis >= axes_.size()) throw std::invalid_argument("single axes: a feed for an axis that there is not");
     if (single_[axis].fed()) throw std::invalid_argument("single axes: an axis has a feed already");
-    single_[axis].set_fed();
+    single_[axis].set_fed(feed.keeps_ranges());
+    feed_of_[axis] = {&feed, place};
   }
   std::vector<trajectory::AxisSetpoint> setpoints(axes.size());
   feeds_.push_back({&feed, std::move(axes), std::move(setpoints), std::vector<char>(feed.axis_count())});
 }
 
+void SingleAxes::add_gantry(const GantrySettings& settings) {
+  const auto [leader, follower] = std::pair{settings.leader, settings.follower};
+  if (leader >= axes_.size() || follower >= axes_.size() || leader == follower)
+    throw std::invalid_argument("single axes: a gantry is of two axes that there are");
+  if (gantry_of(leader) || gantry_of(follower) || single_[follower].fed())
+    throw std::invalid_argument("single axes: an axis is in a gantry, or has a feed, already");
+  gantries_.push_back(std::make_unique<Gantry>(single_[leader], single_[follower], table_, settings, period_s_));
+}
+
+std::optional<std::size_t> SingleAxes::gantry_of(std::size_t axis) const noexcept {
+  for (std::size_t i = 0; i < gantries_.size(); ++i) {
+    if (gantries_[i]->has(axis)) return i;
+  }
+  return std::nullopt;
+}
+
+/// To the axis itself, or to the gantry that it belongs to.
+void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept {
+  const auto gantry = gantry_of(axis);
+  gantry ? gantries_[*gantry]->take(axis, id, request) : single_[axis].take(id, request);
+}
+
 std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) noexcept {
   const std::lock_guard lock(door_);
   if (axis >= axes_.size()) return 0;
+  if (!stops(request.command) && requests_.size() >= kRequests - kRoomForStops) return 0;
   const auto id = table_.add();
   return requests_.try_push({id, static_cast<std::uint32_t>(axis), request}) ? id : 0;
 }
@@ -75,8 +108,23 @@ std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) n
 std::uint64_t SingleAxes::submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept {
   if (axis >= axes_.size()) return 0;
   const auto id = table_.add();
-  single_[axis].take(id, request);
+  take(axis, id, request);
   return id;
+}
+
+void SingleAxes::take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
+  const auto& [feed, place] = feed_of_[axis];
+  if (feed == nullptr || !feed->take(place, request, asked)) hand_on(axis, request, asked);
+}
+
+std::uint64_t SingleAxes::follow_in_cycle(std::size_t axis) noexcept {
+  const auto id = table_.add();
+  hand_on(axis, id, {.command = AxisCommand::kFollow});
+  return id;
+}
+
+void SingleAxes::pass_on_in_cycle(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
+  hand_on(axis, request, asked);
 }
 
 AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
@@ -145,9 +193,11 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
 
 void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   for (auto& one : single_) one.begin_cycle(cycle, took_);
+  for (auto& gantry : gantries_) gantry->watch();
   NumberedRequest request;
   for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i)
-    single_[request.axis].take(request.id, request.request);
+    take(request.axis, request.id, request.request);
+  for (auto& each : feeds_) each.feed->begin_cycle();
   advance();
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     setpoints_[i] = single_[i].setpoint();
@@ -157,13 +207,13 @@ void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept
 }
 
 /// Each axis once: those that follow nothing first, and then the feeds in the order in which they were added, so that a
-/// feed finds the setpoints of this cycle of the axes that lead its own.
+/// feed finds the setpoints of this cycle of the axes that lead its own. The followers of gantries come last.
 void SingleAxes::advance() noexcept {
   std::fill(led_.begin(), led_.end(), char{0});
   const auto join = [this](Feed& feed) {
     for (std::size_t i = 0; i < feed.axes.size(); ++i) {
       const auto& one = single_[feed.axes[i]];
-      const bool follows = one.follows();
+      const bool follows = one.follows() && !one.in_formation();
       led_[feed.axes[i]] = static_cast<char>(follows);
       if (follows == (feed.joined[i] != 0)) continue;
       feed.joined[i] = static_cast<char>(follows);
@@ -177,14 +227,20 @@ void SingleAxes::advance() noexcept {
     }
   };
   for (auto& feed : feeds_) join(feed);
+  for (const auto& gantry : gantries_) led_[gantry->settings().follower] = 1;
   for (std::size_t i = 0; i < single_.size(); ++i) {
     if (led_[i] == 0) single_[i].advance(nullptr);
   }
   for (auto& feed : feeds_) advance(feed);
+  for (auto& gantry : gantries_) gantry->advance();
+}
+
+bool SingleAxes::followed(const Feed& feed) noexcept {
+  return std::any_of(feed.joined.begin(), feed.joined.end(), [](char joined) { return joined != 0; });
 }
 
 void SingleAxes::advance(Feed& feed) noexcept {
-  if (std::none_of(feed.joined.begin(), feed.joined.end(), [](char joined) { return joined != 0; })) return;
+  if (!followed(feed)) return;
   const bool goes_on = feed.feed->next(period_s_, feed.setpoints);
   for (std::size_t i = 0; i < feed.axes.size(); ++i) {
     if (feed.joined[i] == 0) continue;
@@ -194,6 +250,9 @@ void SingleAxes::advance(Feed& feed) noexcept {
 
 AbsenceEffect SingleAxes::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
   auto effect = AbsenceEffect::kNone;
+  for (auto& each : feeds_) {
+    if (followed(each)) each.feed->skip(missed);
+  }
   for (auto* const signal : signals_) signal->skip(missed);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     effect = std::max(effect, single_[i].resume(cycle, missed));

@@ -88,7 +88,10 @@ void SingleAxis::stop_for_position() noexcept {
   stop_by_ramp(AxisError::kPosition);
 }
 
-/// By a ramp of the setpoint: the drive itself may be well.
+void SingleAxis::stop_with_partner(bool by_ramp) noexcept {
+  by_ramp ? stop_by_ramp(AxisError::kGantryPartner) : fail(AxisError::kGantryPartner);
+}
+
 void SingleAxis::stop_by_ramp(AxisError error) noexcept {
   const bool was_powered = powered();
   const auto from = setpoint_;
@@ -164,7 +167,8 @@ void SingleAxis::advance_powerless() noexcept {
   if (!axis_->enabled()) setpoint_ = axis_->held();
   switch (power_) {
     case Power::kEnabling:
-      if (!axis_->enabled()) break;
+      // One that coasts is braked at once; one that stands waits for its brake.
+      if (!axis_->ready() && !(axis_->enabled() && std::abs(setpoint_.velocity) > 0.0)) break;
       begin_powered();
       break;
     case Power::kQuickStop:

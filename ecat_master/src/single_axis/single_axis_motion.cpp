@@ -300,7 +300,9 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   }
   if (follows()) return follow(fed);
   const auto target = generator_.advance(period_s_);
-  if (beside_) {
+  if (superimposed_) {
+    step_on_top(target);
+  } else if (beside_) {
     step_back_to(target);
   } else {
     step_to(target);
@@ -338,8 +340,12 @@ void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {
 /// A feed is believed as far as the limits of the axis go.
 AxisSetpoint SingleAxis::led_by(const AxisSetpoint& fed) noexcept {
   const auto& limits = axis_->config().limits;
-  const AxisSetpoint target{fed.position - offset_, std::clamp(fed.velocity, -limits.max_velocity, limits.max_velocity),
-                            std::clamp(fed.acceleration, -limits.max_acceleration, limits.max_acceleration)};
+  const auto& beside = superimposed_ ? on_top_.advance(period_s_) : on_top_.state();
+  const double velocity = fed.velocity + beside.velocity;
+  const double acceleration = fed.acceleration + beside.acceleration;
+  const AxisSetpoint target{fed.position - offset_ + beside.position,
+                            std::clamp(velocity, -limits.max_velocity, limits.max_velocity),
+                            std::clamp(acceleration, -limits.max_acceleration, limits.max_acceleration)};
   return rejoin_.step(target, period_s_);
 }
 
@@ -349,11 +355,12 @@ void SingleAxis::go_back_at_once() noexcept {
 }
 
 void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
-  const bool leaves = leaves_range({setpoint_.position, step_velocity_, 0.0});
+  const bool leaves = !fed_in_range_ && leaves_range({setpoint_.position, step_velocity_, 0.0});
   if (!usable(fed) || leaves) {
     const auto error = leaves ? AxisError::kOutsideRange : AxisError::kFollowing;
     if (fed != nullptr) finish(active_->id, RequestPhase::kError, error);
     active_->request = {};
+    drop_superimposed();
     state_ = PlcopenState::kDiscreteMotion;
     replan();
     return step_to(generator_.advance(period_s_));
@@ -363,7 +370,9 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
   const auto led = led_by(*fed);
   beside_ ? step_back_to(led) : step_to(led);
   generator_.start_from(setpoint_);
-  if (rejoin_.joined() && !beside_) table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+  if (!rejoin_.joined() || beside_) return;
+  table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+  if (superimposed_) settle_superimposed();
 }
 
 /// The generator has reached its aim.
@@ -416,6 +425,8 @@ void SingleAxis::stay_at(double position) noexcept {
 
 /// At rest at its setpoint.
 void SingleAxis::rest() noexcept {
+  superimposed_ = false;
+  on_top_.start_from({});
   generator_.start_from({setpoint_.position, 0.0, 0.0});
   supply_.rest_at(setpoint_.position);
   last_target_ = setpoint_.position;

@@ -104,14 +104,25 @@ void SingleAxis::advance_search() noexcept {
 
 /// Whether it is done.
 bool SingleAxis::arrive_in_search() noexcept {
-  if (search_ == Search::kReturning) {
-    offset_ = active_->request.target - home_;
-    homed_ = snapshot::AxisHomed::kYes;
-    return true;
-  }
+  if (search_ == Search::kReturning) return name_home();
   if (search_ == Search::kArming) return false;
   finish_move(RequestPhase::kError, AxisError::kNoEdge);
   state_ = PlcopenState::kStandstill;
+  return false;
+}
+
+/// Whether the axis stands there: where a compensation takes effect now, the backlash is still to be gone.
+bool SingleAxis::name_home() noexcept {
+  const auto& asked = active_->request;
+  const auto homed = axis_->home({home_, setpoint_.position}, asked.target, asked.distance > 0.0);
+  offset_ = asked.target - homed.mark;
+  homed_ = snapshot::AxisHomed::kYes;
+  if (!(std::abs(homed.setpoint - setpoint_.position) > 0.0)) return true;
+  watch_.forget();
+  stay_at(homed.setpoint);
+  active_->target = homed.mark;
+  search_ = Search::kNone;
+  replan();
   return false;
 }
 

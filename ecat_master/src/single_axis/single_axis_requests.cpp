@@ -21,6 +21,7 @@ bool is_motion(AxisCommand command) noexcept {
     case AxisCommand::kMoveRelative:
     case AxisCommand::kMoveAdditive:
     case AxisCommand::kMoveSuperimposed:
+    case AxisCommand::kHaltSuperimposed:
     case AxisCommand::kMoveVelocity:
     case AxisCommand::kFollow:
     case AxisCommand::kTorque:
@@ -72,6 +73,7 @@ void SingleAxis::finish(std::uint64_t& id, RequestPhase phase, AxisError error) 
 }
 
 void SingleAxis::finish_move(RequestPhase phase, AxisError error) noexcept {
+  drop_superimposed();
   if (active_) finish(active_->id, phase, error);
   active_.reset();
   run_velocity_.reset();
@@ -177,6 +179,8 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
       return finish(id, RequestPhase::kDone);
     case AxisCommand::kMoveSuperimposed:
       return take_superimposed(id, request);
+    case AxisCommand::kHaltSuperimposed:
+      return take_halt_superimposed(id);
     case AxisCommand::kSetMode:
       return take_mode(id, request.mode);
     case AxisCommand::kHome:
@@ -286,6 +290,7 @@ void SingleAxis::take_superimposed(std::uint64_t id, const AxisRequest& request)
   const auto under_way = active_->request.command;
   const bool to_position = under_way == AxisCommand::kMoveAbsolute || under_way == AxisCommand::kMoveRelative ||
                            under_way == AxisCommand::kMoveAdditive;
+  if (!to_position && superimpose(id, request)) return;
   if (!to_position) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
   if (!in_range(active_->target + request.target)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
   finish(superimposed_request_, RequestPhase::kAborted);

@@ -98,6 +98,11 @@ void AxisDoor::close() {
   pending_.clear();
 }
 
+void AxisDoor::guard(GroupGuard* groups) {
+  const std::lock_guard guard(lock_);
+  groups_ = groups;
+}
+
 void AxisDoor::note(EventFacts facts) {
   const std::lock_guard guard(lock_);
   events_.push_back(std::move(facts));
@@ -287,6 +292,9 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   }
   if (coupling && LineCouplings::is_phase(request)) refusal.why = Why::kNotCoupled;
   if (refusal.error == AxisError::kFault) refusal.error_code = report.error_code;
+  if (const auto gantry = single_->gantry_of(axis)) {
+    refusal.skew = GantrySkew{single_->gantry_report(*gantry).stopped_at, single_->gantry_settings(*gantry).skew_limit};
+  }
   const auto range = range_of_requests(axes_[axis], report);
   if (refusal.error != AxisError::kOutsideRange || !range) return progress;
   refusal.software_limits = true;
@@ -362,7 +370,7 @@ void AxisDoor::watch_leases() {
 
 /// Homing is ended by a stop alone (PLCopen part 1, state diagram), which is withdrawn at once.
 void AxisDoor::stop_axis(std::size_t axis) {
-  if (single_ == nullptr) return;
+  if (single_ == nullptr || (groups_ != nullptr && groups_->bring_to_rest(axis))) return;
   const auto state = single_->axis_report(axis).state;
   if (state == PlcopenState::kDisabled || state == PlcopenState::kErrorStop || state == PlcopenState::kStopping) return;
   if (state == PlcopenState::kHoming) {
@@ -394,6 +402,7 @@ void AxisDoor::watch_leaving() {
   std::erase_if(leaving_, [this](const std::string& caller) {
     const auto his = [&](const Pending& pending) { return pending.caller.name == caller; };
     if (std::any_of(pending_.begin(), pending_.end(), his)) return false;
+    if (groups_ != nullptr && groups_->waits_for(caller)) return false;
     authority_.release_all(caller);
     return true;
   });

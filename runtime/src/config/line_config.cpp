@@ -5,13 +5,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/axis_group_reader.hpp"
 #include "config/axis_range_reader.hpp"
 #include "config/clock_config.hpp"
 #include "config/command_reader.hpp"
+#include "config/compensation_reader.hpp"
 #include "config/coupling_reader.hpp"
 #include "config/device_files.hpp"
 #include "config/eoe_reader.hpp"
 #include "config/fault_config.hpp"
+#include "config/gantry_reader.hpp"
 #include "config/gateway_reader.hpp"
 #include "config/process_data_reader.hpp"
 #include "config/slave_device_reader.hpp"
@@ -315,7 +318,7 @@ void check_feed_forward(const TomlReader& reader, const LineConfig& config, cons
     reader.fail("", fmt::format("a feed-forward of friction or gravity is no use: \"{}\" {}", slave.name, why));
 }
 
-ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
+ecat_master::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& directory, const LineConfig& config,
                                   std::optional<ecat_master::cia402::Mode> mode) {
   const auto& slaves = config.slaves;
   const auto& others = config.axes;
@@ -359,6 +362,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
   read_velocity_gain(reader, axis);
   axis.adds_offsets = reader.boolean_or("adds_offsets", false);
+  axis.follow_bit = reader.boolean_or("follow_bit", defaults.follow_bit);
   if (reader.has("position_tolerance")) {
     read_in_unit(reader, "position_tolerance", axis, 0.0, 1e6, axis.position_tolerance.emplace());
   }
@@ -366,6 +370,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const LineConfig& config,
   constexpr double kLongestDelay = 10'000.0;
   if (reader.has("setpoint_delay_cycles"))
     axis.setpoint_delay_cycles = reader.number("setpoint_delay_cycles", 0.0, kLongestDelay);
+  read_compensation(reader, directory, axis);
   reader.finish();
   return axis;
 }
@@ -426,17 +431,23 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   }
   if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
-  for (auto& reader : root.tables("axis")) config.axes.push_back(read_axis(std::move(reader), config, mode));
+  for (auto& reader : root.tables("axis"))
+    config.axes.push_back(read_axis(std::move(reader), file.parent_path(), config, mode));
   read_virtual_axes(root, config);
   read_process_data(root, config);
   complete_velocity_gains(config);
   check_moduli(root, config);
+  for (auto& reader : root.tables("axis_group"))
+    config.axis_groups.push_back(read_axis_group(std::move(reader), config));
   if (root.has("path")) read_path(root.table("path"), file.parent_path(), config);
   check_virtual_axes(root, config);
+  check_compensations(root, config);
   if (root.has("stream")) config.stream = read_stream(root.table("stream"), config.axes);
   if (config.stream && config.path) {
     root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
+  for (auto& reader : root.tables("gantry")) read_gantry(std::move(reader), config);
+  check_axis_groups(root, config);
   read_couplings(root, file.parent_path(), config);
   config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
   if (root.has("commands"))

@@ -77,6 +77,7 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kStop:
     case AxisCommand::kReleaseStop:
     case AxisCommand::kHalt:
+    case AxisCommand::kHaltSuperimposed:
     case AxisCommand::kFollow:
     case AxisCommand::kAbortTrigger:
       break;
@@ -112,9 +113,16 @@ std::string range_reason(const events::EventAxis& axis, double lowest, double hi
                      length(axis, highest));
 }
 
+std::string skew_text(const events::EventAxis& axis, const GantrySkew& skew) {
+  return fmt::format("its gantry was out of skew by {}, up to {} is possible", length(axis, skew.skew),
+                     length(axis, skew.limit));
+}
+
 /// Of an axis in ErrorStop.
-std::string failure_text(const events::EventAxis& axis, AxisError error, std::uint16_t code) {
+std::string failure_text(const events::EventAxis& axis, AxisError error, std::uint16_t code,
+                         const std::optional<GantrySkew>& skew) {
   const auto& range = axis.software_limits;
+  if (error == AxisError::kSkew && skew) return skew_text(axis, *skew);
   return error == AxisError::kOutsideRange && range ? range_reason(axis, range->min, range->max)
                                                     : error_text(error, code);
 }
@@ -159,6 +167,7 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
       return std::string(to_text(refusal.coupling));
     case Why::kByAxis:
       if (refusal.software_limits) return range_reason(axis, refusal.lowest, refusal.highest);
+      if (refusal.error == AxisError::kSkew && refusal.skew) return skew_text(axis, *refusal.skew);
       return error_text(refusal.error, refusal.error_code);
   }
   return "the line is not in operation";
@@ -216,13 +225,20 @@ std::string EventSentence::operator()(const events::AxisLeaseLost& facts) const 
 }
 
 std::string EventSentence::operator()(const events::AxisFailed& facts) const {
-  return fmt::format("axis {}: ErrorStop: {}; it stops, the others go on", facts.axis.name,
-                     failure_text(facts.axis, facts.error, facts.error_code));
+  const auto* const others = facts.skew ? "it stops with the other axis of its gantry" : "it stops, the others go on";
+  return fmt::format("axis {}: ErrorStop: {}; {}", facts.axis.name,
+                     failure_text(facts.axis, facts.error, facts.error_code, facts.skew), others);
 }
 
 std::string EventSentence::operator()(const events::AxisNotReset& facts) const {
   return fmt::format("axis {}: was in ErrorStop at the end: {}", facts.axis.name,
-                     failure_text(facts.axis, facts.error, 0));
+                     failure_text(facts.axis, facts.error, 0, facts.skew));
+}
+
+std::string EventSentence::operator()(const events::GantryAskew& facts) const {
+  return fmt::format("gantry of {} and {}: the skew is {}, beyond the {} of skew_warning; at {} both stop",
+                     facts.leader.name, facts.follower, length(facts.leader, facts.skew),
+                     length(facts.leader, facts.warning), length(facts.leader, facts.limit));
 }
 
 std::string EventSentence::operator()(const events::AxisRestored& facts) const {

@@ -63,6 +63,14 @@ class EventSentence {
   std::string operator()(const events::AxisFailed& facts) const;
   std::string operator()(const events::AxisNotReset& facts) const;
   std::string operator()(const events::AxisRestored& facts) const;
+  std::string operator()(const events::GantryAskew& facts) const;
+
+  // group_sentences.cpp
+  std::string operator()(const events::GroupRequested& facts) const;
+  std::string operator()(const events::GroupPathBegun& facts) const;
+  std::string operator()(const events::GroupRequestFailed& facts) const;
+  std::string operator()(const events::GroupFailed& facts) const;
+  std::string operator()(const events::GroupRestored& facts) const;
 
   // result_sentences.cpp
   std::string operator()(const events::NotInInit& facts) const;

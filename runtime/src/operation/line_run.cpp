@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <stdexcept>
 #include <thread>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
@@ -236,9 +237,7 @@ Result<void> LineRun::bring_up() {
   if (auto fits = check_budget(wire, config_.interface.has_value()); !fits) return fits;
   if (auto* driven = settings_.tasks->make_source(config_)) settings_.source = driven;
   if (settings_.path) {
-    auto motion = make_motion();
-    if (!motion) return tl::unexpected(motion.error());
-    motion_ = std::move(*motion);
+    if (auto made = make_motion(); !made) return made;
   }
   return settings_.tasks->prepare(config_, *variables_);
 }
@@ -289,24 +288,52 @@ Result<void> LineRun::must_be_free() {
 }
 
 /// Axes that nothing moves together wait for requests, each for its own.
-Result<std::unique_ptr<LineMotion>> LineRun::make_motion() {
-  if (!joint_owner().empty()) return make_joint_motion();
-  return make_single_motion();
+Result<void> LineRun::make_motion() {
+  if (!joint_owner().empty()) {
+    motion_ = make_joint_motion();
+    return {};
+  }
+  auto made = make_single_motion();
+  if (!made) return tl::unexpected(made.error());
+  motion_ = std::move(*made);
+  return {};
 }
 
 Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
   auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
+  for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
   if (config_.stream) {
     stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
     settings_.tasks->serve(stream_->task());
   }
-  if (!config_.couplings.couplings.empty()) {
-    auto couplings = LineCouplings::make(config_, *axes, *variables_, master_);
-    if (!couplings) return tl::unexpected(couplings.error());
-    couplings_ = std::move(*couplings);
-    settings_.door->attach(*couplings_);
+  auto& single = *axes;
+  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+  if (auto added = add_groups(*motion, single); !added) return tl::unexpected(added.error());
+  if (auto added = add_couplings(single); !added) return tl::unexpected(added.error());
+  return motion;
+}
+
+/// Before the couplings: an axis of a group may lead another one, which follows its setpoint of the same cycle.
+Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes) {
+  if (config_.axis_groups.empty()) return {};
+  std::vector<ecat_master::GroupConfig> groups;
+  for (const auto& group : config_.axis_groups) groups.push_back({group.name, group.axes});
+  try {
+    motion.add(std::make_unique<ecat_master::AxisGroups>(axes, std::move(groups), config_.period), *settings_.groups,
+               !session_.virtual_time());
+  } catch (const std::invalid_argument& wrong) {
+    return fail(ErrorKind::kSetting, wrong.what(), "[[axis_group]]");
   }
-  return std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+  return {};
+}
+
+Result<void> LineRun::add_couplings(ecat_master::SingleAxes& axes) {
+  if (config_.couplings.couplings.empty()) return {};
+  auto couplings = LineCouplings::make(config_, axes, *variables_, master_);
+  if (!couplings) return tl::unexpected(couplings.error());
+  couplings_ = std::move(*couplings);
+  settings_.door->attach(*couplings_);
+  return {};
 }
 
 std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
@@ -318,6 +345,23 @@ std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
 }
 
+void LineRun::make_trace() {
+  trace_ = std::make_unique<ecat_master::CycleTrace>();
+  if (session_.virtual_time()) return;
+  if (!config_.realtime.cpu) {
+    switches_unknown_ =
+        "which threads ran instead of the cycle cannot be seen where it has no CPU of its own ([realtime] cpu)";
+    return;
+  }
+  auto switches = rt::SwitchLog::open(*config_.realtime.cpu);
+  if (!switches) {
+    switches_unknown_ = switches.error().message();
+    return;
+  }
+  switches_ = std::move(*switches);
+  trace_->watch(*switches_);
+}
+
 Result<void> LineRun::start_cycle() {
   auto settings = cycle_settings(config_, master_);
   settings.copies = copies_;
@@ -326,7 +370,7 @@ Result<void> LineRun::start_cycle() {
       config_.output.directory, motion_ ? axis_labels(config_) : std::vector<ecat_master::FlightRecorder::AxisLabel>{},
       !session_.virtual_time());
   settings.recorder = &fault_records_->recorder();
-  if (settings_.trace) trace_ = std::make_unique<ecat_master::CycleTrace>();
+  if (settings_.trace) make_trace();
   settings.trace = trace_.get();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
@@ -463,7 +507,9 @@ void LineRun::note(EventFacts facts, Severity severity) {
 /// What was asked of single axes, and what has become of it.
 void LineRun::note_requests() {
   settings_.door->watch();
+  settings_.groups->watch();
   for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
+  for (auto& event : settings_.groups->take_events()) note(std::move(event), Severity::kNotice);
   for (auto& change : settings_.door->authority().take_changes())
     authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
 }
@@ -503,6 +549,7 @@ void LineRun::tell_slaves(bool now) {
 void LineRun::stop_motion() {
   if (!motion_) return;
   note_requests();
+  note_groups();
   if (stream_) stream_->close();
   if (commands_) commands_->end_streams();
   if (!had(Severity::kFailure)) {
@@ -518,6 +565,17 @@ void LineRun::stop_motion() {
     note_requests();
   } while (!motion_->off() && session_.clock().now() < deadline);
   if (!motion_->off()) fail_with(events::AxesNotOff{kStopTimeout});
+}
+
+/// Before the axes come to rest for the end of the run.
+void LineRun::note_groups() {
+  for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
+    const auto status = settings_.groups->status(group);
+    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner};
+    for (const auto& axis : status.limits.group.axes) report.axes.push_back(axis.name);
+    if (status.report) report.state = to_text(status.report->state);
+    groups_.push_back(std::move(report));
+  }
 }
 
 void LineRun::take_down() {
@@ -594,6 +652,7 @@ RunReport LineRun::make_report() {
     report.wake_ahead = runner->wake_ahead().value_or(nanoseconds{0});
   }
   if (trace_) report.trace = trace_->cycles();
+  report.trace_without_switches = switches_unknown_;
   if (motion_) report.path_late = motion_->control().path_late();
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
@@ -613,6 +672,7 @@ RunReport LineRun::make_report() {
     report.ring = {ring->status(), ring->merged(), ring->halves(), ring->late_halves()};
   }
   report_axes(report);
+  report.axis_groups = groups_;
   if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.core()->image().inputs());
   report.tasks = settings_.tasks->report();
   report.eoe = services_.eoe();

@@ -15,6 +15,7 @@
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
 #include "driveline/runtime/files/output_file.hpp"
+#include "driveline/runtime/groups/group_door.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/group_watch.hpp"
 #include "driveline/runtime/record/run_report.hpp"
@@ -44,6 +45,7 @@ class LineRun {
     std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
     AxisDoor* door = nullptr;                       ///< never null
+    GroupDoor* groups = nullptr;                    ///< never null
     bool enable = true;                             ///< single axes, at the start
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
@@ -81,9 +83,12 @@ class LineRun {
   [[nodiscard]] Result<void> bring_up_clocks();
   [[nodiscard]] Result<void> ask_drives();
   [[nodiscard]] Result<void> must_be_free();
-  [[nodiscard]] Result<std::unique_ptr<LineMotion>> make_motion();
+  [[nodiscard]] Result<void> make_motion();
   [[nodiscard]] std::unique_ptr<LineMotion> make_joint_motion();
+  void make_trace();
   [[nodiscard]] Result<std::unique_ptr<LineMotion>> make_single_motion();
+  [[nodiscard]] Result<void> add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes);
+  [[nodiscard]] Result<void> add_couplings(ecat_master::SingleAxes& axes);
   [[nodiscard]] Result<void> start_cycle();
   [[nodiscard]] Result<void> start_services();
   void operate();
@@ -110,6 +115,7 @@ class LineRun {
   [[nodiscard]] RunReport make_report();
   void report_axes(RunReport& report) const;
   void report_files(RunReport& report) const;
+  void note_groups();
   [[nodiscard]] double seconds_in_operation() const;
   [[nodiscard]] bool stop_requested() const noexcept { return settings_.stop->load(std::memory_order_relaxed); }
 
@@ -134,6 +140,8 @@ class LineRun {
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
+  std::unique_ptr<rt::SwitchLog> switches_;  ///< of the processor of the cycle; none: not traced, or not possible
+  std::string switches_unknown_;             ///< why not
   std::unique_ptr<ecat_master::CycleTrace> trace_;  ///< none: not wanted
   ecat_master::Master master_;
   LineServices services_;
@@ -144,7 +152,8 @@ class LineRun {
   KeptEnds<Event> events_;                ///< all but progress
   Severity worst_ = Severity::kProgress;  ///< of them all
   KeptEnds<AuthorityRecord> authority_;
-  std::vector<SlaveMargin> margins_;  ///< as of the end of the operation
+  std::vector<SlaveMargin> margins_;     ///< as of the end of the operation
+  std::vector<AxisGroupReport> groups_;  ///< as of the end of the operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;
   std::chrono::nanoseconds operation_start_{};

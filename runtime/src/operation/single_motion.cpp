@@ -10,25 +10,73 @@ using ecat_master::AxisRequest;
 using ecat_master::PlcopenState;
 
 SingleMotion::SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable)
-    : axes_(std::move(axes)), door_(door), enable_(enable), failed_(axes_->axes().size()) {}
+    : axes_(std::move(axes)), door_(door), enable_(enable), failed_(axes_->axes().size()), warned_(axes_->gantries()) {}
+
+SingleMotion::~SingleMotion() {
+  if (group_door_ != nullptr) group_door_->close();
+  door_.close();
+}
+
+void SingleMotion::add(std::unique_ptr<ecat_master::AxisGroups> groups, GroupDoor& door, bool thread) {
+  groups_ = std::move(groups);
+  group_door_ = &door;
+  thread_ = thread;
+  failed_groups_.resize(groups_->groups().size());
+}
 
 void SingleMotion::start() {
   door_.open(*axes_);
+  if (groups_) {
+    if (thread_) groups_->start_planning();
+    group_door_->open(*groups_, *axes_);
+  }
   if (!enable_) return;
   AxisCaller start;
   start.name = std::string(kStartOfRun);
   AxisRequest power;
   power.command = AxisCommand::kPower;
-  for (std::size_t axis = 0; axis < failed_.size(); ++axis) static_cast<void>(door_.submit(start, axis, power));
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
+    if (!goes_with_leader(axis)) static_cast<void>(door_.submit(start, axis, power));
+  }
   door_.leave(start.name, false);
 }
 
 void SingleMotion::request_stop() {
+  if (group_door_ != nullptr) group_door_->close();
   door_.close();
   AxisRequest power;
   power.command = AxisCommand::kPower;
   power.on = false;
-  for (std::size_t axis = 0; axis < failed_.size(); ++axis) switch_off_.push_back(axes_->submit(axis, power));
+  for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
+    if (!goes_with_leader(axis)) switch_off_.push_back(axes_->submit(axis, power));
+  }
+}
+
+bool SingleMotion::goes_with_leader(std::size_t axis) const {
+  const auto gantry = axes_->gantry_of(axis);
+  return gantry && axes_->gantry_settings(*gantry).follower == axis;
+}
+
+/// Of an axis whose gantry is or was out of skew.
+std::optional<GantrySkew> SingleMotion::skew_of(std::size_t axis) const {
+  const auto gantry = axes_->gantry_of(axis);
+  if (!gantry) return std::nullopt;
+  return GantrySkew{axes_->gantry_report(*gantry).stopped_at, axes_->gantry_settings(*gantry).skew_limit};
+}
+
+void SingleMotion::look_at_gantries(const Tell& tell) {
+  for (std::size_t gantry = 0; gantry < warned_.size(); ++gantry) {
+    const auto report = axes_->gantry_report(gantry);
+    const bool warns = report.warned;
+    if (warns && warned_[gantry] == 0) {
+      const auto& settings = axes_->gantry_settings(gantry);
+      const auto& leader = axes_->axes()[settings.leader].config();
+      tell(events::GantryAskew{events::event_axis(leader), axes_->axes()[settings.follower].config().name, report.skew,
+                               settings.skew_warning, settings.skew_limit},
+           Severity::kNotice);
+    }
+    warned_[gantry] = warns ? 1 : 0;
+  }
 }
 
 bool SingleMotion::off() const {
@@ -37,6 +85,8 @@ bool SingleMotion::off() const {
 }
 
 void SingleMotion::look(const Tell& tell) {
+  look_at_groups(tell);
+  look_at_gantries(tell);
   for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
     const auto report = axes_->axis_report(axis);
     const bool fails = report.state == PlcopenState::kErrorStop;
@@ -44,9 +94,26 @@ void SingleMotion::look(const Tell& tell) {
     failed_[axis] = fails ? 1 : 0;
     const auto& config = axes_->axes()[axis].config();
     if (fails) {
-      tell(events::AxisFailed{events::event_axis(config), report.error, report.error_code}, Severity::kFault);
+      tell(events::AxisFailed{events::event_axis(config), report.error, report.error_code, skew_of(axis)},
+           Severity::kFault);
     } else {
       tell(events::AxisRestored{config.name}, Severity::kNotice);
+    }
+  }
+}
+
+void SingleMotion::look_at_groups(const Tell& tell) {
+  if (!groups_) return;
+  if (!thread_) groups_->plan();
+  for (std::size_t group = 0; group < failed_groups_.size(); ++group) {
+    const auto report = groups_->group_report(group);
+    const bool fails = report.state == ecat_master::GroupState::kErrorStop;
+    if (fails == (failed_groups_[group] != 0)) continue;
+    failed_groups_[group] = fails ? 1 : 0;
+    if (fails) {
+      tell(events::GroupFailed{group_door_->event_group(group), group_door_->refusal_of(report)}, Severity::kFault);
+    } else {
+      tell(events::GroupRestored{groups_->groups()[group].name}, Severity::kNotice);
     }
   }
 }
@@ -56,7 +123,8 @@ void SingleMotion::judge(const Tell& tell) const {
     const auto report = axes_->axis_report(axis);
     if (report.state != PlcopenState::kErrorStop) continue;
     const auto& config = axes_->axes()[axis].config();
-    tell(events::AxisNotReset{events::event_axis(config), report.error, report.error_code}, Severity::kFailure);
+    tell(events::AxisNotReset{events::event_axis(config), report.error, report.error_code, skew_of(axis)},
+         Severity::kFailure);
   }
 }
 

@@ -2,20 +2,27 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "driveline/ecat_master/group/axis_groups.hpp"
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/groups/group_door.hpp"
 #include "operation/line_motion.hpp"
 
 namespace driveline::runtime {
 
-/// Axes that are commanded one by one, through an AxisDoor.
+/// Axes that are commanded one by one, through an AxisDoor, and in groups, through a GroupDoor.
 class SingleMotion final : public LineMotion {
  public:
   /// `enable`: all axes at the start. `door` must outlive this object.
   SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable);
-  ~SingleMotion() override { door_.close(); }
+  ~SingleMotion() override;
+
+  /// Groups of these axes. `thread`: their paths are planned by a thread of its own; otherwise in look(), as virtual
+  /// time has it. Before start(); `door` must outlive this object.
+  void add(std::unique_ptr<ecat_master::AxisGroups> groups, GroupDoor& door, bool thread);
 
   [[nodiscard]] ecat_master::MotionControl& control() noexcept override { return *axes_; }
   void start() override;
@@ -29,10 +36,20 @@ class SingleMotion final : public LineMotion {
   void judge(const Tell& tell) const override;
 
  private:
+  void look_at_groups(const Tell& tell);
+  [[nodiscard]] bool goes_with_leader(std::size_t axis) const;
+  [[nodiscard]] std::optional<GantrySkew> skew_of(std::size_t axis) const;
+  void look_at_gantries(const Tell& tell);
+
   std::unique_ptr<ecat_master::SingleAxes> axes_;
   AxisDoor& door_;
   bool enable_;
+  std::unique_ptr<ecat_master::AxisGroups> groups_;  ///< none: the line has no groups
+  GroupDoor* group_door_ = nullptr;
+  bool thread_ = false;
+  std::vector<char> failed_groups_;        ///< at the last look
   std::vector<char> failed_;               ///< at the last look
+  std::vector<char> warned_;               ///< gantries, likewise
   std::vector<std::uint64_t> switch_off_;  ///< requests of request_stop()
 };
 

@@ -146,6 +146,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   }
   config.setpoint_delay_cycles = options.setpoint_delay_cycles;
   config.adds_offsets = options.adds_offsets;
+  config.follow_bit = options.follow_bit;
   config.supported_modes = options.supported_modes;
   config.software_limits = options.software_limits;
   config.following_error_window = options.following_error_window;
@@ -154,6 +155,8 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.range_max = options.range_max;
   config.feed_forward = options.feed_forward;
   config.reversed = options.reversed;
+  config.compensation = options.compensation;
+  if (config.compensation) config.limits = ecat_master::limits_of_motion(config.limits, *config.compensation);
   return config;
 }
 

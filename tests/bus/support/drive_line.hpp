@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "driveline/ecat_master/axis/axis_compensation.hpp"
 #include "driveline/ecat_master/axis/feed_forward.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
@@ -76,6 +77,7 @@ struct RunOptions {
   std::optional<ecat_master::PdoConfiguration> pdos{};
   bool single_axes = false;                        ///< each axis by itself (SingleAxes), instead of along the path
   bool adds_offsets = false;                       ///< AxisConfig::adds_offsets of every axis
+  bool follow_bit = true;                          ///< AxisConfig::follow_bit of every axis
   std::optional<std::uint32_t> supported_modes{};  ///< AxisConfig::supported_modes of every axis
   std::optional<trajectory::PositionRange> software_limits{};  ///< AxisConfig::software_limits of every axis
   std::optional<double> max_torque{};                          ///< AxisConfig::max_torque of every axis
@@ -87,9 +89,11 @@ struct RunOptions {
   std::int32_t range_max = 0;
   ecat_master::FeedForward feed_forward{};  ///< of every axis
   bool reversed = false;                    ///< AxisConfig::reversed of every axis
-  bool knows_torques = true;                ///< every axis has an inertia and a velocity gain
-  bool accept_swapped_ports = false;        ///< IN and OUT of a slave may be swapped
-  bool samples = true;                      ///< LineOperation::axis_samples and line_samples are taken
+  /// Of every axis, which has what it leaves of the limits.
+  std::shared_ptr<const ecat_master::CompensationSettings> compensation{};
+  bool knows_torques = true;          ///< every axis has an inertia and a velocity gain
+  bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
+  bool samples = true;                ///< LineOperation::axis_samples and line_samples are taken
   /// With `single_axes`, behind the axes of the drives.
   std::vector<ecat_master::AxisConfig> virtual_axes{};
   ecat_master::SetpointFeed* feed = nullptr;  ///< with `single_axes`, of the first axes

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -66,10 +67,15 @@ class SingleLine {
     const double range = options.range_min < options.range_max
                              ? static_cast<double>(options.range_max) - options.range_min + 1.0
                              : 4294967296.0;
-    for (std::size_t i = 0; i < axes; ++i)
-      judges.emplace_back(drives, i, LineOperation::axis(i, options).limits, range);
+    for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, demand_limits(options), range);
     EXPECT_EQ(sentence(operation.to_op()), "");
     cycles(100);
+  }
+
+  /// Those of the drives, of which a compensation leaves less for the axes.
+  [[nodiscard]] static trajectory::AxisLimits demand_limits(RunOptions options) {
+    options.compensation = nullptr;
+    return LineOperation::axis(0, options).limits;
   }
 
   [[nodiscard]] ecat_master::SingleAxes& axes() noexcept { return operation.single_axes(); }
@@ -85,7 +91,7 @@ class SingleLine {
   void cycle() {
     operation.cycle();
     settle();
-    for (auto& judge : judges) judge.look();
+    look();
   }
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
@@ -94,7 +100,7 @@ class SingleLine {
   void stall(int periods) {
     for (int i = 0; i < periods; ++i) {
       drives.leave_alone(kSinglePeriod);
-      for (auto& judge : judges) judge.look();
+      look();
     }
     drives.leave_alone(microseconds{15});
     cycle();
@@ -116,6 +122,12 @@ class SingleLine {
     for (const auto& judge : judges) judge.expect_obedience();
   }
 
+  void look() {
+    for (auto& judge : judges) judge.look();
+    if (each_period) each_period();
+  }
+
+  std::function<void()> each_period{};  ///< also sees what the drives do
   bool lose_out = false;
   bool lose_back = false;
   DriveLine drives;

@@ -255,6 +255,12 @@ class Jitter(ProgramTest):
             wake, send = rows[f"idle_{way}", "wake_latency"], rows[f"idle_{way}", "send_time"]
             self.assertEqual(wake["n"], send["n"], "one frame for each wake-up")
             self.assertGreaterEqual(send["max"], wake["max"], "no frame goes before the thread runs")
+        if "cannot be seen" not in result.stderr:
+            # The time that the processor was elsewhere is that of the latest wake-up.
+            for state in ("idle", "load"):
+                latest = rows[f"{state}_cycle", "wake_latency"]
+                self.assertTrue(all(one["thread"] for one in latest["ran_instead"]))
+                self.assertLessEqual(sum(one["us"] for one in latest["ran_instead"]), latest["max"] / 1000 + 1)
         peer = rows["load_cyclictest", "wake_latency"]
         self.assertEqual((peer["n"], peer["max"]), (4000, 25000000))
         self.assertAlmostEqual(peer["p50"], 14000, delta=140)

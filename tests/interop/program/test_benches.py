@@ -33,9 +33,9 @@ class Roundtrip(Bench):
 
     def test_every_port_has_its_bare_loop_by_turns(self):
         rows = self.rows_of("roundtrip", "--quick")
-        cases = [f"{size}_bytes_{kind}" for size in self.SIZES for kind in ("packet_socket", "receive_ring")]
+        cases = [f"{size}_bytes_{kind}" for size in self.SIZES for kind in ("packet_socket", "receive_ring", "af_xdp")]
         self.assertEqual(set(rows), {(case, metric) for case in cases for metric in ("bare_round_trip", "round_trip")} |
-                         {(case, "against_packet_socket") for case in cases if case.endswith("ring")})
+                         {(case, "against_packet_socket") for case in cases if not case.endswith("socket")})
         for case in cases:
             bare, port = rows[case, "bare_round_trip"], rows[case, "round_trip"]
             self.assertEqual((bare["n"], port["n"]), (2000, 2000))
@@ -47,8 +47,8 @@ class Roundtrip(Bench):
             self.assertLess(turns["low"], turns["mean"])
             self.assertLess(turns["mean"], turns["high"])
             self.check_aim(port, 1.05 * bare["p50"])
-        for size in self.SIZES:
-            common = rows[f"{size}_bytes_receive_ring", "against_packet_socket"]
+        for size, kind in ((size, kind) for size in self.SIZES for kind in ("receive_ring", "af_xdp")):
+            common = rows[f"{size}_bytes_{kind}", "against_packet_socket"]
             self.assertEqual(common["against"], "bare_packet_socket_loop")
             self.check_aim(common, 0.9 * rows[f"{size}_bytes_packet_socket", "bare_round_trip"]["p50"])
 

@@ -32,6 +32,33 @@ switch = [{ input = "ISD05", from_rev = 0.25, to_rev = 0.5 }]
 REVERSED = LINE.replace('name = "x"\nunit', 'name = "x"\npolarity = "reversed"\nunit')
 
 
+# A weight of 0.9 Nm at an axis whose brake opens in 200 ms and closes in 300 ms.
+BRAKED = """[line]
+name = "vertical"
+cycle_us = 250
+[telemetry]
+enabled = false
+[[slave]]
+name = "z"
+sdo = [{ index = 0x20D5, type = "float", value = 200 }, { index = 0x20D6, type = "float", value = 300 }]
+[slave.plant]
+inertia_kg_m2 = 3.0e-4
+brake_torque_nm = 4.0
+[slave.plant.load]
+inertia_kg_m2 = 1.5e-4
+stiffness_nm_rad = 800.0
+damping_nm_s = 0.03
+gravity_nm = 0.9
+[[axis]]
+name = "z"
+mode = "MODE"
+inertia = 4.5e-4
+gravity = 0.9
+max_velocity = 100.0
+max_acceleration = 1000.0
+"""
+
+
 class Script(ProgramTest):
     """Requests out of a file, on virtual time."""
 
@@ -58,6 +85,26 @@ class Script(ProgramTest):
         self.assertEqual(documents[0], documents[1])
         self.assertTrue(any("script: axis turn: move_relative by 90 deg, velocity 180 deg/s" in event
                             for event in documents[0]["events"]), documents[0]["events"])
+
+    def test_gantry_is_one_axis(self):
+        arguments = ("run", "--config", EXAMPLES / "gantry.toml", "--virtual", "--no-plots", "--script")
+        result = self.run_program(*arguments, EXAMPLES / "gantry.txt", "--output", "out")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        columns = [[float(value) for value in self.column(f"{axis}_actual[mm]")] for axis in ("x1", "x2")]
+        skews = [other - one for one, other in zip(*columns)]
+        self.assertAlmostEqual(skews[0], 0, delta=0.05)
+        self.assertAlmostEqual(skews[-1], 0.5, delta=0.05, msg="what lies between their marks")
+        self.assertLess(max(skews), 0.6)
+        self.assertGreater(min(skews), -0.1)
+        self.write("wrong.txt", "x2 move 1\n")
+        result = self.run_program(*arguments, "wrong.txt")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("wrong.txt:1: axis x2: the axis is the follower of a gantry: its leader is commanded", result.stderr)
+
+    def column(self, name):
+        lines = self.text("out/axes.csv").splitlines()
+        column = lines[0].split(",").index(name)
+        return [line.split(",")[column] for line in lines[1:]]
 
     def test_axes_go_where_they_are_sent(self):
         result = self.run_script("x position 0\ny position 0\nx move 90deg velocity=90deg/s\nwait x\ny move by=-0.1rev\n")
@@ -185,6 +232,69 @@ class Script(ProgramTest):
     def test_axes_of_a_path_take_no_script(self):
         self.write("path.csv", "time[s],x[deg],y[deg]\n0,0,0\n1,1,1\n")
         self.check_refused(self.run_script("x halt\n", line=LINE + '[path]\nfile = "path.csv"\n'), 2, "this one has a path")
+
+
+class Brake(ProgramTest):
+    """A drive opens its brake when it has power, and follows setpoints when it is open; virtual time."""
+
+    OPENS_S, CLOSES_S = 0.2, 0.3
+
+    def columns(self):
+        lines = self.text("out/axes.csv").splitlines()
+        names = [name.partition("[")[0] for name in lines[0].split(",")]
+        rows = zip(*(map(float, line.split(",")) for line in lines[1:]))
+        return dict(zip(names, map(list, rows)))
+
+    def check_motion(self, result, mode):
+        self.assertEqual(result.returncode, 0, result.stderr)
+        document = self.one_document(result.stdout)
+        self.assertEqual(document["faults"], [])
+        columns = self.columns()
+        # A loop that is closed in the master follows less closely.
+        self.assertLess(max(map(abs, columns["z_following_error"])), {"csp": 0.05, "csv": 0.8, "cst": 1.0}[mode])
+        return document, columns
+
+    def test_is_waited_for_and_the_weight_never_sags(self):
+        script = ("z move by=10 velocity=20\nwait z\nz disable\nwait z\nsleep 1s\nz enable\nwait z\nz move by=10 velocity=20\nwait z\n"
+                  "z disable\nwait z\nsleep 500ms\n")
+        self.write("moves.txt", script)
+        for mode in ("csp", "csv", "cst"):
+            with self.subTest(mode=mode):
+                config = self.write("line.toml", BRAKED.replace("MODE", mode))
+                result = self.run_program("run", "--config", config, "--script", "moves.txt", "--virtual", "--no-plots", "--json")
+                document, columns = self.check_motion(result, mode)
+                times, places = columns["time"], columns["z_actual"]
+                begin = places[0]
+                # Away by 10 rad, there for a second and more, away by 10 rad again, and there at the end.
+                away = [place - begin for place in places]
+                self.assertGreater(min(away), -0.05, "it sags while the brake opens")
+                middle = [place for place in away if 9.9 < place < 10.1]
+                self.assertGreater(len(middle), 1.4 / (times[1] - times[0]), "it stays where it was switched off")
+                self.assertAlmostEqual(away[-1], 20, delta=0.15 if mode == "cst" else 0.05)
+                self.assertAlmostEqual(max(away), 20, delta=1.0)
+
+    def test_is_waited_for_by_a_path(self):
+        self.write("path.csv", "time[s],z[rad]\n0,0\n0.5,8\n1,0\n")
+        for mode in ("csp", "csv", "cst"):
+            with self.subTest(mode=mode):
+                config = self.write("line.toml", BRAKED.replace("MODE", mode) + '[path]\nfile = "path.csv"\n')
+                result = self.run_program("run", "--config", config, "--virtual", "--no-plots", "--json")
+                _, columns = self.check_motion(result, mode)
+                self.assertAlmostEqual(max(columns["z_actual"]), 8, delta=0.5)
+
+    def test_that_a_drive_does_not_tell_of_is_not_waited_for(self):
+        """As before there was such a bit."""
+        self.write("moves.txt", "z move by=10 velocity=20\nwait z\n")
+        self.write("line.toml", BRAKED.replace("MODE", "csp").replace("inertia = 4.5e-4", "inertia = 4.5e-4\nfollow_bit = false"))
+        result = self.run_program("run", "--config", "line.toml", "--script", "moves.txt", "--virtual", "--no-plots")
+        self.assertEqual(result.returncode, 1, result.stderr)
+
+    def test_that_does_not_open_in_time_is_told(self):
+        self.write("moves.txt", "z move by=10 velocity=20\nwait z\n")
+        self.write("line.toml", BRAKED.replace("MODE", "csp").replace("value = 200", "value = 5000"))
+        result = self.run_program("run", "--config", "line.toml", "--script", "moves.txt", "--virtual", "--no-plots")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("was not enabled in time", result.stderr)
 
 
 class Hand(ProgramTest):

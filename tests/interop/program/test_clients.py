@@ -178,6 +178,31 @@ class Record(ClientTest):
                 if self.same_path(recorded, written, first)]
         self.assertEqual(len(fits), 1, "the run's table lies at one place in the recording")
 
+    def test_at_8_khz_has_every_cycle_of_every_axis(self):
+        """Or tells what is missing."""
+        config = self.write_gentle_line(cycle_us=125, telemetry=f"domain = {self.domain}")
+        recorder = self.start("record", "--output", "run.mcap", "--topic", "axis_batch", "--domain", self.domain, "--json", log="record.log")
+        run = self.run_program("run", "--config", config, "--virtual", "--duration", 4, "--no-plots", "--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        recorder.send_signal(signal.SIGTERM)
+        self.assertEqual(recorder.wait(PATIENCE_S), 0, self.logs())
+        topic, = self.one_document(self.text("record.log.out"))["topics"]
+        batches = self.samples("run.mcap", BATCH)
+        self.check_numbers([batch["number"] for batch in batches], topic["missing"])
+        self.assertGreater(len(batches), 1000, self.logs())
+        cycles = []
+        whole = batches[1:-1]  # the first one begins when the recorder has come, and the run may end within the last one
+        for batch in whole:
+            self.assertEqual(batch["cycle_period_ns"], 125_000)
+            numbers = [cycle["cycle"] for cycle in batch["cycles"]]
+            self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 8)))
+            self.assertEqual([(sample["cycle_index"], sample["axis"]) for sample in batch["samples"]],
+                             [(cycle, axis) for cycle in range(8) for axis in range(len(AXES))])
+            cycles += numbers
+        missing = cycles[-1] - cycles[0] + 1 - len(cycles)
+        between = sum(after["number"] - before["number"] - 1 for before, after in zip(whole, whole[1:]))
+        self.assertEqual(missing, 8 * between)
+
     @staticmethod
     def same_path(recorded, written, first):
         both = range(max(first, min(recorded)), min(first + len(written), max(recorded) + 1))

@@ -53,8 +53,8 @@ class Help(ProgramTest):
                     self.assertEqual(arguments[:len(command)], command)
                     if "--iface" in arguments or "--control" in arguments:
                         continue  # these want a line that is served; tried with the documents
-                    if command in (["axis"], ["echo"], ["plot"], ["record"], ["top"]):
-                        continue  # they want a line that runs; see test_by_hand and test_clients
+                    if command in (["axis"], ["echo"], ["group"], ["plot"], ["record"], ["top"]):
+                        continue  # they want a line that runs; see test_by_hand, test_groups and test_clients
                     if command == ["bench"] and not (pathlib.Path(DRIVELINE).parent / "bench").is_dir():
                         continue  # built without benchmarks
                     if ">" in arguments:

@@ -3,15 +3,19 @@ import json
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import subprocess
+import sys
 import time
 import unittest
 
+from cycle_counts import CycleCounts
 from program import CYCLONE_SUBSCRIBER, DISTURBED, PATIENCE_S, ROOT, WATCHDOG, ProgramTest, again_when
 
 COMMANDER = os.environ["CYCLONE_COMMANDER"]
+COMMAND_FLOOD = os.environ["COMMAND_FLOOD"]
 # A busy machine may suspend a client for longer than its leases last.
 undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more")
 MAX_VELOCITY, MAX_ACCELERATION, MAX_JERK = 5.0, 10.0, 200.0  # rad/s, ...
@@ -391,7 +395,7 @@ class Streams(CommandTest):
         self.assertTrue(any("the stream of dds panel" in event and "1.5 rad" in event for event in document["events"]), document["events"])
 
 
-class ABridge(CommandTest):
+class ABridge(CycleCounts, CommandTest):
     def bridge_of(self, run):
         children = pathlib.Path(f"/proc/{run.pid}/task").glob("*/children")
         found = []
@@ -421,6 +425,34 @@ class ABridge(CommandTest):
         events = self.end_run(run)["events"]
         # What it had not acknowledged is sent to the next one again, and is not done twice.
         self.assertEqual(len([event for event in events if "dds panel" in event and event.endswith("axis x: acquire")]), 1, events)
+
+    @undisturbed
+    def test_that_writes_100000_commands_in_a_second_moves_nothing(self):
+        """Nor does the cycle notice."""
+        os.environ["DRIVELINE_BRIDGE"] = COMMAND_FLOOD
+        run = self.start_run()
+        jog = self.start("axis", "x", "jog", "0.5rad/s", log="jog.log")
+        self.wait_for_value("x", "velocity", 0.5, 0.02)
+        owner = self.status()["x"]["owner"]
+        self.assertIn("control socket", owner)
+        counted = self.window(run)
+        self.assertEqual({name: one["owner"] for name, one in self.status().items()}, {"x": owner, "y": ""})
+        self.wait_for_value("x", "velocity", 0.5, 0.02)
+        jog.send_signal(signal.SIGINT)
+        self.assertEqual(jog.wait(PATIENCE_S), 0, self.logs())
+        document = self.end_run(run)
+        self.check_limits("x")
+        self.assertEqual(len({position for _, position in self.demands("y")[-1000:]}), 1, "y has moved")
+        self.assertTrue(any("commands: more came than are told one by one" in event for event in document["events"]), document["events"])
+        self.assertLess(len(document["events"]), 500)
+        told = re.search(r"flood: (\d+) commands in (\d+) ms, (\d+) without room", self.text("run.log"))
+        self.assertIsNotNone(told, self.logs())
+        commands, milliseconds, without_room = map(int, told.groups())
+        self.assertGreater(commands, 99 * milliseconds)
+        self.assertGreater(commands - without_room, 10 * milliseconds, "the line reads them")
+        print(f"{told[0]}: {document['cycles']} cycles, {document['missed_periods']} periods missed, cost {document['cycle_cost_ns']}; {counted}",
+              file=sys.stderr)
+        self.check_counts("a flood of commands", counted, {"data KiB": 0})
 
     def test_that_writes_garbage_moves_nothing(self):
         liar = self.write("liar", GARBAGE)

@@ -73,6 +73,31 @@ class VirtualTime(ProgramTest):
         self.assertEqual(result.returncode, 2)
         self.assertIn("did you mean linear?", result.stderr)
 
+    def test_the_example_runs_by_every_method_in_every_mode(self):
+        """The same setpoints in each mode, and another way with each method."""
+        ways = {}
+        for method in ("hold", "linear", "hermite", "natural", "clamped", "quintic", "cosine", "bspline"):
+            for mode in ("csp", "csv", "cst"):
+                with self.subTest(method=method, mode=mode):
+                    result = self.run_program("run", "--config", EXAMPLES / "methods.toml", "--virtual", "--no-plots", "--json",
+                                              "--interpolation", method, "--mode", mode)
+                    self.assertEqual(result.returncode, 0, result.stderr)
+                    self.assertEqual(self.one_document(result.stdout)["faults"], [])
+                    targets = self.column("x_target[rad]")
+                    begin = next(i for i, target in enumerate(targets) if target != 0)
+                    way = targets[begin:begin + 600]
+                    self.assertLess(max(abs(there - here) for there, here in zip(way, ways.setdefault(method, way))), 1e-5)
+                    if method != "hold":  # no motor follows that
+                        self.assertLess(max(map(abs, self.column("x_following_error[rad]"))), 0.2)
+        for method, way in ways.items():
+            for other, another in ways.items():
+                apart = max(abs(there - here) for there, here in zip(way, another))
+                self.assertEqual(apart > 0.002, method != other, (method, other, apart))
+
+    def column(self, name):
+        with open(self.directory / "out/axes.csv", encoding="ascii", newline="") as file:
+            return [float(row[name]) for row in csv.DictReader(file)]
+
     PDOS = ('[[slave.pdo]]\nindex = 0x1600\nentries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"]\n'
             '[[slave.pdo]]\nindex = 0x1A00\nentries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"]\n')
 

@@ -10,6 +10,7 @@ from program import EXAMPLES, ProgramTest
 
 CYCLE_S = 125e-6
 CONTOUR = EXAMPLES / "contour.jsonl"
+DELTA = EXAMPLES / "delta.jsonl"
 LIMITS = {"velocity": 1000.0, "acceleration": 10000.0, "jerk": 1000000.0}  # of both axes of the example, mm
 AXES = '{"axes": [{"name": "x", "unit": "mm", "max_velocity": 1000, "max_acceleration": 10000, "max_jerk": 1000000}, ' \
        '{"name": "y", "unit": "mm", "max_velocity": 1000, "max_acceleration": 10000, "max_jerk": 1000000}]}\n'
@@ -110,6 +111,63 @@ class Plan(ProgramTest):
         # Through the points of the spline, and to those of the lines behind which the axes stop.
         for point in [(0.0, 0.0), (50.0, 20.0), (100.0, -20.0), (150.0, 20.0)]:
             self.assertLess(min(math.dist(place, point) for place, line in zip(places, lines) if line >= 6), 0.05)
+
+    def test_a_delta_keeps_its_joints_and_its_rods(self):
+        """The joints by their limits, and the tool by the lengths of the rods: no formula of kinematics but these."""
+        document, columns = self.plan(DELTA)
+        joints = [f"a{k}[deg]" for k in (1, 2, 3)]
+        self.assertEqual(list(columns), ["time[s]", *joints, "x[mm]", "y[mm]", "z[mm]", "speed[mm/s]", "line", "vacuum", "blow"])
+        limits = {"velocity": 900.0, "acceleration": 25000.0, "jerk": 2500000.0}
+        largest = dict.fromkeys(limits, 0.0)
+        for joint in joints:
+            values = columns[joint]
+            self.assertLessEqual(max(values), 95.0)
+            self.assertGreaterEqual(min(values), -30.0)
+            for name, limit in limits.items():
+                values = differences(values)
+                largest[name] = max(largest[name], max(map(abs, values)) / limit)
+                self.assertLessEqual(max(map(abs, values)), 1.003 * limit + 500.0 * (name == "jerk"), f"{name} of {joint}")
+        self.assertGreater(min(largest.values()), 0.7, largest)
+        # The tool is what keeps the joints below their limits: 100 m/s^2 as a vector.
+        self.assertAlmostEqual(document["tool"]["acceleration"]["largest"], 100.0, delta=0.3)
+        tools = list(zip(columns["x[mm]"], columns["y[mm]"], columns["z[mm]"]))
+        for k, tool in enumerate(tools):
+            for turn, joint in enumerate(joints):
+                angle, around = math.radians(columns[joint][k]), math.radians(120.0 * turn)
+                out, up = 200.0 - 45.0 + 250.0 * math.cos(angle), -250.0 * math.sin(angle)
+                knee = (out * math.cos(around), out * math.sin(around), up)
+                self.assertAlmostEqual(math.dist(knee, tool), 600.0, places=6)
+        self.assertLess(math.dist(tools[-1], (0.0, 0.0, -560.0)), 1e-6)
+        self.check_suction(document, columns, tools)
+
+    def check_suction(self, document, columns, tools):
+        """It picks and places twice: on before it stands at the pick, off when it has arrived where it places."""
+        told = [(output["name"], output["value"], output["line"]) for output in document["outputs"]]
+        once = [("vacuum", 1, 3), ("vacuum", 0, 6), ("blow", 1, 6), ("blow", 0, 7)]
+        self.assertEqual([each[:2] for each in told], [each[:2] for each in once] * 2)
+        self.assertEqual([each[2] for each in told], [3, 6, 6, 7, 9, 12, 12, 13])
+        for x, y, seconds, vacuum in ((-150.0, 0.0, 0.03, 1.0), (150.0, 0.0, 0.02, 0.0), (-100.0, 60.0, 0.03, 1.0), (150.0, -60.0, 0.02, 0.0)):
+            there = [k for k, tool in enumerate(tools) if math.dist(tool, (x, y, -620.0)) < 1e-5]
+            self.assertAlmostEqual(len(there) * CYCLE_S, seconds, delta=0.003)
+            self.assertEqual(columns["vacuum"][there[-1]], vacuum)
+        self.assertAlmostEqual(document["dwell_s"], 0.1, delta=0.002)
+        # 10 mm before the pick, to a cycle.
+        first = columns["vacuum"].index(1.0)
+        self.assertLessEqual(tools[first][2], -610.0 + 1e-9)
+        self.assertGreater(tools[first - 1][2], -610.0)
+
+    def test_places_that_a_machine_cannot_have_are_refused(self):
+        first, *moves = DELTA.read_text(encoding="utf-8").splitlines(keepends=True)
+        for line, part in (('{"line": [0, 0, -900]}', "the machine cannot reach"),
+                           ('{"line": [600, 0, -620]}', "the machine cannot reach"),
+                           ('{"line": [0, 0, -342]}', "axis 1 would be at"),
+                           ('{"line": [0, 0, -560], "dwell": -1}', "the dwell is -1 s"),
+                           ('{"line": [0, 0, -570], "outputs": [{"name": "suck", "value": 1}]}', "no output")):
+            with self.subTest(line):
+                file = self.write("moves.jsonl", first + moves[0] + line + "\n")
+                result = self.run_program("plan", file, "--samples", "samples.csv")
+                self.check_refused(result, 2, part, "moves.jsonl:3")
+                self.assertEqual(self.files(), ["moves.jsonl"], "nothing is left behind")
 
     def test_half_the_feed_takes_longer_on_the_same_way(self):
         whole, _ = self.plan(CONTOUR)

@@ -3,6 +3,7 @@ import json
 import os
 import signal
 import subprocess
+import time
 import unittest
 
 from program import AXES, EXAMPLES, PATIENCE_S, ProgramTest
@@ -68,6 +69,25 @@ class Settings(SettingsTest):
         self.assertNotIn("driveline/v1/event", found)
         self.assertNotIn("driveline/v1/topology", found)
         self.assertIn("driveline/v1/slave", found)
+        self.end_run(run)
+
+    def test_what_does_not_change_is_told_once_in_a_second(self):
+        os.environ["XDG_RUNTIME_DIR"] = str(self.sockets)
+        config = self.write("line.toml", '[bus]\nmax_lost_cycles = 800\n[line]\nname = "still"\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n'
+                            f'[telemetry]\ndomain = {self.domain}\n[telemetry.rates]\naxis_telemetry = "change"\n'
+                            '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n')
+        run = self.start("run", "--config", config, "--no-enable", "--json", "--no-plots", log="run.log")
+        self.wait_for("operation", lambda: self.run_program("axis", "x", "status").returncode == 0, run)
+        cycles = [sample["cycle"] for sample in self.echo(TELEMETRY, "--count", 4, "--timeout", PATIENCE_S)]
+        for before, after in zip(cycles, cycles[1:]):
+            self.assertGreaterEqual(after - before, 900, cycles)
+            self.assertLessEqual(after - before, 2500, cycles)
+        watching = self.start("echo", TELEMETRY, "--json", "--domain", self.domain, log="echo.log")
+        self.wait_for("samples", lambda: self.text("echo.log.out"), watching)
+        self.assertEqual(self.run_program("axis", "x", "enable").returncode, 0, self.logs())
+        states = lambda: [json.loads(line)["state"] for line in self.text("echo.log.out").splitlines(keepends=True) if line.endswith("\n")]
+        self.wait_for("the change", lambda: "AXIS_OPERATION_ENABLED" in states(), watching)
+        self.assertGreater(len(set(states())), 2, "each state on the way is a change")
         self.end_run(run)
 
     def test_samples_that_are_off_are_not_missed(self):
@@ -140,18 +160,19 @@ class Settings(SettingsTest):
 class TwoMachines(SettingsTest):
     """Two network namespaces with a router between, which forwards no multicast."""
 
-    LINE, PC = "10.91.1.1", "10.91.2.1"
+    LINE, PC, ROUTER = "10.91.1.1", "10.91.2.1", "10.91.1.254"
 
     @classmethod
     def setUpClass(cls):
         names = [f"driveline-{what}-{os.getpid()}" for what in ("line", "router", "pc")]
-        cls.line, router, cls.pc = names
+        cls.line, cls.router, cls.pc = names
+        router = cls.router
         for name in names:
             made = subprocess.run(["ip", "netns", "add", name], capture_output=True, text=True, check=False, timeout=PATIENCE_S)
             if made.returncode != 0:
                 raise unittest.SkipTest(made.stderr.strip())
             cls.addClassCleanup(subprocess.run, ["ip", "netns", "del", name], check=True, timeout=PATIENCE_S)
-        for name, address, gateway in ((cls.line, cls.LINE, "10.91.1.254"), (cls.pc, cls.PC, "10.91.2.254")):
+        for name, address, gateway in ((cls.line, cls.LINE, cls.ROUTER), (cls.pc, cls.PC, "10.91.2.254")):
             inside, at_router = ["ip", "-n", name], ["ip", "-n", router]
             for command in ([*inside, "link", "set", "lo", "up"],
                             [*inside, "link", "add", "lan", "type", "veth", "peer", "name", name[10:14], "netns", router],
@@ -162,6 +183,16 @@ class TwoMachines(SettingsTest):
                             [*inside, "route", "add", "default", "via", gateway]):
                 subprocess.run(command, check=True, timeout=PATIENCE_S)
         subprocess.run(["ip", "netns", "exec", router, "sysctl", "-q", "net.ipv4.ip_forward=1"], check=True, timeout=PATIENCE_S)
+
+    def setUp(self):
+        super().setUp()
+        # Fast DDS passes over interfaces that do not run yet, or again.
+        self.wait_for("the links", lambda: all(self.links(name).count("state UP") >= links
+                                                    for name, links in ((self.line, 1), (self.router, 2), (self.pc, 1))))
+
+    @staticmethod
+    def links(name):
+        return subprocess.run(["ip", "-n", name, "-o", "link"], capture_output=True, text=True, check=True, timeout=PATIENCE_S).stdout
 
     def start_run(self, telemetry, **options):
         self.prefix = ["ip", "netns", "exec", self.line]
@@ -180,6 +211,34 @@ class TwoMachines(SettingsTest):
         statuses, _ = self.writers(env=self.cyclone())
         self.assertGreater(statuses, 0, self.logs())
         self.end_run(run)
+
+    def test_a_discovery_server_on_a_third_machine_brings_them_together(self):
+        port = 20000 + os.getpid() % 10000
+        self.prefix = ["ip", "netns", "exec", self.router]
+        server = self.start(self.ROUTER, port, program=DISCOVERY_SERVER, log="server.log")
+        self.wait_for("the server", lambda: "listens" in self.text("server.log.out"), server)
+        run = self.start_run(f'interfaces = ["{self.LINE}"]\ndiscovery_server = "{self.ROUTER}:{port}"')
+        asked = {**os.environ, "ROS_DISCOVERY_SERVER": f"{self.ROUTER}:{port}"}
+        self.assertEqual(len(self.echo(STATUS, "--interface", self.PC, "--count", 1, "--timeout", PATIENCE_S, env=asked)), 1, self.logs())
+        samples = self.echo(TELEMETRY, "--interface", self.PC, "--count", 2 * len(AXES), "--timeout", PATIENCE_S, env=asked)
+        self.assertEqual({sample["axis"] for sample in samples}, set(range(len(AXES))))
+        self.assertEqual(self.echo(STATUS, "--interface", self.PC, "--timeout", SILENCE_S), [], "found without the server")
+        self.end_run(run)
+
+    def test_a_network_that_is_down_for_a_while_costs_samples_and_nothing_else(self):
+        run = self.start_run(f'interfaces = ["{self.LINE}"]\npeers = ["{self.PC}"]')
+        reader = self.start("echo", STATUS, "--json", "--domain", self.domain, "--interface", self.PC, log="echo.log")
+        told = lambda: [json.loads(line)["cycle"] for line in self.text("echo.log.out").splitlines(keepends=True) if line.endswith("\n")]
+        self.wait_for("a status", lambda: told(), reader)
+        for state in ("down", "up"):
+            subprocess.run(["ip", "-n", self.router, "link", "set", "line", state], check=True, timeout=PATIENCE_S)
+            time.sleep(3)
+        back = len(told())
+        self.wait_for("statuses again", lambda: len(told()) > back + 5, reader)
+        gap = max(after - before for before, after in zip(told(), told()[1:]))
+        self.assertGreater(gap, 1000, "it was not down")
+        document = self.end_run(run)
+        self.assertEqual((document["state"], document["faults"], document["telemetry"]["restarts"]), ("OP", [], 0))
 
     def test_without_peers_they_do_not(self):
         run = self.start_run(f'interfaces = ["{self.LINE}"]')

@@ -5,8 +5,8 @@
 
 #include <numbers>
 
-#include "axes/axis_script.hpp"
 #include "axes/quantity.hpp"
+#include "script/axis_script.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -200,7 +200,7 @@ TEST(AxisWords, TimesAndAxes) {
 TEST(AxisScript, ErrorsHaveFileAndLine) {
   const std::vector<AxisConfig> axes{rotary(), linear()};
   const auto wrong = [&](std::string_view text) {
-    const auto script = AxisScript::parse(text, "moves.txt", axes);
+    const auto script = AxisScript::parse(text, "moves.txt", {axes});
     EXPECT_FALSE(script);
     return script ? std::string{} : script.error().text;
   };
@@ -209,8 +209,8 @@ TEST(AxisScript, ErrorsHaveFileAndLine) {
   EXPECT_THAT(wrong("sleep long"), HasSubstr("moves.txt:1: sleep \"long\""));
   EXPECT_THAT(wrong("wait"), HasSubstr("moves.txt:1: "));
   EXPECT_EQ(wrong("# nothing\n"), "moves.txt: there is no request in it");
-  EXPECT_TRUE(AxisScript::parse("all enable\nwait all # here\nx move 90; \n", "m", axes).error().status == 2);
-  EXPECT_TRUE(AxisScript::parse("all enable\r\nwait all # here\nsleep 20ms", "m", axes));
+  EXPECT_TRUE(AxisScript::parse("all enable\nwait all # here\nx move 90; \n", "m", {axes}).error().status == 2);
+  EXPECT_TRUE(AxisScript::parse("all enable\r\nwait all # here\nsleep 20ms", "m", {axes}));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #include "text/cycle_trace.hpp"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cmath>
-
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -58,10 +58,11 @@ TEST(TraceEvents, HaveAnObjectForWhatIsMeasuredAndNamesForTheTracks) {
       (json{{"line", "press"}, {"cycle_ns", 125'000}, {"cycles", 2}, {"worst_cycles", 2}, {"cycles_of_the_run", 900}}));
   EXPECT_EQ(named(document, "process_name")[0]["args"]["name"], "press");
   const auto tracks = named(document, "thread_name");
-  ASSERT_EQ(tracks.size(), 2U);
+  ASSERT_EQ(tracks.size(), 3U);
   EXPECT_EQ(tracks[0],
             json::parse(R"({"ph": "M", "pid": 1, "tid": 1, "name": "thread_name", "args": {"name": "cycle"}})"));
   EXPECT_EQ(tracks[1]["args"]["name"], "wake-up latency");
+  EXPECT_EQ(tracks[2]["args"]["name"], "processor, at the worst cycles");
 }
 
 TEST(TraceEvents, ACycleHasItsFactsAndTheLatencyIsInFrontOfIt) {
@@ -103,7 +104,38 @@ TEST(TraceEvents, PhasesFollowOneAnotherAndFillTheirCycle) {
 }
 
 TEST(TraceEvents, ARunWithoutACycleIsADocumentAllTheSame) {
-  EXPECT_EQ(written(runtime::RunReport{})["traceEvents"].size(), 3U);
+  EXPECT_EQ(written(runtime::RunReport{})["traceEvents"].size(), 4U);
+}
+
+TEST(TraceEvents, AWorstCycleTellsWhoHadItsProcessorFromItsInstantOn) {
+  auto report = traced_run();
+  auto& late = report.trace.back();
+  constexpr std::int32_t kEnded = 2'000'000'000;
+  const auto self = static_cast<std::int32_t>(getpid());
+  late.switches = {{late.stamps.due - nanoseconds{500}, 0},
+                   {late.stamps.due + nanoseconds{20'000}, kEnded},
+                   {late.stamps.due + nanoseconds{160'000}, self}};
+  const auto document = written(report);
+  std::vector<json> stretches;
+  for (const auto& event : document["traceEvents"]) {
+    if (event["tid"] == 3 && event["ph"] == "X") stretches.push_back(event);
+  }
+  ASSERT_EQ(stretches.size(), 3U);
+  EXPECT_EQ(stretches[0]["name"], "idle");
+  EXPECT_EQ(cut_off(stretches[0]["ts"]), 125'000) << "from the instant on";
+  EXPECT_EQ(cut_off(stretches[0]["dur"]), 20'000);
+  EXPECT_EQ(stretches[1]["name"], "ended (2000000000)");
+  EXPECT_EQ(cut_off(stretches[1]["dur"]), 140'000);
+  EXPECT_THAT(stretches[2]["name"].get<std::string>(), testing::EndsWith(" (" + std::to_string(self) + ")"));
+  EXPECT_EQ(cut_off(stretches[2]["dur"]), 166'001 - 160'000 + 8 * 1003);
+}
+
+TEST(TraceEvents, WhoHadTheProcessorMayBeUnknownAndTheReasonIsThere) {
+  auto report = traced_run();
+  report.trace_without_switches = "it needs root";
+  const auto document = written(report);
+  EXPECT_EQ(document["otherData"]["processor"], "it needs root");
+  EXPECT_EQ(named(document, "thread_name").size(), 2U);
 }
 
 }  // namespace

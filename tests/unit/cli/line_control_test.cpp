@@ -107,7 +107,7 @@ class LineControlTest : public ControlTest {
     path = (directory / "line.socket").string();
     auto input = CommandInput::open(path, CommandInput::Sources::kSocket);
     ASSERT_TRUE(input) << input.error().text;
-    control.emplace(std::move(*input), door);
+    control.emplace(std::move(*input), door, groups);
     door.open(*single);
   }
   CommandConnection connect() const {
@@ -131,6 +131,8 @@ class LineControlTest : public ControlTest {
   std::vector<ecat_master::AxisConfig> configs{axis_in_degrees()};
   rt::VirtualClock clock;
   runtime::AxisDoor door{configs, clock, [] {}};
+  std::vector<runtime::AxisGroupConfig> no_groups;
+  runtime::GroupDoor groups{no_groups, door};
   std::optional<ecat_master::SingleAxes> single;
   std::optional<LineControl> control;
 };
@@ -203,6 +205,9 @@ TEST_F(LineControlTest, QuestionsAreAnsweredByTheLineAndHoldUpNoStop) {
   });
   asks.join();
   EXPECT_EQ(answer, "diag!");
+  auto second = connect();
+  EXPECT_THAT(ask(second, "group plotter enable").at("error").get<std::string>(),
+              HasSubstr("the line has no groups of axes"));
   EXPECT_THAT(send_command(path, "quit", "run").value_or(""), HasSubstr("\"quit\" is no command of a running line"));
 }
 

@@ -1,8 +1,15 @@
 #include "driveline/ecat_master/cyclic/cycle_trace.hpp"
 
 #include <gmock/gmock.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <thread>
+
+#include "driveline/rt/clock.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -39,6 +46,36 @@ std::vector<std::int64_t> worst_of(std::vector<TracedCycle> cycles) {
   std::sort(cycles.begin(), cycles.end(), [](const auto& a, const auto& b) { return a.rank < b.rank; });
   for (std::size_t i = 0; i < cycles.size(); ++i) EXPECT_EQ(cycles[i].rank, i + 1);
   return numbers(cycles);
+}
+
+/// On one processor, which others want, too.
+TEST(CycleTrace, AWorstCycleHasWhoHadItsProcessor) {
+  const int cpu = sched_getcpu();
+  auto log = rt::SwitchLog::open(cpu);
+  if (!log) GTEST_SKIP() << log.error().message();
+  CycleTrace trace(4);
+  trace.watch(**log);
+  std::int32_t self = 0;
+  std::jthread([&] {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<unsigned>(cpu), &set);
+    ASSERT_EQ(pthread_setaffinity_np(pthread_self(), sizeof set, &set), 0);
+    self = static_cast<std::int32_t>(syscall(SYS_gettid));
+    const rt::MonotonicClock clock;
+    const auto due = clock.now();
+    std::this_thread::sleep_for(std::chrono::milliseconds{2});
+    const auto wake = clock.now();
+    trace.begin({0, due, wake, 0}, kTracePeriod);
+    for (std::size_t phase = 0; phase < kCyclePhases; ++phase) trace.mark(static_cast<CyclePhase>(phase), clock.now());
+    trace.end();
+  }).join();
+  const auto cycle = trace.cycles().front();
+  ASSERT_GE(cycle.switches.size(), 2U) << "it slept, and was woken";
+  EXPECT_TRUE(std::is_sorted(cycle.switches.begin(), cycle.switches.end(),
+                             [](const auto& a, const auto& b) { return a.time < b.time; }));
+  EXPECT_EQ(cycle.switches.back().thread, self);
+  EXPECT_GT(cycle.switches.back().time, cycle.stamps.due);
 }
 
 TEST(CycleTrace, HasNothingBeforeTheFirstCycle) {

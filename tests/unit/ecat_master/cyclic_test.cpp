@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
+#include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_exchange.hpp"
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/motion.hpp"
@@ -448,6 +449,28 @@ TEST(CyclicExchange, RefusesARequestThatFitsNoFrame) {
   std::vector<std::byte> data(1487);
   Request request{wire::Command::kFprd, {}, data};
   EXPECT_TRUE(exchange.exchange({&request, 1}).error().is<facts::ProcessDataSize>());
+}
+
+/// Outputs of the frame that was sent last.
+std::vector<std::byte> outputs_sent(const FakePort& port) {
+  const auto& frame = port.sent.back();
+  return {frame.begin() + 40, frame.begin() + 44};
+}
+
+TEST_F(CyclicFrameTest, FramesThatWerePreparedAreSentAsTheyAre) {
+  CyclicCore core(port, clock, std::move(image), nullptr, {}, CyclicCore::Settings{});
+  const auto set_outputs = [&core](const char* bytes) {
+    const auto outputs = hex(bytes);
+    std::copy(outputs.begin(), outputs.end(), core.image().outputs().begin());
+  };
+  const auto run = [&core, this](std::int64_t cycle) { core.cycle({cycle, clock.now(), clock.now(), 0}); };
+  set_outputs("0A0B0C0D");
+  core.prepare();
+  set_outputs("01020304");
+  run(0);
+  EXPECT_EQ(outputs_sent(port), hex("0A0B0C0D"));
+  run(1);
+  EXPECT_EQ(outputs_sent(port), hex("01020304")) << "each is sent once";
 }
 
 trajectory::Interpolator path_of(std::size_t axes) {

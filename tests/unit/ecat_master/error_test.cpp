@@ -194,6 +194,12 @@ const Case kOfClocks[] = {
          .cause = dc::LockCause::kAcquiring, .mean_error = -nanoseconds{4321}, .window = nanoseconds{1250}}},
      "the cycle is not locked to the reference clock: its frames are -4321 ns off their phase on average and do not "
      "stay within 1250 ns of it"},
+    {{facts::NotLocked{.cause = dc::LockCause::kAcquiring,
+                       .noise_ns = 23'456,
+                       .mean_error = nanoseconds{900},
+                       .window = nanoseconds{1250}}},
+     "the cycle is not locked to the reference clock: its frames are 900 ns off their phase on average and do not "
+     "stay within 1250 ns of it; single ones vary by 23456 ns"},
     {{facts::NotLocked{.cause = dc::LockCause::kNoReference}},
      "the cycle is not locked to the reference clock: the reference clock does not answer"},
     {{facts::NotLocked{.cause = dc::LockCause::kFrequencyLimit}},

@@ -194,6 +194,39 @@ TEST(CycleTimer, LeadWakesEarlyAndSpinsToTheGrid) {
   }
 }
 
+TEST(CycleTimer, WhatIsDoneBetweenSleepAndInstantCostsNothing) {
+  VirtualClock clock;
+  CycleTimer timer{clock, kPeriod, 20us};
+  timer.start(kFirst);
+  for (int i = 0; i < 10; ++i) {
+    timer.sleep_ahead();
+    EXPECT_EQ(clock.now(), kFirst + i * kPeriod - 20us);
+    timer.sleep_ahead();
+    EXPECT_EQ(clock.now(), kFirst + i * kPeriod - 20us) << "a second one does not sleep again";
+    clock.advance(15us);
+    const CycleStart start = timer.wait_next();
+    EXPECT_EQ(start.cycle, i);
+    EXPECT_EQ(start.wake, start.grid);
+    EXPECT_EQ(start.grid, kFirst + i * kPeriod);
+    clock.advance(40us);
+  }
+  timer.sleep_ahead();
+  clock.advance(20us + kPeriod * 3 / 2);
+  const CycleStart late = timer.wait_next();
+  EXPECT_EQ(late.missed, 1);
+  EXPECT_EQ(late.wake, late.grid + kPeriod / 2);
+}
+
+TEST(CycleTimer, AShiftBetweenSleepAndInstantIsOfTheInstantBehindIt) {
+  VirtualClock clock;
+  CycleTimer timer{clock, kPeriod, 20us};
+  timer.start(kFirst);
+  timer.sleep_ahead();
+  timer.shift_phase(1us);
+  EXPECT_EQ(timer.wait_next().grid, kFirst);
+  EXPECT_EQ(timer.wait_next().grid, kFirst + kPeriod + 1us);
+}
+
 TEST(CycleTimer, LeadThatIsTooShortForTheWakeUpShowsAsLatency) {
   SleepyClock clock;
   clock.oversleep_by(40us);

@@ -124,7 +124,9 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
         WrongFile{
             one_slave("[lines]\n"),
-            ":4: lines: unknown key, expected one of: axis, bus, commands, copy, dc, eoe, fault, gateway, group, line, "
+            ":4: lines: unknown key, expected one of: axis, axis_group, bus, commands, copy, dc, eoe, fault, gantry, "
+            "gateway, group, "
+            "line, "
             "output, path, "
             "process_data, realtime, recovery, slave, "
             "stream, telemetry, wiring"},
@@ -150,8 +152,10 @@ INSTANTIATE_TEST_SUITE_P(
                   "peak_torque_nm, pole_pairs, rated_current_a, rated_speed_rpm, rated_torque_nm, thermal, "
                   "torque_lag_us, viscous_friction_nm_s, winding"},
         WrongFile{one_axis("limit = 5\n"),
-                  ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, coulomb_friction, coulomb_velocity, "
-                  "feed_mm_per_revolution, following_error_timeout_ms, following_error_window, gravity, "
+                  ":6: [axis 1] limit: unknown key, expected one of: adds_offsets, backlash, "
+                  "backlash_acceleration, backlash_velocity, compensate, compensation, coulomb_friction, "
+                  "coulomb_velocity, feed_mm_per_revolution, follow_bit, following_error_timeout_ms, "
+                  "following_error_window, gravity, "
                   "increments_per_revolution, inertia, max_acceleration, max_jerk, max_position, max_torque, "
                   "max_velocity, min_position, "
                   "mode, modulo, name, pendulum, "

@@ -12,7 +12,7 @@
 namespace driveline::trajectory::test {
 
 /// Judges the positions that come out of the cycle, and nothing else: differences from cycle to cycle against the
-/// limits of each axis, and the distance from the moves.
+/// limits of each axis and of the tool, and the distance of the tool from the moves.
 class ContourOracle {
  public:
   ContourOracle(const ContourSettings& settings, const MovePlan& plan) : settings_(settings), plan_(plan) {}
@@ -22,7 +22,11 @@ class ContourOracle {
 
   void take(const ContourSetpoint& setpoint) {
     last_.push_front(setpoint.position);
-    if (last_.size() > 4) last_.pop_back();
+    tools_.push_front(tool_of(setpoint.position));
+    if (last_.size() > 4) {
+      last_.pop_back();
+      tools_.pop_back();
+    }
     if (last_.size() == 4) judge_differences();
     judge_place(setpoint);
   }
@@ -33,9 +37,35 @@ class ContourOracle {
   [[nodiscard]] const std::array<double, 3>& used() const { return used_; }
 
  private:
+  /// Where the tool is when the axes are there.
+  [[nodiscard]] GroupVector tool_of(const GroupVector& position) const {
+    GroupVector tool = position;
+    if (settings_.kinematics != nullptr && !settings_.kinematics->forward(position, tool)) tool[0] = 1e9;
+    return tool;
+  }
+
+  /// The tool moves as the vector of its coordinates.
+  void judge_tool(double rounding) {
+    const double dt = settings_.period_s;
+    std::array<double, 3> squares{};
+    for (std::size_t i = 0; i < settings_.axes; ++i) {
+      const double first = tools_[0][i] - tools_[1][i];
+      const double second = first - tools_[1][i] + tools_[2][i];
+      const double third = second - tools_[1][i] + 2.0 * tools_[2][i] - tools_[3][i];
+      squares[0] += first * first;
+      squares[1] += second * second;
+      squares[2] += third * third;
+    }
+    judge(0, kTool, std::sqrt(squares[0]) / dt, settings_.tool.max_velocity, 0.0);
+    judge(1, kTool, std::sqrt(squares[1]) / (dt * dt), settings_.tool.max_acceleration, rounding * dt);
+    judge(2, kTool, std::sqrt(squares[2]) / (dt * dt * dt), settings_.tool.max_jerk, rounding);
+  }
+
   void judge_differences() {
     const double dt = settings_.period_s;
-    const double rounding = 2.0 / static_cast<double>(smoothing_cycles(settings_)) + 0.05;  // m/s^3
+    double rounding = 2.0 / static_cast<double>(smoothing_cycles(settings_)) + 0.05;  // m/s^3
+    // Angles and places of some m or rad come from formulas with some ten operations.
+    if (settings_.kinematics != nullptr) rounding += 64.0 * 2.2e-16 / (dt * dt * dt);
     for (std::size_t i = 0; i < settings_.axes; ++i) {
       const double p0 = last_[0][i];
       const double p1 = last_[1][i];
@@ -45,6 +75,7 @@ class ContourOracle {
       judge(1, i, std::abs(p0 - 2.0 * p1 + p2) / (dt * dt), settings_.limits[i].max_acceleration, rounding * dt);
       judge(2, i, std::abs(p0 - 3.0 * p1 + 3.0 * p2 - p3) / (dt * dt * dt), settings_.limits[i].max_jerk, rounding);
     }
+    judge_tool(rounding);
     ++cycles_;
   }
 
@@ -59,10 +90,11 @@ class ContourOracle {
   }
 
   void judge_place(const ContourSetpoint& setpoint) {
-    double nearest = distance_from_move(setpoint.position, plan_, setpoint.move);
+    const auto tool = tool_of(setpoint.position);
+    double nearest = distance_from_move(tool, plan_, setpoint.move);
     double tolerance = 0.0;
     if (setpoint.move > 0) {
-      nearest = std::min(nearest, distance_from_move(setpoint.position, plan_, setpoint.move - 1));
+      nearest = std::min(nearest, distance_from_move(tool, plan_, setpoint.move - 1));
       tolerance = plan_.moves[setpoint.move - 1].tolerance;
     }
     if (nearest <= tolerance + 1e-9 || !verdict_.empty()) return;
@@ -72,9 +104,12 @@ class ContourOracle {
     verdict_ = text.str();
   }
 
+  static constexpr std::size_t kTool = kMaxGroupAxes;  ///< stands for the tool in verdicts
+
   const ContourSettings& settings_;
   const MovePlan& plan_;
   std::deque<GroupVector> last_;
+  std::deque<GroupVector> tools_;
   std::size_t cycles_ = 0;
   std::array<double, 3> used_{};
   std::string verdict_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contour/joint_path.hpp"
+
 namespace driveline::trajectory {
 namespace {
 
@@ -216,6 +218,49 @@ void ContourFollower::forget() noexcept {
   if (pieces != first_piece) track_.pieces_begin_.store(pieces, std::memory_order_release);
 }
 
+const ContourTrack::Event* ContourFollower::next_event(std::uint64_t ahead) noexcept {
+  if (event_ + ahead >= events_known_) events_known_ = track_.events_end_.load(std::memory_order_acquire);
+  return event_ + ahead < events_known_ ? &track_.event(event_ + ahead) : nullptr;
+}
+
+void ContourFollower::forget_event() noexcept {
+  dwelt_ = 0;
+  track_.events_begin_.store(++event_, std::memory_order_release);
+}
+
+/// Whether the point has to stay where it is: there is a dwell, maybe behind outputs that the mean has yet to reach.
+bool ContourFollower::is_dwelling() noexcept {
+  if (speed_ > 0.0) return false;
+  if (backwards_) {
+    dwelt_ = 0;
+    return false;
+  }
+  for (std::uint64_t ahead = 0; ahead < 2 * kMostOutputsOfMove; ++ahead) {
+    const auto* const event = next_event(ahead);
+    if (event == nullptr || event->at != place_) return false;
+    if (event->dwell_cycles == 0) continue;
+    if (ahead > 0 || lag_ != 0) return true;
+    if (!held_) ++dwelt_;
+    if (dwelt_ >= event->dwell_cycles) forget_event();
+    return true;
+  }
+  return false;
+}
+
+void ContourFollower::tell_outputs(ContourSetpoint& out) noexcept {
+  while (out.changes < out.changed.size()) {
+    const auto* const event = next_event();
+    if (event == nullptr || event->at > place_ || (place_ - event->at) * window_ < lag_) return;
+    if (event->dwell_cycles > 0) {
+      // It stays until it is over.
+      if (event->at == place_) return;
+    } else {
+      out.changed[out.changes++] = event->change;
+    }
+    forget_event();
+  }
+}
+
 ContourSetpoint ContourFollower::setpoint() noexcept {
   ContourSetpoint out;
   const auto& piece = track_.piece(piece_);
@@ -223,10 +268,13 @@ ContourSetpoint ContourFollower::setpoint() noexcept {
   const double share = local_length() / to_length(piece.end - piece.begin);
   const double local = std::clamp(share, 0.0, 1.0) * piece.shape.length();
   const auto there = piece.shape.at(local);
-  out.position = there.position;
+  out.tool = there.position;
+  // The planner has found no place on the path where this fails.
+  to_joints(track_.settings_, there, joints_);
+  out.position = joints_.position;
   for (std::size_t i = 0; i < kMaxGroupAxes; ++i) {
-    out.velocity[i] = there.first[i] * mean_speed_;
-    out.acceleration[i] = there.first[i] * mean_acceleration_ + there.second[i] * mean_speed_ * mean_speed_;
+    out.velocity[i] = joints_.first[i] * mean_speed_;
+    out.acceleration[i] = joints_.first[i] * mean_acceleration_ + joints_.second[i] * mean_speed_ * mean_speed_;
   }
   out.move = piece.move;
   out.length = to_length(piece.begin) + local;
@@ -236,6 +284,10 @@ ContourSetpoint ContourFollower::setpoint() noexcept {
   out.at_end =
       out.at_rest && (backwards_ ? cell_ == track_.cells_begin_.load(std::memory_order_relaxed) && place_ <= cell.begin
                                  : !has_next_cell(cell_) && place_ >= cell.end);
+  tell_outputs(out);
+  const auto* const event = next_event();
+  out.dwells = dwells_ && lag_ == 0;
+  out.at_end = out.at_end && !dwells_ && (backwards_ || event == nullptr || event->at > place_);
   return out;
 }
 
@@ -244,13 +296,15 @@ ContourSetpoint ContourFollower::step() noexcept {
     cells_known_ = track_.cells_end_.load(std::memory_order_acquire);
     if (cells_known_ == 0) {
       ContourSetpoint out;
-      out.position = track_.start_;
+      out.position = track_.start_joints_;
+      out.tool = track_.start_;
       return out;
     }
   }
   if (speed_ <= 0.0) direction_ = backwards_ ? -1 : 1;
   find_cell();
-  advance(next_speed(track_.cell(cell_)));
+  dwells_ = is_dwelling();
+  advance(dwells_ ? 0.0 : next_speed(track_.cell(cell_)));
   find_piece();
   if (direction_ > 0) forget();
   return setpoint();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contour/joint_path.hpp"
 #include "geometry/group_math.hpp"
 
 namespace driveline::trajectory {
@@ -21,6 +22,8 @@ constexpr double kShortestStretch = 1.0 / 16.0;
 /// quarter, and the rest of a stretch) the room is never taken by pieces that wait for their stretch.
 constexpr std::uint64_t kStretchesInRoom = 16;
 constexpr std::uint64_t kOpenInRoom = 4;
+/// The same for the outputs and dwells on a stretch, which reach the cycle before it: with those of a move.
+constexpr std::uint64_t kEventsInRoom = 2;
 
 PathTicks to_ticks(double length) noexcept {
   return static_cast<PathTicks>(std::ceil(length / kPathTick));
@@ -45,20 +48,14 @@ double cubic_root(double bend, double slope, double room) noexcept {
 ContourPlanner::ContourPlanner(ContourTrack& track)
     : track_(track),
       settings_(track.settings()),
-      shaper_(settings_.axes, track.start()),
-      smoothing_s_(static_cast<double>(track.smoothing()) * settings_.period_s) {
-  for (std::size_t i = 0; i < settings_.axes; ++i) {
-    top_speed_ = std::hypot(top_speed_, settings_.limits[i].max_velocity);
-  }
-}
+      check_(settings_),
+      shaper_(settings_.axes, track.start(), &check_),
+      smoothing_s_(static_cast<double>(track.smoothing()) * settings_.period_s),
+      top_speed_(top_speed(settings_)) {}
 
 /// The highest speed, not above `top`, at which `share` of the acceleration along the path is left.
-double ContourPlanner::top_of(const PathBounds& bounds, double share, double top) const noexcept {
-  for (std::size_t i = 0; i < settings_.axes; ++i) {
-    const auto& [velocity, acceleration, jerk] = settings_.limits[i];
-    const double f = bounds.first[i];
-    const double g = bounds.second[i];
-    const double h = bounds.third[i];
+double ContourPlanner::top_of(std::span<const Demand> demands, double share, double top) const noexcept {
+  for (const auto& [f, g, h, velocity, acceleration, jerk] : demands) {
     if (f > 0.0) top = std::min(top, velocity / f);
     if (g > 0.0) top = std::min(top, std::sqrt((acceleration - share * f) / g));
     const double room = jerk - share * f / smoothing_s_;
@@ -72,27 +69,38 @@ double ContourPlanner::top_of(const PathBounds& bounds, double share, double top
 //   velocity      r' v
 //   acceleration  r' a + r'' v^2
 //   jerk          r' j + 3 r'' v a + r''' v^3        with j <= a / smoothing time
-ContourPlanner::Box ContourPlanner::box_of(const PathBounds& bounds, double feed) const noexcept {
-  double along = kNoLimit;
+// and the tool, as a vector, no more than the same with the lengths of the derivatives.
+ContourPlanner::Box ContourPlanner::box_of(const PathPiece& piece, double begin, double end, double feed,
+                                           bool& is_coarse) const noexcept {
+  const auto bounds = stretch_bounds(settings_, piece, begin, end);
+  is_coarse = bounds.is_coarse;
+  Demands demands;
   bool is_bent = false;
   for (std::size_t i = 0; i < settings_.axes; ++i) {
-    const auto& [velocity, acceleration, jerk] = settings_.limits[i];
-    if (bounds.first[i] > 0.0) along = std::min(along, std::min(acceleration, jerk * smoothing_s_) / bounds.first[i]);
-    is_bent = is_bent || bounds.second[i] > 0.0 || bounds.third[i] > 0.0;
+    const auto& limits = settings_.limits[i];
+    demands[i] = {bounds.axes.first[i], bounds.axes.second[i],   bounds.axes.third[i],
+                  limits.max_velocity,  limits.max_acceleration, limits.max_jerk};
+    is_bent = is_bent || demands[i].second > 0.0 || demands[i].third > 0.0;
+  }
+  const auto& tool = settings_.tool;
+  demands[settings_.axes] = {1.0,          bounds.curvature, bounds.third, tool.max_velocity, tool.max_acceleration,
+                             tool.max_jerk};
+  return box_of(std::span(demands).first(settings_.axes + 1), is_bent, feed);
+}
+
+ContourPlanner::Box ContourPlanner::box_of(std::span<const Demand> demands, bool is_bent, double feed) const noexcept {
+  double along = kNoLimit;
+  for (const auto& each : demands) {
+    if (each.first > 0.0) along = std::min(along, std::min(each.acceleration, each.jerk * smoothing_s_) / each.first);
   }
   const double top =
-      top_of(bounds, is_bent ? kShareAlongBends * along : 0.0, std::min(top_speed_, kMaxOverride * feed));
+      top_of(demands, is_bent ? kShareAlongBends * along : 0.0, std::min(top_speed_, kMaxOverride * feed));
   if (!is_bent) return {top, along};
   double left = along;
-  for (std::size_t i = 0; i < settings_.axes; ++i) {
-    const auto& [velocity, acceleration, jerk] = settings_.limits[i];
-    const double f = bounds.first[i];
-    const double g = bounds.second[i];
+  for (const auto& [f, g, h, velocity, acceleration, jerk] : demands) {
     if (f > 0.0) left = std::min(left, (acceleration - g * top * top) / f);
     const double per_acceleration = f / smoothing_s_ + 3.0 * g * top;
-    if (per_acceleration > 0.0) {
-      left = std::min(left, (jerk - bounds.third[i] * top * top * top) / per_acceleration);
-    }
+    if (per_acceleration > 0.0) left = std::min(left, (jerk - h * top * top * top) / per_acceleration);
   }
   return {top, left};
 }
@@ -131,36 +139,87 @@ double ContourPlanner::top_for_short_pieces(double length) noexcept {
 void ContourPlanner::plan(const ShapedPiece& shaped) {
   const PathTicks begin = shaped_end_;
   const PathTicks length = std::llround(shaped.piece.length() / kPathTick);
+  const auto first_event = planned_events_;
+  plan_events(shaped, begin, length);
   if (length <= 0) return;
   shaped_end_ += length;
   pieces_.push_back({begin, shaped_end_, shaped.piece, shaped.move});
-  plan_stretches(shaped, begin, shaped_end_, planned_pieces_++);
+  const auto number = planned_pieces_++;
+  plan_stretches(shaped, {begin, shaped_end_, kNoLimit, 0.0, shaped.feed, shaped.stops, number, number, first_event,
+                          planned_events_});
 }
 
-void ContourPlanner::plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end, std::uint64_t number) {
+void ContourPlanner::plan_events(const ShapedPiece& shaped, PathTicks begin, PathTicks length) {
+  for (const auto& event : shaped.events) {
+    const double share = shaped.piece.length() > 0.0 ? event.at / shaped.piece.length() : 0.0;
+    const auto along = static_cast<PathTicks>(std::round(share * static_cast<double>(length)));
+    const auto cycles = static_cast<std::uint64_t>(std::ceil(event.dwell_s / settings_.period_s));
+    events_.push_back({begin + std::clamp<PathTicks>(along, 0, length), cycles, event.change});
+    ++planned_events_;
+  }
+}
+
+void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& whole) {
   const double length = shaped.piece.length();
   const double most = top_for_short_pieces(length);
-  const auto whole = box_of(shaped.piece.bounds(0.0, length), shaped.feed);
+  if (settings_.kinematics != nullptr) {
+    constexpr int kHalvings = 10;
+    Stretch stretch = whole;
+    stretch.top = most;
+    plan_stretches_of_joints(shaped, stretch, 0.0, length, kHalvings);
+    return;
+  }
+  bool is_coarse = false;
+  const auto box_of_whole = box_of(shaped.piece, 0.0, length, shaped.feed, is_coarse);
   int count = 1;
   if (!shaped.piece.is_line()) {
     // Pieces that last longer than the averaging are worth a closer look; and bounds of arcs want short stretches.
     constexpr double kShortTurn = 0.25;
     constexpr double kMostStretches = 64.0;
-    const double by_time = length / (0.5 * smoothing_s_ * whole.top);
+    const double by_time = length / (0.5 * smoothing_s_ * box_of_whole.top);
     const double by_turn = length * norm(shaped.piece.at(0.0).second) / kShortTurn;
     count = static_cast<int>(std::ceil(std::clamp(std::max(by_turn, std::min(by_time, 16.0)), 1.0, kMostStretches)));
   }
-  PathTicks from = begin;
+  Stretch part = whole;
   for (int k = 0; k < count; ++k) {
-    const PathTicks to = k + 1 == count ? end : begin + (end - begin) / count * (k + 1);  // a product may be too large
-    const auto box =
-        count == 1 ? whole : box_of(shaped.piece.bounds(length * k / count, length * (k + 1) / count), shaped.feed);
-    if (to > from) {
-      append({from, to, std::min(box.top, most), box.acceleration, shaped.feed, shaped.stops && k + 1 == count, number,
-              number});
+    // Not multiplied first: a product may be too large.
+    part.end = k + 1 == count ? whole.end : whole.begin + (whole.end - whole.begin) / count * (k + 1);
+    const auto box = count == 1
+                         ? box_of_whole
+                         : box_of(shaped.piece, length * k / count, length * (k + 1) / count, shaped.feed, is_coarse);
+    if (part.end > part.begin) {
+      part.top = std::min(box.top, most);
+      part.acceleration = box.acceleration;
+      part.stops = whole.stops && k + 1 == count;
+      append(part);
     }
-    from = to;
+    part.begin = part.end;
   }
+}
+
+/// What joints can do changes along a straight line, too: stretches are halved while a part of one takes longer than
+/// the averaging, or its bounds are no better than that.
+void ContourPlanner::plan_stretches_of_joints(const ShapedPiece& shaped, const Stretch& stretch, double begin,
+                                              double end, int halvings) {
+  constexpr int kForTime = 4;
+  bool is_coarse = false;
+  const auto box = box_of(shaped.piece, begin, end, shaped.feed, is_coarse);
+  const bool is_long = halvings > kForTime && end - begin > smoothing_s_ * box.top;
+  const PathTicks middle = stretch.begin + (stretch.end - stretch.begin) / 2;
+  if (halvings > 0 && (is_coarse || is_long) && middle > stretch.begin) {
+    Stretch half = stretch;
+    half.end = middle;
+    half.stops = false;
+    plan_stretches_of_joints(shaped, half, begin, 0.5 * (begin + end), halvings - 1);
+    half = stretch;
+    half.begin = middle;
+    plan_stretches_of_joints(shaped, half, 0.5 * (begin + end), end, halvings - 1);
+    return;
+  }
+  Stretch whole = stretch;
+  whole.top = std::min(box.top, stretch.top);
+  whole.acceleration = box.acceleration;
+  append(whole);
 }
 
 // Short pieces one after the other are one stretch, with the lower limits.
@@ -229,8 +288,14 @@ double ContourPlanner::top_for_room(const Stretch& stretch) const noexcept {
 void ContourPlanner::lower_behind(const Stretch& by) {
   const PathTicks top_from = by.begin - to_ticks(by.top * (0.5 * smoothing_s_ + settings_.period_s));
   const PathTicks acceleration_from = by.begin - to_ticks(by.top * (smoothing_s_ + 2.0 * settings_.period_s));
+  // Most stretches are like the one before, and lower nothing.
+  std::size_t first = open_.size();
+  for (std::size_t i = open_.size(); i-- > 0 && open_[i].end > acceleration_from;) {
+    const bool is_above = open_[i].acceleration > by.acceleration || (open_[i].end > top_from && open_[i].top > by.top);
+    if (is_above) first = i;
+  }
   lowered_.clear();
-  while (!open_.empty() && open_.back().end > acceleration_from) {
+  while (open_.size() > first) {
     lowered_.push_back(open_.back());
     open_.pop_back();
   }
@@ -258,6 +323,7 @@ void ContourPlanner::put(const Stretch& stretch) {
       open_.back().acceleration == stretch.acceleration && open_.back().feed == stretch.feed) {
     open_.back().end = stretch.end;
     open_.back().last_piece = stretch.last_piece;
+    open_.back().last_event = stretch.last_event;
     open_.back().stops = stretch.stops;
     return;
   }
@@ -304,9 +370,10 @@ void ContourPlanner::settle(PathTicks until) {
   }
 }
 
-/// Whether two stretches can be one as far as stops and the number of pieces are concerned.
+/// Whether two stretches can be one as far as stops and the numbers of pieces and events are concerned.
 bool ContourPlanner::may_be_one(const Stretch& last, const Stretch& stretch) const noexcept {
-  return !last.stops && stretch.last_piece - last.first_piece < settings_.capacity / kStretchesInRoom;
+  return !last.stops && stretch.last_piece - last.first_piece < settings_.capacity / kStretchesInRoom &&
+         stretch.last_event - last.first_event < settings_.capacity / kEventsInRoom;
 }
 
 /// Makes one of two stretches if they are equal, or short.
@@ -320,6 +387,7 @@ bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept
   if (!is_same && !is_short) return false;
   last.end = stretch.end;
   last.last_piece = stretch.last_piece;
+  last.last_event = stretch.last_event;
   last.top = lower;
   last.acceleration = std::min(last.acceleration, stretch.acceleration);
   last.feed = std::min(last.feed, stretch.feed);
@@ -347,6 +415,18 @@ bool ContourPlanner::publish_pieces() {
   return pieces_.empty();
 }
 
+/// Whether all events up to a place are known to the cycle.
+bool ContourPlanner::publish_events(PathTicks until) {
+  auto end = track_.events_end_.load(std::memory_order_relaxed);
+  const auto begin = track_.events_begin_.load(std::memory_order_acquire);
+  while (!events_.empty() && events_.front().at <= until && end - begin <= track_.mask_) {
+    track_.event(end++) = events_.front();
+    events_.pop_front();
+  }
+  track_.events_end_.store(end, std::memory_order_release);
+  return events_.empty() || events_.front().at > until;
+}
+
 bool ContourPlanner::publish_cells() {
   const auto first_new = track_.cells_end_.load(std::memory_order_relaxed);
   const auto begin = track_.cells_begin_.load(std::memory_order_acquire);
@@ -354,6 +434,7 @@ bool ContourPlanner::publish_cells() {
   // The last one may still grow, unless the axes stop at its end.
   while (!settled_.empty() && (settled_.size() > 1 || settled_.front().stops) && end - begin <= track_.mask_) {
     const auto& from = settled_.front();
+    if (!publish_events(from.end)) break;
     auto& cell = track_.cell(end++);
     cell.begin = from.begin;
     cell.end = from.end;

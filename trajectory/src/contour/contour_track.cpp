@@ -5,6 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "contour/joint_path.hpp"
+#include "driveline/trajectory/path_check.hpp"
+
 namespace driveline::trajectory {
 namespace {
 
@@ -15,6 +18,40 @@ bool is_positive(double value) {
 ContourSettings valid(const ContourSettings& settings) {
   if (const auto wrong = check_settings(settings); !wrong.empty()) throw std::invalid_argument(wrong);
   return settings;
+}
+
+std::string fault_of_ranges(const ContourSettings& settings) {
+  for (std::size_t i = 0; i < settings.axes; ++i) {
+    const auto& limits = settings.limits[i];
+    if (limits.min_position < limits.max_position) continue;
+    return "the lowest position of axis " + std::to_string(i + 1) + " must be below its highest one";
+  }
+  return "";
+}
+
+std::string fault_of_tool(const ContourSettings& settings) {
+  const auto& [velocity, acceleration, jerk] = settings.tool;
+  if (!(velocity > 0.0 && acceleration > 0.0 && jerk > 0.0)) return "the limits of the tool must be above 0";
+  if (settings.kinematics == nullptr) return "";
+  if (settings.kinematics->coordinates().size() > settings.axes) {
+    return "the machine has " + std::to_string(settings.kinematics->coordinates().size()) + " joints, the group " +
+           std::to_string(settings.axes) + " axes";
+  }
+  return std::isfinite(velocity) ? "" : "a machine with kinematics needs a velocity limit of its tool";
+}
+
+GroupVector joints_at(const ContourSettings& settings, const GroupVector& place) {
+  if (auto wrong = PathCheck(settings).fault_at(place); !wrong.empty()) throw std::invalid_argument(wrong);
+  PathGeometry tool;
+  tool.position = place;
+  PathGeometry joints;
+  to_joints(settings, tool, joints);
+  return joints.position;
+}
+
+/// From standstill to the highest acceleration, or the highest velocity if that comes before.
+double rise_s(double velocity, double acceleration, double jerk) noexcept {
+  return std::min(acceleration / jerk, std::sqrt(velocity / jerk));
 }
 
 }  // namespace
@@ -39,34 +76,51 @@ std::string check_settings(const ContourSettings& settings) {
   }
   // Faster ones are meant as "no limit"; but lengths are counted in steps of 2^-40 m, in 64 bits.
   constexpr double kFastest = 1e6;
-  double top_speed = 0.0;
   for (std::size_t i = 0; i < settings.axes; ++i) {
     if (settings.limits[i].max_velocity > kFastest) {
       return "the velocity limit of axis " + std::to_string(i + 1) + " is above 1e6 m/s or rad/s";
     }
-    top_speed = std::hypot(top_speed, settings.limits[i].max_velocity);
   }
+  if (auto wrong = fault_of_ranges(settings); !wrong.empty()) return wrong;
+  if (auto wrong = fault_of_tool(settings); !wrong.empty()) return wrong;
+  if (top_speed(settings) > kFastest * kMaxGroupAxes) return "the velocity limit of the tool is above 1e6 m/s";
   constexpr double kMostCycles = 65536.0;
   for (std::size_t i = 0; i < settings.axes; ++i) {
     if (settings.limits[i].max_acceleration / settings.limits[i].max_jerk > kMostCycles * settings.period_s) {
       return "axis " + std::to_string(i + 1) + " takes more than 65536 cycles to reach its acceleration limit";
     }
   }
+  if (static_cast<double>(smoothing_cycles(settings)) > kMostCycles) {
+    return "the tool takes more than 65536 cycles to reach its acceleration limit";
+  }
   // The sum of what all places that are averaged are behind, with a factor of two to spare.
   constexpr double kLargestSum = 8388608.0;  // 2^63 steps of 2^-40 m
   const auto cycles = static_cast<double>(smoothing_cycles(settings));
-  if (2.0 * top_speed * cycles * cycles * settings.period_s >= kLargestSum) {
+  if (2.0 * top_speed(settings) * cycles * cycles * settings.period_s >= kLargestSum) {
     return "the axes are too fast for an averaging over " + std::to_string(smoothing_cycles(settings)) +
            " cycles; lower velocity limits or higher jerk limits are needed";
   }
   return "";
 }
 
+double top_speed(const ContourSettings& settings) noexcept {
+  if (settings.kinematics != nullptr) return settings.tool.max_velocity;
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < settings.axes; ++i) fastest = std::hypot(fastest, settings.limits[i].max_velocity);
+  return std::min(fastest, settings.tool.max_velocity);
+}
+
 std::size_t smoothing_cycles(const ContourSettings& settings) noexcept {
   double longest_s = 0.0;
   for (std::size_t i = 0; i < settings.axes; ++i) {
-    const auto& [velocity, acceleration, jerk] = settings.limits[i];
-    longest_s = std::max(longest_s, std::min(acceleration / jerk, std::sqrt(velocity / jerk)));
+    const auto& limits = settings.limits[i];
+    longest_s = std::max(longest_s, rise_s(limits.max_velocity, limits.max_acceleration, limits.max_jerk));
+  }
+  // Without a jerk limit it is zero; with nothing but that one the axes' accelerations are the tool's.
+  const auto& tool = settings.tool;
+  if (std::isfinite(tool.max_jerk)) {
+    const double rise = rise_s(top_speed(settings), tool.max_acceleration, tool.max_jerk);
+    if (std::isfinite(rise)) longest_s = std::max(longest_s, rise);
   }
   constexpr double kRounding = 1e-9;
   return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(longest_s / settings.period_s - kRounding)));
@@ -75,9 +129,11 @@ std::size_t smoothing_cycles(const ContourSettings& settings) noexcept {
 ContourTrack::ContourTrack(const ContourSettings& settings, const GroupVector& start)
     : settings_(valid(settings)),
       start_(start),
+      start_joints_(joints_at(settings_, start)),
       smoothing_(smoothing_cycles(settings)),
       mask_(settings.capacity - 1),
       pieces_(std::make_unique<Piece[]>(settings.capacity)),
-      cells_(std::make_unique<Cell[]>(settings.capacity)) {}
+      cells_(std::make_unique<Cell[]>(settings.capacity)),
+      events_(std::make_unique<Event[]>(settings.capacity)) {}
 
 }  // namespace driveline::trajectory

@@ -54,11 +54,76 @@ tl::expected<void, PathMoveError> check_shape(const PathMove& move, std::size_t 
   return check_place(move.center, axes, "the centre");
 }
 
+tl::expected<void, PathMoveError> check_events(const PathMove& move) {
+  if (!(move.dwell_s >= 0.0 && move.dwell_s <= kLongestDwell)) {
+    return bad_move("the dwell is " + to_short_text(move.dwell_s) + " s; it must be from 0 to 3600 s");
+  }
+  for (const auto& output : move.outputs) {
+    if (std::isnan(output.at) || !std::isfinite(output.change.value)) {
+      return bad_move("an output and its place must be numbers");
+    }
+  }
+  return {};
+}
+
+double length_of(const std::vector<PathPiece>& pieces) {
+  double length = 0.0;
+  for (const auto& piece : pieces) length += piece.length();
+  return length;
+}
+
+/// The events of a move by the length along it, in their order on the path.
+tl::expected<std::vector<PathEvent>, PathMoveError> events_of(const PathMove& move, double length) {
+  std::vector<PathEvent> events;
+  for (const auto& [change, at] : move.outputs) {
+    const double place = std::isinf(at) ? length : at < 0.0 ? length + at : at;
+    constexpr double kRounding = 1e-9;
+    if (!(place >= -kRounding && place <= length + kRounding)) {
+      return bad_move("an output would change " + to_short_text(std::abs(at)) + " m " +
+                      (at < 0.0 ? "before the end" : "behind the begin") + " of a move that is " +
+                      to_short_text(length) + " m long");
+    }
+    events.push_back({std::clamp(place, 0.0, length), change, 0.0});
+  }
+  std::stable_sort(events.begin(), events.end(), [](const auto& a, const auto& b) { return a.at < b.at; });
+  if (move.dwell_s > 0.0) events.push_back({length, {}, move.dwell_s});
+  return events;
+}
+
+tl::unexpected<PathMoveError> too_many_events() {
+  return bad_move("more than " + std::to_string(kMostOutputsOfMove) + " outputs and dwells belong to one move");
+}
+
+/// Pieces one after the other, with the events on them.
+void put_pieces(const std::vector<PathPiece>& pieces, double feed, std::uint64_t move,
+                const std::vector<PathEvent>& events, std::vector<ShapedPiece>& out) {
+  const auto first = out.size();
+  for (const auto& piece : pieces) {
+    if (piece.length() > 0.0) out.push_back({piece, feed, move, false, {}});
+  }
+  std::size_t index = first;
+  double begin = 0.0;
+  for (auto event : events) {
+    while (index + 1 < out.size() && event.at > begin + out[index].piece.length()) {
+      begin += out[index].piece.length();
+      ++index;
+    }
+    if (index == out.size()) return;  // without a piece there is no event
+    // The end of the move is that of its last piece, whatever the sum of lengths was rounded to.
+    constexpr double kRounding = 1e-12;
+    const double length = out[index].piece.length();
+    event.at = std::clamp(event.at - begin, 0.0, length);
+    if (event.dwell_s > 0.0 && event.at > kRounding) event.at = length;
+    out[index].events.push_back(event);
+  }
+}
+
 tl::expected<void, PathMoveError> check_move(const PathMove& move, std::size_t axes) {
   if (!(move.feed > 0.0)) return bad_move("the feed is " + to_short_text(move.feed) + "; it must be above 0");
   if (!(move.tolerance >= 0.0) || !std::isfinite(move.tolerance)) {
     return bad_move("the tolerance is " + to_short_text(move.tolerance) + "; it must be 0 or more, and finite");
   }
+  if (auto checked = check_events(move); !checked) return checked;
   return check_shape(move, axes);
 }
 
@@ -81,7 +146,8 @@ tl::expected<std::vector<PathPiece>, PathMoveError> spline_pieces(const GroupVec
 
 }  // namespace
 
-PathShaper::PathShaper(std::size_t axes, const GroupVector& start) : axes_(axes), target_(start) {
+PathShaper::PathShaper(std::size_t axes, const GroupVector& start, const PathCheck* check)
+    : axes_(axes), check_(check), target_(start) {
   if (axes == 0 || axes > kMaxGroupAxes) throw std::invalid_argument("a group has 1 to 8 axes");
   if (const auto checked = check_place(start, axes, "the first place"); !checked) {
     throw std::invalid_argument(checked.error().reason);
@@ -101,12 +167,56 @@ tl::expected<std::vector<PathPiece>, PathMoveError> PathShaper::shaped(const Pat
   return pieces;
 }
 
-void PathShaper::hand_over(std::vector<ShapedPiece>& out, bool stops) {
-  for (const auto& piece : last_) {
-    if (piece.length() > 0.0) out.push_back({piece, feed_, last_move_, false});
+tl::expected<void, PathMoveError> PathShaper::checked(const std::vector<PathPiece>& pieces) const {
+  if (check_ == nullptr || !check_->is_needed()) return {};
+  for (const auto& piece : pieces) {
+    if (auto fault = check_->fault_on(piece); !fault.empty()) return bad_move(std::move(fault));
   }
-  if (!last_.empty() && !out.empty()) out.back().stops = stops;
+  return {};
+}
+
+void PathShaper::hand_over(std::vector<ShapedPiece>& out, bool stops) {
+  if (last_.empty()) return;
+  put_pieces(last_, feed_, last_move_, events_, out);
+  if (!out.empty()) out.back().stops = stops;
   last_.clear();
+  events_.clear();
+  dwells_ = false;
+}
+
+void PathShaper::add_without_way(const PathMove& move) {
+  const double at = length_of(last_);
+  for (const auto& output : move.outputs) events_.push_back({at, output.change, 0.0});
+  if (move.dwell_s > 0.0) events_.push_back({at, {}, move.dwell_s});
+  dwells_ = dwells_ || move.dwell_s > 0.0;
+  ++moves_;
+}
+
+/// Events of the kept move and of the one behind it that are on the corner between them; those of the other one are by
+/// what is left of it from then on.
+std::vector<PathEvent> PathShaper::take_events_of_corner(double cut, double corner, std::vector<PathEvent>& behind) {
+  if (!(cut > 0.0)) return {};
+  std::vector<PathEvent> taken;
+  const double left = length_of(last_);  // without what was cut
+  const double half = 0.5 * corner;
+  while (!events_.empty() && events_.back().at > left) {
+    auto event = events_.back();
+    event.at = std::min(half, (event.at - left) / cut * half);
+    taken.insert(taken.begin(), event);
+    events_.pop_back();
+  }
+  std::vector<PathEvent> rest;
+  for (auto event : behind) {
+    event.at -= cut;
+    if (event.at < 0.0) {
+      event.at = half + (event.at + cut) / cut * half;
+      taken.push_back(event);
+    } else {
+      rest.push_back(event);
+    }
+  }
+  behind = std::move(rest);
+  return taken;
 }
 
 tl::expected<void, PathMoveError> PathShaper::add(const PathMove& move, std::vector<ShapedPiece>& out) {
@@ -114,28 +224,41 @@ tl::expected<void, PathMoveError> PathShaper::add(const PathMove& move, std::vec
   auto pieces = shaped(move);
   if (!pieces) return tl::unexpected(std::move(pieces.error()));
   const auto number = moves_;
+  const double length = length_of(*pieces);
+  auto events = events_of(move, length);
+  if (!events) return tl::unexpected(std::move(events.error()));
+  if (events->size() + (pieces->empty() || last_.empty() ? events_.size() : 0) > kMostOutputsOfMove) {
+    return too_many_events();
+  }
   if (pieces->empty()) {
-    ++moves_;
+    add_without_way(move);
     return {};
   }
+  if (auto possible = checked(*pieces); !possible) return possible;
   const double half = pieces->front().length() / 2.0;
   const double end_half = pieces->back().length() / 2.0;
   bool stops = false;
   Blend corner;
   if (!last_.empty()) {
     const auto joint = joint_of(last_.back(), pieces->front());
-    stops = !joint.is_smooth && !(tolerance_ > 0.0);
+    stops = dwells_ || (!joint.is_smooth && !(tolerance_ > 0.0));
     if (!joint.is_smooth && !stops) {
       // Half of each piece is left for the corner at its other end.
       auto found = blend(last_.back(), pieces->front(), joint, tolerance_, std::min(last_half_, half));
       if (!found) return tl::unexpected(std::move(found.error()));
+      if (auto possible = checked(found->pieces); !possible) return possible;
       corner = std::move(*found);
       last_.back() = last_.back().part(0.0, last_.back().length() - corner.cut);
       pieces->front() = pieces->front().part(corner.cut, pieces->front().length());
     }
   }
+  const auto on_corner = take_events_of_corner(corner.cut, length_of(corner.pieces), *events);
+  // What has waited for the first move is before it.
+  if (last_.empty()) events->insert(events->begin(), events_.begin(), events_.end());
   hand_over(out, stops);
-  for (const auto& piece : corner.pieces) out.push_back({piece, std::min(feed_, move.feed), number, false});
+  put_pieces(corner.pieces, std::min(feed_, move.feed), number, on_corner, out);
+  events_ = std::move(*events);
+  dwells_ = move.dwell_s > 0.0;
   target_ = move.kind == PathMove::Kind::kSpline ? move.points.back() : move.target;
   last_ = std::move(*pieces);
   last_half_ = end_half;

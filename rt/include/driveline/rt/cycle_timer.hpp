@@ -57,6 +57,10 @@ class CycleTimer {
   /// Sleeps to the next grid instant. Returns at once if it has passed less than a period ago; see the class.
   CycleStart wait_next() noexcept;
 
+  /// The sleep of the next wait_next(), which spins then from where this returns: wake_ahead() before the grid instant
+  /// at best, so that what can be done before it is done in time that is spent anyway.
+  void sleep_ahead() noexcept;
+
   /// Moves the next grid instant, and all that follow, by `shift` (positive: later). The sum of the shifts before one
   /// wait_next() is limited to half a period either way; the excess is dropped, because a controller that is still off
   /// in the next cycle shifts again.
@@ -84,12 +88,13 @@ class CycleTimer {
   std::optional<std::chrono::nanoseconds> wake_ahead_;  // none: margin_
   WakeMargin margin_;
   std::chrono::nanoseconds next_{};           // the next grid instant
-  std::chrono::nanoseconds pending_shift_{};  // accepted, taken over by the next wait_next()
+  std::chrono::nanoseconds pending_shift_{};  // accepted, taken over by the next sleep
   std::chrono::nanoseconds phase_shift_{};
   std::chrono::nanoseconds awake_since_{};
   std::chrono::nanoseconds rest_debt_{};       // sleep still owed for the time awake
   std::chrono::nanoseconds awake_unproven_{};  // time awake since cpu_at_ was read
   std::chrono::nanoseconds cpu_at_{};          // CPU time of the thread then
+  bool slept_ = false;                         // sleep_ahead() has slept for the next wait_next()
   std::int64_t next_cycle_ = 0;
   std::int64_t missed_total_ = 0;
   std::int64_t forced_rests_ = 0;

@@ -8,6 +8,7 @@
 
 #include "driveline/runtime/event/axis_events.hpp"
 #include "driveline/runtime/event/command_events.hpp"
+#include "driveline/runtime/event/group_events.hpp"
 #include "driveline/runtime/event/operation_events.hpp"
 #include "driveline/runtime/event/result_events.hpp"
 #include "driveline/runtime/event/service_events.hpp"
@@ -30,10 +31,11 @@ using EventFacts = std::variant<
     events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete,
     events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp, events::AxisRequested,
     events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost, events::AxisFailed,
-    events::AxisNotReset, events::AxisRestored, events::StreamUp, events::StreamClientCame, events::StreamClientRefused,
-    events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft, events::TelemetryOff,
-    events::BridgeStopped, events::BridgeBack, events::BridgeUnbelieved, events::CommandsOpen, events::CommandAnswered,
-    events::CommandsUntold, events::CommanderLost, events::CommandsUnbelieved>;
+    events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
+    events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
+    events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
+    events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeUnbelieved, events::CommandsOpen,
+    events::CommandAnswered, events::CommandsUntold, events::CommanderLost, events::CommandsUnbelieved>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

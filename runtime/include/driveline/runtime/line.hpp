@@ -10,6 +10,7 @@
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/groups/group_door.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 #include "driveline/runtime/setup/session.hpp"
@@ -112,6 +113,8 @@ class Line {
   /// The way of requests to the axes of a line without path, source and task that drives axes. Any thread; requests
   /// are taken while the line is in operation.
   [[nodiscard]] AxisDoor& axes() noexcept { return door_; }
+  /// The same to its groups of axes ([[axis_group]]).
+  [[nodiscard]] GroupDoor& groups() noexcept { return groups_; }
 
   /// Diagnosis of the running line. On the owner's thread, in Observer::look(). Errors: the line is not in operation
   /// (kCall), those of the bus (kLine).
@@ -135,6 +138,7 @@ class Line {
   std::unique_ptr<LineTasks> tasks_;
   rt::MonotonicClock clock_;  ///< of those who ask for axes
   AxisDoor door_;
+  GroupDoor groups_;
   std::atomic<bool> stop_{false};
   std::unique_ptr<LineRun> run_;
 };

@@ -20,6 +20,12 @@ class MsdRules : public DriveRules {
   [[nodiscard]] unsigned interpolation_exchanges() const noexcept override { return ecat_master::kSplinePeriods; }
   /// MSD manual 9.1: the cycle time is a multiple of 125 us.
   [[nodiscard]] std::chrono::nanoseconds clock_base() const noexcept override { return std::chrono::microseconds{125}; }
+  /// MSD manual Tables 12.20, 12.22, 12.24: bit 12 tells whether the target is used.
+  [[nodiscard]] AxisDefaults axis_defaults() const override {
+    AxisDefaults defaults;
+    defaults.follow_bit = true;
+    return defaults;
+  }
 };
 
 /// The same of a ServoOne, which uses 60B2h with P 370 = 2 only (ServoOne manual 12.4).

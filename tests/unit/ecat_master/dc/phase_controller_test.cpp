@@ -173,6 +173,78 @@ TEST(PhaseController, NoiseOfTheMeasurementIsSmoothed) {
   EXPECT_TRUE(loop.controller().locked());
 }
 
+/// What a crowded machine makes of the arrival of frames: most a little late, some a lot.
+class CrowdedMachine {
+ public:
+  explicit CrowdedMachine(double mean_ns) : late_(1.0 / mean_ns), mean_ns_(mean_ns) {}
+  double operator()() { return late_(random_) + (very_late_(random_) ? 8.0 * mean_ns_ : 0.0); }
+
+ private:
+  std::mt19937 random_{7};
+  std::exponential_distribution<double> late_;
+  std::bernoulli_distribution very_late_{0.01};
+  double mean_ns_;
+};
+
+/// Standard deviation of the true error over four seconds.
+double unrest_of_the_grid(Loop& loop, nanoseconds period, const std::function<double()>& noise) {
+  const auto cycles = seconds{4} / period;
+  double sum = 0.0;
+  double square = 0.0;
+  for (std::int64_t i = 0; i < cycles; ++i) {
+    loop.cycle(noise());
+    sum += loop.error();
+    square += loop.error() * loop.error();
+  }
+  const double mean = sum / static_cast<double>(cycles);
+  return std::sqrt(square / static_cast<double>(cycles) - mean * mean);
+}
+
+TEST(PhaseController, OnACrowdedMachineItLocksWithASmallerStepAndTheGridStaysQuiet) {
+  for (const auto period : {microseconds{125}, microseconds{250}}) {
+    for (const double mean_ns : {3e3, 6e3, 9e3}) {
+      CrowdedMachine noise(mean_ns);
+      Loop loop(with_period(period), 50.0);
+      loop.controller().reset(50.0);
+      const double step_when_quiet = loop.controller().proportional_gain();
+      loop.run(seconds{2}, [&noise]() -> std::optional<double> { return noise(); });
+      ASSERT_TRUE(loop.controller().locked()) << period.count() << " us, " << mean_ns << " ns";
+      EXPECT_NEAR(loop.controller().noise_ns(), mean_ns, 0.4 * mean_ns);
+      EXPECT_LE(loop.controller().proportional_gain(), step_when_quiet);
+      EXPECT_LT(unrest_of_the_grid(loop, period, [&noise] { return noise(); }),
+                static_cast<double>(nanoseconds{period}.count()) / 250.0)
+          << period.count() << " us, " << mean_ns << " ns";
+      EXPECT_TRUE(loop.controller().locked()) << period.count() << " us, " << mean_ns << " ns";
+      EXPECT_NEAR(loop.controller().ppm(), 50.0, 20.0) << period.count() << " us, " << mean_ns << " ns";
+    }
+  }
+}
+
+/// Every other frame waits for a processor that sleeps: none of them is an outlier.
+TEST(PhaseController, FramesOfTwoKindsAreBothUsual) {
+  std::mt19937 random(5);
+  std::bernoulli_distribution waits(0.5);
+  const auto noise = [&]() -> std::optional<double> { return waits(random) ? 20e3 : 0.0; };
+  Loop loop(with_period(microseconds{125}));
+  loop.run(seconds{1}, noise);
+  const auto outliers = loop.controller().outliers();
+  loop.run(seconds{2}, noise);
+  EXPECT_EQ(loop.controller().outliers(), outliers);
+  EXPECT_TRUE(loop.controller().locked());
+  EXPECT_NEAR(loop.controller().noise_ns(), 10e3, 3e3);
+}
+
+TEST(PhaseController, TheStepIsTheOldOneAgainWhenTheMachineIsQuiet) {
+  CrowdedMachine noise(9e3);
+  Loop loop(with_period(microseconds{125}), 20.0);
+  const double step_when_quiet = loop.controller().proportional_gain();
+  loop.run(seconds{2}, [&noise]() -> std::optional<double> { return noise(); });
+  EXPECT_LT(loop.controller().proportional_gain(), step_when_quiet / 5.0);
+  loop.run(milliseconds{500});
+  EXPECT_DOUBLE_EQ(loop.controller().proportional_gain(), step_when_quiet);
+  EXPECT_LT(std::abs(loop.error()), 30.0);
+}
+
 TEST(PhaseController, OneWildMeasurementMovesNothing) {
   Loop loop(with_period(microseconds{125}), 20.0);
   loop.run(seconds{1});
@@ -248,6 +320,22 @@ TEST(LockDetector, HasHysteresis) {
   feed(6000.0, 200);
   EXPECT_FALSE(lock.locked());
   EXPECT_EQ(lock.cause(), LockCause::kPhaseError);
+}
+
+TEST(LockDetector, SmoothsNoisyMeasurementsForLonger) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 10e3);
+  LockDetector told(LockDetector::Settings::for_period(microseconds{125}));
+  LockDetector not_told(LockDetector::Settings::for_period(microseconds{125}));
+  for (int i = 0; i < 8000; ++i) {
+    const double error = noise(random);
+    told.update(error, 10e3);
+    not_told.update(error);
+  }
+  EXPECT_TRUE(told.locked());
+  EXPECT_FALSE(not_told.locked());
+  for (int i = 0; i < 4000; ++i) told.update(20e3 + noise(random), 10e3);
+  EXPECT_FALSE(told.locked()) << "a real error is seen all the same";
 }
 
 TEST(LockDetector, AnExcursionStartsTheTimeToLockAnew) {

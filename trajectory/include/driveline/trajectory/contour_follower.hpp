@@ -1,24 +1,40 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "driveline/trajectory/contour_track.hpp"
 
 namespace driveline::trajectory {
 
+/// Outputs that are reported in one cycle; further ones follow in the next.
+inline constexpr std::size_t kMostOutputsOfCycle = 4;
+
 /// Where the axes of a group shall be in one cycle.
 struct ContourSetpoint {
-  GroupVector position{};      ///< rad or m
+  GroupVector position{};      ///< of the axes, rad or m
   GroupVector velocity{};      ///< rad/s or m/s
   GroupVector acceleration{};  ///< rad/s² or m/s²
-  std::uint64_t move = 0;      ///< number of the move that they are on, 0 is the first
-  double length = 0.0;         ///< along the path since its begin, m or rad
-  double speed = 0.0;          ///< along the path, m/s or rad/s, negative backwards
-  bool at_rest = true;         ///< all axes stand
+  GroupVector
+      tool{};  ///< the place on the path in the coordinates of the moves: of a machine without kinematics the position
+  std::uint64_t move = 0;  ///< number of the move that they are on, 0 is the first
+  double length = 0.0;     ///< along the path since its begin, m or rad
+  double speed = 0.0;      ///< along the path, m/s or rad/s, negative backwards
+  bool at_rest = true;     ///< all axes stand
   /// They stand at the end of what is planned: the path is finished, or the planner has nothing.
   bool at_end = true;
+  bool dwells = false;                                    ///< they stand because a move says so
+  std::size_t changes = 0;                                ///< so many of `changed`
+  std::array<PathOutput, kMostOutputsOfCycle> changed{};  ///< outputs of this cycle, see changed_outputs()
+
+  /// Outputs whose places the axes have passed with this cycle, in the order of the path. Each is told once: backwards
+  /// there are none, and what has been passed before is not told again when the axes come back. \rtsafe
+  [[nodiscard]] std::span<const PathOutput> changed_outputs() const noexcept {
+    return std::span(changed).first(changes);
+  }
 };
 
 /// The cycle's part of a planned path: goes along it, faster, slower, backwards or not at all, always on the path and
@@ -35,9 +51,10 @@ class ContourFollower {
   /// Feed, as a share of what the moves say, from 0 to kMaxOverride; 0 stops the axes on the path. False, and nothing
   /// happens: the value is out of range or not a number. \rtsafe
   bool set_override(double share) noexcept;
-  /// Stops the axes on the path, or lets them go on. \rtsafe
+  /// Stops the axes on the path, or lets them go on. The time of a dwell does not run while they are held. \rtsafe
   void hold(bool held) noexcept { held_ = held; }
-  /// Backwards along the path, as far as it is still known, or forwards. \rtsafe
+  /// Backwards along the path, as far as it is still known, or forwards. Dwells and outputs belong to the way forwards,
+  /// and are done once. \rtsafe
   void reverse(bool backwards) noexcept { backwards_ = backwards; }
   /// The next cycle. Bounded: looks at some 40 stretches ahead. \rtsafe
   ContourSetpoint step() noexcept;
@@ -56,6 +73,10 @@ class ContourFollower {
   [[nodiscard]] PathTicks ticks_to_end(const Cell& cell) const noexcept;
   void advance(double speed) noexcept;
   [[nodiscard]] double local_length() noexcept;
+  [[nodiscard]] const ContourTrack::Event* next_event(std::uint64_t ahead = 0) noexcept;
+  [[nodiscard]] bool is_dwelling() noexcept;
+  void forget_event() noexcept;
+  void tell_outputs(ContourSetpoint& out) noexcept;
   [[nodiscard]] ContourSetpoint setpoint() noexcept;
 
   ContourTrack& track_;
@@ -73,6 +94,10 @@ class ContourFollower {
   std::int64_t since_fall_;  ///< and fell
   std::uint64_t cell_ = 0;
   std::uint64_t cells_known_ = 0;
+  std::uint64_t event_ = 0;  ///< the next one
+  std::uint64_t events_known_ = 0;
+  std::uint64_t dwelt_ = 0;  ///< cycles
+  bool dwells_ = false;
 
   // The averaging.
   std::vector<PathTicks> places_;  ///< of the last cycles, a ring
@@ -83,6 +108,7 @@ class ContourFollower {
   std::uint64_t pieces_known_ = 0;
   double mean_speed_ = 0.0;
   double mean_acceleration_ = 0.0;
+  PathGeometry joints_;  ///< of the last cycle
 };
 
 }  // namespace driveline::trajectory

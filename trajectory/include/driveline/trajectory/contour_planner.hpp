@@ -1,13 +1,16 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <span>
 #include <tl/expected.hpp>
 #include <vector>
 
 #include "driveline/trajectory/contour_track.hpp"
+#include "driveline/trajectory/path_check.hpp"
 #include "driveline/trajectory/path_shaper.hpp"
 
 namespace driveline::trajectory {
@@ -19,7 +22,8 @@ class ContourPlanner {
   /// Plans on `track`, which must outlive it.
   explicit ContourPlanner(ContourTrack& track);
 
-  /// Adds a move. An error leaves everything as it was. To be called when flush() has returned true, or the memory
+  /// Adds a move. An error leaves everything as it was: what the shaper refuses, and places that the axes must not or
+  /// cannot have (PathCheck). To be called when flush() has returned true, or the memory
   /// grows.
   [[nodiscard]] tl::expected<void, PathMoveError> add(const PathMove& move);
   /// The path ends with the last move, at a standstill; more moves may come later.
@@ -45,6 +49,9 @@ class ContourPlanner {
     /// Number of the first and the last of the pieces it lies on. The parts of a stretch may name more than theirs.
     std::uint64_t first_piece;
     std::uint64_t last_piece;
+    /// So many events are before it, and before its end.
+    std::uint64_t first_event;
+    std::uint64_t last_event;
   };
   /// A limit that goes on behind its place.
   struct Reach {
@@ -57,10 +64,25 @@ class ContourPlanner {
     double acceleration;
   };
 
-  [[nodiscard]] Box box_of(const PathBounds& bounds, double feed) const noexcept;
-  [[nodiscard]] double top_of(const PathBounds& bounds, double share, double top) const noexcept;
+  /// What a stretch asks of an axis, or of the tool, and what that can do.
+  struct Demand {
+    double first;  ///< bounds of the derivatives by the length
+    double second;
+    double third;
+    double velocity;  ///< limits
+    double acceleration;
+    double jerk;
+  };
+  using Demands = std::array<Demand, kMaxGroupAxes + 1>;
+
+  [[nodiscard]] Box box_of(const PathPiece& piece, double begin, double end, double feed,
+                           bool& is_coarse) const noexcept;
+  [[nodiscard]] Box box_of(std::span<const Demand> demands, bool is_bent, double feed) const noexcept;
+  [[nodiscard]] double top_of(std::span<const Demand> demands, double share, double top) const noexcept;
   void plan(const ShapedPiece& shaped);
-  void plan_stretches(const ShapedPiece& shaped, PathTicks begin, PathTicks end, std::uint64_t number);
+  void plan_stretches(const ShapedPiece& shaped, const Stretch& whole);
+  void plan_stretches_of_joints(const ShapedPiece& shaped, const Stretch& stretch, double begin, double end,
+                                int halvings);
   [[nodiscard]] double top_for_short_pieces(double length) noexcept;
   void append(const Stretch& stretch);
   void append_gathered(const Stretch& gathered);
@@ -75,10 +97,13 @@ class ContourPlanner {
   bool merge(Stretch& last, const Stretch& stretch) const noexcept;
   bool publish_pieces();
   bool publish_cells();
+  bool publish_events(PathTicks until);
+  void plan_events(const ShapedPiece& shaped, PathTicks begin, PathTicks length);
   void raise_speeds(std::uint64_t first_new, std::uint64_t end);
 
   ContourTrack& track_;
   const ContourSettings& settings_;
+  PathCheck check_;
   PathShaper shaper_;
   double smoothing_s_;
   double top_speed_ = 0.0;  ///< no path is faster
@@ -86,14 +111,16 @@ class ContourPlanner {
   PathTicks shaped_end_ = 0;
   std::uint64_t planned_pieces_ = 0;
   std::deque<ContourTrack::Piece> pieces_;  ///< to be published
-  std::optional<Stretch> gathered_;         ///< short ones, which may still become one with the next
-  std::vector<Stretch> lowered_;            ///< while it is being lowered
-  std::deque<Stretch> open_;                ///< to be lowered, maybe
-  std::vector<Reach> tops_;                 ///< that reach beyond the end of open_, lowest first
-  std::vector<Reach> accelerations_;        ///< the same
-  std::deque<Stretch> settled_;             ///< to be published
-  std::optional<PathTicks> early_end_;      ///< what ends here could have been lowered, but the room was needed
-  std::vector<double> lengths_;             ///< of the last pieces, a ring
+  std::deque<ContourTrack::Event> events_;  ///< the same
+  std::uint64_t planned_events_ = 0;
+  std::optional<Stretch> gathered_;     ///< short ones, which may still become one with the next
+  std::vector<Stretch> lowered_;        ///< while it is being lowered
+  std::deque<Stretch> open_;            ///< to be lowered, maybe
+  std::vector<Reach> tops_;             ///< that reach beyond the end of open_, lowest first
+  std::vector<Reach> accelerations_;    ///< the same
+  std::deque<Stretch> settled_;         ///< to be published
+  std::optional<PathTicks> early_end_;  ///< what ends here could have been lowered, but the room was needed
+  std::vector<double> lengths_;         ///< of the last pieces, a ring
   std::size_t next_length_ = 0;
   double sum_of_lengths_ = 0.0;
   double reverse2_ = 0.0;  ///< behind2 of the next cell

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "driveline/trajectory/contour_settings.hpp"
+#include "driveline/trajectory/path_move.hpp"
 #include "driveline/trajectory/path_piece.hpp"
 
 namespace driveline::trajectory {
@@ -20,12 +21,13 @@ inline constexpr double kPathTick = 1.0 / 1099511627776.0;
 /// begin.
 class ContourTrack {
  public:
-  /// Throws std::invalid_argument with the sentence of check_settings().
+  /// `start`: in the coordinates of the moves. Throws std::invalid_argument with the sentence of check_settings(), or
+  /// of PathCheck when the machine cannot be there.
   ContourTrack(const ContourSettings& settings, const GroupVector& start);
 
   /// As they were given.
   [[nodiscard]] const ContourSettings& settings() const noexcept { return settings_; }
-  /// Where the path begins.
+  /// Where the path begins, in the coordinates of the moves.
   [[nodiscard]] const GroupVector& start() const noexcept { return start_; }
   /// See smoothing_cycles(). \rtsafe
   [[nodiscard]] std::size_t smoothing() const noexcept { return smoothing_; }
@@ -55,19 +57,31 @@ class ContourTrack {
     std::atomic<double> ahead2{0.0};
   };
 
+  /// An output that changes, or a dwell.
+  struct Event {
+    PathTicks at = 0;
+    std::uint64_t dwell_cycles = 0;  ///< 0: it is an output
+    PathOutput change;
+  };
+
   [[nodiscard]] Piece& piece(std::uint64_t index) noexcept { return pieces_[index & mask_]; }
   [[nodiscard]] Cell& cell(std::uint64_t index) noexcept { return cells_[index & mask_]; }
+  [[nodiscard]] Event& event(std::uint64_t index) noexcept { return events_[index & mask_]; }
 
   ContourSettings settings_;
   GroupVector start_;
+  GroupVector start_joints_;
   std::size_t smoothing_;
   std::uint64_t mask_;
   std::unique_ptr<Piece[]> pieces_;
   std::unique_ptr<Cell[]> cells_;
+  std::unique_ptr<Event[]> events_;
   alignas(64) std::atomic<std::uint64_t> pieces_end_{0};  ///< so many have been planned
   std::atomic<std::uint64_t> cells_end_{0};
+  std::atomic<std::uint64_t> events_end_{0};
   alignas(64) std::atomic<std::uint64_t> pieces_begin_{0};  ///< so many are not needed any more
   std::atomic<std::uint64_t> cells_begin_{0};
+  std::atomic<std::uint64_t> events_begin_{0};
 };
 
 }  // namespace driveline::trajectory

@@ -129,7 +129,12 @@ class PathBuilder {
 /// allowed. Numbers have a decimal point whatever the locale. `name` stands for the file in errors.
 [[nodiscard]] tl::expected<Path, PathError> parse_path_csv(std::string_view text, std::string_view name);
 
+/// The same for points without times: the time column may be missing, and points are a millisecond apart then.
+[[nodiscard]] tl::expected<Path, PathError> parse_points_csv(std::string_view text, std::string_view name);
+
 /// Reads and parses a CSV file of at most 128 MiB.
 [[nodiscard]] tl::expected<Path, PathError> load_path(const std::filesystem::path& file);
+/// The same for points without times.
+[[nodiscard]] tl::expected<Path, PathError> load_points(const std::filesystem::path& file);
 
 }  // namespace driveline::trajectory

@@ -1,12 +1,28 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "driveline/trajectory/group_vector.hpp"
 
 namespace driveline::trajectory {
+
+/// A change of an output of the machine at a point of the path: a valve, a laser, a gripper.
+struct PathOutput {
+  std::uint32_t output = 0;  ///< which one, as the user counts them
+  double value = 0.0;        ///< what it becomes
+};
+
+/// An output that a move changes.
+struct MoveOutput {
+  PathOutput change;  ///< what
+  /// How far along the move, before its corners are rounded, in m or rad; below zero: so far before its end; infinite:
+  /// at its end.
+  double at = std::numeric_limits<double>::infinity();
+};
 
 /// One move of a group along its path, from where the move before it ends.
 struct PathMove {
@@ -30,7 +46,16 @@ struct PathMove {
   /// How far the path may leave the corner between this move and the one behind it, m or rad. 0: the axes stop there
   /// unless the path goes on without a change of direction and curvature.
   double tolerance = 0.0;
+  double dwell_s = 0.0;  ///< the axes stand at its end for so long, whatever the tolerance, 0 to kLongestDwell
+  /// Changed while the axes pass. In a rounded corner they are as far along the blend, in proportion; the end of the
+  /// move is its middle. A move without way changes them where the axes are.
+  std::vector<MoveOutput> outputs{};
 };
+
+/// s
+inline constexpr double kLongestDwell = 3600.0;
+/// Outputs and dwells between two moves with a way are no more.
+inline constexpr std::size_t kMostOutputsOfMove = 64;
 
 /// Why a move was refused.
 struct PathMoveError {

@@ -25,6 +25,9 @@
 
 namespace driveline::ecat_master {
 
+class AxisCompensation;
+struct CompensationSettings;
+
 /// What the other axes do when an axis is missing: its slave exchanges no process data, or has left OP.
 enum class LossPolicy : std::uint8_t {
   kStop,      ///< all axes stop by their own quick stop
@@ -72,6 +75,9 @@ struct AxisConfig {
   /// the mode changes; but 60B2h is used in every mode if there is a `feed_forward` and the axis begins in CSP or CSV,
   /// where nothing else brings that to the drive.
   bool adds_offsets = false;
+  /// The drive tells by bit 12 of its status word that it follows setpoints (CiA 402-2): an axis that is switched on
+  /// waits for it, for a drive opens its brake before. False: Operation enabled is enough.
+  bool follow_bit = false;
   LossPolicy on_loss = LossPolicy::kStop;  ///< what happens when the drive exchanges no valid process data
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
@@ -92,6 +98,9 @@ struct AxisConfig {
   std::chrono::nanoseconds following_error_timeout = std::chrono::milliseconds{10};  ///< of `following_error_window`
   /// Unit of its positions in messages and files, not in calculations; null: rad or m.
   const trajectory::PositionUnit* unit = nullptr;
+  /// Pitch error and backlash of what lies between drive and axis; null: none. `limits` are those that it leaves
+  /// (limits_of_motion()).
+  std::shared_ptr<const CompensationSettings> compensation{};
 
   /// Whether it has no drive. \rtsafe
   [[nodiscard]] bool is_virtual() const noexcept { return slave == kNoSlave; }
@@ -201,12 +210,22 @@ class Axis {
   [[nodiscard]] bool returning() const noexcept { return changing_ && change_->returning(); }
   /// A change of mode has been asked for, and is not over, or the axis still on its way back to its setpoints.
   [[nodiscard]] bool changing() const noexcept { return changing_ || mode_ != wanted_; }
-  /// Positions count as the drive has told the last one: it has a new zero.
+  /// Positions count as the drive has told the last one: it has a new zero, and its axis is homed.
   void recount() noexcept;
+  /// Positions of the axis, rad or m.
+  struct Homed {
+    double mark = 0.0;
+    double setpoint = 0.0;
+  };
+  /// The master has homed: at its position `mark`, passed in this direction, the axis is called `called`. Both
+  /// positions as they count from now on: others where a compensation has waited for this.
+  [[nodiscard]] Homed home(const Homed& before, double called, bool forward) noexcept;
   /// A place that the drive has told in increments, near where it stands; rad or m as AxisInputs::position.
   [[nodiscard]] double position_of(std::int32_t increments) const noexcept;
   /// The touch probe of the drive, as far as its objects are mapped.
   [[nodiscard]] TouchProbe& probe() noexcept { return probe_; }
+  /// The same, to look at.
+  [[nodiscard]] const TouchProbe& probe() const noexcept { return probe_; }
   /// Limits of the movements that the drive makes itself, as far as their objects are mapped.
   [[nodiscard]] ProfileObjects& profile() noexcept { return profile_; }
   /// Mode that the drive is in, or on its way into; that of the last set_mode().
@@ -233,6 +252,9 @@ class Axis {
   [[nodiscard]] bool enabled() const noexcept {
     return inputs_.state == snapshot::AxisState::kOperationEnabled && (shows_mode() || pending_ || passing_);
   }
+  /// Whether it is enabled(), and the drive has said since that it follows setpoints if it tells that
+  /// (AxisConfig::follow_bit). \rtsafe
+  [[nodiscard]] bool ready() const noexcept { return enabled() && (followed_ || !config_.follow_bit); }
   /// Whether the drive reports a fault, or is in Fault reaction active. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
     return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;
@@ -270,6 +292,9 @@ class Axis {
   void start_change() noexcept;
   [[nodiscard]] bool set_interpolation(cia402::Mode mode) noexcept;
   [[nodiscard]] std::int32_t wrapped(double increments) const noexcept;
+  [[nodiscard]] double of_axis(double drive_position) const noexcept;
+  [[nodiscard]] double velocity_of_axis(double drive_velocity) const noexcept;
+  void compensate(bool moving, const trajectory::AxisSetpoint& setpoint) noexcept;
   void compare(bool moving) noexcept;
   [[nodiscard]] Targets targets_for(const trajectory::AxisSetpoint& setpoint) noexcept;
   [[nodiscard]] double feed_forward(const trajectory::AxisSetpoint& setpoint) const noexcept;
@@ -291,8 +316,9 @@ class Axis {
   bool velocity_by_offset_ = false;
   bool torque_by_offset_ = false;
   std::uint16_t command_bits_ = 0;
-  bool passing_ = false;  ///< from CSP to interpolated position or back, until the drive shows it
-  std::int64_t range_;    ///< positions until they begin anew
+  bool passing_ = false;   ///< from CSP to interpolated position or back, until the drive shows it
+  bool followed_ = false;  ///< the drive has said that it follows setpoints since it was enabled
+  std::int64_t range_;     ///< positions until they begin anew
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;
@@ -329,6 +355,7 @@ class Axis {
   TouchProbe probe_;                                              // 60B8h to 60BDh
   ProfileObjects profile_;                                        // 6081h, 6083h, 6084h
   std::unique_ptr<ModeChange> change_;                            ///< beside what every cycle needs
+  std::unique_ptr<AxisCompensation> compensation_;                ///< null: none
 };
 
 }  // namespace driveline::ecat_master

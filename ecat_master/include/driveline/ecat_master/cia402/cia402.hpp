@@ -67,6 +67,8 @@ namespace status_bit {
 inline constexpr std::uint16_t kTargetReached = 0x0400;
 /// Profile position: the new setpoint has been taken.
 inline constexpr std::uint16_t kSetpointAcknowledge = 0x1000;
+/// Cyclic modes: setpoints are followed (CiA 402-2); not yet while the drive opens a brake.
+inline constexpr std::uint16_t kFollowsSetpoints = 0x1000;
 /// Homing: home was found.
 inline constexpr std::uint16_t kHomingAttained = 0x1000;
 /// Homing: it has failed.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "driveline/rt/cycle_timer.hpp"
+#include "driveline/rt/switch_log.hpp"
 
 namespace driveline::ecat_master {
 
@@ -47,6 +48,9 @@ struct CycleStamps {
 struct TracedCycle {
   CycleStamps stamps;
   std::size_t rank = 0;  ///< 1: the worst one of all that were traced, 2: the next one; 0: not among the worst
+  /// Of one of the worst, if it was watched: who had its CPU at the instant at which it was due, and the threads that
+  /// got it from then on until the cycle's end, oldest first; of more than there is room for the last ones.
+  std::vector<rt::CpuSwitch> switches;
 };
 
 /// Keeps the time stamps of the last cycles in fixed memory, and those of the worst cycles of all, however long ago.
@@ -58,9 +62,14 @@ class CycleTrace {
   static constexpr std::size_t kCycles = 8192;
   /// The worst ones of all.
   static constexpr std::size_t kWorst = 16;
+  /// TracedCycle::switches of one of them.
+  static constexpr std::size_t kSwitches = 16;
 
   /// All memory is taken and touched here. `cycles`: at least 1.
   explicit CycleTrace(std::size_t cycles = kCycles);
+
+  /// Which threads the CPU of the cycle goes to; before the first cycle. Must outlive this.
+  void watch(const rt::SwitchLog& switches) noexcept { log_ = &switches; }
 
   /// A cycle has begun; `period` is that of its timer. \rtsafe
   void begin(const rt::CycleStart& start, std::chrono::nanoseconds period) noexcept;
@@ -77,12 +86,19 @@ class CycleTrace {
   [[nodiscard]] std::vector<TracedCycle> cycles() const;
 
  private:
+  struct Switches {
+    std::array<rt::CpuSwitch, kSwitches> found;  ///< newest first
+    std::size_t count = 0;
+  };
   void keep_if_bad() noexcept;
+  void keep(std::size_t place) noexcept;
 
   std::vector<CycleStamps> ring_;
   std::size_t next_ = 0;
   std::size_t size_ = 0;
   std::array<CycleStamps, kWorst> worst_{};
+  std::array<Switches, kWorst> switches_{};  ///< of the same
+  const rt::SwitchLog* log_ = nullptr;
   std::size_t worst_count_ = 0;
   std::size_t least_bad_ = 0;  ///< of worst_, once that is full
   CycleStamps present_;

@@ -53,9 +53,10 @@ struct GroupCounters {
   std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
 };
 
-/// The cyclic exchange: sends the outputs prepared in the cycle before right after wake-up, so that they leave with
-/// the least jitter; waits for the answers by polling the port up to a deadline inside the period; then reads the
-/// inputs and prepares the next outputs. The frames of all groups that are due are on the wire at once.
+/// The cyclic exchange: sends the outputs computed in the cycle before at the grid instant, in frames that can be
+/// prepared before it, so that they leave with the least jitter; waits for the answers by polling the port up to a
+/// deadline inside the period; then reads the inputs and prepares the next outputs. The frames of all groups that are
+/// due are on the wire at once.
 ///
 /// A frame that is lost or late costs its cycle at most the waiting time and the next cycle nothing: the grid stands.
 /// cycle() is \rtsafe and noexcept; it belongs to one thread.
@@ -86,6 +87,9 @@ class CyclicCore {
   CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
              Settings settings);
 
+  /// Puts the outputs into the frames of the next cycle, which cycle() otherwise does itself: for the time between
+  /// wake-up and instant. Outputs must not change any more. \rtsafe
+  void prepare() noexcept;
   /// One cycle. \rtsafe
   void cycle(const rt::CycleStart& start) noexcept;
   /// First instant of the grid, not before `earliest`: a multiple of the period, or the planned phase of the reference
@@ -188,6 +192,7 @@ class CyclicCore {
   void take_recovery_requests() noexcept;
   void take_counting() noexcept;
   void note_absence(const rt::CycleStart& start) noexcept;
+  [[nodiscard]] bool zeroed(const CyclicFrame& frame) const noexcept;
   void send() noexcept;
   void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
@@ -227,7 +232,8 @@ class CyclicCore {
   std::unique_ptr<bool[]> slave_valid_;
   std::unique_ptr<bool[]> slave_operational_;
   std::unique_ptr<bool[]> slave_due_;
-  bool uneven_ = false;  ///< not all groups are due in every cycle
+  bool uneven_ = false;    ///< not all groups are due in every cycle
+  bool prepared_ = false;  ///< the frames hold the outputs of the next cycle
   std::unique_ptr<SharedSlave[]> shared_;
   std::size_t group_count_ = 0;
   std::unique_ptr<GroupCounters[]> groups_;

@@ -52,9 +52,19 @@ class CyclicFrame {
   /// What the drift datagram is to do in the next send(). Only with one.
   void set_drift(const dc::DriftDatagram& drift) noexcept;
 
-  /// Sends the frame with the outputs out of `image`, or with zeros.
+  /// Puts the outputs out of `image` into the frame, or zeros: what takes its time about sending, and can be done
+  /// before it is time.
+  void prepare(const ProcessImage& image, bool zero_outputs = false) noexcept;
+  /// Sends the frame as it was prepared last.
+  [[nodiscard]] port::SendStatus send(port::Port& port, FrameTag tag) noexcept;
+  /// Both.
   [[nodiscard]] port::SendStatus send(port::Port& port, const ProcessImage& image, FrameTag tag,
-                                      bool zero_outputs = false) noexcept;
+                                      bool zero_outputs = false) noexcept {
+    prepare(image, zero_outputs);
+    return send(port, tag);
+  }
+  /// Of the last prepare().
+  [[nodiscard]] bool outputs_are_zero() const noexcept { return zero_outputs_; }
 
   /// Takes a received frame when it is the answer to the last send(); false: it is another one or damaged. Inputs are
   /// copied into `image` and status bytes into `conditions` (by slave) as far as the working counters vouch for them.
@@ -118,6 +128,7 @@ class CyclicFrame {
   std::vector<DatagramResult> results_;
   std::uint16_t expected_working_counter_ = 0;
   FrameTag tag_{};
+  bool zero_outputs_ = false;
   bool awaited_ = false;
   bool received_ = false;
   bool steady_ = false;

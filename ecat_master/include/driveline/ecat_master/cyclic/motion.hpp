@@ -252,7 +252,7 @@ class Motion final : public MotionControl {
   [[nodiscard]] bool reset_due(std::size_t axis, std::int64_t cycle) const noexcept;
   void plan_approach() noexcept;
   void plan_stop() noexcept;
-  [[nodiscard]] bool all_enabled() const noexcept;
+  [[nodiscard]] bool all_ready() const noexcept;
   [[nodiscard]] bool none_enabled() const noexcept;
   [[nodiscard]] bool all_available() const noexcept;
   [[nodiscard]] cia402::Goal goal(std::size_t axis) const noexcept;

@@ -65,6 +65,7 @@ class ClockFollower {
     LockCause cause = LockCause::kAcquiring;  ///< why not; kNone while locked
     double ppm = 0.0;                         ///< reference clock against the master's clock
     double mean_error_ns = 0.0;               ///< phase of the frames, positive: late
+    double noise_ns = 0.0;                    ///< standard deviation of single frames, see PhaseController
     std::uint32_t silent = 0;                 ///< frames in a row that came back without the reference clock's time
     std::uint64_t unlocks = 0;                ///< how often the lock was lost
     /// Jumps of LineClocks::time, which the clocks have not followed.

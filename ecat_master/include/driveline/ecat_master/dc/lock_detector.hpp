@@ -10,7 +10,8 @@ namespace driveline::ecat_master::dc {
 
 /// Decides from the phase errors whether a loop is locked: it is when the error has stayed inside a window for a while;
 /// it no longer is when the error leaves four times that window, or after too long without a measurement. The error is
-/// smoothed over some 16 measurements, because single ones are noisy. \rtsafe throughout.
+/// smoothed, because single ones are noisy: over some 16 measurements, and over more where they are noisier, 1,024 at
+/// most, so that the mean itself varies by no more than a quarter of the window. \rtsafe throughout.
 class LockDetector {
  public:
   /// When a loop counts as locked.
@@ -28,8 +29,8 @@ class LockDetector {
   /// Starts unlocked, kAcquiring.
   explicit LockDetector(const Settings& settings) noexcept : settings_(settings) {}
 
-  /// One cycle; nothing: no measurement.
-  void update(std::optional<double> error_ns) noexcept;
+  /// One cycle; nothing: no measurement. `noise_ns`: standard deviation of single measurements.
+  void update(std::optional<double> error_ns, double noise_ns = 0.0) noexcept;
   /// The error has really jumped: restarts the mean at `error_ns`.
   void jump(double error_ns) noexcept { mean_error_ = error_ns; }
   /// Ends the lock for another reason.

@@ -104,6 +104,7 @@ struct FrameLead {
 /// The cycle is not locked to the reference clock.
 struct NotLocked {
   dc::LockCause cause = dc::LockCause::kAcquiring;  ///< why
+  std::uint32_t noise_ns = 0;                       ///< standard deviation of single frames; 0: not known
   std::chrono::nanoseconds mean_error{0};           ///< of the frames' phase
   std::chrono::nanoseconds window{0};               ///< greatest mean error that is locked
 };

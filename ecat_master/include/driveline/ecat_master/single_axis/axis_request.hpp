@@ -34,6 +34,7 @@ enum class AxisCommand : std::uint8_t {
   kDriveMoveAbsolute,  ///< to the position `target` (profile position mode)
   kDriveMoveRelative,  ///< by `target`, from where the axis is
   kDriveMoveVelocity,  ///< at the velocity `target`, for ever (profile velocity mode)
+  kHaltSuperimposed,   ///< MC_HaltSuperimposed: what is on top of a motion comes to rest, the motion goes on
 };
 
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
@@ -106,6 +107,12 @@ enum class AxisError : std::uint8_t {
   kNoEdge,          ///< there was no event within the distance
   kNoTarget,        ///< the drive has not taken its target
   kTargetTimeout,   ///< the drive has not reached its target in time
+  kInGroup,         ///< the axis belongs to a group that is enabled (AxisGroups)
+  // Of a gantry.
+  kGantryFollower,  ///< its leader is commanded
+  kGantry,          ///< what would lead each axis by itself
+  kGantryPartner,   ///< the other axis has failed, or the pair has parted
+  kSkew,            ///< the pair is, or was, out of skew
 };
 
 /// States of an axis (PLCopen part 1, figure "FB state diagram").

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
+#include "driveline/ecat_master/single_axis/gantry.hpp"
 #include "driveline/ecat_master/single_axis/master_signal.hpp"
 #include "driveline/ecat_master/single_axis/request_table.hpp"
 #include "driveline/ecat_master/single_axis/setpoint_feed.hpp"
@@ -53,21 +55,41 @@ class SingleAxes final : public MotionControl {
   /// @throws std::invalid_argument if there is another number of axes than the feed has, no such axis, or one that has
   /// a feed.
   void add_feed(SetpointFeed& feed, std::vector<std::size_t> axes);
+  /// Makes two axes one: requests of the leader move both, those of the follower are refused. Before the cycle starts.
+  /// @throws std::invalid_argument for an axis that there is not, or that has a feed or is in a gantry already.
+  void add_gantry(const GantrySettings& settings);
   /// A signal that is to be read in every cycle, before any feed is asked. Likewise.
   void add_signal(MasterSignal& signal) { signals_.push_back(&signal); }
 
   // Any thread.
   /// Hands a request to an axis; it is taken in the next cycle. The number to ask report() with; 0: there is no such
-  /// axis, or more requests than the cycle can take.
+  /// axis, or more requests than the cycle can take; halts and stops have room of their own.
   [[nodiscard]] std::uint64_t submit(std::size_t axis, const AxisRequest& request) noexcept;
   /// How far a request is.
   [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
   /// State of an axis as of the last cycle; its figures may be of two cycles.
   [[nodiscard]] AxisReport axis_report(std::size_t axis) const noexcept;
+  /// The gantry that an axis belongs to, by its number; none: it is a single axis.
+  [[nodiscard]] std::optional<std::size_t> gantry_of(std::size_t axis) const noexcept;
+  /// What add_gantry() was called with, in its order.
+  [[nodiscard]] const GantrySettings& gantry_settings(std::size_t gantry) const noexcept {
+    return gantries_[gantry]->settings();
+  }
+  /// Of gantry_of(); as of the last cycle.
+  [[nodiscard]] GantryReport gantry_report(std::size_t gantry) const noexcept { return gantries_[gantry]->report(); }
+  /// Gantries that there are.
+  [[nodiscard]] std::size_t gantries() const noexcept { return gantries_.size(); }
 
   // The cycle's side. \rtsafe
   /// submit() for the cycle itself: tasks.
   std::uint64_t submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept;
+  /// AxisCommand::kFollow, by the feed of the axis itself: SetpointFeed::take() is not asked. The number of the
+  /// request.
+  std::uint64_t follow_in_cycle(std::size_t axis) noexcept;
+  /// Of a request that the feed has taken: for the axis after all.
+  void pass_on_in_cycle(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
+  /// Of a request that the feed has taken: how far it is.
+  void finish_in_cycle(std::uint64_t request, RequestReport report) noexcept { table_.set(request, report); }
   /// One axis, for tasks of the cycle.
   [[nodiscard]] const SingleAxis& axis(std::size_t number) const noexcept { return single_[number]; }
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
@@ -90,8 +112,17 @@ class SingleAxes final : public MotionControl {
     std::vector<char> joined{};
   };
 
+  /// Which feed an axis may follow, and its number in it.
+  struct FeedPlace {
+    SetpointFeed* feed = nullptr;
+    std::size_t place = 0;
+  };
+
+  void take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
+  void hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept;
   void advance() noexcept;
   void advance(Feed& feed) noexcept;
+  [[nodiscard]] static bool followed(const Feed& feed) noexcept;
   void publish(std::size_t axis) noexcept;
 
   std::vector<Axis> axes_;
@@ -105,6 +136,8 @@ class SingleAxes final : public MotionControl {
   rt::SpscRing<NumberedRequest> requests_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;
+  std::vector<FeedPlace> feed_of_;  ///< by axis
+  std::vector<std::unique_ptr<Gantry>> gantries_;
   std::vector<MasterSignal*> signals_;
 };
 

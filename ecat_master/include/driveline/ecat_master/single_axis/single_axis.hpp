@@ -54,10 +54,36 @@ class SingleAxis {
   void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
   /// A request of this cycle.
   void take(std::uint64_t id, const AxisRequest& request) noexcept;
-  /// The axis has a feed that it may follow. Before the cycle starts.
-  void set_fed() noexcept { fed_ = true; }
+  /// The axis has a feed that it may follow, and that keeps its software limits or not. Before the cycle starts.
+  void set_fed(bool keeps_range) noexcept {
+    fed_ = true;
+    fed_in_range_ = keeps_range;
+  }
   /// set_fed() was called.
   [[nodiscard]] bool fed() const noexcept { return fed_; }
+  /// It goes with the leader of a gantry, which gives it the setpoints that it follows. Before the cycle starts.
+  void set_in_formation() noexcept { fed_ = in_formation_ = true; }
+  /// set_in_formation() was called.
+  [[nodiscard]] bool in_formation() const noexcept { return in_formation_; }
+  /// Both inputs and position are of this cycle.
+  [[nodiscard]] bool exchanged() const noexcept { return exchanged_; }
+  /// It is where the setpoints are that it follows, and not on its way there.
+  [[nodiscard]] bool led_exactly() const noexcept { return follows() && rejoin_.joined() && !beside_; }
+  /// On its way to rest by its setpoints, to be switched off then.
+  [[nodiscard]] bool comes_to_rest() const noexcept { return power_ == Power::kResting; }
+  /// Its setpoints move it no more.
+  [[nodiscard]] bool at_rest_without_setpoints() const noexcept { return !powered(); }
+  /// By a ramp of the setpoint: the drive itself may be well. Then it is switched off.
+  void stop_by_ramp(AxisError error) noexcept;
+  /// The other axis of its gantry has failed, and comes to rest by a ramp, or by its drive.
+  void stop_with_partner(bool by_ramp) noexcept;
+  /// Positions of requests are those of the drive plus this.
+  void set_position_offset(double offset) noexcept { offset_ = offset; }
+  /// The same, as homing has found it.
+  void set_home(double offset) noexcept {
+    offset_ = offset;
+    homed_ = snapshot::AxisHomed::kYes;
+  }
   /// Whether it follows its feed.
   [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
   /// The setpoint of this cycle. `fed`: that of the feed, null: it has ended, or is not followed.
@@ -86,6 +112,8 @@ class SingleAxis {
   };
   /// The last one. \rtsafe
   [[nodiscard]] const Recorded& recorded() const noexcept { return recorded_; }
+  /// What is on top of the setpoints that it follows (AxisCommand::kMoveSuperimposed), rad or m.
+  [[nodiscard]] double on_top() const noexcept { return on_top_.state().position; }
   /// AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
   /// The drive as an axis.
@@ -148,6 +176,7 @@ class SingleAxis {
   void take_search(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_motion(std::uint64_t id, const AxisRequest& request) noexcept;
   void take_superimposed(std::uint64_t id, const AxisRequest& request) noexcept;
+  void take_halt_superimposed(std::uint64_t id) noexcept;
   void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
   void finish_move(RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
   void drop_waiting(AxisError error) noexcept;
@@ -169,6 +198,11 @@ class SingleAxis {
   [[nodiscard]] double most_acceleration() const noexcept;
   void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
   void bridge() noexcept;
+  [[nodiscard]] bool superimpose(std::uint64_t id, const AxisRequest& request) noexcept;
+  [[nodiscard]] double velocity_on_top(const AxisRequest& request) const noexcept;
+  void step_on_top(const trajectory::AxisSetpoint& target) noexcept;
+  void settle_superimposed() noexcept;
+  void drop_superimposed() noexcept;
   void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
   void step_back_to(const trajectory::AxisSetpoint& target) noexcept;
   [[nodiscard]] trajectory::AxisSetpoint led_by(const trajectory::AxisSetpoint& fed) noexcept;
@@ -221,6 +255,7 @@ class SingleAxis {
   void advance_search() noexcept;
   void end_search() noexcept;
   [[nodiscard]] bool arrive_in_search() noexcept;
+  [[nodiscard]] bool name_home() noexcept;
 
   // States and power.
   void watch() noexcept;
@@ -241,7 +276,6 @@ class SingleAxis {
   void advance_powerless() noexcept;
   void fail(AxisError error) noexcept;
   void stop_for_position() noexcept;
-  void stop_by_ramp(AxisError error) noexcept;
   void enter(Power power) noexcept;
   [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
   [[nodiscard]] bool off() const noexcept;
@@ -257,7 +291,9 @@ class SingleAxis {
   CoastWatch coast_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
-  trajectory::Rejoin rejoin_{};        ///< to the setpoints of a feed
+  trajectory::Rejoin rejoin_{};        ///< to the setpoints of a feed, or of two motions
+  SetpointGenerator on_top_{};         ///< of the motion under way: a way, from 0
+  bool superimposed_ = false;          ///< there is one
   std::optional<WayBack> way_back_{};  ///< once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< of the step to it
@@ -293,6 +329,8 @@ class SingleAxis {
   bool seen_ = false;                 ///< in the last cycle in which it was to be exchanged
   bool beside_ = false;               ///< after a gap, until it is back where the generator is
   bool fed_ = false;                  ///< set_fed()
+  bool fed_in_range_ = false;         ///< likewise
+  bool in_formation_ = false;         ///< set_in_formation()
   double offset_ = 0.0;
   snapshot::AxisHomed homed_ = snapshot::AxisHomed::kUnknown;
   double override_ = 1.0;

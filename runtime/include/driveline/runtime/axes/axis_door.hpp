@@ -49,6 +49,22 @@ struct AxisStatus {
   std::optional<CouplingStatus> coupling{};         ///< none: it has no master, or the line does not run
 };
 
+/// What an AxisDoor must know of the groups of axes of its line. Called with the door's lock held.
+class GroupGuard {
+ public:
+  virtual ~GroupGuard() = default;
+  /// False: the axis is in no enabled group. Otherwise its group comes to rest on its path.
+  virtual bool bring_to_rest(std::size_t axis) = 0;
+  /// Requests of that caller to groups are not over.
+  [[nodiscard]] virtual bool waits_for(const std::string& caller) = 0;
+
+ protected:
+  GroupGuard() = default;
+  /// Copying is for implementations only.
+  GroupGuard(const GroupGuard&) = default;
+  GroupGuard& operator=(const GroupGuard&) = default;
+};
+
 /// The way of requests to the single axes of a running line: checks what needs no cycle, asks AxisAuthority for the
 /// axis, hands the request on, and keeps the events of it all. A stop or a halt needs no lease; while a path, a task or
 /// a program moves all axes together it ends the run in order. Nor does a touch probe need one, which moves nothing:
@@ -71,6 +87,8 @@ class AxisDoor {
   void occupy(const std::string& owner);
   /// The line goes out of operation.
   void close();
+  /// What is known of groups; null: there are none. It must outlive the door, or take itself back.
+  void guard(GroupGuard* groups);
   /// Adds an event of those who ask.
   void note(EventFacts facts);
   /// Events since the last call, in order.
@@ -106,6 +124,8 @@ class AxisDoor {
   void release(const std::string& caller, std::size_t axis) { authority_.release(axis, caller); }
   /// Ends leases of who is not heard any more; notes requests that have failed. To be called every few milliseconds.
   void watch();
+  /// The terms of a lease as this caller wants it, beginning now.
+  [[nodiscard]] LeaseTerms terms_of(const AxisCaller& caller) const;
   /// The leases.
   [[nodiscard]] AxisAuthority& authority() noexcept { return authority_; }
 
@@ -136,7 +156,6 @@ class AxisDoor {
   [[nodiscard]] Permission probe_permission(const AxisCaller& caller, std::size_t axis,
                                             ecat_master::AxisCommand command) const;
   [[nodiscard]] bool takes_over(const AxisCaller& caller, std::size_t axis) const;
-  [[nodiscard]] LeaseTerms terms_of(const AxisCaller& caller) const;
   [[nodiscard]] AxisProgress progress_of(std::size_t axis, std::uint64_t request) const;
   [[nodiscard]] bool is_probe(std::uint64_t request) const;
   void stop_axis(std::size_t axis);
@@ -152,6 +171,7 @@ class AxisDoor {
   AxisAuthority authority_;
   mutable std::mutex lock_;
   ecat_master::SingleAxes* single_ = nullptr;
+  GroupGuard* groups_ = nullptr;
   LineCouplings* couplings_ = nullptr;
   bool together_ = false;
   std::vector<Pending> pending_;

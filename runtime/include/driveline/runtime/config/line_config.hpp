@@ -13,9 +13,11 @@
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
+#include "driveline/ecat_master/single_axis/gantry_settings.hpp"
 #include "driveline/esi/esi_library.hpp"
 #include "driveline/port/interface_port.hpp"
 #include "driveline/rt/realtime_thread.hpp"
+#include "driveline/runtime/config/axis_group_config.hpp"
 #include "driveline/runtime/config/command_config.hpp"
 #include "driveline/runtime/config/coupling_config.hpp"
 #include "driveline/runtime/config/eoe_config.hpp"
@@ -133,6 +135,8 @@ struct LineConfig {
   std::vector<FaultPlan> faults;                         ///< in the order of the file
   std::optional<ClockConfig> clocks;                     ///< none: the drives run free
   std::vector<ecat_master::AxisConfig> axes;             ///< in the order of the path's columns
+  std::vector<AxisGroupConfig> axis_groups;              ///< in the order of the file
+  std::vector<ecat_master::GantrySettings> gantries;     ///< pairs of axes that are one
   std::optional<PathConfig> path;                        ///< none: the axes hold the place where they are enabled
   TelemetryConfig telemetry;                             ///< what goes out over DDS
   std::optional<CommandConfig> commands;                 ///< none: nothing comes in over DDS

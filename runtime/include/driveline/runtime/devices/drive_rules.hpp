@@ -15,6 +15,7 @@ struct AxisDefaults {
   double increments_per_revolution = 1048576.0;  ///< of the position objects
   double rated_torque = 2.4;                     ///< Nm or N, 1000 per mille (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};  ///< of approaches and stops; rad/s or m/s, rad/s^2 or m/s^2
+  bool follow_bit = false;                       ///< AxisConfig::follow_bit
 };
 
 /// Properties of a drive that the master needs to move it. By default those of a drive that follows CiA 402,

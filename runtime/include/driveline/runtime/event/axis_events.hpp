@@ -14,6 +14,12 @@
 
 namespace driveline::runtime {
 
+/// How far a gantry is, or was, out of skew.
+struct GantrySkew {
+  double skew = 0.0;   ///< rad or m
+  double limit = 0.0;  ///< likewise
+};
+
 /// Why a request to an axis was refused. describe() makes the sentence.
 struct AxisRefusal {
   /// The reason.
@@ -43,6 +49,7 @@ struct AxisRefusal {
   std::uint16_t error_code = 0;    ///< kByAxis: of the drive (603Fh); 0: none
   /// `lowest` and `highest` are the software limits of the axis; also of kByAxis.
   bool software_limits = false;
+  std::optional<GantrySkew> skew{};  ///< of an axis of a gantry
   trajectory::CouplingRefusal coupling = trajectory::CouplingRefusal::kNone;  ///< kCoupling
 };
 
@@ -96,15 +103,25 @@ struct AxisLeaseLost {
 };
 /// A single axis is in ErrorStop; the others go on.
 struct AxisFailed {
-  EventAxis axis;                  ///< which
-  ecat_master::AxisError error{};  ///< why
-  std::uint16_t error_code = 0;    ///< of the drive (603Fh); 0: none
+  EventAxis axis;                    ///< which
+  ecat_master::AxisError error{};    ///< why
+  std::uint16_t error_code = 0;      ///< of the drive (603Fh); 0: none
+  std::optional<GantrySkew> skew{};  ///< of an axis of a gantry
 };
 /// A single axis was in ErrorStop at the end of the run.
 struct AxisNotReset {
-  EventAxis axis;                  ///< which
-  ecat_master::AxisError error{};  ///< why
-  std::uint16_t error_code = 0;    ///< of the drive (603Fh); 0: none
+  EventAxis axis;                    ///< which
+  ecat_master::AxisError error{};    ///< why
+  std::uint16_t error_code = 0;      ///< of the drive (603Fh); 0: none
+  std::optional<GantrySkew> skew{};  ///< of an axis of a gantry
+};
+/// The skew of a gantry is beyond its warning.
+struct GantryAskew {
+  EventAxis leader;      ///< that is commanded
+  std::string follower;  ///< name of the other axis
+  double skew = 0.0;     ///< rad or m
+  double warning = 0.0;  ///< likewise
+  double limit = 0.0;    ///< likewise
 };
 /// A single axis has left ErrorStop.
 struct AxisRestored {

@@ -42,6 +42,14 @@ struct AxisReport {
   Reported path_error{};
 };
 
+/// A group of axes in the summary.
+struct AxisGroupReport {
+  std::string name;
+  std::vector<std::string> axes;  ///< by name, in the order of the coordinates
+  std::string state;              ///< at the end of the operation: "GroupStandby"; empty: the axes were moved together
+  std::string owner;              ///< who commanded it then; empty: nobody
+};
+
 /// Figures of the clocks of the line.
 struct ClockReport {
   bool locked = false;         ///< the cycle to the reference clock, at the end
@@ -83,6 +91,7 @@ struct RunReport {
   std::string line;
   std::string state;  ///< state of the line at the end of the operation: "OP", or the lower state it had fallen to
   std::vector<AxisReport> axes;
+  std::vector<AxisGroupReport> axis_groups;
   bool increments = false;                  ///< text and plots show drive increments beside the units of the axes
   std::vector<InterfaceReport> interfaces;  ///< empty: the line is simulated in this process
   std::chrono::nanoseconds period{};
@@ -93,6 +102,7 @@ struct RunReport {
   std::chrono::nanoseconds wake_ahead{};  ///< how long before the grid time that thread woke at last
   /// The last cycles and the worst ones, oldest first; empty: Line::RunSettings::trace was not set.
   std::vector<ecat_master::TracedCycle> trace;
+  std::string trace_without_switches;  ///< why no cycle of the trace tells which threads ran; empty: they do
   /// The round trip was not measured: the line is simulated in this process and its model gives the times.
   bool round_trip_modelled = false;
   double longest_absence_at_s = 0.0;                   ///< when the longest absence of the master began, in operation

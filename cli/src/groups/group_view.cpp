@@ -1,0 +1,254 @@
+#include "groups/group_view.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <vector>
+
+namespace driveline::cli {
+namespace {
+
+using nlohmann::json;
+using trajectory::GroupVector;
+using trajectory::PathMove;
+
+std::string text(const json& group, std::string_view key) {
+  const auto value = group.find(key);
+  return value == group.end() || value->get_ref<const std::string&>().empty() ? "-" : value->get<std::string>();
+}
+
+std::string names_of(const json& group) {
+  std::vector<std::string> names;
+  for (const auto& axis : group.at("axes")) names.push_back(axis.at("name").get<std::string>());
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// "x 10 mm, y 20 mm".
+std::string place_of(const json& group) {
+  std::vector<std::string> places;
+  for (const auto& axis : group.at("axes")) {
+    if (!axis.contains("setpoint")) return "-";
+    places.push_back(fmt::format("{} {:.6g} {}", axis.at("name").get<std::string>(), axis.at("setpoint").get<double>(),
+                                 axis.at("unit").get<std::string>()));
+  }
+  return fmt::format("{}", fmt::join(places, ", "));
+}
+
+/// Why it is in GroupErrorStop: "axis x: the drive reports a fault".
+std::string error_of(const runtime::GroupDoor& door, std::size_t group, const ecat_master::GroupReport& report) {
+  auto sentence = runtime::describe(door.event_group(group), door.refusal_of(report));
+  const auto colon = sentence.find(": ");
+  return colon == std::string::npos ? sentence : sentence.substr(colon + 2);
+}
+
+json place_json(const GroupVector& place, std::size_t axes) {
+  auto numbers = json::array();
+  for (std::size_t i = 0; i < axes; ++i) numbers.push_back(place.at(i));
+  return numbers;
+}
+
+/// What is wrong with a move; caught where it is read.
+struct BadMove {
+  std::string reason;
+};
+
+double number_in(const json& value, std::string_view what) {
+  if (!value.is_number()) throw BadMove{fmt::format("{} must be a number", what)};
+  return value.get<double>();
+}
+
+GroupVector place_in(const json& move, const char* key, std::size_t axes) {
+  const auto found = move.find(key);
+  if (found == move.end() || !found->is_array() || found->size() != axes)
+    throw BadMove{fmt::format("{} must be an array of {} numbers", key, axes)};
+  GroupVector place{};
+  for (std::size_t i = 0; i < axes; ++i) place.at(i) = number_in((*found)[i], key);
+  return place;
+}
+
+void read_arc(const json& move, std::size_t axes, PathMove& path) {
+  path.kind = PathMove::Kind::kArc;
+  path.center = place_in(move, "center", axes);
+  path.clockwise = move.contains("clockwise") && move["clockwise"] == true;
+  const auto plane = move.find("plane");
+  if (plane == move.end()) return;
+  if (!plane->is_array() || plane->size() != 2 || !(*plane)[0].is_number_unsigned() ||
+      !(*plane)[1].is_number_unsigned())
+    throw BadMove{"plane must be an array of two numbers of axes"};
+  path.first_axis = (*plane)[0].get<std::size_t>();
+  path.second_axis = (*plane)[1].get<std::size_t>();
+  if (path.first_axis >= axes || path.second_axis >= axes) throw BadMove{"plane names an axis that is not there"};
+}
+
+PathMove move_in(const json& move, std::size_t axes) {
+  if (!move.is_object()) throw BadMove{"a move is an object"};
+  PathMove path;
+  if (move.contains("points")) {
+    path.kind = PathMove::Kind::kSpline;
+    if (!move["points"].is_array() || move["points"].empty()) throw BadMove{"points must be an array of places"};
+    for (const auto& point : move["points"]) path.points.push_back(place_in(json{{"points", point}}, "points", axes));
+  } else {
+    path.target = place_in(move, "to", axes);
+    if (move.contains("via")) {
+      path.kind = PathMove::Kind::kArcVia;
+      path.via = place_in(move, "via", axes);
+    } else if (move.contains("center")) {
+      read_arc(move, axes, path);
+    }
+  }
+  path.feed = move.contains("feed") ? number_in(move["feed"], "feed") : std::numeric_limits<double>::infinity();
+  if (move.contains("tolerance")) path.tolerance = number_in(move["tolerance"], "tolerance");
+  if (move.contains("dwell")) path.dwell_s = number_in(move["dwell"], "dwell");
+  return path;
+}
+
+}  // namespace
+
+json to_json(const runtime::GroupStatus& status, const runtime::AxisGroupConfig& config) {
+  auto axes = json::array();
+  const auto& described = status.limits.group.axes;
+  for (std::size_t i = 0; i < described.size(); ++i) {
+    const auto& unit = described[i].unit;
+    json axis = {{"name", described[i].name}, {"unit", std::string(unit.name)}};
+    if (i < status.setpoint.size()) axis["setpoint"] = unit.from_si(status.setpoint[i]);
+    if (const auto& range = status.limits.ranges[i]) {
+      axis["min_position"] = unit.from_si(range->min);
+      axis["max_position"] = unit.from_si(range->max);
+    }
+    axes.push_back(std::move(axis));
+  }
+  const auto& unit = described.front().unit;
+  json group = {{"name", status.limits.group.name}, {"owner", status.owner}, {"axes", std::move(axes)}};
+  group["unit"] = std::string(unit.name);
+  group["tolerance"] = unit.from_si(config.tolerance);
+  if (!status.report) return group;
+  const auto& report = *status.report;
+  group["state"] = std::string(to_text(report.state));
+  group["override"] = report.override_factor;
+  group["speed"] = unit.from_si(report.speed);
+  group["length"] = unit.from_si(report.length);
+  group["interrupted"] = report.interrupted;
+  group["backwards"] = report.backwards;
+  return group;
+}
+
+Outcome<PathGroup> path_group(const json& group) {
+  PathGroup made;
+  try {
+    made.limits.group.name = group.at("name").get<std::string>();
+    for (const auto& axis : group.at("axes")) {
+      const auto* unit = trajectory::find_position_unit(axis.at("unit").get<std::string>());
+      if (unit == nullptr || !axis.contains("setpoint")) return failed("the line is not in operation");
+      runtime::events::EventAxis described;
+      described.name = axis.at("name").get<std::string>();
+      described.unit = *unit;
+      made.limits.group.axes.push_back(std::move(described));
+      made.place.push_back(unit->to_si(axis.at("setpoint").get<double>()));
+      std::optional<trajectory::PositionRange> range;
+      if (axis.contains("min_position")) {
+        range = trajectory::PositionRange{unit->to_si(axis.at("min_position").get<double>()),
+                                          unit->to_si(axis.at("max_position").get<double>())};
+      }
+      made.limits.ranges.push_back(range);
+    }
+    made.tolerance = made.limits.group.axes.at(0).unit.to_si(group.at("tolerance").get<double>());
+  } catch (const std::exception& wrong) {
+    return failed(fmt::format("the line tells of its group what is not understood: {}", wrong.what()));
+  }
+  return made;
+}
+
+json groups_json(const runtime::GroupDoor& door) {
+  auto rows = json::array();
+  for (std::size_t i = 0; i < door.groups().size(); ++i) {
+    const auto status = door.status(i);
+    auto row = to_json(status, door.groups()[i]);
+    const bool fails = status.report && status.report->error != ecat_master::GroupError::kNone;
+    if (fails) row["error"] = error_of(door, i, *status.report);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string groups_text(const runtime::GroupDoor& door) {
+  std::string lines;
+  for (const auto& group : groups_json(door)) {
+    const auto owner = text(group, "owner");
+    lines += fmt::format("group {} ({}): {}, commanded by {}\n", group.at("name").get<std::string>(), names_of(group),
+                         text(group, "state"), owner == "-" ? "nobody" : owner);
+  }
+  return lines;
+}
+
+std::string group_line(const json& group) {
+  if (!group.contains("state")) return fmt::format("group {}", group.at("name").get<std::string>());
+  return fmt::format("group {}: {} at {}{}", group.at("name").get<std::string>(), text(group, "state"), place_of(group),
+                     group.at("interrupted").get<bool>() ? ", held" : "");
+}
+
+std::string groups_table(const json& groups) {
+  std::string table;
+  for (const auto& group : groups) {
+    const auto unit = group.at("unit").get<std::string>();
+    table += fmt::format("group {} ({})\n", group.at("name").get<std::string>(), names_of(group));
+    const auto row = [&table](std::string_view name, std::string_view value) {
+      table += fmt::format("  {:<14}{}\n", name, value);
+    };
+    const auto mark = [&group](const char* key) { return group.contains(key) && group.at(key).get<bool>(); };
+    row("state",
+        text(group, "state") + (mark("interrupted") ? ", held" : "") + (mark("backwards") ? ", backwards" : ""));
+    if (group.contains("error")) row("error", text(group, "error"));
+    row("place", place_of(group));
+    if (group.contains("speed")) {
+      row("speed", fmt::format("{:.6g} {}/s", group.at("speed").get<double>(), unit));
+      row("way so far", fmt::format("{:.6g} {}", group.at("length").get<double>(), unit));
+      row("override", fmt::format("{:.4g} %", 100.0 * group.at("override").get<double>()));
+    }
+    row("commanded by", text(group, "owner"));
+  }
+  return table;
+}
+
+json to_json(const PathMove& move, std::size_t axes) {
+  json made = json::object();
+  switch (move.kind) {
+    case PathMove::Kind::kSpline: {
+      auto points = json::array();
+      for (const auto& point : move.points) points.push_back(place_json(point, axes));
+      made["points"] = std::move(points);
+      break;
+    }
+    case PathMove::Kind::kArcVia:
+      made["via"] = place_json(move.via, axes);
+      made["to"] = place_json(move.target, axes);
+      break;
+    case PathMove::Kind::kArc:
+      made["center"] = place_json(move.center, axes);
+      made["plane"] = json::array({move.first_axis, move.second_axis});
+      if (move.clockwise) made["clockwise"] = true;
+      made["to"] = place_json(move.target, axes);
+      break;
+    case PathMove::Kind::kLine:
+      made["to"] = place_json(move.target, axes);
+      break;
+  }
+  if (std::isfinite(move.feed)) made["feed"] = move.feed;
+  if (move.tolerance > 0.0) made["tolerance"] = move.tolerance;
+  if (move.dwell_s > 0.0) made["dwell"] = move.dwell_s;
+  return made;
+}
+
+Outcome<PathMove> parse_move(const json& move, std::size_t axes) {
+  try {
+    return move_in(move, axes);
+  } catch (const BadMove& bad) {
+    return misused(bad.reason);
+  }
+}
+
+}  // namespace driveline::cli

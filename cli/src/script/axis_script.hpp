@@ -1,0 +1,92 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "driveline/runtime/axes/axis_door.hpp"
+#include "failure.hpp"
+#include "script/script_groups.hpp"
+
+namespace driveline::cli {
+
+/// Requests to axes and groups of axes, one after the other:
+///
+///     x move 90deg velocity=30deg/s   asks for it, and goes on at once
+///     plotter move 90mm 20mm           the same of a group
+///     plotter path contour.jsonl       along the moves of a file, whose path begins at the folder of the script
+///     wait x                          until x has done, or reached, what it was last asked for; `wait all`
+///     sleep 0.5s
+///     # a remark
+///
+/// At the end it waits for all.
+class AxisScript {
+ public:
+  /// What the requests of a script may name; of a line.
+  struct Names {
+    std::span<const ecat_master::AxisConfig> axes;
+    std::span<const runtime::AxisGroupConfig> groups{};
+  };
+
+  /// Reads a script. Failure (status 2): file, line and what was expected.
+  [[nodiscard]] static Outcome<AxisScript> read(const std::filesystem::path& file, const Names& names);
+  /// The same for text that is at hand.
+  [[nodiscard]] static Outcome<AxisScript> parse(std::string_view text, const std::string& name, const Names& names);
+
+  /// Goes on as far as possible; `now` is the time of the line. True: it is done. Failure: a request was refused or has
+  /// failed.
+  [[nodiscard]] Outcome<bool> step(runtime::AxisDoor& door, runtime::GroupDoor& groups, std::chrono::nanoseconds now);
+
+ private:
+  /// A line of the script.
+  struct Step {
+    enum class Kind : std::uint8_t { kRequest, kGroupRequest, kGroupPath, kWait, kSleep };
+    Kind kind = Kind::kRequest;
+    std::size_t line = 0;
+    std::vector<std::size_t> axes{};
+    std::vector<ecat_master::AxisRequest> requests{};  ///< of these axes
+    std::chrono::nanoseconds time{};
+    bool all = false;                       ///< axes and groups
+    std::optional<std::size_t> group{};     ///< kGroupRequest, kGroupPath; kWait: for a group
+    runtime::GroupRequest group_request{};  ///< kGroupRequest
+    std::filesystem::path file{};           ///< kGroupPath
+  };
+  /// A request that has been made.
+  struct Made {
+    std::size_t line = 0;
+    std::size_t axis = 0;
+    std::uint64_t number = 0;
+    bool last = true;  ///< there is no later one to this axis
+    bool over = false;
+  };
+
+  explicit AxisScript(std::string name);
+  [[nodiscard]] Outcome<Step> read_step(std::span<const std::string> words, const Names& names) const;
+  [[nodiscard]] Outcome<Step> read_group_step(std::size_t group, std::span<const std::string> words,
+                                              const Names& names) const;
+  void join_blended_moves();
+  [[nodiscard]] Outcome<void> ask(runtime::AxisDoor& door, const Step& step);
+  [[nodiscard]] Outcome<void> ask(runtime::GroupDoor& door, const Step& step);
+  [[nodiscard]] Outcome<void> told(const std::optional<ScriptGroups::Trouble>& trouble) const;
+  [[nodiscard]] Outcome<void> look_at_requests(const runtime::AxisDoor& door);
+  [[nodiscard]] Outcome<bool> done(runtime::AxisDoor& door, runtime::GroupDoor& groups, const Step& step,
+                                   std::chrono::nanoseconds now);
+  [[nodiscard]] bool arrived(const Step& step) const;
+  [[nodiscard]] tl::unexpected<Failure> fail(std::size_t line, const std::string& reason) const;
+
+  std::string name_;
+  std::vector<Step> steps_;
+  std::size_t next_ = 0;
+  bool begun_ = false;
+  std::chrono::nanoseconds step_began_{};
+  bool step_runs_ = false;
+  std::vector<Made> made_;
+  ScriptGroups groups_;
+};
+
+}  // namespace driveline::cli

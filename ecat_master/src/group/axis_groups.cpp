@@ -1,0 +1,284 @@
+#include "driveline/ecat_master/group/axis_groups.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "axis_group.hpp"
+#include "contour_path.hpp"
+#include "driveline/trajectory/contour_settings.hpp"
+#include "group_planning.hpp"
+#include "group_request_table.hpp"
+#include "line_path.hpp"
+#include "range_check.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// Sentences that are kept.
+constexpr std::size_t kSentences = 64;
+/// How long a path waits at its end for a move that was announced.
+constexpr double kGraceSeconds = 0.02;
+
+[[noreturn]] void refuse(const GroupConfig& group, const std::string& reason) {
+  throw std::invalid_argument("group '" + group.name + "': " + reason);
+}
+
+std::string quoted(const SingleAxes& axes, std::size_t axis) {
+  return "axis '" + axes.axes()[axis].config().name + "'";
+}
+
+/// What paths may ask of an axis.
+trajectory::GroupAxisLimits limits_of(const AxisConfig& axis, double jerk_time_s) {
+  const double acceleration = AxisGroups::kShareOfAcceleration * axis.limits.max_acceleration;
+  return {AxisGroups::kShareOfVelocity * axis.limits.max_velocity, acceleration,
+          axis.max_jerk.value_or(acceleration / jerk_time_s)};
+}
+
+void check(const SingleAxes& axes, const std::vector<GroupConfig>& groups, std::size_t number) {
+  const auto& group = groups[number];
+  if (group.name.empty()) throw std::invalid_argument("a group needs a name");
+  const auto before = groups.begin() + static_cast<std::ptrdiff_t>(number);
+  if (std::any_of(groups.begin(), before, [&group](const auto& other) { return other.name == group.name; }))
+    refuse(group, "there is another one of that name");
+  if (group.axes.empty()) refuse(group, "it has no axes");
+  if (group.axes.size() > AxisGroups::kMostAxes)
+    refuse(group, "it has " + std::to_string(group.axes.size()) + " axes; " + std::to_string(AxisGroups::kMostAxes) +
+                      " are possible");
+  if (!(group.jerk_time_s > 0.0)) refuse(group, "its jerk_time_s must be above 0");
+  for (std::size_t i = 0; i < group.axes.size(); ++i) {
+    const auto axis = group.axes[i];
+    if (axis >= axes.axes().size()) refuse(group, "there is no axis of number " + std::to_string(axis));
+    if (std::count(group.axes.begin(), group.axes.begin() + static_cast<std::ptrdiff_t>(i), axis) > 0)
+      refuse(group, quoted(axes, axis) + " is in it twice");
+    const auto other = std::find_if(groups.begin(), before, [axis](const auto& each) {
+      return std::find(each.axes.begin(), each.axes.end(), axis) != each.axes.end();
+    });
+    if (other != before) refuse(group, quoted(axes, axis) + " is in group '" + other->name + "' already");
+    // As the limits along a path are checked, for any number of axes.
+    trajectory::ContourSettings alone;
+    alone.limits[0] = limits_of(axes.axes()[axis].config(), group.jerk_time_s);
+    if (const auto wrong = trajectory::check_settings(alone); !wrong.empty())
+      refuse(group, quoted(axes, axis) + " has limits that no path can be planned with: " + wrong);
+    if (axes.axis(axis).fed()) refuse(group, quoted(axes, axis) + " follows a gear, a cam or a stream already");
+  }
+}
+
+std::vector<trajectory::GroupAxisLimits> limits_of(const SingleAxes& axes, const GroupConfig& group) {
+  std::vector<trajectory::GroupAxisLimits> made;
+  for (const auto axis : group.axes) made.push_back(limits_of(axes.axes()[axis].config(), group.jerk_time_s));
+  return made;
+}
+
+/// As moves count positions, which are those of the drives and an offset.
+RangeCheck ranges_of(const SingleAxes& axes, const GroupConfig& group, std::span<const double> offsets) {
+  std::vector<RangeCheck::Range> ranges;
+  for (std::size_t i = 0; i < group.axes.size(); ++i) {
+    const auto& axis = axes.axes()[group.axes[i]].config();
+    ranges.push_back({axis.name, axis.software_limits});
+    if (auto& range = ranges.back().range) *range = {range->min + offsets[i], range->max + offsets[i]};
+  }
+  return RangeCheck(std::move(ranges));
+}
+
+trajectory::ContourSettings contour_settings(const SingleAxes& axes, const GroupConfig& group,
+                                             std::chrono::nanoseconds period) {
+  trajectory::ContourSettings settings;
+  settings.axes = group.axes.size();
+  const auto limits = limits_of(axes, group);
+  std::copy(limits.begin(), limits.end(), settings.limits.begin());
+  settings.period_s = std::chrono::duration<double>(period).count();
+  settings.capacity = group.capacity;
+  settings.kinematics = group.kinematics;
+  settings.tool = group.tool;
+  return settings;
+}
+
+/// The ranges become those of the joints; moves themselves have none then.
+RangeCheck limit_joints(trajectory::ContourSettings& settings, const RangeCheck& ranges) {
+  std::vector<RangeCheck::Range> none(settings.axes);
+  for (std::size_t i = 0; i < settings.axes; ++i) {
+    const auto& range = ranges.ranges()[i].range;
+    if (!range) continue;
+    settings.limits[i].min_position = range->min;
+    settings.limits[i].max_position = range->max;
+  }
+  return RangeCheck(std::move(none));
+}
+
+}  // namespace
+
+/// What all groups have together.
+struct AxisGroups::Shared {
+  GroupRequestTable table;
+  mutable std::mutex door;  ///< of submitting threads and planning; the cycle never takes it
+  std::deque<std::pair<std::uint64_t, std::string>> sentences;
+
+  void keep(std::uint64_t request, std::string reason) {
+    if (sentences.size() == kSentences) sentences.pop_front();
+    sentences.emplace_back(request, std::move(reason));
+  }
+};
+
+/// One group: both sides of it.
+class AxisGroups::Group {
+ public:
+  Group(SingleAxes& axes, const GroupConfig& config, std::chrono::nanoseconds period, Shared& shared)
+      : cycle(axes, config.axes, shared.table),
+        planning(cycle, shared.table,
+                 static_cast<std::uint64_t>(kGraceSeconds / std::chrono::duration<double>(period).count()),
+                 make_path(axes, config, period),
+                 [&shared](std::uint64_t request, std::string reason) { shared.keep(request, std::move(reason)); }) {
+    axes.add_feed(cycle, config.axes);
+  }
+
+  AxisGroup cycle;
+  GroupPlanning planning;
+  std::uint64_t submitted = 0;  ///< requests to the cycle
+
+ private:
+  static GroupPlanning::MakePath make_path(const SingleAxes& axes, const GroupConfig& config,
+                                           std::chrono::nanoseconds period) {
+    const auto count = config.axes.size();
+    const auto ranges_at = [&axes, config](const AxisGroup::Standing& standing) {
+      return ranges_of(axes, config, standing.offsets);
+    };
+    if (count > trajectory::kMaxGroupAxes && (config.kinematics != nullptr || config.outputs != nullptr))
+      refuse(config,
+             "kinematics and outputs are for groups of up to " + std::to_string(trajectory::kMaxGroupAxes) + " axes");
+    if (count > trajectory::kMaxGroupAxes) {
+      const double period_s = std::chrono::duration<double>(period).count();
+      return [limits = limits_of(axes, config), period_s, count,
+              ranges_at](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
+        return std::make_unique<LinePath>(limits, ranges_at(from), period_s, std::span(from.at).first(count),
+                                          from.epoch);
+      };
+    }
+    const auto settings = contour_settings(axes, config, period);
+    if (const auto wrong = trajectory::check_settings(settings); !wrong.empty()) refuse(config, wrong);
+    return [settings, count, ranges_at,
+            outputs = config.outputs](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
+      auto ranges = ranges_at(from);
+      auto here = settings;
+      // Of joints, which moves do not name.
+      if (settings.kinematics != nullptr) ranges = limit_joints(here, ranges);
+      return std::make_unique<ContourPath>(here, std::move(ranges), std::span(from.at).first(count), from.epoch,
+                                           outputs);
+    };
+  }
+};
+
+/// Calls plan() from time to time.
+class AxisGroups::Worker {
+ public:
+  Worker(AxisGroups& groups, std::chrono::milliseconds interval)
+      : thread_([this, &groups, interval] {
+          std::unique_lock lock(mutex_);
+          while (!ended_) {
+            lock.unlock();
+            groups.plan();
+            lock.lock();
+            wake_.wait_for(lock, interval, [this] { return ended_; });
+          }
+        }) {}
+  ~Worker() {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ended_ = false;
+  std::thread thread_;  // last: it uses the others
+};
+
+AxisGroups::AxisGroups(SingleAxes& axes, std::vector<GroupConfig> groups, std::chrono::nanoseconds period)
+    : configs_(std::move(groups)), shared_(std::make_unique<Shared>()) {
+  for (std::size_t i = 0; i < configs_.size(); ++i) check(axes, configs_, i);
+  for (const auto& config : configs_) groups_.push_back(std::make_unique<Group>(axes, config, period, *shared_));
+}
+
+AxisGroups::~AxisGroups() = default;
+
+std::uint64_t AxisGroups::submit(std::size_t group, const GroupRequest& request) {
+  if (group >= groups_.size()) return 0;
+  const std::lock_guard lock(shared_->door);
+  const auto id = shared_->table.add();
+  if (!groups_[group]->cycle.submit(id, request)) return 0;
+  ++groups_[group]->submitted;
+  return id;
+}
+
+std::uint64_t AxisGroups::move(std::size_t group, const GroupMove& move) {
+  if (group >= groups_.size()) return 0;
+  const std::lock_guard lock(shared_->door);
+  auto& one = *groups_[group];
+  if (one.planning.room() == 0) return 0;
+  const auto id = shared_->table.add();
+  one.planning.add(id, move, one.submitted);
+  return id;
+}
+
+std::uint64_t AxisGroups::move_path(std::size_t group, std::span<const GroupMove> moves) {
+  if (group >= groups_.size() || moves.empty()) return 0;
+  const std::lock_guard lock(shared_->door);
+  auto& one = *groups_[group];
+  if (one.planning.room() < moves.size()) return 0;
+  std::uint64_t first = 0;
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    auto move = moves[i];
+    if (i + 1 < moves.size()) move.continues = true;
+    if (i > 0 && move.buffer == GroupBuffer::kAborting) move.buffer = GroupBuffer::kBlending;
+    const auto id = shared_->table.add();
+    if (first == 0) first = id;
+    one.planning.add(id, move, one.submitted);
+  }
+  return first;
+}
+
+std::size_t AxisGroups::room(std::size_t group) const {
+  if (group >= groups_.size()) return 0;
+  const std::lock_guard lock(shared_->door);
+  return groups_[group]->planning.room();
+}
+
+GroupRequestReport AxisGroups::report(std::uint64_t request) const noexcept {
+  return shared_->table.report(request);
+}
+
+std::string AxisGroups::refusal(std::uint64_t request) const {
+  const std::lock_guard lock(shared_->door);
+  const auto found = std::find_if(shared_->sentences.begin(), shared_->sentences.end(),
+                                  [request](const auto& each) { return each.first == request; });
+  return found == shared_->sentences.end() ? std::string{} : found->second;
+}
+
+GroupReport AxisGroups::group_report(std::size_t group) const noexcept {
+  return group < groups_.size() ? groups_[group]->cycle.report() : GroupReport{};
+}
+
+void AxisGroups::plan() {
+  const std::lock_guard lock(shared_->door);
+  for (auto& group : groups_) group->planning.plan();
+}
+
+void AxisGroups::start_planning(std::chrono::milliseconds interval) {
+  worker_ = std::make_unique<Worker>(*this, interval);
+}
+
+void AxisGroups::stop_planning() {
+  worker_.reset();
+}
+
+}  // namespace driveline::ecat_master

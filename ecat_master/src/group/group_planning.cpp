@@ -1,0 +1,179 @@
+#include "group_planning.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace driveline::ecat_master {
+
+GroupPlanning::GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::uint64_t grace_cycles, MakePath make_path,
+                             Refuse refuse)
+    : group_(group),
+      table_(table),
+
+      grace_cycles_(grace_cycles),
+      make_path_(std::move(make_path)),
+      refuse_(std::move(refuse)) {}
+
+std::size_t GroupPlanning::room() const noexcept {
+  return AxisGroups::kMostMoves - std::min(AxisGroups::kMostMoves, waiting_.size());
+}
+
+void GroupPlanning::add(std::uint64_t id, const GroupMove& move, std::uint64_t requests) {
+  waiting_.push_back({id, requests, move});
+}
+
+void GroupPlanning::plan() {
+  take_paths_back();
+  leave_ended_path();
+  drop_aborted();
+  // What has been planned further ahead than there was room.
+  if (!hand_over()) return;
+  while (true) {
+    drop_aborted();
+    if (waiting_.empty() || waiting_.front().behind > group_.taken()) break;
+    leave_ended_path();
+    if (refuse_by_state()) continue;
+    if (!ready_for(waiting_.front()) || !add_next()) return;
+  }
+  // The move that was announced has not come.
+  if (path_ != nullptr && open_ && waiting_.empty() && group_.cycles_at_end() > grace_cycles_) {
+    close_path();
+    static_cast<void>(hand_over());
+  }
+}
+
+void GroupPlanning::leave_ended_path() {
+  if (path_ == nullptr || path_->epoch() > group_.ended_epoch()) return;
+  path_ = nullptr;
+  open_ = false;
+  closing_ = false;
+}
+
+void GroupPlanning::take_paths_back() {
+  while (auto* const back = group_.take_back()) {
+    back->unsettled([this](std::uint64_t request) {
+      table_.set(request, {RequestPhase::kAborted, GroupError::kNone, 0});
+    });
+    if (back == path_) path_ = nullptr;
+    std::erase_if(paths_, [back](const auto& path) { return path.get() == back; });
+  }
+}
+
+void GroupPlanning::drop_aborted() {
+  const auto below = group_.dropped_below();
+  while (!waiting_.empty() && waiting_.front().id < below) {
+    table_.set(waiting_.front().id, {RequestPhase::kAborted, GroupError::kNone, 0});
+    waiting_.pop_front();
+  }
+}
+
+/// True: there was one that the group does not take in its state.
+bool GroupPlanning::refuse_by_state() {
+  auto error = GroupError::kNone;
+  switch (group_.state()) {
+    case GroupState::kDisabled:
+      error = GroupError::kNotEnabled;
+      break;
+    case GroupState::kErrorStop:
+      error = GroupError::kErrorStop;
+      break;
+    case GroupState::kStopping:
+      error = GroupError::kStopping;
+      break;
+    case GroupState::kStandby:
+    case GroupState::kMoving:
+      return false;
+  }
+  table_.set(waiting_.front().id, {RequestPhase::kError, error, 0});
+  waiting_.pop_front();
+  return true;
+}
+
+/// There is a path that the move can be added to.
+bool GroupPlanning::ready_for(const Waiting& next) {
+  if (path_ != nullptr && next.move.buffer == GroupBuffer::kAborting && !path_->idle()) {
+    group_.abort_for(next.id);
+    return false;
+  }
+  if (path_ != nullptr) return path_->has_room();
+  return begin_path();
+}
+
+/// Where the axes have come to rest.
+bool GroupPlanning::begin_path() {
+  const auto& standing = group_.standing();
+  if (standing.epoch <= std::max(used_epoch_, group_.ended_epoch())) return false;
+  try {
+    paths_.push_back(make_path_(standing));
+  } catch (const std::invalid_argument& error) {
+    refuse_next(error.what());
+    return false;
+  }
+  path_ = paths_.back().get();
+  used_epoch_ = standing.epoch;
+  open_ = false;
+  closing_ = false;
+  group_.offer(path_);
+  return true;
+}
+
+/// False: there is no room for more now.
+bool GroupPlanning::add_next() {
+  const auto move = absolute(waiting_.front().move);
+  if (open_ && move.buffer != GroupBuffer::kBlending) path_->finish();
+  if (auto added = path_->add(move); !added) {
+    refuse_next(std::move(added.error().reason));
+    if (open_) close_path();
+    return hand_over();
+  }
+  path_->note(waiting_.front().id);
+  waiting_.pop_front();
+  open_ = true;
+  if (!move.continues) close_path();
+  return hand_over();
+}
+
+/// The moves behind it would begin elsewhere.
+void GroupPlanning::refuse_next(std::string reason) {
+  const auto id = waiting_.front().id;
+  table_.set(id, {RequestPhase::kError, GroupError::kBadMove, 0});
+  refuse_(id, std::move(reason));
+  waiting_.pop_front();
+  while (!waiting_.empty() && waiting_.front().move.buffer != GroupBuffer::kAborting) {
+    table_.set(waiting_.front().id, {RequestPhase::kAborted, GroupError::kBadMove, 0});
+    waiting_.pop_front();
+  }
+}
+
+void GroupPlanning::close_path() {
+  path_->finish();
+  open_ = false;
+  closing_ = true;
+}
+
+bool GroupPlanning::hand_over() {
+  if (path_ == nullptr) return true;
+  if (!path_->flush()) return false;
+  if (closing_) path_->complete();
+  closing_ = false;
+  return true;
+}
+
+GroupMove GroupPlanning::absolute(const GroupMove& move) const {
+  auto made = move;
+  if (!move.relative) return made;
+  const auto from = path_->target();
+  const auto shift = [from](auto& place) {
+    for (std::size_t i = 0; i < std::min(from.size(), place.size()); ++i) place[i] += from[i];
+  };
+  shift(made.target);
+  shift(made.path.target);
+  shift(made.path.center);
+  shift(made.path.via);
+  for (auto& point : made.path.points) shift(point);
+  made.relative = false;
+  return made;
+}
+
+}  // namespace driveline::ecat_master

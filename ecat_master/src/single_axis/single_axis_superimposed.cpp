@@ -1,0 +1,113 @@
+// A motion on top of one that has no end: of a velocity, or of setpoints that are followed.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "driveline/ecat_master/single_axis/single_axis.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// Of the highest acceleration, and velocity where that of the motion below is not known, unless the request says more.
+constexpr double kShareOnTop = 0.5;
+constexpr double kShareOfVelocity = 0.1;
+
+}  // namespace
+
+/// What the motion below leaves; setpoints that are followed tell nothing.
+double SingleAxis::velocity_on_top(const AxisRequest& request) const noexcept {
+  const double most = axis_->config().limits.max_velocity;
+  if (active_->request.command != AxisCommand::kMoveVelocity)
+    return request.velocity > 0.0 ? request.velocity : kShareOfVelocity * most;
+  const double left = most - std::min(std::abs(active_->request.target * override_), most);
+  return request.velocity > 0.0 && request.velocity <= left * (1.0 + 1e-9) ? request.velocity
+         : request.velocity > 0.0                                          ? 0.0
+                                                                           : left;
+}
+
+/// False: there is nothing that it could be on top of.
+bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexcept {
+  const auto below = active_->request.command;
+  if (below != AxisCommand::kMoveVelocity && below != AxisCommand::kFollow) return false;
+  const auto& config = axis_->config();
+  const double velocity = velocity_on_top(request);
+  if (!(velocity > 1e-6 * config.limits.max_velocity)) {
+    finish(id, RequestPhase::kError, AxisError::kOverLimit);
+    return true;
+  }
+  const double most = config.limits.max_acceleration;
+  const double acceleration = request.acceleration > 0.0 ? request.acceleration : kShareOnTop * most;
+  const double own_jerk = config.max_jerk.value_or(std::numeric_limits<double>::infinity());
+  const auto limits = trajectory::ProfileLimits::symmetric(velocity, std::min(acceleration, most),
+                                                           request.jerk > 0.0 ? request.jerk : own_jerk);
+  const double from = on_top_.state().position;
+  if (!on_top_.to_position({from + request.target, 0.0, 0.0}, limits)) {
+    finish(id, RequestPhase::kError, AxisError::kNotFinite);
+    return true;
+  }
+  finish(superimposed_request_, RequestPhase::kAborted);
+  superimposed_request_ = id;
+  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
+  if (!superimposed_ && below == AxisCommand::kMoveVelocity) {
+    go_from_here();
+    rejoin_ = {setpoint_.position, step_velocity_, {config.limits.max_velocity, most_acceleration()}};
+  }
+  superimposed_ = true;
+  return true;
+}
+
+void SingleAxis::take_halt_superimposed(std::uint64_t id) noexcept {
+  if (!superimposed_ || superimposed_request_ == 0) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
+  if (!on_top_.to_velocity(0.0, full_limits())) return finish(id, RequestPhase::kError, AxisError::kNotFinite);
+  finish(superimposed_request_, RequestPhase::kAborted);
+  superimposed_request_ = id;
+  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
+}
+
+/// The sum of both, as far as the limits of the axis go.
+void SingleAxis::step_on_top(const trajectory::AxisSetpoint& target) noexcept {
+  const auto& config = axis_->config();
+  // After one more step, whatever that changes.
+  const double faster = std::copysign(most_acceleration() * period_s_, step_velocity_);
+  const double then = step_velocity_ + faster;
+  if (leaves_range({setpoint_.position + then * period_s_, then, 0.0})) {
+    finish_move(RequestPhase::kError, AxisError::kOutsideRange);
+    drop_waiting(AxisError::kNone);
+    begin_move({});
+    return step_to(generator_.advance(period_s_));
+  }
+  const auto& beside = on_top_.advance(period_s_);
+  const trajectory::AxisSetpoint sum{target.position + beside.position, target.velocity + beside.velocity,
+                                     target.acceleration + beside.acceleration};
+  if (beside_) {
+    step_back_to(sum);
+    rejoin_ = {setpoint_.position, step_velocity_, {config.limits.max_velocity, most_acceleration()}};
+    return;
+  }
+  step_to(rejoin_.step(sum, period_s_));
+  if (rejoin_.joined()) settle_superimposed();
+}
+
+/// What was on top is a part of the motion below when it is done. What is followed goes on beside it.
+void SingleAxis::settle_superimposed() noexcept {
+  if (!on_top_.finished()) return;
+  finish(superimposed_request_, RequestPhase::kDone);
+  if (active_->request.command == AxisCommand::kFollow) return;
+  auto below = generator_.state();
+  below.position += on_top_.state().position;
+  superimposed_ = false;
+  on_top_.start_from({});
+  generator_.start_from(below);
+  replan();
+}
+
+/// The motion below ends: what comes next begins with the sum.
+void SingleAxis::drop_superimposed() noexcept {
+  if (!superimposed_) return;
+  finish(superimposed_request_, RequestPhase::kAborted);
+  superimposed_ = false;
+  on_top_.start_from({});
+  generator_.start_from({setpoint_.position, step_velocity_, setpoint_.acceleration});
+}
+
+}  // namespace driveline::ecat_master

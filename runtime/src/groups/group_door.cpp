@@ -1,0 +1,456 @@
+#include "driveline/runtime/groups/group_door.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace driveline::runtime {
+namespace {
+
+using ecat_master::GroupBuffer;
+using ecat_master::GroupCommand;
+using ecat_master::GroupError;
+using ecat_master::GroupMove;
+using ecat_master::GroupState;
+using ecat_master::RequestPhase;
+using trajectory::PathMove;
+using Verb = GroupRequest::Verb;
+using Why = GroupRefusal::Why;
+
+/// Allowed to everybody.
+bool stops(Verb verb) noexcept {
+  return verb == Verb::kHalt || verb == Verb::kStop || verb == Verb::kHold;
+}
+
+/// Afterwards the group is somewhere else than its moves have said.
+bool ends_path(Verb verb) noexcept {
+  return verb == Verb::kHalt || verb == Verb::kStop || verb == Verb::kDisable || verb == Verb::kReset;
+}
+
+GroupCommand command_of(Verb verb) noexcept {
+  switch (verb) {
+    case Verb::kEnable:
+      return GroupCommand::kEnable;
+    case Verb::kDisable:
+      return GroupCommand::kDisable;
+    case Verb::kReset:
+      return GroupCommand::kReset;
+    case Verb::kHold:
+      return GroupCommand::kInterrupt;
+    case Verb::kResume:
+      return GroupCommand::kContinue;
+    case Verb::kReverse:
+      return GroupCommand::kReverse;
+    case Verb::kForward:
+      return GroupCommand::kForward;
+    case Verb::kOverride:
+      return GroupCommand::kSetOverride;
+    case Verb::kStop:
+      return GroupCommand::kStop;
+    case Verb::kReleaseStop:
+      return GroupCommand::kReleaseStop;
+    case Verb::kMove:
+    case Verb::kHalt:
+      break;
+  }
+  return GroupCommand::kHalt;
+}
+
+GroupRefusal refuse(Why why) {
+  GroupRefusal refusal;
+  refusal.why = why;
+  return refusal;
+}
+
+GroupRefusal bad_move(std::string reason) {
+  auto refusal = refuse(Why::kBadMove);
+  refusal.reason = std::move(reason);
+  return refusal;
+}
+
+/// The coordinates of a place, as many as there are axes.
+std::vector<double> coordinates(const GroupMove& move, std::size_t axes) {
+  if (axes > trajectory::kMaxGroupAxes) return move.target;
+  const auto& place = end_of(move.path);
+  return {place.begin(), place.begin() + static_cast<std::ptrdiff_t>(axes)};
+}
+
+void shift(trajectory::GroupVector& place, const std::vector<double>& by) {
+  for (std::size_t i = 0; i < by.size(); ++i) place.at(i) += by[i];
+}
+
+/// The same move in absolute places.
+GroupMove absolute(GroupMove move, const std::vector<double>& from) {
+  if (!move.relative) return move;
+  move.relative = false;
+  if (!move.target.empty()) {
+    for (std::size_t i = 0; i < from.size() && i < move.target.size(); ++i) move.target[i] += from[i];
+    return move;
+  }
+  shift(move.path.target, from);
+  shift(move.path.center, from);
+  shift(move.path.via, from);
+  for (auto& point : move.path.points) shift(point, from);
+  return move;
+}
+
+}  // namespace
+
+/// What is known of a group beside what it tells itself.
+struct GroupDoor::Group {
+  /// Where it is to be at the end of what it was asked for; none: that is not known while it comes to rest.
+  std::optional<std::vector<double>> place;
+  bool halted = false;  ///< by this door, since its last move
+  /// Who hands a path over, and the number of its newest move; empty: nobody.
+  std::string path_of{};
+  std::uint64_t newest = 0;
+};
+
+GroupDoor::GroupDoor(const std::vector<AxisGroupConfig>& groups, AxisDoor& axes) : configs_(groups), door_(axes) {
+  for (std::size_t i = 0; i < groups.size(); ++i) groups_.push_back(std::make_unique<Group>());
+  if (!groups.empty()) door_.guard(this);
+}
+
+GroupDoor::~GroupDoor() {
+  door_.guard(nullptr);
+}
+
+void GroupDoor::open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes) {
+  const std::lock_guard guard(lock_);
+  running_ = &groups;
+  single_ = &axes;
+}
+
+void GroupDoor::close() {
+  const std::lock_guard guard(lock_);
+  running_ = nullptr;
+  single_ = nullptr;
+  pending_.clear();
+}
+
+std::vector<EventFacts> GroupDoor::take_events() {
+  const std::lock_guard guard(lock_);
+  return std::exchange(events_, {});
+}
+
+events::EventGroup GroupDoor::event_group(std::size_t group) const {
+  events::EventGroup made{configs_.at(group).name, {}};
+  for (const auto axis : configs_.at(group).axes) made.axes.push_back(events::event_axis(door_.axes().at(axis)));
+  return made;
+}
+
+tl::expected<std::uint64_t, GroupRefusal> GroupDoor::submit(const AxisCaller& caller, std::size_t group,
+                                                            const GroupRequest& request) {
+  const std::lock_guard guard(lock_);
+  if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
+  auto submitted = try_to_submit(caller, group, request);
+  events::GroupRequested asked{caller.name, event_group(group), request, {}};
+  if (!submitted) asked.refusal = submitted.error();
+  if (!caller.quiet) events_.emplace_back(std::move(asked));
+  return submitted;
+}
+
+tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_submit(const AxisCaller& caller, std::size_t group,
+                                                                   const GroupRequest& request) {
+  if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
+  if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
+  constexpr double kMostShare = 2.0;
+  if (request.verb == Verb::kOverride && !(request.share >= 0.0 && request.share <= kMostShare)) {
+    auto refusal = refuse(Why::kShare);
+    refusal.value = request.share;
+    return tl::unexpected(std::move(refusal));
+  }
+  if (!stops(request.verb)) {
+    if (auto refused = take(caller, group)) return tl::unexpected(std::move(*refused));
+  }
+  auto submitted = request.verb == Verb::kMove ? try_to_move(group, request)
+                                               : tl::expected<std::uint64_t, GroupRefusal>(running_->submit(
+                                                     group, {command_of(request.verb), request.share}));
+  if (!submitted) return submitted;
+  if (*submitted == 0) return tl::unexpected(refuse(Why::kTooMany));
+  if (ends_path(request.verb)) {
+    groups_[group]->place.reset();
+    groups_[group]->path_of.clear();
+  }
+  pending_.push_back({*submitted, *submitted, group, caller, request});
+  return submitted;
+}
+
+/// The move of a request.
+tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_move(std::size_t group, const GroupRequest& request) {
+  find_place(group);
+  auto move = request.move;
+  const auto& place = groups_[group]->place;
+  for (std::size_t i = 0; i < request.stays.size(); ++i) {
+    if (!request.stays[i] || move.relative) continue;
+    if (!place) return tl::unexpected(bad_move("where it is to be is not known while it comes to rest"));
+    (move.target.empty() ? move.path.target.at(i) : move.target.at(i)) = (*place)[i];
+  }
+  auto& feed = move.path.feed;
+  if (feed == 0.0 || feed > configs_[group].max_feed) feed = configs_[group].max_feed;
+  if (auto wrong = check_move(group, move, move.buffer != GroupBuffer::kAborting))
+    return tl::unexpected(std::move(*wrong));
+  groups_[group]->path_of.clear();
+  return running_->move(group, move);
+}
+
+/// At rest with nothing left to do, its place is that of its axes.
+void GroupDoor::find_place(std::size_t group) {
+  if (!rests(group)) return;
+  auto& place = groups_[group]->place.emplace();
+  for (const auto axis : configs_[group].axes) place.push_back(single_->axis_report(axis).setpoint);
+}
+
+bool GroupDoor::rests(std::size_t group) const {
+  if (running_ == nullptr || running_->group_report(group).state == GroupState::kMoving) return false;
+  return std::none_of(pending_.begin(), pending_.end(), [&](const Pending& pending) {
+    const bool moves = !pending.request || pending.request->verb == Verb::kMove;
+    return moves && pending.group == group && !running_->report(pending.last).over();
+  });
+}
+
+WayLimits GroupDoor::limits_of(std::size_t group) const {
+  WayLimits limits{event_group(group), {}};
+  for (const auto axis : configs_[group].axes) {
+    const auto& range = door_.axes()[axis].software_limits;
+    const double offset = single_ == nullptr ? 0.0 : single_->axis_report(axis).position_offset;
+    limits.ranges.push_back(range ? std::optional(trajectory::PositionRange{range->min + offset, range->max + offset})
+                                  : std::nullopt);
+  }
+  return limits;
+}
+
+/// What is wrong with a move, as far as it is known where it begins. `goes_on`: where the one before it ends.
+GroupDoor::Refused GroupDoor::check_move(std::size_t group, const GroupMove& move, bool goes_on) {
+  auto& state = *groups_[group];
+  const auto axes = configs_[group].axes.size();
+  const bool known = state.place && (goes_on || rests(group));
+  state.halted = false;
+  if (move.relative && !known) {
+    state.place.reset();
+    return std::nullopt;
+  }
+  const auto there = absolute(move, state.place.value_or(std::vector<double>(axes)));
+  if (known && axes <= trajectory::kMaxGroupAxes) {
+    trajectory::GroupVector from{};
+    std::copy(state.place->begin(), state.place->end(), from.begin());
+    if (auto wrong = check_way(limits_of(group), from, there.path)) return wrong;
+  }
+  state.place = coordinates(there, axes);
+  return std::nullopt;
+}
+
+tl::expected<TakenMoves, GroupRefusal> GroupDoor::add_moves(const AxisCaller& caller, std::size_t group,
+                                                            std::span<const PathMove> moves, bool begins, bool ends) {
+  const std::lock_guard guard(lock_);
+  if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
+  auto taken = try_to_add(caller, group, moves, begins, ends);
+  if (begins || !taken) {
+    events::GroupPathBegun begun{caller.name, event_group(group), {}};
+    if (!taken) begun.refusal = taken.error();
+    if (!caller.quiet) events_.emplace_back(std::move(begun));
+  }
+  return taken;
+}
+
+tl::expected<TakenMoves, GroupRefusal> GroupDoor::try_to_add(const AxisCaller& caller, std::size_t group,
+                                                             std::span<const PathMove> moves, bool begins, bool ends) {
+  if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
+  if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
+  if (auto refused = take(caller, group)) return tl::unexpected(std::move(*refused));
+  if (begins) {
+    find_place(group);
+  } else if (broken(group, caller)) {
+    return tl::unexpected(bad_move("the path has ended before this move; it must begin anew"));
+  }
+  const auto count = std::min(moves.size(), running_->room(group));
+  std::vector<GroupMove> next;
+  Refused wrong;
+  for (const auto& path : moves.subspan(0, count)) {
+    GroupMove move;
+    move.path = path;
+    if (path.feed > configs_[group].max_feed) move.path.feed = configs_[group].max_feed;
+    const bool first = begins && next.empty();
+    move.buffer = first ? GroupBuffer::kAborting : GroupBuffer::kBlending;
+    move.continues = !(ends && next.size() + 1 == moves.size());
+    wrong = check_move(group, move, !first);
+    if (wrong) break;
+    next.push_back(std::move(move));
+  }
+  if (next.empty()) {
+    if (wrong) return tl::unexpected(std::move(*wrong));
+    return TakenMoves{};
+  }
+  const auto first = running_->move_path(group, next);
+  if (first == 0) return tl::unexpected(refuse(Why::kTooMany));
+  pending_.push_back({first, first + next.size() - 1, group, caller, {}});
+  groups_[group]->path_of = caller.name;
+  groups_[group]->newest = pending_.back().last;
+  return TakenMoves{first, next.size()};
+}
+
+/// Whether the next moves would not begin where the last one of the path ends.
+bool GroupDoor::broken(std::size_t group, const AxisCaller& caller) const {
+  const auto& state = *groups_[group];
+  const auto phase = running_->report(state.newest).phase;
+  return state.path_of != caller.name || phase == RequestPhase::kAborted || phase == RequestPhase::kError;
+}
+
+GroupDoor::Refused GroupDoor::moved_together(std::size_t group) const {
+  LeaseTerms terms;
+  terms.take_over = true;
+  for (const auto axis : configs_[group].axes) {
+    const auto free = door_.authority().check(axis, terms);
+    if (free) continue;
+    auto refusal = refuse(Why::kMovedTogether);
+    refusal.owner = free.error().owner;
+    return refusal;
+  }
+  return std::nullopt;
+}
+
+GroupDoor::Refused GroupDoor::foreign(const AxisCaller& caller, std::size_t axis) const {
+  const auto owner = door_.authority().owner_of(axis);
+  if (owner.empty() || owner == caller.name || caller.take_over) return std::nullopt;
+  auto refusal = refuse(Why::kOwned);
+  refusal.owner = owner;
+  refusal.axis = events::event_axis(door_.axes().at(axis));
+  return refusal;
+}
+
+/// All axes, or none.
+GroupDoor::Refused GroupDoor::take(const AxisCaller& caller, std::size_t group) {
+  for (const auto axis : configs_[group].axes) {
+    if (auto refused = foreign(caller, axis)) return refused;
+  }
+  auto terms = door_.terms_of(caller);
+  terms.take_over = caller.take_over;
+  for (const auto axis : configs_[group].axes) {
+    if (door_.authority().take(axis, terms)) continue;
+    auto refused = foreign(caller, axis);
+    return refused ? std::move(refused) : refuse(Why::kOwned);
+  }
+  return std::nullopt;
+}
+
+GroupRefusal GroupDoor::of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
+                                 std::uint64_t request) const {
+  if (report.error == GroupError::kBadMove) return bad_move(running_->refusal(request));
+  auto refusal = refuse(Why::kByGroup);
+  refusal.error = report.error;
+  // Those behind it are of an axis, too.
+  const bool of_axis = report.error >= GroupError::kAxisNotEnabled;
+  if (of_axis && report.axis < door_.axes().size()) refusal.axis = events::event_axis(door_.axes()[report.axis]);
+  if (report.error != GroupError::kAxisFailed) return refusal;
+  const auto state = running_->group_report(group);
+  return state.failed_axis == report.axis ? refusal_of(state) : refusal;
+}
+
+GroupRefusal GroupDoor::refusal_of(const ecat_master::GroupReport& report) const {
+  auto refusal = refuse(Why::kByGroup);
+  refusal.error = report.error;
+  if (report.failed_axis < door_.axes().size()) refusal.axis = events::event_axis(door_.axes()[report.failed_axis]);
+  refusal.axis_error = report.axis_error;
+  refusal.error_code = report.error_code;
+  return refusal;
+}
+
+GroupProgress GroupDoor::progress(std::size_t group, std::uint64_t request) const {
+  const std::lock_guard guard(lock_);
+  return progress_of(group, request);
+}
+
+GroupProgress GroupDoor::progress_of(std::size_t group, std::uint64_t request) const {
+  if (running_ == nullptr) {
+    GroupProgress over;
+    over.report.phase = RequestPhase::kAborted;
+    over.refusal = refuse(Why::kNotRunning);
+    return over;
+  }
+  GroupProgress progress{running_->report(request), {}};
+  if (progress.report.error != GroupError::kNone) progress.refusal = of_group(group, progress.report, request);
+  return progress;
+}
+
+GroupStatus GroupDoor::status(std::size_t group) const {
+  const std::lock_guard guard(lock_);
+  const auto& axes = configs_.at(group).axes;
+  GroupStatus status;
+  status.limits = limits_of(group);
+  status.owner = door_.authority().owner_of(axes.front());
+  for (const auto axis : axes) {
+    if (door_.authority().owner_of(axis) != status.owner) status.owner.clear();
+  }
+  if (running_ == nullptr) return status;
+  status.report = running_->group_report(group);
+  status.room = running_->room(group);
+  for (const auto axis : axes) status.setpoint.push_back(single_->axis_report(axis).setpoint);
+  return status;
+}
+
+void GroupDoor::leave(const std::string& caller, bool stop) {
+  if (!stop) return;
+  const std::lock_guard guard(lock_);
+  for (std::size_t group = 0; group < groups_.size(); ++group) {
+    const auto& axes = configs_[group].axes;
+    const auto his = [&](std::size_t axis) { return door_.authority().holds(axis, caller); };
+    if (std::any_of(axes.begin(), axes.end(), his)) halt(group);
+  }
+}
+
+void GroupDoor::release(const std::string& caller, std::size_t group) {
+  for (const auto axis : configs_.at(group).axes) door_.authority().release(axis, caller);
+}
+
+void GroupDoor::halt(std::size_t group) {
+  if (running_ == nullptr || groups_[group]->halted) return;
+  if (running_->group_report(group).state != GroupState::kMoving && rests(group)) return;
+  groups_[group]->halted = true;
+  groups_[group]->place.reset();
+  groups_[group]->path_of.clear();
+  static_cast<void>(running_->submit(group, {GroupCommand::kHalt, 0.0}));
+}
+
+/// With the lock of the AxisDoor held.
+bool GroupDoor::bring_to_rest(std::size_t axis) {
+  const std::lock_guard guard(lock_);
+  if (running_ == nullptr) return false;
+  for (std::size_t group = 0; group < groups_.size(); ++group) {
+    const auto& axes = configs_[group].axes;
+    if (std::find(axes.begin(), axes.end(), axis) == axes.end()) continue;
+    const auto state = running_->group_report(group).state;
+    if (state == GroupState::kDisabled || state == GroupState::kErrorStop) return false;
+    halt(group);
+    return true;
+  }
+  return false;
+}
+
+/// With the lock of the AxisDoor held.
+bool GroupDoor::waits_for(const std::string& caller) {
+  const std::lock_guard guard(lock_);
+  return std::any_of(pending_.begin(), pending_.end(),
+                     [&](const Pending& pending) { return pending.caller.name == caller; });
+}
+
+void GroupDoor::watch() {
+  const std::lock_guard guard(lock_);
+  if (running_ == nullptr) return;
+  std::erase_if(pending_, [this](Pending& pending) {
+    for (; pending.number <= pending.last; ++pending.number) {
+      auto progress = progress_of(pending.group, pending.number);
+      const auto phase = progress.report.phase;
+      if (!progress.report.over() && phase != RequestPhase::kUnknown) return false;
+      if (!progress.refusal) continue;
+      if (!pending.caller.quiet) {
+        events_.emplace_back(events::GroupRequestFailed{pending.caller.name, event_group(pending.group),
+                                                        pending.request, std::move(*progress.refusal)});
+      }
+      // What comes behind it has failed with it.
+      return true;
+    }
+    return true;
+  });
+}
+
+}  // namespace driveline::runtime

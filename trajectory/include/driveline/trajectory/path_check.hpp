@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+
+#include "driveline/trajectory/contour_settings.hpp"
+#include "driveline/trajectory/path_piece.hpp"
+
+namespace driveline::trajectory {
+
+/// Judges the places of a path before anything moves: whether all axes stay within their software limits, at the
+/// extremes of arcs and curves as well, and whether a machine with kinematics can be everywhere on it, without singular
+/// places and without a joint that would have to leap. For the planning side; not for the cycle.
+class PathCheck {
+ public:
+  /// `settings` must outlive it.
+  explicit PathCheck(const ContourSettings& settings) noexcept;
+
+  /// What is wrong with a place, as a sentence without a full stop; empty: nothing.
+  [[nodiscard]] std::string fault_at(const GroupVector& place) const;
+  /// What is wrong with a piece of a path.
+  [[nodiscard]] std::string fault_on(const PathPiece& piece) const;
+  /// False: no place is wrong, whatever the path.
+  [[nodiscard]] bool is_needed() const noexcept { return is_needed_; }
+
+ private:
+  /// A place on a piece.
+  struct Sample {
+    double length = 0.0;
+    PathGeometry joints;
+  };
+
+  [[nodiscard]] std::string sample_at(const PathPiece& piece, double length, Sample& sample) const;
+  [[nodiscard]] std::string fault_between(const PathPiece& piece, const Sample& from, const Sample& to,
+                                          int halvings) const;
+  [[nodiscard]] std::string fault_of_extremes(const PathPiece& piece, const Sample& from, const Sample& to) const;
+  [[nodiscard]] std::string fault_of_position(std::size_t axis, double position) const;
+
+  const ContourSettings& settings_;
+  bool is_needed_ = false;
+};
+
+}  // namespace driveline::trajectory

@@ -1,0 +1,35 @@
+#include "driveline/trajectory/cartesian_kinematics.hpp"
+
+#include <array>
+
+namespace driveline::trajectory {
+namespace {
+
+constexpr std::array<KinematicCoordinate, 3> kPlaces{
+    {{"x", AxisKind::kLinear}, {"y", AxisKind::kLinear}, {"z", AxisKind::kLinear}}};
+
+}  // namespace
+
+std::span<const KinematicCoordinate> CartesianKinematics::coordinates() const noexcept {
+  return kPlaces;
+}
+
+std::span<const KinematicCoordinate> CartesianKinematics::joints() const noexcept {
+  return kPlaces;
+}
+
+bool CartesianKinematics::forward(const GroupVector& joints, GroupVector& tool) const noexcept {
+  for (std::size_t i = 0; i < kPlaces.size(); ++i) tool[i] = joints[i];
+  return true;
+}
+
+PoseFault CartesianKinematics::inverse(const PathGeometry& tool, PathGeometry& joints) const noexcept {
+  for (std::size_t i = 0; i < kPlaces.size(); ++i) put(joints, i, jet(tool, i));
+  return {};
+}
+
+std::string CartesianKinematics::explain(const PoseFault& /*fault*/) const {
+  return "the machine can be anywhere";
+}
+
+}  // namespace driveline::trajectory
