@@ -35,10 +35,6 @@ bool parts(AxisCommand command) noexcept {
   }
 }
 
-bool stops(AxisCommand command) noexcept {
-  return command == AxisCommand::kStop || command == AxisCommand::kHalt || command == AxisCommand::kReleaseStop;
-}
-
 /// May be asked while the pair is homed, and moves nothing.
 bool disturbs_homing(AxisCommand command) noexcept {
   return !stops(command) && command != AxisCommand::kSetOverride;

@@ -14,10 +14,6 @@ constexpr std::size_t kRequests = 512;
 constexpr std::size_t kRoomForStops = 256;
 constexpr std::size_t kRequestsPerCycle = 4;
 
-bool stops(AxisCommand command) noexcept {
-  return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
-}
-
 void check(const Axis& axis) {
   const auto& limits = axis.config().limits;
   const double most_torque = axis.config().max_torque.value_or(1.0);

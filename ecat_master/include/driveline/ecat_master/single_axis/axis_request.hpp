@@ -37,6 +37,11 @@ enum class AxisCommand : std::uint8_t {
   kHaltSuperimposed,   ///< MC_HaltSuperimposed: what is on top of a motion comes to rest, the motion goes on
 };
 
+/// Brings an axis to rest, or ends a stop: everybody may ask for it, and there is always room for it. \rtsafe
+[[nodiscard]] constexpr bool stops(AxisCommand command) noexcept {
+  return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
+}
+
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
 enum class BufferMode : std::uint8_t {
   kAborting,          ///< at once, replacing it and all that wait
