@@ -52,7 +52,10 @@ std::string EventSentence::operator()(const events::SoeMessage& facts) const {
 }
 
 std::string EventSentence::operator()(const events::CommunicationLost& facts) const {
-  if (facts.late == 0) return fmt::format("communication lost: no frame came back for {} cycles", facts.cycles);
+  if (facts.late == 0) {
+    return fmt::format("communication lost: no frame came back for {} cycles{}{}", facts.cycles,
+                       facts.link.empty() ? "" : "; ", facts.link);
+  }
   return fmt::format("communication lost: frames come back too late, none in time for {} cycles, {} after their cycle",
                      facts.cycles, facts.late);
 }

@@ -475,9 +475,12 @@ void LineRun::tell_progress() {
 }
 
 void LineRun::make_watch() {
-  watch_ =
-      std::make_unique<LineWatch>(master_, session_.ring(), motion_.get(), config_, session_.clock(),
-                                  [this](EventFacts facts, Severity severity) { note(std::move(facts), severity); });
+  auto listener = [this](EventFacts facts, Severity severity) {
+    if (auto* lost = std::get_if<events::CommunicationLost>(&facts)) lost->link = session_.no_link();
+    note(std::move(facts), severity);
+  };
+  watch_ = std::make_unique<LineWatch>(master_, session_.ring(), motion_.get(), config_, session_.clock(),
+                                       std::move(listener));
 }
 
 ecat_master::Result<ecat_master::LineDiagnosis> LineRun::diagnose() {

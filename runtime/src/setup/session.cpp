@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "driveline/port/interface_check.hpp"
 #include "driveline/port/xdp_port.hpp"
 
 namespace driveline::runtime {
@@ -20,6 +21,18 @@ std::vector<std::string> interfaces_of(const LineConfig& config) {
   if (config.interface) interfaces.push_back(*config.interface);
   if (config.interface2) interfaces.push_back(*config.interface2);
   return interfaces;
+}
+
+/// Why frames of any length do not pass an interface; empty: they do.
+std::string too_short_for_frames(const std::string& interface) {
+  constexpr std::uint32_t kWholeFrame = 1500;
+  const auto facts = port::read_interface_facts(interface);
+  if (!facts || facts->mtu >= kWholeFrame) return {};
+  return fmt::format(
+      "{}: the interface takes no frames of more than {} bytes, and those of EtherCAT have up to {} (ip link set dev "
+      "{} "
+      "mtu {})",
+      interface, facts->mtu, kWholeFrame, interface, kWholeFrame);
 }
 
 }  // namespace
@@ -135,6 +148,10 @@ Result<std::unique_ptr<port::InterfacePort>> Session::open_interface(const std::
   const bool may_fall_back = config_.realtime.policy == rt::RealtimePolicy::kDegrade;
   auto opened = port::open_interface(interface, cycle_ ? config_.port : port::PortChoice::kRaw, may_fall_back, *clock_);
   if (!opened) return fail(ErrorKind::kMachine, opened.error().message);
+  // Already the search for slaves has frames of the greatest length.
+  if (auto trouble = too_short_for_frames(interface); !trouble.empty()) {
+    return fail(ErrorKind::kMachine, std::move(trouble));
+  }
   wires_.push_back({interface, opened->port->way(), std::move(opened->steps_down)});
   return std::move(opened->port);
 }
@@ -153,12 +170,19 @@ Result<void> Session::open_interfaces() {
 }
 
 Result<void> Session::must_have_link() const {
-  if (end_->link_up() || (end2_ && end2_->link_up())) return {};
+  auto trouble = no_link();
+  return trouble.empty() ? Result<void>{} : fail(ErrorKind::kMachine, std::move(trouble));
+}
+
+std::string Session::no_link() const {
+  if (!end_ || end_->link_up() || (end2_ && end2_->link_up())) return {};
   const auto names = end2_ ? fmt::format("{} and {}", *config_.interface, *config_.interface2) : *config_.interface;
-  return fail(ErrorKind::kMachine,
-              fmt::format("{}: no link: no cable, nothing switched on at its other end, or the interface is down "
-                          "(ip link set {} up)",
-                          names, *config_.interface));
+  if (!port::read_interface_facts(*config_.interface)) {
+    return fmt::format("{}: there is no such interface any more", *config_.interface);
+  }
+  return fmt::format(
+      "{}: no link: no cable, nothing switched on at its other end, or the interface is down (ip link set {} up)",
+      names, *config_.interface);
 }
 
 void Session::join_ends(port::Port& primary, port::Port& secondary) {

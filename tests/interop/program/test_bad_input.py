@@ -200,6 +200,14 @@ class FirstDay(WireTest):
         for command in (["slaves"], ["run", "--duration", "1"]):
             self.check_refused(self.run_program(*command, "--iface", "dl-master"), 1, "dl-master: no link", "cable")
 
+    def test_an_interface_whose_frames_are_too_short_is_refused(self):
+        self.addCleanup(subprocess.run, [*self.prefix, "ip", "link", "set", "dl-master", "mtu", "1500"], check=True)
+        subprocess.run([*self.prefix, "ip", "link", "set", "dl-master", "mtu", "1400"], check=True)
+        config = self.write("line.toml", '[realtime]\npolicy = "enforce"\n[[slave]]\nname = "x"\n')
+        result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 0.1, "--no-telemetry")
+        self.check_refused(result, 1, "dl-master: the interface takes no frames of more than 1400 bytes",
+                           "ip link set dev dl-master mtu 1500")
+
     def test_nothing_to_exchange_is_remarked_on(self):
         config = self.write("line.toml", f'[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n'
                             f'esi = "{EXAMPLES / "terminals.xml"}"\ndevice = "BC100"\n')

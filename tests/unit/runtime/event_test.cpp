@@ -119,9 +119,17 @@ TEST(Event, ClocksAreNamedUnlessTheyAreTheFault) {
   EXPECT_EQ(describe(Event{facts, Severity::kNotice}), "clocks: " + fault);
 }
 
+TEST(Event, ALinkThatIsGoneIsTheReasonWhyNoFrameCameBack) {
+  const auto sentence = [](events::CommunicationLost facts) {
+    return describe(Event{std::move(facts), Severity::kFailure});
+  };
+  EXPECT_EQ(sentence({16, 0, {}}), "communication lost: no frame came back for 16 cycles");
+  EXPECT_EQ(sentence({16, 0, "eth1: no link"}), "communication lost: no frame came back for 16 cycles; eth1: no link");
+}
+
 TEST(Event, TheFailureOfARunIsItsFirstAndFaultsThatDoNotEndItAreNone) {
   RunReport report;
-  report.events.push_back({events::CommunicationLost{100, 0}, Severity::kFault, milliseconds{100}});
+  report.events.push_back({events::CommunicationLost{100, 0, {}}, Severity::kFault, milliseconds{100}});
   EXPECT_EQ(report.failure(), nullptr);
   report.events.push_back(
       {events::CommunicationNotBack{std::chrono::seconds{1}}, Severity::kFailure, milliseconds{1100}});

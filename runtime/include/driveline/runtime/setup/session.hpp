@@ -56,6 +56,10 @@ class Session {
   /// Whether another process of this program has claimed the line.
   [[nodiscard]] bool claimed_by_another() const;
 
+  /// Why no frame can pass now, with the remedy; empty: one of the interfaces has a link, or the line is simulated in
+  /// this process.
+  [[nodiscard]] std::string no_link() const;
+
   /// The configuration with the options applied.
   [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
   /// Whether there is a line description.
