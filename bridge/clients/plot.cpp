@@ -33,6 +33,7 @@ struct Point {
   double target;
   double actual;
   double error;
+  double demand;  ///< of the drive (6062h); not a number: it is not known
 };
 
 struct Axis {
@@ -84,8 +85,10 @@ class Curves {
 
  private:
   static Point point(const Value& sample, std::int64_t time_ns) {
+    const auto* const demand = sample.find("demand_position");  // samples in between have none
     return {time_ns, sample.find("target_position")->number(), sample.find("actual_position")->number(),
-            sample.find("following_error")->number()};
+            sample.find("following_error")->number(),
+            demand == nullptr ? std::numeric_limits<double>::quiet_NaN() : demand->number()};
   }
 
   void add_batch(const Value& batch) {
@@ -182,7 +185,8 @@ class Picture {
   [[nodiscard]] std::string data(std::size_t i) const {
     auto text = fmt::format("$axis{} << END\n", i);
     for (const auto& point : reduced(axes_[i].points, begin_ns_, end_ns_)) {
-      text += fmt::format("{:.9f} {} {} {}\n", seconds(point.time_ns), point.target, point.actual, point.error);
+      text += fmt::format("{:.9f} {} {} {} {}\n", seconds(point.time_ns), point.target, point.actual, point.error,
+                          point.demand);
     }
     return text + "END\n";
   }
@@ -218,10 +222,12 @@ class Picture {
     const auto& axis = axes_[i];
     auto text = fmt::format("set ylabel {}\n", in_quotes(fmt::format("{} in {}", axis.name, axis.unit)));
     // The actual position upon a broad and pale band: where both are the same both can be seen.
+    const bool demands = std::any_of(axis.points.begin(), axis.points.end(),
+                                     [](const Point& point) { return !std::isnan(point.demand); });
     text += fmt::format(
-        "plot $axis{0} using 1:2 with lines lw 4 lc rgb '#9ecae1' title 'commanded', "
+        "plot $axis{0} using 1:2 with lines lw 4 lc rgb '#9ecae1' title 'commanded', {1}"
         "'' using 1:3 with lines lc rgb '#08306b' title 'actual'\n",
-        i);
+        i, demands ? "'' using 1:5 with lines lc rgb '#238b45' title 'demand (6062h)', " : "");
     if (i + 1 == axes_.size()) text += "set xlabel 'time in s'\n" + below;
     text += fmt::format("set ylabel {}\n", in_quotes(fmt::format("error in {}", axis.unit)));
     return text + fmt::format("plot $axis{} using 1:4 with lines lc rgb '#a63603' title 'following error'\n", i);

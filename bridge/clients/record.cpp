@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "client.hpp"
 #include "driveline/rt/stop_signals.hpp"
 #include "gaps.hpp"
@@ -90,10 +92,13 @@ class Recorder {
   }
 
   [[nodiscard]] std::string table() const {
-    auto text = fmt::format("{}: {} bytes\n{:<26}{:>10}{:>10}\n", visible(options_.output), recording_->size(), "topic",
-                            "samples", "missing");
+    std::size_t width = 0;
+    for (const auto* topic : topics_) width = std::max(width, topic->name.size());
+    auto text = fmt::format("{}: {} bytes\n{:<{}}{:>10}{:>10}\n", visible(options_.output), recording_->size(), "topic",
+                            width, "samples", "missing");
     for (std::size_t i = 0; i < topics_.size(); ++i) {
-      text += fmt::format("{:<26}{:>10}{:>10}\n", topics_[i]->name, recording_->written()[i], missing_text(i, "-"));
+      text +=
+          fmt::format("{:<{}}{:>10}{:>10}\n", topics_[i]->name, width, recording_->written()[i], missing_text(i, "-"));
     }
     return text;
   }

@@ -151,7 +151,7 @@ class AxisPlot {
 };
 
 /// Where the columns of the file are: time, three per axis, their torques, least and greatest following error of each,
-/// then the following errors of the drives that report one (Recorder).
+/// then the following errors of the drives that report one, and the demands of those that report them (Recorder).
 struct AxisColumns {
   std::size_t commanded;
   std::size_t least;  ///< following error; the greatest is next to it
@@ -180,12 +180,19 @@ std::string axes_head(std::size_t axes, std::size_t panels, std::string_view out
              output, rows, columns, title);
 }
 
-/// Commanded and actual position, and what is between them below.
+/// Where the first demand of a drive is.
+std::size_t first_demand(const std::vector<runtime::AxisReport>& axes) {
+  const auto reporting = std::count_if(axes.begin(), axes.end(), [](const auto& axis) { return axis.by_drive; });
+  return 2 + 6 * axes.size() + static_cast<std::size_t>(reporting);
+}
+
+/// Commanded position, what the drive has made of it, and actual one; what is between them below.
 std::string positions_script(const std::vector<runtime::AxisReport>& axes, bool increments,
                              const std::vector<PlotMark>& marks) {
   auto script = axes_head(axes.size(), 2, "positions.png",
                           "commanded and actual position; below, the following error; red lines: periods missed") +
                 marks_script(marks);
+  auto demand = first_demand(axes);
   for (std::size_t first = 0; first < axes.size(); first += 2) {
     const auto end = std::min(axes.size(), first + 2);
     for (auto i = first; i < end; ++i) {
@@ -193,6 +200,7 @@ std::string positions_script(const std::vector<runtime::AxisReport>& axes, bool 
       const auto columns = columns_of(i, axes.size());
       // The actual position upon a broad and pale band: where both are the same both can be seen.
       plot.add(columns.commanded, "with lines lw 4 lc rgb '#9ecae1' title 'commanded'");
+      if (axes[i].demand_recorded) plot.add(demand++, "with lines lc rgb '#238b45' title 'demand (6062h)'");
       plot.add(columns.commanded + 1, "with lines lc rgb '#08306b' title 'actual'");
       script += plot.finish(columns.commanded);
     }

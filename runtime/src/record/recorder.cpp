@@ -47,8 +47,8 @@ double Recorder::path_error(const snapshot::AxisSample& sample) const noexcept {
   return compensated_ ? sample.following_error : sample.target_position - sample.actual_position;
 }
 
-/// Three columns for each axis first, then the less important ones. Which drives report a following error of their own
-/// is known by the first row.
+/// Three columns for each axis first, then the less important ones. Which drives report a following error and a demand
+/// of their own is known by the first row.
 void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   stream_ << "time[s]";
   const auto head = [this](const Column& column, std::string_view figure, std::string_view unit) {
@@ -63,6 +63,10 @@ void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   }
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (!std::isnan(row[i].drive_following_error)) head(columns_[i], "drive_following_error", columns_[i].unit->name);
+  }
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    errors_[i].demand = !std::isnan(row[i].demand_position);
+    if (errors_[i].demand) head(columns_[i], "demand", columns_[i].unit->name);
   }
   for (const auto& column : columns_) {
     if (compensated_) head(column, "commanded", column.unit->name);
@@ -139,6 +143,9 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
   for (std::size_t i = 0; i < row.size(); ++i) {
     const double error = row[i].drive_following_error;
     if (!std::isnan(error)) add(FMT_STRING(",{:.4g}"), shown(i, error));
+  }
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    if (errors_[i].demand) add(FMT_STRING(",{:.7g}"), shown(i, row[i].demand_position));
   }
   for (std::size_t i = 0; compensated_ && i < row.size(); ++i)
     add(FMT_STRING(",{:.7g}"), shown(i, row[i].actual_position + path_error(row[i])));

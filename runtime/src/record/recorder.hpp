@@ -29,6 +29,7 @@ struct ErrorFigures {
 struct FollowingError : ErrorFigures {
   ErrorFigures path;              ///< of the path at this instant, instead of the setpoint that the drive followed
   ErrorFigures drive;             ///< as the drive reports it (60F4h); no samples: the object is not mapped
+  bool demand = false;            ///< the file has what the position loop of the drive follows (6062h)
   std::uint64_t unavailable = 0;  ///< cycles in operation in which the axis was unavailable
   std::optional<snapshot::AxisSample> last{};  ///< last sample in operation
 };

@@ -323,8 +323,12 @@ class Plot(ClientTest):
 
     @unittest.skipUnless(shutil.which("gnuplot"), "gnuplot is not installed")
     def test_draws_axes_and_events(self):
+        # Behind the last slave of the description: the drive of axis v.
+        demand = ('[[slave.pdo]]\nindex = 0x1600\nentries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"]\n'
+                  '[[slave.pdo]]\nindex = 0x1A00\nentries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"]\n'
+                  '[[slave.pdo]]\nindex = 0x1A01\nentries = ["0x6062:0:32"]\n')
         fault = '[[fault]]\nkind = "power-off"\nslave = "v"\nat_ms = 6000\nfor_ms = 300\n'
-        run = self.start_run(head='[recovery]\naxes = "continue"\n', tail=fault)
+        run = self.start_run(head='[recovery]\naxes = "continue"\n', tail=demand + fault)
         recorder = self.start("record", "--output", "run.mcap", "--domain", self.domain, log="record.log")
         self.wait_for("the fault is over", lambda: "slave 7 (v): back in OP" in self.text("run.log"), run)
         time.sleep(1)
@@ -337,6 +341,7 @@ class Plot(ClientTest):
         picture = self.text("run.svg")
         for axis in AXES:
             self.assertIn(f">{axis} in rad<", picture)
+        self.assertEqual(picture.count("demand (6062h)"), 1, "of the one drive that tells it")
         for words in ("commanded", "actual", "following error", "error in rad", "time in s"):
             self.assertIn(words, picture)
         self.assertGreater(self.curve_points(picture), 1000)

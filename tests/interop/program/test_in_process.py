@@ -124,6 +124,25 @@ class VirtualTime(ProgramTest):
                 if mode != "csp":  # the drive has no position loop
                     self.assertEqual(axis["drive_following_error_max"], 0)
 
+    def test_commanded_demand_and_actual_position_stand_side_by_side(self):
+        self.write("path.csv", "time[s],x[rad]\n0,0\n0.3,4\n0.6,0\n")
+        slave = '[[slave]]\nname = "x"\n' + self.PDOS + '[[slave.pdo]]\nindex = 0x1A01\nentries = ["0x6062:0:32"]\n'
+        config = self.write("line.toml", '[line]\ncycle_us = 1000\n' + slave + '[[axis]]\nname = "x"\n[path]\nfile = "path.csv"\n'
+                            'dead_time = "compensated"\n')
+        result = self.run_program("run", "--config", config, "--virtual", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        target, demand, actual, commanded = (self.column(f"x_{name}[rad]") for name in ("target", "demand", "actual", "commanded"))
+        def late(first, second):
+            """By how many cycles the second column is behind the first one."""
+            def apart(cycles):
+                return max(abs(before - after) for before, after in zip(first, second[cycles:]))
+            return min(range(10), key=apart)
+        self.assertEqual(late(target, commanded), late(target, demand), "with dead times compensated the drive is where the path is")
+        self.assertGreater(late(target, demand), 0)
+        self.assertGreaterEqual(late(target, actual), late(target, demand))
+        if "position_plot" in self.one_document(result.stdout)["files"]:
+            self.assertIn("title 'demand (6062h)'", self.text("out/plots.gp"))
+
     AXIS = '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n{}[[axis]]\nname = "x"\n{}[path]\nfile = "path.csv"\n'
 
     def run_axis(self, slave, axis, *arguments):

@@ -92,6 +92,23 @@ TEST_F(Plots, ScriptThatIsLeftDrawsTheRightColumns) {
   EXPECT_THAT(script, testing::HasSubstr("using 1:12:13 with filledcurves"));
 }
 
+TEST_F(Plots, DemandsOfDrivesThatReportThemAreDrawn) {
+  leave_csv_files();
+  auto some = axes();
+  some[0].by_drive = runtime::AxisReport::Reported{};
+  some[1].demand_recorded = true;
+  // Two columns behind those that are there.
+  auto text = read(directory / "axes.csv");
+  for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 5)) text.insert(at, ",0,1");
+  write(directory / "axes.csv", text);
+  ASSERT_TRUE(draw_plots(directory, some));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, testing::HasSubstr("using 1:14 with lines lt 2 title 'by the drive (60F4h)'"));
+  EXPECT_THAT(script,
+              testing::HasSubstr("using 1:15 with lines lc rgb '#238b45' title 'demand (6062h)', '' skip 1 using "
+                                 "1:6 with lines"));
+}
+
 TEST_F(Plots, AxesNameTheirUnitsAndIncrementsOnRequest) {
   leave_csv_files();
   auto named = axes();

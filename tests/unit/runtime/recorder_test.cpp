@@ -157,6 +157,24 @@ TEST_F(RecorderTest, FollowingErrorsOfTheDrivesThatReportThemStandBeside) {
   EXPECT_EQ(recorder.following_errors()[1].maximum, 0.5);
 }
 
+TEST_F(RecorderTest, DemandsOfTheDrivesThatReportThemStandBehind) {
+  Recorder recorder(two_axes(), csv(), 1, true, true);
+  for (std::uint64_t cycle = 0; cycle < 3; ++cycle) {
+    auto z = sample(cycle, 1, 0.5);
+    if (cycle < 2) z.demand_position = 0.75 + static_cast<double>(cycle);
+    feed(recorder, {sample(cycle, 0, 2.0), z});
+  }
+  recorder.finish({});
+  const auto text = read(csv());
+  EXPECT_THAT(text,
+              testing::HasSubstr("z_following_error_max[m],z_demand[m],x_commanded[rad],z_commanded[m],x_target"));
+  EXPECT_THAT(text, testing::HasSubstr(",0.5,0.5,0.75,0,0,"));
+  EXPECT_THAT(text, testing::HasSubstr(",0.5,0.5,1.75,1,1,"));
+  EXPECT_THAT(text, testing::HasSubstr(",0.5,0.5,nan,2,2,")) << "as many columns in every row";
+  EXPECT_FALSE(recorder.following_errors()[0].demand);
+  EXPECT_TRUE(recorder.following_errors()[1].demand);
+}
+
 TEST_F(RecorderTest, PathErrorIsThatOfThePathAtThisInstant) {
   for (const bool compensated : {false, true}) {
     Recorder recorder(two_axes(), csv(), 1, false, compensated);

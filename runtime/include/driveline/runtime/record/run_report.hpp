@@ -40,6 +40,7 @@ struct AxisReport {
   std::string owner{};                 ///< who commanded it at the end of the operation; empty: nobody
   /// The path at the instant at which the position was read, minus that; drive increments.
   Reported path_error{};
+  bool demand_recorded = false;  ///< axes.csv has what the position loop of the drive follows (6062h)
 };
 
 /// A group of axes in the summary.
