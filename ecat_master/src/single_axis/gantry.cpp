@@ -37,7 +37,7 @@ bool parts(AxisCommand command) noexcept {
 
 /// May be asked while the pair is homed, and moves nothing.
 bool disturbs_homing(AxisCommand command) noexcept {
-  return !stops(command) && command != AxisCommand::kSetOverride;
+  return !stops_or_releases(command) && command != AxisCommand::kSetOverride;
 }
 
 }  // namespace
@@ -96,7 +96,7 @@ AxisError Gantry::refusal(const AxisRequest& request) const noexcept {
 
 void Gantry::take(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept {
   // A stop is allowed wherever it is asked for.
-  if (axis == settings_.follower && !stops(request.command))
+  if (axis == settings_.follower && !stops_or_releases(request.command))
     return finish(id, RequestPhase::kError, AxisError::kGantryFollower);
   if (const auto error = refusal(request); error != AxisError::kNone) return finish(id, RequestPhase::kError, error);
   switch (request.command) {

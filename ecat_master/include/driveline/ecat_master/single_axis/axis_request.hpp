@@ -38,7 +38,7 @@ enum class AxisCommand : std::uint8_t {
 };
 
 /// Brings an axis to rest, or ends a stop: everybody may ask for it, and there is always room for it. \rtsafe
-[[nodiscard]] constexpr bool stops(AxisCommand command) noexcept {
+[[nodiscard]] constexpr bool stops_or_releases(AxisCommand command) noexcept {
   return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
 }
 

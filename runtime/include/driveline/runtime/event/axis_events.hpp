@@ -49,7 +49,7 @@ struct AxisRefusal {
   std::uint16_t error_code = 0;    ///< kByAxis: of the drive (603Fh); 0: none
   /// `lowest` and `highest` are the software limits of the axis; also of kByAxis.
   bool software_limits = false;
-  std::optional<GantrySkew> skew{};  ///< of an axis of a gantry
+  std::optional<GantrySkew> skew{};                                           ///< of an axis of a gantry
   trajectory::CouplingRefusal coupling = trajectory::CouplingRefusal::kNone;  ///< kCoupling
 };
 
