@@ -37,6 +37,8 @@
 
 namespace driveline::runtime {
 
+class SingleMotion;
+
 /// One run: a line from INIT to OP, its axes along the path, and back to INIT. For one use.
 class LineRun {
  public:

@@ -61,7 +61,7 @@ struct SoeMessage {
 struct CommunicationLost {
   std::uint64_t cycles = 0;  ///< so far
   std::uint64_t late = 0;    ///< frames that came after their cycle
-  std::string link;          ///< what is wrong with the link; empty: nothing
+  std::string link{};        ///< what is wrong with the link; empty: nothing
 };
 /// Frames come back again.
 struct CommunicationBack {};
