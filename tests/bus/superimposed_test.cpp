@@ -13,7 +13,7 @@ namespace {
 
 using ecat_master::Couplings;
 
-constexpr double kPeriodS = 125e-6;
+constexpr double kCyclePeriodS = 125e-6;
 
 AxisRequest on_top(double way, double velocity = 0.0) {
   return request(AxisCommand::kMoveSuperimposed, way, velocity);
@@ -29,7 +29,7 @@ class RunningLine : public SingleLine {
   }
   /// Its setpoint after so many cycles without anything on top.
   [[nodiscard]] double without(double from, int passed, double velocity) const {
-    return from + velocity * kPeriodS * passed;
+    return from + velocity * kCyclePeriodS * passed;
   }
   std::uint64_t running = 0;
 };
@@ -46,8 +46,8 @@ TEST(Superimposed, OnAVelocityItAddsItsWayAndNothingElse) {
     while (!line.axes().report(id).over() && passed < 8000) {
       line.cycle();
       ++passed;
-      fastest = std::max(fastest, (line.setpoint() - before) / kPeriodS);
-      slowest = std::min(slowest, (line.setpoint() - before) / kPeriodS);
+      fastest = std::max(fastest, (line.setpoint() - before) / kCyclePeriodS);
+      slowest = std::min(slowest, (line.setpoint() - before) / kCyclePeriodS);
       before = line.setpoint();
     }
     EXPECT_EQ(line.phase(id), RequestPhase::kDone);
