@@ -62,7 +62,7 @@ TEST_F(TracedLine, HasEveryCycleWithPhasesThatAddUpToItsCost) {
   const auto report = run(true);
   ASSERT_GT(report.statistics.cycles, 300U);
   ASSERT_EQ(report.trace.size(), report.statistics.cycles) << "those in operation, as the statistics";
-  for (const auto& [stamps, rank] : report.trace) {
+  for (const auto& [stamps, rank, switches] : report.trace) {
     ASSERT_TRUE(samples_.by_cycle.contains(stamps.cycle)) << stamps.cycle;
     const auto& sample = samples_.by_cycle.at(stamps.cycle);
     nanoseconds sum{0};
@@ -82,7 +82,7 @@ TEST_F(TracedLine, HasEveryCycleWithPhasesThatAddUpToItsCost) {
 TEST_F(TracedLine, TheCycleThatWaitedForALostFrameIsTheWorst) {
   const auto report = run(true);
   ASSERT_EQ(report.statistics.lost_frames, 1U);
-  for (const auto& [stamps, rank] : report.trace) {
+  for (const auto& [stamps, rank, switches] : report.trace) {
     const bool lost = !samples_.by_cycle.at(stamps.cycle).frame_received;
     EXPECT_EQ(rank == 1, lost) << stamps.cycle;
     if (!lost) continue;
