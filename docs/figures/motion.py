@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Draws the figures of docs/motion.md, Modes, A path, Requests and Groups, anew: motion.py [build folder]
+"""Draws the figures of docs/motion.md, Modes, A path, Requests, Groups and Gears, anew: motion.py [build folder]
 
 On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, the
-requests of examples/moves.txt and those of examples/plotter.txt."""
+requests of examples/moves.txt, those of examples/plotter.txt and of examples/flying_saw.txt."""
 import csv
 import math
 import subprocess
@@ -122,8 +122,22 @@ def group(folder):
          f"plot '{file}' using 1:4 with lines lw 1.5 title 'speed along it'")
 
 
+def flying_saw(folder):
+    rows = run(EXAMPLES / "flying_saw.toml", folder / "saw", "--script", EXAMPLES / "flying_saw.txt")[::4]
+    times = column(rows, "time[s]")
+    places = {name: column(rows, f"{name}_target[mm]") for name in ("material", "saw", "blade")}
+    material, saw = slope(times, places["material"]), slope(times, places["saw"])
+    write_columns(folder / "saw.csv", times, *places.values(), material, saw)
+    file = folder / "saw.csv"
+    draw("flying_saw", 560, "2,1",
+         "set ylabel 'position in mm'\n"
+         f"plot '{file}' using 1:3 with lines lc 1 title 'saw', '{file}' using 1:4 with lines lc 2 title 'blade'\n"
+         "set xlabel 'time in s'\nset ylabel 'velocity in mm/s'\nset yrange [-900:400]\n"
+         f"plot '{file}' using 1:6 with lines lc 1 title 'saw', '{file}' using 1:5 with lines lc 3 title 'material'")
+
+
 def main():
-    for picture in (interpolation, modes, requests, group):
+    for picture in (interpolation, modes, requests, group, flying_saw):
         with tempfile.TemporaryDirectory() as folder:
             picture(Path(folder))
 

@@ -8,6 +8,7 @@
 
 #include "axes/axis_view.hpp"
 #include "axes/axis_words.hpp"
+#include "axes/coupling_words.hpp"
 #include "driveline/runtime/event/axis_events.hpp"
 
 namespace driveline::cli {
@@ -61,6 +62,7 @@ json AxisService::answer(Client& client, std::vector<std::string> words) {
 json AxisService::order(Client& client, const std::vector<std::size_t>& axes, std::vector<std::string> words) {
   auto caller = client.caller;
   caller.take_over = take_word(words, "take-over");
+  if (!words.empty() && is_coupling_verb(words[0])) return couple(client, caller, axes, words);
   std::vector<ecat_master::AxisRequest> requests;
   for (const auto axis : axes) {
     const auto request = parse_axis_request(door_.axes()[axis], words);
@@ -69,6 +71,24 @@ json AxisService::order(Client& client, const std::vector<std::size_t>& axes, st
   }
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const auto taken = door_.submit(caller, axes[i], requests[i]);
+    if (!taken) {
+      return failure({1, runtime::describe(runtime::events::event_axis(door_.axes()[axes[i]]), taken.error())});
+    }
+    client.requests[axes[i]] = *taken;
+  }
+  return status(axes);
+}
+
+json AxisService::couple(Client& client, const runtime::AxisCaller& caller, const std::vector<std::size_t>& axes,
+                         const std::vector<std::string>& words) {
+  std::vector<runtime::CouplingOrder> orders;
+  for (const auto axis : axes) {
+    auto order = parse_coupling_order(door_.axes(), couplings_, axis, words);
+    if (!order) return failure(order.error());
+    orders.push_back(std::move(*order));
+  }
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const auto taken = door_.submit(caller, axes[i], orders[i]);
     if (!taken) {
       return failure({1, runtime::describe(runtime::events::event_axis(door_.axes()[axes[i]]), taken.error())});
     }

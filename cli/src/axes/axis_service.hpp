@@ -5,10 +5,12 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "axes/command_sender.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/config/coupling_config.hpp"
 
 namespace driveline::cli {
 
@@ -28,8 +30,9 @@ class AxisService {
   /// How long a client may be silent.
   static constexpr std::chrono::milliseconds kKeepAlive{500};
 
-  /// `door` must outlive it.
-  explicit AxisService(runtime::AxisDoor& door) : door_(door) {}
+  /// `door` must outlive it. `couplings`: gears and cams of its axes.
+  explicit AxisService(runtime::AxisDoor& door, runtime::CouplingPlan couplings = {})
+      : door_(door), couplings_(std::move(couplings)) {}
 
   /// The answer; {"error": sentence, "status": 1 or 2} when it cannot be done.
   [[nodiscard]] std::string execute(const CommandSender& sender, std::string_view words);
@@ -51,12 +54,15 @@ class AxisService {
   [[nodiscard]] nlohmann::json answer(Client& client, std::vector<std::string> words);
   [[nodiscard]] nlohmann::json order(Client& client, const std::vector<std::size_t>& axes,
                                      std::vector<std::string> words);
+  [[nodiscard]] nlohmann::json couple(Client& client, const runtime::AxisCaller& caller,
+                                      const std::vector<std::size_t>& axes, const std::vector<std::string>& words);
   [[nodiscard]] nlohmann::json progress(const Client& client) const;
   [[nodiscard]] nlohmann::json status(const std::vector<std::size_t>& axes) const;
   [[nodiscard]] std::string failure_of(const Client& client, std::size_t axis,
                                        const runtime::AxisProgress& progress) const;
 
   runtime::AxisDoor& door_;
+  runtime::CouplingPlan couplings_;
   std::map<std::uint64_t, Client> clients_;  ///< by connection
 };
 

@@ -40,12 +40,35 @@ std::string place_text(const nlohmann::json& axis) {
   return fmt::format("{} ({:.6g} of {})", place, modulo->get<double>(), number(axis, "modulo", unit));
 }
 
+/// "in synchronism with belt at 350 mm", and what else there is to say.
+std::string coupling_text(const nlohmann::json& coupling) {
+  const auto unit = coupling.at("master_unit").get<std::string>();
+  auto line = fmt::format("{}: master {} at {}", coupling.at("state").get<std::string>(),
+                          coupling.at("master").get<std::string>(), number(coupling, "master_position", unit));
+  if (const auto phase = coupling.at("phase").get<double>(); phase != 0.0)
+    line += fmt::format(", phase {:.6g} {}", phase, unit);
+  if (const auto losses = coupling.at("losses").get<std::uint32_t>(); losses != 0)
+    line += fmt::format(", synchronism lost {} times", losses);
+  return line;
+}
+
 std::string text(const nlohmann::json& axis, std::string_view key) {
   const auto value = axis.find(key);
   return value == axis.end() || value->get_ref<const std::string&>().empty() ? "-" : value->get<std::string>();
 }
 
 }  // namespace
+
+nlohmann::json to_json(const runtime::CouplingStatus& coupling) {
+  nlohmann::json document = {{"master", coupling.master}, {"state", std::string(runtime::to_text(coupling.state))}};
+  if (coupling.state == trajectory::CouplingState::kIdle) return document;
+  const auto& unit = coupling.master_unit;
+  document["master_unit"] = std::string(unit.name);
+  document["master_position"] = unit.from_si(coupling.master_position);
+  document["phase"] = unit.from_si(coupling.phase);
+  document["losses"] = coupling.losses;
+  return document;
+}
 
 nlohmann::json to_json(const runtime::AxisStatus& status) {
   const auto& unit = status.axis.unit;
@@ -64,6 +87,7 @@ nlohmann::json to_json(const runtime::AxisStatus& status) {
   axis["torque_unit"] = unit.kind == trajectory::AxisKind::kLinear ? "N" : "Nm";
   axis["mode"] = std::string(mode_text(report.mode));
   axis["override"] = report.override_factor;
+  if (status.coupling) axis["coupling"] = to_json(*status.coupling);
   if (report.recorded_request != 0) axis["recorded_position"] = unit.from_si(report.recorded_position);
   if (report.error == ecat_master::AxisError::kNone) return axis;
   axis["error"] = std::string(ecat_master::to_text(report.error));
@@ -103,6 +127,8 @@ std::string axes_table(const nlohmann::json& axes) {
         number(axis, "torque", text(axis, "torque_unit")), text(axis, "mode"),
         override_factor == axis.end() ? "-" : fmt::format("{:.4g} %", 100.0 * override_factor->get<double>()),
         text(axis, "owner"));
+    if (axis.contains("coupling") && axis.at("coupling").contains("phase"))
+      table += fmt::format("{:<{}}  {}\n", "", widest, coupling_text(axis.at("coupling")));
     if (axis.contains("error")) {
       table += fmt::format("{:<{}}  {}{}\n", "", widest, text(axis, "error"),
                            axis.contains("error_code") ? fmt::format(" ({})", text(axis, "error_code")) : "");

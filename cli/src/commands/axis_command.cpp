@@ -14,6 +14,7 @@
 
 #include "axes/axis_view.hpp"
 #include "axes/axis_words.hpp"
+#include "axes/coupling_words.hpp"
 #include "axes/quantity.hpp"
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
@@ -54,9 +55,10 @@ struct AxisOptions {
   bool json = false;
 };
 
-/// Goes on for ever.
+/// Goes on for ever, and moves the axis by itself.
 bool endless(std::string_view request) {
-  return request == "jog" || request == "torque" || request == "drive-jog";
+  return request == "jog" || request == "torque" || request == "drive-jog" || request == "gear-out" ||
+         request == "cam-out";
 }
 
 /// What the line is told: `x move 90deg velocity=30deg/s`.
@@ -89,7 +91,9 @@ class AxisOrder {
   }
 
  private:
-  [[nodiscard]] bool jogs() const { return endless(options_.request); }
+  [[nodiscard]] bool jogs() const {
+    return endless(options_.request) || options_.request == "gear-in" || options_.request == "cam-in";
+  }
   [[nodiscard]] bool homes() const { return options_.request == "home" || options_.request == "home-probe"; }
   [[nodiscard]] bool probes() const { return options_.request == "probe"; }
   /// What ends it early. Homing is ended by a stop alone, which finish() withdraws.
@@ -198,6 +202,7 @@ Outcome<int> order_axis(const AxisOptions& options) {
 std::vector<std::string_view> request_names() {
   std::vector<std::string_view> names{"status"};
   for (const auto verb : axis_verbs()) names.push_back(verb);
+  for (const auto verb : coupling_verbs()) names.push_back(verb);
   return names;
 }
 
@@ -210,7 +215,8 @@ Execute prepare_axis(Arguments& to) {
               "status, enable, disable, reset, home, move POSITION, jog VELOCITY, torque TORQUE, halt, stop, "
               "release-stop, position POSITION, override FACTOR, mode csp|csv|cst|ip, probe [1|2|zero] "
               "[rising|falling], abort-probe, home-probe DISTANCE [1|2|zero] [rising|falling], drive-move POSITION, "
-              "drive-jog VELOCITY");
+              "drive-jog VELOCITY, gear-in [N/M] [at=PLACE to=PLACE [over=DISTANCE]], gear-out, cam-in [CAM] [at=PLACE "
+              "[over=DISTANCE]] [master=PLACE] [slave=PLACE], cam-out, phase OFFSET");
   to.positional(&options->operands, Value::text("VALUE"), "With its unit, as 90deg; without: in that of the axis");
   constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kHelp{{
       {"--velocity", "Highest velocity, as 30deg/s; default: the limit of the axis"},

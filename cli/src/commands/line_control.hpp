@@ -21,7 +21,9 @@ class LineControl final : private CommandExecutor {
   /// Answers a question.
   using Answer = std::function<std::string(std::string_view question)>;
 
-  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups);
+  /// `couplings`: gears and cams of the axes behind `axes`, which must outlive this object as `groups` must.
+  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups,
+              runtime::CouplingPlan couplings = {});
   LineControl(const LineControl&) = delete;
   LineControl& operator=(const LineControl&) = delete;
   /// Ends the thread; the socket is gone then.

@@ -294,14 +294,14 @@ Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, ru
                                        : CommandInput::open(options.control, CommandInput::Sources::kSocket);
   if (!input) return tl::unexpected(input.error());
   if (*input == nullptr) return nullptr;
-  return std::make_unique<LineControl>(std::move(*input), line.axes(), line.groups());
+  return std::make_unique<LineControl>(std::move(*input), line.axes(), line.groups(), line.config().couplings);
 }
 
 /// None: there is no script.
 Outcome<std::optional<AxisScript>> read_script(const RunOptions& options, const runtime::LineConfig& config) {
   if (options.script.empty()) return std::nullopt;
   if (config.path) return misused("--script moves the axes of a line without [path]; this one has a path");
-  auto script = AxisScript::read(options.script, {config.axes, config.axis_groups});
+  auto script = AxisScript::read(options.script, {config.axes, config.axis_groups, &config.couplings});
   if (!script) return tl::unexpected(script.error());
   return std::move(*script);
 }

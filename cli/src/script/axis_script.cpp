@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "axes/axis_words.hpp"
+#include "axes/coupling_words.hpp"
 #include "axes/quantity.hpp"
 #include "driveline/runtime/event/axis_events.hpp"
 #include "driveline/runtime/files/input_file.hpp"
@@ -85,6 +86,16 @@ Outcome<AxisScript::Step> AxisScript::read_step(std::span<const std::string> wor
   step.axes = std::move(*found);
   step.all = name == "all";
   if (waits) return step;
+  if (is_coupling_verb(words[1])) {
+    const runtime::CouplingPlan none;
+    const auto& couplings = names.couplings == nullptr ? none : *names.couplings;
+    for (const auto axis : step.axes) {
+      auto order = parse_coupling_order(names.axes, couplings, axis, words.subspan(1));
+      if (!order) return tl::unexpected(order.error());
+      step.orders.push_back(std::move(*order));
+    }
+    return step;
+  }
   for (const auto axis : step.axes) {
     const auto request = parse_axis_request(names.axes[axis], words.subspan(1));
     if (!request) return tl::unexpected(request.error());
@@ -176,7 +187,8 @@ Outcome<void> AxisScript::ask(runtime::AxisDoor& door, const Step& step) {
   caller.name = std::string(kScript);
   for (std::size_t i = 0; i < step.axes.size(); ++i) {
     const auto axis = step.axes[i];
-    const auto taken = door.submit(caller, axis, step.requests[i]);
+    const auto taken =
+        step.orders.empty() ? door.submit(caller, axis, step.requests[i]) : door.submit(caller, axis, step.orders[i]);
     if (!taken) {
       return fail(step.line, runtime::describe(runtime::events::event_axis(door.axes()[axis]), taken.error()));
     }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/config/coupling_config.hpp"
 #include "failure.hpp"
 #include "script/script_groups.hpp"
 
@@ -31,6 +32,7 @@ class AxisScript {
   struct Names {
     std::span<const ecat_master::AxisConfig> axes;
     std::span<const runtime::AxisGroupConfig> groups{};
+    const runtime::CouplingPlan* couplings = nullptr;  ///< gears and cams of the axes; null: there are none
   };
 
   /// Reads a script. Failure (status 2): file, line and what was expected.
@@ -49,7 +51,8 @@ class AxisScript {
     Kind kind = Kind::kRequest;
     std::size_t line = 0;
     std::vector<std::size_t> axes{};
-    std::vector<ecat_master::AxisRequest> requests{};  ///< of these axes
+    std::vector<ecat_master::AxisRequest> requests{};  ///< of these axes ...
+    std::vector<runtime::CouplingOrder> orders{};      ///< ... or these
     std::chrono::nanoseconds time{};
     bool all = false;                       ///< axes and groups
     std::optional<std::size_t> group{};     ///< kGroupRequest, kGroupPath; kWait: for a group

@@ -96,6 +96,15 @@ class Reference(DocumentTest):
         "wiring.cable": ['slave = [{ name = "x" }]\n[[wiring.cable]]\nfrom = "master"\nto = "x:0"'],
         "axis": ['[[slave]]\nname = "x"\n[[axis]]\nname = "x"',
                  '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\nfeed_mm_per_revolution = 5'],
+        "virtual_axis": ['slave = [{ name = "x" }]\n[[virtual_axis]]\nname = "v"\nmax_velocity = 1\nmax_acceleration = 1'],
+        "encoder": ['slave = [{ name = "x" }]\n[[encoder]]\nname = "e"\nposition = "x.6064h"\nincrements_per_revolution = 4096\n'
+                    'max_velocity = 1'],
+        "cam": ['slave = [{ name = "x" }]\n[[cam]]\nname = "c"\nfile = "c.csv"'],
+        "coupling": ['slave = [{ name = "x" }, { name = "y" }]\naxis = [{ name = "x" }, { name = "y" }]\n[[coupling]]\nslave = "x"\nmaster = "y"'],
+        "axis_group": ['slave = [{ name = "x" }, { name = "y" }]\naxis = [{ name = "x" }, { name = "y" }]\n[[axis_group]]\nname = "g"\n'
+                       'axes = ["x", "y"]'],
+        "gantry": ['slave = [{ name = "x" }, { name = "y" }]\naxis = [{ name = "x" }, { name = "y" }]\n[[gantry]]\nleader = "x"\n'
+                   'follower = "y"\nskew_limit = 1'],
         "path": ['slave = [{ name = "x" }]\n[path]\nfile = "a.csv"'],
         "recovery": ['slave = [{ name = "x" }]\n[recovery]'],
         "telemetry": ['slave = [{ name = "x" }]\n[telemetry]'],
@@ -109,6 +118,7 @@ class Reference(DocumentTest):
     def test_lists_the_keys_that_the_program_knows(self):
         documented = documented_keys()
         self.assertEqual(set(documented), set(self.TABLES))
+        self.write("c.csv", "master[deg],slave[deg]\n0,0\n180,10\n360,0\n")
         for table, texts in self.TABLES.items():
             known = set()
             for text in texts:
