@@ -289,6 +289,29 @@ TEST(AxisGroups, AMoveThatWasAnnouncedAndDoesNotComeIsNotWaitedFor) {
   EXPECT_LT(apart(line.place(), {0.5, 0.5}), kExact);
 }
 
+TEST(AxisGroups, APathInPartsDoesNotStopBetweenThemHoweverLongTheAxesHaveStoodBefore) {
+  GroupLine line(2);
+  line.take_axes();
+  ASSERT_EQ(line.finish_of_group(line.groups->move(0, line_to({0.1, 0.0}))).phase, RequestPhase::kDone);
+  line.cycles(1000);
+  auto first = line_to({0.3, 0.0});
+  first.continues = true;
+  ASSERT_NE(line.groups->move(0, first), 0U);
+  line.cycles(3);
+  auto second = line_to({0.5, 0.0});
+  second.buffer = GroupBuffer::kBlending;
+  const auto id = line.groups->move(0, second);
+  double slowest = 1.0;
+  for (int i = 0; i < 16000 && !line.groups->report(id).over(); ++i) {
+    const auto before = line.place()[0];
+    line.cycle();
+    if (before > 0.25 && before < 0.35) slowest = std::min(slowest, line.place()[0] - before);
+  }
+  EXPECT_EQ(line.group_phase(id), RequestPhase::kDone);
+  EXPECT_LT(apart(line.place(), {0.5, 0.0}), kExact);
+  EXPECT_GT(slowest, 1e-6) << "rad in a cycle";
+}
+
 TEST(AxisGroups, RelativeMovesAndArcs) {
   GroupLine line(2);
   line.take_axes();

@@ -114,6 +114,7 @@ void AxisGroup::take_path() noexcept {
   place_ = {};
   completed_ = 0;
   active_move_ = 0;
+  at_end_for_ = 0;
   path_->set_override(override_);
   set_hold();
 }

@@ -10,7 +10,6 @@ GroupPlanning::GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::ui
                              Refuse refuse)
     : group_(group),
       table_(table),
-
       grace_cycles_(grace_cycles),
       make_path_(std::move(make_path)),
       refuse_(std::move(refuse)) {}
@@ -36,8 +35,10 @@ void GroupPlanning::plan() {
     if (refuse_by_state()) continue;
     if (!ready_for(waiting_.front()) || !add_next()) return;
   }
-  // The move that was announced has not come.
-  if (path_ != nullptr && open_ && waiting_.empty() && group_.cycles_at_end() > grace_cycles_) {
+  // The move that was announced has not come. The cycle counts on until it has seen what was added last.
+  const auto at_end = group_.cycles_at_end();
+  if (at_end < at_end_when_added_) at_end_when_added_ = 0;
+  if (path_ != nullptr && open_ && waiting_.empty() && at_end > at_end_when_added_ + grace_cycles_) {
     close_path();
     static_cast<void>(hand_over());
   }
@@ -130,6 +131,7 @@ bool GroupPlanning::add_next() {
   path_->note(waiting_.front().id);
   waiting_.pop_front();
   open_ = true;
+  at_end_when_added_ = group_.cycles_at_end();
   if (!move.continues) close_path();
   return hand_over();
 }

@@ -59,7 +59,6 @@ class GroupPlanning {
 
   AxisGroup& group_;
   GroupRequestTable& table_;
-
   std::uint64_t grace_cycles_;
   MakePath make_path_;
   Refuse refuse_;
@@ -68,6 +67,7 @@ class GroupPlanning {
   GroupPath* path_ = nullptr;                      ///< null: the next move begins one
   std::uint64_t used_epoch_ = 0;                   ///< of the last path
   bool open_ = false;                              ///< the path waits for another move
+  std::uint64_t at_end_when_added_ = 0;            ///< AxisGroup::cycles_at_end() when the last move was added
   bool closing_ = false;                           ///< the path has been finished, and not handed over whole
 };
 

@@ -77,18 +77,6 @@ std::vector<std::size_t> read_axes(TomlReader& reader, const LineConfig& config)
   return axes;
 }
 
-/// The leader of a gantry is commanded for both.
-void check_no_followers(const TomlReader& root, const LineConfig& config) {
-  for (const auto& group : config.axis_groups) {
-    for (const auto& gantry : config.gantries) {
-      if (!has(group.axes, gantry.follower)) continue;
-      root.fail("axis_group",
-                fmt::format("\"{}\" has axis \"{}\", the follower of a gantry: its leader \"{}\" is expected",
-                            group.name, config.axes[gantry.follower].name, config.axes[gantry.leader].name));
-    }
-  }
-}
-
 }  // namespace
 
 AxisGroupConfig read_axis_group(TomlReader reader, const LineConfig& config) {
@@ -110,7 +98,6 @@ void check_axis_groups(const TomlReader& root, const LineConfig& config) {
   if (config.path) {
     root.fail("axis_group", "goes with axes that wait for requests: there must be no [path], which they would follow");
   }
-  check_no_followers(root, config);
   if (!config.stream) return;
   for (const auto& group : config.axis_groups) {
     for (const auto axis : group.axes) {

@@ -6,6 +6,7 @@ import os
 import signal
 import socket
 import subprocess
+import time
 import unittest
 
 from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
@@ -98,7 +99,7 @@ class Script(ProgramTest):
         result = self.run_script(ENABLE + "plotter path other.jsonl\n")
         self.assertIn("other.jsonl:1: the axes must be those of group plotter, in their order: x, y", result.stderr.splitlines()[-1])
         self.write("tool.jsonl", HEAD.replace("]}\n", '], "kinematics": {"kind": "scara"}}\n') + '{"line": [1, 1]}\n')
-        result = self.run_script(ENABLE + "gantry path tool.jsonl\n")
+        result = self.run_script(ENABLE + "plotter path tool.jsonl\n")
         self.assertIn("tool.jsonl:1: kinematics are for plan", result.stderr.splitlines()[-1])
         self.write("start.jsonl", HEAD.replace("]}\n", '], "start": [5, 0]}\n') + '{"line": [1, 1]}\n')
         result = self.run_script(ENABLE + "plotter path start.jsonl\n")
@@ -279,10 +280,12 @@ class Hand(ProgramTest):
                           "group plotter path later []"):
                 self.assertIn("error", ask(words), words)
             self.assertEqual(ask('group plotter path only [{"to": [0.01, 0.02]}]'), {"taken": 1})
-            for _ in range(1000):
+            end = time.monotonic() + PATIENCE_S
+            group = ask("group progress")["groups"][0]
+            while not group["over"] and time.monotonic() < end:
+                time.sleep(0.05)
                 group = ask("group progress")["groups"][0]
-                if group["over"]:
-                    break
+            self.assertTrue(group["over"])
             self.assertNotIn("failure", group)
             self.assertLess(math.dist([axis["setpoint"] for axis in group["axes"]], (10, 20)), 1e-6)
         self.end(run)

@@ -99,8 +99,6 @@ INSTANTIATE_TEST_SUITE_P(
         WrongGroup{kPlain + "[path]\nfile = \"a.csv\"\n", 1,
                    "axis_group: goes with axes that wait for requests: there must be no [path], which they would "
                    "follow"},
-        WrongGroup{kPlain + "[[gantry]]\nleader = \"z\"\nfollower = \"y\"\nskew_limit = 1\n", 1,
-                   "axis_group: \"g\" has axis \"y\", the follower of a gantry: its leader \"z\" is expected"},
         WrongGroup{kPlain + "[stream]\nsocket = \"/tmp/s\"\naxes = [\"z\", \"y\"]\n", 1,
                    "axis_group: \"g\" has axis \"y\", which [stream] has, too: its axes must be told, and be others"}));
 

@@ -124,12 +124,9 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [line] cycle_ms: unknown key, expected one of: cycle_us, name"},
         WrongFile{
             one_slave("[lines]\n"),
-            ":4: lines: unknown key, expected one of: axis, axis_group, bus, commands, copy, dc, eoe, fault, gantry, "
-            "gateway, group, "
-            "line, "
-            "output, path, "
-            "process_data, realtime, recovery, slave, "
-            "stream, telemetry, wiring"},
+            ":4: lines: unknown key, expected one of: axis, axis_group, bus, cam, commands, copy, coupling, dc, "
+            "encoder, eoe, fault, gantry, gateway, group, line, output, path, process_data, realtime, recovery, slave, "
+            "stream, telemetry, virtual_axis, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
                   "max_lost_cycles, max_lost_ms, port"},
