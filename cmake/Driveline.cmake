@@ -5,9 +5,10 @@ find_package(Threads REQUIRED)
 # Generated sources, for checks that read our sources without compiling them (scripts/check-tidy.sh).
 add_custom_target(generated_sources)
 
+# What one checkout has compiled serves the others on the machine: paths below the checkout count from it.
 find_program(DRIVELINE_CCACHE ccache)
 if(DRIVELINE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${DRIVELINE_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${DRIVELINE_CCACHE})
 endif()
 
 # Warnings are errors in our own code; generated and third-party code does not link this target.
