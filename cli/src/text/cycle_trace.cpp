@@ -81,7 +81,7 @@ void write_cycle(EventWriter& to, const TracedCycle& cycle) {
 }
 
 std::string label_of(std::int32_t thread) {
-  const auto name = rt::thread_name(thread);
+  auto name = rt::thread_name(thread);
   if (thread == 0) return name;
   return fmt::format("{} ({})", name.empty() ? "ended" : name, thread);
 }

@@ -14,6 +14,7 @@
 #include "driveline/runtime/line.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "script/axis_script.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -130,14 +131,15 @@ std::vector<std::vector<double>> places_of_cuts(const Samples& samples, double s
   return cuts;
 }
 
-class FlyingSaw : public testing::Test {
+class FlyingSaw : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
+    TemporaryDirectory::SetUp();
     runtime::Line::Options options;
     options.virtual_time = true;
-    options.adjust = [](runtime::LineConfig& config) -> runtime::Result<void> {
+    options.adjust = [this](runtime::LineConfig& config) -> runtime::Result<void> {
       for (auto& slave : config.slaves) slave.plan.pdos = with_demands();
-      config.output.directory = testing::TempDir() + "flying_saw";
+      config.output.directory = directory / "out";
       config.output.plots = false;
       return {};
     };

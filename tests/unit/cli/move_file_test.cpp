@@ -1,10 +1,12 @@
 #include "text/move_file.hpp"
 
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <stdexcept>
 
 namespace driveline::cli {
 namespace {
@@ -141,11 +143,13 @@ TEST(MoveFile, PlacesThatAMachineCannotHaveAreRefusedWithFileAndLine) {
             "f:2: line must be an array of 4 numbers, one for each coordinate");
 }
 
-/// A file of points in the folder of the tests.
+/// A file of points in a folder of its own.
 class PointFile {
  public:
-  explicit PointFile(const std::string& text) : folder_(testing::TempDir() + "move_file_test") {
-    std::filesystem::create_directory(folder_);
+  explicit PointFile(const std::string& text) : folder_(std::filesystem::temp_directory_path()) {
+    std::string pattern = folder_ / "driveline-test-XXXXXX";
+    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp");
+    folder_ = pattern;
     std::ofstream(folder_ / "points.csv") << text;
   }
   ~PointFile() { std::filesystem::remove_all(folder_); }

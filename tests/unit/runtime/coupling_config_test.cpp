@@ -7,6 +7,7 @@
 #include <string>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -20,23 +21,19 @@ const std::string kEncoder =
     "[[encoder]]\nname = \"e\"\nposition = \"y.6064h\"\nincrements_per_revolution = 4096\nmax_velocity = 20\n";
 constexpr int kLines = 12;  // of kAxes
 
-class CouplingConfigTest : public testing::Test {
+class CouplingConfigTest : public test::TemporaryDirectory {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder); }
-  void TearDown() override { std::filesystem::remove_all(folder); }
   void cam(const std::string& points) const {
-    std::ofstream(folder / "cam.csv") << "master[rad],slave[rad]\n" << points;
+    std::ofstream(directory / "cam.csv") << "master[rad],slave[rad]\n" << points;
   }
   [[nodiscard]] auto read(const std::string& text) const {
-    return parse_line_config(kAxes + text, folder / "line.toml");
+    return parse_line_config(kAxes + text, directory / "line.toml");
   }
   [[nodiscard]] std::string refusal(const std::string& text) const {
     const auto config = read(text);
     return config ? std::string{} : describe(config.error());
   }
   static std::string at(int line) { return "line.toml:" + std::to_string(kLines + line) + ": "; }
-
-  std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "coupling_config";
 };
 
 TEST_F(CouplingConfigTest, HasSlaveMasterAndLaw) {

@@ -9,6 +9,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/line.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -28,7 +29,9 @@ std::string refusal(const std::string& behind) {
   return config ? std::string{} : describe(config.error());
 }
 
-TEST(VirtualAxisConfig, HasANameAUnitAndLimits) {
+class VirtualAxisConfig : public test::TemporaryDirectory {};
+
+TEST_F(VirtualAxisConfig, HasANameAUnitAndLimits) {
   const auto config =
       read(kVirtual + "unit = \"mm\"\nmin_position = -10\nmax_position = 90\n" + kLimits + "max_jerk = 8e4\n");
   ASSERT_TRUE(config) << describe(config.error());
@@ -45,7 +48,7 @@ TEST(VirtualAxisConfig, HasANameAUnitAndLimits) {
   EXPECT_FALSE(read(kVirtual + kLimits)->axes[1].linear()) << "rad, without a unit";
 }
 
-TEST(VirtualAxisConfig, RefusesWhatCannotBe) {
+TEST_F(VirtualAxisConfig, RefusesWhatCannotBe) {
   EXPECT_THAT(refusal(kVirtual), HasSubstr("line.toml:5: [virtual_axis 1] max_velocity: is missing"));
   EXPECT_THAT(refusal(kVirtual + "max_velocity = 0\n"), HasSubstr("line.toml:7: [virtual_axis 1] max_velocity"));
   EXPECT_THAT(refusal(kVirtual + "max_velocity = nan\n"), HasSubstr("line.toml:7: [virtual_axis 1] max_velocity"));
@@ -80,10 +83,10 @@ class Mover final : public Observer {
   Line& line_;
 };
 
-TEST(VirtualAxisConfig, ALineRunsWithOne) {
+TEST_F(VirtualAxisConfig, ALineRunsWithOne) {
   auto config = read(kVirtual + "unit = \"mm\"\n" + kLimits);
   ASSERT_TRUE(config) << describe(config.error());
-  config->output.directory = testing::TempDir() + "virtual_axis";
+  config->output.directory = directory / "out";
   config->output.plots = false;
   Line::Options options;
   options.virtual_time = true;
@@ -144,7 +147,9 @@ class Coupler final : public Observer {
   int looks_ = 0;
 };
 
-TEST(LineCouplings, GearsOfADescriptionFollowAVirtualAxisAndAnEncoder) {
+class CoupledLine : public test::TemporaryDirectory {};
+
+TEST_F(CoupledLine, GearsOfADescriptionFollowAVirtualAxisAndAnEncoder) {
   auto config = parse_line_config(
       kDrive + "[[slave]]\nname = \"y\"\n[[axis]]\nname = \"y\"\n" + kVirtual +
           "max_velocity = 20\nmax_acceleration = 200\n[[encoder]]\nname = \"wheel\"\nposition = \"x.6064h\"\n"
@@ -152,7 +157,7 @@ TEST(LineCouplings, GearsOfADescriptionFollowAVirtualAxisAndAnEncoder) {
           "[[coupling]]\nslave = \"y\"\nmaster = \"wheel\"\n",
       "line.toml");
   ASSERT_TRUE(config) << describe(config.error());
-  config->output.directory = testing::TempDir() + "line_couplings";
+  config->output.directory = directory / "out";
   config->output.plots = false;
   Line::Options options;
   options.virtual_time = true;

@@ -30,7 +30,8 @@ using Parameters = std::span<const KinematicParameter>;
 
 std::string fault_of(const KinematicKind& kind, Parameters parameters) {
   for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const auto& [name, value] = parameters[k];
+    const auto name = parameters[k].name;
+    const double value = parameters[k].value;
     const auto before = parameters.first(k);
     if (std::any_of(before.begin(), before.end(), [&](const auto& other) { return other.name == name; })) {
       return "there are two values of " + std::string(name);
