@@ -1,9 +1,10 @@
 """The commands that the documents show work as they stand there."""
 import re
 import shlex
+import signal
 import unittest
 
-from program import ROOT, ProgramTest, WireTest
+from program import PATIENCE_S, ROOT, ProgramTest, WireTest
 
 DOCUMENTS = ("README.md", "docs/command_line.md")
 
@@ -52,12 +53,42 @@ class DocumentTest(ProgramTest):
                 self.one_document(result.stdout)
 
 
+# What a run waits for, and what is said beside it.
+WAITS = ["run", "--config", "examples/by_hand.toml", "--telemetry"]
+BESIDE_IT = ("axis", "echo", "record", "top")
+
+
+def goes_by_itself(arguments):
+    return "--iface" not in arguments and arguments != WAITS and arguments[0] not in BESIDE_IT
+
+
 class InProcess(DocumentTest):
     def test_commands_run(self):
-        shown = [arguments for arguments in commands() if "--iface" not in arguments]
+        shown = [arguments for arguments in commands() if goes_by_itself(arguments)]
         self.assertGreater(len(shown), 5)
         for arguments in shown:
             self.check(arguments)
+
+    @staticmethod
+    def end_of(process):
+        process.send_signal(signal.SIGINT)
+        return process.wait(PATIENCE_S)
+
+    def test_commands_beside_a_run(self):
+        self.assertIn(WAITS, commands())
+        run = self.start(*WAITS, log="run.log")
+        self.wait_for("axes that take requests",
+                      lambda: self.run_program("axis", "all", "status").stdout.count("Standstill") == 2, run)
+        shown = [arguments for arguments in commands() if arguments[0] in BESIDE_IT]
+        self.assertEqual({arguments[0] for arguments in shown}, set(BESIDE_IT))
+        for arguments in shown:
+            if arguments[0] == "top":
+                page = self.start(*arguments, log="top.log")
+                self.wait_for("a page", lambda: "OPERATION ENABLED" in self.text("top.log.out"), page)
+                self.assertEqual(self.end_of(page), 0, self.logs())
+            else:
+                self.check(arguments)
+        self.assertEqual(self.end_of(run), 0, self.logs())
 
 
 TERMINAL = '[[slave]]\nname = "x"\nesi = "examples/terminals.xml"\ndevice = "AI2"'
