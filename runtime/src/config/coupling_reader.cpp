@@ -15,7 +15,6 @@ namespace driveline::runtime {
 namespace {
 
 using trajectory::AxisKind;
-using trajectory::PositionUnit;
 
 /// In rad/s or m/s and so on.
 constexpr double kLeastOfEncoder = 1e-6;
