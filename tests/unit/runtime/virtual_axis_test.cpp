@@ -20,12 +20,12 @@ const std::string kDrive = "[[slave]]\nname = \"x\"\n[[axis]]\nname = \"x\"\n";
 const std::string kVirtual = "[[virtual_axis]]\nname = \"belt\"\n";
 const std::string kLimits = "max_velocity = 500\nmax_acceleration = 2000\n";
 
-auto read(const std::string& behind) {
+auto parsed(const std::string& behind) {
   return parse_line_config(kDrive + behind, "line.toml");
 }
 
 std::string refusal(const std::string& behind) {
-  const auto config = read(behind);
+  const auto config = parsed(behind);
   return config ? std::string{} : describe(config.error());
 }
 
@@ -33,7 +33,7 @@ class VirtualAxisConfig : public test::TemporaryDirectory {};
 
 TEST_F(VirtualAxisConfig, HasANameAUnitAndLimits) {
   const auto config =
-      read(kVirtual + "unit = \"mm\"\nmin_position = -10\nmax_position = 90\n" + kLimits + "max_jerk = 8e4\n");
+      parsed(kVirtual + "unit = \"mm\"\nmin_position = -10\nmax_position = 90\n" + kLimits + "max_jerk = 8e4\n");
   ASSERT_TRUE(config) << describe(config.error());
   ASSERT_EQ(config->axes.size(), 2U);
   const auto& axis = config->axes[1];
@@ -45,7 +45,7 @@ TEST_F(VirtualAxisConfig, HasANameAUnitAndLimits) {
   EXPECT_DOUBLE_EQ(axis.limits.max_acceleration, 2.0);
   EXPECT_DOUBLE_EQ(axis.max_jerk.value(), 80.0);
   EXPECT_DOUBLE_EQ(axis.software_limits->max, 0.09);
-  EXPECT_FALSE(read(kVirtual + kLimits)->axes[1].linear()) << "rad, without a unit";
+  EXPECT_FALSE(parsed(kVirtual + kLimits)->axes[1].linear()) << "rad, without a unit";
 }
 
 TEST_F(VirtualAxisConfig, RefusesWhatCannotBe) {
@@ -84,7 +84,7 @@ class Mover final : public Observer {
 };
 
 TEST_F(VirtualAxisConfig, ALineRunsWithOne) {
-  auto config = read(kVirtual + "unit = \"mm\"\n" + kLimits);
+  auto config = parsed(kVirtual + "unit = \"mm\"\n" + kLimits);
   ASSERT_TRUE(config) << describe(config.error());
   config->output.directory = directory / "out";
   config->output.plots = false;
