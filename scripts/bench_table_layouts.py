@@ -412,6 +412,52 @@ def soak(documents):
         [("of a window", "l"), ("median of the last third", "r"), ("over that of the first, 95 % interval", "l")], rows)
 
 
+READERS = {"fast_dds": "Fast DDS", "cyclone": "Cyclone DDS"}
+
+
+def telemetry_case(case):
+    """"8_axes_fast_dds": 8, Fast DDS."""
+    axes, reader = re.fullmatch(r"(\d+)_axes_(\w+)", case).groups()
+    return [axes, READERS.get(reader, reader.replace("_", " "))]
+
+
+def telemetry(documents):
+    figures = Figures(documents["telemetry"])
+    rows = []
+    for case in figures.cases("latency_p99"):
+        row = lambda metric: figures.row(case, metric)
+        lost, late, bridge, line = (row(metric) for metric in ("samples_and_batches_lost", "latency_p99", "memory_of_the_bridge", "memory_of_the_run"))
+        rows.append([*telemetry_case(case), f"{row('cycles_received')['p50']:,.0f}", f"{lost['p50']:.0f}: {verdict(lost)}",
+                     figures.time(case, "latency_p50"), f"{figures.time(case, 'latency_p99')}: {verdict(late)}",
+                     duration(row("latency_max")["p50"] * TO_NS["us"]),
+                     *(f"{row(metric)['p50']:.1f} %" for metric in ("bridge_cpu", "reader_cpu")),
+                     f"{bridge['p50']:.0f} MiB: {verdict(bridge)}",
+                     f"{line['p50']:.0f} MiB" + (f": {verdict(line)}" if limits(line) else "")])
+    written = [f"{case.split('_')[0]} axes {figures.row(case, 'sample_per_axis')['p50']:.1f} ns ({verdict(figures.row(case, 'sample_per_axis'))})"
+               for case in figures.cases("sample_per_axis")]
+    return where_from(documents["telemetry"]) + table(
+        [("axes", "r"), ("reader", "l"), ("cycles received in a run, median", "r"), ("lost in all runs", "r"), ("latency p50", "r"), ("p99, aim 2 ms", "r"),
+         ("max of all runs", "r"), ("bridge, of a processor", "r"), ("reader", "r"), ("memory of the bridge, aim 128 MiB", "r"),
+         ("of the run, aim 48 MiB with 8 axes", "r")], rows) + [
+        "", f"What the cycle itself does for it, a sample and its axis in one ring, p50 per axis, aim 20 ns: {', '.join(written)}."]
+
+
+def telemetry_cost(documents):
+    figures = Figures(documents["telemetry"])
+    rows = []
+    for case in figures.cases("cycle_cost_p999_with_over_without"):
+        percent = lambda metric: figures.row(case, metric)["p50"] / 100
+        upper = figures.row(case, "cycle_cost_p999_upper_end_of_95_interval")
+        more = figures.row(case, "missed_periods_more_lower_end_of_95_interval")
+        rows.append([*telemetry_case(case), str(upper["n"]), f"{percent('cycle_cost_p999_with_over_without'):.2f}",
+                     f"{upper['p50'] / 100:.2f}: {verdict(upper)}", f"{percent('wake_latency_p999_with_over_without'):.2f}",
+                     f"{percent('wake_latency_p999_upper_end_of_95_interval'):.2f}",
+                     *(f"{figures.row(case, metric)['p50']:.0f}" for metric in ("missed_periods_with", "missed_periods_without")), verdict(more)])
+    return table([("axes", "r"), ("reader", "l"), ("pairs", "r"), ("p99.9 of the cycle's cost with over without, median", "r"),
+                  ("upper end of the 95 % interval, aim 1.05", "r"), ("the same of the wake-up latency", "r"), ("upper end", "r"),
+                  ("missed periods of a run with", "r"), ("without", "r"), ("not more with, within the interval", "l")], rows)
+
+
 def aims(documents):
     rows = []
     for name in sorted(documents):
@@ -464,9 +510,11 @@ TABLES = {
     "soak": (soak, ["soak"]),
     "startup": (startup, ["startup"]),
     "startup_memory": (startup_memory, ["startup"]),
+    "telemetry": (telemetry, ["telemetry"]),
+    "telemetry_cost": (telemetry_cost, ["telemetry"]),
     "turnaround": (turnaround, ["turnaround"]),
     "wake": (wake, ["wake"]),
 }
 
 # Programs that have been run on no idle machine yet: their tables say so.
-TO_COME = {"jitter", "roundtrip", "scale", "soak"}
+TO_COME = {"jitter", "roundtrip", "scale", "soak", "telemetry"}
