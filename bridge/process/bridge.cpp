@@ -81,7 +81,8 @@ std::string Bridge::set_up() {
     auto opened = snapshot::FeedReturnWriter::open(options_.counts);
     if (!opened) return describe(opened.error());
     return_.emplace(*std::move(opened));
-    from = return_->told().next;
+    told_before_ = return_->told();
+    from = told_before_.next;
   }
   auto opened =
       snapshot::FeedReader::open(options_.feed, options_.feed + 1, options_.feed + 2, options_.feed + 3, from);
@@ -183,11 +184,12 @@ void Bridge::tell() {
   ++beats_;
   if (!return_) return;
   const auto own = publisher_->counters();
-  return_->tell({.beats = beats_,
+  const auto refused = own.dropped - counters_.lines_dropped - counters_.axes_dropped;
+  return_->tell({.beats = told_before_.beats + beats_,
                  .next = feed_->next(),
-                 .published = own.published,
-                 .lost = feed_->lost(),
-                 .refused = own.dropped - counters_.lines_dropped - counters_.axes_dropped});
+                 .published = told_before_.published + own.published,
+                 .lost = told_before_.lost + feed_->lost(),
+                 .refused = told_before_.refused + refused});
 }
 
 /// The supervisor says nothing, but its side of the socket is closed in the end.

@@ -45,6 +45,9 @@ class Bridge {
   std::unique_ptr<CommandRelay> commands_;  ///< none: it takes no commands
   snapshot::FeedStatus status_;
   snapshot::DrainCounters counters_;
+  /// Counts of the bridge before this one, where nobody has added them up meanwhile: a supervisor does, and begins
+  /// anew.
+  snapshot::FeedReturn told_before_;
   std::uint64_t beats_ = 0;
   std::chrono::steady_clock::time_point line_alive_at_{};  ///< when its process was seen to go on
 };

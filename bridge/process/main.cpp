@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "bridge.hpp"
+#include "line_process.hpp"
 #include "options.hpp"
 
 namespace {
@@ -25,7 +26,7 @@ void request_stop(int /*signal*/) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const auto options = driveline::bridge::read_options(argc - 1, argv + 1);
+  auto options = driveline::bridge::read_options(argc - 1, argv + 1);
   if (options.help) {
     std::fputs(driveline::bridge::kHelp, stdout);
     return 0;
@@ -33,6 +34,12 @@ int main(int argc, char** argv) {
   if (!options.problem.empty()) {
     std::fprintf(stderr, "driveline-bridge: %s; --help tells more\n", options.problem.c_str());
     return 2;
+  }
+  if (options.process >= 0) {
+    if (const auto wrong = driveline::bridge::take_feed_of_process(options); !wrong.empty()) {
+      std::fprintf(stderr, "driveline-bridge: %s\n", wrong.c_str());
+      return 1;
+    }
   }
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGTERM, request_stop);

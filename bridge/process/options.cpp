@@ -7,9 +7,12 @@
 namespace driveline::bridge {
 
 const char* const kHelp =
-    "usage: driveline-bridge --feed-fd N [--condition-fd N] [--return-fd N] [--commands-fd N] [--security-fd N]\n"
+    "usage: driveline-bridge --process P [--qos-fd N] [--qos-file NAME] [--security-fd N]\n"
+    "       driveline-bridge --feed-fd N [--condition-fd N] [--return-fd N] [--commands-fd N] [--security-fd N]\n"
     "                        [--qos-fd N] [--qos-file NAME] [--supervisor-fd N]\n"
-    "Publishes a drive line over DDS. `driveline run` starts it and keeps it running.\n"
+    "Publishes a drive line over DDS. `driveline run` starts it and keeps it running, in the second form, unless the\n"
+    "line description has `bridge = \"service\"` in [telemetry].\n"
+    "  --process P        the feed of the line that process P runs, and its counts; root opens them, and P's own user\n"
     "  --feed-fd N        inherited descriptors N to N+3: description, status, cycles and events of a line's feed\n"
     "  --condition-fd N   inherited descriptor of the feed's condition: the slaves\n"
     "  --return-fd N      inherited descriptor of the region for what it has published\n"
@@ -20,12 +23,7 @@ const char* const kHelp =
     "  --qos-file NAME    what that file is called in messages\n"
     "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
     "  --help             this text\n"
-    "Without --supervisor-fd it ends with the line, or by SIGTERM. By hand, beside a run that is process P and "
-    "publishes\n"
-    "already, in another domain or not: descriptors D, S, C, E, L of P are memfd:driveline-feed-description, -status,\n"
-    "-cycles, -events and -condition in /proc/P/fd:\n"
-    "  driveline-bridge --feed-fd 3 --condition-fd 7 3</proc/P/fd/D 4</proc/P/fd/S 5</proc/P/fd/C 6</proc/P/fd/E \\\n"
-    "    7</proc/P/fd/L\n";
+    "Without --supervisor-fd it ends with the line, or by SIGTERM.\n";
 
 Options read_options(int count, const char* const* arguments) {
   Options options;
@@ -50,6 +48,7 @@ Options read_options(int count, const char* const* arguments) {
                        : name == "--security-fd"   ? &options.security
                        : name == "--qos-fd"        ? &options.qos
                        : name == "--supervisor-fd" ? &options.supervisor
+                       : name == "--process"       ? &options.process
                                                    : nullptr;
     if (value == nullptr) {
       options.problem = "there is no option " + std::string{name};
@@ -58,11 +57,17 @@ Options read_options(int count, const char* const* arguments) {
     const std::string_view text = ++i < count ? arguments[i] : "";
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *value);
     if (text.empty() || error != std::errc{} || end != text.data() + text.size() || *value < 0) {
-      options.problem = std::string{name} + " needs the number of a descriptor";
+      options.problem =
+          std::string{name} + " needs the number of a " + (name == "--process" ? "process" : "descriptor");
       return options;
     }
   }
-  if (options.feed < 0) options.problem = "--feed-fd is missing: what is to be published?";
+  const bool inherited = options.feed >= 0 || options.condition >= 0 || options.counts >= 0 || options.commands >= 0;
+  if (options.feed < 0 && options.process < 0) {
+    options.problem = "--process or --feed-fd is missing: what is to be published?";
+  } else if (options.process >= 0 && inherited) {
+    options.problem = "--process stands for all descriptors of the line: leave out those that are inherited";
+  }
   return options;
 }
 

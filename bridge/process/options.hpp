@@ -4,7 +4,7 @@
 
 namespace driveline::bridge {
 
-/// The command line of `driveline-bridge`. Descriptors are inherited.
+/// The command line of `driveline-bridge`. Descriptors are inherited, or taken from the process of a line.
 struct Options {
   int feed = -1;       ///< description of the feed; its status, cycles and events have the next three numbers
   int counts = -1;     ///< where it tells what it has published; -1: nowhere
@@ -15,6 +15,7 @@ struct Options {
   int qos = -1;                          ///< profiles of Fast DDS for the writers; -1: they have their own
   std::string qos_file{"QoS profiles"};  ///< what the file of the profiles is called in messages
   int supervisor = -1;                   ///< socket whose end is its own; -1: it ends with the feed, or by SIGTERM
+  int process = -1;                      ///< whose feed is published in place of inherited descriptors; -1: none
   bool help = false;
   std::string problem;  ///< with the command line; empty: none
 };

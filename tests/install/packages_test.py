@@ -59,7 +59,8 @@ class Packages(unittest.TestCase):
         self.assertNotIn("fastrtps", self.field("driveline", "Depends"))
         if "driveline-bridge" in self.packages:
             self.assertIn("fastrtps", self.field("driveline-bridge", "Depends"))
-            self.assertLessEqual({"/usr/libexec/driveline/driveline-bridge", "/usr/libexec/driveline/driveline-dds"},
+            self.assertLessEqual({"/usr/libexec/driveline/driveline-bridge", "/usr/libexec/driveline/driveline-dds",
+                                  "/usr/lib/systemd/system/driveline-bridge@.service"},
                                  self.files("driveline-bridge"))
 
     def test_the_unit_names_the_place_of_the_package(self):

@@ -2,6 +2,7 @@
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import signal
 import socket
@@ -13,15 +14,17 @@ import unittest
 
 PREFIX = pathlib.Path(sys.argv.pop(1))
 UNIT = PREFIX / "lib/systemd/system/driveline@.service"
+BRIDGE_UNIT = PREFIX / "lib/systemd/system/driveline-bridge@.service"
+UNITS = [unit for unit in (UNIT, BRIDGE_UNIT) if unit.exists()]
 EXAMPLES = PREFIX / "share/driveline/examples"
 NOBODY = 65534
 PATIENCE_S = 60
 
 
-def settings():
-    """Settings of the unit: key to the list of its values."""
+def settings(unit=UNIT):
+    """Settings of a unit: key to the list of its values."""
     found = {}
-    for line in UNIT.read_text(encoding="utf-8").splitlines():
+    for line in unit.read_text(encoding="utf-8").splitlines():
         if re.match(r"\w+=", line):
             key, value = line.split("=", 1)
             found.setdefault(key, []).append(value)
@@ -36,22 +39,25 @@ class Unit(unittest.TestCase):
     @unittest.skipUnless(shutil.which("systemd-analyze"), "systemd is not installed")
     def test_systemd_finds_nothing_wrong(self):
         with tempfile.TemporaryDirectory() as folder:
-            unit = pathlib.Path(folder) / "driveline@cell.service"
-            # The user is made by the package, which is not installed here.
-            unit.write_text(re.sub("(?m)^(User|Group)=.*$", r"\1=games", UNIT.read_text(encoding="utf-8")),
-                            encoding="utf-8")
-            result = subprocess.run(["systemd-analyze", "verify", "--man=no", str(unit)], capture_output=True, text=True,
-                                    timeout=PATIENCE_S, check=False)
+            units = []
+            for unit in UNITS:
+                units.append(pathlib.Path(folder, unit.name.replace("@", "@cell")))
+                # The user is made by the package, which is not installed here.
+                units[-1].write_text(re.sub("(?m)^(User|Group)=.*$", r"\1=games", unit.read_text(encoding="utf-8")),
+                                     encoding="utf-8")
+            result = subprocess.run(["systemd-analyze", "verify", "--man=no", *map(str, units)], capture_output=True,
+                                    text=True, timeout=PATIENCE_S, check=False)
         complaints = [line for line in result.stderr.splitlines() if "driveline" in line]
         self.assertEqual(complaints, [])
         self.assertEqual(result.returncode, 0, result.stderr)
 
     @unittest.skipUnless(shutil.which("systemd-analyze"), "systemd is not installed")
     def test_its_exposure_is_small(self):
-        result = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=40", str(UNIT)],
-                                capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        self.assertRegex(result.stdout, r"Overall exposure level.*: [0-3]\.\d")
+        for unit in UNITS:
+            result = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=40", str(unit)],
+                                    capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            self.assertRegex(result.stdout, r"Overall exposure level.*: [0-3]\.\d")
 
     def allowed(self, group):
         """System calls of a group of systemd's, and of the groups in it."""
@@ -170,6 +176,48 @@ class Service(unittest.TestCase):
         time.sleep(2 * float(settings()["WatchdogSec"][0]))
         self.assertRaises(BlockingIOError, self.notify.recv, 4096)
         process.send_signal(signal.SIGCONT)
+
+    @unittest.skipUnless(BRIDGE_UNIT.exists(), "built without Fast DDS")
+    def test_the_bridge_has_a_service_of_its_own(self):
+        line = (EXAMPLES / "by_hand.toml").read_text(encoding="utf-8")
+        self.assertNotIn("[telemetry]", line)
+        run = self.start(line + "\n[telemetry]\nbridge = \"service\"\ndomain = 97\n")
+        self.assertEqual(self.told().get("READY"), "1", self.text())
+        unit = settings(BRIDGE_UNIT)
+        shell, option, script = shlex.split(unit["ExecStart"][0])
+        self.assertIn(str(PREFIX / "libexec/driveline/driveline-bridge"), script)
+        # What systemd makes of the line: a dollar for two, the instance for %i; systemctl is not there without systemd.
+        script = script.replace("$$", "$").replace("%i", "cell")
+        self.assertNotIn("%", script)
+        tools = self.folder / "tools"
+        tools.mkdir()
+        (tools / "systemctl").write_text(f"#!/bin/sh\n[ \"$*\" = 'show --property=MainPID --value driveline@cell.service' ] "
+                                         f"&& echo {run.pid}\n", encoding="utf-8")
+        (tools / "systemctl").chmod(0o755)
+        bound = capabilities(unit["CapabilityBoundingSet"][0])
+        self.assertEqual(unit["NoNewPrivileges"], ["yes"])
+        bridges = []
+        for _ in range(2):  # it ends, or is ended, and is started again
+            bridges.append(subprocess.Popen(
+                ["setpriv", "--no-new-privs", f"--bounding-set=-all,{bound}", shell, option, script],
+                env={"PATH": f"{tools}:{os.environ['PATH']}"}, stderr=subprocess.PIPE, text=True))
+            self.addCleanup(bridges[-1].stderr.close)
+            self.addCleanup(bridges[-1].wait)
+            self.addCleanup(bridges[-1].kill)
+            deadline = time.monotonic() + PATIENCE_S
+            status = pathlib.Path(f"/proc/{bridges[-1].pid}/status")
+            while not re.search(rf"(?m)^Seccomp:\t2$", status.read_text(encoding="ascii")):
+                self.assertIsNone(bridges[-1].poll(), self.text())
+                self.assertLess(time.monotonic(), deadline)
+                time.sleep(0.05)
+            self.assertRegex(status.read_text(encoding="ascii"), rf"(?m)^Uid:\t{NOBODY}\t{NOBODY}\t")
+            self.assertRegex(status.read_text(encoding="ascii"), r"(?m)^CapEff:\t0+$")
+            if len(bridges) == 1:
+                bridges[0].send_signal(signal.SIGKILL)
+                bridges[0].wait(PATIENCE_S)
+        run.send_signal(signal.SIGTERM)
+        self.assertEqual(run.wait(PATIENCE_S), 0, self.text())
+        self.assertEqual(bridges[1].wait(PATIENCE_S), 0, bridges[1].stderr.read())
 
     def test_a_failure_is_an_error_in_the_journal(self):
         process = self.start("[bus]\ninterface = \"dl-none\"\n[[slave]]\nname = \"x\"\nmodel = \"msd\"\n")

@@ -11,7 +11,7 @@ constexpr double kLongestLeaseMs = 60'000.0;
 
 }  // namespace
 
-std::optional<CommandConfig> read_commands(TomlReader reader, bool published, bool secured) {
+std::optional<CommandConfig> read_commands(TomlReader reader, const TelemetryConfig& telemetry) {
   CommandConfig commands;
   const bool enabled = reader.boolean_or("enabled", false);
   commands.insecure = reader.boolean_or("insecure", false);
@@ -19,7 +19,12 @@ std::optional<CommandConfig> read_commands(TomlReader reader, bool published, bo
       reader.number_or("lease_timeout_ms", kDefaultLeaseMs, kShortestLeaseMs, kLongestLeaseMs)));
   reader.finish();
   if (!enabled) return std::nullopt;
-  if (!published) reader.fail("enabled", "needs telemetry, by whose process commands come, but [telemetry] is off");
+  if (!telemetry.enabled)
+    reader.fail("enabled", "needs telemetry, by whose process commands come, but [telemetry] is off");
+  if (telemetry.service) {
+    reader.fail("enabled", "needs the bridge that run starts, but [telemetry] has bridge = \"service\"");
+  }
+  const bool secured = telemetry.security.has_value();
   if (!commands.insecure && !secured) {
     reader.fail(
         "enabled",

@@ -450,9 +450,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   check_axis_groups(root, config);
   read_couplings(root, file.parent_path(), config);
   config.telemetry = read_telemetry(root.table("telemetry"), file.parent_path(), config.period);
-  if (root.has("commands"))
-    config.commands =
-        read_commands(root.table("commands"), config.telemetry.enabled, config.telemetry.security.has_value());
+  if (root.has("commands")) config.commands = read_commands(root.table("commands"), config.telemetry);
   read_output(root.table("output"), config);
   read_recovery(root.table("recovery"), config.recovery);
   root.finish();

@@ -170,6 +170,7 @@ TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& f
   TelemetryConfig telemetry;
   if (reader.has("enabled")) telemetry.asked = reader.boolean_or("enabled", true);
   telemetry.enabled = telemetry.asked.value_or(true);
+  telemetry.service = reader.choice_or("bridge", 0, {"run", "service"}) == 1;
   telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
   if (reader.has("partition")) telemetry.partition = read_partition(reader);
   telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, kMostCyclesBetween));
@@ -179,6 +180,10 @@ TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& f
   telemetry.ros2 = reader.boolean_or("ros2", false);
   if (reader.has("security")) telemetry.security = folder / reader.text("security");
   if (reader.has("qos_profiles")) telemetry.qos_profiles = folder / reader.text("qos_profiles");
+  for (const auto* key : {"security", "qos_profiles"}) {
+    if (!telemetry.service || !reader.has(key)) continue;
+    reader.fail(key, "is for the bridge that run starts; with bridge = \"service\" the service hands its files over");
+  }
   read_rates(reader.table("rates"), period, telemetry);
   const auto axis = static_cast<std::size_t>(FeedTopic::kAxisTelemetry);
   if (reader.has("decimation") && telemetry.rates[axis].kind != TopicRate::Kind::kDefault) {

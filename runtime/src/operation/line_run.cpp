@@ -144,7 +144,8 @@ std::string_view LineRun::joint_owner() const noexcept {
 /// A machine without the bridge runs lines all the same, unless somebody has asked for telemetry.
 Result<void> LineRun::start_bridge() {
   if (!settings_.telemetry || !config_.telemetry.enabled) return {};
-  auto program = TelemetryService::find_program();
+  Result<std::filesystem::path> program;
+  if (!config_.telemetry.service) program = TelemetryService::find_program();
   if (!program) {
     if (config_.telemetry.asked.value_or(false) || config_.commands) return tl::unexpected(program.error());
     note(events::TelemetryOff{describe(program.error())}, Severity::kNotice);

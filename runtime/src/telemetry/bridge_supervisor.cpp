@@ -3,6 +3,7 @@
 #include <poll.h>
 
 #include <cstddef>
+#include <thread>
 #include <utility>
 
 namespace driveline::runtime {
@@ -17,6 +18,8 @@ constexpr int kMessagesAtOnce = 4;
 /// For the last samples; a subscriber that does not answer costs the bridge a third of a second.
 constexpr std::chrono::milliseconds kFarewell{3000};
 constexpr int kStartPollMs = 5;
+/// Without a sign of life after which a bridge that somebody else has started is taken for gone.
+constexpr std::chrono::milliseconds kGone{1000};
 
 /// What the bridge says may be anything.
 std::string printable(std::span<const std::byte> text) {
@@ -32,7 +35,9 @@ std::string printable(std::span<const std::byte> text) {
 
 Result<std::unique_ptr<BridgeSupervisor>> BridgeSupervisor::create(const snapshot::FeedWriter& feed,
                                                                    Settings settings) {
-  auto region = rt::SharedRegion::create("driveline-feed-return", snapshot::feed_return_layout(1));
+  // By hand a bridge may be started beside the one that runs, and is not to write its counts.
+  const char* const name = settings.program.empty() ? "driveline-feed-service" : "driveline-feed-return";
+  auto region = rt::SharedRegion::create(name, snapshot::feed_return_layout(1));
   if (!region) return fail(ErrorKind::kMachine, rt::describe(region.error()), "telemetry");
   return std::unique_ptr<BridgeSupervisor>(new BridgeSupervisor(feed, std::move(settings), *std::move(region)));
 }
@@ -71,6 +76,10 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
 
 Result<void> BridgeSupervisor::start() {
   auto now = Clock::now();
+  if (settings_.program.empty()) {
+    counts_.begin(feed_.written());
+    return {};
+  }
   if (auto started = spawn(now); !started) return started;
   const auto limit = now + settings_.start_limit;
   while (process_.valid() && !running_ && now < limit) {
@@ -99,6 +108,10 @@ tl::unexpected<Error> BridgeSupervisor::refused() const {
 }
 
 void BridgeSupervisor::serve(Clock::time_point now) {
+  if (settings_.program.empty()) {
+    look_at_guest(now);
+    return;
+  }
   if (!process_.valid()) {
     if (now < again_at_) return;
     ++restarts_;
@@ -138,6 +151,22 @@ void BridgeSupervisor::look_at_counts(Clock::time_point now) {
   if (now - started_at_ > settings_.proven) pause_.reset();
 }
 
+/// A bridge of a service. Its counts go on where those of the one before it ended.
+void BridgeSupervisor::look_at_guest(Clock::time_point now) {
+  look_at_counts(now);
+  running_ = beats_ > 0 && now - alive_at_ < kGone;
+}
+
+/// It ends by itself when it has published what is left.
+void BridgeSupervisor::await_guest() {
+  const auto limit = Clock::now() + kFarewell;
+  for (auto now = Clock::now(); now < limit; now = Clock::now()) {
+    look_at_guest(now);
+    if (!running_ || counts_.next() == feed_.written()) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds{kStartPollMs});
+  }
+}
+
 void BridgeSupervisor::ended(const std::string& how, Clock::time_point now) {
   running_ = false;
   const auto pause = pause_.next();
@@ -147,6 +176,7 @@ void BridgeSupervisor::ended(const std::string& how, Clock::time_point now) {
 
 void BridgeSupervisor::end() {
   if (process_.valid()) static_cast<void>(process_.end(kFarewell));
+  if (settings_.program.empty()) await_guest();
   running_ = false;
   counts_.end(feed_.written());
 }

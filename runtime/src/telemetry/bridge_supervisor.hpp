@@ -17,15 +17,15 @@
 
 namespace driveline::runtime {
 
-/// Keeps `driveline-bridge` running beside a feed. Belongs to one thread at a time; but for start() and end() no call
-/// waits for anything.
+/// Keeps `driveline-bridge` running beside a feed, or looks at the counts of one that a service starts. Belongs to one
+/// thread at a time; but for start() and end() no call waits for anything.
 class BridgeSupervisor {
  public:
   using Clock = std::chrono::steady_clock;
 
   /// How the bridge is run.
   struct Settings {
-    std::filesystem::path program{};             ///< the bridge
+    std::filesystem::path program{};             ///< the bridge; empty: somebody else starts it, and again
     std::vector<int> commands{};                 ///< descriptors of CommandService; empty: it takes no commands
     std::vector<int> security{};                 ///< descriptors of open_security_files(); empty: without
     int qos_profiles = -1;                       ///< descriptor of profiles of Fast DDS; -1: without
@@ -45,7 +45,7 @@ class BridgeSupervisor {
   ~BridgeSupervisor() = default;
 
   /// Starts the bridge and waits until it publishes, has told why it cannot (error, kMachine; of the QoS profiles,
-  /// kFile), or has ended, which is treated as in operation.
+  /// kFile), or has ended, which is treated as in operation. Nothing is waited for where somebody else starts it.
   [[nodiscard]] Result<void> start();
   /// Looks at the bridge and its counts, and starts it again when its pause is over.
   void serve(Clock::time_point now);
@@ -77,6 +77,8 @@ class BridgeSupervisor {
   [[nodiscard]] tl::unexpected<Error> refused() const;
   void take_messages();
   void look_at_counts(Clock::time_point now);
+  void look_at_guest(Clock::time_point now);
+  void await_guest();
   void ended(const std::string& how, Clock::time_point now);
 
   const snapshot::FeedWriter& feed_;

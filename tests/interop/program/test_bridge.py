@@ -217,18 +217,42 @@ class ABridge(BridgeTest):
     def test_by_hand_publishes_beside_the_one_of_the_run(self):
         run = self.start_run()
         self.wait_for_bridge(run)
-        folder = pathlib.Path(f"/proc/{run.pid}/fd")
-        feed = {os.readlink(link).partition("memfd:driveline-feed-")[2].partition(" ")[0]: link for link in folder.iterdir()}
-        files = [os.open(feed[part], os.O_RDONLY) for part in ("description", "status", "cycles", "events", "condition")]
-        script = "import os, sys; [os.dup2(int(f), 100 + i) for i, f in enumerate(sys.argv[2:])];" \
-                 "[os.dup2(100 + i, 3 + i) for i in range(5)]; os.execv(sys.argv[1], [sys.argv[1], '--feed-fd', '3', '--condition-fd', '7'])"
-        bridge = self.start("-c", script, BRIDGE, *files, program=sys.executable, log="bridge.log", pass_fds=files)
-        for file in files:
-            os.close(file)
+        bridge = self.start("--process", run.pid, program=BRIDGE, log="bridge.log")
         self.receive()
         self.assertIsNone(bridge.poll(), self.logs())
         self.end_run(run)
         self.assertEqual(bridge.wait(PATIENCE_S), 0, self.logs())
+        # Counts of two that write them in turns would go back.
+        self.assertNotIn("cannot be, and are left out", self.text("run.log"))
+
+    def test_of_a_service_is_started_and_ended_by_it_alone(self):
+        config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {self.domain}\nbridge = \"service\"")
+        run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
+        self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
+        self.assertIsNone(self.bridge_of(run))
+        first = self.start("--process", run.pid, program=BRIDGE, log="first.log")
+        self.receive()
+        first.kill()
+        first.wait(PATIENCE_S)
+        self.assertIsNone(self.bridge_of(run), "the run starts none, whatever happens")
+        second = self.start("--process", run.pid, program=BRIDGE, log="second.log")
+        self.receive()
+        document = self.end_run(run)
+        self.assertEqual(second.wait(PATIENCE_S), 0, self.logs())
+        telemetry = document["telemetry"]
+        self.assertEqual(telemetry["restarts"], 0)
+        self.assertGreater(telemetry["published"], 0)
+        # Both bridges' counts are added up: what was not published was lost while there was none.
+        self.assertGreater(telemetry["dropped"], 0)
+        self.assertNotIn("cannot be, and are left out", self.text("run.log"))
+
+    def test_of_no_line_says_what_it_has_not_found(self):
+        for process, said in ((0, "process 0 is not there"), (os.getpid(), "publishes nothing: it has no feed description")):
+            result = self.run_program("--process", process, program=BRIDGE)
+            self.assertEqual(result.returncode, 1, result.stderr)
+            self.assertIn(said, result.stderr)
+        result = self.run_program("--process", 1, "--feed-fd", 3, program=BRIDGE)
+        self.assertEqual(result.returncode, 2, result.stderr)
 
     def test_that_is_no_bridge_costs_nothing_but_telemetry(self):
         liar = self.write("liar", GARBAGE)
@@ -387,7 +411,7 @@ class CommandLine(ProgramTest):
     def test_tells_how_it_is_used(self):
         result = self.run_program("--help", program=BRIDGE)
         self.assertEqual(result.returncode, 0)
-        self.assertIn("usage: driveline-bridge --feed-fd N", result.stdout)
+        self.assertIn("usage: driveline-bridge --process P", result.stdout)
 
     def test_refuses_what_it_cannot_use_in_a_sentence(self):
         for arguments, sentence in (([], "--feed-fd is missing"), (["--feed-fd"], "needs the number of a descriptor"),

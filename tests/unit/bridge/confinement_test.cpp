@@ -157,6 +157,10 @@ TEST(BridgeOptions, AreDescriptors) {
     const char* const wrong[] = {"--feed-fd", bad};
     EXPECT_EQ(read_options(2, wrong).problem, "--feed-fd needs the number of a descriptor") << bad;
   }
+  EXPECT_EQ(read_options(0, nullptr).problem, "--process or --feed-fd is missing: what is to be published?");
+  const char* const both[] = {"--process", "12", "--return-fd", "7"};
+  EXPECT_EQ(read_options(4, both).problem,
+            "--process stands for all descriptors of the line: leave out those that are inherited");
 }
 
 }  // namespace

@@ -31,6 +31,7 @@ struct TelemetryConfig {
   /// `enabled` of the file; none: it is left out. A run that was asked for telemetry does not begin without.
   std::optional<bool> asked;
   bool enabled = true;                                  ///< false: nothing is sent
+  bool service = false;                                 ///< a service starts the bridge, not the run
   std::uint32_t domain = 0;                             ///< DDS domain, 0 to 232
   std::string partition;                                ///< DDS partition of the line; empty: the default one
   std::uint32_t decimation = 8;                         ///< axis samples of every n-th cycle are sent
