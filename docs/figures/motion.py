@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Draws the figures of docs/motion.md, Modes, A path, Requests, Groups and Gears, anew: motion.py [build folder]
+"""Draws the figures of docs/motion.md, Modes, A path, Requests, Groups, Gears and Gantry pairs, anew: motion.py [build folder]
 
 On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, the
-requests of examples/moves.txt, those of examples/plotter.txt and of examples/flying_saw.txt."""
+requests of examples/moves.txt, those of examples/plotter.txt, of examples/flying_saw.txt and of examples/gantry.txt."""
 import csv
 import math
 import subprocess
@@ -136,8 +136,21 @@ def flying_saw(folder):
          f"plot '{file}' using 1:6 with lines lc 1 title 'saw', '{file}' using 1:5 with lines lc 3 title 'material'")
 
 
+def gantry(folder):
+    rows = run(EXAMPLES / "gantry.toml", folder / "gantry", "--script", EXAMPLES / "gantry.txt")[::4]
+    leader, follower = column(rows, "x1_actual[mm]"), column(rows, "x2_actual[mm]")
+    write_columns(folder / "gantry.csv", column(rows, "time[s]"), leader, follower, [b - a for a, b in zip(leader, follower)])
+    file = folder / "gantry.csv"
+    draw("gantry", 560, "2,1",
+         "set ylabel 'actual position in mm'\n"
+         f"plot '{file}' using 1:2 with lines lc 1 lw 3 title 'leader x1', '{file}' using 1:3 with lines lc 2 title 'follower x2'\n"
+         "set xlabel 'time in s'\nset ylabel 'x2 ahead of x1 in mm'\nset yrange [-0.05:0.6]\n"
+         f"set label 'both marks are found: the beam is squared' at 1.25,0.15 offset 14,0\n"
+         f"plot '{file}' using 1:4 with lines lc 3 title 'difference: 0.5 mm lie between the marks'")
+
+
 def main():
-    for picture in (interpolation, modes, requests, group, flying_saw):
+    for picture in (interpolation, modes, requests, group, flying_saw, gantry):
         with tempfile.TemporaryDirectory() as folder:
             picture(Path(folder))
 
