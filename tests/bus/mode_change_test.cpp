@@ -362,11 +362,12 @@ TEST(ModeChangeCampaign, InAnyOrderAtAnyTimeLeavesTheDemandWithinTheLimits) {
 /// answers lost while a drive that was still led by positions got into CST (119), and periods missed
 /// before, whose torque was that of a leap (3524); periods missed by a drive that had just got into CSP (9911, 11232),
 /// or that may have got into CSV without an answer that says so (3642, 4234, 10164, 10898), or in the first cycle of a
-/// change from CST (5758); gaps just before and behind a change.
+/// change from CST (5758), or by a drive that had not heard that it was to get from CSV into CSP (13302, 14031); gaps
+/// just before and behind a change.
 TEST(ModeChangeCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
-  for (const unsigned seed :
-       {67U,  119U, 127U, 142U, 220U,  318U,  445U,  560U,  574U,  690U,  691U,  713U,  752U,   785U,   873U,  882U,
-        885U, 893U, 906U, 964U, 1171U, 3524U, 3642U, 4234U, 5687U, 5758U, 9013U, 9911U, 10164U, 10898U, 11232U}) {
+  for (const unsigned seed : {67U,   119U,  127U,  142U,  220U,  318U,  445U,   560U,   574U,   690U,   691U,
+                              713U,  752U,  785U,  873U,  882U,  885U,  893U,   906U,   964U,   1171U,  3524U,
+                              3642U, 4234U, 5687U, 5758U, 9013U, 9911U, 10164U, 10898U, 11232U, 13302U, 14031U}) {
     random_changes(seed);
     ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed;
   }

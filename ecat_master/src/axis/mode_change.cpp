@@ -112,8 +112,11 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   // A drive that follows positions has gone on as well.
   position_ += time * position_velocity_;
   if (!on_setpoints_) return_.skip(time);
-  // What was told last has not been sent: its drive would begin with a place that nobody has seen.
-  if (pending() && preparing_ == 0 && shown_ == 0 && !(told_s_ > 0.0)) preparing_ = kCyclesUnsettled;
+  // What was told last has not been sent, or may not have arrived: its drive would begin with a place that nobody has
+  // seen. One that has heard it, and not been heard, goes back from CSP to CSV with the velocity that it has.
+  const bool to_position = from_ == Mode::kCyclicVelocity && wanted == Mode::kCyclicPosition;
+  const bool unheard = !(told_s_ > 0.0) || (to_position && !heard_);
+  if (pending() && preparing_ == 0 && shown_ == 0 && unheard) preparing_ = kCyclesUnsettled;
 }
 
 void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
