@@ -51,6 +51,19 @@ class CoastingLine : public LateLine {
     fail();
     operation.motion().request_start();
   }
+  /// At more than half of its highest velocity.
+  CoastingLine& started_fast() {
+    cycles(400);
+    for (int i = 0; i < 3000 && std::abs(velocity()) < 30.0; ++i) watched_cycle();
+    fail_and_start();
+    return *this;
+  }
+  /// Of the first drive.
+  [[nodiscard]] int cycles_until_on() {
+    int passed = 0;
+    for (; passed < 100 && !drives.drive(0).power_on(); ++passed) watched_cycle();
+    return passed;
+  }
   /// Of both axes; empty: nothing was wrong.
   [[nodiscard]] std::string finding() const { return watches_[0].finding() + watches_[1].finding(); }
 
@@ -144,6 +157,30 @@ TEST(CoastingPath, IsToldWhereItIsThoughTheMasterWasAway) {
     }
     for (int i = 0; i < 8000 && line.phase() != MotionPhase::kFollowing; ++i) line.watched_cycle();
     EXPECT_EQ(line.finding(), "");
+  }
+}
+
+/// The drive is on, and nobody has heard of it; or it has not been told, and nobody knows.
+TEST(CoastingPath, IsCaughtThoughFramesAreLostWhenItIsSwitchedOn) {
+  const int on = CoastingLine().started_fast().cycles_until_on();
+  ASSERT_LT(on, 100);
+  for (const int frames : {1, 2, 4, 7}) {
+    for (const unsigned outwards : {0U, 0xFFU, 0xAAU, 0x55U, 0x0EU}) {
+      for (int moment = on - 5; moment < on + 3; ++moment) {
+        SCOPED_TRACE(testing::Message() << frames << " frames, outwards " << outwards << ", moment " << moment - on);
+        CoastingLine line;
+        line.started_fast();
+        for (int i = 0; i < moment; ++i) line.watched_cycle();
+        line.lose_back = true;
+        for (int i = 0; i < frames; ++i) {
+          line.lose_out = (outwards >> i & 1U) != 0;
+          line.watched_cycle();
+        }
+        line.lose_out = line.lose_back = false;
+        for (int i = 0; i < 800 && line.phase() == MotionPhase::kEnabling; ++i) line.watched_cycle();
+        ASSERT_EQ(line.finding(), "");
+      }
+    }
   }
 }
 

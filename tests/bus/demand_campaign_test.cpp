@@ -45,7 +45,9 @@ constexpr std::size_t kAxes = 3;
 constexpr int kCycles = 8000;  ///< a second
 constexpr nanoseconds kPeriod = microseconds{125};
 constexpr trajectory::AxisLimits kLimits{50.0, 1000.0};
-constexpr std::size_t kCommands = static_cast<std::size_t>(AxisCommand::kDriveMoveVelocity) + 1;
+constexpr std::size_t kCommands = static_cast<std::size_t>(AxisCommand::kDriveMoveVelocity) + 1;  ///< asked at random
+constexpr std::size_t kAllCommands = static_cast<std::size_t>(AxisCommand::kHaltSuperimposed) + 1;
+static_assert(kAllCommands == kCommands + 1, "kHaltSuperimposed has a time of its own");
 constexpr double kMostLoad = 0.08;  ///< Nm
 constexpr double kTurn = 6.283185307179586;
 
@@ -134,8 +136,8 @@ Scene make_scene(std::mt19937& random, ecat_master::SetpointFeed& feed) {
 
 /// What the campaign has seen.
 struct Coverage {
-  std::array<std::uint64_t, kCommands> taken{};  ///< requests that were not refused, by command
-  std::array<std::uint64_t, 11> modes{};         ///< cycles of enabled drives, by 6061h
+  std::array<std::uint64_t, kAllCommands> taken{};  ///< requests that were not refused, by command
+  std::array<std::uint64_t, 11> modes{};            ///< cycles of enabled drives, by 6061h
   std::uint64_t judged = 0;
 };
 
@@ -144,6 +146,7 @@ class Sequence {
  public:
   Sequence(unsigned seed, Coverage& coverage)
       : random_(seed),
+        halts_(seed + 2),
         feed_(seed + 1),
         scene_(make_scene(random_, feed_)),
         coverage_(coverage),
@@ -164,6 +167,7 @@ class Sequence {
     for (std::size_t axis = 0; axis < kAxes; ++axis) submit(axis, AxisCommand::kPower);
     for (int i = 0; i < kCycles; ++i) {
       if (chance(60)) ask();
+      if (halt_at_ == now_) halt_on_top();
       harm();
       const bool missed = chance(150);
       if (missed) {
@@ -204,7 +208,8 @@ class Sequence {
     drives_.leave_alone(std::max(place - drives_.clock.now(), nanoseconds{0}));
     look();
     ++now_;
-    note_taken();
+    note_taken(asked_);
+    note_taken(halted_);
     load();
     for (std::size_t i = 0; i < kAxes; ++i) {
       if (blocked_[i] == 0 || --blocked_[i] > 0) continue;
@@ -283,7 +288,19 @@ class Sequence {
     if (!by_drive && chance(3)) request.jerk = std::exp(number(8.0, 14.0));
     if (by_drive && scene_.interpolates) request.velocity = request.acceleration = 0.0;
     asked_ = {axes().submit(axis, request), now_, request.command};
+    if (request.command == AxisCommand::kMoveSuperimposed) may_halt_on_top(axis);
     keep_going();
+  }
+
+  /// What is on top is halted now and then, by numbers of its own, so that seeds stay what they were.
+  void may_halt_on_top(std::size_t axis) {
+    if (halts_() % 3 != 0) return;
+    halt_axis_ = axis;
+    halt_at_ = now_ + 10 + static_cast<std::int64_t>(halts_() % 400);
+  }
+  void halt_on_top() {
+    halted_ = {submit(halt_axis_, AxisCommand::kHaltSuperimposed), now_, AxisCommand::kHaltSuperimposed};
+    halt_at_ = -1;
   }
 
   /// A campaign whose axes are off has nothing to judge.
@@ -294,21 +311,21 @@ class Sequence {
     if (state == PlcopenState::kDisabled) submit(axis, AxisCommand::kPower);
     if (state == PlcopenState::kStopping && chance(3)) submit(axis, AxisCommand::kReleaseStop);
   }
-  void note_taken() {
-    if (asked_.id == 0 || now_ < asked_.cycle + 3) return;
-    const auto phase = axes().report(asked_.id).phase;
-    if (phase != RequestPhase::kError && phase != RequestPhase::kUnknown)
-      ++coverage_.taken[static_cast<std::size_t>(asked_.command)];
-    asked_.id = 0;
-  }
-
   struct Asked {
     std::uint64_t id = 0;
     std::int64_t cycle = 0;
     AxisCommand command{};
   };
+  void note_taken(Asked& asked) {
+    if (asked.id == 0 || now_ < asked.cycle + 3) return;
+    const auto phase = axes().report(asked.id).phase;
+    if (phase != RequestPhase::kError && phase != RequestPhase::kUnknown)
+      ++coverage_.taken[static_cast<std::size_t>(asked.command)];
+    asked.id = 0;
+  }
 
   std::mt19937 random_;
+  std::mt19937 halts_;
   WildFeed feed_;
   Scene scene_;
   Coverage& coverage_;
@@ -321,6 +338,9 @@ class Sequence {
   std::array<double, kAxes> carried_{};  ///< of it, now
   std::array<int, kAxes> blocked_{};
   Asked asked_{};
+  Asked halted_{};
+  std::size_t halt_axis_ = 0;
+  std::int64_t halt_at_ = -1;
   std::int64_t now_ = 0;
   int lost_ = 0;
   bool lost_outwards_ = false;
@@ -350,7 +370,7 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
     tell_progress(seed - first + 1, runs);
   }
   if (runs < kCovering || failed > 0) return;
-  for (std::size_t i = 0; i < kCommands; ++i)
+  for (std::size_t i = 0; i < kAllCommands; ++i)
     EXPECT_GT(coverage.taken[i], 0U) << to_text(static_cast<AxisCommand>(i)) << ": always refused";
   for (const auto mode : {1U, 3U, 6U, 7U, 8U, 9U, 10U}) EXPECT_GT(coverage.modes[mode], 0U) << "mode " << mode;
   EXPECT_GT(coverage.judged, std::uint64_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
@@ -358,12 +378,14 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 
 /// Frames lost while an axis returned to its setpoints behind a change of its mode, a master away when a drive was to
 /// be told to change, drives that had made up for missing setpoints, periods missed and frames lost just when an axis
-/// that coasted was switched on (3367 to 16028, the last one in interpolated position mode), and a frame lost while an
-/// axis braked in CSV (30041).
+/// that coasted was switched on (3367 to 16028, the last one in interpolated position mode; 17918), and a frame lost
+/// while an axis braked in CSV (30041). A motion on top of a velocity that was raised (10607 to 12231), and through a
+/// change of mode (16721), behind a gap as well (13163); periods missed in the first cycle of a change from CST
+/// (13489).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   Coverage coverage;
-  for (const unsigned seed :
-       {1731U, 2452U, 3224U, 3433U, 6446U, 1732U, 3367U, 4663U, 10491U, 10845U, 13372U, 14484U, 16028U, 30041U}) {
+  for (const unsigned seed : {1731U,  2452U,  3224U,  3433U,  6446U,  1732U,  3367U,  4663U,  10491U, 10845U, 13372U,
+                              14484U, 16028U, 30041U, 17918U, 10607U, 10889U, 11368U, 12231U, 16721U, 13163U, 13489U}) {
     Sequence sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
   }

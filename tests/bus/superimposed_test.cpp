@@ -79,6 +79,56 @@ TEST(Superimposed, HasWhatTheVelocityLeavesAndNoMore) {
   line.expect_obedience();
 }
 
+TEST(Superimposed, KeepsItsShareOfTheLimitWhenTheVelocityIsRaised) {
+  RunningLine line(50.0);
+  line.ask(request(AxisCommand::kSetOverride, 0.5));
+  line.cycles(400);
+  const auto id = line.submit(on_top(10.0, 25.0));
+  line.cycles(400);
+  line.ask(request(AxisCommand::kSetOverride, 1.0));
+  double fastest = 0.0;
+  double before = line.setpoint();
+  for (int i = 0; i < 8000 && !line.axes().report(id).over(); ++i) {
+    line.cycle();
+    fastest = std::max(fastest, (line.setpoint() - before) / kCyclePeriodS);
+    before = line.setpoint();
+    ASSERT_LE(fastest, 50.0 * (1.0 + 1e-9));
+  }
+  EXPECT_EQ(line.phase(id), RequestPhase::kDone);
+  EXPECT_GT(fastest, 49.9);
+  line.cycles(400);
+  EXPECT_EQ(line.phase(line.running), RequestPhase::kReached);
+  before = line.setpoint();
+  line.cycle();
+  EXPECT_NEAR((line.setpoint() - before) / kCyclePeriodS, 50.0, 1e-6);
+  line.expect_obedience();
+}
+
+/// The motion below is planned anew, from where the axis is less what is on top.
+TEST(Superimposed, GoesOnThroughAChangeOfModeBehindAGap) {
+  for (const int after : {1, 2, 4}) {
+    SCOPED_TRACE(after);
+    RunningLine line(20.0);
+    const double from = line.setpoint();
+    int passed = 600 + 3 + after - 1;
+    const auto id = line.submit(on_top(-8.0, 12.0));
+    line.cycles(600);
+    line.lose_out = true;
+    line.cycles(3);
+    line.lose_out = false;
+    line.cycles(after - 1);
+    auto change = request(AxisCommand::kSetMode);
+    change.mode = static_cast<std::int8_t>(ecat_master::cia402::Mode::kCyclicVelocity);
+    const auto changed = line.submit(change);
+    for (int i = 0; i < 8000 && !line.axes().report(id).over(); ++i, ++passed) line.cycle();
+    EXPECT_EQ(line.phase(changed), RequestPhase::kDone);
+    EXPECT_EQ(line.phase(id), RequestPhase::kDone);
+    // But for the cycles that the motion has waited.
+    EXPECT_NEAR(line.setpoint(), line.without(from, passed, 20.0) - 8.0, 0.05);
+    line.expect_obedience();
+  }
+}
+
 TEST(Superimposed, IsHaltedAloneAndTheMotionGoesOn) {
   RunningLine line(20.0);
   EXPECT_EQ(line.ask(request(AxisCommand::kHaltSuperimposed)).error, AxisError::kNothingToDo);

@@ -100,14 +100,23 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   }
   observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
   observed_.velocity += time * observed_.acceleration;
-  lowest_held_ += time * observed_.acceleration;
-  highest_held_ += time * observed_.acceleration;
+  // One that was told, and may have heard it, holds the velocity that it got with that.
+  const bool may_hold = preparing_ == 0 && told_s_ > 0.0 && !heard_ && wanted == Mode::kCyclicVelocity;
+  if (!may_hold) {
+    lowest_held_ += time * observed_.acceleration;
+    highest_held_ += time * observed_.acceleration;
+  }
   // The one of the last cycle has not been sent.
   velocity_ = lowest_held_;
   led_.position += time * led_.velocity;
+  // A drive that follows positions has gone on as well.
+  position_ += time * position_velocity_;
   if (!on_setpoints_) return_.skip(time);
-  // What was told last has not been sent: its drive would begin with a place that nobody has seen.
-  if (pending() && preparing_ == 0 && shown_ == 0 && !(told_s_ > 0.0)) preparing_ = kCyclesUnsettled;
+  // What was told last has not been sent, or may not have arrived: its drive would begin with a place that nobody has
+  // seen. One that has heard it, and not been heard, goes back from CSP to CSV with the velocity that it has.
+  const bool to_position = from_ == Mode::kCyclicVelocity && wanted == Mode::kCyclicPosition;
+  const bool unheard = !(told_s_ > 0.0) || (to_position && !heard_);
+  if (pending() && preparing_ == 0 && shown_ == 0 && unheard) preparing_ = kCyclesUnsettled;
 }
 
 void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
@@ -262,10 +271,12 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   first_ = false;
 }
 
-/// A drive in CSV has held its last velocity for as long as a gap, whichever that was.
+/// A drive in CSV has held its last velocity for as long as a gap, whichever that was. One that has not been told to
+/// follow velocities yet has held none.
 double ModeChange::gradually(double velocity) const noexcept {
+  if (first_ || (preparing_ > 0 && from_ != Mode::kCyclicVelocity)) return velocity;
   const double most = settings_.limits.max_acceleration * settings_.period_s;
-  return first_ ? velocity : std::min(std::max(velocity, highest_held_ - most), lowest_held_ + most);
+  return std::min(std::max(velocity, highest_held_ - most), lowest_held_ + most);
 }
 
 /// The position that leads to the motion of this velocity. The drive takes half a cycle more for a position than for a

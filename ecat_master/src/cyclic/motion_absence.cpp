@@ -69,7 +69,7 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
       break;
     case AxisPresence::kEnabling:
       // One that coasts is braked at once; one that stands waits for its brake.
-      if (axes_[axis].ready() || (axes_[axis].enabled() && std::abs(setpoints_[axis].velocity) > 0.0)) {
+      if (axes_[axis].ready() || (axes_[axis].stays_on() && std::abs(setpoints_[axis].velocity) > 0.0)) {
         anchor(axis);
         if (!begins_in_range(axis, cycle)) return;
         // With the velocity that it has, should it coast.
@@ -103,9 +103,7 @@ cia402::Goal Motion::goal(std::size_t axis) const noexcept {
   using cia402::Goal;
   if (phase_ == MotionPhase::kQuickStop) return Goal::kQuickStop;
   // It will hold the position at which it is enabled, or brake from there.
-  const bool held = axes_[axis].inputs().state == snapshot::AxisState::kOperationEnabled;
-  const bool ready = position_watches_[axis].steady() && coast_watches_[axis].catchable(seen_[axis] != 0);
-  const auto enabled = held || ready ? Goal::kEnabled : Goal::kDisabled;
+  const auto enabled = coast_watches_[axis].goal(axes_[axis], position_watches_[axis].steady(), seen_[axis] != 0);
   if (phase_ != MotionPhase::kEnabling && !powered()) return Goal::kDisabled;
   switch (absences_[axis].presence) {
     case AxisPresence::kMissing:

@@ -27,7 +27,7 @@ void Motion::advance_enabling(std::int64_t cycle) noexcept {
 bool Motion::arrest(std::size_t axis) noexcept {
   auto& [stop, given] = arrests_[axis];
   auto& supply = supplies_[axis];
-  if (!axes_[axis].enabled()) {
+  if (!axes_[axis].stays_on()) {
     setpoints_[axis] = axes_[axis].held();
     supply.beside_path = false;
     stop.reset();

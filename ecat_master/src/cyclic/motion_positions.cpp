@@ -9,11 +9,13 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     auto& watch = position_watches_[i];
     if (unavailable(i)) {
-      watch.forget();
-      coast_watches_[i].forget();
+      forget_place(i);
       continue;
     }
-    if (!exchanged_[i]) continue;
+    if (!exchanged_[i]) {
+      axes_[i].coast_on(seconds(1));
+      continue;
+    }
     const bool driven = axes_[i].enabled() && (powered() || phase_ == MotionPhase::kEnabling);
     const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven, exchange_took_);
     coast_watches_[i].look(watch.held(), axes_[i].inputs().velocity);
@@ -26,6 +28,12 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
     // On the way to standstill the finding is known already, or does not matter any more.
     if (finding && phase_ != MotionPhase::kStopping) stop_for(finding, i, cycle);
   }
+}
+
+/// Where it is now is not known.
+void Motion::forget_place(std::size_t axis) noexcept {
+  position_watches_[axis].forget();
+  coast_watches_[axis].forget();
 }
 
 void Motion::stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept {

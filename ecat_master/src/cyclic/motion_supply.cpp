@@ -83,16 +83,20 @@ void Motion::tell_path_late() noexcept {
 AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
   bool moving = powered();
   for (std::size_t i = 0; i < axes_.size(); ++i) moving = moving || arresting(i);
-  // One that coasts has gone on: it is switched on when it has been seen again.
+  const bool too_long = missed > settings_.bad_cycle_limit;
+  // One that coasts has gone on: it is switched on when it has been seen again, or goes on as it does.
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    if (!axes_[i].enabled()) seen_[i] = 0;
+    if (axes_[i].stays_on()) continue;
+    seen_[i] = 0;
+    axes_[i].coast_on(seconds(missed));
+    if (too_long && coast_watches_[i].coasts()) forget_place(i);
+    if (phase_ == MotionPhase::kEnabling) setpoints_[i] = axes_[i].held();
   }
   if (!moving) {
     for (std::size_t i = 0; i < axes_.size() && phase_ == MotionPhase::kEnabling; ++i)
       axes_[i].write_outputs(image, goal(i), reset_due(i, cycle), setpoints_[i]);
     return AbsenceEffect::kNone;
   }
-  const bool too_long = missed > settings_.bad_cycle_limit;
   if (!too_long) fall_behind(missed);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (!powered() && !arresting(i)) continue;

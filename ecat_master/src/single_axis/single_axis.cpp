@@ -65,11 +65,8 @@ bool SingleAxis::off() const noexcept {
 /// Before the inputs are used in this cycle. An axis with an implausible position goes on without the loop that is
 /// closed by the master, from this cycle on.
 void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
-  if (axis_->inputs().state == snapshot::AxisState::kUnavailable) {
-    watch_.forget();
-    return coast_.forget();
-  }
-  if (!exchanged_) return;
+  if (axis_->inputs().state == snapshot::AxisState::kUnavailable) return forget_place();
+  if (!exchanged_) return axis_->coast_on(period_s_);
   const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && !drive_moves();
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
   coast_.look(watch_.held(), axis_->inputs().velocity);
@@ -80,6 +77,12 @@ void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   }
   if (finding && torque_ == Torque::kLed) return fail(AxisError::kPosition);
   if (finding && state_ != PlcopenState::kErrorStop) stop_for_position();
+}
+
+/// Where it is now is not known.
+void SingleAxis::forget_place() noexcept {
+  watch_.forget();
+  coast_.forget();
 }
 
 void SingleAxis::stop_for_position() noexcept {
@@ -164,11 +167,11 @@ void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
 void SingleAxis::advance_powerless() noexcept {
   restore_mode();
   // An axis that is enabled already holds the place where it was enabled.
-  if (!axis_->enabled()) setpoint_ = axis_->held();
+  if (!axis_->stays_on()) setpoint_ = axis_->held();
   switch (power_) {
     case Power::kEnabling:
       // One that coasts is braked at once; one that stands waits for its brake.
-      if (!axis_->ready() && !(axis_->enabled() && std::abs(setpoint_.velocity) > 0.0)) break;
+      if (!axis_->ready() && !(axis_->stays_on() && std::abs(setpoint_.velocity) > 0.0)) break;
       begin_powered();
       break;
     case Power::kQuickStop:
@@ -261,11 +264,9 @@ cia402::Goal SingleAxis::goal() const noexcept {
     case Power::kOn:
     case Power::kResting:
       return Goal::kEnabled;
-    case Power::kEnabling: {
+    case Power::kEnabling:
       // It will hold the position at which it is enabled.
-      const bool held = axis_->inputs().state == snapshot::AxisState::kOperationEnabled;
-      return held || (watch_.steady() && coast_.catchable(seen_)) ? Goal::kEnabled : Goal::kDisabled;
-    }
+      return coast_.goal(*axis_, watch_.steady(), seen_);
     case Power::kQuickStop:
       return Goal::kQuickStop;
     case Power::kOff:
@@ -284,8 +285,11 @@ void SingleAxis::write_outputs(std::span<std::byte> image) noexcept {
 AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexcept {
   cycle_ = cycle;
   if (!powered()) {
-    // One that coasts has gone on: it is switched on when it has been seen again.
+    // One that coasts has gone on: it is switched on when it has been seen again, or goes on as it does.
     seen_ = false;
+    axis_->coast_on(static_cast<double>(missed) * period_s_);
+    if (missed > settings_.bad_cycle_limit && coast_.coasts()) forget_place();
+    if (!axis_->stays_on()) setpoint_ = axis_->held();
     return AbsenceEffect::kNone;
   }
   if (missed > settings_.bad_cycle_limit) {

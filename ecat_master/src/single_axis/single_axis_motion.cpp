@@ -128,11 +128,15 @@ void SingleAxis::begin_move(const Move& move) noexcept {
   replan();
 }
 
-/// A new plan begins with the last setpoint, also where a gap has led away from the one before.
+/// A new plan begins with the last setpoint, also where a gap has led away from the one before; that of a motion with
+/// another one on top of it, with what is below that.
 void SingleAxis::go_from_here() noexcept {
-  if (beside_) generator_.start_from({setpoint_.position, step_velocity_, 0.0});
+  const auto& on_top = on_top_.state();
+  if (beside_) generator_.start_from({setpoint_.position - on_top.position, step_velocity_ - on_top.velocity, 0.0});
   beside_ = false;
   way_back_.reset();
+  if (superimposed_)
+    rejoin_ = {setpoint_.position, step_velocity_, {axis_->config().limits.max_velocity, most_acceleration()}};
 }
 
 /// The way to the aim of the motion under way, from the state of the last setpoint.
@@ -147,12 +151,9 @@ void SingleAxis::replan() noexcept {
     case AxisCommand::kHomeByProbe:
       planned = override_ > 0.0 ? plan_position(*active_) : plan_rest();
       break;
-    case AxisCommand::kMoveVelocity: {
-      const double most = axis_->config().limits.max_velocity;
-      const double velocity = std::clamp(active_->request.target * override_, -most, most);
-      planned = run_at(velocity);
+    case AxisCommand::kMoveVelocity:
+      planned = run_at(velocity_below());
       break;
-    }
     case AxisCommand::kTorque:
       planned = torque_ == Torque::kLed || plan_on();
       break;
@@ -165,6 +166,15 @@ void SingleAxis::replan() noexcept {
       break;
   }
   if (!planned) fail(AxisError::kNotFinite);
+}
+
+/// Of a motion at a velocity: what is on top of it keeps its share of the limit until it is done.
+double SingleAxis::velocity_below() noexcept {
+  const double limit = axis_->config().limits.max_velocity;
+  const double most = superimposed_ ? std::max(limit - on_top_velocity_, 0.0) : limit;
+  const double wanted = std::clamp(active_->request.target * override_, -limit, limit);
+  held_back_ = std::abs(wanted) > most * kALittleMore;
+  return std::clamp(wanted, -most, most);
 }
 
 /// On as it moves now.
@@ -314,7 +324,7 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
 /// On its way to the end of the range.
 void SingleAxis::tell_velocity() noexcept {
   const double missing = *run_velocity_ - generator_.state().velocity;
-  if (std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
+  if (held_back_ || std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
   table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
   if (waiting_count_ > 0) go_on();
 }
@@ -391,6 +401,7 @@ void SingleAxis::arrive() noexcept {
     return;
   }
   if (command == AxisCommand::kMoveVelocity) {
+    if (held_back_) return;
     table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
     if (waiting_count_ == 0) return;
   }

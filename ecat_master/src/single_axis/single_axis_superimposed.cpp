@@ -53,6 +53,7 @@ bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexc
     rejoin_ = {setpoint_.position, step_velocity_, {config.limits.max_velocity, most_acceleration()}};
   }
   superimposed_ = true;
+  on_top_velocity_ = velocity;
   return true;
 }
 
@@ -77,7 +78,9 @@ void SingleAxis::step_on_top(const trajectory::AxisSetpoint& target) noexcept {
     return step_to(generator_.advance(period_s_));
   }
   const auto& beside = on_top_.advance(period_s_);
-  const trajectory::AxisSetpoint sum{target.position + beside.position, target.velocity + beside.velocity,
+  const double velocity = target.velocity + beside.velocity;
+  const double most = config.limits.max_velocity;
+  const trajectory::AxisSetpoint sum{target.position + beside.position, std::clamp(velocity, -most, most),
                                      target.acceleration + beside.acceleration};
   if (beside_) {
     step_back_to(sum);

@@ -168,6 +168,10 @@ class Axis {
     hold_ = position;
     hold_velocity_ = velocity;
   }
+  /// An axis that coasts, and was not seen, has gone on so long.
+  void coast_on(double time_s) noexcept {
+    if (hold_) *hold_ += hold_velocity_ * time_s;
+  }
   /// The setpoint that goes on with the motion of an axis without power: of hold_at(), and as far ahead as the drive
   /// takes to follow a position.
   [[nodiscard]] trajectory::AxisSetpoint held() const noexcept;
@@ -252,9 +256,16 @@ class Axis {
   [[nodiscard]] bool enabled() const noexcept {
     return inputs_.state == snapshot::AxisState::kOperationEnabled && (shows_mode() || pending_ || passing_);
   }
-  /// Whether it is enabled(), and the drive has said since that it follows setpoints if it tells that
+  /// Whether the last outputs had the command to enable: the drive may be on, though its answer has not come.
+  /// \rtsafe
+  [[nodiscard]] bool told_on() const noexcept {
+    return (targets_.control_word & cia402::command::kEnableOperation) == cia402::command::kEnableOperation;
+  }
+  /// Whether it is enabled(), and has not been told to switch off since. \rtsafe
+  [[nodiscard]] bool stays_on() const noexcept { return enabled() && told_on(); }
+  /// Whether it stays_on(), and the drive has said since it was enabled that it follows setpoints if it tells that
   /// (AxisConfig::follow_bit). \rtsafe
-  [[nodiscard]] bool ready() const noexcept { return enabled() && (followed_ || !config_.follow_bit); }
+  [[nodiscard]] bool ready() const noexcept { return stays_on() && (followed_ || !config_.follow_bit); }
   /// Whether the drive reports a fault, or is in Fault reaction active. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
     return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;

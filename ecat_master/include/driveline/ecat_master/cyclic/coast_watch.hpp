@@ -28,10 +28,21 @@ class CoastWatch {
 
   /// rad/s or m/s; 0: it stands, whatever the filter of the velocity still says.
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  /// Whether it moves.
+  [[nodiscard]] bool coasts() const noexcept { return std::abs(velocity_) > 0.0; }
   /// Whether it may be switched on: it is no faster than it may be, and `seen` in the last exchange. One that coasts is
   /// caught where it is, and not where it was when it was seen last.
   [[nodiscard]] bool catchable(bool seen) const noexcept {
-    return std::abs(velocity_) <= max_velocity_ && (seen || !(std::abs(velocity_) > 0.0));
+    return std::abs(velocity_) <= max_velocity_ && (seen || !coasts());
+  }
+  /// The goal of an axis that is to be switched on; `steady`: its position is. One that coasts and may be on by what it
+  /// was told goes on as it does, seen or not: told to switch off, and on again, it would get setpoints of a place that
+  /// it has left. And one that was told to switch off may have done so since it was shown to be on.
+  [[nodiscard]] cia402::Goal goal(const Axis& axis, bool steady, bool seen) const noexcept {
+    const bool shown = axis.inputs().state == snapshot::AxisState::kOperationEnabled;
+    const bool told = axis.told_on();
+    const bool on = shown ? told || !coasts() : steady && catchable(seen || told);
+    return on ? cia402::Goal::kEnabled : cia402::Goal::kDisabled;
   }
 
  private:

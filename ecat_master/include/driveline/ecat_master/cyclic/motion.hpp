@@ -204,6 +204,7 @@ class Motion final : public MotionControl {
   void watch(std::int64_t cycle) noexcept;
   void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
   void judge_positions(std::int64_t cycle) noexcept;
+  void forget_place(std::size_t axis) noexcept;
   void stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept;
   [[nodiscard]] MotionFailure::Cause enable_failure(std::size_t axis) const noexcept;
   void watch_enabling(std::int64_t cycle) noexcept;

@@ -215,6 +215,7 @@ class SingleAxis {
   [[nodiscard]] bool reachable(const Move& move) const noexcept;
   [[nodiscard]] bool leaves_range(const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] bool plan_on() noexcept;
+  [[nodiscard]] double velocity_below() noexcept;
   [[nodiscard]] bool run_at(double velocity) noexcept;
   void tell_velocity() noexcept;
   void go_on() noexcept;
@@ -275,6 +276,7 @@ class SingleAxis {
   void restore_mode() noexcept;
   void advance_powerless() noexcept;
   void fail(AxisError error) noexcept;
+  void forget_place() noexcept;
   void stop_for_position() noexcept;
   void enter(Power power) noexcept;
   [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
@@ -293,7 +295,9 @@ class SingleAxis {
   SetpointGenerator generator_{};
   trajectory::Rejoin rejoin_{};        ///< to the setpoints of a feed, or of two motions
   SetpointGenerator on_top_{};         ///< of the motion under way: a way, from 0
+  double on_top_velocity_ = 0.0;       ///< it may have
   bool superimposed_ = false;          ///< there is one
+  bool held_back_ = false;             ///< the velocity below is less than wanted, for what is on top
   std::optional<WayBack> way_back_{};  ///< once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< of the step to it
