@@ -48,12 +48,10 @@ bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexc
   finish(superimposed_request_, RequestPhase::kAborted);
   superimposed_request_ = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
-  if (!superimposed_ && below == AxisCommand::kMoveVelocity) {
-    go_from_here();
-    rejoin_ = {setpoint_.position, step_velocity_, {config.limits.max_velocity, most_acceleration()}};
-  }
   superimposed_ = true;
   on_top_velocity_ = velocity;
+  // Its velocity is planned anew from here: behind a gap its plan began elsewhere.
+  if (below == AxisCommand::kMoveVelocity) replan();
   return true;
 }
 
