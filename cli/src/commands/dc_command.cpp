@@ -181,11 +181,13 @@ class ClockSession {
     if (auto written = runtime::write_file(csv, header + '\n' + csv_); !written) return tl::unexpected(written.error());
     files["clocks_csv"] = csv;
     if (options_.no_plots) return files;
-    if (auto picture = draw_clocks(directory, names())) {
-      files["clocks_plot"] = *picture;
-    } else {
-      progress("{}", picture.error());
+    auto drawing = draw_clocks(directory, names());
+    if (!drawing) {
+      progress("{}", drawing.error());
+      return files;
     }
+    if (drawing->problem) return tl::unexpected(*drawing->problem);
+    files.merge(drawing->pictures);
     return files;
   }
 

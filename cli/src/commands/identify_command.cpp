@@ -163,11 +163,13 @@ Outcome<Files> write_load_files(const runtime::LoadEstimate& load, const runtime
   if (auto written = write_load_csv(load, config.axes.front(), files["load_csv"]); !written)
     return tl::unexpected(written.error());
   if (!plots) return files;
-  if (auto picture = draw_load(directory, config.axes.front())) {
-    files["load_plot"] = *picture;
-  } else {
-    progress("{}", picture.error());
+  auto drawing = draw_load(directory, config.axes.front());
+  if (!drawing) {
+    progress("{}", drawing.error());
+    return files;
   }
+  if (drawing->problem) return tl::unexpected(*drawing->problem);
+  files.merge(drawing->pictures);
   return files;
 }
 

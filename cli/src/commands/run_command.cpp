@@ -59,7 +59,8 @@ void note_failure(runtime::RunReport& report, const runtime::Error& error) {
   ConsoleObserver().event(report.note_failure(error));
 }
 
-/// Writes the files of the run beside axes.csv. A plot that cannot be drawn is no failure of the run.
+/// Writes the files of the run beside axes.csv. That gnuplot is not there, or does not like what is to be drawn, is no
+/// failure of the run; a disk that does not take its pictures is.
 void write_files(const runtime::LineConfig& config, runtime::RunReport& report) {
   const auto& directory = config.output.directory;
   const auto jitter = directory / "jitter.csv";
@@ -73,11 +74,12 @@ void write_files(const runtime::LineConfig& config, runtime::RunReport& report) 
   auto pictures =
       draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<runtime::AxisReport>{},
                  report.increments, plot_facts(report));
-  if (pictures) {
-    report.files.merge(*pictures);
-  } else {
+  if (!pictures) {
     progress("{}", pictures.error());
+    return;
   }
+  report.files.merge(pictures->pictures);
+  if (pictures->problem) note_failure(report, *pictures->problem);
 }
 
 /// The trace is asked for by itself, so it goes where it was said and not beside the other files.

@@ -9,7 +9,11 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string_view>
 
+#include "driveline/runtime/files/output_file.hpp"
 #include "text/visible_text.hpp"
 
 extern char** environ;
@@ -34,6 +38,15 @@ std::string last_line(int end) {
     }
   }
   return line.find_first_not_of(" \t^") == std::string::npos ? last : line;
+}
+
+/// Whether a PNG file has come to its end: the type of its last chunk, and the checksum of that (ISO/IEC
+/// 15948, 11.2.5).
+bool is_whole(const std::filesystem::path& picture) {
+  constexpr std::string_view kEnd("IEND\xAE\x42\x60\x82", 8);
+  std::ifstream stream(picture, std::ios::binary);
+  if (!stream.seekg(-static_cast<std::streamoff>(kEnd.size()), std::ios::end)) return false;
+  return std::string(std::istreambuf_iterator<char>(stream), {}) == kEnd;
 }
 
 }  // namespace
@@ -78,6 +91,32 @@ tl::expected<void, std::string> run_gnuplot(const std::filesystem::path& directo
                                       said.empty() ? "" : ": ", said));
   }
   return {};
+}
+
+tl::expected<Drawing, std::string> draw(const std::filesystem::path& directory, const std::string& name,
+                                        const std::string& script, const std::map<std::string, std::string>& pictures) {
+  Drawing drawing;
+  if (auto written = runtime::write_file(directory / name, script); !written) {
+    drawing.problem = written.error();
+    return drawing;
+  }
+  if (auto drawn = run_gnuplot(directory, name); !drawn) return tl::unexpected(drawn.error());
+  for (const auto& [key, picture] : pictures) {
+    const auto file = directory / picture;
+    if (is_whole(file)) {
+      drawing.pictures[key] = file;
+      continue;
+    }
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
+    if (drawing.problem) continue;
+    drawing.problem =
+        runtime::fail(runtime::ErrorKind::kMachine,
+                      "could not be written to its end: the disk is full, or files may not get longer (ulimit -f)",
+                      file.string())
+            .value();
+  }
+  return drawing;
 }
 
 }  // namespace driveline::cli

@@ -94,8 +94,8 @@ runtime::Result<void> write_load_csv(const LoadEstimate& load, const ecat_master
   return runtime::write_file(file, text);
 }
 
-tl::expected<std::filesystem::path, std::string> draw_load(const std::filesystem::path& directory,
-                                                           const ecat_master::AxisConfig& axis) {
+tl::expected<Drawing, std::string> draw_load(const std::filesystem::path& directory,
+                                             const ecat_master::AxisConfig& axis) {
   const auto script = fmt::format(
       "set terminal pngcairo size 1400,800 font 'sans,11' noenhanced\n"
       "set output 'load.png'\nset datafile separator ','\nset grid\nset key above\n"
@@ -105,10 +105,7 @@ tl::expected<std::filesystem::path, std::string> draw_load(const std::filesystem
       "plot 'load.csv' skip 1 using 1:($5-$6) with impulses title 'measured minus model'\n"
       "unset multiplot\n",
       gnuplot_text(fmt::format("load of axis {}", axis.name)), axis.linear() ? "N" : "Nm");
-  if (auto written = runtime::write_file(directory / "load.gp", script); !written)
-    return tl::unexpected(runtime::describe(written.error()));
-  if (auto drawn = run_gnuplot(directory, "load.gp"); !drawn) return tl::unexpected(drawn.error());
-  return directory / "load.png";
+  return draw(directory, "load.gp", script, {{"load_plot", "load.png"}});
 }
 
 }  // namespace driveline::cli

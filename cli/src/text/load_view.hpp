@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/identify/load_estimate.hpp"
+#include "text/gnuplot.hpp"
 
 namespace driveline::cli {
 
@@ -26,7 +27,7 @@ namespace driveline::cli {
 
 /// Draws load.png out of load.csv in `directory`: torque measured and by the model, and the difference. Error: a
 /// sentence.
-[[nodiscard]] tl::expected<std::filesystem::path, std::string> draw_load(const std::filesystem::path& directory,
-                                                                         const ecat_master::AxisConfig& axis);
+[[nodiscard]] tl::expected<Drawing, std::string> draw_load(const std::filesystem::path& directory,
+                                                           const ecat_master::AxisConfig& axis);
 
 }  // namespace driveline::cli

@@ -270,25 +270,21 @@ runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& stati
   return runtime::write_file(file, text);
 }
 
-tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
-    const std::filesystem::path& directory, const std::vector<runtime::AxisReport>& axes, bool increments,
-    const PlotFacts& facts) {
-  const auto script_file = directory / "plots.gp";
+tl::expected<Drawing, std::string> draw_plots(const std::filesystem::path& directory,
+                                              const std::vector<runtime::AxisReport>& axes, bool increments,
+                                              const PlotFacts& facts) {
   auto script = jitter_script(facts);
-  std::map<std::string, std::filesystem::path> pictures{{"jitter_plot", directory / "jitter.png"}};
+  std::map<std::string, std::string> pictures{{"jitter_plot", "jitter.png"}};
   if (!axes.empty()) {
     script += positions_script(axes, increments, facts.marks) + errors_script(axes, increments, facts.marks);
-    pictures["position_plot"] = directory / "positions.png";
-    pictures["following_error_plot"] = directory / "following_error.png";
+    pictures["position_plot"] = "positions.png";
+    pictures["following_error_plot"] = "following_error.png";
   }
-  if (auto written = runtime::write_file(script_file, script); !written)
-    return tl::unexpected(runtime::describe(written.error()));
-  if (auto drawn = run_gnuplot(directory, "plots.gp"); !drawn) return tl::unexpected(drawn.error());
-  return pictures;
+  return draw(directory, "plots.gp", script, pictures);
 }
 
-tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesystem::path& directory,
-                                                             const std::vector<std::string>& names) {
+tl::expected<Drawing, std::string> draw_clocks(const std::filesystem::path& directory,
+                                               const std::vector<std::string>& names) {
   auto script = terminal(700) +
                 "set output 'clocks.png'\nset datafile separator ','\nset grid\nset key outside right\n"
                 "set title 'clocks against the reference clock (register 0x092C)'\n"
@@ -297,10 +293,7 @@ tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesyst
     script += fmt::format("{} 'clocks.csv' skip 1 using 1:{} with lines title {}", i == 0 ? "plot" : ",", i + 2,
                           gnuplot_text(names[i]));
   }
-  if (auto written = runtime::write_file(directory / "clocks.gp", script + '\n'); !written)
-    return tl::unexpected(runtime::describe(written.error()));
-  if (auto drawn = run_gnuplot(directory, "clocks.gp"); !drawn) return tl::unexpected(drawn.error());
-  return directory / "clocks.png";
+  return draw(directory, "clocks.gp", script + '\n', {{"clocks_plot", "clocks.png"}});
 }
 
 }  // namespace driveline::cli

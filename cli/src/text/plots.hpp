@@ -3,13 +3,13 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <tl/expected.hpp>
 #include <vector>
 
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/record/run_report.hpp"
+#include "text/gnuplot.hpp"
 
 namespace driveline::cli {
 
@@ -37,18 +37,17 @@ struct PlotFacts {
                                                      const std::filesystem::path& file);
 
 /// Draws the files in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,
-/// positions.png, following_error.png. The gnuplot script stays beside them. Returns the pictures by the key they have
-/// in the report. Axes are in their units, with `increments` on a second axis in those of the drive as well. The bars
-/// of jitter.png are equally wide on a logarithmic axis and hold every cycle: those below 25 ns, which the clock cannot
-/// tell apart, and wake-ups that came a period or more too late have a bar of their own. Error: a sentence (gnuplot is
-/// not there or failed).
-[[nodiscard]] tl::expected<std::map<std::string, std::filesystem::path>, std::string> draw_plots(
-    const std::filesystem::path& directory, const std::vector<runtime::AxisReport>& axes, bool increments = false,
-    const PlotFacts& facts = {});
+/// positions.png, following_error.png. The gnuplot script stays beside them. Axes are in their units, with `increments`
+/// on a second axis in those of the drive as well. The bars of jitter.png are equally wide on a logarithmic axis and
+/// hold every cycle: those below 25 ns, which the clock cannot tell apart, and wake-ups that came a period or more too
+/// late have a bar of their own. Error: a sentence (gnuplot is not there or failed).
+[[nodiscard]] tl::expected<Drawing, std::string> draw_plots(const std::filesystem::path& directory,
+                                                            const std::vector<runtime::AxisReport>& axes,
+                                                            bool increments = false, const PlotFacts& facts = {});
 
 /// Draws clocks.png from clocks.csv in `directory`: time in the first column, one column per slave behind it. Error: a
 /// sentence.
-[[nodiscard]] tl::expected<std::filesystem::path, std::string> draw_clocks(const std::filesystem::path& directory,
-                                                                           const std::vector<std::string>& names);
+[[nodiscard]] tl::expected<Drawing, std::string> draw_clocks(const std::filesystem::path& directory,
+                                                             const std::vector<std::string>& names);
 
 }  // namespace driveline::cli

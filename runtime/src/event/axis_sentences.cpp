@@ -75,7 +75,9 @@ std::string EventSentence::operator()(const events::AxesStopped& facts) const {
     case Cause::kNone:
       break;
   }
-  return "communication lost: the axes exchange no valid process data; quick stop commanded";
+  auto text = std::string("communication lost: the axes exchange no valid process data; quick stop commanded");
+  if (!facts.link.empty()) text += "; " + facts.link;
+  return text;
 }
 
 std::string EventSentence::position_text(const events::AxesStopped& facts) const {

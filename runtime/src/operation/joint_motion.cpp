@@ -59,7 +59,7 @@ std::optional<events::AxesStopped> JointMotion::failure() {
     absence_awaited_ = true;
     return std::nullopt;
   }
-  return events::AxesStopped{events::event_axis(config_.axes[failure->axis]), *failure, lost_limit(config_), {}};
+  return events::AxesStopped{events::event_axis(config_.axes[failure->axis]), *failure, lost_limit(config_), {}, {}};
 }
 
 std::optional<MotionFailure> JointMotion::motion_failure() const {

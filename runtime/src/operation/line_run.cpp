@@ -477,7 +477,11 @@ void LineRun::tell_progress() {
 
 void LineRun::make_watch() {
   auto listener = [this](EventFacts facts, Severity severity) {
+    using Cause = ecat_master::MotionFailure::Cause;
     if (auto* lost = std::get_if<events::CommunicationLost>(&facts)) lost->link = session_.no_link();
+    if (auto* stopped = std::get_if<events::AxesStopped>(&facts);
+        stopped != nullptr && stopped->failure.cause == Cause::kCommunication)
+      stopped->link = session_.no_link();
     note(std::move(facts), severity);
   };
   watch_ = std::make_unique<LineWatch>(master_, session_.ring(), motion_.get(), config_, session_.clock(),

@@ -32,6 +32,14 @@ void count(std::atomic<std::uint64_t>& counter) noexcept {
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
+/// Whether an instant of a slave's clock (SYNC0, SYNC1) has come that it has not lived through yet.
+bool instant_due(const slaves::Line& line, nanoseconds time) noexcept {
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line.slave(i).esc().clock().sync_due() <= time) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 LineServer::LineServer(slaves::Line& line, port::Port& primary, port::Port* secondary, rt::Clock& clock,
@@ -116,6 +124,9 @@ void LineServer::serve(const port::ReceivedFrame& frame, std::size_t port) noexc
   const auto length = std::min(frame.bytes.size(), buffer_.size());
   const auto answer = std::span(buffer_).first(std::max(length, wire::kMinFrameBytes));
   std::fill(std::copy_n(frame.bytes.begin(), length, answer.begin()), answer.end(), std::byte{0});
+  // A frame that passed slaves which are behind would reach them in their past: an instant of their clock that was
+  // before it would get its outputs, and the one behind it none. They are behind when this thread did not run.
+  if (frame.time > next_round_ + kIdleStep || instant_due(line_, frame.time)) line_.advance(frame.time);
   const auto passage = line_.pass(answer, frame.time, static_cast<slaves::MasterPort>(port));
   if (!passage) return;
   const auto exit = static_cast<std::size_t>(passage->exit);

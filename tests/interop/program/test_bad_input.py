@@ -1,5 +1,7 @@
 """Wrong usage and bad input: the exit status, one sentence, and nothing left behind."""
 import os
+import pathlib
+import re
 import resource
 import shutil
 import signal
@@ -338,6 +340,40 @@ class Hostile(ProgramTest):
         self.assertEqual((document["cycles"], document["state"], len(document["axes"])), (8000, "OP", 8))
         self.assertIn("full/c.pcapng", sentence)
         self.assertIn("No space left on device", sentence)
+
+    def test_files_for_which_a_full_disk_had_no_room_are_a_failure(self):
+        # It depends on the size what is the first that does not fit: CSV files, or one of the pictures.
+        if shutil.which("gnuplot") is None:
+            self.skipTest("pictures need gnuplot")
+        (self.directory / "full").mkdir()
+        first = set()
+        for size in (4, 40, 64, 96, 128, 160, 200, 4000):
+            made = f"mount -t tmpfs -o size={size}k none full"
+            if subprocess.run(["unshare", "-m", "sh", "-c", made], cwd=self.directory, capture_output=True,
+                              check=False).returncode != 0:
+                self.skipTest("no file system of its own here")
+            with self.subTest(size=size):
+                # What is there when the run has ended goes with the file system.
+                seen = f"seen{size}"
+                (self.directory / seen).mkdir()
+                keep = f'status=$?; for f in full/*; do cp "$f" {seen}/; done; exit $status'
+                self.prefix = ["unshare", "-m", "sh", "-c", f'{made} && "$0" "$@"; {keep}']
+                result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", "100ms", "--json",
+                                          "--no-telemetry", "--output", "full")
+                document = self.one_document(result.stdout)
+                self.assertEqual((document["cycles"], document["state"]), (800, "OP"))
+                pictures = [file for key, file in document["files"].items() if key.endswith("_plot")]
+                for file in document["files"].values():
+                    content = (self.directory / seen / pathlib.Path(file).name).read_bytes()
+                    self.assertEqual(content[-8:] if file in pictures else b"IEND\xaeB`\x82", b"IEND\xaeB`\x82", file)
+                self.assertEqual(result.returncode, 0 if len(pictures) == 3 else 1, result.stderr)
+                if result.returncode == 1:
+                    name = re.match(r"full/([a-z_]+\.[a-z]+): c(?:an|ould )not be written", document["faults"][0])
+                    self.assertTrue(name, document["faults"])
+                    first.add(name[1])
+                    self.assertEqual(result.stderr.splitlines()[-1], f"driveline run: {document['faults'][0]}")
+        self.assertIn("axes.csv", first)
+        self.assertTrue(any(name.endswith(".png") for name in first), first)
 
     def test_too_little_stack(self):
         self.prefix = ["sh", "-c", 'ulimit -s 64 && exec "$0" "$@"']

@@ -1,6 +1,7 @@
 """One side dies or is told to stop while the axes move; the other side notices and stops safely."""
 import os
 import signal
+import subprocess
 import unittest
 
 from program import AXES, DISTURBED, PATIENCE_S, WireTest, again_when, again_when_disturbed
@@ -21,6 +22,37 @@ class PulledPlug(WireTest):
         document = self.one_document(self.text("master.log.out"))
         self.assertTrue(any("communication lost" in fault for fault in document["faults"]), document["faults"])
         self.assertGreater(document["lost_frames"], 0)
+
+    def in_network(self, *command):
+        subprocess.run([*self.prefix, *command], check=True, timeout=PATIENCE_S)
+
+    def check_interface_named(self, act, sentence, config):
+        line = self.start_line(config)
+        master = self.start_master(config)
+        self.in_network("ip", "link", *act)
+        self.assertEqual(master.wait(PATIENCE_S), 1, self.logs())
+        # Whether the axes are stopped first, or the watch over the line is, depends on how busy the machine is.
+        reason = self.text("master.log").splitlines()[-1]
+        self.assertIn("communication lost: ", reason)
+        self.assertTrue(reason.endswith(sentence), reason)
+        document = self.one_document(self.text("master.log.out"))
+        self.assertTrue(any(fault.endswith(sentence) for fault in document["faults"]), document["faults"])
+        self.assertGreater(document["lost_frames"], 0)
+        self.kill(line)
+
+    @again_when("the master was away", "fault 0x8611")
+    def test_an_interface_that_goes_down_or_away_is_named_with_the_remedy(self):
+        # Axes of a path are stopped after 40 lost frames, long before the watch over the line gives up.
+        patient = self.with_patience(self.config)
+        try:
+            self.check_interface_named(["set", "dl-master", "down"],
+                                       "dl-master: no link: no cable, nothing switched on at its other end, or the interface is down "
+                                       "(ip link set dl-master up)", patient)
+            self.in_network("ip", "link", "set", "dl-master", "up")
+            self.check_interface_named(["del", "dl-master"], "dl-master: there is no such interface any more", patient)
+        finally:
+            self.in_network("sh", "-c", "ip link del dl-master 2>/dev/null; ip link add dl-master type veth peer name dl-line && "
+                                        "ip link set dl-master up && ip link set dl-line up")
 
     def read(self, position, index, kind):
         result = self.run_program("upload", "--iface", "dl-master", "-p", position, "-t", kind, index, 0, "--json")

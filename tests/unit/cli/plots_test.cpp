@@ -72,11 +72,11 @@ TEST_F(Plots, PicturesAreDrawn) {
   leave_csv_files();
   const auto pictures = draw_plots(directory, axes());
   ASSERT_TRUE(pictures) << pictures.error();
-  EXPECT_EQ(*pictures, (std::map<std::string, std::filesystem::path>{
-                           {"jitter_plot", directory / "jitter.png"},
-                           {"position_plot", directory / "positions.png"},
-                           {"following_error_plot", directory / "following_error.png"}}));
-  for (const auto& [key, picture] : *pictures) EXPECT_THAT(read(picture), IsPng()) << key;
+  EXPECT_EQ(pictures->pictures, (std::map<std::string, std::filesystem::path>{
+                                    {"jitter_plot", directory / "jitter.png"},
+                                    {"position_plot", directory / "positions.png"},
+                                    {"following_error_plot", directory / "following_error.png"}}));
+  for (const auto& [key, picture] : pictures->pictures) EXPECT_THAT(read(picture), IsPng()) << key;
   EXPECT_THAT(files(),
               ElementsAre("axes.csv", "following_error.png", "jitter.csv", "jitter.png", "plots.gp", "positions.png"));
 }
@@ -206,8 +206,8 @@ TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {
   leave_csv_files();
   const auto pictures = draw_plots(directory, {});
   ASSERT_TRUE(pictures) << pictures.error();
-  EXPECT_EQ(pictures->size(), 1U);
-  EXPECT_THAT(read(pictures->at("jitter_plot")), IsPng());
+  EXPECT_EQ(pictures->pictures.size(), 1U);
+  EXPECT_THAT(read(pictures->pictures.at("jitter_plot")), IsPng());
 }
 
 TEST_F(Plots, NamesAreTextsAndNoCommands) {
@@ -236,6 +236,33 @@ TEST_F(Plots, WarningsOfGnuplotAreNotTheUsers) {
   const auto pictures = draw_plots(directory, axes());
   EXPECT_EQ(testing::internal::GetCapturedStderr() + testing::internal::GetCapturedStdout(), "");
   EXPECT_TRUE(pictures);
+}
+
+TEST_F(Plots, APictureThatIsCutOffIsToldAndNotLeft) {
+  leave_csv_files();
+  // It says that all is well when the disk is full.
+  write(directory / "gnuplot",
+        "#!/bin/sh\nprintf 'many colours IEND\\256\\102\\140\\202' > jitter.png\nprintf half > positions.png\n");
+  std::filesystem::permissions(directory / "gnuplot", std::filesystem::perms::owner_all);
+  const ScopedEnvironment path("PATH", directory.string());
+  const auto drawing = draw_plots(directory, axes());
+  ASSERT_TRUE(drawing) << drawing.error();
+  EXPECT_EQ(drawing->pictures,
+            (std::map<std::string, std::filesystem::path>{{"jitter_plot", directory / "jitter.png"}}));
+  ASSERT_TRUE(drawing->problem);
+  EXPECT_THAT(runtime::describe(*drawing->problem),
+              testing::EndsWith(".png: could not be written to its end: the disk is full, or files may not get longer "
+                                "(ulimit -f)"));
+  EXPECT_FALSE(std::filesystem::exists(directory / "positions.png"));
+}
+
+TEST_F(Plots, AScriptThatCannotBeWrittenIsAProblem) {
+  const auto drawing = draw_plots(directory / "none", axes());
+  ASSERT_TRUE(drawing) << drawing.error();
+  EXPECT_TRUE(drawing->pictures.empty());
+  ASSERT_TRUE(drawing->problem);
+  EXPECT_EQ(runtime::describe(*drawing->problem),
+            (directory / "none" / "plots.gp").string() + ": cannot be written: No such file or directory");
 }
 
 TEST_F(Plots, FailingGnuplotIsQuoted) {

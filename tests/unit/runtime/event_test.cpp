@@ -127,6 +127,14 @@ TEST(Event, ALinkThatIsGoneIsTheReasonWhyNoFrameCameBack) {
   EXPECT_EQ(sentence({16, 0, "eth1: no link"}), "communication lost: no frame came back for 16 cycles; eth1: no link");
 }
 
+TEST(Event, ALinkThatIsGoneIsTheReasonWhyTheAxesOfAPathWereStopped) {
+  auto facts = stopped(slide("mm"), Cause::kCommunication);
+  EXPECT_EQ(sentence(facts), "communication lost: the axes exchange no valid process data; quick stop commanded");
+  facts.link = "eth1: no link";
+  EXPECT_EQ(sentence(facts),
+            "communication lost: the axes exchange no valid process data; quick stop commanded; eth1: no link");
+}
+
 TEST(Event, TheFailureOfARunIsItsFirstAndFaultsThatDoNotEndItAreNone) {
   RunReport report;
   report.events.push_back({events::CommunicationLost{100, 0, {}}, Severity::kFault, milliseconds{100}});

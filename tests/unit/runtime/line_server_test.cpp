@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <deque>
 
 #include "driveline/slaves/msd/msd_drive.hpp"
@@ -52,6 +53,25 @@ Frame brd(std::size_t length = 2, std::uint8_t index = 0) {
   builder.add(wire::Command::kBrd, index, wire::DatagramAddress::physical(0, 0x0130), length);
   const auto frame = builder.finish();
   return {frame.begin(), frame.end()};
+}
+
+/// To the first slave; reads when there is nothing to write.
+Frame access(std::uint16_t address, std::size_t length, std::span<const std::byte> write = {}) {
+  Frame buffer(port::kMaxFrameBytes);
+  wire::FrameBuilder builder(buffer, {});
+  const auto command = write.empty() ? wire::Command::kAprd : wire::Command::kApwr;
+  const auto place = builder.add(command, 0, wire::DatagramAddress::physical(0, address), length);
+  std::copy(write.begin(), write.end(), builder.data(*place).begin());
+  const auto frame = builder.finish();
+  return {frame.begin(), frame.end()};
+}
+
+/// What a frame with one datagram has brought back.
+std::uint64_t value_in(const Frame& frame) {
+  std::uint64_t value = 0;
+  const auto data = wire::DatagramCursor::open(frame)->next()->data;
+  for (std::size_t i = data.size(); i-- > 0;) value = value << 8U | std::to_integer<std::uint64_t>(data[i]);
+  return value;
 }
 
 std::uint16_t working_counter(const Frame& frame) {
@@ -225,6 +245,41 @@ TEST_F(LineServerTest, SlavesLiveOnWithoutFrames) {
   EXPECT_FALSE(line->slave(0).powered());
   const auto told = changes();
   ASSERT_EQ(told.size(), 1U);
+}
+
+/// The thread was kept from its processor when the frame came.
+TEST_F(LineServerTest, AFrameMeetsSlavesThatAreNotBehindIt) {
+  serve(1);
+  ASSERT_TRUE(line->inject({.kind = FaultKind::kSlowTransition, .slave = 0, .time = 20ms}));
+  primary.incoming.push_back(access(0x0120, 2, std::array{std::byte{2}, std::byte{0}}));
+  run(1ms);
+  clock.advance(50ms);
+  primary.incoming.push_back(access(0x0130, 2));
+  server->turn();
+  ASSERT_EQ(primary.sent.size(), 2U);
+  EXPECT_EQ(value_in(primary.sent[1]), 0x0011U) << "INIT and an error, for 30 ms";
+}
+
+/// Outputs that came behind SYNC0 are not those of this SYNC0, however soon behind it.
+TEST_F(LineServerTest, AFrameBehindSync0ComesBehindIt) {
+  serve(1);
+  run(1ms);
+  const auto reply = [this](Frame frame) {
+    primary.incoming.push_back(std::move(frame));
+    server->turn();
+    return value_in(primary.sent.back());
+  };
+  const auto write = [&reply](std::uint16_t address, std::uint64_t value, std::size_t length) {
+    const auto bytes = wire::to_le_bytes(value);
+    static_cast<void>(reply(access(address, length, std::span(bytes).first(length))));
+  };
+  const auto now = reply(access(0x0910, 8));
+  write(0x09A0, 1'000'000, 4);     // cycle of SYNC0
+  write(0x0990, now + 30'000, 8);  // its begin
+  write(0x0981, 0x03, 1);          // on
+  EXPECT_EQ(reply(access(0x0984, 1)), 0x01U) << "the first pulse is to come";
+  clock.advance(40us);
+  EXPECT_EQ(reply(access(0x0984, 1)), 0x00U) << "it has come";
 }
 
 TEST_F(LineServerTest, AStateChangeTakesItsTimeWhileNobodyAsks) {

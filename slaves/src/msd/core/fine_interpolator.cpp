@@ -5,6 +5,16 @@
 #include <numbers>
 
 namespace driveline::slaves::msd {
+namespace {
+
+/// Change of a steady rise from period to period at most, in what the rate limit allows: controllers have larger
+/// limits.
+constexpr double kSteady = 2.0;
+/// Rise, in such changes, from which on two rises are no acceleration: twice the rise less 1 and 2 changes is more than
+/// the rise and one.
+constexpr double kFast = 4.0;
+
+}  // namespace
 
 void FineInterpolator::configure(Method method, std::uint32_t steps, double step_s) noexcept {
   const std::uint32_t count = std::max(steps, 1U);
@@ -62,7 +72,34 @@ bool FineInterpolator::makes_up() const noexcept {
   return made_up_ < bridged_ && method_ != Method::kNone && method_ != Method::kCosine;
 }
 
-void FineInterpolator::take_sample(double sample) noexcept {
+/// How many samples have come when this one does, which is on time: more than one when others were written over before
+/// they were taken, because frames come at about the instant at which they are taken, some just before and some just
+/// behind it. It is as far away as that many rises like those before, which were steady, and no acceleration makes one
+/// rise of it.
+std::uint32_t FineInterpolator::samples_in(double rise) const noexcept {
+  const double change = kSteady * stop_rate_ * period_s() * period_s();
+  const double last = samples_[0] - samples_[1];
+  const double before = samples_[1] - samples_[2];
+  if (!(std::abs(last) > kFast * change) || std::abs(last - before) > change) return 1;
+  const double count = std::round(rise / last);
+  const bool possible =
+      count >= 2.0 && count <= bridged_ && std::abs(rise - count * last) <= 0.5 * count * (count + 1.0) * change;
+  return possible ? static_cast<std::uint32_t>(count) : 1;
+}
+
+/// True: with others before it that nobody has seen.
+bool FineInterpolator::take_on_time(double sample) noexcept {
+  const double rise = sample - last_sample_;
+  const auto count = samples_in(rise);
+  if (count == 1) {
+    samples_ = {sample, samples_[0], samples_[1]};
+    return false;
+  }
+  samples_ = {sample, sample - rise / count, sample - 2.0 * rise / count};
+  return true;
+}
+
+void FineInterpolator::take_late(double sample) noexcept {
   // Late by up to half a period: it replaces the last extrapolated sample.
   const bool replaces = made_up_ > 0 && elapsed_ <= steps_ / 2;
   const std::uint32_t periods = made_up_ + elapsed_ / steps_;
@@ -74,16 +111,20 @@ void FineInterpolator::take_sample(double sample) noexcept {
   } else {
     samples_ = {sample, samples_[0], samples_[1]};
   }
-  last_sample_ = sample;
-  made_up_ = 0;
 }
 
 void FineInterpolator::push(double sample, double velocity) noexcept {
   const bool late = made_up_ > 0 || elapsed_ > steps_;
   // The sample after a late one seems early when it comes in time, and has one before it that was made up.
-  const bool off_time = late || late_;
+  bool off_time = late || late_;
   late_ = late;
-  take_sample(sample);
+  if (late) {
+    take_late(sample);
+  } else if (take_on_time(sample)) {
+    off_time = true;
+  }
+  last_sample_ = sample;
+  made_up_ = 0;
   elapsed_ = 0;
   if (off_time && leaps()) begin_pursuit();
   start_segment(velocity);

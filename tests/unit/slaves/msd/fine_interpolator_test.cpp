@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -257,6 +258,65 @@ TEST(FineInterpolator, EarlyAndLateSamplesCauseNoJump) {
         last = f.value();
       }
       ASSERT_NEAR(f.value(), k, 3.0);
+    }
+  }
+}
+
+/// Frames that come at about the instant at which samples are taken: just behind it for a long time, so that all seem
+/// to be on time, and now and then just before it. That one is written over the one before, and none comes in the next
+/// period.
+TEST(FineInterpolator, SamplesThatAreWrittenOverAreNoLeap) {
+  constexpr int kSpeed = 130;
+  constexpr int kRate = 2500;
+  constexpr std::uint16_t kBridged = 8;
+  for (const auto method : kSmooth) {
+    for (const std::uint32_t steps : {4U, 8U, 16U}) {
+      for (int late = 1; late <= 3; ++late) {
+        SCOPED_TRACE(testing::Message() << steps << " steps, " << late << " periods late");
+        const double period = steps * kStep;
+        FineInterpolator f;
+        f.configure(method, steps, kStep);
+        f.set_limits(kBridged, kRate, 600.0);
+        f.reset(0.0, kSpeed);
+        int taken = -1;
+        double speed = kSpeed;
+        for (int now = 0; now < 5000; ++now) {
+          // Each 997th one is on time.
+          const int newest = now < 20 || now % 997 == 0 ? now : std::max(taken, now - late);
+          if (newest > taken) f.push((newest + f.periods_ahead()) * kSpeed * period);
+          taken = newest;
+          for (std::uint32_t step = 0; step < steps; ++step) {
+            f.step();
+            ASSERT_LE(std::abs(f.velocity() - speed), 1.001 * kRate * kStep) << "period " << now;
+            speed = f.velocity();
+          }
+          const double ideal = (now + 1) * kSpeed * period;
+          ASSERT_NEAR(f.value(), ideal, (late + 0.5) * kSpeed * period) << "period " << now;
+        }
+      }
+    }
+  }
+}
+
+/// What a controller asks for itself is followed as it is: leaps, and accelerations up to twice the rate limit.
+TEST(FineInterpolator, SamplesOnTimeAreFollowedHoweverTheyLeap) {
+  constexpr double kRate = 2500.0;
+  auto f = make_interpolator(Method::kLinear);
+  f.set_limits(8, kRate);
+  const auto follows = [&f](double sample) {
+    f.push(sample);
+    run(f);
+    EXPECT_NEAR(f.value(), sample, 1e-12);
+  };
+  for (const double sample : {0.0, 0.1, 0.3, 0.6, 1.0, 1.25, 1.5, 1.5, 2.0, 2.0, 2.0}) follows(sample);
+  for (const double share : {0.5, 1.0, 1.4, 2.0}) {
+    double sample = 2.0;
+    f.reset(sample, 0.0);
+    double rise = 0.0;
+    for (int i = 0; i < 30; ++i) {
+      rise += share * kRate * kPeriod * kPeriod;
+      sample += rise;
+      follows(sample);
     }
   }
 }

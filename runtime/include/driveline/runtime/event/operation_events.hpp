@@ -113,6 +113,7 @@ struct AxesStopped {
   LostLimit limit;                     ///< of an absence of the master
   /// Absence of the master just before, which explains a fault of the axis; none: there was none.
   std::optional<ecat_master::MasterAbsence> after{};
+  std::string link{};  ///< what is wrong with the link when no process data were exchanged; empty: nothing
 };
 
 }  // namespace driveline::runtime::events

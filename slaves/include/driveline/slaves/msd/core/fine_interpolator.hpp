@@ -13,13 +13,14 @@ namespace driveline::slaves::msd {
 ///
 /// Each new sample starts a segment at the present output, so the output does not jump when samples come early or late.
 /// A sample that is missing is made up for by the straight line through the two before, for as many periods as
-/// set_limits() says; then the output slows down to a standstill. When samples return and the output could meet their
-/// curve only with a jump in speed, it approaches the curve within its rate limit (all ours). Delay against the
-/// samples: kNone 0, kLinear, kExternal and kCosine 1, the splines 2 periods. Which curve the real drive calls "cubic
-/// spline" is not described; here it passes through the samples with central-difference slopes, while the approximation
-/// is the uniform cubic B-spline of the samples (continuous acceleration, does not pass through them). With external
-/// feed-forward the curve is a cubic that has the samples and the speeds sent with them at its ends; the cosine goes
-/// from sample to sample in half a period of a cosine, standing still at each (both: names of the manual, curves ours).
+/// set_limits() says; then the output slows down to a standstill. Samples that were written over before they were taken
+/// are put between. When samples return, or some were written over, and the output could meet their curve only with a
+/// jump in speed, it approaches the curve within its rate limit (all ours). Delay against the samples: kNone 0,
+/// kLinear, kExternal and kCosine 1, the splines 2 periods. Which curve the real drive calls "cubic spline" is not
+/// described; here it passes through the samples with central-difference slopes, while the approximation is the uniform
+/// cubic B-spline of the samples (continuous acceleration, does not pass through them). With external feed-forward the
+/// curve is a cubic that has the samples and the speeds sent with them at its ends; the cosine goes from sample to
+/// sample in half a period of a cosine, standing still at each (both: names of the manual, curves ours).
 class FineInterpolator {
  public:
   /// Numbers as in P 370.
@@ -59,7 +60,9 @@ class FineInterpolator {
   void step_cosine(double t) noexcept;
   void start_cubic(double end, double end_velocity) noexcept;
   void start_segment(double velocity) noexcept;
-  void take_sample(double sample) noexcept;
+  [[nodiscard]] std::uint32_t samples_in(double rise) const noexcept;
+  [[nodiscard]] bool take_on_time(double sample) noexcept;
+  void take_late(double sample) noexcept;
   [[nodiscard]] bool leaps() const noexcept;
   void begin_pursuit() noexcept;
   [[nodiscard]] bool makes_up() const noexcept;
