@@ -143,10 +143,21 @@ void ContourPlanner::plan(const ShapedPiece& shaped) {
   plan_events(shaped, begin, length);
   if (length <= 0) return;
   shaped_end_ += length;
-  pieces_.push_back({begin, shaped_end_, shaped.piece, shaped.move});
+  put_piece({begin, shaped_end_, shaped.piece, shaped.move});
   const auto number = planned_pieces_++;
   plan_stretches(shaped, {begin, shaped_end_, kNoLimit, 0.0, shaped.feed, shaped.stops, number, number, first_event,
                           planned_events_});
+}
+
+/// Known to the cycle at once, if there is room: no stretch refers to it yet.
+void ContourPlanner::put_piece(const ContourTrack::Piece& piece) {
+  const auto end = track_.pieces_end_.load(std::memory_order_relaxed);
+  if (!pieces_.empty() || end - track_.pieces_begin_.load(std::memory_order_acquire) > track_.mask_) {
+    pieces_.push_back(piece);
+    return;
+  }
+  track_.piece(end) = piece;
+  track_.pieces_end_.store(end + 1, std::memory_order_release);
 }
 
 void ContourPlanner::plan_events(const ShapedPiece& shaped, PathTicks begin, PathTicks length) {
@@ -177,7 +188,7 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
     constexpr double kShortTurn = 0.25;
     constexpr double kMostStretches = 64.0;
     const double by_time = length / (0.5 * smoothing_s_ * box_of_whole.top);
-    const double by_turn = length * norm(shaped.piece.at(0.0).second) / kShortTurn;
+    const double by_turn = shaped.piece.is_flat() ? 0.0 : length * norm(shaped.piece.at(0.0).second) / kShortTurn;
     count = static_cast<int>(std::ceil(std::clamp(std::max(by_turn, std::min(by_time, 16.0)), 1.0, kMostStretches)));
   }
   Stretch part = whole;
@@ -241,28 +252,20 @@ void ContourPlanner::append(const Stretch& stretch) {
 void ContourPlanner::append_gathered(const Stretch& gathered) {
   Stretch stretch = gathered;
   stretch.top = std::min(stretch.top, top_for_room(stretch));
-  lower_behind(stretch);
-  append_lowered(stretch);
   const double period_s = settings_.period_s;
-  const auto add_reach = [&](std::vector<Reach>& reaches, double seconds, double value) {
-    const PathTicks until = stretch.end + to_ticks(stretch.top * seconds);
-    std::erase_if(reaches, [&](const Reach& each) {
-      return each.until <= stretch.end || (each.until <= until && each.value >= value);
-    });
-    const bool covered = std::any_of(reaches.begin(), reaches.end(),
-                                     [&](const Reach& each) { return each.until >= until && each.value <= value; });
-    if (!covered) reaches.push_back({until, value});
-  };
+  const PathTicks near = to_ticks(stretch.top * (0.5 * smoothing_s_ + period_s));
+  const PathTicks far = to_ticks(stretch.top * (smoothing_s_ + 2.0 * period_s));
+  tops_.lower(stretch.begin - near, stretch.end + near, stretch.top);
+  accelerations_.lower(stretch.begin - far, stretch.end + far, stretch.acceleration);
+  open_.push_back(stretch);
   if (stretch.stops) {
     // The axes stand here until the mean has arrived as well.
+    settle(std::numeric_limits<PathTicks>::max());
     tops_.clear();
     accelerations_.clear();
-    settle(std::numeric_limits<PathTicks>::max());
     early_end_.reset();
     return;
   }
-  add_reach(tops_, 0.5 * smoothing_s_ + period_s, stretch.top);
-  add_reach(accelerations_, smoothing_s_ + 2.0 * period_s, stretch.acceleration);
   settle(stretch.end - to_ticks(top_speed_ * (smoothing_s_ + 2.0 * period_s)));
   settle_beyond_room();
 }
@@ -285,83 +288,6 @@ double ContourPlanner::top_for_room(const Stretch& stretch) const noexcept {
   return open * kPathTick / (smoothing_s_ + 2.0 * settings_.period_s);
 }
 
-void ContourPlanner::lower_behind(const Stretch& by) {
-  const PathTicks top_from = by.begin - to_ticks(by.top * (0.5 * smoothing_s_ + settings_.period_s));
-  const PathTicks acceleration_from = by.begin - to_ticks(by.top * (smoothing_s_ + 2.0 * settings_.period_s));
-  // Most stretches are like the one before, and lower nothing.
-  std::size_t first = open_.size();
-  for (std::size_t i = open_.size(); i-- > 0 && open_[i].end > acceleration_from;) {
-    const bool is_above = open_[i].acceleration > by.acceleration || (open_[i].end > top_from && open_[i].top > by.top);
-    if (is_above) first = i;
-  }
-  lowered_.clear();
-  while (open_.size() > first) {
-    lowered_.push_back(open_.back());
-    open_.pop_back();
-  }
-  for (std::size_t i = lowered_.size(); i-- > 0;) {
-    const Stretch& whole = lowered_[i];
-    PathTicks from = whole.begin;
-    for (const PathTicks to : {acceleration_from, top_from, whole.end}) {
-      if (to <= from) continue;
-      Stretch part = whole;
-      part.begin = from;
-      part.end = std::min(to, whole.end);
-      part.stops = whole.stops && part.end == whole.end;
-      if (from >= acceleration_from) part.acceleration = std::min(part.acceleration, by.acceleration);
-      if (from >= top_from) part.top = std::min(part.top, by.top);
-      put(part);
-      from = part.end;
-      if (from == whole.end) break;
-    }
-  }
-}
-
-/// At the end of those that may still be lowered. Equal ones become one: many short pieces with the same limits.
-void ContourPlanner::put(const Stretch& stretch) {
-  if (!open_.empty() && may_be_one(open_.back(), stretch) && open_.back().top == stretch.top &&
-      open_.back().acceleration == stretch.acceleration && open_.back().feed == stretch.feed) {
-    open_.back().end = stretch.end;
-    open_.back().last_piece = stretch.last_piece;
-    open_.back().last_event = stretch.last_event;
-    open_.back().stops = stretch.stops;
-    return;
-  }
-  open_.push_back(stretch);
-}
-
-/// Appends, in parts if need be, what the limits before it leave.
-void ContourPlanner::append_lowered(Stretch stretch) {
-  const auto next_cut = [](const std::vector<Reach>& reaches, PathTicks from, double above) {
-    PathTicks cut = std::numeric_limits<PathTicks>::max();
-    for (const auto& each : reaches) {
-      if (each.until > from && each.value < above) cut = std::min(cut, each.until);
-    }
-    return cut;
-  };
-  const auto lowest = [](const std::vector<Reach>& reaches, PathTicks from, double value) {
-    for (const auto& each : reaches) {
-      if (each.until > from) value = std::min(value, each.value);
-    }
-    return value;
-  };
-  while (true) {
-    const PathTicks cut = std::min(next_cut(tops_, stretch.begin, stretch.top),
-                                   next_cut(accelerations_, stretch.begin, stretch.acceleration));
-    Stretch part = stretch;
-    part.top = lowest(tops_, stretch.begin, stretch.top);
-    part.acceleration = lowest(accelerations_, stretch.begin, stretch.acceleration);
-    if (cut >= stretch.end) {
-      put(part);
-      return;
-    }
-    part.end = cut;
-    part.stops = false;
-    put(part);
-    stretch.begin = cut;
-  }
-}
-
 /// What ends before `until` is not lowered any more.
 void ContourPlanner::settle(PathTicks until) {
   while (!open_.empty() && open_.front().end <= until) {
@@ -376,15 +302,22 @@ bool ContourPlanner::may_be_one(const Stretch& last, const Stretch& stretch) con
          stretch.last_event - last.first_event < settings_.capacity / kEventsInRoom;
 }
 
-/// Makes one of two stretches if they are equal, or short.
+/// Makes one of two stretches if they are equal, or short, or if one of them could do more but is soon over: the limits
+/// of the other reach as far anyway. Half a nanometre of a line between two blends is such a one.
 bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept {
   if (!may_be_one(last, stretch)) return false;
-  const bool is_same =
-      last.top == stretch.top && last.acceleration == stretch.acceleration && last.feed == stretch.feed;
+  const bool same_feed = last.feed == stretch.feed;
+  const bool is_same = same_feed && last.top == stretch.top && last.acceleration == stretch.acceleration;
   const double lower = std::min(last.top, stretch.top);
-  const bool is_short =
-      static_cast<double>(stretch.end - last.begin) * kPathTick <= kShortestStretch * lower * smoothing_s_;
-  if (!is_same && !is_short) return false;
+  const auto shortest = static_cast<PathTicks>(kShortestStretch * lower * smoothing_s_ / kPathTick);
+  const bool is_short = stretch.end - last.begin <= shortest;
+  const bool last_is_spare = same_feed && last.end - last.begin <= shortest && last.top >= stretch.top &&
+                             last.acceleration >= stretch.acceleration;
+  const PathTicks spare = last.spare + (stretch.end - stretch.begin);
+  const bool is_spare =
+      same_feed && spare <= shortest && stretch.top >= last.top && stretch.acceleration >= last.acceleration;
+  if (!is_same && !is_short && !last_is_spare && !is_spare) return false;
+  last.spare = is_spare && !is_same ? spare : 0;
   last.end = stretch.end;
   last.last_piece = stretch.last_piece;
   last.last_event = stretch.last_event;
@@ -395,8 +328,20 @@ bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept
   return true;
 }
 
-void ContourPlanner::settle_one(const Stretch& stretch) {
-  if (settled_.empty() || !merge(settled_.back(), stretch)) settled_.push_back(stretch);
+/// In parts, with what it and its surroundings leave.
+void ContourPlanner::settle_one(const Stretch& whole) {
+  Stretch part = whole;
+  while (true) {
+    tops_.forget(part.begin);
+    accelerations_.forget(part.begin);
+    part.top = tops_.value();
+    part.acceleration = accelerations_.value();
+    part.end = std::min({whole.end, tops_.end(), accelerations_.end()});
+    part.stops = whole.stops && part.end == whole.end;
+    if (settled_.empty() || !merge(settled_.back(), part)) settled_.push_back(part);
+    if (part.end == whole.end) return;
+    part.begin = part.end;
+  }
 }
 
 bool ContourPlanner::flush() {

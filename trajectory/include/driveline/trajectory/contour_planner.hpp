@@ -12,6 +12,7 @@
 #include "driveline/trajectory/contour_track.hpp"
 #include "driveline/trajectory/path_check.hpp"
 #include "driveline/trajectory/path_shaper.hpp"
+#include "driveline/trajectory/stepped_limit.hpp"
 
 namespace driveline::trajectory {
 
@@ -52,11 +53,7 @@ class ContourPlanner {
     /// So many events are before it, and before its end.
     std::uint64_t first_event;
     std::uint64_t last_event;
-  };
-  /// A limit that goes on behind its place.
-  struct Reach {
-    PathTicks until;
-    double value;
+    PathTicks spare = 0;  ///< so much at its end could do more
   };
   /// Limits at which every axis keeps its own on a stretch of a piece.
   struct Box {
@@ -86,18 +83,16 @@ class ContourPlanner {
   [[nodiscard]] double top_for_short_pieces(double length) noexcept;
   void append(const Stretch& stretch);
   void append_gathered(const Stretch& gathered);
-  void lower_behind(const Stretch& by);
-  void put(const Stretch& stretch);
-  void append_lowered(Stretch stretch);
   void settle(PathTicks until);
   void settle_beyond_room();
   [[nodiscard]] double top_for_room(const Stretch& stretch) const noexcept;
   [[nodiscard]] bool may_be_one(const Stretch& last, const Stretch& stretch) const noexcept;
-  void settle_one(const Stretch& stretch);
+  void settle_one(const Stretch& whole);
   bool merge(Stretch& last, const Stretch& stretch) const noexcept;
   bool publish_pieces();
   bool publish_cells();
   bool publish_events(PathTicks until);
+  void put_piece(const ContourTrack::Piece& piece);
   void plan_events(const ShapedPiece& shaped, PathTicks begin, PathTicks length);
   void raise_speeds(std::uint64_t first_new, std::uint64_t end);
 
@@ -110,14 +105,13 @@ class ContourPlanner {
   std::vector<ShapedPiece> shaped_;
   PathTicks shaped_end_ = 0;
   std::uint64_t planned_pieces_ = 0;
-  std::deque<ContourTrack::Piece> pieces_;  ///< to be published
+  std::deque<ContourTrack::Piece> pieces_;  ///< to be published, when there is room
   std::deque<ContourTrack::Event> events_;  ///< the same
   std::uint64_t planned_events_ = 0;
   std::optional<Stretch> gathered_;     ///< short ones, which may still become one with the next
-  std::vector<Stretch> lowered_;        ///< while it is being lowered
-  std::deque<Stretch> open_;            ///< to be lowered, maybe
-  std::vector<Reach> tops_;             ///< that reach beyond the end of open_, lowest first
-  std::vector<Reach> accelerations_;    ///< the same
+  std::deque<Stretch> open_;            ///< to be lowered, maybe, with their own limits
+  SteppedLimit tops_;                   ///< with their surroundings, from open_ on
+  SteppedLimit accelerations_;          ///< the same
   std::deque<Stretch> settled_;         ///< to be published
   std::optional<PathTicks> early_end_;  ///< what ends here could have been lowered, but the room was needed
   std::vector<double> lengths_;         ///< of the last pieces, a ring
