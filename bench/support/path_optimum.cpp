@@ -302,9 +302,10 @@ bool improve(const Problem& problem, std::vector<double>& x, const ContourSettin
   constexpr double kNothing = 1e-2;
   if (!(decrement > kNothing)) return false;
   std::vector<double> tried(x.size());
-  constexpr double kShortest = 1e-6;
+  constexpr int kHalvings = 20;
   constexpr double kArmijo = 1e-3;
-  for (double share = 1.0; share > kShortest; share *= 0.5) {
+  for (int halving = 0; halving < kHalvings; ++halving) {
+    const double share = std::ldexp(1.0, -halving);
     for (std::size_t k = 0; k < x.size(); ++k) tried[k] = x[k] + share * system.right[k];
     const double next = cost_of(problem, tried, settings, weight);
     if (!(next < cost - kArmijo * share * decrement)) continue;
@@ -344,10 +345,11 @@ double achieved_on(Pieces pieces, const ContourSettings& settings, int fineness)
   }
   std::fill(x.begin(), x.end(), most);
   constexpr double kFirstWeight = 1e2;
-  constexpr double kLastWeight = 3e8;
   constexpr double kGrowth = 6.0;
+  constexpr int kRounds = 9;
   constexpr int kMostSteps = 25;
-  for (double weight = kFirstWeight; weight < kLastWeight; weight *= kGrowth) {
+  double weight = kFirstWeight;
+  for (int round = 0; round < kRounds; ++round, weight *= kGrowth) {
     double cost = cost_of(problem, x, settings, weight);
     for (int step = 0; step < kMostSteps && improve(problem, x, settings, weight, cost); ++step) {
     }

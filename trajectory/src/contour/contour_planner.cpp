@@ -26,8 +26,8 @@ constexpr double kShortestStretch = 1.0 / 16.0;
 /// quarter, and the rest of a stretch) the room is never taken by pieces that wait for their stretch.
 constexpr std::uint64_t kStretchesInRoom = 16;
 constexpr std::uint64_t kOpenInRoom = 4;
-/// Stretches of one piece, where more of them make for a better speed.
-constexpr std::uint64_t kByTimeInRoom = 64;
+/// Of the capacity: stretches of one piece at most, where more of them make for a better speed.
+constexpr double kByTimeInRoom = 1.0 / 64.0;
 /// The same for the outputs and dwells on a stretch, which reach the cycle before it: with those of a move.
 constexpr std::uint64_t kEventsInRoom = 2;
 
@@ -206,7 +206,7 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
     // Pieces that last longer than the averaging are worth a closer look; and bounds of arcs want short stretches.
     constexpr double kShortTurn = 0.25;
     constexpr double kMostStretches = 64.0;
-    const double most_by_time = std::clamp(static_cast<double>(settings_.capacity / kByTimeInRoom), 16.0, 128.0);
+    const double most_by_time = std::clamp(kByTimeInRoom * static_cast<double>(settings_.capacity), 16.0, 128.0);
     const double by_time = length / (0.25 * smoothing_s_ * bend_of_whole.top);
     const double by_turn = shaped.piece.is_flat() ? 0.0 : length * norm(shaped.piece.at(0.0).second) / kShortTurn;
     count = static_cast<int>(
