@@ -1,9 +1,7 @@
 // Motion along geometric paths: how fast is the look-ahead, what does the cycle's part take, and how much longer than
 // necessary is a motion?
-#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -13,7 +11,10 @@
 #include "driveline/trajectory/contour_follower.hpp"
 #include "driveline/trajectory/contour_planner.hpp"
 #include "driveline/trajectory/delta_kinematics.hpp"
+#include "driveline/trajectory/scara_kinematics.hpp"
 #include "support/options.hpp"
+#include "support/path_optimum.hpp"
+#include "support/reference_paths.hpp"
 #include "support/report.hpp"
 #include "support/stopwatch.hpp"
 
@@ -22,29 +23,11 @@ namespace {
 using namespace driveline::bench;
 using namespace driveline::trajectory;
 
-constexpr double kFast = 1e9;
-
 ContourSettings settings_of(std::size_t axes) {
   ContourSettings settings;
   settings.axes = axes;
   for (std::size_t i = 0; i < axes; ++i) settings.limits[i] = {1.0, 10.0, 1000.0};
   return settings;
-}
-
-PathMove line_to(const GroupVector& target, double tolerance) {
-  PathMove move;
-  move.target = target;
-  move.feed = kFast;
-  move.tolerance = tolerance;
-  return move;
-}
-
-PathMove arc_to(const GroupVector& target, double center_x, double center_y, double tolerance) {
-  PathMove move = line_to(target, tolerance);
-  move.kind = PathMove::Kind::kArc;
-  move.center[0] = center_x;
-  move.center[1] = center_y;
-  return move;
 }
 
 void must(const tl::expected<void, PathMoveError>& added) {
@@ -80,20 +63,25 @@ void measure_look_ahead(Report& report, const Options& options) {
   report.add({"short_segments_3_axes", "cost_per_segment", "ns", summarize(std::move(costs)), kAim});
 }
 
-/// Picks and places of a delta: the cycle's part with the inverse of its kinematics, and what a move costs the planner.
-void measure_delta(Report& report, const Options& options) {
-  const RotaryDeltaKinematics delta({0.2, 0.045, 0.25, 0.6});
+/// A machine with kinematics that goes from place to place and round again.
+struct Machine {
+  std::string name;
+  const Kinematics& kinematics;
+  GroupAxisLimits joints;
+  double tool_velocity;
+  std::vector<PathMove> round;  ///< ends where it begins
+};
+
+/// The cycle's part with the inverse of the kinematics, and what a move costs the planner.
+void measure_machine(Report& report, const Options& options, const Machine& machine) {
   ContourSettings settings;
-  settings.axes = 3;
-  settings.kinematics = &delta;
-  settings.tool.max_velocity = 6.0;
-  for (std::size_t i = 0; i < settings.axes; ++i) settings.limits[i] = {15.0, 400.0, 40'000.0};
-  ContourTrack track(settings, {0.0, 0.0, -0.56});
+  settings.axes = machine.kinematics.joints().size();
+  settings.kinematics = &machine.kinematics;
+  settings.tool.max_velocity = machine.tool_velocity;
+  for (std::size_t i = 0; i < settings.axes; ++i) settings.limits[i] = machine.joints;
+  ContourTrack track(settings, machine.round.back().target);
   ContourPlanner planner(track);
   ContourFollower follower(track);
-  constexpr double kTolerance = 0.015;
-  const std::vector<GroupVector> places{{-0.15, 0.0, -0.62}, {-0.15, 0.0, -0.58}, {0.15, 0.0, -0.58},
-                                        {0.15, 0.0, -0.62},  {0.15, 0.0, -0.58},  {-0.15, 0.0, -0.58}};
   std::vector<double> costs;
   std::vector<double> planning;
   const double reading = reading_cost_ns();
@@ -101,9 +89,9 @@ void measure_delta(Report& report, const Options& options) {
   std::size_t next = 0;
   for (int cycle = 0; cycle < count; ++cycle) {
     while (cycle % 64 == 0 && planner.flush()) {
-      const auto& to = places[next++ % places.size()];
+      const auto& move = machine.round[next++ % machine.round.size()];
       const double begin = now_ns();
-      must(planner.add(line_to(to, to[2] < -0.6 ? 0.0 : kTolerance)));
+      must(planner.add(move));
       planning.push_back(now_ns() - begin);
     }
     const double begin = now_ns();
@@ -113,8 +101,31 @@ void measure_delta(Report& report, const Options& options) {
     if (!setpoint.at_rest) costs.push_back(cost);
   }
   constexpr double kAim = 2000.0;
-  report.add({"cycle_delta", "cost_per_cycle", "ns", summarize(std::move(costs)), kAim, {}, kAim});
-  report.add({"moves_of_a_delta", "cost_per_move", "ns", summarize(std::move(planning))});
+  report.add({"cycle_" + machine.name, "cost_per_cycle", "ns", summarize(std::move(costs)), kAim, {}, kAim});
+  report.add({"moves_of_a_" + machine.name, "cost_per_move", "ns", summarize(std::move(planning))});
+}
+
+/// Picks and places of a delta and a SCARA.
+void measure_machines(Report& report, const Options& options) {
+  constexpr double kTolerance = 0.015;
+  const RotaryDeltaKinematics delta({0.2, 0.045, 0.25, 0.6});
+  measure_machine(report, options,
+                  {"delta",
+                   delta,
+                   {15.0, 400.0, 40'000.0},
+                   6.0,
+                   {line_to({-0.15, 0.0, -0.62}, 0.0), line_to({-0.15, 0.0, -0.58}, kTolerance),
+                    line_to({0.15, 0.0, -0.58}, kTolerance), line_to({0.15, 0.0, -0.62}, 0.0),
+                    line_to({0.15, 0.0, -0.58}, kTolerance), line_to({-0.15, 0.0, -0.58}, kTolerance)}});
+  const ScaraKinematics scara({0.35, 0.25, true});
+  measure_machine(report, options,
+                  {"scara",
+                   scara,
+                   {10.0, 100.0, 10'000.0},
+                   4.0,
+                   {line_to({0.4, -0.15, -0.1, 0.0}, 0.0), line_to({0.4, -0.15, 0.0, 0.0}, kTolerance),
+                    line_to({0.35, 0.2, 0.0, 0.5}, kTolerance), line_to({0.35, 0.2, -0.1, 0.5}, 0.0),
+                    line_to({0.35, 0.2, 0.0, 0.5}, kTolerance), line_to({0.4, -0.15, 0.0, 0.0}, kTolerance)}});
 }
 
 /// A path of a group of six with lines, arcs and blends, and an operator who does not let go of the knobs.
@@ -148,158 +159,7 @@ void measure_cycle(Report& report, const Options& options) {
   report.add({"cycle_6_axes", "cost_per_cycle", "ns", summarize(std::move(costs)), kAim, {}, kAim});
 }
 
-struct Reference {
-  std::string name;
-  GroupVector start{};
-  std::vector<PathMove> moves;
-};
-
-Reference polygon(int corners, double side, double tolerance) {
-  Reference path{fmt::format("polygon of {} corners", corners), {}, {}};
-  GroupVector at{};
-  for (int k = 0; k < corners; ++k) {
-    const double heading = 2.0 * std::numbers::pi * k / corners;
-    at[0] += side * std::cos(heading);
-    at[1] += side * std::sin(heading);
-    path.moves.push_back(line_to(at, tolerance));
-  }
-  return path;
-}
-
-Reference zigzag(double step, double tolerance) {
-  Reference path{fmt::format("zigzag with {} mm", tolerance * 1e3), {}, {}};
-  for (int k = 1; k <= 10; ++k) path.moves.push_back(line_to({step * k, k % 2 == 0 ? 0.0 : 2.0 * step}, tolerance));
-  return path;
-}
-
-Reference circles(double radius, double rise) {
-  Reference path{fmt::format("circles of {} mm", radius * 1e3), {radius}, {}};
-  for (int k = 1; k <= 3; ++k) path.moves.push_back(arc_to({radius, 0.0, rise * k}, 0.0, 0.0, 0.0));
-  return path;
-}
-
-Reference pocket(double size, double radius) {
-  Reference path{"pocket", {radius}, {}};
-  const double s = size - radius;
-  const double tolerance = 2e-4;
-  path.moves = {line_to({s}, tolerance),
-                arc_to({size, radius}, s, radius, tolerance),
-                line_to({size, s}, tolerance),
-                arc_to({s, size}, s, s, tolerance),
-                line_to({radius, size}, tolerance),
-                arc_to({0.0, s}, radius, s, tolerance),
-                line_to({0.0, radius}, tolerance),
-                arc_to({radius}, radius, radius, tolerance)};
-  return path;
-}
-
-Reference spline(std::mt19937_64& random) {
-  std::uniform_real_distribution<double> step(0.1, 0.2);
-  std::uniform_real_distribution<double> side(-0.1, 0.1);
-  PathMove move = line_to({}, 0.0);
-  move.kind = PathMove::Kind::kSpline;
-  GroupVector at{};
-  for (int k = 0; k < 10; ++k) {
-    at = {at[0] + step(random), side(random), side(random)};
-    move.points.push_back(at);
-  }
-  return {"spline", {}, {move}};
-}
-
-Reference polyline(std::mt19937_64& random, double tolerance) {
-  std::uniform_real_distribution<double> place(-0.3, 0.3);
-  Reference path{fmt::format("random lines with {} mm", tolerance * 1e3), {}, {}};
-  for (int k = 0; k < 8; ++k) path.moves.push_back(line_to({place(random), place(random), place(random)}, tolerance));
-  return path;
-}
-
-std::vector<Reference> references() {
-  std::mt19937_64 random(3);  // NOLINT(cert-msc32-c,cert-msc51-cpp): the same paths in every run
-  std::vector<Reference> paths{polygon(3, 0.4, 1e-3),  polygon(4, 0.4, 1e-3), polygon(6, 0.3, 1e-3),
-                               polygon(12, 0.2, 1e-3), zigzag(0.1, 2e-4),     zigzag(0.1, 1e-3),
-                               zigzag(0.1, 5e-3),      circles(0.1, 0.0),     circles(0.3, 0.0),
-                               circles(0.1, 0.05),     pocket(0.3, 0.05),     pocket(0.4, 0.02)};
-  for (int k = 0; k < 3; ++k) paths.push_back(spline(random));
-  for (const double tolerance : {1e-4, 5e-4, 1e-3, 2e-3, 5e-3}) paths.push_back(polyline(random, tolerance));
-  return paths;
-}
-
-/// The geometry of a path on a fine grid.
-struct Grid {
-  std::vector<PathGeometry> points;
-  std::vector<double> steps;  ///< to the next point
-  std::vector<bool> stops;
-};
-
-Grid grid_of(const Reference& path, std::size_t axes) {
-  PathShaper shaper(axes, path.start);
-  std::vector<ShapedPiece> pieces;
-  for (const auto& move : path.moves) must(shaper.add(move, pieces));
-  shaper.finish(pieces);
-  Grid grid;
-  for (const auto& shaped : pieces) {
-    const double length = shaped.piece.length();
-    const int count = static_cast<int>(std::clamp(length / 2e-5, 60.0, 20'000.0));
-    for (int k = 0; k < count; ++k) {
-      // Both ends of a piece are looked at from within: curvatures that jump are on the right side.
-      grid.points.push_back(shaped.piece.at(length * (k + 0.5) / count));
-      grid.steps.push_back(length / count);
-      grid.stops.push_back(shaped.stops && k + 1 == count);
-    }
-  }
-  return grid;
-}
-
-/// The range of accelerations along the path at the square of a speed; empty (low > high) where the speed is too high.
-std::pair<double, double> range_at(const PathGeometry& point, double speed2, const ContourSettings& settings) {
-  std::pair<double, double> range{-1e12, 1e12};
-  for (std::size_t i = 0; i < settings.axes; ++i) {
-    const auto& limits = settings.limits[i];
-    const double f = point.first[i];
-    const double bend = point.second[i] * speed2;
-    if (f * f * speed2 > limits.max_velocity * limits.max_velocity * (1.0 + 1e-12)) return {1.0, -1.0};
-    if (std::abs(f) < 1e-12) {
-      if (std::abs(bend) > limits.max_acceleration) return {1.0, -1.0};
-      continue;
-    }
-    const double one = (limits.max_acceleration - bend) / f;
-    const double other = (-limits.max_acceleration - bend) / f;
-    range = {std::max(range.first, std::min(one, other)), std::min(range.second, std::max(one, other))};
-  }
-  return range;
-}
-
-/// The shortest duration that the limits of velocity and acceleration allow (jerk without limit), which nothing can be
-/// below: backwards, the highest speed from which the rest can be done; forwards, as fast as this allows.
-double shortest_duration_s(const Grid& grid, const ContourSettings& settings) {
-  constexpr int kBisections = 45;
-  const std::size_t n = grid.points.size();
-  std::vector<double> most2(n + 1, 0.0);
-  for (std::size_t k = n; k-- > 0;) {
-    const double next2 = grid.stops[k] ? 0.0 : most2[k + 1];
-    double low = 0.0;
-    double high = 100.0;
-    for (int round = 0; round < kBisections; ++round) {
-      const double middle = 0.5 * (low + high);
-      const auto [hardest, softest] = range_at(grid.points[k], middle, settings);
-      const bool can = hardest <= softest && middle + 2.0 * hardest * grid.steps[k] <= next2;
-      (can ? low : high) = middle;
-    }
-    most2[k] = low;
-  }
-  double duration_s = 0.0;
-  double speed2 = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double end2 = grid.stops[k] ? 0.0 : most2[k + 1];
-    const double next2 =
-        std::clamp(speed2 + 2.0 * range_at(grid.points[k], speed2, settings).second * grid.steps[k], 0.0, end2);
-    duration_s += 2.0 * grid.steps[k] / (std::sqrt(speed2) + std::sqrt(next2));
-    speed2 = next2;
-  }
-  return duration_s;
-}
-
-double planned_duration_s(const Reference& path, const ContourSettings& settings) {
+double planned_duration_s(const ReferencePath& path, const ContourSettings& settings) {
   ContourTrack track(settings, path.start);
   ContourPlanner planner(track);
   ContourFollower follower(track);
@@ -314,26 +174,67 @@ double planned_duration_s(const Reference& path, const ContourSettings& settings
   return static_cast<double>(cycles) * settings.period_s;
 }
 
-void measure_durations(Report& report) {
-  const auto settings = settings_of(3);
-  std::vector<double> ratios;
-  for (const auto& path : references()) {
-    const double shortest_s = shortest_duration_s(grid_of(path, settings.axes), settings);
-    const double planned_s = planned_duration_s(path, settings);
-    ratios.push_back(planned_s / shortest_s);
-    report.note(
-        fmt::format("{}: {:.3f} s, at least {:.3f} s, {:.3f}", path.name, planned_s, shortest_s, ratios.back()));
+std::vector<ShapedPiece> shaped(const ReferencePath& path, std::size_t axes) {
+  PathShaper shaper(axes, path.start);
+  std::vector<ShapedPiece> pieces;
+  for (const auto& move : path.moves) must(shaper.add(move, pieces));
+  shaper.finish(pieces);
+  return pieces;
+}
+
+double percent_above(double duration_s, double other_s) {
+  return 100.0 * (duration_s / other_s - 1.0);
+}
+
+/// How good is the numeric optimum? On straight lines, where the least duration is known: T = acceleration / jerk.
+void judge_optimum(Report& report, const ContourSettings& settings) {
+  const auto& [velocity, acceleration, jerk, lowest, highest] = settings.limits[0];
+  const double rise_s = acceleration / jerk;
+  std::vector<double> above;
+  for (const double length : {0.001, 0.01, 0.1, 0.3}) {
+    const double top = acceleration * (std::sqrt(rise_s * rise_s + 4.0 * length / acceleration) - rise_s) / 2.0;
+    const double least_s = top >= velocity                ? length / velocity + velocity / acceleration + rise_s
+                           : top >= acceleration * rise_s ? 2.0 * (top / acceleration + rise_s)
+                                                          : 4.0 * std::cbrt(length / (2.0 * jerk));
+    const auto pieces = shaped({"line", {}, {line_to({length}, 0.0)}}, settings.axes);
+    above.push_back(percent_above(path_optimum(pieces, settings).achieved_s, least_s));
   }
-  constexpr double kAim = 1.05;
-  report.add({"twenty_reference_paths", "duration_by_bound", "1", summarize(std::move(ratios)), kAim});
+  report.add({"straight_lines", "optimum_above_least_duration", "%", summarize(std::move(above))});
+}
+
+void measure_durations(Report& report, const Options& options) {
+  constexpr double kAim = 5.0;
+  constexpr double kMilliseconds = 1e3;
+  const auto settings = settings_of(3);
+  judge_optimum(report, settings);
+  std::vector<double> longer;
+  std::vector<double> finer;
+  std::vector<double> brackets;
+  const auto one = [](double value) { return summarize(std::vector<double>{value}); };
+  for (const auto& path : reference_paths()) {
+    const auto pieces = shaped(path, settings.axes);
+    const auto optimum = path_optimum(pieces, settings);
+    const double planned_s = planned_duration_s(path, settings);
+    longer.push_back(percent_above(planned_s, optimum.achieved_s));
+    brackets.push_back(percent_above(optimum.achieved_s, optimum.bound_s));
+    if (!options.quick)
+      finer.push_back(std::abs(percent_above(path_optimum(pieces, settings, 2).achieved_s, optimum.achieved_s)));
+    report.add({path.name, "planned", "ms", one(planned_s * kMilliseconds)});
+    report.add({path.name, "optimum", "ms", one(optimum.achieved_s * kMilliseconds)});
+    report.add({path.name, "bound_without_jerk", "ms", one(optimum.bound_s * kMilliseconds)});
+    report.add({path.name, "longer_than_optimum", "%", one(longer.back()), kAim});
+  }
+  report.add({"twenty_reference_paths", "longer_than_optimum", "%", summarize(std::move(longer)), kAim});
+  report.add({"twenty_reference_paths", "optimum_above_bound", "%", summarize(std::move(brackets))});
+  if (!options.quick) report.add({"twenty_reference_paths", "finer_off_optimum", "%", summarize(std::move(finer))});
 }
 
 void measure_all(const Options& options) {
   Report report("path");
   measure_look_ahead(report, options);
   measure_cycle(report, options);
-  measure_delta(report, options);
-  measure_durations(report);
+  measure_machines(report, options);
+  measure_durations(report, options);
   report.print(options);
 }
 

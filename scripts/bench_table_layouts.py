@@ -340,6 +340,44 @@ def profiles(documents):
                   ("the slowest planned again, max", "r"), ("failures", "r"), ("aim of the median", "l")], rows)
 
 
+PATH_COSTS = {
+    "short_segments_3_axes": ("planning, a segment of 0.1 mm, 3 axes", "cost_per_segment"),
+    "moves_of_a_delta": ("planning, a move of a delta", "cost_per_move"),
+    "moves_of_a_scara": ("planning, a move of a SCARA", "cost_per_move"),
+    "cycle_6_axes": ("the cycle's part, 6 axes", "cost_per_cycle"),
+    "cycle_delta": ("the cycle's part, a delta", "cost_per_cycle"),
+    "cycle_scara": ("the cycle's part, a SCARA", "cost_per_cycle"),
+}
+
+
+def path(documents):
+    figures = Figures(documents["path"])
+    rows = []
+    for case, (what, metric) in PATH_COSTS.items():
+        row = figures.row(case, metric)
+        aimed = [f"{key.replace('p999', 'p99.9')} {duration(limit * TO_NS[row['unit']])}: {verdict(row, key)}" for key, limit in limits(row).items()]
+        rows.append([what, *(figures.time(case, metric, key) for key in ("p50", "p99", "p999", "max")), "; ".join(aimed)])
+    return where_from(documents["path"]) + table(
+        [("", "l"), ("p50", "r"), ("p99", "r"), ("p99.9", "r"), ("max", "r"), ("aims", "l")], rows)
+
+
+def path_durations(documents):
+    figures = Figures(documents["path"])
+    rows = []
+    for case in figures.cases("planned"):
+        row = figures.row(case, "longer_than_optimum")
+        seconds = lambda metric: f"{figures.row(case, metric)['p50'] / 1e3:.4f} s"
+        rows.append([case.replace("_", " "), seconds("planned"), seconds("optimum"), seconds("bound_without_jerk"),
+                     f"{row['p50']:.1f} %: {verdict(row)}"])
+    most = lambda case, metric: f"{figures.row(case, metric)['max']:.1f} %"
+    text = [f"The numeric optimum is up to {most('straight_lines', 'optimum_above_least_duration')} above the least duration of straight lines, "
+            f"and up to {most('twenty_reference_paths', 'optimum_above_bound')} above the bound without jerk on these paths."]
+    if ("twenty_reference_paths", "finer_off_optimum") in figures.rows:
+        text[0] += f" With twice as many intervals it changes by {most('twenty_reference_paths', 'finer_off_optimum')} at most."
+    return text + [""] + table([("path", "l"), ("planned", "r"), ("numeric optimum", "r"), ("bound without jerk", "r"),
+                                ("longer than the numeric optimum, aim 5 %", "l")], rows)
+
+
 def sure_ratio(row, places=2):
     """The ratio of the medians, with the 95 % interval of those of the turns."""
     text = f"{row['ratio_p50']:.{places}f}"
@@ -503,6 +541,8 @@ TABLES = {
     "interpolation": (interpolation, ["trajectory"]),
     "jitter": (jitter, ["jitter"]),
     "master_cost": (master_cost, ["master_cost"]),
+    "path": (path, ["path"]),
+    "path_durations": (path_durations, ["path"]),
     "profiles": (profiles, ["trajectory"]),
     "roundtrip": (roundtrip, ["roundtrip"]),
     "scale": (scale, ["scale"]),
@@ -517,4 +557,4 @@ TABLES = {
 }
 
 # Programs that have been run on no idle machine yet: their tables say so.
-TO_COME = {"jitter", "roundtrip", "scale", "soak", "telemetry"}
+TO_COME = {"jitter", "path", "roundtrip", "scale", "soak", "telemetry"}

@@ -274,7 +274,8 @@ TEST(AxisGroups, BufferedMovesStopInBetweenAndBlendedOnesDoNot) {
   const auto [blended, passed] = slowest_at_corner(GroupBuffer::kBlending, 1.0);
   EXPECT_GT(blended, 1.0);
   EXPECT_GT(passed, 0.01);
-  EXPECT_LT(passed, 0.05 + 1e-6);
+  // The nearest place may be between two cycles.
+  EXPECT_LT(passed, 0.05 + 1e-5);
   line.expect_obedience();
 }
 

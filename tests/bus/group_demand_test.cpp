@@ -348,9 +348,10 @@ TEST(GroupDemand, ALostAxisStopsTheOthersOnThePath) {
 
 // Frames get lost, and periods are missed, at any time. The drives go on at the velocity that they have, and so does
 // the path: it is left by no more than what the axes turn or speed up by meanwhile, and until they are back, where the
-// path leaves them little of their acceleration. Without gaps it is kOnPath.
+// path leaves them little of their acceleration: next to nothing where it goes through a bend as fast as it can.
+// Without gaps it is kOnPath.
 TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
-  constexpr double kNear = 5e-3;
+  constexpr double kNear = 8e-3;
   std::mt19937_64 random(99);
   const auto any = [&random](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
   GroupLine line(PointsOfPath::kAxes);

@@ -155,6 +155,37 @@ TEST(PathShaper, LengthIsTheParameterAndDerivativesAreRight) {
   }
 }
 
+TEST(PathShaper, BoundsOfFlatCornersAreReachedAndNotExceededOnAnyPartOfThem) {
+  test::Random random;
+  for (int round = 0; round < 100; ++round) {
+    DRIVELINE_TRACE_SEED(random, round);
+    MovePlan plan{{}, {line_to({0.1, 0.2, -0.1}, kAnyFeed, 1e-5)}};
+    plan.moves.push_back(line_to({0.2, 0.4 + random.real(1e-4, 2e-3), -0.2}, kAnyFeed, 0.0));
+    const auto pieces = shape(3, plan);
+    ASSERT_EQ(pieces.size(), 3U);
+    const auto& corner = pieces[1].piece;
+    ASSERT_TRUE(corner.is_flat() && !corner.is_line());
+    const double begin = random.real(0.0, 0.9) * corner.length();
+    const double end = random.real(begin, corner.length());
+    const auto bounds = corner.bounds(begin, end);
+    PathBounds seen;
+    constexpr int kPlaces = 1000;
+    for (int k = 0; k <= kPlaces; ++k) {
+      const auto there = corner.at(begin + (end - begin) * k / kPlaces);
+      for (std::size_t i = 0; i < 3; ++i) {
+        seen.first[i] = std::max(seen.first[i], std::abs(there.first[i]));
+        seen.second[i] = std::max(seen.second[i], std::abs(there.second[i]));
+        seen.third[i] = std::max(seen.third[i], std::abs(there.third[i]));
+      }
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(bounds.first[i], seen.first[i], 1e-9);
+      EXPECT_NEAR(bounds.second[i], seen.second[i], 1e-5 * seen.second[i] + 1e-12);
+      EXPECT_NEAR(bounds.third[i], seen.third[i], 1e-5 * seen.third[i] + 1e-12);
+    }
+  }
+}
+
 TEST(PathShaper, AnArcAroundACentreKeepsItsRadius) {
   MovePlan plan{{0.2, 0.1, 0.5}, {arc_by({0.2, 0.1, 0.5}, 0.1, 0.1, -4.0, kAnyFeed, 0.0)}};
   plan.moves[0].target[2] = 0.9;  // a helix

@@ -11,8 +11,12 @@ namespace driveline::trajectory {
 namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-/// Of the acceleration along the path that is left where the path is bent: the rest is for the bend.
-constexpr double kShareAlongBends = 0.3;
+/// Of the acceleration along the path that is left where the path is bent: the rest is for the bend. At the highest
+/// speed there is it would be this share, in proportion less where a bend is slower, so that braking in a bend takes no
+/// longer than four times what it takes from the highest speed on a straight line; within these bounds.
+constexpr double kShareAtTopSpeed = 0.25;
+constexpr double kSmallestShare = 0.05;
+constexpr double kLargestShare = 0.3;
 /// The cycle passes so many pieces at most.
 constexpr std::size_t kPiecesPerCycle = 64;
 /// Stretches are not shorter than this share of what is covered during the averaging: the cycle looks so far ahead.
@@ -22,6 +26,8 @@ constexpr double kShortestStretch = 1.0 / 16.0;
 /// quarter, and the rest of a stretch) the room is never taken by pieces that wait for their stretch.
 constexpr std::uint64_t kStretchesInRoom = 16;
 constexpr std::uint64_t kOpenInRoom = 4;
+/// Of the capacity: stretches of one piece at most, where more of them make for a better speed.
+constexpr double kByTimeInRoom = 1.0 / 64.0;
 /// The same for the outputs and dwells on a stretch, which reach the cycle before it: with those of a move.
 constexpr std::uint64_t kEventsInRoom = 2;
 
@@ -51,14 +57,23 @@ ContourPlanner::ContourPlanner(ContourTrack& track)
       check_(settings_),
       shaper_(settings_.axes, track.start(), &check_),
       smoothing_s_(static_cast<double>(track.smoothing()) * settings_.period_s),
-      top_speed_(top_speed(settings_)) {}
+      reach_s_(0.5 * smoothing_s_ + 2.0 * settings_.period_s),
+      top_speed_(top_speed(settings_)) {
+  for (std::size_t i = 0; i < settings_.axes; ++i) {
+    const auto& limits = settings_.limits[i];
+    limits_[i] = {limits.max_velocity, limits.max_acceleration, limits.max_jerk};
+  }
+  limits_[settings_.axes] = settings_.tool;
+}
 
 /// The highest speed, not above `top`, at which `share` of the acceleration along the path is left.
-double ContourPlanner::top_of(std::span<const Demand> demands, double share, double top) const noexcept {
-  for (const auto& [f, g, h, velocity, acceleration, jerk] : demands) {
-    if (f > 0.0) top = std::min(top, velocity / f);
-    if (g > 0.0) top = std::min(top, std::sqrt((acceleration - share * f) / g));
-    const double room = jerk - share * f / smoothing_s_;
+double ContourPlanner::top_of(const Bend& bend, double share, double top) const noexcept {
+  for (std::size_t i = 0; i <= settings_.axes; ++i) {
+    const auto& [f, g, h] = bend.demands[i];
+    const auto& limits = limits_[i];
+    if (f * top > limits.max_velocity) top = limits.max_velocity / f;
+    if (g * top * top > limits.max_acceleration - share * f) top = std::sqrt((limits.max_acceleration - share * f) / g);
+    const double room = limits.max_jerk - share * f / smoothing_s_;
     const double slope = 3.0 * g * share;
     if (top * (h * top * top + slope) > room) top = cubic_root(h, slope, room);
   }
@@ -70,39 +85,44 @@ double ContourPlanner::top_of(std::span<const Demand> demands, double share, dou
 //   acceleration  r' a + r'' v^2
 //   jerk          r' j + 3 r'' v a + r''' v^3        with j <= a / smoothing time
 // and the tool, as a vector, no more than the same with the lengths of the derivatives.
-ContourPlanner::Box ContourPlanner::box_of(const PathPiece& piece, double begin, double end, double feed,
-                                           bool& is_coarse) const noexcept {
+ContourPlanner::Bend ContourPlanner::bend_of(const PathPiece& piece, double begin, double end,
+                                             double feed) const noexcept {
   const auto bounds = stretch_bounds(settings_, piece, begin, end);
-  is_coarse = bounds.is_coarse;
-  Demands demands;
-  bool is_bent = false;
-  for (std::size_t i = 0; i < settings_.axes; ++i) {
-    const auto& limits = settings_.limits[i];
-    demands[i] = {bounds.axes.first[i], bounds.axes.second[i],   bounds.axes.third[i],
-                  limits.max_velocity,  limits.max_acceleration, limits.max_jerk};
-    is_bent = is_bent || demands[i].second > 0.0 || demands[i].third > 0.0;
+  Bend bend;
+  bend.is_coarse = bounds.is_coarse;
+  double along = kNoLimit;
+  for (std::size_t i = 0; i <= settings_.axes; ++i) {
+    const bool is_tool = i == settings_.axes;
+    const double first = is_tool ? 1.0 : bounds.axes.first[i];
+    bend.demands[i] = {first, is_tool ? bounds.curvature : bounds.axes.second[i],
+                       is_tool ? bounds.third : bounds.axes.third[i]};
+    bend.is_bent = bend.is_bent || (!is_tool && (bend.demands[i].second > 0.0 || bend.demands[i].third > 0.0));
+    const double most = std::min(limits_[i].max_acceleration, limits_[i].max_jerk * smoothing_s_);
+    if (first > 0.0 && along * first > most) along = most / first;
   }
-  const auto& tool = settings_.tool;
-  demands[settings_.axes] = {1.0,          bounds.curvature, bounds.third, tool.max_velocity, tool.max_acceleration,
-                             tool.max_jerk};
-  return box_of(std::span(demands).first(settings_.axes + 1), is_bent, feed);
+  const double most = std::min(top_speed_, kMaxOverride * feed);
+  bend.top = top_of(bend, bend.is_bent ? kSmallestShare * along : 0.0, most);
+  if (bend.is_bent) {
+    const double share = std::min(kShareAtTopSpeed * bend.top / top_speed_, kLargestShare);
+    if (share > kSmallestShare) bend.top = top_of(bend, share * along, bend.top);
+  }
+  bend.acceleration = bend.is_bent ? std::min(along, acceleration_at(bend, bend.top)) : along;
+  return bend;
 }
 
-ContourPlanner::Box ContourPlanner::box_of(std::span<const Demand> demands, bool is_bent, double feed) const noexcept {
-  double along = kNoLimit;
-  for (const auto& each : demands) {
-    if (each.first > 0.0) along = std::min(along, std::min(each.acceleration, each.jerk * smoothing_s_) / each.first);
+/// What is left for the acceleration along the path where the path is bent, at a speed.
+double ContourPlanner::acceleration_at(const Bend& bend, double speed) const noexcept {
+  double left = kNoLimit;
+  for (std::size_t i = 0; i <= settings_.axes; ++i) {
+    const auto& [f, g, h] = bend.demands[i];
+    const auto& limits = limits_[i];
+    const double room = limits.max_acceleration - g * speed * speed;
+    if (f * left > room) left = room / f;
+    const double per_acceleration = f / smoothing_s_ + 3.0 * g * speed;
+    const double jerk = limits.max_jerk - h * speed * speed * speed;
+    if (per_acceleration * left > jerk) left = jerk / per_acceleration;
   }
-  const double top =
-      top_of(demands, is_bent ? kShareAlongBends * along : 0.0, std::min(top_speed_, kMaxOverride * feed));
-  if (!is_bent) return {top, along};
-  double left = along;
-  for (const auto& [f, g, h, velocity, acceleration, jerk] : demands) {
-    if (f > 0.0) left = std::min(left, (acceleration - g * top * top) / f);
-    const double per_acceleration = f / smoothing_s_ + 3.0 * g * top;
-    if (per_acceleration > 0.0) left = std::min(left, (jerk - h * top * top * top) / per_acceleration);
-  }
-  return {top, left};
+  return left;
 }
 
 tl::expected<void, PathMoveError> ContourPlanner::add(const PathMove& move) {
@@ -143,10 +163,21 @@ void ContourPlanner::plan(const ShapedPiece& shaped) {
   plan_events(shaped, begin, length);
   if (length <= 0) return;
   shaped_end_ += length;
-  pieces_.push_back({begin, shaped_end_, shaped.piece, shaped.move});
+  put_piece({begin, shaped_end_, shaped.piece, shaped.move});
   const auto number = planned_pieces_++;
   plan_stretches(shaped, {begin, shaped_end_, kNoLimit, 0.0, shaped.feed, shaped.stops, number, number, first_event,
                           planned_events_});
+}
+
+/// Known to the cycle at once, if there is room: no stretch refers to it yet.
+void ContourPlanner::put_piece(const ContourTrack::Piece& piece) {
+  const auto end = track_.pieces_end_.load(std::memory_order_relaxed);
+  if (!pieces_.empty() || end - track_.pieces_begin_.load(std::memory_order_acquire) > track_.mask_) {
+    pieces_.push_back(piece);
+    return;
+  }
+  track_.piece(end) = piece;
+  track_.pieces_end_.store(end + 1, std::memory_order_release);
 }
 
 void ContourPlanner::plan_events(const ShapedPiece& shaped, PathTicks begin, PathTicks length) {
@@ -169,29 +200,27 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
     plan_stretches_of_joints(shaped, stretch, 0.0, length, kHalvings);
     return;
   }
-  bool is_coarse = false;
-  const auto box_of_whole = box_of(shaped.piece, 0.0, length, shaped.feed, is_coarse);
+  const auto bend_of_whole = bend_of(shaped.piece, 0.0, length, shaped.feed);
   int count = 1;
   if (!shaped.piece.is_line()) {
     // Pieces that last longer than the averaging are worth a closer look; and bounds of arcs want short stretches.
     constexpr double kShortTurn = 0.25;
     constexpr double kMostStretches = 64.0;
-    const double by_time = length / (0.5 * smoothing_s_ * box_of_whole.top);
-    const double by_turn = length * norm(shaped.piece.at(0.0).second) / kShortTurn;
-    count = static_cast<int>(std::ceil(std::clamp(std::max(by_turn, std::min(by_time, 16.0)), 1.0, kMostStretches)));
+    const double most_by_time = std::clamp(kByTimeInRoom * static_cast<double>(settings_.capacity), 16.0, 128.0);
+    const double by_time = length / (0.25 * smoothing_s_ * bend_of_whole.top);
+    const double by_turn = shaped.piece.is_flat() ? 0.0 : length * norm(shaped.piece.at(0.0).second) / kShortTurn;
+    count = static_cast<int>(
+        std::ceil(std::max({1.0, std::min(by_turn, kMostStretches), std::min(by_time, most_by_time)})));
   }
   Stretch part = whole;
+  part.top = most;
   for (int k = 0; k < count; ++k) {
     // Not multiplied first: a product may be too large.
     part.end = k + 1 == count ? whole.end : whole.begin + (whole.end - whole.begin) / count * (k + 1);
-    const auto box = count == 1
-                         ? box_of_whole
-                         : box_of(shaped.piece, length * k / count, length * (k + 1) / count, shaped.feed, is_coarse);
     if (part.end > part.begin) {
-      part.top = std::min(box.top, most);
-      part.acceleration = box.acceleration;
       part.stops = whole.stops && k + 1 == count;
-      append(part);
+      append(part, count == 1 ? bend_of_whole
+                              : bend_of(shaped.piece, length * k / count, length * (k + 1) / count, shaped.feed));
     }
     part.begin = part.end;
   }
@@ -202,11 +231,10 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
 void ContourPlanner::plan_stretches_of_joints(const ShapedPiece& shaped, const Stretch& stretch, double begin,
                                               double end, int halvings) {
   constexpr int kForTime = 4;
-  bool is_coarse = false;
-  const auto box = box_of(shaped.piece, begin, end, shaped.feed, is_coarse);
-  const bool is_long = halvings > kForTime && end - begin > smoothing_s_ * box.top;
+  const auto bend = bend_of(shaped.piece, begin, end, shaped.feed);
+  const bool is_long = halvings > kForTime && end - begin > smoothing_s_ * bend.top;
   const PathTicks middle = stretch.begin + (stretch.end - stretch.begin) / 2;
-  if (halvings > 0 && (is_coarse || is_long) && middle > stretch.begin) {
+  if (halvings > 0 && (bend.is_coarse || is_long) && middle > stretch.begin) {
     Stretch half = stretch;
     half.end = middle;
     half.stops = false;
@@ -216,54 +244,50 @@ void ContourPlanner::plan_stretches_of_joints(const ShapedPiece& shaped, const S
     plan_stretches_of_joints(shaped, half, 0.5 * (begin + end), end, halvings - 1);
     return;
   }
-  Stretch whole = stretch;
-  whole.top = std::min(box.top, stretch.top);
-  whole.acceleration = box.acceleration;
-  append(whole);
+  append(stretch, bend);
 }
 
 // Short pieces one after the other are one stretch, with the lower limits.
-void ContourPlanner::append(const Stretch& stretch) {
-  if (!gathered_) {
-    gathered_ = stretch;
-  } else if (!merge(*gathered_, stretch)) {
-    append_gathered(*gathered_);
-    gathered_ = stretch;
+void ContourPlanner::append(const Stretch& stretch, const Bend& bend) {
+  Stretch next = stretch;
+  next.top = std::min(bend.top, stretch.top);
+  next.acceleration = bend.acceleration;
+  if (gathered_ && merge(gathered_->stretch, next)) {
+    for (std::size_t i = 0; i <= settings_.axes; ++i) {
+      auto& of_both = gathered_->bend.demands[i];
+      const auto& more = bend.demands[i];
+      of_both.first = std::max(of_both.first, more.first);
+      of_both.second = std::max(of_both.second, more.second);
+      of_both.third = std::max(of_both.third, more.third);
+    }
+    gathered_->bend.is_bent = gathered_->bend.is_bent || bend.is_bent;
+  } else {
+    if (gathered_) append_curved(*gathered_);
+    gathered_ = Curved{next, bend, 0.0};
   }
   if (!stretch.stops) return;
-  append_gathered(*gathered_);
+  append_curved(*gathered_);
   gathered_.reset();
 }
 
 // The mean of the places of the last cycles is at a place only while the places themselves are near: within half of the
-// way that is covered meanwhile where the speed is concerned, within the whole of it where the acceleration is. So
-// limits hold there, too. A cycle more on either side, since speeds change with the cycles.
-void ContourPlanner::append_gathered(const Stretch& gathered) {
-  Stretch stretch = gathered;
+// way that is covered meanwhile. So limits hold there, too.
+void ContourPlanner::append_shaped(const Stretch& shaped) {
+  Stretch stretch = shaped;
   stretch.top = std::min(stretch.top, top_for_room(stretch));
-  lower_behind(stretch);
-  append_lowered(stretch);
-  const double period_s = settings_.period_s;
-  const auto add_reach = [&](std::vector<Reach>& reaches, double seconds, double value) {
-    const PathTicks until = stretch.end + to_ticks(stretch.top * seconds);
-    std::erase_if(reaches, [&](const Reach& each) {
-      return each.until <= stretch.end || (each.until <= until && each.value >= value);
-    });
-    const bool covered = std::any_of(reaches.begin(), reaches.end(),
-                                     [&](const Reach& each) { return each.until >= until && each.value <= value; });
-    if (!covered) reaches.push_back({until, value});
-  };
+  const PathTicks reach = to_ticks(stretch.top * reach_s_);
+  tops_.lower(stretch.begin - reach, stretch.end + reach, stretch.top);
+  accelerations_.lower(stretch.begin - reach, stretch.end + reach, stretch.acceleration);
+  open_.push_back(stretch);
   if (stretch.stops) {
     // The axes stand here until the mean has arrived as well.
+    settle(std::numeric_limits<PathTicks>::max());
     tops_.clear();
     accelerations_.clear();
-    settle(std::numeric_limits<PathTicks>::max());
     early_end_.reset();
     return;
   }
-  add_reach(tops_, 0.5 * smoothing_s_ + period_s, stretch.top);
-  add_reach(accelerations_, smoothing_s_ + 2.0 * period_s, stretch.acceleration);
-  settle(stretch.end - to_ticks(top_speed_ * (smoothing_s_ + 2.0 * period_s)));
+  settle(stretch.end - to_ticks(top_speed_ * reach_s_));
   settle_beyond_room();
 }
 
@@ -282,84 +306,7 @@ double ContourPlanner::top_for_room(const Stretch& stretch) const noexcept {
   if (!early_end_) return kNoLimit;
   // A step less, for rounding.
   const auto open = static_cast<double>(stretch.begin - *early_end_ - 1);
-  return open * kPathTick / (smoothing_s_ + 2.0 * settings_.period_s);
-}
-
-void ContourPlanner::lower_behind(const Stretch& by) {
-  const PathTicks top_from = by.begin - to_ticks(by.top * (0.5 * smoothing_s_ + settings_.period_s));
-  const PathTicks acceleration_from = by.begin - to_ticks(by.top * (smoothing_s_ + 2.0 * settings_.period_s));
-  // Most stretches are like the one before, and lower nothing.
-  std::size_t first = open_.size();
-  for (std::size_t i = open_.size(); i-- > 0 && open_[i].end > acceleration_from;) {
-    const bool is_above = open_[i].acceleration > by.acceleration || (open_[i].end > top_from && open_[i].top > by.top);
-    if (is_above) first = i;
-  }
-  lowered_.clear();
-  while (open_.size() > first) {
-    lowered_.push_back(open_.back());
-    open_.pop_back();
-  }
-  for (std::size_t i = lowered_.size(); i-- > 0;) {
-    const Stretch& whole = lowered_[i];
-    PathTicks from = whole.begin;
-    for (const PathTicks to : {acceleration_from, top_from, whole.end}) {
-      if (to <= from) continue;
-      Stretch part = whole;
-      part.begin = from;
-      part.end = std::min(to, whole.end);
-      part.stops = whole.stops && part.end == whole.end;
-      if (from >= acceleration_from) part.acceleration = std::min(part.acceleration, by.acceleration);
-      if (from >= top_from) part.top = std::min(part.top, by.top);
-      put(part);
-      from = part.end;
-      if (from == whole.end) break;
-    }
-  }
-}
-
-/// At the end of those that may still be lowered. Equal ones become one: many short pieces with the same limits.
-void ContourPlanner::put(const Stretch& stretch) {
-  if (!open_.empty() && may_be_one(open_.back(), stretch) && open_.back().top == stretch.top &&
-      open_.back().acceleration == stretch.acceleration && open_.back().feed == stretch.feed) {
-    open_.back().end = stretch.end;
-    open_.back().last_piece = stretch.last_piece;
-    open_.back().last_event = stretch.last_event;
-    open_.back().stops = stretch.stops;
-    return;
-  }
-  open_.push_back(stretch);
-}
-
-/// Appends, in parts if need be, what the limits before it leave.
-void ContourPlanner::append_lowered(Stretch stretch) {
-  const auto next_cut = [](const std::vector<Reach>& reaches, PathTicks from, double above) {
-    PathTicks cut = std::numeric_limits<PathTicks>::max();
-    for (const auto& each : reaches) {
-      if (each.until > from && each.value < above) cut = std::min(cut, each.until);
-    }
-    return cut;
-  };
-  const auto lowest = [](const std::vector<Reach>& reaches, PathTicks from, double value) {
-    for (const auto& each : reaches) {
-      if (each.until > from) value = std::min(value, each.value);
-    }
-    return value;
-  };
-  while (true) {
-    const PathTicks cut = std::min(next_cut(tops_, stretch.begin, stretch.top),
-                                   next_cut(accelerations_, stretch.begin, stretch.acceleration));
-    Stretch part = stretch;
-    part.top = lowest(tops_, stretch.begin, stretch.top);
-    part.acceleration = lowest(accelerations_, stretch.begin, stretch.acceleration);
-    if (cut >= stretch.end) {
-      put(part);
-      return;
-    }
-    part.end = cut;
-    part.stops = false;
-    put(part);
-    stretch.begin = cut;
-  }
+  return open * kPathTick / reach_s_;
 }
 
 /// What ends before `until` is not lowered any more.
@@ -376,15 +323,22 @@ bool ContourPlanner::may_be_one(const Stretch& last, const Stretch& stretch) con
          stretch.last_event - last.first_event < settings_.capacity / kEventsInRoom;
 }
 
-/// Makes one of two stretches if they are equal, or short.
+/// Makes one of two stretches if they are equal, or short, or if one of them could do more but is soon over: the limits
+/// of the other reach as far anyway. Half a nanometre of a line between two blends is such a one.
 bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept {
   if (!may_be_one(last, stretch)) return false;
-  const bool is_same =
-      last.top == stretch.top && last.acceleration == stretch.acceleration && last.feed == stretch.feed;
+  const bool same_feed = last.feed == stretch.feed;
+  const bool is_same = same_feed && last.top == stretch.top && last.acceleration == stretch.acceleration;
   const double lower = std::min(last.top, stretch.top);
-  const bool is_short =
-      static_cast<double>(stretch.end - last.begin) * kPathTick <= kShortestStretch * lower * smoothing_s_;
-  if (!is_same && !is_short) return false;
+  const auto shortest = static_cast<PathTicks>(kShortestStretch * lower * smoothing_s_ / kPathTick);
+  const bool is_short = stretch.end - last.begin <= shortest;
+  const bool last_is_spare = same_feed && last.end - last.begin <= shortest && last.top >= stretch.top &&
+                             last.acceleration >= stretch.acceleration;
+  const PathTicks spare = last.spare + (stretch.end - stretch.begin);
+  const bool is_spare =
+      same_feed && spare <= shortest && stretch.top >= last.top && stretch.acceleration >= last.acceleration;
+  if (!is_same && !is_short && !last_is_spare && !is_spare) return false;
+  last.spare = is_spare && !is_same ? spare : 0;
   last.end = stretch.end;
   last.last_piece = stretch.last_piece;
   last.last_event = stretch.last_event;
@@ -395,8 +349,20 @@ bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept
   return true;
 }
 
-void ContourPlanner::settle_one(const Stretch& stretch) {
-  if (settled_.empty() || !merge(settled_.back(), stretch)) settled_.push_back(stretch);
+/// In parts, with what it and its surroundings leave.
+void ContourPlanner::settle_one(const Stretch& whole) {
+  Stretch part = whole;
+  while (true) {
+    tops_.forget(part.begin);
+    accelerations_.forget(part.begin);
+    part.top = tops_.value();
+    part.acceleration = accelerations_.value();
+    part.end = std::min({whole.end, tops_.end(), accelerations_.end()});
+    part.stops = whole.stops && part.end == whole.end;
+    if (settled_.empty() || !merge(settled_.back(), part)) settled_.push_back(part);
+    if (part.end == whole.end) return;
+    part.begin = part.end;
+  }
 }
 
 bool ContourPlanner::flush() {

@@ -84,7 +84,7 @@ tl::expected<Blend, PathMoveError> corner_of_lines(const Joint& joint, double to
   // In the middle the speed is smaller by the cosine of half the turn: for flat corners nobody sees the difference.
   constexpr double kFlat = 0.99 * PathPiece::kLengthError;
   if (joint.half_turn * joint.half_turn / 2.0 <= kFlat) {
-    out.pieces.push_back(PathPiece::even_curve(curve, 2.0 * out.cut));
+    out.pieces.push_back(PathPiece::flat_corner(curve, 2.0 * out.cut));
   } else {
     out.pieces = PathPiece::curve(curve);
   }

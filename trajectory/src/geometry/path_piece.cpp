@@ -109,6 +109,12 @@ PathPiece PathPiece::even_curve(const PathPolynomial& polynomial, double length)
   return piece;
 }
 
+PathPiece PathPiece::flat_corner(const PathPolynomial& polynomial, double length) noexcept {
+  PathPiece piece = even_curve(polynomial, length);
+  piece.kind_ = Kind::kCorner;
+  return piece;
+}
+
 std::vector<PathPiece> PathPiece::curve(const PathPolynomial& polynomial) {
   std::vector<PathPiece> pieces;
   if (!fit(polynomial, 0.0, 1.0, pieces)) pieces.clear();
@@ -196,12 +202,36 @@ PathGeometry PathPiece::at(double length) const noexcept {
     case Kind::kArc:
       return arc_at(s);
     case Kind::kCurve:
+    case Kind::kCorner:
       break;
   }
   return curve_at(s);
 }
 
+// With c[3] = -2 c[4] the direction is monotone from end to end, the curvature a parabola around the middle, and what
+// is behind it a straight line through zero there.
+PathBounds PathPiece::corner_bounds(double begin, double end) const noexcept {
+  const double rate = parameter_[1];
+  const double from = rate * (begin_ + begin);
+  const double to = rate * (begin_ + end);
+  const bool has_middle = from <= 0.5 && to >= 0.5;
+  const double bend = 12.0 * rate * rate * (has_middle ? 0.25 : std::max(from * (1.0 - from), to * (1.0 - to)));
+  const double twist = 12.0 * rate * rate * rate * std::max(std::abs(1.0 - 2.0 * from), std::abs(1.0 - 2.0 * to));
+  const double turned_before = from * from * (6.0 - 4.0 * from);
+  const double turned_behind = to * to * (6.0 - 4.0 * to);
+  PathBounds out;
+  for (std::size_t i = 0; i < kMaxGroupAxes; ++i) {
+    const double turn = coefficients_[4][i];
+    out.first[i] = rate * std::max(std::abs(coefficients_[1][i] - turn * turned_before),
+                                   std::abs(coefficients_[1][i] - turn * turned_behind));
+    out.second[i] = std::abs(turn) * bend;
+    out.third[i] = std::abs(turn) * twist;
+  }
+  return out;
+}
+
 PathBounds PathPiece::bounds(double begin, double end) const noexcept {
+  if (kind_ == Kind::kCorner) return corner_bounds(begin, end);
   PathBounds out;
   if (kind_ == Kind::kLine) {
     raise(out.first, coefficients_[1]);

@@ -57,26 +57,32 @@ class PathPiece {
   [[nodiscard]] static std::vector<PathPiece> curve(const PathPolynomial& polynomial);
   /// A polynomial whose speed is `length` by the parameter up to kLengthError, exactly at both ends. \rtsafe
   [[nodiscard]] static PathPiece even_curve(const PathPolynomial& polynomial, double length) noexcept;
+  /// The same with c[2] = 0, c[3] = -2 c[4] and c[5] = 0: a corner of two lines that turns by little. Its bounds are
+  /// exact. \rtsafe
+  [[nodiscard]] static PathPiece flat_corner(const PathPolynomial& polynomial, double length) noexcept;
 
   /// In m (or rad), >= 0. \rtsafe
   [[nodiscard]] double length() const noexcept { return length_; }
   /// Neither bent nor fitted. \rtsafe
   [[nodiscard]] bool is_line() const noexcept { return kind_ == Kind::kLine; }
+  /// A corner that turns by little, or a line. \rtsafe
+  [[nodiscard]] bool is_flat() const noexcept { return kind_ == Kind::kLine || kind_ == Kind::kCorner; }
   /// The part from `begin` to `end`, lengths within this piece. \rtsafe
   [[nodiscard]] PathPiece part(double begin, double end) const noexcept;
   /// Place and derivatives at a length within the piece. \rtsafe
   [[nodiscard]] PathGeometry at(double length) const noexcept;
-  /// Bounds on a stretch, both lengths within the piece. Exact for lines; at most 2 % above the largest value for
-  /// others, for stretches of arcs up to 0.4 rad and pieces of curves. \rtsafe
+  /// Bounds on a stretch, both lengths within the piece. Exact for lines and flat corners; at most 2 % above the
+  /// largest value for others, for stretches of arcs up to 0.4 rad and pieces of curves. \rtsafe
   [[nodiscard]] PathBounds bounds(double begin, double end) const noexcept;
 
  private:
-  enum class Kind : std::uint8_t { kLine, kArc, kCurve };
+  enum class Kind : std::uint8_t { kLine, kArc, kCurve, kCorner };
 
   [[nodiscard]] static bool fit(const PathPolynomial& polynomial, double from, double to, std::vector<PathPiece>& out);
   [[nodiscard]] PathGeometry line_at(double s) const noexcept;
   [[nodiscard]] PathGeometry arc_at(double s) const noexcept;
   [[nodiscard]] PathGeometry curve_at(double s) const noexcept;
+  [[nodiscard]] PathBounds corner_bounds(double begin, double end) const noexcept;
 
   Kind kind_ = Kind::kLine;
   double begin_ = 0.0;             ///< where this part begins on the piece as it was made
