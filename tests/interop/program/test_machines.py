@@ -142,6 +142,23 @@ class Script(ProgramTest):
         places = [each["setpoint"] for each in self.one_document(result.stdout)["axis_groups"][0]["coordinates"]]
         self.assertLess(math.dist(places, (50, 0, -580)), 1e-5)
 
+    def test_acceleration_along_the_path_is_limited_without_a_machine_as_well(self):
+        axes = "".join(f'[[slave]]\nname = "{name}"\n[[axis]]\nname = "{name}"\nfeed_mm_per_revolution = 20\nunit = "mm"\nmax_velocity = 800\n'
+                       'max_acceleration = 8000\nmax_jerk = 400000\n' for name in "xy")
+        line = ('[line]\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n[telemetry]\nenabled = false\n' + axes +
+                '[[axis_group]]\nname = "table"\naxes = ["x", "y"]\ntool = { max_velocity = 300, max_acceleration = 1500, max_jerk = 60000 }\n')
+        result = self.run_script("table enable\nwait table\ntable move-by 90 120\nwait table\n", line=line)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        # Every fifth cycle: differences of positions with seven digits are grainy.
+        places = self.columns("x_target[mm]", "y_target[mm]")[::5]
+        values = [math.dist(place, places[0]) for place in places]
+        self.assertAlmostEqual(values[-1], 150, delta=1e-3)
+        for most, grain in ((300, 0.1), (1500, 20), (60000, 4000)):
+            values = [(after - before) / 0.005 for before, after in zip(values, values[1:])]
+            largest = max(map(abs, values))
+            self.assertLessEqual(largest, most + grain)
+            self.assertGreater(largest, 0.9 * most)
+
     def test_outputs_that_are_not_there_or_that_others_write(self):
         for before, after, sentence in (
                 ('to = "a1.60FE:01", bit = 17', 'to = "a1.60FF", bit = 1', "[axis_group 1.output 2] to: "),
@@ -188,8 +205,25 @@ class Hand(ProgramTest):
         self.assertIn("joints        shoulder ", self.group("status").stdout)
         self.assertIn("group arm (scara: shoulder, elbow, lift, wrist): GroupStandby at x 400 mm, y ", self.run_program("diag").stdout)
         self.assertEqual(self.group("disable").returncode, 0)
+        self.end(run)
+
+    def end(self, run):
         run.send_signal(signal.SIGINT)
         self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
+
+    @undisturbed
+    def test_path_with_outputs_is_told_to_a_running_line(self):
+        self.write("line.toml", DELTA.replace("cycle_us = 500", "cycle_us = 2000") + "[bus]\nmax_lost_cycles = 1000\n")
+        run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
+        self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
+        self.wait_for("the axes", lambda: "Standstill" in self.run_program("axis", "a3", "status").stdout)
+        for words in (("enable",), ("move", "0", "0", "-560", "--feed", "500"), ("path", EXAMPLES / "delta.jsonl")):
+            result = self.run_program("group", "robot", *words)
+            self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(result.stdout, "group robot: GroupStandby at x 0 mm, y 0 mm, z -560 mm\n")
+        status = self.one_document(self.run_program("group", "robot", "status", "--json").stdout)["groups"][0]
+        self.assertEqual(status["outputs"], [{"name": name, "minimum": 0, "maximum": 1} for name in ("vacuum", "blow")])
+        self.end(run)
 
 
 if __name__ == "__main__":
