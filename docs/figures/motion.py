@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Draws the figures of docs/motion.md, Modes, A path, Requests, Groups, Gears and Gantry pairs, anew: motion.py [build folder]
+"""Draws the figures of docs/motion.md, Modes, A path, Requests, Groups, Gears, Machines and Gantry pairs, anew: motion.py [build folder]
 
-On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, the
-requests of examples/moves.txt, those of examples/plotter.txt, of examples/flying_saw.txt and of examples/gantry.txt."""
+On virtual time: one coarse path by every method of interpolation, one path in every mode of operation, the requests of
+examples/moves.txt, those of examples/plotter.txt, of examples/flying_saw.txt, examples/delta.txt and examples/gantry.txt."""
 import csv
 import math
 import subprocess
@@ -149,8 +149,46 @@ def gantry(folder):
          f"plot '{file}' using 1:4 with lines lc 3 title 'difference: 0.5 mm lie between the marks'")
 
 
+def cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def dot(a, b):
+    return sum(p * q for p, q in zip(a, b))
+
+
+def delta_tool(angles):
+    """Where the delta of examples/delta.toml has its tool, mm: below the middle of the circle around its knees."""
+    knees = []
+    for arm, angle in enumerate(angles):
+        out, around = 155 + 250 * math.cos(math.radians(angle)), math.radians(120 * arm)
+        knees.append((out * math.cos(around), out * math.sin(around), -250 * math.sin(math.radians(angle))))
+    a, b = ([p - q for p, q in zip(knee, knees[0])] for knee in knees[1:])
+    normal = cross(a, b)
+    square = dot(normal, normal)
+    middle = [(dot(b, b) * p + dot(a, a) * q) / (2 * square) for p, q in zip(cross(normal, a), cross(b, normal))]
+    down = -math.copysign(math.sqrt((600**2 - dot(middle, middle)) / square), normal[2])
+    return [p + q + down * r for p, q, r in zip(knees[0], middle, normal)]
+
+
+def delta(folder):
+    rows = run(EXAMPLES / "delta.toml", folder / "delta", "--script", EXAMPLES / "delta.txt")[::2]
+    times = column(rows, "time[s]")
+    tools = [delta_tool(angles) for angles in zip(*(column(rows, f"a{arm}_demand[deg]") for arm in (1, 2, 3)))]
+    speeds = [0.0] + [math.dist(p, q) / (t - s) for (s, t), (p, q) in zip(zip(times, times[1:]), zip(tools, tools[1:]))]
+    write_columns(folder / "delta.csv", times, *zip(*tools), speeds)
+    file = folder / "delta.csv"
+    draw("delta_line", 720, "3,1",
+         "set xlabel 'x, mm'\nset ylabel 'z, mm'\n"
+         f"plot '{file}' using 2:4 with lines lw 1.5 title 'way of the tool, from the front'\n"
+         "set xlabel ''\nset ylabel 'mm'\n"
+         f"plot '{file}' using 1:2 with lines title 'x', '{file}' using 1:3 with lines title 'y', '{file}' using 1:4 with lines title 'z'\n"
+         "set xlabel 's'\nset ylabel 'mm/s'\n"
+         f"plot '{file}' using 1:5 with lines lw 1.5 title 'speed of the tool'")
+
+
 def main():
-    for picture in (interpolation, modes, requests, group, flying_saw, gantry):
+    for picture in (interpolation, modes, requests, group, flying_saw, delta, gantry):
         with tempfile.TemporaryDirectory() as folder:
             picture(Path(folder))
 

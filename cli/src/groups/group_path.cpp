@@ -3,16 +3,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <cstdint>
 #include <sstream>
+#include <string_view>
 
 #include "driveline/runtime/files/input_file.hpp"
 
 namespace driveline::cli {
 namespace {
-
-using nlohmann::json;
 
 /// Between the `start` of a file and where the group stands.
 constexpr double kSamePlace = 1e-6;  // m or rad
@@ -21,39 +21,42 @@ bool is_blank(const std::string& line) {
   return line.find_first_not_of(" \t\r") == std::string::npos;
 }
 
-/// The text as the file has it, but that the path begins where the group stands, and that its first move has the
-/// tolerance of the group if it says none. Lines that are wrong stay as they are: who reads the moves tells about them.
-std::string completed(const std::string& text, const PathGroup& group) {
-  std::istringstream lines(text);
-  std::string out;
-  int seen = 0;
-  for (std::string line; std::getline(lines, line); out += line + "\n") {
-    if (is_blank(line) || ++seen > 2) continue;
-    auto object = json::parse(line, nullptr, false);
-    if (!object.is_object()) continue;
-    const auto& axes = group.limits.group.axes;
-    if (seen == 1) {
-      auto start = json::array();
-      for (std::size_t i = 0; i < axes.size(); ++i) start.push_back(axes[i].unit.from_si(group.place.at(i)));
-      if (!object.contains("start")) object["start"] = std::move(start);
-    } else if (!object.contains("tolerance")) {
-      object["tolerance"] = axes.front().unit.from_si(group.tolerance);
-    }
-    line = object.dump();
-  }
-  return out;
-}
-
 std::string names_of(const PathGroup& group) {
   std::vector<std::string_view> names;
   for (const auto& axis : group.limits.group.axes) names.emplace_back(axis.name);
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+/// What is wrong with the machine of a file; empty: nothing.
+std::string wrong_machine(const MoveFile& file, const PathGroup& group) {
+  const auto& name = group.limits.group.name;
+  const auto& own = group.limits.machine;
+  if (!own && file.machine)
+    return fmt::format("the file has kinematics, and the moves of group {} are those of its axes", name);
+  if (!own) return {};
+  if (!file.machine)
+    return fmt::format("the file has no kinematics, and the moves of group {} are those of the tool of a {}", name,
+                       own->kind());
+  const auto difference = own->difference_to(*file.machine);
+  return difference.empty() ? difference
+                            : fmt::format("the machine of the file is not that of group {}: {}", name, difference);
+}
+
+/// What is wrong with the names of outputs of a file; empty: nothing.
+std::string wrong_outputs(const MoveFile& file, const PathGroup& group) {
+  std::vector<std::string_view> known;
+  for (const auto& output : group.limits.outputs) known.emplace_back(output.name);
+  for (const auto& name : file.outputs) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    if (known.empty()) return fmt::format("group {} has no outputs ([[axis_group.output]])", group.limits.group.name);
+    return fmt::format("group {} has no output \"{}\"; it has {}", group.limits.group.name, name,
+                       fmt::join(known, ", "));
+  }
+  return {};
+}
+
 /// What is wrong with the axes of a file; empty: nothing.
 std::string wrong_axes(const MoveFile& file, const PathGroup& group) {
-  if (file.kinematics) return "groups of a line have no kinematics: their axes are the coordinates of the moves";
-  if (!file.outputs.empty()) return "groups of a line change no outputs";
   const auto& axes = group.limits.group.axes;
   bool same = file.axes.size() == axes.size();
   for (std::size_t i = 0; same && i < axes.size(); ++i) same = file.axes[i].name == axes[i].name;
@@ -61,38 +64,70 @@ std::string wrong_axes(const MoveFile& file, const PathGroup& group) {
     return fmt::format("the axes must be those of group {}, in their order: {}", group.limits.group.name,
                        names_of(group));
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    if (file.axes[i].unit->kind != axes[i].unit.kind) {
-      return fmt::format("the unit of axis {} is {}, and on the line it is in {}", axes[i].name,
-                         file.axes[i].unit->name, axes[i].unit.name);
-    }
-    if (std::abs(file.start.at(i) - group.place.at(i)) > kSamePlace) {
-      const auto& unit = *file.axes[i].unit;
-      return fmt::format(
-          "the path starts at {} {:.6g} {}, and the group stands at {:.6g} {}; move it there, or leave "
-          "start out",
-          axes[i].name, unit.from_si(file.start.at(i)), unit.name, unit.from_si(group.place.at(i)), unit.name);
-    }
+    if (file.axes[i].unit->kind == axes[i].unit.kind) continue;
+    return fmt::format("the unit of axis {} is {}, and on the line it is in {}", axes[i].name, file.axes[i].unit->name,
+                       axes[i].unit.name);
   }
   return {};
 }
 
-/// The line that describes the axes.
-struct Head {
-  std::size_t number = 1;
-  std::string text;
-};
-
-Head head_of(const std::string& text) {
-  std::istringstream lines(text);
-  Head head;
-  for (; std::getline(lines, head.text) && is_blank(head.text); ++head.number) continue;
-  return head;
+/// Whether the path begins where the group stands; empty: it does.
+std::string wrong_start(const MoveFile& file, const PathGroup& group) {
+  for (std::size_t i = 0; i < file.coordinates.size(); ++i) {
+    const auto& unit = *file.coordinates[i].unit;
+    const double start = file.start.at(i);
+    if (std::abs(start - group.place.at(i)) <= kSamePlace) continue;
+    return fmt::format(
+        "the path starts at {} {:.6g} {}, and the group stands at {:.6g} {}; move it there, or leave start out",
+        file.coordinates[i].name, unit.from_si(start), unit.name, unit.from_si(group.place.at(i)), unit.name);
+  }
+  return {};
 }
 
-/// Places of a tool, told to axes, would lead anywhere.
-bool is_of_tool(const Head& head) {
-  const auto object = json::parse(head.text, nullptr, false);
-  return object.is_object() && object.contains("kinematics");
+/// The first of these that is wrong; empty: none is.
+std::string wrong_head(const MoveFile& file, const PathGroup& group) {
+  for (const auto& check : {wrong_machine, wrong_axes, wrong_outputs, wrong_start}) {
+    if (auto wrong = check(file, group); !wrong.empty()) return wrong;
+  }
+  return {};
+}
+
+/// Number of the line that describes the axes.
+std::size_t head_of(const std::string& text) {
+  std::istringstream lines(text);
+  std::string line;
+  std::size_t number = 1;
+  for (; std::getline(lines, line) && is_blank(line); ++number) continue;
+  return number;
+}
+
+/// As the group counts its outputs.
+void renumber_outputs(MoveFile& file, const PathGroup& group) {
+  const auto& outputs = group.limits.outputs;
+  for (auto& next : file.moves) {
+    for (auto& output : next.move.outputs) {
+      const auto& name = file.outputs.at(output.change.output);
+      const auto found =
+          std::find_if(outputs.begin(), outputs.end(), [&](const auto& each) { return each.name == name; });
+      output.change.output = static_cast<std::uint32_t>(found - outputs.begin());
+    }
+  }
+}
+
+/// What is wrong with the moves, with file and line; empty: nothing.
+std::string wrong_moves(MoveFile& file, const std::string& name, const PathGroup& group) {
+  const auto& limits = group.limits;
+  auto at = file.start;
+  for (const auto& next : file.moves) {
+    const auto wrong =
+        limits.machine ? runtime::check_outputs(limits, next.move) : runtime::check_way(limits, at, next.move);
+    if (wrong) return fmt::format("{}:{}: {}", name, next.line, runtime::describe(limits.group, *wrong));
+    at = runtime::end_of(next.move);
+  }
+  if (!limits.machine) return {};
+  // The whole path, with its corners, in the ranges of the line.
+  file.settings = runtime::joint_settings(limits);
+  return refusal_of(file, name);
 }
 
 }  // namespace
@@ -103,24 +138,15 @@ Outcome<std::vector<FileMove>> parse_group_path(const std::string& text, const s
     return misused(fmt::format("group {} has {} axes, and files of moves are for up to {}", group.limits.group.name,
                                group.limits.group.axes.size(), trajectory::kMaxGroupAxes));
   }
-  const auto head = head_of(text);
-  if (is_of_tool(head)) {
-    return misused(fmt::format("{}:{}: kinematics are for plan: the moves of group {} are those of its axes", name,
-                               head.number, group.limits.group.name));
-  }
-  auto file = parse_moves(completed(text, group), name);
+  MoveDefaults defaults;
+  std::copy(group.place.begin(), group.place.end(), defaults.start.emplace().begin());
+  defaults.tolerance = group.tolerance;
+  auto file = parse_moves(text, name, defaults);
   if (!file) return misused(file.error());
-  if (const auto wrong = wrong_axes(*file, group); !wrong.empty())
-    return misused(fmt::format("{}:{}: {}", name, head.number, wrong));
-  auto at = file->start;
-  for (const auto& next : file->moves) {
-    if (const auto wrong = runtime::check_way(group.limits, at, next.move))
-      return misused(fmt::format("{}:{}: {}", name, next.line, runtime::describe(group.limits.group, *wrong)));
-    if (!next.move.outputs.empty())
-      return misused(
-          fmt::format("{}:{}: outputs are for plan: a group of a running line changes none", name, next.line));
-    at = runtime::end_of(next.move);
-  }
+  if (const auto wrong = wrong_head(*file, group); !wrong.empty())
+    return misused(fmt::format("{}:{}: {}", name, head_of(text), wrong));
+  renumber_outputs(*file, group);
+  if (const auto wrong = wrong_moves(*file, name, group); !wrong.empty()) return misused(wrong);
   return std::move(file->moves);
 }
 

@@ -5,10 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "text/machine_json.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -25,18 +30,29 @@ std::string text(const json& group, std::string_view key) {
 std::string names_of(const json& group) {
   std::vector<std::string> names;
   for (const auto& axis : group.at("axes")) names.push_back(axis.at("name").get<std::string>());
-  return fmt::format("{}", fmt::join(names, ", "));
+  const auto machine =
+      group.contains("kinematics") ? group.at("kinematics").at("type").get<std::string>() + ": " : std::string{};
+  return fmt::format("{}{}", machine, fmt::join(names, ", "));
+}
+
+/// Coordinates of moves: the axes, or those of the tool.
+const json& coordinates_of(const json& group) {
+  return group.contains("coordinates") ? group.at("coordinates") : group.at("axes");
 }
 
 /// "x 10 mm, y 20 mm".
-std::string place_of(const json& group) {
+std::string places_of(const json& coordinates) {
   std::vector<std::string> places;
-  for (const auto& axis : group.at("axes")) {
+  for (const auto& axis : coordinates) {
     if (!axis.contains("setpoint")) return "-";
     places.push_back(fmt::format("{} {:.6g} {}", axis.at("name").get<std::string>(), axis.at("setpoint").get<double>(),
                                  axis.at("unit").get<std::string>()));
   }
   return fmt::format("{}", fmt::join(places, ", "));
+}
+
+std::string place_of(const json& group) {
+  return places_of(coordinates_of(group));
 }
 
 /// Why it is in GroupErrorStop: "axis x: the drive reports a fault".
@@ -85,6 +101,20 @@ void read_arc(const json& move, std::size_t axes, PathMove& path) {
   if (path.first_axis >= axes || path.second_axis >= axes) throw BadMove{"plane names an axis that is not there"};
 }
 
+void read_outputs(const json& outputs, PathMove& path) {
+  if (!outputs.is_array()) throw BadMove{"outputs must be an array of changes"};
+  for (const auto& output : outputs) {
+    if (!output.is_object() || !output.contains("output") || !output["output"].is_number_unsigned() ||
+        !output.contains("value"))
+      throw BadMove{"a change of an output has its number, output, and a value"};
+    trajectory::MoveOutput change;
+    change.change.output = output["output"].get<std::uint32_t>();
+    change.change.value = number_in(output["value"], "value");
+    if (output.contains("at")) change.at = number_in(output["at"], "at");
+    path.outputs.push_back(change);
+  }
+}
+
 PathMove move_in(const json& move, std::size_t axes) {
   if (!move.is_object()) throw BadMove{"a move is an object"};
   PathMove path;
@@ -104,7 +134,40 @@ PathMove move_in(const json& move, std::size_t axes) {
   path.feed = move.contains("feed") ? number_in(move["feed"], "feed") : std::numeric_limits<double>::infinity();
   if (move.contains("tolerance")) path.tolerance = number_in(move["tolerance"], "tolerance");
   if (move.contains("dwell")) path.dwell_s = number_in(move["dwell"], "dwell");
+  if (move.contains("outputs")) read_outputs(move["outputs"], path);
   return path;
+}
+
+/// What a machine adds to the document of its group.
+json coordinates_json(const runtime::GroupStatus& status) {
+  auto made = json::array();
+  const auto& coordinates = status.limits.group.coordinates;
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {
+    const auto& unit = coordinates[i].unit;
+    json coordinate = {{"name", coordinates[i].name}, {"unit", std::string(unit.name)}};
+    if (i < status.place.size()) coordinate["setpoint"] = unit.from_si(status.place[i]);
+    made.push_back(std::move(coordinate));
+  }
+  return made;
+}
+
+json outputs_json(const std::vector<runtime::GroupOutputLimits>& outputs) {
+  auto made = json::array();
+  for (const auto& output : outputs)
+    made.push_back({{"name", output.name}, {"minimum", output.least}, {"maximum", output.most}});
+  return made;
+}
+
+runtime::events::EventAxis described(const json& axis, const trajectory::PositionUnit& unit) {
+  runtime::events::EventAxis made;
+  made.name = axis.at("name").get<std::string>();
+  made.unit = unit;
+  return made;
+}
+
+/// Null: it has none that is known.
+const trajectory::PositionUnit* unit_of(const json& axis) {
+  return trajectory::find_position_unit(axis.at("unit").get<std::string>());
 }
 
 }  // namespace
@@ -122,8 +185,13 @@ json to_json(const runtime::GroupStatus& status, const runtime::AxisGroupConfig&
     }
     axes.push_back(std::move(axis));
   }
-  const auto& unit = described.front().unit;
+  const auto& unit = status.limits.group.coordinates.front().unit;
   json group = {{"name", status.limits.group.name}, {"owner", status.owner}, {"axes", std::move(axes)}};
+  if (status.limits.machine) {
+    group["kinematics"] = to_json(*status.limits.machine);
+    group["coordinates"] = coordinates_json(status);
+  }
+  if (!status.limits.outputs.empty()) group["outputs"] = outputs_json(status.limits.outputs);
   group["unit"] = std::string(unit.name);
   group["tolerance"] = unit.from_si(config.tolerance);
   if (!status.report) return group;
@@ -142,13 +210,9 @@ Outcome<PathGroup> path_group(const json& group) {
   try {
     made.limits.group.name = group.at("name").get<std::string>();
     for (const auto& axis : group.at("axes")) {
-      const auto* unit = trajectory::find_position_unit(axis.at("unit").get<std::string>());
+      const auto* unit = unit_of(axis);
       if (unit == nullptr || !axis.contains("setpoint")) return failed("the line is not in operation");
-      runtime::events::EventAxis described;
-      described.name = axis.at("name").get<std::string>();
-      described.unit = *unit;
-      made.limits.group.axes.push_back(std::move(described));
-      made.place.push_back(unit->to_si(axis.at("setpoint").get<double>()));
+      made.limits.group.axes.push_back(described(axis, *unit));
       std::optional<trajectory::PositionRange> range;
       if (axis.contains("min_position")) {
         range = trajectory::PositionRange{unit->to_si(axis.at("min_position").get<double>()),
@@ -156,7 +220,23 @@ Outcome<PathGroup> path_group(const json& group) {
       }
       made.limits.ranges.push_back(range);
     }
-    made.tolerance = made.limits.group.axes.at(0).unit.to_si(group.at("tolerance").get<double>());
+    for (const auto& coordinate : coordinates_of(group)) {
+      const auto* unit = unit_of(coordinate);
+      if (unit == nullptr || !coordinate.contains("setpoint"))
+        return failed("the tool is nowhere: the machine cannot be as its joints stand");
+      made.limits.group.coordinates.push_back(described(coordinate, *unit));
+      made.place.push_back(unit->to_si(coordinate.at("setpoint").get<double>()));
+    }
+    if (group.contains("kinematics")) {
+      auto machine = parse_machine(group.at("kinematics"));
+      if (!machine) return failed(fmt::format("the line tells of a machine that there is not: {}", machine.error()));
+      made.limits.machine = std::make_shared<const trajectory::Machine>(std::move(*machine));
+    }
+    for (const auto& output : group.value("outputs", json::array())) {
+      made.limits.outputs.push_back({output.at("name").get<std::string>(), output.at("minimum").get<double>(),
+                                     output.at("maximum").get<double>()});
+    }
+    made.tolerance = made.limits.group.coordinates.at(0).unit.to_si(group.at("tolerance").get<double>());
   } catch (const std::exception& wrong) {
     return failed(fmt::format("the line tells of its group what is not understood: {}", wrong.what()));
   }
@@ -179,8 +259,9 @@ std::string groups_text(const runtime::GroupDoor& door) {
   std::string lines;
   for (const auto& group : groups_json(door)) {
     const auto owner = text(group, "owner");
-    lines += fmt::format("group {} ({}): {}, commanded by {}\n", group.at("name").get<std::string>(), names_of(group),
-                         text(group, "state"), owner == "-" ? "nobody" : owner);
+    const auto place = group.contains("kinematics") ? fmt::format(" at {}", place_of(group)) : std::string{};
+    lines += fmt::format("group {} ({}): {}{}, commanded by {}\n", group.at("name").get<std::string>(), names_of(group),
+                         text(group, "state"), place, owner == "-" ? "nobody" : owner);
   }
   return lines;
 }
@@ -204,6 +285,7 @@ std::string groups_table(const json& groups) {
         text(group, "state") + (mark("interrupted") ? ", held" : "") + (mark("backwards") ? ", backwards" : ""));
     if (group.contains("error")) row("error", text(group, "error"));
     row("place", place_of(group));
+    if (group.contains("kinematics")) row("joints", places_of(group.at("axes")));
     if (group.contains("speed")) {
       row("speed", fmt::format("{:.6g} {}/s", group.at("speed").get<double>(), unit));
       row("way so far", fmt::format("{:.6g} {}", group.at("length").get<double>(), unit));
@@ -240,6 +322,11 @@ json to_json(const PathMove& move, std::size_t axes) {
   if (std::isfinite(move.feed)) made["feed"] = move.feed;
   if (move.tolerance > 0.0) made["tolerance"] = move.tolerance;
   if (move.dwell_s > 0.0) made["dwell"] = move.dwell_s;
+  for (const auto& output : move.outputs) {
+    json change = {{"output", output.change.output}, {"value", output.change.value}};
+    if (std::isfinite(output.at)) change["at"] = output.at;
+    made["outputs"].push_back(std::move(change));
+  }
   return made;
 }
 

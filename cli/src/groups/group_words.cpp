@@ -124,8 +124,8 @@ class RequestReader {
       if (stays != nullptr && words_[0] == "-") {
         (*stays)[i] = true;
       } else {
-        const auto value =
-            parse_quantity(group_.axis(i), Quantity::kPosition, words_[0], word_.relative ? "distance" : "position");
+        const auto value = parse_quantity(group_.coordinate(i), Quantity::kPosition, words_[0],
+                                          word_.relative ? "distance" : "position");
         if (!value) return tl::unexpected(value.error());
         place[i] = *value;
       }
@@ -140,8 +140,8 @@ class RequestReader {
 
   /// "2 positions are expected, of x, y".
   [[nodiscard]] std::string expected() const {
-    std::vector<std::string_view> names;
-    for (std::size_t i = 0; i < group_.config.axes.size(); ++i) names.emplace_back(group_.axis(i).name);
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < group_.config.axes.size(); ++i) names.push_back(group_.coordinate(i).name);
     return fmt::format("{} positions are expected, of {}; - leaves an axis where it is", names.size(),
                        fmt::join(names, ", "));
   }
@@ -163,7 +163,8 @@ class RequestReader {
 
   [[nodiscard]] Outcome<void> read_figure(std::string_view name, std::string_view text) {
     const bool feed = name == "feed";
-    const auto value = parse_quantity(group_.axis(0), feed ? Quantity::kVelocity : Quantity::kPosition, text, name);
+    const auto value =
+        parse_quantity(group_.coordinate(0), feed ? Quantity::kVelocity : Quantity::kPosition, text, name);
     if (!value) return tl::unexpected(value.error());
     if (feed && !(*value > 0.0)) return refuse("a feed above 0 is expected");
     if (!feed && *value < 0.0) return refuse("a tolerance of 0 or more is expected");
@@ -191,6 +192,17 @@ class RequestReader {
 };
 
 }  // namespace
+
+ecat_master::AxisConfig NamedGroup::coordinate(std::size_t number) const {
+  auto made = axes[config.axes[number]];
+  if (!config.machine || number >= config.machine->kinematics().coordinates().size()) return made;
+  const auto& tool = config.machine->kinematics().coordinates()[number];
+  made.name = tool.name;
+  made.kind = tool.kind;
+  made.unit =
+      tool.kind == trajectory::AxisKind::kRotary ? trajectory::find_position_unit("deg") : &config.machine->unit();
+  return made;
+}
 
 std::span<const std::string_view> group_verbs() {
   static const auto kNames = [] {

@@ -16,10 +16,8 @@ namespace driveline::cli {
 struct NamedGroup {
   const runtime::AxisGroupConfig& config;
   std::span<const ecat_master::AxisConfig> axes;  ///< of the line
-  /// The axis of a coordinate.
-  [[nodiscard]] const ecat_master::AxisConfig& axis(std::size_t coordinate) const {
-    return axes[config.axes[coordinate]];
-  }
+  /// Name, kind and unit of a coordinate of its moves: those of an axis, or of the tool.
+  [[nodiscard]] ecat_master::AxisConfig coordinate(std::size_t number) const;
 };
 
 /// What can be asked of a group, as it is written; without `path`, which needs a file.

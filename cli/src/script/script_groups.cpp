@@ -45,7 +45,7 @@ std::optional<ScriptGroups::Trouble> ScriptGroups::ask(runtime::GroupDoor& door,
 std::optional<ScriptGroups::Trouble> ScriptGroups::begin_path(runtime::GroupDoor& door, std::size_t line,
                                                               std::size_t group, const std::filesystem::path& file) {
   const auto status = door.status(group);
-  auto moves = read_group_path(file, {status.limits, status.setpoint, door.groups()[group].tolerance});
+  auto moves = read_group_path(file, {status.limits, status.place, door.groups()[group].tolerance});
   if (!moves) return Trouble{line, moves.error()};
   Made made;
   made.line = line;

@@ -14,10 +14,10 @@
 
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/axis_name.hpp"
-#include "driveline/trajectory/kinematic_kinds.hpp"
 #include "driveline/trajectory/path.hpp"
 #include "driveline/trajectory/path_check.hpp"
 #include "driveline/trajectory/path_shaper.hpp"
+#include "text/machine_json.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -51,7 +51,8 @@ double number_of(const json& value, std::string_view what) {
 class MoveReader {
  public:
   /// `folder`: of the file.
-  explicit MoveReader(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  MoveReader(std::filesystem::path folder, const MoveDefaults& defaults)
+      : folder_(std::move(folder)), start_(defaults.start), tolerance_(defaults.tolerance) {}
 
   MoveFile take() { return std::move(file_); }
   [[nodiscard]] bool has_axes() const { return !file_.axes.empty(); }
@@ -73,8 +74,9 @@ class MoveReader {
     if (line.contains("outputs")) read_output_names(line["outputs"]);
     if (line.contains("cycle_us")) file_.settings.period_s = number_of(line["cycle_us"], "cycle_us") * 1e-6;
     if (const auto wrong = trajectory::check_settings(file_.settings); !wrong.empty()) throw BadLine{wrong};
-    if (line.contains("start")) file_.start = place_of(line["start"], "start", {}, false);
-    check_start();
+    if (line.contains("start")) start_ = place_of(line["start"], "start", {}, false);
+    file_.start = start_.value_or(GroupVector{});
+    check_start(!start_ || line.contains("start"));
     at_ = file_.start;
   }
 
@@ -109,62 +111,26 @@ class MoveReader {
   [[nodiscard]] const trajectory::PositionUnit& first_unit() const { return *file_.coordinates.front().unit; }
 
   /// The shaper knows how far away the first place may be.
-  void check_start() const {
+  /// `by_limits`: of the file.
+  void check_start(bool by_limits) const {
     try {
       const trajectory::PathShaper shaper(file_.axes.size(), file_.start);
     } catch (const std::invalid_argument& wrong) {
       throw BadLine{wrong.what()};
     }
-    if (const auto wrong = trajectory::PathCheck(file_.settings).fault_at(file_.start); !wrong.empty()) {
+    if (!by_limits) return;
+    if (const auto wrong = trajectory::PathCheck(file_.settings, file_.axes).fault_at(file_.start); !wrong.empty()) {
       throw BadLine{"start: " + wrong};
     }
   }
 
-  static const trajectory::PositionUnit& length_unit_of(const json& object) {
-    const auto* unit = object.contains("unit") && object["unit"].is_string()
-                           ? trajectory::find_position_unit(object["unit"].get<std::string>())
-                           : nullptr;
-    if (unit == nullptr || unit->kind != trajectory::AxisKind::kLinear) {
-      throw BadLine{"the unit of kinematics must be \"m\", \"mm\" or \"um\""};
-    }
-    return *unit;
-  }
-
   void read_kinematics(const json& machine) {
-    if (!machine.is_object() || !machine.contains("type") || !machine["type"].is_string()) {
-      throw BadLine{"kinematics is an object with a type: \"cartesian\", \"scara\", \"delta\" or \"linear_delta\""};
-    }
-    const auto& unit = length_unit_of(machine);
-    std::vector<std::string> names;
-    std::vector<double> values;
-    for (const auto& [key, value] : machine.items()) {
-      if (key == "type" || key == "unit") continue;
-      names.push_back(key);
-      if (value.is_boolean()) {
-        values.push_back(value.get<bool>() ? 1.0 : 0.0);
-      } else {
-        values.push_back(unit.to_si(number_of(value, key)));
-      }
-    }
-    std::vector<trajectory::KinematicParameter> parameters;
-    for (std::size_t i = 0; i < names.size(); ++i) parameters.push_back({names[i], values[i]});
-    auto made = trajectory::make_kinematics(machine["type"].get<std::string>(), parameters);
-    if (!made) throw BadLine{made.error().reason};
-    file_.kinematics = std::move(*made);
-    file_.settings.kinematics = file_.kinematics.get();
-    const auto joints = file_.kinematics->joints();
-    for (std::size_t i = 0; i < joints.size() && i < file_.axes.size(); ++i) {
-      if (file_.axes[i].unit->kind == joints[i].kind) continue;
-      throw BadLine{fmt::format("axis {} is {} of the machine; its unit must be one of {}", file_.axes[i].name,
-                                joints[i].kind == trajectory::AxisKind::kRotary ? "a turning joint" : "a sliding joint",
-                                joints[i].kind == trajectory::AxisKind::kRotary ? "angles" : "lengths")};
-    }
-    const auto coordinates = file_.kinematics->coordinates();
-    const auto* const degree = trajectory::find_position_unit("deg");
-    for (std::size_t i = 0; i < coordinates.size() && i < file_.axes.size(); ++i) {
-      const bool is_angle = coordinates[i].kind == trajectory::AxisKind::kRotary;
-      file_.coordinates[i] = {std::string(coordinates[i].name), is_angle ? degree : &unit};
-    }
+    auto made = parse_machine(machine);
+    if (!made) throw BadLine{made.error()};
+    file_.machine = std::move(*made);
+    file_.settings.kinematics = &file_.machine->kinematics();
+    if (const auto wrong = file_.machine->fault_of(file_.axes); !wrong.empty()) throw BadLine{wrong};
+    file_.coordinates = file_.machine->coordinates(file_.axes);
   }
 
   void read_tool(const json& tool) {
@@ -264,7 +230,7 @@ class MoveReader {
   GroupVector place_of(const json& values, std::string_view what, const GroupVector& at, bool is_relative) const {
     if (!values.is_array() || values.size() != file_.coordinates.size()) {
       throw BadLine{fmt::format("{} must be an array of {} numbers, one for each {}", what, file_.coordinates.size(),
-                                file_.kinematics ? "coordinate" : "axis")};
+                                file_.machine ? "coordinate" : "axis")};
     }
     GroupVector place = at;
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -344,10 +310,11 @@ class MoveReader {
   }
 
   std::filesystem::path folder_;
+  std::optional<GroupVector> start_;
   MoveFile file_;
   GroupVector at_{};
   double feed_ = std::numeric_limits<double>::infinity();
-  double tolerance_ = 0.0;
+  double tolerance_;
 };
 
 json object_of(const std::string& line) {
@@ -359,8 +326,9 @@ json object_of(const std::string& line) {
 
 }  // namespace
 
-tl::expected<MoveFile, std::string> parse_moves(const std::string& text, const std::string& name) {
-  MoveReader reader(std::filesystem::path(name).parent_path());
+tl::expected<MoveFile, std::string> parse_moves(const std::string& text, const std::string& name,
+                                                const MoveDefaults& defaults) {
+  MoveReader reader(std::filesystem::path(name).parent_path(), defaults);
   std::istringstream lines(text);
   std::string line;
   std::size_t number = 0;
@@ -385,7 +353,7 @@ tl::expected<MoveFile, std::string> parse_moves(const std::string& text, const s
 }
 
 std::string refusal_of(const MoveFile& file, const std::string& name) {
-  const trajectory::PathCheck check(file.settings);
+  const trajectory::PathCheck check(file.settings, file.axes);
   trajectory::PathShaper shaper(file.settings.axes, file.start, &check);
   std::vector<trajectory::ShapedPiece> pieces;
   for (const auto& [move, line, point] : file.moves) {

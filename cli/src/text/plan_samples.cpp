@@ -8,7 +8,7 @@ PlanSamples::PlanSamples(const std::filesystem::path& file, const MoveFile& move
     : output_(file), moves_(moves), outputs_(moves.outputs.size(), 0.0) {
   output_.stream() << "time[s]";
   for (const auto& axis : moves_.axes) output_.stream() << fmt::format(",{}[{}]", axis.name, axis.unit->name);
-  if (moves_.kinematics) {
+  if (moves_.machine) {
     for (const auto& each : moves_.coordinates) output_.stream() << fmt::format(",{}[{}]", each.name, each.unit->name);
   }
   output_.stream() << fmt::format(",speed[{}/s],line", moves_.coordinates.front().unit->name);
@@ -22,7 +22,7 @@ void PlanSamples::take(const trajectory::ContourSetpoint& setpoint) {
   for (std::size_t i = 0; i < moves_.axes.size(); ++i) {
     output_.stream() << fmt::format(",{}", moves_.axes[i].unit->from_si(setpoint.position[i]));
   }
-  for (std::size_t i = 0; moves_.kinematics && i < moves_.coordinates.size(); ++i) {
+  for (std::size_t i = 0; moves_.machine && i < moves_.coordinates.size(); ++i) {
     output_.stream() << fmt::format(",{}", moves_.coordinates[i].unit->from_si(setpoint.tool[i]));
   }
   output_.stream() << fmt::format(",{},{}", moves_.coordinates.front().unit->from_si(setpoint.speed),

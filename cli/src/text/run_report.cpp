@@ -10,6 +10,7 @@
 #include "text/histogram_json.hpp"
 #include "text/image_view.hpp"
 #include "text/input_values.hpp"
+#include "text/machine_json.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -168,16 +169,34 @@ std::string_view change_text(runtime::LeaseChange::Kind kind) {
 
 nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupReport>& groups) {
   auto rows = nlohmann::json::array();
-  for (const auto& group : groups)
-    rows.push_back({{"name", group.name}, {"axes", group.axes}, {"state", group.state}, {"owner", group.owner}});
+  for (const auto& group : groups) {
+    nlohmann::json row = {{"name", group.name}, {"axes", group.axes}, {"state", group.state}, {"owner", group.owner}};
+    if (group.machine) {
+      row["kinematics"] = cli::to_json(*group.machine);
+      auto coordinates = nlohmann::json::array();
+      for (std::size_t i = 0; i < group.coordinates.size(); ++i) {
+        const auto& unit = group.coordinates[i].unit;
+        coordinates.push_back({{"name", group.coordinates[i].name}, {"unit", std::string(unit.name)}});
+        if (i < group.place.size()) coordinates.back()["setpoint"] = unit.from_si(group.place[i]);
+      }
+      row["coordinates"] = std::move(coordinates);
+    }
+    rows.push_back(std::move(row));
+  }
   return rows;
 }
 
 std::string groups_to_text(const std::vector<runtime::AxisGroupReport>& groups) {
   std::string text = groups.empty() ? "" : "\n";
   for (const auto& group : groups) {
-    text += fmt::format("  group {} ({}): {}\n", group.name, fmt::join(group.axes, ", "),
-                        group.state.empty() ? "not commanded" : group.state);
+    std::string place;
+    for (std::size_t i = 0; group.machine && i < group.place.size(); ++i) {
+      const auto& coordinate = group.coordinates[i];
+      place += fmt::format("{}{} {:.6g} {}", i == 0 ? " at " : ", ", coordinate.name,
+                           coordinate.unit.from_si(group.place[i]), coordinate.unit.name);
+    }
+    text += fmt::format("  group {} ({}{}): {}{}\n", group.name, group.machine ? group.machine->kind() + ": " : "",
+                        fmt::join(group.axes, ", "), group.state.empty() ? "not commanded" : group.state, place);
   }
   return text;
 }

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
 #include <string_view>
+#include <utility>
 
 #include "driveline/ecat_master/group/axis_groups.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
@@ -17,6 +21,10 @@ constexpr double kMostFeed = 1e6;
 constexpr double kLeastFeed = 1e-6;
 constexpr double kMostTolerance = 1e3;
 constexpr std::size_t kLeastAxes = 2;
+constexpr double kMostLength = 1e9;
+/// Of the acceleration and the jerk of a tool, m/s^2 and m/s^3.
+constexpr double kMostOfTool = 1e12;
+constexpr std::int64_t kMostBit = 31;
 /// A script could not tell a group of such a name from something else.
 constexpr std::array<std::string_view, 3> kWords{"all", "wait", "sleep"};
 
@@ -77,18 +85,108 @@ std::vector<std::size_t> read_axes(TomlReader& reader, const LineConfig& config)
   return axes;
 }
 
+std::vector<trajectory::NamedAxis> axes_of(const AxisGroupConfig& group, const LineConfig& config) {
+  std::vector<trajectory::NamedAxis> axes;
+  for (const auto axis : group.axes)
+    axes.push_back({config.axes[axis].name, &ecat_master::position_unit(config.axes[axis])});
+  return axes;
+}
+
+bool is_choice(std::string_view name) {
+  const auto kinds = trajectory::kinematic_kinds();
+  return std::any_of(kinds.begin(), kinds.end(), [&](const trajectory::KinematicKind& kind) {
+    return std::find(kind.choices.begin(), kind.choices.end(), name) != kind.choices.end();
+  });
+}
+
+/// The words and lengths of files of moves.
+std::shared_ptr<const trajectory::Machine> read_machine(TomlReader reader) {
+  const auto kind = reader.text("type");
+  const auto unit = reader.text("unit");
+  std::vector<trajectory::MachineValue> values;
+  for (const auto& key : reader.keys()) {
+    if (key == "type" || key == "unit") continue;
+    if (is_choice(key)) {
+      values.push_back({key, reader.boolean_or(key, false) ? 1.0 : 0.0, true});
+    } else {
+      values.push_back({key, reader.number(key, -kMostLength, kMostLength), false});
+    }
+  }
+  auto made = trajectory::Machine::make(kind, unit, std::move(values));
+  if (!made) reader.fail(made.error().key, made.error().reason);
+  return std::make_shared<const trajectory::Machine>(std::move(*made));
+}
+
+trajectory::ToolLimits read_tool(TomlReader reader, const trajectory::PositionUnit& unit) {
+  trajectory::ToolLimits tool;
+  const auto limit = [&](std::string_view key, double most, double& to) {
+    if (reader.has(key)) to = unit.to_si(reader.number(key, unit.from_si(kLeastFeed), unit.from_si(most)));
+  };
+  limit("max_velocity", kMostFeed, tool.max_velocity);
+  limit("max_acceleration", kMostOfTool, tool.max_acceleration);
+  limit("max_jerk", kMostOfTool, tool.max_jerk);
+  reader.finish();
+  return tool;
+}
+
+GroupOutputConfig read_output(TomlReader reader, const std::vector<GroupOutputConfig>& others) {
+  GroupOutputConfig output;
+  output.name = reader.text("name");
+  std::vector<std::string_view> taken;
+  for (const auto& other : others) taken.emplace_back(other.name);
+  if (const auto checked = trajectory::check_axis_name(output.name, taken); !checked) {
+    const bool twice = checked.error().fault == trajectory::AxisNameError::Fault::kTaken;
+    reader.fail("name", twice ? fmt::format("\"{}\" is there twice", output.name)
+                              : fmt::format("is \"{}\": 1 to 31 letters a to z and A to Z, digits and _-. are expected",
+                                            output.name));
+  }
+  output.to = reader.text("to");
+  output.to_place = reader.place("to");
+  if (reader.has("bit")) output.bit = static_cast<unsigned>(reader.integer("bit", 0, kMostBit));
+  reader.finish();
+  return output;
+}
+
+/// What is for contours alone.
+void check_contour(TomlReader& reader, const AxisGroupConfig& group) {
+  if (group.axes.size() <= trajectory::kMaxGroupAxes) return;
+  for (const std::string_view key : {"kinematics", "tool", "output"}) {
+    if (reader.has(key))
+      reader.fail(key, fmt::format("is for groups of up to {} axes, this one has {}", trajectory::kMaxGroupAxes,
+                                   group.axes.size()));
+  }
+}
+
+/// The machine of a group, if it has one; the unit of the first coordinate.
+const trajectory::PositionUnit& read_kinematics(TomlReader& reader, const LineConfig& config, AxisGroupConfig& group) {
+  const auto axes = axes_of(group, config);
+  if (!reader.has("kinematics")) return *axes.front().unit;
+  group.machine = read_machine(reader.table("kinematics"));
+  if (const auto wrong = group.machine->fault_of(axes); !wrong.empty()) reader.fail("axes", wrong);
+  return *group.machine->coordinates(axes).front().unit;
+}
+
 }  // namespace
 
 AxisGroupConfig read_axis_group(TomlReader reader, const LineConfig& config) {
   AxisGroupConfig group;
   group.name = read_name(reader, config);
   group.axes = read_axes(reader, config);
-  const auto& unit = ecat_master::position_unit(config.axes[group.axes.front()]);
+  check_contour(reader, group);
+  const auto& unit = read_kinematics(reader, config, group);
   const auto in_unit = [&](std::string_view key, double lowest, double highest) {
     return unit.to_si(reader.number(key, unit.from_si(lowest), unit.from_si(highest)));
   };
   if (reader.has("max_feed")) group.max_feed = in_unit("max_feed", kLeastFeed, kMostFeed);
   if (reader.has("tolerance")) group.tolerance = in_unit("tolerance", 0.0, kMostTolerance);
+  if (reader.has("tool")) group.tool = read_tool(reader.table("tool"), unit);
+  if (group.machine && !std::isfinite(group.tool.max_velocity))
+    reader.fail("kinematics",
+                "a machine needs a velocity limit of its tool: tool = { max_velocity = ... } is expected");
+  for (auto& output : reader.tables("output")) group.outputs.push_back(read_output(std::move(output), group.outputs));
+  if (group.outputs.size() > AxisGroupConfig::kMostOutputs)
+    reader.fail("output", fmt::format("{} are there, up to {} are possible", group.outputs.size(),
+                                      AxisGroupConfig::kMostOutputs));
   reader.finish();
   return group;
 }

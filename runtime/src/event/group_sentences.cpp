@@ -22,9 +22,10 @@ std::string in_unit(const events::EventAxis& axis, double value, std::string_vie
 template <typename Values>
 std::string place(const events::EventGroup& group, const Values& values, const std::vector<bool>& stays = {}) {
   std::string text;
-  for (std::size_t i = 0; i < group.axes.size() && i < values.size(); ++i) {
+  const auto& coordinates = group.coordinates;
+  for (std::size_t i = 0; i < coordinates.size() && i < values.size(); ++i) {
     if (i < stays.size() && stays[i]) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", group.axes[i].name, in_unit(group.axes[i], values[i]));
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", coordinates[i].name, in_unit(coordinates[i], values[i]));
   }
   return text.empty() ? "where it is" : text;
 }
@@ -40,8 +41,8 @@ std::string move_text(const events::EventGroup& group, const GroupRequest& reque
     text =
         fmt::format("on an arc {} around {}{}", text, place(group, path.center), path.clockwise ? ", clockwise" : "");
   }
-  if (group.axes.empty()) return text;
-  const auto& first = group.axes.front();
+  if (group.coordinates.empty()) return text;
+  const auto& first = group.coordinates.front();
   if (path.feed > 0.0 && std::isfinite(path.feed)) text += fmt::format(", feed {}", in_unit(first, path.feed, "/s"));
   if (path.tolerance > 0.0) text += fmt::format(", tolerance {}", in_unit(first, path.tolerance));
   if (move.buffer != ecat_master::GroupBuffer::kAborting) text += fmt::format(", {}", to_text(move.buffer));

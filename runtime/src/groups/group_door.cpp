@@ -17,6 +17,9 @@ using trajectory::PathMove;
 using Verb = GroupRequest::Verb;
 using Why = GroupRefusal::Why;
 
+/// What is finer is the rounding of kinematics, m and rad.
+constexpr double kGrain = 1e-12;
+
 /// Allowed to everybody.
 bool stops(Verb verb) noexcept {
   return verb == Verb::kHalt || verb == Verb::kStop || verb == Verb::kHold;
@@ -115,8 +118,10 @@ GroupDoor::~GroupDoor() {
   door_.guard(nullptr);
 }
 
-void GroupDoor::open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes) {
+void GroupDoor::open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes,
+                     std::vector<std::vector<GroupOutputLimits>> outputs) {
   const std::lock_guard guard(lock_);
+  outputs_ = std::move(outputs);
   running_ = &groups;
   single_ = &axes;
 }
@@ -134,8 +139,17 @@ std::vector<EventFacts> GroupDoor::take_events() {
 }
 
 events::EventGroup GroupDoor::event_group(std::size_t group) const {
-  events::EventGroup made{configs_.at(group).name, {}};
-  for (const auto axis : configs_.at(group).axes) made.axes.push_back(events::event_axis(door_.axes().at(axis)));
+  const auto& config = configs_.at(group);
+  events::EventGroup made{config.name, {}, {}};
+  for (const auto axis : config.axes) made.axes.push_back(events::event_axis(door_.axes().at(axis)));
+  made.coordinates = made.axes;
+  if (!config.machine) return made;
+  const auto coordinates = config.machine->coordinates(named_axes(made));
+  for (std::size_t i = 0; i < config.machine->kinematics().coordinates().size(); ++i) {
+    made.coordinates.at(i) = {};
+    made.coordinates[i].name = coordinates[i].name;
+    made.coordinates[i].unit = *coordinates[i].unit;
+  }
   return made;
 }
 
@@ -194,11 +208,34 @@ tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_move(std::size_t gro
   return running_->move(group, move);
 }
 
-/// At rest with nothing left to do, its place is that of its axes.
+std::vector<double> GroupDoor::joints_of(std::size_t group) const {
+  std::vector<double> joints;
+  for (const auto axis : configs_[group].axes) joints.push_back(single_->axis_report(axis).setpoint);
+  return joints;
+}
+
+/// In the coordinates of its moves; empty: the machine cannot be there.
+std::vector<double> GroupDoor::place_of(std::size_t group) const {
+  auto place = joints_of(group);
+  const auto& machine = configs_[group].machine;
+  if (!machine) return place;
+  trajectory::GroupVector joints{};
+  std::copy(place.begin(), place.end(), joints.begin());
+  auto tool = joints;
+  if (!machine->kinematics().forward(joints, tool)) return {};
+  for (std::size_t i = 0; i < place.size(); ++i) place[i] = std::round(tool.at(i) / kGrain) * kGrain + 0.0;  // no -0
+  return place;
+}
+
+/// At rest with nothing left to do, its place is that of its axes, or of their tool.
 void GroupDoor::find_place(std::size_t group) {
   if (!rests(group)) return;
-  auto& place = groups_[group]->place.emplace();
-  for (const auto axis : configs_[group].axes) place.push_back(single_->axis_report(axis).setpoint);
+  auto place = place_of(group);
+  if (place.empty()) {
+    groups_[group]->place.reset();
+  } else {
+    groups_[group]->place = std::move(place);
+  }
 }
 
 bool GroupDoor::rests(std::size_t group) const {
@@ -210,7 +247,8 @@ bool GroupDoor::rests(std::size_t group) const {
 }
 
 WayLimits GroupDoor::limits_of(std::size_t group) const {
-  WayLimits limits{event_group(group), {}};
+  WayLimits limits{event_group(group), {}, configs_[group].machine, {}};
+  if (group < outputs_.size()) limits.outputs = outputs_[group];
   for (const auto axis : configs_[group].axes) {
     const auto& range = door_.axes()[axis].software_limits;
     const double offset = single_ == nullptr ? 0.0 : single_->axis_report(axis).position_offset;
@@ -226,6 +264,7 @@ GroupDoor::Refused GroupDoor::check_move(std::size_t group, const GroupMove& mov
   const auto axes = configs_[group].axes.size();
   const bool known = state.place && (goes_on || rests(group));
   state.halted = false;
+  if (auto wrong = check_outputs(limits_of(group), move.path)) return wrong;
   if (move.relative && !known) {
     state.place.reset();
     return std::nullopt;
@@ -384,7 +423,8 @@ GroupStatus GroupDoor::status(std::size_t group) const {
   if (running_ == nullptr) return status;
   status.report = running_->group_report(group);
   status.room = running_->room(group);
-  for (const auto axis : axes) status.setpoint.push_back(single_->axis_report(axis).setpoint);
+  status.setpoint = joints_of(group);
+  status.place = place_of(group);
   return status;
 }
 

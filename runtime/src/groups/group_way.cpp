@@ -1,8 +1,14 @@
 #include "driveline/runtime/groups/group_way.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
+#include "driveline/trajectory/path_check.hpp"
 #include "driveline/trajectory/path_shaper.hpp"
 
 namespace driveline::runtime {
@@ -43,16 +49,53 @@ const trajectory::GroupVector& end_of(const trajectory::PathMove& move) {
   return move.kind == trajectory::PathMove::Kind::kSpline && !move.points.empty() ? move.points.back() : move.target;
 }
 
+trajectory::ContourSettings joint_settings(const WayLimits& limits) {
+  trajectory::ContourSettings settings;
+  settings.axes = limits.group.axes.size();
+  if (limits.machine) settings.kinematics = &limits.machine->kinematics();
+  for (std::size_t i = 0; i < limits.ranges.size(); ++i) {
+    if (!limits.ranges[i]) continue;
+    settings.limits.at(i).min_position = limits.ranges[i]->min;
+    settings.limits.at(i).max_position = limits.ranges[i]->max;
+  }
+  return settings;
+}
+
+std::vector<trajectory::NamedAxis> named_axes(const events::EventGroup& group) {
+  std::vector<trajectory::NamedAxis> named;
+  named.reserve(group.axes.size());
+  // Units of a table that lives as long as the program.
+  for (const auto& axis : group.axes) named.push_back({axis.name, trajectory::find_position_unit(axis.unit.name)});
+  return named;
+}
+
+std::optional<GroupRefusal> check_outputs(const WayLimits& limits, const trajectory::PathMove& move) {
+  for (const auto& output : move.outputs) {
+    if (output.change.output >= limits.outputs.size())
+      return unusable("the move changes an output that the group does not have");
+    const auto& [name, least, most] = limits.outputs[output.change.output];
+    const double value = output.change.value;
+    if (value >= least && value <= most && std::floor(value) == value) continue;
+    return unusable(fmt::format("the value of {} is {:.6g}, a whole number from {:.0f} to {:.0f} is possible", name,
+                                value, least, most));
+  }
+  return std::nullopt;
+}
+
 std::optional<GroupRefusal> check_way(const WayLimits& limits, const trajectory::GroupVector& from,
                                       const trajectory::PathMove& move) {
+  if (auto wrong = check_outputs(limits, move)) return wrong;
+  const auto settings = joint_settings(limits);
+  const trajectory::PathCheck machine(settings, named_axes(limits.group));
   std::vector<trajectory::ShapedPiece> pieces;
   try {
-    trajectory::PathShaper shaper(limits.group.axes.size(), from);
+    trajectory::PathShaper shaper(limits.group.axes.size(), from, limits.machine ? &machine : nullptr);
     if (auto added = shaper.add(move, pieces); !added) return unusable(added.error().reason);
     shaper.finish(pieces);
   } catch (const std::invalid_argument& wrong) {
     return unusable(wrong.what());
   }
+  if (limits.machine) return std::nullopt;
   for (const auto& shaped : pieces) {
     const auto& piece = shaped.piece;
     const int places = piece.is_line() ? 1 : kPlaces;

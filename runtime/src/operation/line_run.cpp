@@ -317,11 +317,25 @@ Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
 /// Before the couplings: an axis of a group may lead another one, which follows its setpoint of the same cycle.
 Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes) {
   if (config_.axis_groups.empty()) return {};
+  auto outputs = GroupOutputs::make(config_, *variables_, copies_);
+  if (!outputs) return tl::unexpected(outputs.error());
+  group_outputs_ = std::move(*outputs);
   std::vector<ecat_master::GroupConfig> groups;
-  for (const auto& group : config_.axis_groups) groups.push_back({group.name, group.axes});
+  std::vector<std::vector<GroupOutputLimits>> limits;
+  for (std::size_t i = 0; i < config_.axis_groups.size(); ++i) {
+    const auto& described = config_.axis_groups[i];
+    auto& group = groups.emplace_back(ecat_master::GroupConfig{described.name, described.axes});
+    if (described.machine) group.kinematics = &described.machine->kinematics();
+    group.tool = described.tool;
+    auto& values = limits.emplace_back();
+    if (!group_outputs_[i]) continue;
+    group.outputs = group_outputs_[i].get();
+    values = group_outputs_[i]->limits();
+    settings_.tasks->serve(*group_outputs_[i], {.order = ecat_master::TaskTiming::Order::kAfterMotion});
+  }
   try {
-    motion.add(std::make_unique<ecat_master::AxisGroups>(axes, std::move(groups), config_.period), *settings_.groups,
-               !session_.virtual_time());
+    motion.add(std::make_unique<ecat_master::AxisGroups>(axes, std::move(groups), config_.period), std::move(limits),
+               *settings_.groups, !session_.virtual_time());
   } catch (const std::invalid_argument& wrong) {
     return fail(ErrorKind::kSetting, wrong.what(), "[[axis_group]]");
   }
@@ -579,8 +593,11 @@ void LineRun::stop_motion() {
 void LineRun::note_groups() {
   for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
     const auto status = settings_.groups->status(group);
-    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner};
+    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner, {}, {}, {}};
     for (const auto& axis : status.limits.group.axes) report.axes.push_back(axis.name);
+    report.machine = config_.axis_groups[group].machine;
+    report.coordinates = status.limits.group.coordinates;
+    report.place = status.place;
     if (status.report) report.state = to_text(status.report->state);
     groups_.push_back(std::move(report));
   }

@@ -22,6 +22,7 @@
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/snapshot/drain_thread.hpp"
+#include "groups/group_outputs.hpp"
 #include "operation/line_motion.hpp"
 #include "operation/line_services.hpp"
 #include "operation/line_tasks.hpp"
@@ -133,6 +134,7 @@ class LineRun {
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;
+  std::vector<std::unique_ptr<GroupOutputs>> group_outputs_;  ///< null: the group has none
   std::unique_ptr<LineMotion> motion_;
   std::unique_ptr<StreamService> stream_;     ///< of single axes with [stream]
   std::unique_ptr<LineCouplings> couplings_;  ///< of single axes with [[coupling]]

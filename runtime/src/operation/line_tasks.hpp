@@ -19,9 +19,8 @@ class LineTasks {
   [[nodiscard]] ecat_master::SetpointSource* make_source(const LineConfig& config);
   /// Sets the tasks up; after make_source(). Error: that of the first task that fails.
   [[nodiscard]] Result<void> prepare(const LineConfig& config, const ecat_master::ProcessVariables& process_data);
-  /// Runs a task of the line itself in every cycle, behind those of the application and before the motion. Nothing is
-  /// reported of it. After all add().
-  void serve(ecat_master::CycleTask& task) { schedule_.add(task, {}); }
+  /// Runs a task of the line itself, behind those of the application. Nothing is reported of it. After all add().
+  void serve(ecat_master::CycleTask& task, ecat_master::TaskTiming timing = {}) { schedule_.add(task, timing); }
   /// Null: there are no tasks.
   [[nodiscard]] ecat_master::TaskSchedule* schedule() noexcept { return schedule_.size() == 0 ? nullptr : &schedule_; }
   /// In the order of add(). When the cycle rests.

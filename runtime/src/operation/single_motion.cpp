@@ -17,8 +17,10 @@ SingleMotion::~SingleMotion() {
   door_.close();
 }
 
-void SingleMotion::add(std::unique_ptr<ecat_master::AxisGroups> groups, GroupDoor& door, bool thread) {
+void SingleMotion::add(std::unique_ptr<ecat_master::AxisGroups> groups,
+                       std::vector<std::vector<GroupOutputLimits>> outputs, GroupDoor& door, bool thread) {
   groups_ = std::move(groups);
+  group_outputs_ = std::move(outputs);
   group_door_ = &door;
   thread_ = thread;
   failed_groups_.resize(groups_->groups().size());
@@ -28,7 +30,7 @@ void SingleMotion::start() {
   door_.open(*axes_);
   if (groups_) {
     if (thread_) groups_->start_planning();
-    group_door_->open(*groups_, *axes_);
+    group_door_->open(*groups_, *axes_, group_outputs_);
   }
   if (!enable_) return;
   AxisCaller start;

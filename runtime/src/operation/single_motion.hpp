@@ -20,9 +20,10 @@ class SingleMotion final : public LineMotion {
   SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable);
   ~SingleMotion() override;
 
-  /// Groups of these axes. `thread`: their paths are planned by a thread of its own; otherwise in look(), as virtual
-  /// time has it. Before start(); `door` must outlive this object.
-  void add(std::unique_ptr<ecat_master::AxisGroups> groups, GroupDoor& door, bool thread);
+  /// Groups of these axes, and the outputs of each. `thread`: their paths are planned by a thread of its own; otherwise
+  /// in look(), as virtual time has it. Before start(); `door` must outlive this object.
+  void add(std::unique_ptr<ecat_master::AxisGroups> groups, std::vector<std::vector<GroupOutputLimits>> outputs,
+           GroupDoor& door, bool thread);
 
   [[nodiscard]] ecat_master::MotionControl& control() noexcept override { return *axes_; }
   void start() override;
@@ -45,6 +46,7 @@ class SingleMotion final : public LineMotion {
   AxisDoor& door_;
   bool enable_;
   std::unique_ptr<ecat_master::AxisGroups> groups_;  ///< none: the line has no groups
+  std::vector<std::vector<GroupOutputLimits>> group_outputs_;
   GroupDoor* group_door_ = nullptr;
   bool thread_ = false;
   std::vector<char> failed_groups_;        ///< at the last look

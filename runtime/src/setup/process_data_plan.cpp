@@ -63,6 +63,24 @@ Result<ProcessDataCopy> make_copy(const LineConfig& config, const CopyConfig& wa
 
 }  // namespace
 
+Result<ProcessVariable> find_free_output(const LineConfig& config, std::string_view name, const std::string& place,
+                                         const ProcessVariables& variables, std::span<const ProcessDataCopy> copies) {
+  const auto variable = variables.find(name);
+  if (!variable) return fail(ErrorKind::kSetting, describe(variable.error()), place);
+  if (!variable->output) {
+    return fail(ErrorKind::kSetting, fmt::format("{} is an input, an output is expected", variable->text()), place);
+  }
+  if (const auto* axis = writer_of(config, *variable))
+    return fail(ErrorKind::kSetting, fmt::format("{} is written by the axis \"{}\"", variable->text(), axis->name),
+                place);
+  ProcessDataCopy whole;
+  whole.to_bit = variable->bit_offset;
+  whole.bits = variable->bits;
+  if (std::any_of(copies.begin(), copies.end(), [&](const auto& copy) { return overlap(copy, whole); }))
+    return fail(ErrorKind::kSetting, fmt::format("{} is written by a [[copy]]", variable->text()), place);
+  return *variable;
+}
+
 ecat_master::Master::Settings master_settings(const LineConfig& config) {
   ecat_master::Master::Settings settings;
   settings.layout.layout = config.process_data.layout;

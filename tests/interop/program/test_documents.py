@@ -134,6 +134,8 @@ class Reference(DocumentTest):
         "coupling": ['slave = [{ name = "x" }, { name = "y" }]\naxis = [{ name = "x" }, { name = "y" }]\n[[coupling]]\nslave = "x"\nmaster = "y"'],
         "axis_group": ['slave = [{ name = "x" }, { name = "y" }]\naxis = [{ name = "x" }, { name = "y" }]\n[[axis_group]]\nname = "g"\n'
                        'axes = ["x", "y"]'],
+        "axis_group.output": ['slave = [{ name = "x" }, { name = "y" }]\naxis = [{ name = "x" }, { name = "y" }]\n[[axis_group]]\nname = "g"\n'
+                              'axes = ["x", "y"]\n[[axis_group.output]]\nname = "a"\nto = "x.60FE:01"'],
         "gantry": ['slave = [{ name = "x" }, { name = "y" }]\naxis = [{ name = "x" }, { name = "y" }]\n[[gantry]]\nleader = "x"\n'
                    'follower = "y"\nskew_limit = 1'],
         "path": ['slave = [{ name = "x" }]\n[path]\nfile = "a.csv"'],
@@ -143,7 +145,7 @@ class Reference(DocumentTest):
         "output": ['slave = [{ name = "x" }]\n[output]'],
     }
 
-    INNER = ("slave.dc", "slave.input", "slave.pdo", "slave.plant", "slave.plant.dc_link", "slave.plant.encoder", "slave.plant.load",
+    INNER = ("axis_group.output", "slave.dc", "slave.input", "slave.pdo", "slave.plant", "slave.plant.dc_link", "slave.plant.encoder", "slave.plant.load",
              "slave.plant.thermal", "slave.plant.winding", "slave.sdo", "slave.switch", "slave.timeouts", "slave.watchdog", "telemetry.rates", "wiring.cable")
 
     def test_lists_the_keys_that_the_program_knows(self):

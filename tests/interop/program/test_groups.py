@@ -98,9 +98,10 @@ class Script(ProgramTest):
         self.write("other.jsonl", other + '{"line": [1, 1]}\n')
         result = self.run_script(ENABLE + "plotter path other.jsonl\n")
         self.assertIn("other.jsonl:1: the axes must be those of group plotter, in their order: x, y", result.stderr.splitlines()[-1])
-        self.write("tool.jsonl", HEAD.replace("]}\n", '], "kinematics": {"kind": "scara"}}\n') + '{"line": [1, 1]}\n')
+        self.write("tool.jsonl", HEAD.replace('"y"', '"y", "unit": "mm", "max_velocity": 800, "max_acceleration": 8000, "max_jerk": 400000}, {"name": "z"').replace(
+            "]}\n", '], "kinematics": {"type": "cartesian", "unit": "mm"}, "tool": {"max_velocity": 1000}}\n') + '{"line": [1, 1, 1]}\n')
         result = self.run_script(ENABLE + "plotter path tool.jsonl\n")
-        self.assertIn("tool.jsonl:1: kinematics are for plan", result.stderr.splitlines()[-1])
+        self.assertIn("tool.jsonl:1: the file has kinematics, and the moves of group plotter are those of its axes", result.stderr.splitlines()[-1])
         self.write("start.jsonl", HEAD.replace("]}\n", '], "start": [5, 0]}\n') + '{"line": [1, 1]}\n')
         result = self.run_script(ENABLE + "plotter path start.jsonl\n")
         self.assertIn("start.jsonl:1: the path starts at x 5 mm, and the group stands at 0 mm", result.stderr.splitlines()[-1])

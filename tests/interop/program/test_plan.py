@@ -160,7 +160,7 @@ class Plan(ProgramTest):
         first, *moves = DELTA.read_text(encoding="utf-8").splitlines(keepends=True)
         for line, part in (('{"line": [0, 0, -900]}', "the machine cannot reach"),
                            ('{"line": [600, 0, -620]}', "the machine cannot reach"),
-                           ('{"line": [0, 0, -342]}', "axis 1 would be at"),
+                           ('{"line": [0, 0, -342]}', "axis a1 would be at"),
                            ('{"line": [0, 0, -560], "dwell": -1}', "the dwell is -1 s"),
                            ('{"line": [0, 0, -570], "outputs": [{"name": "suck", "value": 1}]}', "no output")):
             with self.subTest(line):

@@ -136,11 +136,13 @@ TEST(GroupMoves, AreTheSameAtTheOtherEndOfTheSocket) {
   around.first_axis = 1;
   around.second_axis = 0;
   around.feed = std::numeric_limits<double>::infinity();
+  PathMove switches = line;
+  switches.outputs = {{{0, 1.0}, 0.02}, {{3, -5.0}}};
   PathMove spline = line;
   spline.kind = PathMove::Kind::kSpline;
   spline.target = {};
   spline.points = {{0.01, 0.02}, {0.03, 0.01}};
-  for (const auto& move : {line, via, around, spline}) {
+  for (const auto& move : {line, via, around, switches, spline}) {
     const auto told = parse_move(nlohmann::json::parse(to_json(move, 2).dump()), 2);
     ASSERT_TRUE(told) << told.error().text;
     EXPECT_EQ(told->kind, move.kind);
@@ -154,7 +156,17 @@ TEST(GroupMoves, AreTheSameAtTheOtherEndOfTheSocket) {
     EXPECT_EQ(told->feed, move.feed);
     EXPECT_EQ(told->tolerance, move.tolerance);
     EXPECT_EQ(told->dwell_s, move.dwell_s);
+    ASSERT_EQ(told->outputs.size(), move.outputs.size());
+    for (std::size_t i = 0; i < move.outputs.size(); ++i) {
+      EXPECT_EQ(told->outputs[i].change.output, move.outputs[i].change.output);
+      EXPECT_EQ(told->outputs[i].change.value, move.outputs[i].change.value);
+      EXPECT_EQ(told->outputs[i].at, move.outputs[i].at);
+    }
   }
+  for (const auto* wrong : {R"({"to": [0, 0], "outputs": 1})", R"({"to": [0, 0], "outputs": [{"value": 1}]})",
+                            R"({"to": [0, 0], "outputs": [{"output": -1, "value": 1}]})",
+                            R"({"to": [0, 0], "outputs": [{"output": 0, "value": "on"}]})"})
+    EXPECT_FALSE(parse_move(nlohmann::json::parse(wrong), 2)) << wrong;
 }
 
 TEST_F(GroupWords, GroupsAreFoundByTheirNames) {

@@ -130,7 +130,7 @@ TEST(MoveFile, PlacesThatAMachineCannotHaveAreRefusedWithFileAndLine) {
   EXPECT_EQ(refused(machine + R"({"line": [400, 10, 0, 0]})" + "\n" + R"({"line": [700, 0, 0, 0]})")
                 .find("f:3: the machine cannot reach (0.7, 0, 0, 0): the arms reach from 0.1 m to 0.6 m"),
             0U);
-  EXPECT_EQ(refused(machine + R"({"line": [0, 400, 0, 0]})").find("f:2: axis 1 would be at "), 0U);
+  EXPECT_EQ(refused(machine + R"({"line": [0, 400, 0, 0]})").find("f:2: axis j1 would be at "), 0U);
   EXPECT_EQ(refused(scara_line("", kArms, "")), "f:1: a machine with kinematics needs a velocity limit of its tool");
   EXPECT_EQ(refused(scara_line("", R"("unit": "mm", "upper_arm": 350)", kToolLimit)),
             "f:1: a machine of kind scara needs forearm");

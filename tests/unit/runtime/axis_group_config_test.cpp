@@ -46,6 +46,46 @@ TEST(AxisGroupConfig, HasItsAxesInTheOrderOfTheCoordinatesAndTheUnitOfTheFirst) 
   EXPECT_TRUE(read("")->axis_groups.empty());
 }
 
+/// Axes of the tests that turn, for machines.
+std::string turning(int count) {
+  std::string text;
+  for (int i = 1; i <= count; ++i) {
+    const auto name = "j" + std::to_string(i);
+    text += "[[slave]]\nname = \"" + name + "\"\n[[axis]]\nname = \"" + name + "\"\nunit = \"deg\"\n";
+  }
+  return text;
+}
+
+const std::string kArms = "type = \"scara\", unit = \"mm\", upper_arm = 350, forearm = 250";
+
+TEST(AxisGroupConfig, HasAMachineInTheWordsOfFilesOfMovesAndTheUnitsOfItsTool) {
+  const auto one =
+      read(turning(3) + group("name = \"arm\"\naxes = [\"j1\", \"j2\", \"z\", \"j3\"]\nkinematics = { " + kArms +
+                              ", elbow_left = true }\ntool = { max_velocity = 2000, max_jerk = 5e6 }\n"
+                              "max_feed = 500\ntolerance = 2\n"
+                              "output = [{ name = \"gripper\", to = \"x.60FE:01\", bit = 16 }]\n"));
+  ASSERT_TRUE(one) << describe(one.error());
+  const auto& arm = one->axis_groups.at(0);
+  ASSERT_NE(arm.machine, nullptr);
+  EXPECT_EQ(arm.machine->kind(), "scara");
+  const auto same = trajectory::Machine::make(
+      "scara", "m", {{"forearm", 0.25, false}, {"upper_arm", 0.35, false}, {"elbow_left", 1.0, true}});
+  ASSERT_TRUE(same);
+  EXPECT_EQ(arm.machine->difference_to(*same), "");
+  EXPECT_DOUBLE_EQ(arm.tool.max_velocity, 2.0);
+  EXPECT_TRUE(std::isinf(arm.tool.max_acceleration));
+  EXPECT_DOUBLE_EQ(arm.tool.max_jerk, 5e3);
+  EXPECT_DOUBLE_EQ(arm.max_feed, 0.5) << "of x, not of an arm";
+  EXPECT_DOUBLE_EQ(arm.tolerance, 2e-3);
+  ASSERT_EQ(arm.outputs.size(), 1U);
+  EXPECT_EQ(arm.outputs[0].to, "x.60FE:01");
+  EXPECT_EQ(arm.outputs[0].bit, 16U);
+  const auto plain = read(group("name = \"g\"\naxes = [\"x\", \"y\"]\ntool = { max_acceleration = 300 }\n"));
+  ASSERT_TRUE(plain) << describe(plain.error());
+  EXPECT_EQ(plain->axis_groups[0].machine, nullptr);
+  EXPECT_DOUBLE_EQ(plain->axis_groups[0].tool.max_acceleration, 0.3);
+}
+
 struct WrongGroup {
   std::string text;
   std::size_t line;  ///< counted from the first one behind the axes
@@ -64,6 +104,16 @@ TEST_P(AxisGroupConfigError, IsOneSentenceWithFileAndLine) {
   EXPECT_EQ(describe(config.error()),
             "line.toml:" + std::to_string(kFirstLine + GetParam().line - 1) + ": " + GetParam().sentence);
 }
+
+/// A machine of axes that are there; kinematics are in line 4.
+std::string machine(const std::string& axes, const std::string& kinematics, const std::string& more = "") {
+  return "[[axis_group]]\nname = \"m\"\naxes = [" + axes + "]\nkinematics = { " + kinematics + " }\n" + more;
+}
+const std::string kTool = "tool = { max_velocity = 100 }\n";
+const std::string kPortal = "type = \"cartesian\", unit = \"mm\"";
+const std::string kThree = "\"x\", \"y\", \"z\"";
+const std::string kColumns =
+    "type = \"linear_delta\", unit = \"mm\", column_radius = 300, platform_radius = 50, rod = ";
 
 const std::string kPlain = "[[axis_group]]\nname = \"g\"\naxes = [\"x\", \"y\"]\n";
 
@@ -95,7 +145,43 @@ INSTANTIATE_TEST_SUITE_P(
         WrongGroup{kPlain + "max_feed = nan\n", 4, "[axis_group 1] max_feed: is nan, 0.001 to 1000000000 is expected"},
         WrongGroup{kPlain + "tolerance = -1\n", 4, "[axis_group 1] tolerance: is -1, 0 to 1000000 is expected"},
         WrongGroup{kPlain + "tolerence = 1\n", 4,
-                   "[axis_group 1] tolerence: unknown key, expected one of: axes, max_feed, name, tolerance"},
+                   "[axis_group 1] tolerence: unknown key, expected one of: axes, kinematics, max_feed, name, output, "
+                   "tolerance, tool"},
+        WrongGroup{
+            machine(kThree, "type = \"dleta\", unit = \"mm\"", kTool), 4,
+            "[axis_group 1.kinematics] type: there is no machine of kind 'dleta'; there are cartesian, scara, delta "
+            "and linear_delta"},
+        WrongGroup{machine(kThree, "unit = \"mm\"", kTool), 4,
+                   "[axis_group 1.kinematics] type: is missing, a string is expected"},
+        WrongGroup{machine(kThree, "type = \"cartesian\", unit = \"deg\"", kTool), 4,
+                   "[axis_group 1.kinematics] unit: the unit of kinematics must be \"m\", \"mm\" or \"um\""},
+        WrongGroup{machine(kThree, kPortal + ", rod = 3", kTool), 4,
+                   "[axis_group 1.kinematics] rod: a machine of kind cartesian has no 'rod'"},
+        WrongGroup{machine(kThree, kColumns + "0", kTool), 4,
+                   "[axis_group 1.kinematics] rod: rod is 0 m; it must be above 0"},
+        WrongGroup{machine(kThree, kColumns + "nan", kTool), 4,
+                   "[axis_group 1.kinematics] rod: is nan, -1000000000 to 1000000000 is expected"},
+        WrongGroup{machine(kThree, kColumns + "\"long\"", kTool), 4,
+                   "[axis_group 1.kinematics] rod: is a string, a number is expected"},
+        WrongGroup{machine(kThree, kArms, kTool), 3, "[axis_group 1] axes: the machine has 4 joints, the group 3 axes"},
+        WrongGroup{machine("\"x\", \"turn\", \"z\"", kPortal, kTool), 3,
+                   "[axis_group 1] axes: axis turn is a sliding joint of the machine; its unit must be one of lengths"},
+        WrongGroup{
+            machine(kThree, kPortal), 4,
+            "[axis_group 1] kinematics: a machine needs a velocity limit of its tool: tool = { max_velocity = ... } "
+            "is expected"},
+        WrongGroup{machine(kThree, kPortal, "tool = { max_velocity = 0 }\n"), 5,
+                   "[axis_group 1.tool] max_velocity: is 0, 0.001 to 1000000000 is expected"},
+        WrongGroup{
+            kPlain + "tool = { max_speed = 5 }\n", 4,
+            "[axis_group 1.tool] max_speed: unknown key, expected one of: max_acceleration, max_jerk, max_velocity"},
+        WrongGroup{kPlain + "[[axis_group.output]]\nname = \"a\"\nto = \"x.60FE:01\"\nbit = 32\n", 7,
+                   "[axis_group 1.output 1] bit: is 32, 0 to 31 is expected"},
+        WrongGroup{
+            kPlain + "[[axis_group.output]]\nname = \"a b\"\n", 5,
+            "[axis_group 1.output 1] name: is \"a b\": 1 to 31 letters a to z and A to Z, digits and _-. are expected"},
+        WrongGroup{kPlain + "output = [{ name = \"a\", to = \"x.1\" }, { name = \"a\", to = \"x.2\" }]\n", 4,
+                   "[axis_group 1.output 2] name: \"a\" is there twice"},
         WrongGroup{kPlain + "[path]\nfile = \"a.csv\"\n", 1,
                    "axis_group: goes with axes that wait for requests: there must be no [path], which they would "
                    "follow"},

@@ -6,6 +6,7 @@
 #include "driveline/trajectory/cartesian_kinematics.hpp"
 #include "driveline/trajectory/delta_kinematics.hpp"
 #include "driveline/trajectory/kinematic_kinds.hpp"
+#include "driveline/trajectory/machine.hpp"
 #include "driveline/trajectory/scara_kinematics.hpp"
 #include "move_oracle.hpp"
 
@@ -184,6 +185,44 @@ TEST(KinematicKinds, AreMadeByTheirNames) {
   EXPECT_EQ(refusal("scara", {{"upper_arm", 0.3}, {"forearm", 0.0}}), "forearm is 0 m; it must be above 0");
   EXPECT_EQ(refusal("scara", {{"upper_arm", 0.3}, {"upper_arm", 0.3}}), "there are two values of upper_arm");
   EXPECT_EQ(refusal("scara", {{"rod", 0.3}}), "a machine of kind scara has no 'rod'");
+}
+
+TEST(Machine, HasTheUnitsOfItsFileAndKnowsAnotherOne) {
+  const auto arm =
+      trajectory::Machine::make("scara", "mm", {{"upper_arm", 350.0}, {"forearm", 250.0}, {"elbow_left", 1.0, true}});
+  ASSERT_TRUE(arm) << arm.error().reason;
+  const auto* const degree = find_position_unit("deg");
+  const auto* const metre = find_position_unit("m");
+  const std::vector<NamedAxis> axes{{"a", degree}, {"b", degree}, {"lift", metre}, {"c", degree}, {"track", metre}};
+  EXPECT_EQ(arm->fault_of(axes), "");
+  const auto coordinates = arm->coordinates(axes);
+  ASSERT_EQ(coordinates.size(), 5U);
+  EXPECT_EQ(coordinates[0].name, "x");
+  EXPECT_EQ(coordinates[0].unit->name, "mm");
+  EXPECT_EQ(coordinates[3].name, "c");
+  EXPECT_EQ(coordinates[3].unit, degree);
+  EXPECT_EQ(coordinates[4].name, "track");
+  EXPECT_EQ(coordinates[4].unit, metre);
+  GroupVector tool{};
+  ASSERT_TRUE(arm->kinematics().forward({}, tool));
+  EXPECT_DOUBLE_EQ(tool[0], 0.6);
+  const std::vector<NamedAxis> wrong{{"a", degree}, {"b", metre}, {"lift", metre}, {"c", degree}};
+  EXPECT_EQ(arm->fault_of(wrong), "axis b is a turning joint of the machine; its unit must be one of angles");
+  EXPECT_EQ(arm->fault_of(std::span(wrong).first(3)), "the machine has 4 joints, the group 3 axes");
+
+  const auto difference = [&](std::string_view kind, std::vector<MachineValue> values) {
+    const auto other = trajectory::Machine::make(kind, "m", std::move(values));
+    return other ? arm->difference_to(*other) : other.error().reason;
+  };
+  EXPECT_EQ(difference("scara", {{"forearm", 0.25}, {"elbow_left", 1.0, true}, {"upper_arm", 0.35}}), "");
+  EXPECT_EQ(difference("scara", {{"forearm", 0.25}, {"upper_arm", 0.35}}), "elbow_left is false, not true");
+  EXPECT_EQ(difference("scara", {{"forearm", 0.3}, {"upper_arm", 0.35}}), "forearm is 300 mm, not 250 mm");
+  EXPECT_EQ(difference("cartesian", {}), "its kind is cartesian, not scara");
+  EXPECT_EQ(difference("scara", {{"elbow_left", 1.0}}), "elbow_left must be true or false");
+  EXPECT_EQ(difference("scara", {{"forearm", 1.0, true}}), "forearm must be a number");
+  EXPECT_EQ(difference("scaar", {{"elbow_left", 1.0}}),
+            "there is no machine of kind 'scaar'; there are cartesian, scara, delta and linear_delta");
+  EXPECT_EQ(trajectory::Machine::make("cartesian", "deg", {}).error().key, "unit");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "contour/joint_path.hpp"
 #include "geometry/group_math.hpp"
@@ -16,13 +17,17 @@ constexpr double kRounding = 1e-9;
 std::string place_text(const ContourSettings& settings, const GroupVector& place) {
   const std::size_t count = settings.kinematics == nullptr ? settings.axes : settings.kinematics->coordinates().size();
   std::string text = "(";
-  for (std::size_t i = 0; i < count; ++i) text += (i == 0 ? "" : ", ") + to_short_text(place[i]);
+  // What is finer is rounding.
+  constexpr double kGrain = 1e-12;
+  for (std::size_t i = 0; i < count; ++i)
+    text += (i == 0 ? "" : ", ") + to_short_text(std::round(place[i] / kGrain) * kGrain + 0.0);
   return text + ")";
 }
 
 }  // namespace
 
-PathCheck::PathCheck(const ContourSettings& settings) noexcept : settings_(settings) {
+PathCheck::PathCheck(const ContourSettings& settings, std::vector<NamedAxis> axes) noexcept
+    : settings_(settings), axes_(std::move(axes)) {
   is_needed_ = settings.kinematics != nullptr;
   for (std::size_t i = 0; i < settings.axes; ++i) {
     is_needed_ =
@@ -30,13 +35,27 @@ PathCheck::PathCheck(const ContourSettings& settings) noexcept : settings_(setti
   }
 }
 
+std::string PathCheck::name_of(std::size_t axis) const {
+  return axis < axes_.size() ? axes_[axis].name : std::to_string(axis + 1);
+}
+
+std::string PathCheck::text_of(std::size_t axis, double position) const {
+  if (axis >= axes_.size()) return to_short_text(position);
+  const auto& unit = *axes_[axis].unit;
+  return to_short_text(unit.from_si(position)) + " " + std::string(unit.name);
+}
+
+std::string_view PathCheck::any_unit(std::size_t axis) const noexcept {
+  return axis < axes_.size() ? "" : " m or rad";
+}
+
 std::string PathCheck::fault_of_position(std::size_t axis, double position) const {
   const auto& limits = settings_.limits[axis];
   const bool is_low = position < limits.min_position - kRounding;
   if (!is_low && position <= limits.max_position + kRounding) return "";
-  return "axis " + std::to_string(axis + 1) + " would be at " + to_short_text(position) + ", beyond its " +
+  return "axis " + name_of(axis) + " would be at " + text_of(axis, position) + ", beyond its " +
          (is_low ? "lowest" : "highest") + " position of " +
-         to_short_text(is_low ? limits.min_position : limits.max_position) + " m or rad";
+         text_of(axis, is_low ? limits.min_position : limits.max_position) + std::string(any_unit(axis));
 }
 
 std::string PathCheck::sample_at(const PathPiece& piece, double length, Sample& sample) const {
@@ -95,8 +114,8 @@ std::string PathCheck::fault_between(const PathPiece& piece, const Sample& from,
                             0.125 * (to.length - from.length) * (from.joints.first[i] - to.joints.first[i]);
     if (std::abs(middle.joints.position[i] - expected) <= kNear) continue;
     if (halvings == 0) {
-      return "axis " + std::to_string(i + 1) + " would have to leap from " + to_short_text(from.joints.position[i]) +
-             " to " + to_short_text(to.joints.position[i]) + " m or rad at " +
+      return "axis " + name_of(i) + " would have to leap from " + text_of(i, from.joints.position[i]) + " to " +
+             text_of(i, to.joints.position[i]) + std::string(any_unit(i)) + " at " +
              place_text(settings_, piece.at(middle.length).position);
     }
     auto fault = fault_between(piece, from, middle, halvings - 1);

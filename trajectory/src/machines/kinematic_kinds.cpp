@@ -28,28 +28,28 @@ bool is_one_of(std::string_view name, std::span<const std::string_view> names) {
 
 using Parameters = std::span<const KinematicParameter>;
 
-std::string fault_of(const KinematicKind& kind, Parameters parameters) {
+KinematicError fault_of(const KinematicKind& kind, Parameters parameters) {
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto name = parameters[k].name;
     const double value = parameters[k].value;
     const auto before = parameters.first(k);
     if (std::any_of(before.begin(), before.end(), [&](const auto& other) { return other.name == name; })) {
-      return "there are two values of " + std::string(name);
+      return {"there are two values of " + std::string(name), std::string(name)};
     }
     if (is_one_of(name, kind.lengths)) {
       if (!(value > 0.0 && std::isfinite(value))) {
-        return std::string(name) + " is " + to_short_text(value) + " m; it must be above 0";
+        return {std::string(name) + " is " + to_short_text(value) + " m; it must be above 0", std::string(name)};
       }
     } else if (!is_one_of(name, kind.choices)) {
-      return "a machine of kind " + std::string(kind.name) + " has no " + in_quotes(name);
+      return {"a machine of kind " + std::string(kind.name) + " has no " + in_quotes(name), std::string(name)};
     }
   }
   for (const auto& name : kind.lengths) {
     if (std::none_of(parameters.begin(), parameters.end(), [&](const auto& each) { return each.name == name; })) {
-      return "a machine of kind " + std::string(kind.name) + " needs " + std::string(name);
+      return {"a machine of kind " + std::string(kind.name) + " needs " + std::string(name)};
     }
   }
-  return "";
+  return {};
 }
 
 }  // namespace
@@ -63,11 +63,11 @@ tl::expected<std::unique_ptr<Kinematics>, KinematicError> make_kinematics(std::s
   const auto* const known =
       std::find_if(kKinds.begin(), kKinds.end(), [&](const KinematicKind& each) { return each.name == kind; });
   if (known == kKinds.end()) {
-    return tl::unexpected(KinematicError{"there is no machine of kind " + in_quotes(kind) +
-                                         "; there are cartesian, scara, delta and linear_delta"});
+    return tl::unexpected(KinematicError{
+        "there is no machine of kind " + in_quotes(kind) + "; there are cartesian, scara, delta and linear_delta",
+        "type"});
   }
-  if (auto fault = fault_of(*known, parameters); !fault.empty())
-    return tl::unexpected(KinematicError{std::move(fault)});
+  if (auto fault = fault_of(*known, parameters); !fault.reason.empty()) return tl::unexpected(std::move(fault));
   const auto value = [&](std::string_view name) {
     for (const auto& each : parameters) {
       if (each.name == name) return each.value;

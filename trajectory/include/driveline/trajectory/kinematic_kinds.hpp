@@ -28,6 +28,7 @@ struct KinematicKind {
 /// Why there is no such machine.
 struct KinematicError {
   std::string reason;  ///< one sentence without a full stop: what is not known, missing, twice or out of range
+  std::string key{};   ///< the value that is wrong, or "type" for the kind; empty: one is missing
 };
 
 /// The machine of a kind.

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "driveline/trajectory/contour_settings.hpp"
+#include "driveline/trajectory/machine.hpp"
 #include "driveline/trajectory/path_piece.hpp"
 
 namespace driveline::trajectory {
@@ -12,8 +15,9 @@ namespace driveline::trajectory {
 /// places and without a joint that would have to leap. For the planning side; not for the cycle.
 class PathCheck {
  public:
-  /// `settings` must outlive it.
-  explicit PathCheck(const ContourSettings& settings) noexcept;
+  /// `settings` must outlive it. `axes`: names and units of the axes for its sentences; empty: they are numbered, in m
+  /// and rad.
+  explicit PathCheck(const ContourSettings& settings, std::vector<NamedAxis> axes = {}) noexcept;
 
   /// What is wrong with a place, as a sentence without a full stop; empty: nothing.
   [[nodiscard]] std::string fault_at(const GroupVector& place) const;
@@ -35,7 +39,13 @@ class PathCheck {
   [[nodiscard]] std::string fault_of_extremes(const PathPiece& piece, const Sample& from, const Sample& to) const;
   [[nodiscard]] std::string fault_of_position(std::size_t axis, double position) const;
 
+  [[nodiscard]] std::string name_of(std::size_t axis) const;
+  [[nodiscard]] std::string text_of(std::size_t axis, double position) const;
+  /// Behind positions whose unit is not known.
+  [[nodiscard]] std::string_view any_unit(std::size_t axis) const noexcept;
+
   const ContourSettings& settings_;
+  std::vector<NamedAxis> axes_;
   bool is_needed_ = false;
 };
 

@@ -67,6 +67,8 @@ namespace events {
 struct EventGroup {
   std::string name;             ///< as configured
   std::vector<EventAxis> axes;  ///< in the order of the coordinates
+  /// Of its moves: names and units. Those of a tool where the axes are the joints of a machine, else the axes again.
+  std::vector<EventAxis> coordinates;
 };
 
 /// Somebody has asked something of a group of axes.

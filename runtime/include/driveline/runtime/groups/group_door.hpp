@@ -31,7 +31,10 @@ struct GroupStatus {
   std::string owner;                                 ///< of its axes; empty: nobody, or not one for all
   std::optional<ecat_master::GroupReport> report{};  ///< none: the line does not run
   std::vector<double> setpoint{};                    ///< of each axis, rad or m, as requests count; empty likewise
-  std::size_t room = 0;                              ///< so many moves would be taken now
+  /// Of each coordinate of its moves: where the tool is told to be, without a machine the axes; empty likewise, or the
+  /// machine cannot be as its joints stand.
+  std::vector<double> place{};
+  std::size_t room = 0;  ///< so many moves would be taken now
 };
 
 /// Moves of a path that have been taken: numbers to ask progress() with.
@@ -53,8 +56,9 @@ class GroupDoor final : private GroupGuard {
   GroupDoor& operator=(const GroupDoor&) = delete;
 
   // The side of the line.
-  /// Requests are taken from now on, until close(). Both must outlive that.
-  void open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes);
+  /// Requests are taken from now on, until close(). Both must outlive that. `outputs`: of each group.
+  void open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes,
+            std::vector<std::vector<GroupOutputLimits>> outputs = {});
   /// The line goes out of operation.
   void close();
   /// Events since the last call, in order.
@@ -115,6 +119,8 @@ class GroupDoor final : private GroupGuard {
                                       std::uint64_t request) const;
   [[nodiscard]] GroupProgress progress_of(std::size_t group, std::uint64_t request) const;
   [[nodiscard]] WayLimits limits_of(std::size_t group) const;
+  [[nodiscard]] std::vector<double> joints_of(std::size_t group) const;
+  [[nodiscard]] std::vector<double> place_of(std::size_t group) const;
   [[nodiscard]] bool rests(std::size_t group) const;
   void find_place(std::size_t group);
   [[nodiscard]] Refused check_move(std::size_t group, const ecat_master::GroupMove& move, bool goes_on);
@@ -126,6 +132,7 @@ class GroupDoor final : private GroupGuard {
   ecat_master::AxisGroups* running_ = nullptr;
   ecat_master::SingleAxes* single_ = nullptr;
   std::vector<std::unique_ptr<Group>> groups_;
+  std::vector<std::vector<GroupOutputLimits>> outputs_;  ///< of each group of a running line
   std::vector<Pending> pending_;
   std::vector<EventFacts> events_;
 };

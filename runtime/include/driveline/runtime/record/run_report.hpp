@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "driveline/runtime/record/input_values.hpp"
 #include "driveline/runtime/setup/task.hpp"
 #include "driveline/runtime/telemetry/telemetry_report.hpp"
+#include "driveline/trajectory/machine.hpp"
 
 namespace driveline::runtime {
 
@@ -49,6 +51,9 @@ struct AxisGroupReport {
   std::vector<std::string> axes;  ///< by name, in the order of the coordinates
   std::string state;              ///< at the end of the operation: "GroupStandby"; empty: the axes were moved together
   std::string owner;              ///< who commanded it then; empty: nobody
+  std::shared_ptr<const trajectory::Machine> machine;  ///< null: its moves are in the positions of its axes
+  std::vector<events::EventAxis> coordinates;          ///< of its moves
+  std::vector<double> place;  ///< where these were told to be then, rad or m; empty: the line did not run
 };
 
 /// Figures of the clocks of the line.

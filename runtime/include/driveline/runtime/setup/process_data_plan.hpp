@@ -1,6 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 #include "driveline/runtime/error.hpp"
 
@@ -31,5 +34,10 @@ struct NamedProcessData {
 /// After Master::configure(). Error with file and line: an unknown name, a copy between entries of different size, or
 /// onto an entry that an axis or another copy writes.
 [[nodiscard]] Result<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master);
+
+/// An output by its name that neither an axis nor one of the copies writes. Error with that `place` of the file.
+[[nodiscard]] Result<ecat_master::ProcessVariable> find_free_output(
+    const LineConfig& config, std::string_view name, const std::string& place,
+    const ecat_master::ProcessVariables& variables, std::span<const ecat_master::ProcessDataCopy> copies);
 
 }  // namespace driveline::runtime
