@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <limits>
 #include <string_view>
 #include <thread>
@@ -69,7 +70,7 @@ bool wanted() {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   int descriptor = -1;
   for (int i = 1; i + 1 < argc; ++i) {
     if (std::string_view{argv[i]} == "--commands-fd") descriptor = std::atoi(argv[i + 1]);
@@ -90,4 +91,7 @@ int main(int argc, char** argv) {
   std::fprintf(stderr, "flood: %llu commands in %lld ms, %llu without room\n", static_cast<unsigned long long>(written),
                static_cast<long long>(elapsed.count()), static_cast<unsigned long long>(ring.dropped()));
   return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "flood: %s\n", error.what());
+  return 1;
 }
