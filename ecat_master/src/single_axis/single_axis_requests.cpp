@@ -257,6 +257,7 @@ bool SingleAxis::change_mode(cia402::Mode mode) noexcept {
   mode_since_ = cycle_;
   changing_mode_ = true;
   if (active_) replan();
+  if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
   return true;
 }
 

@@ -108,6 +108,9 @@ void SingleAxis::leave_torque() noexcept {
     setpoint_ = {place_under_torque() - velocity * period_s_, velocity, 0.0};
     generator_.start_from(setpoint_);
     step_velocity_ = setpoint_.velocity;
+    // What was sent under a torque led nothing: behind a gap the axis goes on from here.
+    supply_.rest_at(setpoint_.position - velocity * period_s_);
+    supply_.note(setpoint_, axis_->mode_in_force());
     beside_ = false;
     way_back_.reset();
   }
