@@ -204,16 +204,13 @@ class Operator final : public runtime::Observer {
 class DeltaExample : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
-    const auto config = runtime::load_line_config(example("delta.toml"));
+    auto config = runtime::load_line_config(example("delta.toml"));
     ASSERT_TRUE(config) << describe(config.error());
+    config->output.directory = directory / "out";
     auto script = AxisScript::read(example("delta.txt"), {config->axes, config->axis_groups});
     ASSERT_TRUE(script) << script.error().text;
     runtime::Line::Options options;
     options.virtual_time = true;
-    options.adjust = [this](runtime::LineConfig& read) -> runtime::Result<void> {
-      read.output.directory = directory / "out";
-      return {};
-    };
     auto line = runtime::Line::from_config(*config, options);
     ASSERT_TRUE(line) << describe(line.error());
     Operator hand(**line, std::move(*script));

@@ -105,17 +105,14 @@ double beside_contour(const std::array<double, 2>& at) {
 class GroupExample : public test::TemporaryDirectory {};
 
 TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
-  const auto config = runtime::parse_line_config(telling_line(), directory / "line.toml");
+  auto config = runtime::parse_line_config(telling_line(), directory / "line.toml");
   ASSERT_TRUE(config) << describe(config.error());
+  config->output.directory = directory / "out";
   auto script = AxisScript::parse(text_of("plotter.txt"), std::string(DRIVELINE_EXAMPLES_DIR) + "/plotter.txt",
                                   {config->axes, config->axis_groups});
   ASSERT_TRUE(script) << script.error().text;
   runtime::Line::Options options;
   options.virtual_time = true;
-  options.adjust = [this](runtime::LineConfig& read) -> runtime::Result<void> {
-    read.output.directory = directory / "out";
-    return {};
-  };
   auto line = runtime::Line::from_config(*config, options);
   ASSERT_TRUE(line) << describe(line.error());
   ScriptHand hand(**line, *script);

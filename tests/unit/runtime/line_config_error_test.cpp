@@ -162,7 +162,8 @@ INSTANTIATE_TEST_SUITE_P(
             one_slave("[path]\nfile = \"a.csv\"\nspeed = 2\n"),
             ":6: [path] speed: unknown key, expected one of: dead_time, file, interpolation, late, relative, repeat"},
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
-                  ":5: [telemetry] rate: unknown key, expected one of: decimation, discovery_server, domain, enabled, "
+                  ":5: [telemetry] rate: unknown key, expected one of: bridge, decimation, discovery_server, domain, "
+                  "enabled, "
                   "interfaces, partition, peers, qos_profiles, rates, ros2, security"},
         WrongFile{one_slave("[output]\nplot = false\n"),
                   ":5: [output] plot: unknown key, expected one of: capture, directory, plots"}));

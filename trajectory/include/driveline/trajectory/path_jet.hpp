@@ -71,9 +71,9 @@ struct PathJet {
 
 /// The same angle, from -pi (not included) to pi. \rtsafe
 [[nodiscard]] inline PathJet within_half_turns(PathJet angle) noexcept {
-  constexpr double kTurn = 2.0 * std::numbers::pi;
-  if (angle.value > std::numbers::pi) angle.value -= kTurn;
-  if (angle.value <= -std::numbers::pi) angle.value += kTurn;
+  constexpr double kWhole = 2.0 * std::numbers::pi;
+  if (angle.value > std::numbers::pi) angle.value -= kWhole;
+  if (angle.value <= -std::numbers::pi) angle.value += kWhole;
   return angle;
 }
 
