@@ -131,7 +131,7 @@ class OwnController(WireTest):
         line = self.start_line(self.write("line.toml", self.DRIVE))
         own = self.start(self.write_line(), "dl-master", program=CONTROLLER, log="own.log")
         self.wait_for("OP", lambda: "all in OP" in self.text("own.log"), own)
-        time.sleep(1)
+        time.sleep(3)  # cycles for a whole record, also of a machine that misses many
         line.kill()
         self.assertEqual(own.wait(PATIENCE_S), 1, self.logs())
         self.check_record()
