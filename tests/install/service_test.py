@@ -180,8 +180,8 @@ class Service(unittest.TestCase):
     @unittest.skipUnless(BRIDGE_UNIT.exists(), "built without Fast DDS")
     def test_the_bridge_has_a_service_of_its_own(self):
         line = (EXAMPLES / "by_hand.toml").read_text(encoding="utf-8")
-        self.assertNotIn("[telemetry]", line)
-        run = self.start(line + "\n[telemetry]\nbridge = \"service\"\ndomain = 97\n")
+        self.assertIn("[telemetry]\nenabled = false\n", line)
+        run = self.start(line.replace("enabled = false\n", "bridge = \"service\"\ndomain = 97\n"))
         self.assertEqual(self.told().get("READY"), "1", self.text())
         unit = settings(BRIDGE_UNIT)
         shell, option, script = shlex.split(unit["ExecStart"][0])
