@@ -204,6 +204,7 @@ class Operator final : public runtime::Observer {
 class DeltaExample : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
+    test::TemporaryDirectory::SetUp();
     auto config = runtime::load_line_config(example("delta.toml"));
     ASSERT_TRUE(config) << describe(config.error());
     config->output.directory = directory / "out";
