@@ -382,12 +382,12 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 /// while an axis braked in CSV (30041). A motion on top of a velocity that was raised (10607 to 12231), and through a
 /// change of mode (16721), behind a gap as well (13163); periods missed in the first cycle of a change from CST
 /// (13489), and twice where a torque ended (103961); a mode that changes while an axis brakes to be switched off
-/// (102035).
+/// (102035). A frame lost while the sum of two motions asked for more acceleration than there is (7595).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   Coverage coverage;
   for (const unsigned seed :
-       {1731U,  2452U,  3224U,  3433U,  6446U,  1732U,  3367U,  4663U,  10491U, 10845U, 13372U,  14484U,
-        16028U, 30041U, 17918U, 10607U, 10889U, 11368U, 12231U, 16721U, 13163U, 13489U, 102035U, 103961U}) {
+       {1731U,  2452U,  3224U, 3433U,  6446U,  1732U,  3367U,  4663U,  10491U, 10845U, 13372U,  14484U, 16028U,
+        30041U, 17918U, 7595U, 10607U, 10889U, 11368U, 12231U, 16721U, 13163U, 13489U, 102035U, 103961U}) {
     Sequence sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
   }

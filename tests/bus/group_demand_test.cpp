@@ -347,48 +347,52 @@ TEST(GroupDemand, ALostAxisStopsTheOthersOnThePath) {
 }
 
 // Frames get lost, and periods are missed, at any time. The drives go on at the velocity that they have, and so does
-// the path: it is left by no more than what the axes turn or speed up by meanwhile, and until they are back, where the
-// path leaves them little of their acceleration: next to nothing where it goes through a bend as fast as it can.
-// Without gaps it is kOnPath.
+// the path: it is left by no more than what the axes turn or speed up by meanwhile, and until they are back, with what
+// the path leaves them of their acceleration. Without gaps it is kOnPath.
 TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
-  constexpr double kNear = 8e-3;
-  std::mt19937_64 random(99);
-  const auto any = [&random](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
-  GroupLine line(PointsOfPath::kAxes);
-  line.take_axes();
-  const auto moves = random_path(random, 40);
-  PointsOfPath path(line.place(), moves);
-  const auto first = line.groups->move_path(0, moves);
-  double worst = 0.0;
-  const auto cycles = [&](int count) {
-    for (int i = 0; i < count; ++i) {
-      line.cycle();
-      worst = std::max(worst, path.from_path(demands(line, PointsOfPath::kAxes)));
+  constexpr double kNear = 5e-3;
+  for (const unsigned seed : {99U, 102U, 104U, 105U}) {
+    SCOPED_TRACE(seed);
+    std::mt19937_64 random(seed);
+    const auto any = [&random](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
+    GroupLine line(PointsOfPath::kAxes);
+    line.take_axes();
+    const auto moves = random_path(random, 40);
+    PointsOfPath path(line.place(), moves);
+    const auto first = line.groups->move_path(0, moves);
+    ASSERT_NE(first, 0U);
+    double worst = 0.0;
+    const auto cycles = [&](int count) {
+      for (int i = 0; i < count; ++i) {
+        line.cycle();
+        worst = std::max(worst, path.from_path(demands(line, PointsOfPath::kAxes)));
+      }
+    };
+    const auto stall = [&](int periods) {
+      line.stall(periods);
+      worst =
+          std::max(worst, path.from_path(demands(line, PointsOfPath::kAxes), static_cast<std::size_t>(periods) + 1));
+    };
+    int gaps = 0;
+    while (!line.groups->report(first + moves.size() - 1).over()) {
+      cycles(any(20, 200));
+      ++gaps;
+      if (any(0, 1) == 0) {
+        stall(any(1, 6));
+      } else {
+        auto& way = any(0, 1) == 0 ? line.lose_out : line.lose_back;
+        way = true;
+        cycles(any(1, 6));
+        way = false;
+      }
     }
-  };
-  const auto stall = [&](int periods) {
-    line.stall(periods);
-    worst = std::max(worst, path.from_path(demands(line, PointsOfPath::kAxes), static_cast<std::size_t>(periods) + 1));
-  };
-  int gaps = 0;
-  while (!line.groups->report(first + moves.size() - 1).over()) {
-    cycles(any(20, 200));
-    ++gaps;
-    if (any(0, 1) == 0) {
-      stall(any(1, 6));
-    } else {
-      auto& way = any(0, 1) == 0 ? line.lose_out : line.lose_back;
-      way = true;
-      cycles(any(1, 6));
-      way = false;
-    }
+    EXPECT_EQ(line.group_phase(first + moves.size() - 1), RequestPhase::kDone);
+    EXPECT_GT(gaps, 50);
+    EXPECT_LT(worst, kNear);
+    cycles(400);
+    EXPECT_LT(apart(demands(line, PointsOfPath::kAxes), path.end()), kOnPath);
+    line.expect_obedience();
   }
-  EXPECT_EQ(line.group_phase(first + moves.size() - 1), RequestPhase::kDone);
-  EXPECT_GT(gaps, 50);
-  EXPECT_LT(worst, kNear);
-  cycles(400);
-  EXPECT_LT(apart(demands(line, PointsOfPath::kAxes), path.end()), kOnPath);
-  line.expect_obedience();
 }
 
 }  // namespace

@@ -129,6 +129,23 @@ TEST(Superimposed, GoesOnThroughAChangeOfModeBehindAGap) {
   }
 }
 
+/// There is room for what is on top once the motion below has slowed down, which it has not yet.
+TEST(Superimposed, OnAVelocityThatSlowsDownTheSumKeepsTheLimits) {
+  for (const bool lost : {false, true}) {
+    RunningLine line(48.0);
+    auto slower = request(AxisCommand::kMoveVelocity, 10.0);
+    slower.acceleration = 100.0;
+    line.submit(slower);
+    const auto id = line.submit(on_top(8.0));
+    line.cycles(300);
+    line.lose_out = line.lose_back = lost;
+    line.cycles(2);
+    line.lose_out = line.lose_back = false;
+    EXPECT_EQ(line.finish(id, 16'000).phase, RequestPhase::kDone);
+    line.expect_obedience();
+  }
+}
+
 TEST(Superimposed, IsHaltedAloneAndTheMotionGoesOn) {
   RunningLine line(20.0);
   EXPECT_EQ(line.ask(request(AxisCommand::kHaltSuperimposed)).error, AxisError::kNothingToDo);

@@ -135,8 +135,11 @@ void SingleAxis::go_from_here() noexcept {
   if (beside_) generator_.start_from({setpoint_.position - on_top.position, step_velocity_ - on_top.velocity, 0.0});
   beside_ = false;
   way_back_.reset();
-  if (superimposed_)
-    rejoin_ = {setpoint_.position, step_velocity_, {axis_->config().limits.max_velocity, most_acceleration()}};
+  if (superimposed_) rejoin_from(setpoint_.position, step_velocity_);
+}
+
+void SingleAxis::rejoin_from(double position, double velocity) noexcept {
+  rejoin_ = {position, velocity, {axis_->config().limits.max_velocity, most_acceleration()}};
 }
 
 /// The way to the aim of the motion under way, from the state of the last setpoint.
@@ -159,7 +162,7 @@ void SingleAxis::replan() noexcept {
       break;
     case AxisCommand::kFollow:
       // Where it is led, steps count: it continues with the velocity of the last one, not with that at its end.
-      rejoin_ = {setpoint_.position, step_velocity_, {axis_->config().limits.max_velocity, most_acceleration()}};
+      rejoin_from(setpoint_.position, step_velocity_);
       break;
     default:
       planned = plan_rest();
@@ -301,7 +304,7 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   if (torque_ == Torque::kLed) return advance_torque();
   if (!supply_.reached()) {
     // A feed does not wait.
-    if (follows() && usable(fed)) static_cast<void>(led_by(*fed));
+    if (follows() && usable(fed)) static_cast<void>(rejoin_.step(fed_to(*fed), period_s_));
     return bridge();
   }
   if (beside_ && !way_back_) {
@@ -347,21 +350,29 @@ void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {
   setpoint_ = setpoint;
 }
 
-/// A feed is believed as far as the limits of the axis go.
-AxisSetpoint SingleAxis::led_by(const AxisSetpoint& fed) noexcept {
-  const auto& limits = axis_->config().limits;
-  const auto& beside = superimposed_ ? on_top_.advance(period_s_) : on_top_.state();
-  const double velocity = fed.velocity + beside.velocity;
-  const double acceleration = fed.acceleration + beside.acceleration;
-  const AxisSetpoint target{fed.position - offset_ + beside.position,
-                            std::clamp(velocity, -limits.max_velocity, limits.max_velocity),
-                            std::clamp(acceleration, -limits.max_acceleration, limits.max_acceleration)};
-  return rejoin_.step(target, period_s_);
+/// Where a feed wants the axis, with what is on top of it.
+AxisSetpoint SingleAxis::fed_to(const AxisSetpoint& fed) noexcept {
+  return with_on_top({fed.position - offset_, fed.velocity, fed.acceleration});
 }
 
-void SingleAxis::go_back_at_once() noexcept {
-  rejoin_ = {supply_.sent(), supply_.sent_velocity(), {axis_->config().limits.max_velocity, most_acceleration()}};
-  beside_ = false;
+/// A feed, or the sum of two motions, is believed as far as the limits of the axis go.
+AxisSetpoint SingleAxis::with_on_top(const AxisSetpoint& below) noexcept {
+  const auto& limits = axis_->config().limits;
+  const auto& beside = superimposed_ ? on_top_.advance(period_s_) : on_top_.state();
+  return {below.position + beside.position,
+          std::clamp(below.velocity + beside.velocity, -limits.max_velocity, limits.max_velocity),
+          std::clamp(below.acceleration + beside.acceleration, -limits.max_acceleration, limits.max_acceleration)};
+}
+
+/// Towards a target that may ask for more than the axis can, and back to it behind a gap: where it need not be gentle
+/// it comes from where it is, and obeys the limits in one.
+void SingleAxis::lead_to(const AxisSetpoint& target) noexcept {
+  if (beside_ && !supply_.by_torque()) {
+    rejoin_from(supply_.sent(), supply_.sent_velocity());
+    beside_ = false;
+  }
+  const auto led = rejoin_.step(target, period_s_);
+  beside_ ? step_back_to(led) : step_to(led);
 }
 
 void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
@@ -375,10 +386,7 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
     replan();
     return step_to(generator_.advance(period_s_));
   }
-  // Where it need not be gentle it comes from where it is, and obeys the limits in one.
-  if (beside_ && !supply_.by_torque()) go_back_at_once();
-  const auto led = led_by(*fed);
-  beside_ ? step_back_to(led) : step_to(led);
+  lead_to(fed_to(*fed));
   generator_.start_from(setpoint_);
   if (!rejoin_.joined() || beside_) return;
   table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});

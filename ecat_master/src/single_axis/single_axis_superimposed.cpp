@@ -65,7 +65,6 @@ void SingleAxis::take_halt_superimposed(std::uint64_t id) noexcept {
 
 /// The sum of both, as far as the limits of the axis go.
 void SingleAxis::step_on_top(const trajectory::AxisSetpoint& target) noexcept {
-  const auto& config = axis_->config();
   // After one more step, whatever that changes.
   const double faster = std::copysign(most_acceleration() * period_s_, step_velocity_);
   const double then = step_velocity_ + faster;
@@ -75,18 +74,8 @@ void SingleAxis::step_on_top(const trajectory::AxisSetpoint& target) noexcept {
     begin_move({});
     return step_to(generator_.advance(period_s_));
   }
-  const auto& beside = on_top_.advance(period_s_);
-  const double velocity = target.velocity + beside.velocity;
-  const double most = config.limits.max_velocity;
-  const trajectory::AxisSetpoint sum{target.position + beside.position, std::clamp(velocity, -most, most),
-                                     target.acceleration + beside.acceleration};
-  if (beside_) {
-    step_back_to(sum);
-    rejoin_ = {setpoint_.position, step_velocity_, {config.limits.max_velocity, most_acceleration()}};
-    return;
-  }
-  step_to(rejoin_.step(sum, period_s_));
-  if (rejoin_.joined()) settle_superimposed();
+  lead_to(with_on_top(target));
+  if (rejoin_.joined() && !beside_) settle_superimposed();
 }
 
 /// What was on top is a part of the motion below when it is done. What is followed goes on beside it.

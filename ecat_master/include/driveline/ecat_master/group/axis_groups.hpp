@@ -69,7 +69,7 @@ class AxisGroups {
   /// Of the velocity limits of the axes, that paths ask for at most.
   static constexpr double kShareOfVelocity = 0.98;
   /// The same of the acceleration.
-  static constexpr double kShareOfAcceleration = 0.95;
+  static constexpr double kShareOfAcceleration = 0.85;
 
   /// Before the cycle starts; `axes` must outlive it, and it the cycle. The axes of groups have no other feed.
   /// @throws std::invalid_argument, with a sentence that names group and axis: an axis that is not there, is twice in a

@@ -184,6 +184,7 @@ class SingleAxis {
   // Motions.
   void begin_move(const Move& move) noexcept;
   void go_from_here() noexcept;
+  void rejoin_from(double position, double velocity) noexcept;
   void replan() noexcept;
   [[nodiscard]] bool plan_position(const Move& move) noexcept;
   [[nodiscard]] bool plan_rest() noexcept;
@@ -205,8 +206,9 @@ class SingleAxis {
   void drop_superimposed() noexcept;
   void step_to(const trajectory::AxisSetpoint& setpoint) noexcept;
   void step_back_to(const trajectory::AxisSetpoint& target) noexcept;
-  [[nodiscard]] trajectory::AxisSetpoint led_by(const trajectory::AxisSetpoint& fed) noexcept;
-  void go_back_at_once() noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint fed_to(const trajectory::AxisSetpoint& fed) noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint with_on_top(const trajectory::AxisSetpoint& below) noexcept;
+  void lead_to(const trajectory::AxisSetpoint& target) noexcept;
   void follow(const trajectory::AxisSetpoint* fed) noexcept;
   void arrive() noexcept;
   void rest() noexcept;
