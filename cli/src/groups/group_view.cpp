@@ -138,19 +138,6 @@ PathMove move_in(const json& move, std::size_t axes) {
   return path;
 }
 
-/// What a machine adds to the document of its group.
-json coordinates_json(const runtime::GroupStatus& status) {
-  auto made = json::array();
-  const auto& coordinates = status.limits.group.coordinates;
-  for (std::size_t i = 0; i < coordinates.size(); ++i) {
-    const auto& unit = coordinates[i].unit;
-    json coordinate = {{"name", coordinates[i].name}, {"unit", std::string(unit.name)}};
-    if (i < status.place.size()) coordinate["setpoint"] = unit.from_si(status.place[i]);
-    made.push_back(std::move(coordinate));
-  }
-  return made;
-}
-
 json outputs_json(const std::vector<runtime::GroupOutputLimits>& outputs) {
   auto made = json::array();
   for (const auto& output : outputs)
@@ -189,7 +176,7 @@ json to_json(const runtime::GroupStatus& status, const runtime::AxisGroupConfig&
   json group = {{"name", status.limits.group.name}, {"owner", status.owner}, {"axes", std::move(axes)}};
   if (status.limits.machine) {
     group["kinematics"] = to_json(*status.limits.machine);
-    group["coordinates"] = coordinates_json(status);
+    group["coordinates"] = to_json(status.limits.group.coordinates, status.place);
   }
   if (!status.limits.outputs.empty()) group["outputs"] = outputs_json(status.limits.outputs);
   group["unit"] = std::string(unit.name);

@@ -199,8 +199,7 @@ ecat_master::AxisConfig NamedGroup::coordinate(std::size_t number) const {
   const auto& tool = config.machine->kinematics().coordinates()[number];
   made.name = tool.name;
   made.kind = tool.kind;
-  made.unit =
-      tool.kind == trajectory::AxisKind::kRotary ? trajectory::find_position_unit("deg") : &config.machine->unit();
+  made.unit = &config.machine->unit_of(tool);
   return made;
 }
 

@@ -40,4 +40,14 @@ json to_json(const trajectory::Machine& machine) {
   return made;
 }
 
+json to_json(const std::vector<runtime::events::EventAxis>& coordinates, const std::vector<double>& place) {
+  auto made = json::array();
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {
+    const auto& unit = coordinates[i].unit;
+    made.push_back({{"name", coordinates[i].name}, {"unit", std::string(unit.name)}});
+    if (i < place.size()) made.back()["setpoint"] = unit.from_si(place[i]);
+  }
+  return made;
+}
+
 }  // namespace driveline::cli

@@ -173,13 +173,7 @@ nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupReport>& group
     nlohmann::json row = {{"name", group.name}, {"axes", group.axes}, {"state", group.state}, {"owner", group.owner}};
     if (group.machine) {
       row["kinematics"] = cli::to_json(*group.machine);
-      auto coordinates = nlohmann::json::array();
-      for (std::size_t i = 0; i < group.coordinates.size(); ++i) {
-        const auto& unit = group.coordinates[i].unit;
-        coordinates.push_back({{"name", group.coordinates[i].name}, {"unit", std::string(unit.name)}});
-        if (i < group.place.size()) coordinates.back()["setpoint"] = unit.from_si(group.place[i]);
-      }
-      row["coordinates"] = std::move(coordinates);
+      row["coordinates"] = cli::to_json(group.coordinates, group.place);
     }
     rows.push_back(std::move(row));
   }

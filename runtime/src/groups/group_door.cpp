@@ -264,7 +264,8 @@ GroupDoor::Refused GroupDoor::check_move(std::size_t group, const GroupMove& mov
   const auto axes = configs_[group].axes.size();
   const bool known = state.place && (goes_on || rests(group));
   state.halted = false;
-  if (auto wrong = check_outputs(limits_of(group), move.path)) return wrong;
+  const auto limits = limits_of(group);
+  if (auto wrong = check_outputs(limits, move.path)) return wrong;
   if (move.relative && !known) {
     state.place.reset();
     return std::nullopt;
@@ -273,7 +274,7 @@ GroupDoor::Refused GroupDoor::check_move(std::size_t group, const GroupMove& mov
   if (known && axes <= trajectory::kMaxGroupAxes) {
     trajectory::GroupVector from{};
     std::copy(state.place->begin(), state.place->end(), from.begin());
-    if (auto wrong = check_way(limits_of(group), from, there.path)) return wrong;
+    if (auto wrong = check_way(limits, from, there.path)) return wrong;
   }
   state.place = coordinates(there, axes);
   return std::nullopt;

@@ -31,14 +31,10 @@ using std::chrono::nanoseconds;
 constexpr auto kWatchInterval = milliseconds{20};
 /// Longer than the watchdogs of process data, so that a line whose master has died has left OP by then.
 constexpr auto kListenForMasters = milliseconds{150};
-/// Axes that have not been enabled for so long when a signal ends the run are a fault.
-constexpr auto kTimeToEnable = std::chrono::seconds{1};
 constexpr auto kStopTimeout = std::chrono::seconds{10};
 /// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
-/// Between two looks into them: how long a sample may lie there before readers of the telemetry get it.
-constexpr auto kDrainPeriod = std::chrono::microseconds{500};
 
 /// Of the columns of the flight recorder.
 std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig& config) {
@@ -107,101 +103,6 @@ Result<void> LineRun::prepare() {
       static_cast<std::uint64_t>(every), config_.output.increments, compensates_dead_time(config_));
   if (recorder_->problem()) return tl::unexpected(*recorder_->problem());
   return start_telemetry();
-}
-
-Result<void> LineRun::check_stream() const {
-  if (!config_.stream) return {};
-  if (session_.virtual_time()) {
-    return fail(ErrorKind::kSetting, "goes with the time of this machine: its clients cannot follow virtual time",
-                "[stream]");
-  }
-  const auto owner = joint_owner();
-  if (owner.empty()) return {};
-  return fail(
-      ErrorKind::kSetting,
-      fmt::format("the axes are moved together, by the {} of this run: nobody can stream to one of them", owner),
-      "[stream]");
-}
-
-Result<void> LineRun::check_commands() const {
-  if (!config_.commands) return {};
-  if (session_.virtual_time()) {
-    return fail(ErrorKind::kSetting, "go with the time of this machine: leases of virtual time mean nothing to clients",
-                "[commands]");
-  }
-  if (settings_.telemetry) return {};
-  return fail(ErrorKind::kSetting, "come by the process that publishes the line, but this run has no telemetry",
-              "[commands]");
-}
-
-/// What moves all axes together, with a firm lease; empty: nothing.
-std::string_view LineRun::joint_owner() const noexcept {
-  if (settings_.tasks->drive()) return "task";
-  if (settings_.source != nullptr) return "program";
-  return config_.path ? "path" : "";
-}
-
-/// A machine without the bridge runs lines all the same, unless somebody has asked for telemetry.
-Result<void> LineRun::start_bridge() {
-  if (!settings_.telemetry || !config_.telemetry.enabled) return {};
-  Result<std::filesystem::path> program;
-  if (!config_.telemetry.service) program = TelemetryService::find_program();
-  if (!program) {
-    if (config_.telemetry.asked.value_or(false) || config_.commands) return tl::unexpected(program.error());
-    note(events::TelemetryOff{describe(program.error())}, Severity::kNotice);
-    return {};
-  }
-  BridgeSupervisor::Settings settings{.program = std::move(*program)};
-  if (auto copied = copy_bridge_files(settings); !copied) return copied;
-  if (auto ready = start_commands(); !ready) return ready;
-  if (commands_) settings.commands = commands_->descriptors();
-  auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
-  if (!started) return tl::unexpected(started.error());
-  telemetry_ = std::move(*started);
-  return {};
-}
-
-/// The bridge may open no file.
-Result<void> LineRun::copy_bridge_files(BridgeSupervisor::Settings& settings) {
-  const auto& telemetry = config_.telemetry;
-  if (telemetry.security) {
-    auto files = open_security_files(*telemetry.security);
-    if (!files) return tl::unexpected(files.error());
-    security_ = std::move(*files);
-    for (const auto& file : security_) settings.security.push_back(file.get());
-  }
-  if (!telemetry.qos_profiles) return {};
-  const auto content = read_input_file(*telemetry.qos_profiles);
-  if (!content) return tl::unexpected(content.error());
-  auto copy = sealed_copy(*content, *telemetry.qos_profiles);
-  if (!copy) return tl::unexpected(copy.error());
-  qos_profiles_ = std::move(*copy);
-  settings.qos_profiles = qos_profiles_.get();
-  settings.qos_file = telemetry.qos_profiles->string();
-  return {};
-}
-
-Result<void> LineRun::start_commands() {
-  if (!config_.commands) return {};
-  auto started = CommandService::start(*settings_.door, config_.commands->lease_timeout);
-  if (!started) return tl::unexpected(started.error());
-  commands_ = std::move(*started);
-  note(events::CommandsOpen{config_.commands->insecure}, Severity::kNotice);
-  return {};
-}
-
-Result<void> LineRun::start_telemetry() {
-  if (auto started = start_bridge(); !started) return started;
-  figures_ = std::make_unique<CycleFigures>(config_.period);
-  auto listeners = settings_.consumers;
-  if (telemetry_) listeners.push_back(telemetry_.get());
-  feed_ = std::make_unique<StatusFeed>(listeners, config_.period);
-  std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
-  consumers.insert(consumers.end(), listeners.begin(), listeners.end());
-  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers),
-                                                   snapshot::DrainConfig{.period = kDrainPeriod});
-  if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, describe(started.error()));
-  return {};
 }
 
 Result<void> LineRun::bring_up() {
@@ -286,78 +187,6 @@ Result<void> LineRun::must_be_free() {
   }
   progress(events::TakenOver{*owner->in_op, kListenForMasters});
   return {};
-}
-
-/// Axes that nothing moves together wait for requests, each for its own.
-Result<void> LineRun::make_motion() {
-  if (!joint_owner().empty()) {
-    motion_ = make_joint_motion();
-    return {};
-  }
-  auto made = make_single_motion();
-  if (!made) return tl::unexpected(made.error());
-  motion_ = std::move(*made);
-  return {};
-}
-
-Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
-  auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
-  for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
-  if (config_.stream) {
-    stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
-    settings_.tasks->serve(stream_->task());
-  }
-  auto& single = *axes;
-  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
-  if (auto added = add_groups(*motion, single); !added) return tl::unexpected(added.error());
-  if (auto added = add_couplings(single); !added) return tl::unexpected(added.error());
-  return motion;
-}
-
-/// Before the couplings: an axis of a group may lead another one, which follows its setpoint of the same cycle.
-Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes) {
-  if (config_.axis_groups.empty()) return {};
-  auto outputs = GroupOutputs::make(config_, *variables_, copies_);
-  if (!outputs) return tl::unexpected(outputs.error());
-  group_outputs_ = std::move(*outputs);
-  std::vector<ecat_master::GroupConfig> groups;
-  std::vector<std::vector<GroupOutputLimits>> limits;
-  for (std::size_t i = 0; i < config_.axis_groups.size(); ++i) {
-    const auto& described = config_.axis_groups[i];
-    auto& group = groups.emplace_back(ecat_master::GroupConfig{described.name, described.axes});
-    if (described.machine) group.kinematics = &described.machine->kinematics();
-    group.tool = described.tool;
-    auto& values = limits.emplace_back();
-    if (!group_outputs_[i]) continue;
-    group.outputs = group_outputs_[i].get();
-    values = group_outputs_[i]->limits();
-    settings_.tasks->serve(*group_outputs_[i], {.order = ecat_master::TaskTiming::Order::kAfterMotion});
-  }
-  try {
-    motion.add(std::make_unique<ecat_master::AxisGroups>(axes, std::move(groups), config_.period), std::move(limits),
-               *settings_.groups, !session_.virtual_time());
-  } catch (const std::invalid_argument& wrong) {
-    return fail(ErrorKind::kSetting, wrong.what(), "[[axis_group]]");
-  }
-  return {};
-}
-
-Result<void> LineRun::add_couplings(ecat_master::SingleAxes& axes) {
-  if (config_.couplings.couplings.empty()) return {};
-  auto couplings = LineCouplings::make(config_, axes, *variables_, master_);
-  if (!couplings) return tl::unexpected(couplings.error());
-  couplings_ = std::move(*couplings);
-  settings_.door->attach(*couplings_);
-  return {};
-}
-
-std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
-  auto axes = make_axes(config_, master_);
-  const auto settings = motion_settings(config_);
-  auto motion = settings_.source != nullptr
-                    ? std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings)
-                    : std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
-  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
 }
 
 void LineRun::make_trace() {
@@ -526,48 +355,6 @@ void LineRun::note(EventFacts facts, Severity severity) {
   events_.add(std::move(event));
 }
 
-/// What was asked of single axes, and what has become of it.
-void LineRun::note_requests() {
-  settings_.door->watch();
-  settings_.groups->watch();
-  for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
-  for (auto& event : settings_.groups->take_events()) note(std::move(event), Severity::kNotice);
-  for (auto& change : settings_.door->authority().take_changes())
-    authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
-}
-
-/// Who streams setpoints, and what is wrong with them.
-void LineRun::note_streams() {
-  if (!stream_) return;
-  for (auto& event : stream_->poll()) note(std::move(event.facts), event.severity);
-}
-
-/// What becomes of the bridge is no fault of the line, but subscribers are to know.
-void LineRun::note_telemetry() {
-  if (!telemetry_) return;
-  for (auto& facts : telemetry_->poll()) {
-    const bool stopped = std::holds_alternative<events::BridgeStopped>(facts);
-    if (stopped && commands_) commands_->bridge_lost();
-    note(std::move(facts), Severity::kNotice);
-    if (stopped && feed_) feed_->add_fault(describe(events_.newest()));
-  }
-}
-
-/// For subscribers: `now`, or when something has changed or it is time.
-void LineRun::tell_slaves(bool now) {
-  if (!slave_watch_) return;
-  std::vector<std::string> owners;
-  for (std::size_t i = 0; i < config_.axes.size(); ++i) owners.push_back(settings_.door->authority().owner_of(i));
-  bool changed = slave_watch_->set_owners(owners) || now;
-  if (now) {
-    slave_watch_->read();
-  } else {
-    changed = slave_watch_->look() || changed;
-  }
-  if (!changed) return;
-  telemetry_->set_condition(slave_watch_->condition());
-}
-
 void LineRun::stop_motion() {
   if (!motion_) return;
   note_requests();
@@ -587,20 +374,6 @@ void LineRun::stop_motion() {
     note_requests();
   } while (!motion_->off() && session_.clock().now() < deadline);
   if (!motion_->off()) fail_with(events::AxesNotOff{kStopTimeout});
-}
-
-/// Before the axes come to rest for the end of the run.
-void LineRun::note_groups() {
-  for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
-    const auto status = settings_.groups->status(group);
-    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner, {}, {}, {}};
-    for (const auto& axis : status.limits.group.axes) report.axes.push_back(axis.name);
-    report.machine = config_.axis_groups[group].machine;
-    report.coordinates = status.limits.group.coordinates;
-    report.place = status.place;
-    if (status.report) report.state = to_text(status.report->state);
-    groups_.push_back(std::move(report));
-  }
 }
 
 void LineRun::take_down() {
@@ -626,21 +399,6 @@ void LineRun::take_down() {
   if (operation_time_ > nanoseconds{0}) finish_fault_records();
 }
 
-/// For a run without any other failure.
-void LineRun::judge_axes() {
-  if (!motion_ || had(Severity::kFailure) || operation_time_ == nanoseconds{0}) return;
-  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
-    const auto& axis = config_.axes[i];
-    const auto& seen = recorder_->following_errors()[i];
-    if (axis.is_virtual()) continue;
-    // A run stopped at its very beginning does not wait for them.
-    if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
-    if (seen.samples == 0 && !motion_->enables()) continue;
-    const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
-    if (auto verdict = axis_verdict(axis, seen, period)) fail_with(std::move(*verdict));
-  }
-}
-
 /// Forbidden calls are counted in a debug build only.
 void LineRun::judge_tasks() {
   for (const auto& task : settings_.tasks->report()) {
@@ -653,89 +411,6 @@ void LineRun::tell_traffic() {
   auto traffic = master_.exchange_statistics();
   if (const auto* core = master_.core(); core != nullptr) traffic.frames_foreign += core->foreign_frames();
   if (traffic.frames_foreign + traffic.frames_of_masters > 0) note(events::ForeignTraffic{traffic}, Severity::kNotice);
-}
-
-/// After the cycle has ended.
-void LineRun::finish_fault_records() {
-  for (auto& recorded : fault_records_->finish()) progress(std::move(recorded));
-  if (fault_records_->problem()) fail_with(events::FileNotWritten{*fault_records_->problem()});
-}
-
-RunReport LineRun::make_report() {
-  RunReport report;
-  report.line = config_.name;
-  report.state = state_;
-  report.increments = config_.output.increments;
-  report.period = config_.period;
-  for (const auto& wire : session_.wires()) {
-    report.interfaces.push_back({wire.interface, wire.way, wire.steps_down});
-  }
-  report.duration_s = seconds_in_operation();
-  report.statistics = master_.core()->statistics();
-  if (const auto* runner = master_.runner()) {
-    report.thread = runner->usage();
-    report.wake_ahead = runner->wake_ahead().value_or(nanoseconds{0});
-  }
-  if (trace_) report.trace = trace_->cycles();
-  report.trace_without_switches = switches_unknown_;
-  if (motion_) report.path_late = motion_->control().path_late();
-  report.longest_absence_at_s =
-      std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
-  report.round_trip_modelled = !config_.interface.has_value();
-  report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
-  if (auto* watch = master_.clock_watch()) {
-    const auto& follower = *master_.clock_follower();
-    auto& clocks = report.clocks.emplace();
-    clocks.locked = master_.clock_follower()->status().locked;
-    clocks.differences = watch->all_differences();
-    clocks.phase_errors = follower.phase_errors();
-    for (const auto& margin : margins_) {
-      clocks.margins.push_back({config_.slaves[margin.slave].name, margin.report});
-    }
-  }
-  if (const auto* ring = session_.ring()) {
-    report.ring = {ring->status(), ring->merged(), ring->halves(), ring->late_halves()};
-  }
-  report_axes(report);
-  report.axis_groups = groups_;
-  if (config_.axes.empty() && variables_) report.inputs = read_inputs(*variables_, master_.core()->image().inputs());
-  report.tasks = settings_.tasks->report();
-  report.eoe = services_.eoe();
-  report.gateway_clients = services_.clients();
-  if (telemetry_) report.telemetry = telemetry_->report();
-  report.events = events_.all();
-  report.events_left_out = events_.left_out();
-  report.authority = authority_.all();
-  if (watch_) report.recoveries = watch_->supervisor().recoveries();
-  report_files(report);
-  return report;
-}
-
-void LineRun::report_axes(RunReport& report) const {
-  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
-    const auto& axis = config_.axes[i];
-    const auto& error = recorder_->following_errors()[i];
-    const auto& unit = ecat_master::position_unit(axis);
-    const auto slave = axis.is_virtual() ? std::nullopt : std::optional(axis.slave);
-    report.axes.push_back({axis.name, slave, error.maximum * axis.increments_per_unit,
-                           error.rms() * axis.increments_per_unit, std::string(unit.name),
-                           axis.increments_per_unit * unit.to_si(1.0), error.unavailable});
-    report.axes.back().path_error = {error.path.maximum * axis.increments_per_unit,
-                                     error.path.rms() * axis.increments_per_unit};
-    report.axes.back().owner = settings_.door->authority().owner_of(i);
-    report.axes.back().demand_recorded = error.demand;
-    if (error.drive.samples == 0) continue;
-    report.axes.back().by_drive = {error.drive.maximum * axis.increments_per_unit,
-                                   error.drive.rms() * axis.increments_per_unit};
-  }
-}
-
-void LineRun::report_files(RunReport& report) const {
-  if (recorder_->rows() > 0 && !recorder_->problem()) report.files["axes_csv"] = config_.output.directory / "axes.csv";
-  const auto& records = fault_records_->files();
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    report.files[i == 0 ? "flight_recorder_csv" : fmt::format("flight_recorder_{}_csv", i + 1)] = records[i];
-  }
 }
 
 }  // namespace driveline::runtime

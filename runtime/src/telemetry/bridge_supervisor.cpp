@@ -76,7 +76,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
 
 Result<void> BridgeSupervisor::start() {
   auto now = Clock::now();
-  if (settings_.program.empty()) {
+  if (by_service()) {
     counts_.begin(feed_.written());
     return {};
   }
@@ -108,7 +108,7 @@ tl::unexpected<Error> BridgeSupervisor::refused() const {
 }
 
 void BridgeSupervisor::serve(Clock::time_point now) {
-  if (settings_.program.empty()) {
+  if (by_service()) {
     look_at_guest(now);
     return;
   }
@@ -176,7 +176,7 @@ void BridgeSupervisor::ended(const std::string& how, Clock::time_point now) {
 
 void BridgeSupervisor::end() {
   if (process_.valid()) static_cast<void>(process_.end(kFarewell));
-  if (settings_.program.empty()) await_guest();
+  if (by_service()) await_guest();
   running_ = false;
   counts_.end(feed_.written());
 }

@@ -73,6 +73,7 @@ class BridgeSupervisor {
         counts_(region_, feed.axes()),
         pause_(settings_.first_pause, settings_.longest_pause) {}
 
+  [[nodiscard]] bool by_service() const noexcept { return settings_.program.empty(); }
   [[nodiscard]] Result<void> spawn(Clock::time_point now);
   [[nodiscard]] tl::unexpected<Error> refused() const;
   void take_messages();

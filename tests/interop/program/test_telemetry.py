@@ -229,7 +229,8 @@ class WhatChangesNowAndThen(ProgramTest):
         scanned = self.one_document(self.run_program("scan", "--config", config, "--json").stdout)["slaves"]
         run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
         self.wait_for("all in OP", lambda: "all in OP" in self.text("run.log"), run)
-        got = self.receive_when(domain, lambda got: got["slaves"][2]["error"] and got["slaves"][2]["answers"], run)
+        # The registers are read once in a second, those of one slave after the other.
+        got = self.receive_when(domain, lambda got: self.counted(*got["slaves"]) == [3, 3, 1, True, True], run)
         self.check_slaves(got, scanned)
         self.assertEqual(got["topology"]["slaves"], 3)
         self.assertEqual(got["topology"]["nodes"], [[0, -1, 0, 0, 0], [1, 0, 1, 0, 1], [2, 1, 1, 0, 2]])
@@ -286,6 +287,12 @@ class WhatChangesNowAndThen(ProgramTest):
         self.assertEqual(x[17:], [inputs, 6])
         self.assertEqual(y[14:], [None, None, None, 0, 2])
 
+    @staticmethod
+    def counted(x, y, z):
+        """What the faults have left: three damaged frames, seen by x, too, a lost link, and a slave that is back and refuses."""
+        return [y["ports"][0]["invalid_frames"], x["ports"][1]["forwarded_errors"], y["ports"][1]["lost_links"],
+                z["error"], z["answers"]]
+
     def check_slaves(self, got, scanned):
         for slave, found in zip(got["slaves"], scanned, strict=True):
             for key in ("position", "vendor_id", "product_code", "revision", "serial_number", "station_address", "alias"):
@@ -299,9 +306,6 @@ class WhatChangesNowAndThen(ProgramTest):
         self.assertEqual([x["state"], y["state"], z["state"]], ["OP", "OP", "SAFE_OP"])
         self.assertEqual([x["dc_reference"], y["dc_reference"], z["dc_reference"]], [True, False, False])
         self.assertGreater(z["dc_delay_ns"], y["dc_delay_ns"])
-        self.assertEqual(y["ports"][0]["invalid_frames"], 3)
-        self.assertEqual(x["ports"][1]["forwarded_errors"], 3)
-        self.assertEqual(y["ports"][1]["lost_links"], 1)
         self.assertEqual(z["al_status_code"], 27)
         self.assertIn("watchdog", z["al_status_text"].lower())
         self.assertIs(z["hot_connect"], True)

@@ -19,6 +19,7 @@
 #include "driveline/runtime/line.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "script/axis_script.hpp"
+#include "script_operator.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -180,27 +181,6 @@ class Velocities final : public snapshot::SampleConsumer {
   std::array<double, 3> highest{};
 };
 
-/// Takes the script on, once the line waits for requests.
-class Operator final : public runtime::Observer {
- public:
-  Operator(runtime::Line& line, AxisScript script) : line_(line), script_(std::move(script)) {}
-  void event(const runtime::Event& event) override { waits_ = waits_ || event.is<runtime::events::NoPath>(); }
-  void look() override {
-    if (over || !waits_) return;
-    const auto done = script_.step(line_.axes(), line_.groups(), line_.session().clock().now());
-    if (!done) problem = done.error().text;
-    over = !done || *done;
-    if (over) line_.request_stop();
-  }
-  bool over = false;
-  std::string problem;
-
- private:
-  runtime::Line& line_;
-  AxisScript script_;
-  bool waits_ = false;
-};
-
 class DeltaExample : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
@@ -214,7 +194,7 @@ class DeltaExample : public test::TemporaryDirectory {
     options.virtual_time = true;
     auto line = runtime::Line::from_config(*config, options);
     ASSERT_TRUE(line) << describe(line.error());
-    Operator hand(**line, std::move(*script));
+    ScriptOperator hand(**line, std::move(*script));
     (*line)->observe(hand);
     (*line)->add(velocities);
     ASSERT_TRUE((*line)->add(witness, {"witness"}));

@@ -14,6 +14,7 @@
 #include "driveline/runtime/line.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "script/axis_script.hpp"
+#include "script_operator.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -57,27 +58,6 @@ class Samples final : public snapshot::SampleConsumer {
     for (const auto& sample : samples) of.at(sample.axis).push_back(sample);
   }
   std::array<std::vector<snapshot::AxisSample>, 3> of;
-};
-
-/// Takes the script on, once the line waits for requests.
-class Operator final : public runtime::Observer {
- public:
-  Operator(runtime::Line& line, AxisScript script) : line_(line), script_(std::move(script)) {}
-  void event(const runtime::Event& event) override { waits_ = waits_ || event.is<runtime::events::NoPath>(); }
-  void look() override {
-    if (over || !waits_) return;
-    const auto done = script_.step(line_.axes(), line_.groups(), line_.session().clock().now());
-    if (!done) problem = done.error().text;
-    over = !done || *done;
-    if (over) line_.request_stop();
-  }
-  bool over = false;
-  std::string problem;
-
- private:
-  runtime::Line& line_;
-  AxisScript script_;
-  bool waits_ = false;
 };
 
 /// Largest magnitudes of what one drive demands, differences over `kWindow` cycles: positions are whole increments.
@@ -148,7 +128,7 @@ class FlyingSaw : public test::TemporaryDirectory {
     const auto& config = (*line)->config();
     auto script = AxisScript::read(example("flying_saw.txt"), {config.axes, config.axis_groups, &config.couplings});
     ASSERT_TRUE(script) << script.error().text;
-    Operator hand(**line, std::move(*script));
+    ScriptOperator hand(**line, std::move(*script));
     (*line)->observe(hand);
     (*line)->add(samples);
     limits_saw = config.axes[kSaw].limits;

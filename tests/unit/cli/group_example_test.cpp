@@ -11,6 +11,7 @@
 
 #include "driveline/runtime/line.hpp"
 #include "script/axis_script.hpp"
+#include "script_operator.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -30,30 +31,6 @@ class Demand final : public snapshot::SampleConsumer {
 
  private:
   std::array<double, 2> at_{};
-};
-
-class ScriptHand final : public runtime::Observer {
- public:
-  ScriptHand(runtime::Line& line, AxisScript& script) : line_(line), script_(script) {}
-  void event(const runtime::Event& event) override {
-    told.push_back(describe(event));
-    waits_ = waits_ || event.is<runtime::events::NoPath>();
-  }
-  void look() override {
-    if (!waits_ || done) return;
-    const auto stepped = script_.step(line_.axes(), line_.groups(), line_.session().clock().now());
-    if (!stepped) failure = stepped.error().text;
-    done = !stepped || *stepped;
-    if (done) line_.request_stop();
-  }
-  std::vector<std::string> told;
-  std::string failure;
-  bool done = false;
-
- private:
-  runtime::Line& line_;
-  AxisScript& script_;
-  bool waits_ = false;
 };
 
 std::string text_of(const std::string& file) {
@@ -115,7 +92,7 @@ TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
   options.virtual_time = true;
   auto line = runtime::Line::from_config(*config, options);
   ASSERT_TRUE(line) << describe(line.error());
-  ScriptHand hand(**line, *script);
+  ScriptOperator hand(**line, std::move(*script));
   Demand demand;
   (*line)->observe(hand);
   (*line)->add(demand);
@@ -123,8 +100,8 @@ TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
   settings.duration_s = 60.0;
   const auto report = (*line)->run(settings);
   ASSERT_TRUE(report) << describe(report.error());
-  EXPECT_EQ(hand.failure, "");
-  EXPECT_TRUE(hand.done);
+  EXPECT_EQ(hand.problem, "");
+  EXPECT_TRUE(hand.over);
   EXPECT_EQ(report->failure(), nullptr);
 
   // From the start of the contour, where the axes stand at the origin, on.

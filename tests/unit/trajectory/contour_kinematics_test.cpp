@@ -19,13 +19,13 @@ constexpr double kFast = 1e9;
 constexpr std::size_t kLongest = 2'000'000;
 
 const ScaraKinematics& scara() {
-  static const ScaraKinematics machine({0.35, 0.25, true});
-  return machine;
+  static const ScaraKinematics kMachine({0.35, 0.25, true});
+  return kMachine;
 }
 
 const RotaryDeltaKinematics& delta() {
-  static const RotaryDeltaKinematics machine({0.2, 0.045, 0.25, 0.6});
-  return machine;
+  static const RotaryDeltaKinematics kMachine({0.2, 0.045, 0.25, 0.6});
+  return kMachine;
 }
 
 ContourSettings delta_settings() {

@@ -52,10 +52,13 @@ tl::expected<Machine, KinematicError> Machine::make(std::string_view kind, std::
 std::vector<NamedAxis> Machine::coordinates(std::span<const NamedAxis> axes) const {
   std::vector<NamedAxis> made(axes.begin(), axes.end());
   const auto tool = kinematics_->coordinates();
-  const auto* const degree = find_position_unit("deg");
   for (std::size_t i = 0; i < tool.size() && i < made.size(); ++i)
-    made[i] = {std::string(tool[i].name), tool[i].kind == AxisKind::kRotary ? degree : unit_};
+    made[i] = {std::string(tool[i].name), &unit_of(tool[i])};
   return made;
+}
+
+const PositionUnit& Machine::unit_of(const KinematicCoordinate& coordinate) const {
+  return coordinate.kind == AxisKind::kRotary ? *find_position_unit("deg") : *unit_;
 }
 
 std::string Machine::fault_of(std::span<const NamedAxis> axes) const {

@@ -39,6 +39,8 @@ class Machine {
   [[nodiscard]] const std::string& kind() const noexcept { return kind_; }
   /// Of its lengths.
   [[nodiscard]] const PositionUnit& unit() const noexcept { return *unit_; }
+  /// Of a coordinate of its tool.
+  [[nodiscard]] const PositionUnit& unit_of(const KinematicCoordinate& coordinate) const;
   /// As they were given.
   [[nodiscard]] std::span<const MachineValue> values() const noexcept { return values_; }
   /// Lives as long as this object, and its copies.

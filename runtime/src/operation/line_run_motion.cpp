@@ -1,0 +1,161 @@
+// What moves the axes of a run, and what becomes of it.
+#include "operation/line_run.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "driveline/runtime/operation/configure_line.hpp"
+#include "operation/axis_verdict.hpp"
+#include "operation/joint_motion.hpp"
+#include "operation/single_motion.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// Axes that have not been enabled for so long when a signal ends the run are a fault.
+constexpr auto kTimeToEnable = std::chrono::seconds{1};
+
+}  // namespace
+
+Result<void> LineRun::check_stream() const {
+  if (!config_.stream) return {};
+  if (session_.virtual_time()) {
+    return fail(ErrorKind::kSetting, "goes with the time of this machine: its clients cannot follow virtual time",
+                "[stream]");
+  }
+  const auto owner = joint_owner();
+  if (owner.empty()) return {};
+  return fail(
+      ErrorKind::kSetting,
+      fmt::format("the axes are moved together, by the {} of this run: nobody can stream to one of them", owner),
+      "[stream]");
+}
+
+/// What moves all axes together, with a firm lease; empty: nothing.
+std::string_view LineRun::joint_owner() const noexcept {
+  if (settings_.tasks->drive()) return "task";
+  if (settings_.source != nullptr) return "program";
+  return config_.path ? "path" : "";
+}
+
+/// Axes that nothing moves together wait for requests, each for its own.
+Result<void> LineRun::make_motion() {
+  if (!joint_owner().empty()) {
+    motion_ = make_joint_motion();
+    return {};
+  }
+  auto made = make_single_motion();
+  if (!made) return tl::unexpected(made.error());
+  motion_ = std::move(*made);
+  return {};
+}
+
+Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
+  auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
+  for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
+  if (config_.stream) {
+    stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
+    settings_.tasks->serve(stream_->task());
+  }
+  auto& single = *axes;
+  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+  if (auto added = add_groups(*motion, single); !added) return tl::unexpected(added.error());
+  if (auto added = add_couplings(single); !added) return tl::unexpected(added.error());
+  return motion;
+}
+
+/// Before the couplings: an axis of a group may lead another one, which follows its setpoint of the same cycle.
+Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes) {
+  if (config_.axis_groups.empty()) return {};
+  auto outputs = GroupOutputs::make(config_, *variables_, copies_);
+  if (!outputs) return tl::unexpected(outputs.error());
+  group_outputs_ = std::move(*outputs);
+  std::vector<ecat_master::GroupConfig> groups;
+  std::vector<std::vector<GroupOutputLimits>> limits;
+  for (std::size_t i = 0; i < config_.axis_groups.size(); ++i) {
+    const auto& described = config_.axis_groups[i];
+    auto& group = groups.emplace_back(ecat_master::GroupConfig{described.name, described.axes});
+    if (described.machine) group.kinematics = &described.machine->kinematics();
+    group.tool = described.tool;
+    auto& values = limits.emplace_back();
+    if (!group_outputs_[i]) continue;
+    group.outputs = group_outputs_[i].get();
+    values = group_outputs_[i]->limits();
+    settings_.tasks->serve(*group_outputs_[i], {.order = ecat_master::TaskTiming::Order::kAfterMotion});
+  }
+  try {
+    motion.add(std::make_unique<ecat_master::AxisGroups>(axes, std::move(groups), config_.period), std::move(limits),
+               *settings_.groups, !session_.virtual_time());
+  } catch (const std::invalid_argument& wrong) {
+    return fail(ErrorKind::kSetting, wrong.what(), "[[axis_group]]");
+  }
+  return {};
+}
+
+Result<void> LineRun::add_couplings(ecat_master::SingleAxes& axes) {
+  if (config_.couplings.couplings.empty()) return {};
+  auto couplings = LineCouplings::make(config_, axes, *variables_, master_);
+  if (!couplings) return tl::unexpected(couplings.error());
+  couplings_ = std::move(*couplings);
+  settings_.door->attach(*couplings_);
+  return {};
+}
+
+std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
+  auto axes = make_axes(config_, master_);
+  const auto settings = motion_settings(config_);
+  auto motion = settings_.source != nullptr
+                    ? std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings)
+                    : std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
+  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
+}
+
+/// What was asked of single axes, and what has become of it.
+void LineRun::note_requests() {
+  settings_.door->watch();
+  settings_.groups->watch();
+  for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
+  for (auto& event : settings_.groups->take_events()) note(std::move(event), Severity::kNotice);
+  for (auto& change : settings_.door->authority().take_changes())
+    authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
+}
+
+/// Who streams setpoints, and what is wrong with them.
+void LineRun::note_streams() {
+  if (!stream_) return;
+  for (auto& event : stream_->poll()) note(std::move(event.facts), event.severity);
+}
+
+/// Before the axes come to rest for the end of the run.
+void LineRun::note_groups() {
+  for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
+    const auto status = settings_.groups->status(group);
+    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner, {}, {}, {}};
+    for (const auto& axis : status.limits.group.axes) report.axes.push_back(axis.name);
+    report.machine = config_.axis_groups[group].machine;
+    report.coordinates = status.limits.group.coordinates;
+    report.place = status.place;
+    if (status.report) report.state = to_text(status.report->state);
+    groups_.push_back(std::move(report));
+  }
+}
+
+/// For a run without any other failure.
+void LineRun::judge_axes() {
+  if (!motion_ || had(Severity::kFailure) || operation_time_ == nanoseconds{0}) return;
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    const auto& axis = config_.axes[i];
+    const auto& seen = recorder_->following_errors()[i];
+    if (axis.is_virtual()) continue;
+    // A run stopped at its very beginning does not wait for them.
+    if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
+    if (seen.samples == 0 && !motion_->enables()) continue;
+    const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);
+    if (auto verdict = axis_verdict(axis, seen, period)) fail_with(std::move(*verdict));
+  }
+}
+
+}  // namespace driveline::runtime

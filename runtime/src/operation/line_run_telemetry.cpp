@@ -1,0 +1,116 @@
+// What a run tells others over DDS, and takes from them.
+#include "operation/line_run.hpp"
+
+#include "driveline/runtime/files/input_file.hpp"
+#include "telemetry/sealed_copy.hpp"
+#include "telemetry/security_files.hpp"
+
+namespace driveline::runtime {
+namespace {
+
+/// Between two looks into the rings: how long a sample may lie there before readers of the telemetry get it.
+constexpr auto kDrainPeriod = std::chrono::microseconds{500};
+
+}  // namespace
+
+Result<void> LineRun::check_commands() const {
+  if (!config_.commands) return {};
+  if (session_.virtual_time()) {
+    return fail(ErrorKind::kSetting, "go with the time of this machine: leases of virtual time mean nothing to clients",
+                "[commands]");
+  }
+  if (settings_.telemetry) return {};
+  return fail(ErrorKind::kSetting, "come by the process that publishes the line, but this run has no telemetry",
+              "[commands]");
+}
+
+/// A machine without the bridge runs lines all the same, unless somebody has asked for telemetry.
+Result<void> LineRun::start_bridge() {
+  if (!settings_.telemetry || !config_.telemetry.enabled) return {};
+  Result<std::filesystem::path> program;
+  if (!config_.telemetry.service) program = TelemetryService::find_program();
+  if (!program) {
+    if (config_.telemetry.asked.value_or(false) || config_.commands) return tl::unexpected(program.error());
+    note(events::TelemetryOff{describe(program.error())}, Severity::kNotice);
+    return {};
+  }
+  BridgeSupervisor::Settings settings{.program = std::move(*program)};
+  if (auto copied = copy_bridge_files(settings); !copied) return copied;
+  if (auto ready = start_commands(); !ready) return ready;
+  if (commands_) settings.commands = commands_->descriptors();
+  auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
+  if (!started) return tl::unexpected(started.error());
+  telemetry_ = std::move(*started);
+  return {};
+}
+
+/// The bridge may open no file.
+Result<void> LineRun::copy_bridge_files(BridgeSupervisor::Settings& settings) {
+  const auto& telemetry = config_.telemetry;
+  if (telemetry.security) {
+    auto files = open_security_files(*telemetry.security);
+    if (!files) return tl::unexpected(files.error());
+    security_ = std::move(*files);
+    for (const auto& file : security_) settings.security.push_back(file.get());
+  }
+  if (!telemetry.qos_profiles) return {};
+  const auto content = read_input_file(*telemetry.qos_profiles);
+  if (!content) return tl::unexpected(content.error());
+  auto copy = sealed_copy(*content, *telemetry.qos_profiles);
+  if (!copy) return tl::unexpected(copy.error());
+  qos_profiles_ = std::move(*copy);
+  settings.qos_profiles = qos_profiles_.get();
+  settings.qos_file = telemetry.qos_profiles->string();
+  return {};
+}
+
+Result<void> LineRun::start_commands() {
+  if (!config_.commands) return {};
+  auto started = CommandService::start(*settings_.door, config_.commands->lease_timeout);
+  if (!started) return tl::unexpected(started.error());
+  commands_ = std::move(*started);
+  note(events::CommandsOpen{config_.commands->insecure}, Severity::kNotice);
+  return {};
+}
+
+Result<void> LineRun::start_telemetry() {
+  if (auto started = start_bridge(); !started) return started;
+  figures_ = std::make_unique<CycleFigures>(config_.period);
+  auto listeners = settings_.consumers;
+  if (telemetry_) listeners.push_back(telemetry_.get());
+  feed_ = std::make_unique<StatusFeed>(listeners, config_.period);
+  std::vector<snapshot::SampleConsumer*> consumers{recorder_.get(), figures_.get(), feed_.get()};
+  consumers.insert(consumers.end(), listeners.begin(), listeners.end());
+  drain_ = std::make_unique<snapshot::DrainThread>(line_ring_, axis_ring_, std::move(consumers),
+                                                   snapshot::DrainConfig{.period = kDrainPeriod});
+  if (auto started = drain_->start(); !started) return fail(ErrorKind::kMachine, describe(started.error()));
+  return {};
+}
+
+/// What becomes of the bridge is no fault of the line, but subscribers are to know.
+void LineRun::note_telemetry() {
+  if (!telemetry_) return;
+  for (auto& facts : telemetry_->poll()) {
+    const bool stopped = std::holds_alternative<events::BridgeStopped>(facts);
+    if (stopped && commands_) commands_->bridge_lost();
+    note(std::move(facts), Severity::kNotice);
+    if (stopped && feed_) feed_->add_fault(describe(events_.newest()));
+  }
+}
+
+/// For subscribers: `now`, or when something has changed or it is time.
+void LineRun::tell_slaves(bool now) {
+  if (!slave_watch_) return;
+  std::vector<std::string> owners;
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) owners.push_back(settings_.door->authority().owner_of(i));
+  bool changed = slave_watch_->set_owners(owners) || now;
+  if (now) {
+    slave_watch_->read();
+  } else {
+    changed = slave_watch_->look() || changed;
+  }
+  if (!changed) return;
+  telemetry_->set_condition(slave_watch_->condition());
+}
+
+}  // namespace driveline::runtime
