@@ -23,7 +23,7 @@ using namespace driveline::bench;
 using namespace std::chrono_literals;
 
 constexpr int kPairs = 10;
-constexpr int kPairsInShort = 3;
+constexpr int kPairsInShort = 2;
 constexpr double kPercent = 0.01;
 constexpr double kCostAim = 105.0;        // %, upper end of the interval
 constexpr double kLatencyAimUs = 2000.0;  // p99, with batches of a millisecond
@@ -38,7 +38,7 @@ struct Pair {
 };
 
 int pairs_of(const Options& options) {
-  return options.quick ? 2 : options.shorter ? kPairsInShort : kPairs;
+  return options.quick || options.shorter ? kPairsInShort : kPairs;
 }
 
 /// The same number for all percentiles.

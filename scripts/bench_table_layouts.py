@@ -555,6 +555,3 @@ TABLES = {
     "turnaround": (turnaround, ["turnaround"]),
     "wake": (wake, ["wake"]),
 }
-
-# Programs that have been run on no idle machine yet: their tables say so.
-TO_COME = {"jitter", "path", "roundtrip", "scale", "soak", "telemetry"}

@@ -9,12 +9,12 @@ namespace driveline::bench {
 struct Options {
   bool json = false;      ///< one JSON document instead of a table
   bool quick = false;     ///< a tenth of the measurements: to see that it works
-  bool shorter = false;   ///< of what takes minutes so much that a report of all programs is done within ten
+  bool shorter = false;   ///< so much that a report of all programs is done within ten minutes: mostly a third
   std::string figures;    ///< folder for the curves behind the pictures of the documents, instead of a report
   double duration_s = 0;  ///< how long each way is measured; 0: as the program likes (jitter, soak)
   std::string histogram;  ///< file that the measured histogram is written to
   /// Scales a number of measurements.
-  [[nodiscard]] int count(int full) const noexcept { return quick ? full / 10 : full; }
+  [[nodiscard]] int count(int full) const noexcept { return quick ? full / 10 : shorter ? full / 3 : full; }
   /// How long to measure, in s: as asked for, else in full, `in_short` or a tenth of that.
   [[nodiscard]] double duration(double full, double in_short) const noexcept {
     if (duration_s > 0.0) return duration_s;
