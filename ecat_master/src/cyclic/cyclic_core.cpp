@@ -56,7 +56,8 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       tallies_(group_count_),
       acyclic_(AcyclicChannel::kLostAfterCycles,
                settings_.acyclic_bytes != 0 ? settings_.acyclic_bytes
-                                            : acyclic_bytes(image_, settings_.clocks != nullptr, settings_.period)) {
+                                            : acyclic_bytes(image_, settings_.clocks != nullptr, settings_.period)),
+      receive_wait_(settings_.receive_window) {
   const std::size_t frames = std::max<std::size_t>(1, image_.frame_count());
   frames_.reserve(frames);
   for (std::size_t i = 0; i < frames; ++i) {
@@ -261,10 +262,12 @@ void CyclicCore::take_what_is_back() noexcept {
   }
 }
 
-/// Polls the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for the
-/// next cycle, unless an acyclic answer is expected: another look costs a system call.
+/// Looks into the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for
+/// the next cycle, unless an acyclic answer is expected: another look costs a system call.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
   auto gave_way_at = sent_at_;
+  const bool slept = sleep_towards_answers(deadline);
+  bool waited = false;
   // Once more after the deadline: a thread that was suspended in between finds the frames that have arrived meanwhile.
   for (bool expired = false;;) {
     if (const auto frame = port_.receive()) {
@@ -277,13 +280,36 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
     if (expired || all_received()) break;
     expired = exchanged_at_ >= deadline;
     if (expired) continue;
-    // A simulated line on the same CPU, or the kernel's own receiving thread, answers only when it is scheduled.
-    if (exchanged_at_ - gave_way_at >= kGiveWayEvery) {
-      gave_way_at = exchanged_at_;
-      clock_.give_way();
-    } else {
-      clock_.spin();
-    }
+    waited = true;
+    wait_on(deadline, gave_way_at);
+  }
+  if (!all_received()) return;
+  receive_wait_.returned(received_at_ - sent_at_);
+  if (slept && !waited) receive_wait_.were_there(clock_.now() - sent_at_);
+}
+
+/// True: it has slept.
+bool CyclicCore::sleep_towards_answers(nanoseconds deadline) noexcept {
+  if (settings_.receive != ReceiveStrategy::kSleep || all_received()) return false;
+  const auto wake_at = receive_wait_.wake_at(sent_at_);
+  if (!wake_at || *wake_at >= deadline || *wake_at <= clock_.now()) return false;
+  clock_.sleep_until(*wake_at);
+  receive_wait_.woke(*wake_at, clock_.now());
+  return true;
+}
+
+/// One turn of the wait for frames.
+void CyclicCore::wait_on(nanoseconds deadline, nanoseconds& gave_way_at) noexcept {
+  if (settings_.receive == ReceiveStrategy::kBlock) {
+    static_cast<void>(port_.wait_readable(deadline));
+    return;
+  }
+  // A simulated line on the same CPU, or the kernel's own receiving thread, answers only when it is scheduled.
+  if (exchanged_at_ - gave_way_at >= kGiveWayEvery) {
+    gave_way_at = exchanged_at_;
+    clock_.give_way();
+  } else {
+    clock_.spin();
   }
 }
 

@@ -108,6 +108,9 @@ void read_realtime(TomlReader reader, LineConfig& config) {
   constexpr std::int64_t kLongestLatencyUs = 1'000'000;
   const auto latency_us = reader.integer_or("cpu_latency_us", 0, -1, kLongestLatencyUs);
   realtime.cpu_latency = latency_us < 0 ? std::nullopt : std::optional(std::chrono::microseconds{latency_us});
+  using Receive = ecat_master::ReceiveStrategy;
+  const auto receive = reader.choice_or("receive", 0, {"spin", "sleep", "block"});
+  config.receive = std::array{Receive::kSpin, Receive::kSleep, Receive::kBlock}.at(receive);
   const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
   if (reader.is_text("wake_ahead_us")) {
     const auto word = reader.text("wake_ahead_us");

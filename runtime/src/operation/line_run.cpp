@@ -208,6 +208,7 @@ void LineRun::make_trace() {
 
 Result<void> LineRun::start_cycle() {
   auto settings = cycle_settings(config_, master_);
+  if (session_.virtual_time()) settings.receive = ecat_master::ReceiveStrategy::kSpin;
   settings.copies = copies_;
   settings.tasks = settings_.tasks->schedule();
   fault_records_ = std::make_unique<FaultRecords>(

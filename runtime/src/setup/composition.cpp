@@ -185,6 +185,7 @@ ecat_master::CyclicCore::Settings cycle_settings(const LineConfig& config, const
   ecat_master::CyclicCore::Settings settings;
   settings.period = config.period;
   settings.receive_window = receive_window(config.period);
+  settings.receive = config.receive;
   settings.acyclic_bytes = wire_budget(master, config).acyclic_bytes;
   return settings;
 }

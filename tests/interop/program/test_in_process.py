@@ -342,6 +342,15 @@ class ThreadOfTheCycle(ProgramTest):
         text = self.run_program("run", "--config", config, "--duration", 0.1, "--no-plots", "--virtual").stdout
         self.assertNotIn("thread of the cycle", text)
 
+    def test_it_gets_its_answers_however_it_waits_for_them(self):
+        for receive in ("spin", "sleep", "block"):
+            config = self.write("line.toml", f'[line]\ncycle_us = 1000\n[bus]\nmax_lost_cycles = 800\n[realtime]\npolicy = "degrade"\nreceive = "{receive}"\n'
+                                '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n')
+            result = self.run_program("run", "--config", config, "--duration", 0.5, "--json", "--no-plots")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            document = self.one_document(result.stdout)
+            self.assertLess(document["lost_frames"], document["cycles"] / 2, receive)
+
 
 class Trace(ProgramTest):
     LINE = ('[line]\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n[telemetry]\nenabled = false\n'

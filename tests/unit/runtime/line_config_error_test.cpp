@@ -135,7 +135,9 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{
             one_slave("[realtime]\n\nprio = 80\n"),
             ":6: [realtime] prio: unknown key, expected one of: cpu, cpu_latency_us, lock_memory, policy, priority, "
-            "simulation_cpu, wake_ahead_us"},
+            "receive, simulation_cpu, wake_ahead_us"},
+        WrongFile{one_slave("[realtime]\nreceive = \"poll\"\n"),
+                  ":5: [realtime] receive: is \"poll\", one of \"spin\", \"sleep\", \"block\" is expected"},
         WrongFile{
             "[[slave]]\nname = \"x\"\naddress = 5\n",
             ":3: [slave 1] address: unknown key, expected one of: alias, dc, device_id, esi, "

@@ -34,6 +34,7 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_FALSE(config.realtime.cpu);
   EXPECT_TRUE(config.realtime.lock_memory);
   EXPECT_EQ(config.wake_ahead, std::nullopt) << "as the machine needs it";
+  EXPECT_EQ(config.receive, ecat_master::ReceiveStrategy::kSpin);
   EXPECT_FALSE(config.simulation_cpu);
   EXPECT_EQ(config.realtime.cpu_latency, microseconds{0});
   ASSERT_EQ(config.slaves.size(), 1U);
@@ -140,6 +141,7 @@ simulation_cpu = 2
 lock_memory = false
 cpu_latency_us = 40
 wake_ahead_us = 12.5
+receive = "block"
 [path]
 file = "paths/a.csv"
 interpolation = "natural"
@@ -196,6 +198,7 @@ velocity_gain = 4000
   EXPECT_FALSE(config.realtime.lock_memory);
   EXPECT_EQ(config.realtime.cpu_latency, microseconds{40});
   EXPECT_EQ(config.wake_ahead, std::chrono::nanoseconds{12500});
+  EXPECT_EQ(config.receive, ecat_master::ReceiveStrategy::kBlock);
   ASSERT_TRUE(config.path);
   EXPECT_EQ(config.path->file, "plant/paths/a.csv") << "relative to the line description";
   EXPECT_EQ(config.path->interpolation, trajectory::InterpolationMethod::kNaturalSpline);

@@ -13,8 +13,9 @@ namespace driveline::rt {
 /// wake-ups that are too late, and back 5000 that are early.
 class WakeMargin {
  public:
-  /// Never more than `longest`.
-  explicit constexpr WakeMargin(std::chrono::nanoseconds longest) noexcept : longest_(longest) {}
+  /// Never more than `longest`; begins with `first`.
+  explicit constexpr WakeMargin(std::chrono::nanoseconds longest, std::chrono::nanoseconds first = {}) noexcept
+      : longest_(longest), margin_(first) {}
 
   /// A wake-up has taken so long, from the instant that was slept for until the thread ran.
   constexpr void observe(std::chrono::nanoseconds took) noexcept {
@@ -28,7 +29,7 @@ class WakeMargin {
   static constexpr std::chrono::nanoseconds kDown{5};
 
   std::chrono::nanoseconds longest_;
-  std::chrono::nanoseconds margin_{};
+  std::chrono::nanoseconds margin_;
 };
 
 }  // namespace driveline::rt

@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_frame.hpp"
 #include "driveline/ecat_master/cyclic/flight_recorder.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
+#include "driveline/ecat_master/cyclic/receive_wait.hpp"
 #include "driveline/ecat_master/cyclic/sample_rings.hpp"
 #include "driveline/ecat_master/dc/clock_follower.hpp"
 #include "driveline/ecat_master/process_data/process_copy.hpp"
@@ -54,8 +55,8 @@ struct GroupCounters {
 };
 
 /// The cyclic exchange: sends the outputs computed in the cycle before at the grid instant, in frames that can be
-/// prepared before it, so that they leave with the least jitter; waits for the answers by polling the port up to a
-/// deadline inside the period; then reads the inputs and prepares the next outputs. The frames of all groups that are
+/// prepared before it, so that they leave with the least jitter; waits for the answers up to a deadline inside the
+/// period; then reads the inputs and prepares the next outputs. The frames of all groups that are
 /// due are on the wire at once.
 ///
 /// A frame that is lost or late costs its cycle at most the waiting time and the next cycle nothing: the grid stands.
@@ -67,6 +68,7 @@ class CyclicCore {
     std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the grid
     /// Longest wait for the answer, from the grid time on.
     std::chrono::nanoseconds receive_window = std::chrono::microseconds{90};
+    ReceiveStrategy receive = ReceiveStrategy::kSpin;  ///< how it waits for the answer
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
     std::uint16_t instance = 0;      ///< FrameTag::instance; the master sets its own
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
@@ -196,6 +198,8 @@ class CyclicCore {
   void send() noexcept;
   void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
+  [[nodiscard]] bool sleep_towards_answers(std::chrono::nanoseconds deadline) noexcept;
+  void wait_on(std::chrono::nanoseconds deadline, std::chrono::nanoseconds& gave_way_at) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
   void run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept;
@@ -241,6 +245,7 @@ class CyclicCore {
   rt::SpscRing<CyclicEvent> events_{kEventRing};
   rt::SpscRing<MasterAbsence> absences_{kAbsenceRing};
   AcyclicChannel acyclic_;
+  ReceiveWait receive_wait_;
   CycleStatistics statistics_;
   bool counting_ = true;
   std::uint64_t cycle_number_ = 0;

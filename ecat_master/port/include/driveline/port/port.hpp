@@ -40,7 +40,7 @@ class Port {
   [[nodiscard]] virtual std::optional<ReceivedFrame> receive() noexcept = 0;
 
   /// Waits until a frame can be received or `deadline` (on the port's clock) has passed; true in the first case.
-  /// Not for the cycle: it may sleep.
+  /// It may sleep, so a cycle calls it only when it is to sleep until its answer comes. \rtsafe
   virtual bool wait_readable(std::chrono::nanoseconds deadline) noexcept = 0;
 
   /// Time stamp of the last frame that send() put on the wire. \rtsafe
