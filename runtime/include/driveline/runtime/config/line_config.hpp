@@ -12,6 +12,7 @@
 
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
+#include "driveline/ecat_master/cyclic/receive_wait.hpp"
 #include "driveline/ecat_master/dc/line_clocks.hpp"
 #include "driveline/ecat_master/single_axis/gantry_settings.hpp"
 #include "driveline/esi/esi_library.hpp"
