@@ -16,7 +16,8 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
   app.add_flag("--quick", options.quick, "A tenth of the measurements, to see that it works");
   app.add_option("--figures", options.figures, "Folder for curves instead of a report (dc, homing_paths)");
   app.add_option("--histogram", options.histogram, "File for the measured histogram (wake)");
-  app.add_flag("--short", options.shorter, "A third of the measurements, for a report of all programs within ten minutes");
+  app.add_flag("--short", options.shorter,
+               "A third of the measurements, for a report of all programs within ten minutes");
   app.add_option("--duration", options.duration_s, "Seconds for each way (jitter), or altogether (soak); up to a week")
       ->check(CLI::Range(0.5, 7 * 86'400.0));
   try {

@@ -68,7 +68,7 @@ class CyclicCore {
     std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the grid
     /// Longest wait for the answer, from the grid time on.
     std::chrono::nanoseconds receive_window = std::chrono::microseconds{90};
-    ReceiveStrategy receive = ReceiveStrategy::kSpin;  ///< how it waits for the answer
+    ReceiveStrategy receive{};       ///< how it waits for the answers
     std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
     std::uint16_t instance = 0;      ///< FrameTag::instance; the master sets its own
     std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings

@@ -19,9 +19,9 @@ enum class ReceiveStrategy : std::uint8_t {
 /// Until when a cycle may sleep before it looks for its answers, so that it looks already when they come. Learns both:
 /// how soon they come, and how late this thread wakes. Belongs to one thread. All functions are \rtsafe.
 ///
-/// A return that is shorter than expected counts at once, a longer one moves the expectation by 5 ns. Answers that are
-/// there already when the thread wakes before they are expected have come nobody knows when: they are expected an eighth
-/// earlier than that.
+/// A return that is shorter than expected counts at once, a longer one moves the expectation by 5 ns. When answers are
+/// there already although the thread wakes before they are expected, it is unknown how long: they are expected an
+/// eighth earlier than that.
 class ReceiveWait {
  public:
   /// No sleep shorter than this: going to sleep and waking up costs about as much. With the margin at the start answers
@@ -52,7 +52,7 @@ class ReceiveWait {
     earliest_ = earliest_ == kUnknown ? took : std::min(took, earliest_ + kUp);
     earliest_ = std::min(earliest_, window_);
   }
-  /// All answers were there at the first look behind a sleep, `after` the sending. Late wake-ups are no fault of theirs.
+  /// All answers were there at the first look behind a sleep, `after` the sending. A late wake-up says nothing of them.
   constexpr void were_there(std::chrono::nanoseconds after) noexcept {
     if (after < earliest_) earliest_ = after - after / kDownShare;
   }
