@@ -16,6 +16,7 @@ using ecat_master::CycleRunner;
 using ecat_master::CyclicCore;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
+using ecat_master::ReceiveStrategy;
 using rt::RtGuard;
 
 /// Counters of the guarded code so far.
@@ -346,6 +347,28 @@ TEST_F(CyclePurity, ARedundantPortIsPureWholeAndBroken) {
   EXPECT_GT(port.merged(), 1000U);
   EXPECT_GE(ledger.cycles, 10'000U);
   EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
+TEST_F(CyclePurity, NoWayOfWaitingForTheAnswersChangesThat) {
+  for (const auto receive : {ReceiveStrategy::kSpin, ReceiveStrategy::kSleep, ReceiveStrategy::kBlock}) {
+    SCOPED_TRACE(static_cast<int>(receive));
+    DriveLine far(4, {}, {}, slaves::Wiring::line(4, microseconds{25}));  // answers take 200 us
+    UnguardedLine line(far.line(), ledger);
+    LineOperation operation(far, line, RunOptions{.period = milliseconds{1}, .receive = receive, .repeat = true});
+    ASSERT_EQ(sentence(operation.to_safe_op()), "");
+    operation.start_cycle([&](CyclicCore& core) { return std::make_unique<GuardedRunner>(core, far.clock, ledger); });
+    ASSERT_EQ(sentence(operation.master().go_operational()), "");
+    operation.motion().request_start();
+    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    ledger = {};
+    operation.run(milliseconds{1000});
+    far.line().drop_frames(1);
+    operation.run(milliseconds{100});
+    EXPECT_GE(ledger.cycles, 1000U);
+    EXPECT_EQ(ledger.counts.total(), 0U);
+    EXPECT_EQ(operation.master().core()->statistics().lost_frames, 1U);
+    EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone);
+  }
 }
 
 TEST_F(CyclePurity, ClocksThatAreFollowedLostAndFoundDoNotChangeThat) {

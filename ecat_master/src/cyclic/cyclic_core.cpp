@@ -283,7 +283,7 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
     waited = true;
     wait_on(deadline, gave_way_at);
   }
-  if (!all_received()) return;
+  if (settings_.receive != ReceiveStrategy::kSleep || !all_received()) return;
   receive_wait_.returned(received_at_ - sent_at_);
   if (slept && !waited) receive_wait_.were_there(clock_.now() - sent_at_);
 }

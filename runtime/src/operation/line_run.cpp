@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <stdexcept>
 #include <thread>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
-#include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/operation/configure_line.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
@@ -15,11 +13,6 @@
 #include "driveline/runtime/setup/drive_facts.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
-#include "operation/axis_verdict.hpp"
-#include "operation/joint_motion.hpp"
-#include "operation/single_motion.hpp"
-#include "telemetry/sealed_copy.hpp"
-#include "telemetry/security_files.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -208,7 +201,6 @@ void LineRun::make_trace() {
 
 Result<void> LineRun::start_cycle() {
   auto settings = cycle_settings(config_, master_);
-  if (session_.virtual_time()) settings.receive = ecat_master::ReceiveStrategy::kSpin;
   settings.copies = copies_;
   settings.tasks = settings_.tasks->schedule();
   fault_records_ = std::make_unique<FaultRecords>(

@@ -203,6 +203,7 @@ void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
   if (options_.task != nullptr) tasks_.add(*options_.task, {1, 0, options_.task_order});
   settings.tasks = &tasks_;
   settings.recorder = options_.recorder;
+  settings.receive = options_.receive;
   settings.trace = options_.trace;
   if (options_.copies) settings.copies = options_.copies(*master_);
   if (!make_runner) {

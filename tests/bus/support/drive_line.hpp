@@ -50,6 +50,7 @@ class DriveLine {
 /// How the drives of a line are run.
 struct RunOptions {
   nanoseconds period = microseconds{125};
+  ecat_master::ReceiveStrategy receive{};  ///< how the cycle waits for its answers
   ecat_master::cia402::Mode mode = ecat_master::cia402::Mode::kCyclicPosition;
   bool repeat = false;
   bool relative = false;  ///< the path, to where the axes stand

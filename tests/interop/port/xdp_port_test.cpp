@@ -295,6 +295,7 @@ TEST_P(Xdp, TheCycleNeitherAllocatesNorLocks) {
     rt::RtGuard::enter();
     static_cast<void>(port->send(frame));
     while (port->receive()) ++back;
+    static_cast<void>(port->wait_readable(clock.now() + 10us));
     const auto more = rt::RtGuard::leave();
     counts.allocations += more.allocations;
     counts.frees += more.frees;

@@ -15,6 +15,7 @@
 #include "driveline/runtime/setup/composition.hpp"
 #include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
+#include "virtual_line.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -160,18 +161,9 @@ class Events final : public Observer {
 class DriveFactsOfALine : public test::TemporaryDirectory {
  protected:
   RunReport run(const std::string& drive, const std::string& axis) {
-    const auto config =
-        parse_line_config("[line]\ncycle_us = 1000\n[telemetry]\nenabled = false\n[[slave]]\nname = \"x\"\n" + drive +
-                              "[[axis]]\nname = \"x\"\nunit = \"rev\"\n" + axis,
-                          directory / "line.toml");
-    EXPECT_TRUE(config) << describe(config.error());
-    Line::Options options;
-    options.virtual_time = true;
-    options.adjust = [this](LineConfig& read) -> Result<void> {
-      read.output.directory = directory / "out";
-      return {};
-    };
-    auto line = Line::from_config(config.value(), options);
+    auto line = virtual_line("[line]\ncycle_us = 1000\n[telemetry]\nenabled = false\n[[slave]]\nname = \"x\"\n" +
+                                 drive + "[[axis]]\nname = \"x\"\nunit = \"rev\"\n" + axis,
+                             directory);
     EXPECT_TRUE(line) << describe(line.error());
     (*line)->observe(events);
     Line::RunSettings settings;

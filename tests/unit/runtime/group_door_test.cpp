@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "axis_requests.hpp"
-#include "driveline/runtime/line.hpp"
 #include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
+#include "virtual_line.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -112,15 +112,7 @@ class GroupByHand : public test::TemporaryDirectory {
               keys;
     }
     text += "[[axis_group]]\nname = \"plotter\"\naxes = [\"x\", \"y\"]\nmax_feed = 100\n";
-    const auto config = parse_line_config(text + more, directory / "line.toml");
-    ASSERT_TRUE(config) << describe(config.error());
-    Line::Options options;
-    options.virtual_time = true;
-    options.adjust = [this](LineConfig& read) -> Result<void> {
-      read.output.directory = directory / "out";
-      return {};
-    };
-    auto opened = Line::from_config(*config, options);
+    auto opened = virtual_line(text + more, directory);
     ASSERT_TRUE(opened) << describe(opened.error());
     line = std::move(*opened);
     line->observe(hand);

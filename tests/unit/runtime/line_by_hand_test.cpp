@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "axis_requests.hpp"
-#include "driveline/runtime/line.hpp"
 #include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
+#include "virtual_line.hpp"
 namespace driveline::runtime {
 namespace {
 
@@ -41,15 +41,7 @@ class LineByHand : public test::TemporaryDirectory {
       text += std::string("[[axis]]\nname = \"") + name +
               "\"\nunit = \"deg\"\nmax_velocity = 720\nmax_acceleration = 7200\n" + keys;
     }
-    const auto config = parse_line_config(text + more, directory / "line.toml");
-    ASSERT_TRUE(config) << describe(config.error());
-    Line::Options options;
-    options.virtual_time = true;
-    options.adjust = [this](LineConfig& read) -> Result<void> {
-      read.output.directory = directory / "out";
-      return {};
-    };
-    auto opened = Line::from_config(*config, options);
+    auto opened = virtual_line(text + more, directory);
     ASSERT_TRUE(opened) << describe(opened.error());
     line = std::move(*opened);
     line->observe(hand);

@@ -8,6 +8,7 @@
 #include "driveline/runtime/files/output_file.hpp"
 #include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
+#include "virtual_line.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -69,17 +70,7 @@ class Listener final : public Observer {
 
 class LineTest : public test::TemporaryDirectory {
  protected:
-  [[nodiscard]] Result<std::unique_ptr<Line>> open(const std::string& text) {
-    const auto config = parse_line_config(text, directory / "line.toml");
-    if (!config) return tl::unexpected(config.error());
-    Line::Options options;
-    options.virtual_time = true;
-    options.adjust = [this](LineConfig& read) -> Result<void> {
-      read.output.directory = directory / "out";
-      return {};
-    };
-    return Line::from_config(*config, options);
-  }
+  [[nodiscard]] Result<std::unique_ptr<Line>> open(const std::string& text) { return virtual_line(text, directory); }
 };
 
 TEST_F(LineTest, RunsAndReports) {

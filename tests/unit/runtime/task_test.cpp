@@ -8,6 +8,7 @@
 #include "driveline/runtime/line.hpp"
 #include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
+#include "virtual_line.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -153,15 +154,7 @@ class Steps final : public snapshot::SampleConsumer {
 class TaskTest : public test::TemporaryDirectory {
  protected:
   [[nodiscard]] std::unique_ptr<Line> open(const std::string& text) {
-    const auto config = parse_line_config(text, directory / "line.toml");
-    EXPECT_TRUE(config) << describe(config.error());
-    Line::Options options;
-    options.virtual_time = true;
-    options.adjust = [this](LineConfig& read) -> Result<void> {
-      read.output.directory = directory / "out";
-      return {};
-    };
-    auto line = Line::from_config(*config, options);
+    auto line = virtual_line(text, directory);
     EXPECT_TRUE(line) << describe(line.error());
     return std::move(*line);
   }

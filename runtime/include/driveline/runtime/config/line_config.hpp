@@ -129,7 +129,7 @@ struct LineConfig {
   rt::RealtimeConfig realtime;                           ///< all but the policy
   std::optional<rt::RealtimePolicy> policy;              ///< none: enforced on a network interface only
   std::optional<std::chrono::nanoseconds> wake_ahead{};  ///< none: as the machine needs it, see rt::CycleTimer
-  ecat_master::ReceiveStrategy receive{};                ///< how a cycle waits for its answers; not on virtual time
+  ecat_master::ReceiveStrategy receive{};                ///< how a cycle waits for its answers
   std::optional<int> simulation_cpu;                     ///< where `simulate` runs its slaves
   std::vector<SlaveConfig> slaves;                       ///< by position
   ProcessDataConfig process_data;                        ///< groups, copies, layout
