@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <span>
 
 #include "console.hpp"
 
@@ -42,9 +43,28 @@ FileDescriptor make_socket(int flags = 0) {
   return FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)};
 }
 
+/// What a system call answers when no signal interrupts it. A socket with a time limit is interrupted even by signals
+/// whose handlers restart system calls (signal(7)).
+template <class Call>
+auto uninterrupted(Call call) {
+  auto result = call();
+  while (result < 0 && errno == EINTR) result = call();
+  return result;
+}
+
+bool connect_to(const FileDescriptor& socket, const sockaddr_un& address) {
+  return socket.valid() &&
+         uninterrupted([&] { return ::connect(socket.get(), generic(address), sizeof address); }) == 0;
+}
+
+/// What has come; 0: the other end has hung up.
+ssize_t receive_some(int socket, std::span<char> room) {
+  return uninterrupted([&] { return ::recv(socket, room.data(), room.size(), 0); });
+}
+
 bool write_all(int socket, std::string_view text) {
   while (!text.empty()) {
-    const auto count = ::send(socket, text.data(), text.size(), MSG_NOSIGNAL);
+    const auto count = uninterrupted([&] { return ::send(socket, text.data(), text.size(), MSG_NOSIGNAL); });
     if (count < 0) return false;
     text.remove_prefix(static_cast<std::size_t>(count));
   }
@@ -255,7 +275,7 @@ std::optional<pid_t> listener_at(const std::string& path) {
   const auto socket = make_socket();
   if (!address || !socket.valid()) return std::nullopt;
   limit_waiting(socket.get(), kAnswerPatience);
-  if (::connect(socket.get(), generic(*address), sizeof *address) != 0) return std::nullopt;
+  if (!connect_to(socket, *address)) return std::nullopt;
   const auto peer = peer_of(socket.get());
   return peer ? std::optional(peer->pid) : std::nullopt;
 }
@@ -265,7 +285,7 @@ Outcome<CommandConnection> CommandConnection::open(const std::string& path, std:
   if (!address) return tl::unexpected(address.error());
   auto socket = make_socket();
   if (socket.valid()) limit_waiting(socket.get(), kAnswerPatience);
-  if (!socket.valid() || ::connect(socket.get(), generic(*address), sizeof *address) != 0) {
+  if (!connect_to(socket, *address)) {
     return unreachable(path, listener, socket, kAnswerPatience);
   }
   return CommandConnection(path, listener, std::move(socket));
@@ -276,7 +296,7 @@ Outcome<std::string> CommandConnection::ask(std::string_view command) {
   std::array<char, 512> buffer;
   if (write_all(socket_.get(), fmt::format("{}\n", command))) {
     while (!answer.ends_with('\n')) {
-      const auto count = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
+      const auto count = receive_some(socket_.get(), buffer);
       if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerPatience);
       if (count <= 0) break;
       answer.append(buffer.data(), static_cast<std::size_t>(count));
@@ -293,14 +313,14 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
   if (!address) return tl::unexpected(address.error());
   const auto socket = make_socket();
   if (socket.valid()) limit_waiting(socket.get(), patience);
-  if (!socket.valid() || ::connect(socket.get(), generic(*address), sizeof *address) != 0) {
+  if (!connect_to(socket, *address)) {
     return unreachable(path, listener, socket, patience);
   }
   std::string answer;
   std::array<char, 512> buffer;
   if (write_all(socket.get(), fmt::format("{}\n", command))) {
     ssize_t count = 0;
-    while ((count = ::recv(socket.get(), buffer.data(), buffer.size(), 0)) > 0) {
+    while ((count = receive_some(socket.get(), buffer)) > 0) {
       answer.append(buffer.data(), static_cast<std::size_t>(count));
     }
     if (count < 0 && timed_out()) return silent(path, listener, socket.get(), patience);

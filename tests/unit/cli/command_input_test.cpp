@@ -6,6 +6,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <thread>
 
 #include "support/temporary_directory.hpp"
@@ -204,6 +205,40 @@ TEST_F(CommandSocket, WhereNoMoreClientsFitNobodyWaitsForEver) {
   const auto answered = send_command(path, "diag", "run", milliseconds{30});
   ASSERT_FALSE(answered);
   EXPECT_THAT(answered.error().text, testing::HasSubstr("no answer within 30 ms"));
+}
+
+/// A signal that is caught and does nothing, sent again and again to a thread that waits for an answer.
+void disturb(std::thread& waiting) {
+  struct sigaction action = {};
+  action.sa_handler = [](int) {};
+  action.sa_flags = SA_RESTART;  // as the program catches the signals that end it
+  struct sigaction before = {};
+  sigaction(SIGUSR1, &action, &before);
+  for (int i = 0; i < 100; ++i) {
+    pthread_kill(waiting.native_handle(), SIGUSR1);
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+  sigaction(SIGUSR1, &before, nullptr);
+}
+
+TEST_F(CommandSocket, SignalsDoNotEndTheWaitForAnAnswer) {
+  auto connection = CommandConnection::open(path, "run");
+  ASSERT_TRUE(connection) << connection.error().text;
+  Outcome<std::string> asked;
+  Outcome<std::string> sent;
+  std::thread waiting([&] {
+    asked = connection->ask("stay");
+    sent = send_command(path, "diag", "run", std::chrono::seconds{100});
+  });
+  disturb(waiting);
+  while (executed.empty()) look();
+  disturb(waiting);
+  while (executed.size() < 2) look();
+  waiting.join();
+  ASSERT_TRUE(asked) << asked.error().text;
+  EXPECT_EQ(*asked, "stay!");
+  ASSERT_TRUE(sent) << sent.error().text;
+  EXPECT_EQ(*sent, "diag!");
 }
 
 TEST_F(CommandSocket, LineWithoutEndIsCutOff) {

@@ -16,6 +16,7 @@
 #include <span>
 #include <string>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include "driveline/runtime/axes/axis_authority.hpp"
@@ -46,6 +47,27 @@ TEST(StreamServer, GivesAxesToAClientThatAsks) {
   ASSERT_FALSE(line.told.empty());
   EXPECT_THAT(line.told.back(), HasSubstr("stream client \"sine\" (process "));
   EXPECT_THAT(line.told.back(), HasSubstr("has y, x"));
+}
+
+TEST(StreamServer, SignalsDoNotEndTheWaitOfAClient) {
+  StreamLine line;
+  struct sigaction action = {};
+  action.sa_handler = [](int) {};
+  struct sigaction before = {};
+  sigaction(SIGUSR1, &action, &before);
+  std::variant<stream::Client, std::string> connected = "not yet";
+  std::thread waiting([&] { connected = stream::Client::connect(line.path, {.name = "sine", .axes = {"x"}}, 100s); });
+  for (int i = 0; i < 100; ++i) {
+    pthread_kill(waiting.native_handle(), SIGUSR1);
+    std::this_thread::sleep_for(1ms);
+  }
+  sigaction(SIGUSR1, &before, nullptr);
+  line.beside([&] {
+    waiting.join();
+    return true;
+  });
+  const auto* refusal = std::get_if<std::string>(&connected);
+  EXPECT_EQ(refusal, nullptr) << *refusal;
 }
 
 TEST(StreamServer, AnAxisHasOneClient) {

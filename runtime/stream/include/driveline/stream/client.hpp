@@ -66,6 +66,17 @@ inline std::string system_text(const std::string& what) {
   return what + ": " + std::generic_category().message(errno);
 }
 
+/// Whether something has come within `patience`, signals or not.
+inline bool wait_for_answer(int socket, std::chrono::milliseconds patience) {
+  using Clock = std::chrono::steady_clock;
+  const auto limit = Clock::now() + patience;
+  pollfd ready{socket, POLLIN, 0};
+  for (auto left = patience;; left = std::chrono::ceil<std::chrono::milliseconds>(limit - Clock::now())) {
+    const int found = ::poll(&ready, 1, static_cast<int>(std::max(left, std::chrono::milliseconds{0}).count()));
+    if (found >= 0 || errno != EINTR) return found == 1;
+  }
+}
+
 /// The answer and its descriptors; a sentence when there is none.
 struct Received {
   Answer answer{};
@@ -73,8 +84,7 @@ struct Received {
 };
 
 inline std::variant<Received, std::string> receive_answer(int socket, std::chrono::milliseconds patience) {
-  pollfd ready{socket, POLLIN, 0};
-  if (::poll(&ready, 1, static_cast<int>(patience.count())) != 1) return std::string{"the line does not answer"};
+  if (!wait_for_answer(socket, patience)) return std::string{"the line does not answer"};
   std::array<std::byte, sizeof(Answer)> bytes{};
   iovec part{bytes.data(), bytes.size()};
   alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(2 * sizeof(int))> control{};
@@ -135,9 +145,11 @@ class Client {
     std::copy(socket_path.begin(), socket_path.end(), address.sun_path);
     client_detail::Descriptor socket{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)};
     if (!socket.valid()) return system_text("no socket");
-    if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-      return system_text(socket_path);
-    }
+    int connected = 0;
+    do {
+      connected = ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+    } while (connected != 0 && errno == EINTR);
+    if (connected != 0) return system_text(socket_path);
     Hello hello;
     hello.axis_count = static_cast<std::uint32_t>(wish.axes.size());
     hello.power = wish.power ? 1 : 0;
