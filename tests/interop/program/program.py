@@ -27,6 +27,7 @@ SANITIZED = bool(os.environ.get("DRIVELINE_SANITIZE"))
 AXES = list("xyzabcuv")
 # Far longer than any command takes, so that only a program that hangs fails a test, not a busy machine.
 PATIENCE_S = 120
+PATIENCE_TO_END_S = 20  # of a program whose test has failed
 # A busy machine may suspend one of two processes, or the kernel's work between them, for longer than the axes put up with
 # at 125 us: the master gives up, or a drive finds itself too far from its setpoint (8611h). That says nothing about the
 # program, so such a run is tried again. A frame outside of the cycle is waited for five times 2 ms, which a simulation that
@@ -57,9 +58,11 @@ def again_when(*sentences):
                 try:
                     return test(self)
                 except (self.failureException, ValueError):  # of no JSON
+                    self.end_programs()
                     logs = self.logs()
                     said = [sentence for sentence in sentences if sentence in logs]
                     if not left or not said:
+                        print(logs, file=sys.stderr)
                         raise
                     print(f"{self.id()}: this machine was too busy ({said[0]}); once more", file=sys.stderr)
                 self.doCleanups()
@@ -106,6 +109,7 @@ class ProgramTest(unittest.TestCase):
     """A test with a working directory of its own, in which it runs the program."""
 
     def setUp(self):
+        self.started = []
         # Open to others: some tests run the program as another user.
         self.directory = pathlib.Path(tempfile.mkdtemp(prefix="driveline-program-"))
         self.directory.chmod(0o755)
@@ -188,7 +192,20 @@ class ProgramTest(unittest.TestCase):
         settings = {"stdin": subprocess.DEVNULL, "stdout": out, "stderr": err, **options}
         process = subprocess.Popen([*self.prefix, program, *map(str, arguments)], cwd=self.directory, **settings)
         self.addCleanup(self.kill, process)
+        self.started.append(process)
         return process
+
+    def end_programs(self):
+        """Ends what still runs, the last one first, so that each has said its last sentence: what a test looks at may be
+        over before the program that ended it tells why."""
+        for process in reversed(self.started):
+            if process.poll() is None:
+                process.send_signal(signal.SIGTERM)
+                process.send_signal(signal.SIGCONT)
+            try:
+                process.wait(PATIENCE_TO_END_S)
+            except subprocess.TimeoutExpired:
+                self.kill(process)
 
     @staticmethod
     def kill(process):

@@ -76,6 +76,24 @@ class Slower(program.ProgramTest):
         self.assertEqual((len(attempts), len(result.failures)), (program.ATTEMPTS, 1))
 
 
+    def test_a_program_is_heard_to_its_end_before_it_is_judged(self):
+        attempts = []
+
+        class Fails(program.ProgramTest):
+            @program.again_when_disturbed
+            def test(self):
+                attempts.append(self.start("-c", "trap 'echo the master was away >&2; exit 1' TERM; echo; while :; do sleep 0.01; done",
+                                           program="/bin/sh", log="master.log"))
+                self.wait_for("the trap", lambda: self.text("master.log.out"))
+                if len(attempts) == 1:
+                    self.fail("it has hung up")
+
+        result = unittest.TestResult()
+        with mock.patch("sys.stderr"):
+            Fails("test").run(result)
+        self.assertEqual((len(attempts), result.failures + result.errors), (2, []))
+
+
 class Status(unittest.TestCase):
     """The exit status that ctest gets for a module."""
 
@@ -106,6 +124,29 @@ class Status(unittest.TestCase):
 
     def test_a_failure_is_not_hidden_by_a_skip(self):
         self.assertEqual(self.status('self.fail("x")', 'self.skipTest("no veth here")')[0], 1)
+
+    # Nothing else of the process runs for 0.3 s, as if the machine had suspended it.
+    SUSPENDED = ("        import os, sys, time\n        sys.setswitchinterval(10)\n        end = time.monotonic() + 0.3\n"
+                 "        while time.monotonic() < end: pass\n        sys.setswitchinterval(0.005)\n        time.sleep(0.01)\n")
+
+    def status_of_one_that_fails(self, times, suspended):
+        """Exit status and stderr for a test that passes after failing `times` times, and how often it ran."""
+        with tempfile.TemporaryDirectory() as folder:
+            count = pathlib.Path(folder, "count")
+            more = (f"class Fails(unittest.TestCase):\n    def test(self):\n{self.SUSPENDED if suspended else ''}"
+                    f"        with open({str(count)!r}, 'a+') as file:\n            file.write('x')\n"
+                    f"            file.seek(0)\n            self.assertGreater(len(file.read()), {times})\n")
+            status, text = self.status("pass", more=more)
+            return status, text, len(count.read_text())
+
+    def test_one_that_failed_while_it_was_suspended_runs_again(self):
+        status, text, runs = self.status_of_one_that_fails(1, suspended=True)
+        self.assertEqual((status, runs), (0, 2), text)
+        self.assertRegex(text, r"test_planted.Fails.test: this machine suspended it for \d+ ms; once more")
+
+    def test_one_that_fails_always_fails_in_the_end(self):
+        status, text, runs = self.status_of_one_that_fails(1000, suspended=True)
+        self.assertEqual((status, runs), (1, run_tests.ATTEMPTS), text)
 
     def test_nothing_found_is_a_failure(self):
         self.assertEqual(self.status()[0], 1)
