@@ -45,8 +45,8 @@ constexpr nanoseconds kLost = 1s;
 /// Median of the line over that of the echo on the same kind of socket.
 constexpr double kAim = 1.2;
 constexpr int kTries = 50;
-/// Of 2 ms each, while the line is brought up.
-constexpr int kFrameRetries = 100;
+/// For 2.7 s in all, while the line is brought up.
+constexpr int kFrameRetries = 8;
 /// 6.5 s, in increments of 100 us (register 0x0420).
 constexpr std::uint16_t kWatchdog = 0xFFFF;
 /// Index of the first datagram: Ethernet and EtherCAT header, command.

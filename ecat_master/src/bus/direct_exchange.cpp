@@ -12,6 +12,9 @@ namespace {
 
 /// The longest frame on a 100 Mbit/s wire: 1,518 bytes with preamble and gap. Further frames pass one by one.
 constexpr auto kFrameTime = std::chrono::microseconds{124};
+/// Each try waits this many times as long as the one before.
+constexpr int kPatience = 4;
+constexpr std::chrono::nanoseconds kLongestTimeout = std::chrono::milliseconds{512};
 
 /// Slaves change the position part of an address, but only the master writes the rest of the header.
 bool is_answer_to(const Request& request, std::uint8_t index, const wire::DatagramHeader& answer) noexcept {
@@ -32,6 +35,7 @@ void DirectExchange::pause(std::chrono::nanoseconds duration) {
 
 Result<void> DirectExchange::exchange(std::span<Request> requests) {
   for (auto& request : requests) request.answered = false;
+  timeout_ = settings_.timeout;
   for (attempt_ = 0; attempt_ <= settings_.retries; ++attempt_) {
     for (std::size_t next = 0; next < requests.size();) {
       auto end = send_pending(requests, next);
@@ -43,6 +47,7 @@ Result<void> DirectExchange::exchange(std::span<Request> requests) {
     }
     const auto done = [](const Request& r) { return r.answered || r.once; };
     if (std::all_of(requests.begin(), requests.end(), done)) return {};
+    if (timeout_ < kLongestTimeout) timeout_ = std::min(kPatience * timeout_, kLongestTimeout);
   }
   return tl::unexpected(Error{facts::NoAnswer{.tries = static_cast<std::uint32_t>(settings_.retries + 1)}});
 }
@@ -99,7 +104,7 @@ Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std:
 
 void DirectExchange::collect(std::span<Request> requests) {
   const auto further = flights_.empty() ? 0 : flights_.size() - 1;
-  const auto deadline = clock_.now() + settings_.timeout + kFrameTime * further;
+  const auto deadline = clock_.now() + timeout_ + kFrameTime * further;
   auto open = [this] {
     return std::any_of(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; });
   };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bus/patience.hpp"
 #include "driveline/wire/al.hpp"
 
 namespace driveline::ecat_master {
@@ -54,7 +55,7 @@ Result<std::vector<std::optional<std::uint16_t>>> read_device_ids(Bus& bus, std:
     if (before[i].error) (*asked)[i] = false;
   }
   if (auto done = write_requests(bus, slaves, before, *asked, true); !done) return tl::unexpected(done.error());
-  const auto deadline = bus.exchange().now() + timeout;
+  Patience patience(bus.exchange().now(), timeout);
   for (;;) {
     const auto answered = read_reports(bus, slaves, data);
     if (!answered) return tl::unexpected(answered.error());
@@ -69,7 +70,7 @@ Result<std::vector<std::optional<std::uint16_t>>> read_device_ids(Bus& bus, std:
         all = false;
       }
     }
-    if (all || bus.exchange().now() >= deadline) break;
+    if (all || patience.over(bus.exchange().now())) break;
     bus.exchange().pause(kPollInterval);
   }
   if (auto done = write_requests(bus, slaves, before, *asked, false); !done) return tl::unexpected(done.error());

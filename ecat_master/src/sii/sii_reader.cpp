@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "bus/patience.hpp"
 #include "driveline/wire/sii_access.hpp"
 
 namespace driveline::ecat_master {
@@ -49,7 +50,7 @@ struct Step {
 /// frame, since the address may be that of an earlier reader.
 class Reading {
  public:
-  Reading(SlaveRef slave, nanoseconds now) : slave_(slave), since_(now) {}
+  Reading(SlaveRef slave, nanoseconds now) : slave_(slave), patience_(now, kReadBusyTimeout) {}
 
   [[nodiscard]] bool done() const noexcept { return complete_ || failure_.has_value(); }
   [[nodiscard]] Result<std::vector<std::byte>> take() {
@@ -93,10 +94,10 @@ class Reading {
     const auto before = words();
     if (looked) evaluate();
     if (words() > before) {
-      since_ = now;
+      patience_.begin(now);
       look_at_content(cache);
     }
-    if (!done() && now - since_ > kReadBusyTimeout) fail(facts::SiiBusy{next_word()});
+    if (!done() && patience_.over(now)) fail(facts::SiiBusy{next_word()});
     return used;
   }
 
@@ -257,7 +258,7 @@ class Reading {
   bool next_travels_ = false;  ///< commands do not take effect within their frame
   bool looked_up_ = false;
   bool complete_ = false;
-  nanoseconds since_;
+  Patience patience_;
   std::optional<Error> failure_;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
+#include "bus/patience.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/sii_access.hpp"
 
@@ -86,25 +87,25 @@ class SiiInterfaceAccess {
 
   /// An interface that is busy takes no command, whatever its status said just before (ESC data sheet II, 0x0502).
   Result<void> give(std::size_t word, std::span<const std::byte> request) {
-    const auto deadline = bus_.exchange().now() + kWriteBusyTimeout;
+    Patience patience(bus_.exchange().now(), kWriteBusyTimeout);
     for (;;) {
       if (auto ready = wait_idle(word); !ready) return tl::unexpected(ready.error());
       const auto done = bus_.write(slave_, wire::reg::kSiiControl.address, request);
       if (done || !done.error().is<facts::WorkingCounter>()) return done;
-      if (bus_.exchange().now() > deadline) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
+      if (patience.over(bus_.exchange().now())) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
       bus_.exchange().pause(kPause);
     }
   }
 
   Result<std::array<std::byte, sii::kInterfaceBytes>> wait_idle(std::size_t word) {
-    const auto deadline = bus_.exchange().now() + kWriteBusyTimeout;
+    Patience patience(bus_.exchange().now(), kWriteBusyTimeout);
     for (;;) {
       std::array<std::byte, sii::kInterfaceBytes> data{};
       if (auto done = bus_.read(slave_, wire::reg::kSiiControl.address, data); !done) {
         return tl::unexpected(done.error());
       }
       if ((wire::load_le<std::uint16_t>(data) & sii::kBusy) == 0) return data;
-      if (bus_.exchange().now() > deadline) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
+      if (patience.over(bus_.exchange().now())) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
       bus_.exchange().pause(kPause);
     }
   }

@@ -213,9 +213,45 @@ TEST_F(DirectExchangeTest, GivesUpAfterTheRetries) {
   EXPECT_TRUE(done.error().is<facts::NoAnswer>());
   EXPECT_EQ(std::get<facts::NoAnswer>(done.error().facts).tries, 5U);
   EXPECT_EQ(port.sent.size(), 5U);
-  EXPECT_EQ(clock.now() - begin, 5 * milliseconds{2});
+  EXPECT_EQ(clock.now() - begin, milliseconds{2 + 8 + 32 + 128 + 512});
   EXPECT_FALSE(requests.list[0].answered);
   EXPECT_EQ(exchange.statistics().frames_lost, 5U);
+}
+
+TEST_F(DirectExchangeTest, WaitsForSlavesThatAMachineHasSuspended) {
+  // They answer everything that has come in meanwhile, in its order, when they are back.
+  const auto back = clock.now() + milliseconds{150};
+  port.on_send = [&](auto frame) {
+    const auto number = static_cast<std::byte>(port.sent.size());
+    port.arrive(answered(frame, number), std::max<std::chrono::nanoseconds>(back - clock.now(), microseconds{500}));
+  };
+  Requests requests(1);
+  ASSERT_TRUE(exchange.exchange(requests.list));
+  EXPECT_EQ(copy_of(requests.list[0].data), hex("0404"));
+  EXPECT_EQ(clock.now(), back);
+  EXPECT_EQ(exchange.statistics().frames_stale, 3U);
+}
+
+TEST_F(DirectExchangeTest, WaitsNoLongerForALostFrameThanFor2Ms) {
+  for (int i = 0; i < 3; ++i) {
+    Requests requests(1);
+    bool lost = false;
+    port.on_send = [&](auto frame) {
+      if (std::exchange(lost, true)) port.arrive(answered(frame, std::byte{0x11}));
+    };
+    const auto begin = clock.now();
+    ASSERT_TRUE(exchange.exchange(requests.list));
+    // Whatever the exchange before waited for.
+    EXPECT_LT(clock.now() - begin, milliseconds{3});
+  }
+}
+
+TEST_F(DirectExchangeTest, WaitsHalfASecondForATryAtMost) {
+  DirectExchange patient(port, clock, {.retries = 9});
+  Requests requests(1);
+  const auto begin = clock.now();
+  ASSERT_FALSE(patient.exchange(requests.list));
+  EXPECT_EQ(clock.now() - begin, milliseconds{2 + 8 + 32 + 128 + 6 * 512});
 }
 
 TEST_F(DirectExchangeTest, DoesNotTakeTheLateAnswerOfAnEarlierTry) {

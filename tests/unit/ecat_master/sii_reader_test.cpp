@@ -44,6 +44,9 @@ class Eeprom final : public DatagramExchange {
   bool shows_address = true;
   std::chrono::nanoseconds busy_time{0};
   std::chrono::nanoseconds frame_time = std::chrono::microseconds{10};
+  /// The machine suspends the master for this long in each round up to this one.
+  std::chrono::nanoseconds away{0};
+  std::size_t away_rounds = 0;
   std::size_t rounds = 0;
   std::size_t datagrams = 0;
   /// Left on the interface by an earlier reader: an address, and unrelated data.
@@ -56,6 +59,7 @@ class Eeprom final : public DatagramExchange {
     now_ += frame_time;
     ++rounds;
     std::optional<std::uint32_t> shadow;
+    if (rounds <= away_rounds) now_ += away;
     for (auto& request : requests) {
       ++datagrams;
       request.answered = true;
@@ -171,6 +175,29 @@ Eeprom drive_eeprom(std::uint16_t serial) {
   // CRC-8 of 14 zero bytes, x^8 + x^2 + x + 1 with initial value 0xFF.
   eeprom.image[7] = 0x30;
   return eeprom;
+}
+
+TEST(SiiReader, AMachineThatSuspendsTheMasterMakesNoSlaveBusy) {
+  for (const auto takes : {Eeprom::Takes::kAtOnce, Eeprom::Takes::kAtTheEndOfTheFrame}) {
+    Eeprom eeprom(32);
+    eeprom.add_category(0x40, 10, 21);
+    eeprom.takes = takes;
+    eeprom.away = std::chrono::milliseconds{300};
+    eeprom.away_rounds = 10;
+    const auto image = read(eeprom);
+    ASSERT_TRUE(image) << describe(image.error());
+    EXPECT_EQ(*image, eeprom.bytes(image->size() / 2));
+  }
+}
+
+TEST(SiiReader, AnEepromThatStaysBusyIsGivenUp) {
+  Eeprom eeprom(32);
+  eeprom.busy_time = std::chrono::seconds{10};
+  const auto image = read(eeprom);
+  ASSERT_FALSE(image);
+  EXPECT_TRUE(image.error().is<facts::SiiBusy>());
+  EXPECT_GE(eeprom.now(), std::chrono::milliseconds{100});
+  EXPECT_LT(eeprom.now(), std::chrono::milliseconds{101});
 }
 
 TEST(SiiReader, GetsTheSameContentFromEveryKindOfController) {

@@ -33,6 +33,7 @@ class Eeprom final : public DatagramExchange {
   int unacknowledged = 0;             ///< so many commands are not acknowledged
   int busy_polls = 0;                 ///< status reads that find the interface busy after a command
   bool busy_for_ever = false;
+  int away_rounds = 0;                         ///< in so many rounds the machine suspends the master for a second
   int refused_commands = 0;                    ///< so many commands are not taken, with a status that said idle before
   std::size_t silent_after_writes = SIZE_MAX;  ///< then the slave does not answer any more
   bool application_owns = true;
@@ -51,6 +52,7 @@ class Eeprom final : public DatagramExchange {
 
   Result<void> exchange(std::span<Request> requests) override {
     now_ += std::chrono::microseconds{100};
+    if (away_rounds-- > 0) now_ += std::chrono::seconds{1};
     for (auto& request : requests) {
       request.answered = true;
       request.working_counter = 0;
@@ -257,6 +259,18 @@ TEST(SiiWriterFailure, InterfaceThatStaysBusyEndsBeforeAnythingIsWritten) {
   EXPECT_TRUE(report.error().error.is<facts::SiiBusy>());
   EXPECT_THAT(eeprom.writes, IsEmpty());
   EXPECT_THAT(describe(report.error()), HasSubstr("nothing has been written"));
+}
+
+TEST(SiiWriter, AMachineThatSuspendsTheMasterMakesNoInterfaceBusy) {
+  for (const int away : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}) {
+    Eeprom eeprom(0x80);
+    eeprom.busy_polls = 2;
+    eeprom.refused_commands = 1;
+    eeprom.away_rounds = away;
+    Bus bus(eeprom);
+    ASSERT_TRUE(write_alias(bus, kSlave, 7)) << away;
+    EXPECT_EQ(eeprom.words[4], 7);
+  }
 }
 
 TEST(SiiWriter, InterfaceThatTakesNoCommandForAWhileIsTriedAgain) {

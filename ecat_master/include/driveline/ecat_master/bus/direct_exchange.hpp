@@ -19,7 +19,9 @@ class DirectExchange final : public DatagramExchange {
 
   /// Time-out and retries of frames.
   struct Settings {
-    /// Time-out for the answers of one try; the time of the frames on the wire is added.
+    /// Time-out for the answers of the first try; the time of the frames on the wire is added. Each further try waits
+    /// four times as long as the one before, 512 ms at most: a lost frame costs 2 ms, and slaves that a machine has
+    /// suspended, or a switch that learns, may be silent for 0.68 s.
     std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};
     int retries = 4;  ///< further tries after the first
     /// FrameTag::instance; none: one that no other master has (next_frame_instance()).
@@ -65,6 +67,7 @@ class DirectExchange final : public DatagramExchange {
   ExchangeStatistics statistics_;
   std::uint32_t sequence_ = 0;
   int attempt_ = 0;
+  std::chrono::nanoseconds timeout_{0};  ///< of this attempt
   std::vector<Flight> flights_;
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
 };
