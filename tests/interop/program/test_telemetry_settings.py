@@ -77,7 +77,8 @@ class Settings(SettingsTest):
                             f'[telemetry]\ndomain = {self.domain}\n[telemetry.rates]\naxis_telemetry = "change"\n'
                             '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n')
         run = self.start("run", "--config", config, "--no-enable", "--json", "--no-plots", log="run.log")
-        self.wait_for("operation", lambda: self.run_program("axis", "x", "status").returncode == 0, run)
+        # What the drive tells in its first cycles changes: status word and mode.
+        self.wait_for("a second of operation", lambda: "exchanging" in self.text("run.log"), run)
         cycles = [sample["cycle"] for sample in self.echo(TELEMETRY, "--count", 4, "--timeout", PATIENCE_S)]
         for before, after in zip(cycles, cycles[1:]):
             self.assertGreaterEqual(after - before, 900, cycles)
