@@ -25,8 +25,8 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kPeriod = std::chrono::milliseconds{1};
 constexpr int kRuns = 10;
-/// For 2.7 s in all. Linux takes 50 ms of a second from a thread in SCHED_FIFO where others wait for its processor, and 256
-/// drives leave little of theirs: such a start is slow, and no failure.
+/// For 2.7 s in all. Linux takes 50 ms of a second from a thread in SCHED_FIFO where others wait for its processor, and
+/// 256 drives leave little of theirs: such a start is slow, and no failure.
 constexpr int kFrameRetries = 8;
 constexpr double kVethAimMs = 1000.0;  // 64 drives
 constexpr std::size_t kAimDrives = 64;

@@ -4,8 +4,8 @@
 
 namespace driveline::ecat_master {
 
-/// Waiting for a slave that is looked at again and again. A machine that suspends the master takes the time away without
-/// a look at the slave; so it is over when the time has passed *and* the slave has been looked at some times.
+/// Waiting for a slave that is looked at again and again. A machine that suspends the master takes the time away
+/// without a look at the slave; so it is over when the time has passed *and* the slave has been looked at some times.
 class Patience {
  public:
   /// Looks that a suspended master still has.
