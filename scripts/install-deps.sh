@@ -40,6 +40,8 @@ cyclonedds-dev        oracle for the telemetry: another DDS implementation
 cyclonedds-tools      its IDL compiler
 curl                  asks the web page of a simulated drive
 iputils-ping          asks its IP stack
+rt-tests              cyclictest, the peer of the benchmark of jitter
+stress-ng             the load that it is measured under
 dpkg-dev              Debian packages: what they depend on
 lintian               judges them
 systemd               judges the unit of the service
