@@ -35,8 +35,8 @@ done
   if [ "$install" = yes ]; then "$root/scripts/install-deps.sh"; fi
   echo "run.sh: configuring"
   cmake -S "$root" --preset release
-  echo "run.sh: building driveline"
-  cmake --build "$root/build" --target driveline -j "$(nproc)"
+  echo "run.sh: building driveline and what it has for DDS"
+  cmake --build "$root/build" --target driveline driveline-bridge driveline-dds -j "$(nproc)"
 } >&2
 
 exec "$root/build/driveline" run "${config[@]}" "${arguments[@]}"

@@ -45,6 +45,24 @@ class Usage(unittest.TestCase):
         self.assertEqual(there - set(self.SCRIPTS), {"scripts/sources.sh"})  # takes folders, has no flags
 
 
+class Run(unittest.TestCase):
+    def test_what_the_example_and_the_readme_start_is_built(self):
+        with tempfile.TemporaryDirectory() as folder:
+            home = Path(folder)
+            shutil.copy(ROOT / "run.sh", home)
+            (home / "build").mkdir()
+            # Instead of the build and its result: what they are called with.
+            for program in ("cmake", "build/driveline"):
+                (home / program).write_text(f'#!/bin/sh\necho "$@" >> {home}/called\n', encoding="utf-8")
+                (home / program).chmod(0o755)
+            result = run([home / "run.sh", "--no-install", "--", "--duration", "5"],
+                         env={**os.environ, "PATH": f"{home}:{os.environ['PATH']}"})
+            self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+            _, build, start = (home / "called").read_text(encoding="utf-8").splitlines()
+        self.assertRegex(build, "--target driveline driveline-bridge driveline-dds -j")  # telemetry, top, echo, record
+        self.assertEqual(start, f"run --config {home}/examples/line8.toml --duration 5")
+
+
 class DdsKeys(unittest.TestCase):
     def test_the_permissions_know_every_topic(self):
         text = (ROOT / "scripts/dds-keys.sh").read_text(encoding="utf-8")
