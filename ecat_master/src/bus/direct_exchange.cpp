@@ -12,8 +12,8 @@ namespace {
 
 /// The longest frame on a 100 Mbit/s wire: 1,518 bytes with preamble and gap. Further frames pass one by one.
 constexpr auto kFrameTime = std::chrono::microseconds{124};
-/// Each try waits this many times as long as the one before.
-constexpr int kPatience = 4;
+/// Each try waits this many times as long as the one before, up to the longest time-out.
+constexpr int kGrowth = 4;
 constexpr std::chrono::nanoseconds kLongestTimeout = std::chrono::milliseconds{512};
 
 /// Slaves change the position part of an address, but only the master writes the rest of the header.
@@ -35,7 +35,6 @@ void DirectExchange::pause(std::chrono::nanoseconds duration) {
 
 Result<void> DirectExchange::exchange(std::span<Request> requests) {
   for (auto& request : requests) request.answered = false;
-  timeout_ = settings_.timeout;
   for (attempt_ = 0; attempt_ <= settings_.retries; ++attempt_) {
     for (std::size_t next = 0; next < requests.size();) {
       auto end = send_pending(requests, next);
@@ -47,7 +46,6 @@ Result<void> DirectExchange::exchange(std::span<Request> requests) {
     }
     const auto done = [](const Request& r) { return r.answered || r.once; };
     if (std::all_of(requests.begin(), requests.end(), done)) return {};
-    if (timeout_ < kLongestTimeout) timeout_ = std::min(kPatience * timeout_, kLongestTimeout);
   }
   return tl::unexpected(Error{facts::NoAnswer{.tries = static_cast<std::uint32_t>(settings_.retries + 1)}});
 }
@@ -102,9 +100,17 @@ Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std:
   return end;
 }
 
+/// Of this attempt.
+std::chrono::nanoseconds DirectExchange::timeout() const noexcept {
+  auto timeout = settings_.timeout;
+  for (int i = 0; i < attempt_ && timeout < kLongestTimeout; ++i)
+    timeout = std::min(kGrowth * timeout, kLongestTimeout);
+  return timeout;
+}
+
 void DirectExchange::collect(std::span<Request> requests) {
   const auto further = flights_.empty() ? 0 : flights_.size() - 1;
-  const auto deadline = clock_.now() + timeout_ + kFrameTime * further;
+  const auto deadline = clock_.now() + timeout() + kFrameTime * further;
   auto open = [this] {
     return std::any_of(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; });
   };

@@ -248,15 +248,12 @@ Result<void> Master::raise_to(wire::AlState target) {
 Result<void> Master::await_exchange() {
   constexpr int kPeriods = 100;
   constexpr std::chrono::milliseconds kAtLeast{100};  // for a thread that is slow to start
-  constexpr int kSuspended = 10;                      // times as long where the machine runs fewer cycles
   const auto& settings = core_->settings();
-  const auto begin = clock_.now();
-  const auto window = std::max<std::chrono::nanoseconds>(kPeriods * settings.period, kAtLeast);
+  const auto deadline = clock_.now() + std::max<std::chrono::nanoseconds>(kPeriods * settings.period, kAtLeast);
   const auto first = core_->cycles();
   const auto late = core_->stale_frames();
   while (core_->al_status().slaves == 0) {
-    const auto waited = clock_.now() - begin;
-    if (waited >= window && (core_->cycles() - first >= kPeriods || waited >= kSuspended * window)) {
+    if (clock_.now() >= deadline) {
       return tl::unexpected(Error{facts::NoExchange{.window = settings.receive_window,
                                                     .cycles = static_cast<std::uint32_t>(core_->cycles() - first),
                                                     .late = static_cast<std::uint32_t>(core_->stale_frames() - late)}});

@@ -7,13 +7,13 @@ import signal
 import subprocess
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
 
 NOBODY = 65534
 CLIENT = os.environ["STREAM_EXAMPLE"]
 PROBE = os.environ["STREAM_PROBE"]
 # A busy machine may suspend a client for longer than its setpoints last or the line waits for a sign of life.
-undisturbed = again_when(*DISTURBED, "are used up", "it was silent", "is not heard any more")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "are used up", "it was silent", "is not heard any more")
 MAX_VELOCITY, MAX_ACCELERATION = 720.0, 7200.0  # deg/s, deg/s^2
 AXES = ("x", "y", "z")
 LINE = ('[bus]\nmax_lost_cycles = 800\n[line]\nname = "streamed"\ncycle_us = 125\n[realtime]\npolicy = "degrade"\n'
@@ -124,7 +124,7 @@ class Stream(ProgramTest):
         excused = "is later than its time" if self.last_attempt else "nothing"
         self.assertFalse([event for event in events if "a setpoint of" in event and excused not in event], events)
 
-    @again_when(*DISTURBED)
+    @again_when(*DISTURBED, WATCHDOG)
     def test_clients_killed_at_any_time_break_no_limit(self):
         run = self.start_run()
         chance = random.Random(16)

@@ -20,8 +20,8 @@ class DirectExchange final : public DatagramExchange {
   /// Time-out and retries of frames.
   struct Settings {
     /// Time-out for the answers of the first try; the time of the frames on the wire is added. Each further try waits
-    /// four times as long as the one before, 512 ms at most: a lost frame costs 2 ms, and slaves that a machine has
-    /// suspended, or a switch that learns, may be silent for 0.68 s.
+    /// four times as long as the one before, 512 ms at most: a lost frame costs 2 ms, and a line whose machine is
+    /// suspended may be silent for 0.68 s.
     std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};
     int retries = 4;  ///< further tries after the first
     /// FrameTag::instance; none: one that no other master has (next_frame_instance()).
@@ -55,6 +55,7 @@ class DirectExchange final : public DatagramExchange {
   [[nodiscard]] bool is_open(const Request& request) const noexcept;
   [[nodiscard]] Result<std::size_t> send_pending(std::span<Request> requests, std::size_t next);
   [[nodiscard]] Result<std::size_t> send_frame(std::span<Request> requests, std::size_t first);
+  [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept;
   void collect(std::span<Request> requests);
   void accept(std::span<Request> requests, std::span<const std::byte> frame);
   [[nodiscard]] FrameTag next_tag() noexcept;
@@ -67,7 +68,6 @@ class DirectExchange final : public DatagramExchange {
   ExchangeStatistics statistics_;
   std::uint32_t sequence_ = 0;
   int attempt_ = 0;
-  std::chrono::nanoseconds timeout_{0};  ///< of this attempt
   std::vector<Flight> flights_;
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
 };
