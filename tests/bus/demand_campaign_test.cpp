@@ -383,11 +383,13 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 /// change of mode (16721), behind a gap as well (13163); periods missed in the first cycle of a change from CST
 /// (13489), and twice where a torque ended (103961); a mode that changes while an axis brakes to be switched off
 /// (102035). A frame lost while the sum of two motions asked for more acceleration than there is (7595).
+/// Frames lost in the first cycles of an axis that was switched on while it coasted, behind periods that were missed
+/// (42441), and a torque that ended long after a change of mode out of CSP had been cut off by a fault (83452).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   Coverage coverage;
   for (const unsigned seed :
-       {1731U,  2452U,  3224U, 3433U,  6446U,  1732U,  3367U,  4663U,  10491U, 10845U, 13372U,  14484U, 16028U,
-        30041U, 17918U, 7595U, 10607U, 10889U, 11368U, 12231U, 16721U, 13163U, 13489U, 102035U, 103961U}) {
+       {1731U,  2452U, 3224U,  3433U,  6446U,  1732U,  3367U,  4663U,  10491U, 10845U,  13372U,  14484U, 16028U, 30041U,
+        17918U, 7595U, 10607U, 10889U, 11368U, 12231U, 16721U, 13163U, 13489U, 102035U, 103961U, 42441U, 83452U}) {
     Sequence sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
   }

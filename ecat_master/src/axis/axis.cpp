@@ -428,10 +428,35 @@ Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) 
   return targets;
 }
 
-trajectory::AxisSetpoint Axis::held() const noexcept {
+void Axis::hold_at(double position, double velocity) noexcept {
+  // Of the acceleration; both together may be taken back in the next cycle.
+  constexpr double kShareOfVelocity = 0.25;
+  constexpr double kShareOfPlace = 0.125;
+  const bool at_once = !hold_ || !told_on() || !(std::abs(velocity) > 0.0) || !(std::abs(hold_velocity_) > 0.0);
+  if (at_once) {
+    hold_ = position;
+    hold_velocity_ = velocity;
+    return;
+  }
   const double period_s = std::chrono::duration<double>(config_.period).count();
-  const double ahead = by_positions(mode_) ? delay_of(config_) * period_s : 0.0;
-  return {hold_.value_or(inputs_.position) + ahead * hold_velocity_, hold_velocity_, 0.0};
+  const double most = config_.limits.max_acceleration * period_s;
+  const double before = held().position;
+  const double next =
+      std::clamp(velocity, hold_velocity_ - kShareOfVelocity * most, hold_velocity_ + kShareOfVelocity * most);
+  const double expected = before + next * period_s;
+  const double beside = kShareOfPlace * most * period_s;
+  const double place = std::clamp(position + lead_s() * velocity, expected - beside, expected + beside);
+  hold_velocity_ = next;
+  hold_ = place - lead_s() * next;
+}
+
+/// By how much the setpoint of an axis that coasts is ahead of it.
+double Axis::lead_s() const noexcept {
+  return by_positions(mode_) ? delay_of(config_) * std::chrono::duration<double>(config_.period).count() : 0.0;
+}
+
+trajectory::AxisSetpoint Axis::held() const noexcept {
+  return {hold_.value_or(inputs_.position) + lead_s() * hold_velocity_, hold_velocity_, 0.0};
 }
 
 void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,

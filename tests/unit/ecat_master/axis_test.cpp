@@ -212,6 +212,42 @@ TEST(AxisOutputs, FollowTheActualPositionWhileNotEnabled) {
   }
 }
 
+/// The drive may follow from the command to enable on, before it has said so: the place of an axis that coasts is
+/// corrected no faster than the axis may accelerate.
+TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
+  auto settings = config();
+  settings.limits = {50.0, 1000.0};
+  settings.increments_per_unit = 1e6;
+  Bench bench(settings);
+  const double period_s = std::chrono::duration<double>(settings.period).count();
+  constexpr double kVelocity = 10.0;
+  const double step = kVelocity * period_s;
+  const double most = 0.5 * settings.limits.max_acceleration * period_s * period_s * (1.0 + 1e-9);
+  constexpr double kSlower = 9.9;
+  bench.axis.read_inputs(inputs("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186"), true);  // Switched on
+  bench.axis.hold_at(1.0, kVelocity);
+  bench.write(Goal::kDisabled, {});
+  bench.axis.hold_at(1.2, kVelocity);
+  const double before = bench.axis.held().position;
+  EXPECT_GT(before, 1.2) << "corrected at once: it is not told to be on";
+  bench.write(Goal::kEnabled, {});
+  ASSERT_TRUE(bench.axis.told_on());
+  double last = before;
+  for (int cycle = 0; cycle < 40; ++cycle) {
+    // Farther back than expected, by a hundredth of a period's way more in each cycle, up to a fifth.
+    const double behind = std::min(0.01 * cycle, 0.2) * step;
+    bench.axis.hold_at(1.2 + (cycle + 1) * step - behind, kVelocity);
+    const double now = bench.axis.held().position;
+    EXPECT_NEAR(now - last, step, most) << cycle;
+    last = now;
+  }
+  EXPECT_NEAR(last, before + 39.8 * step, 1e-9) << "it gets there";
+  bench.axis.hold_at(1.2 + 40.8 * step, kSlower);
+  EXPECT_NEAR(bench.axis.held().position - last, step, most) << "slower at once";
+  bench.axis.hold_at(5.0);
+  EXPECT_DOUBLE_EQ(bench.axis.held().position, 5.0) << "one that stands is where it is";
+}
+
 TEST(AxisOutputs, SaturateAndSurviveNan) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();

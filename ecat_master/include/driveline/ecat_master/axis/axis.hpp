@@ -164,10 +164,9 @@ class Axis {
 
   /// Where the axis is when it is enabled, instead of the actual position, and the velocity with which it coasts until
   /// then, rad/s or m/s: where the targets are until it is.
-  void hold_at(double position, double velocity = 0.0) noexcept {
-    hold_ = position;
-    hold_velocity_ = velocity;
-  }
+  /// Of one that coasts and may be on by what it was told, it is not corrected faster than the axis may accelerate: its
+  /// drive may follow these targets before it has said so.
+  void hold_at(double position, double velocity = 0.0) noexcept;
   /// An axis that coasts, and was not seen, has gone on so long.
   void coast_on(double time_s) noexcept {
     if (hold_) *hold_ += hold_velocity_ * time_s;
@@ -290,6 +289,7 @@ class Axis {
   };
   void be_its_drive() noexcept;
   void write_targets(std::span<std::byte> image) const noexcept;
+  [[nodiscard]] double lead_s() const noexcept;
   [[nodiscard]] bool shows_mode() const noexcept {
     return !mode_display_ || inputs_.mode == static_cast<std::int8_t>(mode_);
   }

@@ -56,6 +56,7 @@ class ModeChange {
   void carry(double torque, double velocity) noexcept {
     torque_bias_ = torque;
     on_setpoints_ = true;
+    leading_ = false;
     feed_velocity_ = velocity;
     phase_ = Phase::kReturning;
   }
