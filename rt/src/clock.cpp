@@ -2,6 +2,7 @@
 
 #include <sched.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
 
@@ -37,6 +38,18 @@ void MonotonicClock::spin() noexcept {
 #elif defined(__aarch64__) || defined(__arm__)
   asm volatile("yield");
 #endif
+}
+
+/// Half a turn is how late the instant is seen: the last turns only read the clock, for a pause takes as long as that.
+std::chrono::nanoseconds MonotonicClock::spin_until(std::chrono::nanoseconds instant) noexcept {
+  constexpr std::chrono::nanoseconds kWithoutPause = std::chrono::microseconds{1};
+  while (now() + kWithoutPause < instant) spin();
+  const std::timespec until = to_timespec(std::max(instant, std::chrono::nanoseconds::zero()));
+  std::timespec time{};
+  do {
+    clock_gettime(CLOCK_MONOTONIC, &time);
+  } while (time.tv_sec < until.tv_sec || (time.tv_sec == until.tv_sec && time.tv_nsec < until.tv_nsec));
+  return from_timespec(time);
 }
 
 void MonotonicClock::give_way() noexcept {

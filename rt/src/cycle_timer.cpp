@@ -16,13 +16,16 @@ constexpr int kLongAwake = 2;
 
 }  // namespace
 
-CycleTimer::CycleTimer(Clock& clock, nanoseconds period, std::optional<nanoseconds> wake_ahead)
-    : clock_{clock}, period_{period}, wake_ahead_{wake_ahead}, margin_{max_wake_ahead(period)} {
+CycleTimer::CycleTimer(Clock& clock, nanoseconds period, std::optional<nanoseconds> wake_ahead, nanoseconds early)
+    : clock_{clock}, period_{period}, early_{early}, wake_ahead_{wake_ahead}, margin_{max_wake_ahead(period)} {
   if (period <= nanoseconds::zero()) {
     throw std::invalid_argument("cycle timer: the period must be longer than 0 ns");
   }
   if (wake_ahead && (*wake_ahead < nanoseconds::zero() || *wake_ahead > max_wake_ahead(period))) {
     throw std::invalid_argument("cycle timer: the wake-up lead must lie between 0 and a quarter of the period");
+  }
+  if (early < nanoseconds::zero() || early > max_wake_ahead(period)) {
+    throw std::invalid_argument("cycle timer: a thread is early by 0 to a quarter of the period");
   }
   start(clock_.now());
 }
@@ -49,13 +52,10 @@ void CycleTimer::sleep_ahead() noexcept {
 CycleStart CycleTimer::wait_next() noexcept {
   sleep_ahead();
   slept_ = false;
-  nanoseconds wake = clock_.now();
-  while (wake < next_) {
-    clock_.spin();
-    wake = clock_.now();
-  }
+  const nanoseconds wake = clock_.spin_until(next_ - early_);
 
-  // Looked at after the sleep, so that periods lost by a late wake-up count like those lost by a long cycle.
+  // Looked at after the sleep, so that periods lost by a late wake-up count like those lost by a long cycle. 0 for a
+  // thread that is early.
   const std::int64_t missed = (wake - next_) / period_;
   const CycleStart start{next_cycle_ + missed, next_ + missed * period_, wake, missed};
   missed_total_ += missed;
@@ -78,9 +78,10 @@ void CycleTimer::sleep_towards_next() noexcept {
   owe_rest(now - awake_since_);
 
   // What was learned never takes the sleep that is owed, which would be paid by a whole period.
+  const nanoseconds due = next_ - early_;
   const nanoseconds lead =
-      wake_ahead_.value_or(std::max(nanoseconds::zero(), std::min(margin_.value(), next_ - now - rest_debt_)));
-  nanoseconds target = next_ - lead;
+      wake_ahead_.value_or(std::max(nanoseconds::zero(), std::min(margin_.value(), due - now - rest_debt_)));
+  nanoseconds target = due - lead;
   // Small debts wait: the sleep at the end of an ordinary period pays them.
   if (rest_debt_ >= period_ / 2 && target < now + rest_debt_) {
     target = next_at_or_after(now + rest_debt_);

@@ -73,6 +73,23 @@ TEST(MonotonicClock, SignalsDoNotShortenTheSleep) {
   EXPECT_GE(g_signals.load(), 1);
 }
 
+TEST(MonotonicClock, SpinsUntilTheInstantAndNoTimeForOneThatHasPassed) {
+  MonotonicClock clock;
+  for (const auto ahead : {200ns, 5000ns}) {
+    const auto instant = clock.now() + ahead;
+    const auto seen = clock.spin_until(instant);
+    EXPECT_GE(seen, instant);
+    EXPECT_LE(seen, clock.now());
+  }
+  EXPECT_GE(clock.spin_until(nanoseconds::min()), 0ns);
+}
+
+TEST(VirtualClock, SpinsUntilAnInstantInItsSteps) {
+  VirtualClock clock{0ns, 20ns};
+  EXPECT_EQ(clock.spin_until(50ns), 60ns);
+  EXPECT_EQ(clock.spin_until(50ns), 60ns);
+}
+
 TEST(VirtualClock, MovesOnlyWhenTold) {
   VirtualClock clock{5ns, 20ns};
   EXPECT_EQ(clock.now(), 5ns);

@@ -194,6 +194,42 @@ TEST(CycleTimer, LeadWakesEarlyAndSpinsToTheGrid) {
   }
 }
 
+TEST(CycleTimer, AnEarlyThreadRunsBeforeTheInstantAndIsNotLate) {
+  SleepyClock clock;
+  clock.oversleep_by(18us);
+  CycleTimer timer{clock, kPeriod, 20us, 30us};
+  timer.start(kFirst);
+  for (int i = 0; i < 10; ++i) {
+    const CycleStart start = timer.wait_next();
+    EXPECT_EQ(start.cycle, i);
+    EXPECT_EQ(start.grid, kFirst + i * kPeriod);
+    EXPECT_GE(start.wake, start.grid - 30us);
+    EXPECT_LT(start.wake, start.grid - 30us + 100ns) << "not later than one turn of the spin loop";
+    EXPECT_EQ(start.late(kPeriod), 0ns);
+    EXPECT_EQ(start.missed, 0);
+  }
+}
+
+TEST(CycleTimer, AnEarlyThreadIsLateFromTheInstantOn) {
+  VirtualClock clock;
+  CycleTimer timer{clock, kPeriod, 0ns, 30us};
+  timer.start(kFirst);
+  EXPECT_EQ(timer.wait_next().wake, kFirst - 30us);
+  clock.sleep_until(kFirst + kPeriod - 10us);
+  auto start = timer.wait_next();
+  EXPECT_EQ(start.wake, kFirst + kPeriod - 10us) << "at once";
+  EXPECT_EQ(start.late(kPeriod), 0ns);
+  clock.sleep_until(kFirst + 2 * kPeriod + 10us);
+  start = timer.wait_next();
+  EXPECT_EQ(start.late(kPeriod), 10us);
+  EXPECT_EQ(start.missed, 0);
+  clock.sleep_until(kFirst + 5 * kPeriod - 10us);
+  start = timer.wait_next();
+  EXPECT_EQ(start.missed, 1) << "instant 4 is still in time, for 3 it is too late";
+  EXPECT_EQ(start.cycle, 4);
+  EXPECT_EQ(timer.wait_next().grid, kFirst + 5 * kPeriod);
+}
+
 TEST(CycleTimer, WhatIsDoneBetweenSleepAndInstantCostsNothing) {
   VirtualClock clock;
   CycleTimer timer{clock, kPeriod, 20us};
@@ -242,6 +278,8 @@ TEST(CycleTimer, ValuesOutOfRangeAreRefused) {
   EXPECT_THROW((CycleTimer{clock, -1ns}), std::invalid_argument);
   EXPECT_THROW((CycleTimer{clock, kPeriod, -1ns}), std::invalid_argument);
   EXPECT_THROW((CycleTimer{clock, kPeriod, kPeriod / 4 + 1ns}), std::invalid_argument);
+  EXPECT_THROW((CycleTimer{clock, kPeriod, 0ns, -1ns}), std::invalid_argument);
+  EXPECT_THROW((CycleTimer{clock, kPeriod, 0ns, kPeriod / 4 + 1ns}), std::invalid_argument);
   EXPECT_NO_THROW((CycleTimer{clock, kPeriod, kPeriod / 4}));
 }
 

@@ -23,6 +23,13 @@ class Clock {
   /// that spins up to a deadline ends).
   virtual void spin() noexcept = 0;
 
+  /// Spins until `instant`, which may have passed; the time at which it is seen to have. @return that time.
+  virtual std::chrono::nanoseconds spin_until(std::chrono::nanoseconds instant) noexcept {
+    auto time = now();
+    for (; time < instant; time = now()) spin();
+    return time;
+  }
+
   /// One turn of a busy-wait loop that waits for another thread, which may need this very CPU: ready real-time threads
   /// of the same priority run first. Costs two system calls on the real clock: not for every turn.
   virtual void give_way() noexcept { spin(); }
@@ -39,6 +46,7 @@ class MonotonicClock final : public Clock {
   /// Sleeps to the absolute time; a signal handler that runs meanwhile does not shorten the sleep.
   void sleep_until(std::chrono::nanoseconds deadline) noexcept override;
   void spin() noexcept override;
+  std::chrono::nanoseconds spin_until(std::chrono::nanoseconds instant) noexcept override;
   /// sched_yield(2) of a real-time thread; the kernel preempts threads of normal priority anyway.
   void give_way() noexcept override;
   /// CLOCK_THREAD_CPUTIME_ID.

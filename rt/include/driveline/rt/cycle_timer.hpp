@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -15,13 +16,14 @@ struct CycleStart {
   /// taken at `cycle` belongs to `grid` whatever was missed.
   std::int64_t cycle;
   std::chrono::nanoseconds grid;  ///< the grid instant this cycle belongs to
-  std::chrono::nanoseconds wake;  ///< when the thread was running, not before `grid`
+  std::chrono::nanoseconds wake;  ///< when the thread was running, before `grid` only by CycleTimer's `early`
   std::int64_t missed;            ///< whole periods skipped just before this cycle
 
-  /// The wake-up latency: from the instant the thread was to wake at until it ran, skipped periods included. wake -
-  /// grid alone is that time modulo the period. `period` is that of the timer. \rtsafe
+  /// The wake-up latency: from the first instant since the last cycle until the thread ran, skipped periods included;
+  /// 0 for a thread that was early. wake - grid alone is that time modulo the period. `period` is that of the timer.
+  /// \rtsafe
   [[nodiscard]] constexpr std::chrono::nanoseconds late(std::chrono::nanoseconds period) const noexcept {
-    return wake - grid + missed * period;
+    return std::max(wake - grid, std::chrono::nanoseconds{0}) + missed * period;
   }
 };
 
@@ -47,14 +49,18 @@ class CycleTimer {
   /// before the grid instant to wake and spin: an idle virtual CPU needs 15 to 25 us to wake, a spinning one none.
   /// None: as long as wake-ups turn out to take (WakeMargin), on a clock whose sleeps end in time not at all. The grid
   /// starts now until start() says otherwise.
+  /// `early` (0 .. max_wake_ahead): the thread is to run that long before the grid instant, as one whose frames are
+  /// held back until then; `wake_ahead` is before that.
   /// @throws std::invalid_argument if a value is out of range.
   CycleTimer(Clock& clock, std::chrono::nanoseconds period,
-             std::optional<std::chrono::nanoseconds> wake_ahead = std::chrono::nanoseconds{0});
+             std::optional<std::chrono::nanoseconds> wake_ahead = std::chrono::nanoseconds{0},
+             std::chrono::nanoseconds early = std::chrono::nanoseconds{0});
 
   /// Puts instant 0 of the grid at `first` (usually a little ahead) and forgets shifts and counters.
   void start(std::chrono::nanoseconds first) noexcept;
 
-  /// Sleeps to the next grid instant. Returns at once if it has passed less than a period ago; see the class.
+  /// Sleeps to the next grid instant, less `early`. Returns at once if it has passed less than a period ago; see the
+  /// class.
   CycleStart wait_next() noexcept;
 
   /// The sleep of the next wait_next(), which spins then from where this returns: wake_ahead() before the grid instant
@@ -85,6 +91,7 @@ class CycleTimer {
 
   Clock& clock_;
   std::chrono::nanoseconds period_;
+  std::chrono::nanoseconds early_;
   std::optional<std::chrono::nanoseconds> wake_ahead_;  // none: margin_
   WakeMargin margin_;
   std::chrono::nanoseconds next_{};           // the next grid instant
