@@ -25,6 +25,7 @@
 #include "support/child_program.hpp"
 #include "support/cyclictest.hpp"
 #include "support/delay_histogram.hpp"
+#include "support/neighbour_line.hpp"
 #include "support/packet_socket.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
@@ -503,6 +504,44 @@ void measure_state(Report& report, const VethPair& cable, const std::string& nam
   report_aims(report, name, *state);
 }
 
+/// Arithmetic on every processor, system calls, memory, network, disk. As ordinary work, which a real-time thread goes
+/// before.
+std::unique_ptr<ChildProgram> start_stress() {
+  return ChildProgram::start({"stress-ng",   "--quiet",    "--cpu",       "0",      "--switch",  "1",     "--vm",
+                              "1",           "--vm-bytes", "64M",         "--sock", "1",         "--hdd", "1",
+                              "--hdd-bytes", "16M",        "--temp-path", "/tmp",   "--timeout", "0"});
+}
+
+void measure_under_load(Report& report, const VethPair& cable, double seconds) {
+  // First, while the machine has time for its start.
+  const auto neighbour = NeighbourLine::start();
+  if (!neighbour) fmt::print(stderr, "jitter: no DDS and EoE traffic in the load: setpriv or ping is not installed\n");
+  const auto stress = start_stress();
+  if (!stress) {
+    fmt::print(stderr, "jitter: nothing measured under load: stress-ng is not installed\n");
+    return;
+  }
+  const auto must_go_on = [&] {
+    if (stress->has_ended()) throw std::runtime_error("stress-ng has ended before the measurement under load");
+    if (neighbour) neighbour->must_go_on();
+  };
+  std::this_thread::sleep_for(1s);
+  must_go_on();
+  measure_state(report, cable, "load", seconds);
+  must_go_on();
+  if (!neighbour) {
+    report.note("load: without DDS and EoE traffic, for which setpriv and ping must be installed.");
+    return;
+  }
+  const auto traffic = neighbour->finish();
+  if (traffic.dds_cycles == 0 || traffic.eoe_packets == 0)
+    throw std::runtime_error("there was no DDS or no EoE traffic under load");
+  report.note(fmt::format(
+      "load: stress-ng, and a line of eight drives, of whose telemetry {} cycles were read by DDS and which "
+      "answered {} packets by EoE.",
+      traffic.dds_cycles, traffic.eoe_packets));
+}
+
 void measure_all(const Options& options) {
   Report report("jitter");
   auto obstacle = enter_private_network();
@@ -512,22 +551,7 @@ void measure_all(const Options& options) {
   if (obstacle.empty()) {
     measure_state(report, *cable, "idle", seconds);
     raise_loopback();
-    // Arithmetic on every processor, system calls, memory, network, disk. As ordinary work, which a real-time thread
-    // goes before.
-    const auto load = ChildProgram::start(
-        {"stress-ng", "--quiet", "--cpu", "0", "--switch",    "1",   "--vm",        "1",    "--vm-bytes", "64M",
-         "--sock",    "1",       "--hdd", "1", "--hdd-bytes", "16M", "--temp-path", "/tmp", "--timeout",  "0"});
-    if (load) {
-      std::this_thread::sleep_for(1s);
-      const auto must_go_on = [&load] {
-        if (load->has_ended()) throw std::runtime_error("stress-ng has ended before the measurement under load");
-      };
-      must_go_on();
-      measure_state(report, *cable, "load", seconds);
-      must_go_on();
-    } else {
-      fmt::print(stderr, "jitter: nothing measured under load: stress-ng is not installed\n");
-    }
+    measure_under_load(report, *cable, seconds);
   }
   report.note(fmt::format(
       "Delays against a grid of 125 us; instants that were missed count, each with its own. Each way for {} s, in "
