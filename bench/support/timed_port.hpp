@@ -17,6 +17,7 @@ class TimedPort final : public port::Port {
   [[nodiscard]] double overhead_ns() const noexcept;
 
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;
+  void hold_until(std::chrono::nanoseconds instant) noexcept override { inner_.hold_until(instant); }
   [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override;
   bool wait_readable(std::chrono::nanoseconds deadline) noexcept override { return inner_.wait_readable(deadline); }
   [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return inner_.last_send_time(); }

@@ -33,4 +33,27 @@ tl::expected<OpenInterface, PortError> open_interface(const std::string& interfa
   return result;
 }
 
+namespace {
+
+tl::expected<OpenInterface, PortError> try_launch_times(const std::string& interface, std::chrono::nanoseconds early,
+                                                        const rt::Clock& clock) {
+  const auto times = find_launch_times(interface, early);
+  if (!times) return tl::unexpected(times.error());
+  auto port = RawSocketPort::open({.interface = interface, .launch_times = *times}, clock);
+  if (!port) return tl::unexpected(port.error());
+  return OpenInterface{std::move(*port), {}, true};
+}
+
+}  // namespace
+
+tl::expected<OpenInterface, PortError> open_launching_interface(const std::string& interface,
+                                                                std::chrono::nanoseconds early, bool may_fall_back,
+                                                                const rt::Clock& clock) {
+  auto launching = try_launch_times(interface, early, clock);
+  if (launching || !may_fall_back) return launching;
+  auto fallen = open_interface(interface, PortChoice::kRaw, false, clock);
+  if (fallen) fallen->steps_down.insert(fallen->steps_down.begin(), launching.error().message);
+  return fallen;
+}
+
 }  // namespace driveline::port

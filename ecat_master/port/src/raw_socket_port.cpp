@@ -2,13 +2,17 @@
 
 #include <arpa/inet.h>
 #include <linux/if_packet.h>
+#include <linux/net_tstamp.h>
 #include <linux/sockios.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstring>
 #include <system_error>
 #include <utility>
 
@@ -58,6 +62,24 @@ bool set_option(int socket, int level, int option, int value) noexcept {
   return setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
+/// Each frame says when it is to leave. 0, or the error number of the refusal.
+int set_launch_times(int socket, const LaunchTimes& times) noexcept {
+  const sock_txtime option{times.clock, 0};
+  return setsockopt(socket, SOL_SOCKET, SO_TXTIME, &option, sizeof option) == 0 ? 0 : errno;
+}
+
+/// How far a clock of the kernel is ahead of that of the port.
+nanoseconds lead_of(clockid_t other, const rt::Clock& clock) noexcept {
+  timespec there{};
+  nanoseconds here = clock.now();
+  for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
+    static_cast<void>(clock_gettime(other, &there));
+    const nanoseconds before = std::exchange(here, clock.now());
+    if (here - before <= kOneInstant) break;
+  }
+  return rt::from_timespec(there) - here;
+}
+
 }  // namespace
 
 tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(const RawSocketConfig& config,
@@ -71,7 +93,17 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
   if (!set_option(socket->get(), SOL_SOCKET, SO_PRIORITY, config.priority)) {
     return system_failure("Cannot set the socket priority " + std::to_string(config.priority) + on_interface, errno);
   }
-  if (config.bypass_queue && !set_option(socket->get(), SOL_PACKET, PACKET_QDISC_BYPASS, 1)) {
+  if (config.launch_times) {
+    if (const int refused = set_launch_times(socket->get(), *config.launch_times); refused == EPERM) {
+      return failure(PortErrorCode::kNoPermission,
+                     "Launch times" + on_interface + " need the capability CAP_NET_ADMIN; run as root or grant it.",
+                     refused);
+    } else if (refused != 0) {
+      return system_failure("Cannot send at launch times" + on_interface, refused);
+    }
+  }
+  const bool bypass_queue = config.bypass_queue && !config.launch_times;
+  if (bypass_queue && !set_option(socket->get(), SOL_PACKET, PACKET_QDISC_BYPASS, 1)) {
     return system_failure("Cannot bypass the queueing discipline" + on_interface, errno);
   }
   // Linux shows outgoing frames only to sockets bound to every protocol, so own frames do not come back here anyway;
@@ -89,19 +121,19 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
   }
   if (config.arrival_times && !ring) static_cast<void>(arrival_of_last(socket->get()));
   // Not make_unique: the constructor is private.
-  return std::unique_ptr<RawSocketPort>{new RawSocketPort{std::move(*socket), std::move(ring), config.interface,
-                                                          interface->index, interface->mac, config.arrival_times,
-                                                          clock}};
+  return std::unique_ptr<RawSocketPort>{
+      new RawSocketPort{std::move(*socket), std::move(ring), config, interface->index, interface->mac, clock}};
 }
 
-RawSocketPort::RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, std::string interface, int index,
-                             const wire::MacAddress& mac, bool arrival_times, const rt::Clock& clock) noexcept
+RawSocketPort::RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, const RawSocketConfig& config,
+                             int index, const wire::MacAddress& mac, const rt::Clock& clock)
     : socket_{std::move(socket)},
       ring_{std::move(ring)},
-      interface_{std::move(interface)},
+      interface_{config.interface},
       index_{index},
       mac_{mac},
-      arrival_times_{arrival_times},
+      arrival_times_{config.arrival_times},
+      launch_times_{config.launch_times},
       clock_{clock} {}
 
 SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
@@ -109,11 +141,12 @@ SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
     send_failures_.add();
     return SendStatus::kTooLong;
   }
-  const nanoseconds time = clock_.now();
-  ssize_t result = ::send(socket_.get(), frame.data(), frame.size(), 0);
+  const nanoseconds now = clock_.now();
+  const nanoseconds time = launch_times_ ? std::max(hold_until_, now + launch_times_->ahead) : now;
+  ssize_t result = hand_over(frame, time);
   if (result < 0 && errno == ENETDOWN) {
     // Either the interface is down, or the socket remembers an outage that is over: it reports each of them once.
-    result = ::send(socket_.get(), frame.data(), frame.size(), 0);
+    result = hand_over(frame, time);
   }
   if (result < 0) {
     send_failures_.add();
@@ -122,6 +155,25 @@ SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
   last_send_time_ = time;
   sent_.add();
   return SendStatus::kSent;
+}
+
+/// `launch`: when it is to leave, on the port's clock; of a port with launch times.
+ssize_t RawSocketPort::hand_over(std::span<const std::byte> frame, nanoseconds launch) noexcept {
+  if (!launch_times_) return ::send(socket_.get(), frame.data(), frame.size(), 0);
+  const auto kernel_time = static_cast<std::uint64_t>((launch + lead_of(launch_times_->clock, clock_)).count());
+  iovec part{const_cast<std::byte*>(frame.data()), frame.size()};  // sendmsg(2) only reads it
+  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof kernel_time)> control{};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* header = CMSG_FIRSTHDR(&message);
+  header->cmsg_level = SOL_SOCKET;
+  header->cmsg_type = SCM_TXTIME;
+  header->cmsg_len = CMSG_LEN(sizeof kernel_time);
+  std::memcpy(CMSG_DATA(header), &kernel_time, sizeof kernel_time);
+  return sendmsg(socket_.get(), &message, 0);
 }
 
 SendStatus RawSocketPort::classify_failure(int error_number) const noexcept {
@@ -159,15 +211,9 @@ std::optional<RawSocketPort::Arrival> RawSocketPort::take() noexcept {
 
 /// On the port's clock. Frames arrive one after the other, whatever their stamps say.
 nanoseconds RawSocketPort::time_of(const Arrival& arrival) noexcept {
-  nanoseconds now = clock_.now();
+  const nanoseconds now = clock_.now();
   if (!arrival_times_) return now;
-  timespec wall{};
-  for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
-    static_cast<void>(clock_gettime(CLOCK_REALTIME, &wall));
-    const nanoseconds before = std::exchange(now, clock_.now());
-    if (now - before <= kOneInstant) break;
-  }
-  const nanoseconds waited = rt::from_timespec(wall) - rt::from_timespec(arrival.arrival);
+  const nanoseconds waited = now + lead_of(CLOCK_REALTIME, clock_) - rt::from_timespec(arrival.arrival);
   const bool plausible = waited >= nanoseconds{0} && waited <= kLongestWait;
   last_arrival_ = std::max(last_arrival_, plausible ? now - waited : now);
   return last_arrival_;
@@ -216,7 +262,9 @@ bool RawSocketPort::link_up() const noexcept {
 }
 
 std::string RawSocketPort::way() const {
-  return ring_ ? "packet socket with a receive ring" : "packet socket";
+  std::string way = ring_ ? "packet socket with a receive ring" : "packet socket";
+  if (launch_times_) way += ring_ ? " and launch times" : " with launch times";
+  return way;
 }
 
 RawSocketStatistics RawSocketPort::statistics() const noexcept {

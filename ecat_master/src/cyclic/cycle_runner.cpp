@@ -11,8 +11,11 @@ constexpr int kPeriodsAhead = 4;
 }  // namespace
 
 RealtimeRunner::RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config,
-                               std::optional<nanoseconds> wake_ahead)
-    : core_(core), clock_(clock), config_(std::move(config)), timer_(clock, core.settings().period, wake_ahead) {}
+                               std::optional<nanoseconds> wake_ahead, nanoseconds early)
+    : core_(core),
+      clock_(clock),
+      config_(std::move(config)),
+      timer_(clock, core.settings().period, wake_ahead, early) {}
 
 RealtimeRunner::~RealtimeRunner() {
   stop();

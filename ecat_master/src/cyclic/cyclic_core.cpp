@@ -74,7 +74,7 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
 
 void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   begin(start);
-  send();
+  send(start.grid);
   mark(CyclePhase::kSend);
   // A late wake-up must not turn an answer that is on its way into a lost frame: half the window is always waited.
   receive(std::max(start.grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2));
@@ -233,13 +233,15 @@ void CyclicCore::prepare() noexcept {
   prepared_ = true;
 }
 
-void CyclicCore::send() noexcept {
+/// The frames leave at the instant of the cycle, or at once when that has passed.
+void CyclicCore::send(nanoseconds grid) noexcept {
   awaited_ = 0;
   received_at_ = {};
+  port_.hold_until(grid);
   for (auto& frame : frames_) {
     if (!due(frame)) continue;
     const bool first = &frame == &frames_.front();
-    if (first && settings_.clocks != nullptr) frame.set_drift(settings_.clocks->next(clock_.now()));
+    if (first && settings_.clocks != nullptr) frame.set_drift(settings_.clocks->next(std::max(clock_.now(), grid)));
     const bool zero = zeroed(frame);
     if (!prepared_ || zero != frame.outputs_are_zero()) frame.prepare(image_, zero);
     // A frame that could not be sent is counted as lost at the end of the cycle.

@@ -77,6 +77,17 @@ void read_max_lost(TomlReader& reader, LineConfig& config) {
   config.max_lost_cycles = static_cast<std::uint32_t>(std::llround(*config.max_lost_ms * 1e6) / config.period.count());
 }
 
+/// How long before they leave frames are handed over.
+void read_launch_ahead(TomlReader& reader, LineConfig& config) {
+  if (!reader.has("launch_ahead_us")) return;
+  const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
+  config.launch_ahead = from_us(reader.number("launch_ahead_us", 1.0, longest));
+  if (config.port == port::PortChoice::kXdp)
+    reader.fail("launch_ahead_us", "needs a packet socket: port = \"raw\" or \"auto\" is expected beside it");
+  if (config.interface2)
+    reader.fail("launch_ahead_us", "stands beside interface2: the two ends of a ring send at once");
+}
+
 void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
   if (reader.has("esi")) config.esi_library = files.read_library(reader, "esi");
   if (reader.has("interface")) config.interface = reader.text("interface");
@@ -87,6 +98,7 @@ void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
   }
   const auto port = reader.choice_or("port", 0, {"auto", "raw", "xdp"});
   config.port = std::array{port::PortChoice::kAuto, port::PortChoice::kRaw, port::PortChoice::kXdp}.at(port);
+  read_launch_ahead(reader, config);
   read_max_lost(reader, config);
   if (reader.has("acyclic_bytes")) {
     config.acyclic_bytes =

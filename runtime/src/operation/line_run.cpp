@@ -211,7 +211,8 @@ Result<void> LineRun::start_cycle() {
   settings.trace = trace_.get();
   auto make_runner = [this](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
     if (session_.virtual_time()) return std::make_unique<ecat_master::InlineRunner>(core, session_.clock());
-    return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead);
+    return std::make_unique<ecat_master::RealtimeRunner>(core, session_.clock(), config_.realtime, config_.wake_ahead,
+                                                         session_.launch_ahead());
   };
   auto started =
       master_.start_cycle(motion_ ? &motion_->control() : nullptr, {&line_ring_, &axis_ring_}, settings, make_runner);

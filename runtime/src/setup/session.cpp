@@ -103,6 +103,10 @@ Result<void> Session::take_options(const BusOptions& options, const Adjust& adju
     return fail(ErrorKind::kSetting,
                 fmt::format("{} is the first interface, too; a ring has two ends", *config.interface2), "interface2");
   }
+  if (config.interface2 && config.launch_ahead) {
+    return fail(ErrorKind::kSetting, "stands beside [bus] launch_ahead_us: the two ends of a ring send at once",
+                "interface2");
+  }
   // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
   config.realtime.policy =
       config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
@@ -146,13 +150,17 @@ Result<std::unique_ptr<port::InterfacePort>> Session::open_interface(const std::
     }
   }
   const bool may_fall_back = config_.realtime.policy == rt::RealtimePolicy::kDegrade;
-  auto opened = port::open_interface(interface, cycle_ ? config_.port : port::PortChoice::kRaw, may_fall_back, *clock_);
+  const auto early = cycle_ ? config_.launch_ahead : std::nullopt;
+  auto opened =
+      early ? port::open_launching_interface(interface, *early, may_fall_back, *clock_)
+            : port::open_interface(interface, cycle_ ? config_.port : port::PortChoice::kRaw, may_fall_back, *clock_);
   if (!opened) return fail(ErrorKind::kMachine, opened.error().message);
   // Already the search for slaves has frames of the greatest length.
   if (auto trouble = too_short_for_frames(interface); !trouble.empty()) {
     return fail(ErrorKind::kMachine, std::move(trouble));
   }
   wires_.push_back({interface, opened->port->way(), std::move(opened->steps_down)});
+  if (opened->launches) launch_ahead_ = *early;
   return std::move(opened->port);
 }
 

@@ -107,6 +107,35 @@ TEST(ClockFollowing, LateWakeUpsDoNotMoveTheGrid) {
   EXPECT_TRUE(run.status().locked);
 }
 
+/// With launch times they make frames no later either, up to as much as the cycle is early.
+TEST(ClockFollowing, FramesThatAreHeldBackMeetTheReferenceClockInTime) {
+  constexpr auto kEarly = microseconds{30};
+  for (const bool held : {false, true}) {
+    std::mt19937 random(7);
+    std::uniform_int_distribution<std::int64_t> latency(0, nanoseconds{kEarly}.count());
+    ClockLine line(random_clocks(3, 100.0), std::nullopt, with_cable(nanoseconds{50}));
+    HoldingPort holding(line.line(), line.clock);
+    ClockRun::Options options;
+    options.latency = [&] { return nanoseconds{latency(random)}; };
+    if (held) {
+      options.port = &holding;
+      options.early = kEarly;
+    }
+    ClockRun run(line, options);
+    ASSERT_EQ(run.start(line.plan()), "");
+    run.run(seconds{1});
+    const auto worst = worst_arrival(run, seconds{2});
+    if (held) {
+      EXPECT_LE(worst, nanoseconds{30});
+      EXPECT_GT(holding.earliest(), microseconds{29}) << "no frame was handed over early";
+      EXPECT_EQ(run.master().core()->statistics().missed_periods, 0U);
+    } else {
+      EXPECT_GT(worst, microseconds{29}) << "the test has no wake-up latency";
+    }
+    EXPECT_TRUE(run.status().locked);
+  }
+}
+
 TEST(ClockFollowing, LostFramesAreBridged) {
   ClockLine line(random_clocks(4, 100.0), std::nullopt, with_cable(nanoseconds{50}));
   Chance lost(100, 3);

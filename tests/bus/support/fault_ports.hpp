@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -17,6 +18,7 @@ class PassingPort : public port::Port {
  public:
   explicit PassingPort(port::Port& inner) : inner_(inner) {}
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override { return inner_.send(frame); }
+  void hold_until(std::chrono::nanoseconds instant) noexcept override { inner_.hold_until(instant); }
   [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override { return inner_.receive(); }
   bool wait_readable(std::chrono::nanoseconds deadline) noexcept override { return inner_.wait_readable(deadline); }
   [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return inner_.last_send_time(); }
@@ -94,6 +96,26 @@ class LatePort final : public PassingPort {
   std::vector<SourceAddress> late_;
   std::deque<Kept> kept_;
   std::vector<std::byte> handed_out_;
+};
+
+/// A port with launch times: frames leave at the instant of hold_until(). Until then the caller waits in place of the
+/// kernel, which for all that is on the virtual clock is the same.
+class HoldingPort final : public PassingPort {
+ public:
+  HoldingPort(port::Port& inner, rt::VirtualClock& clock) : PassingPort(inner), clock_(clock) {}
+  [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override {
+    earliest_ = std::max(earliest_, hold_until_ - clock_.now());
+    clock_.sleep_until(hold_until_);
+    return inner_.send(frame);
+  }
+  void hold_until(std::chrono::nanoseconds instant) noexcept override { hold_until_ = instant; }
+  /// The longest that a frame was held back.
+  [[nodiscard]] std::chrono::nanoseconds earliest() const noexcept { return earliest_; }
+
+ private:
+  rt::VirtualClock& clock_;
+  std::chrono::nanoseconds hold_until_{};
+  std::chrono::nanoseconds earliest_{};
 };
 
 /// Changes frames on their way out or back.

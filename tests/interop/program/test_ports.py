@@ -97,6 +97,19 @@ class Ports(WireTest):
         self.check_refused(result, 1, "Attaching an XDP program on interface 'dl-master' needs the capabilities CAP_NET_ADMIN and CAP_BPF",
                            "setcap", 'port = "raw"')
 
+    @again_when_disturbed
+    def test_without_etf_enforce_refuses_launch_times_and_degrade_sends_at_once(self):
+        config = self.write_gentle_line(cycle_us=2000, head="launch_ahead_us = 100\n")
+        reason = ("Interface 'dl-master' has no launch times: it has no queueing discipline `etf`; `tc qdisc replace dev dl-master "
+                  "root etf clockid CLOCK_TAI delta 20000 offload` sets it up where the card has launch times.")
+        result, document = self.run_line(config)
+        self.assertEqual(document["faults"], [])
+        self.assertEqual(document["interfaces"], [{"name": "dl-master", "port": RAW, "steps_down": [reason]}])
+        self.assertIn(reason, result.stderr)
+        config.write_text(config.read_text().replace('policy = "degrade"', 'policy = "enforce"'))
+        result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 1, "--no-plots")
+        self.check_refused(result, 1, reason)
+
     def test_doctor_says_whether_it_is_possible(self):
         self.skip_without_xdp()
         config = self.config("xdp")

@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(
             "stream, telemetry, virtual_axis, wiring"},
         WrongFile{one_slave("[bus]\niface = \"eth1\"\n"),
                   ":5: [bus] iface: unknown key, expected one of: acyclic_bytes, esi, interface, interface2, "
-                  "max_lost_cycles, max_lost_ms, port"},
+                  "launch_ahead_us, max_lost_cycles, max_lost_ms, port"},
         WrongFile{one_slave("[bus]\nport = \"dpdk\"\n"),
                   ":5: [bus] port: is \"dpdk\", one of \"auto\", \"raw\", \"xdp\" is expected"},
         WrongFile{
@@ -229,6 +229,14 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [realtime] simulation_cpu: is 1024, 0 to 1023 is expected"},
         WrongFile{one_slave("[realtime]\ncpu_latency_us = -2\n"),
                   ":5: [realtime] cpu_latency_us: is -2, -1 to 1000000 is expected"},
+        WrongFile{one_slave("[bus]\nlaunch_ahead_us = 0\n"),
+                  ":5: [bus] launch_ahead_us: is 0, 1 to 31.25 is expected"},
+        WrongFile{one_slave("[bus]\nlaunch_ahead_us = 32\n"),
+                  ":5: [bus] launch_ahead_us: is 32, 1 to 31.25 is expected"},
+        WrongFile{one_slave("[bus]\nport = \"xdp\"\nlaunch_ahead_us = 20\n"),
+                  ":6: [bus] launch_ahead_us: needs a packet socket: port = \"raw\" or \"auto\" is expected beside it"},
+        WrongFile{one_slave("[bus]\ninterface = \"a\"\ninterface2 = \"b\"\nlaunch_ahead_us = 20\n"),
+                  ":7: [bus] launch_ahead_us: stands beside interface2: the two ends of a ring send at once"},
         WrongFile{one_slave("[realtime]\nwake_ahead_us = 126\n"),
                   ":5: [realtime] wake_ahead_us: is 126, 0 to 31.25 is expected"},
         WrongFile{one_slave("[realtime]\nwake_ahead_us = \"aut\"\n"),

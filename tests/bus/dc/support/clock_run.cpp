@@ -32,8 +32,8 @@ nanoseconds nearer(nanoseconds a, nanoseconds b) {
 
 class ClockRun::Runner final : public ecat_master::CycleRunner {
  public:
-  Runner(ecat_master::CyclicCore& core, rt::Clock& clock, nanoseconds& grid)
-      : core_(core), clock_(clock), timer_(clock, core.settings().period), grid_(grid) {}
+  Runner(ecat_master::CyclicCore& core, rt::Clock& clock, nanoseconds early, nanoseconds& grid)
+      : core_(core), clock_(clock), timer_(clock, core.settings().period, nanoseconds{0}, early), grid_(grid) {}
   [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override {
     timer_.start(core_.first_grid(clock_.now() + 4 * timer_.period()));
     return {};
@@ -70,7 +70,8 @@ ClockRun::ClockRun(ClockLine& line, const Options& options)
       probe_(options.port != nullptr ? *options.port : line.line()),
       clock_(
           line.clock, options.latency ? options.latency : [] { return nanoseconds{0}; }),
-      process_data_(options.process_data) {
+      process_data_(options.process_data),
+      early_(options.early) {
   line_.open(&probe_);
   ecat_master::Master::Settings settings;
   settings.clock_timeout = options.clock_timeout;
@@ -90,7 +91,7 @@ std::string ClockRun::start(const ecat_master::dc::ClockPlan& plan) {
   settings.period = plan.period;
   settings.receive_window = plan.period * 3 / 4;
   const auto started = master_->start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
-    return std::make_unique<Runner>(core, clock_, grid_);
+    return std::make_unique<Runner>(core, clock_, early_, grid_);
   });
   if (!started) return started.error().message();
   if (!process_data_) return {};

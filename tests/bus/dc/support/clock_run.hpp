@@ -31,6 +31,7 @@ class ClockRun {
     nanoseconds clock_timeout = seconds{2};
     port::RedundantPort* ring = nullptr;  ///< behind `port`
     bool process_data = true;             ///< false: the slaves stay in PREOP, the cycle carries the time alone
+    nanoseconds early{};                  ///< of the cycle, before the instant; with a HoldingPort
   };
 
   explicit ClockRun(ClockLine& line) : ClockRun(line, Options{}) {}
@@ -79,6 +80,7 @@ class ClockRun {
   std::unique_ptr<ecat_master::Master> master_;
   nanoseconds grid_{};
   bool process_data_;
+  nanoseconds early_;
 };
 
 }  // namespace driveline::bus_test

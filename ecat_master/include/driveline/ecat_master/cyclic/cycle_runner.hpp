@@ -30,9 +30,9 @@ class CycleRunner {
 /// Cycles in a real-time thread of their own.
 class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
  public:
-  /// `wake_ahead`: see rt::CycleTimer.
+  /// `wake_ahead`, and `early` for a port that holds frames back (Port::hold_until()): see rt::CycleTimer.
   RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config,
-                 std::optional<std::chrono::nanoseconds> wake_ahead);
+                 std::optional<std::chrono::nanoseconds> wake_ahead, std::chrono::nanoseconds early = {});
   ~RealtimeRunner() override;
 
   [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override;

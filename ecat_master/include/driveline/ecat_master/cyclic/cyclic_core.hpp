@@ -195,7 +195,7 @@ class CyclicCore {
   void take_counting() noexcept;
   void note_absence(const rt::CycleStart& start) noexcept;
   [[nodiscard]] bool zeroed(const CyclicFrame& frame) const noexcept;
-  void send() noexcept;
+  void send(std::chrono::nanoseconds grid) noexcept;
   void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   [[nodiscard]] bool sleep_towards_answers(std::chrono::nanoseconds deadline) noexcept;

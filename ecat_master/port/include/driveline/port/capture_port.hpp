@@ -64,6 +64,8 @@ class CapturePort final : public Port {
   /// \rtsafe
   [[nodiscard]] SendStatus send(std::span<const std::byte> frame) noexcept override;
   /// \rtsafe
+  void hold_until(std::chrono::nanoseconds instant) noexcept override { inner_.hold_until(instant); }
+  /// \rtsafe
   [[nodiscard]] std::optional<ReceivedFrame> receive() noexcept override;
   bool wait_readable(std::chrono::nanoseconds deadline) noexcept override { return inner_.wait_readable(deadline); }
   /// \rtsafe

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -36,6 +37,7 @@ struct OpenInterface {
   std::unique_ptr<InterfacePort> port;
   /// Why it is not opened with what would be faster, a sentence for each step down; empty: there was none.
   std::vector<std::string> steps_down;
+  bool launches = false;  ///< the port holds frames back (Port::hold_until())
 };
 
 /// Opens `interface` with what was chosen. `may_fall_back`: where AF_XDP cannot be had at all, PortChoice::kXdp takes a
@@ -43,5 +45,13 @@ struct OpenInterface {
 /// AF_XDP also CAP_BPF and CAP_NET_ADMIN. Errors: those of RawSocketPort::open() and XdpPort::open().
 [[nodiscard]] tl::expected<OpenInterface, PortError> open_interface(const std::string& interface, PortChoice choice,
                                                                     bool may_fall_back, const rt::Clock& clock);
+
+/// The same for a packet socket whose frames leave at launch times (RawSocketConfig::launch_times), handed over by
+/// `early` before them. `may_fall_back`: where there are no launch times, or `etf` needs frames earlier than that, it
+/// takes PortChoice::kRaw and says why; else that is an error. Errors: also those of find_launch_times().
+[[nodiscard]] tl::expected<OpenInterface, PortError> open_launching_interface(const std::string& interface,
+                                                                              std::chrono::nanoseconds early,
+                                                                              bool may_fall_back,
+                                                                              const rt::Clock& clock);
 
 }  // namespace driveline::port

@@ -36,6 +36,11 @@ class Port {
   /// Hands one Ethernet frame (without FCS, 14..kMaxFrameBytes bytes) to the wire. Does not wait. \rtsafe
   [[nodiscard]] virtual SendStatus send(std::span<const std::byte> frame) noexcept = 0;
 
+  /// Frames that send() takes before `instant` (on the port's clock) leave then: of a port with launch times
+  /// (RawSocketConfig::launch_times), which hands them to the kernel meanwhile. Every other port sends at once. Holds
+  /// until the next call. \rtsafe
+  virtual void hold_until(std::chrono::nanoseconds instant) noexcept { static_cast<void>(instant); }
+
   /// The next frame that has arrived, or nothing. Does not wait. \rtsafe
   [[nodiscard]] virtual std::optional<ReceivedFrame> receive() noexcept = 0;
 
@@ -43,7 +48,7 @@ class Port {
   /// It may sleep, so a cycle calls it only when it is to sleep until its answer comes. \rtsafe
   virtual bool wait_readable(std::chrono::nanoseconds deadline) noexcept = 0;
 
-  /// Time stamp of the last frame that send() put on the wire. \rtsafe
+  /// Time stamp of the last frame that send() put on the wire; of one that is held back, its launch time. \rtsafe
   [[nodiscard]] virtual std::chrono::nanoseconds last_send_time() const noexcept = 0;
 };
 

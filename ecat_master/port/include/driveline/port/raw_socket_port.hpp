@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -13,6 +15,7 @@
 #include "driveline/port/counter.hpp"
 #include "driveline/port/file_descriptor.hpp"
 #include "driveline/port/interface_port.hpp"
+#include "driveline/port/launch_times.hpp"
 #include "driveline/port/port_error.hpp"
 #include "driveline/port/receive_ring.hpp"
 #include "driveline/rt/clock.hpp"
@@ -44,6 +47,12 @@ struct RawSocketConfig {
   /// simulated line, whose clocks must stamp frames when they arrive, as slave controllers do, and not when a thread
   /// has woken up. If the machine's clock is set while a frame waits, the time of that frame is wrong.
   bool arrival_times = false;
+
+  /// Frames leave at the instant of Port::hold_until(), by the queueing discipline that find_launch_times() has found
+  /// (which bypass_queue would pass by, and so has no effect): the sending thread may be early by as much as its
+  /// wake-up varies, and the frame is not. A frame that is not held back leaves LaunchTimes::ahead later than without.
+  /// Needs CAP_NET_ADMIN for every clock but CLOCK_MONOTONIC.
+  std::optional<LaunchTimes> launch_times{};
 };
 
 /// Counters of a RawSocketPort.
@@ -85,6 +94,8 @@ class RawSocketPort final : public InterfacePort {
   /// other reason. \rtsafe
   [[nodiscard]] SendStatus send(std::span<const std::byte> frame) noexcept override;
 
+  void hold_until(std::chrono::nanoseconds instant) noexcept override { hold_until_ = instant; }
+
   /// \rtsafe
   [[nodiscard]] std::optional<ReceivedFrame> receive() noexcept override;
 
@@ -112,10 +123,11 @@ class RawSocketPort final : public InterfacePort {
   /// A frame as the kernel has it: as much as fits, and its true length.
   using Arrival = ReceiveRing::Frame;
 
-  RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, std::string interface, int index,
-                const wire::MacAddress& mac, bool arrival_times, const rt::Clock& clock) noexcept;
+  RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, const RawSocketConfig& config, int index,
+                const wire::MacAddress& mac, const rt::Clock& clock);
 
   std::optional<Arrival> take() noexcept;
+  [[nodiscard]] ssize_t hand_over(std::span<const std::byte> frame, std::chrono::nanoseconds launch) noexcept;
   [[nodiscard]] std::chrono::nanoseconds time_of(const Arrival& arrival) noexcept;
   SendStatus classify_failure(int error_number) const noexcept;
 
@@ -125,7 +137,9 @@ class RawSocketPort final : public InterfacePort {
   int index_;
   wire::MacAddress mac_;
   bool arrival_times_;
+  std::optional<LaunchTimes> launch_times_;
   const rt::Clock& clock_;
+  std::chrono::nanoseconds hold_until_{};
   std::chrono::nanoseconds last_send_time_{};
   std::chrono::nanoseconds last_arrival_{};
   std::array<std::byte, kMaxFrameBytes> buffer_{};  ///< without a ring

@@ -76,6 +76,10 @@ class RedundantPort final : public Port {
 
   /// kLinkDown only when both interfaces have no link. \rtsafe
   [[nodiscard]] SendStatus send(std::span<const std::byte> frame) noexcept override;
+  void hold_until(std::chrono::nanoseconds instant) noexcept override {
+    primary_.hold_until(instant);
+    secondary_.hold_until(instant);
+  }
   /// \rtsafe
   [[nodiscard]] std::optional<ReceivedFrame> receive() noexcept override;
   bool wait_readable(std::chrono::nanoseconds deadline) noexcept override;

@@ -119,7 +119,8 @@ struct LineConfig {
   std::optional<std::string> interface;                              ///< none: the simulated line in this process
   std::optional<std::string> interface2;                             ///< at the far end of a ring
   port::PortChoice port = port::PortChoice::kAuto;                   ///< what the cycle sends and receives with
-  std::shared_ptr<const esi::EsiLibrary> esi_library;                ///< for slaves without `esi`; null: none
+  std::optional<std::chrono::nanoseconds> launch_ahead{};  ///< before they leave, frames are handed to the kernel
+  std::shared_ptr<const esi::EsiLibrary> esi_library;      ///< for slaves without `esi`; null: none
   /// Cycles in a row without valid process data of an axis before all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
   std::optional<double> max_lost_ms;  ///< the limit as a time where the file gives one; max_lost_cycles is the number

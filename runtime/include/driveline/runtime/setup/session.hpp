@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -82,6 +83,8 @@ class Session {
   };
   /// One for each end; none: the line is simulated in this process.
   [[nodiscard]] const std::vector<Wire>& wires() const noexcept { return wires_; }
+  /// How long before they leave the port takes frames and holds them back (Port::hold_until()); 0: it sends at once.
+  [[nodiscard]] std::chrono::nanoseconds launch_ahead() const noexcept { return launch_ahead_; }
   /// Whether the bus runs on virtual time.
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
   /// Result of a capture.
@@ -112,6 +115,7 @@ class Session {
   std::unique_ptr<port::InterfacePort> end_;
   std::unique_ptr<port::InterfacePort> end2_;
   std::vector<Wire> wires_;
+  std::chrono::nanoseconds launch_ahead_{};
   std::unique_ptr<port::RedundantPort> ring_;
   port::Port* wire_ = nullptr;
   std::unique_ptr<port::CapturePort> capture_;
