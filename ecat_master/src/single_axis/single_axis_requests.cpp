@@ -84,6 +84,7 @@ void SingleAxis::finish_move(RequestPhase phase, AxisError error) noexcept {
 void SingleAxis::drop_waiting(AxisError error) noexcept {
   for (std::size_t i = 0; i < waiting_count_; ++i) finish(waiting_[i].id, RequestPhase::kAborted, error);
   waiting_count_ = 0;
+  due_ = Due::kNone;
 }
 
 AxisError SingleAxis::refusal_by_state(AxisCommand command) const noexcept {
@@ -176,6 +177,8 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
       return take_override(id, request.target);
     case AxisCommand::kSetPosition:
       offset_ = request.target - setpoint_.position;
+      // What waits may lead elsewhere now.
+      if (generator_.goes_on()) replan();
       return finish(id, RequestPhase::kDone);
     case AxisCommand::kMoveSuperimposed:
       return take_superimposed(id, request);

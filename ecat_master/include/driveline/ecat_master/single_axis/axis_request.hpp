@@ -42,6 +42,12 @@ enum class AxisCommand : std::uint8_t {
   return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
 }
 
+/// A motion with a target, at which it ends. \rtsafe
+[[nodiscard]] constexpr bool leads_to_position(AxisCommand command) noexcept {
+  return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveRelative ||
+         command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
+}
+
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
 enum class BufferMode : std::uint8_t {
   kAborting,          ///< at once, replacing it and all that wait

@@ -25,7 +25,8 @@ namespace driveline::ecat_master {
 /// One axis that is commanded by itself: the states of PLCopen part 1, its requests, and the setpoints that follow from
 /// them. Belongs to the cycle; everything but the constructor is \rtsafe.
 ///
-/// In each cycle: read_inputs(), begin_cycle(), take() for each request, advance(), write_outputs().
+/// In each cycle: read_inputs(), begin_cycle(), plan_in_turn() if it is due(), take() for each request, advance(),
+/// write_outputs().
 class SingleAxis {
  public:
   /// Settings of all axes.
@@ -52,6 +53,10 @@ class SingleAxis {
   void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept;
   /// What has become of the setpoint of the last cycle, and of the drive. `took`: the exchange.
   void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
+  /// A motion has to be planned, and nothing is lost but time if that is done in a later cycle.
+  [[nodiscard]] bool due() const noexcept { return due_ != Due::kNone; }
+  /// What is due().
+  void plan_in_turn() noexcept;
   /// A request of this cycle.
   void take(std::uint64_t id, const AxisRequest& request) noexcept;
   /// The axis has a feed that it may follow, and that keeps its software limits or not. Before the cycle starts.
@@ -116,6 +121,8 @@ class SingleAxis {
   [[nodiscard]] double on_top() const noexcept { return on_top_.state().position; }
   /// AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
+  /// How often the way of a motion has been planned, which is what takes time in a cycle.
+  [[nodiscard]] std::uint64_t planned() const noexcept { return planned_; }
   /// The drive as an axis.
   [[nodiscard]] const Axis& axis() const noexcept { return *axis_; }
 
@@ -144,6 +151,12 @@ class SingleAxis {
     kSearching,  ///< on its way, until the event or the end of the distance
     kReturning,  ///< to the place of the event
   };
+  /// What is to be planned when the axis has its turn.
+  enum class Due : std::uint8_t {
+    kNone,
+    kNext,     ///< the motion under way has ended, the next one begins
+    kPassage,  ///< the end of the motion under way may be passed at a velocity
+  };
   /// What leads an axis under kTorque.
   enum class Torque : std::uint8_t {
     kNone,
@@ -155,6 +168,11 @@ class SingleAxis {
     std::uint64_t id = 0;
     AxisRequest request{};
     double target = 0.0;  ///< of a motion to a position, as the drive counts; set when it begins
+  };
+  /// How the end of a motion is passed.
+  struct Passage {
+    double velocity = 0.0;         ///< with its sign
+    trajectory::Profile way_on{};  ///< of the next motion from there, to rest
   };
 
   // Requests.
@@ -189,12 +207,14 @@ class SingleAxis {
   [[nodiscard]] bool plan_position(const Move& move) noexcept;
   [[nodiscard]] bool plan_rest() noexcept;
   [[nodiscard]] double passing_velocity(const Move& move, const Move& next) const noexcept;
-  [[nodiscard]] bool passes(const Move& move, const Move& next, double velocity) const noexcept;
-  [[nodiscard]] double end_velocity(const Move& move) const noexcept;
+  [[nodiscard]] std::optional<trajectory::Profile> way_behind(const Move& move, const Move& next,
+                                                              double velocity) const noexcept;
+  [[nodiscard]] std::optional<Passage> passage_of(const Move& move) const noexcept;
   [[nodiscard]] double velocity_of(const AxisRequest& request) const noexcept;
-  [[nodiscard]] double jerk_of(const AxisRequest& request) const noexcept;
+  [[nodiscard]] double jerk_of(const AxisRequest& request, const trajectory::AxisSetpoint& now) const noexcept;
   [[nodiscard]] double target_of(const AxisRequest& request, double position, double last_target) const noexcept;
-  [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way) const noexcept;
+  [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way,
+                                                    const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
   [[nodiscard]] double most_acceleration() const noexcept;
   void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
@@ -220,7 +240,11 @@ class SingleAxis {
   [[nodiscard]] double velocity_below() noexcept;
   [[nodiscard]] bool run_at(double velocity) noexcept;
   void tell_velocity() noexcept;
-  void go_on() noexcept;
+  void tell_reached() noexcept;
+  void end_motion() noexcept;
+  void pass_end() noexcept;
+  void begin_next() noexcept;
+  [[nodiscard]] Move take_waiting() noexcept;
 
   // What the drive does by itself.
   void enter(ByDrive phase) noexcept;
@@ -357,6 +381,8 @@ class SingleAxis {
   std::optional<Move> active_{};
   std::array<Move, kWaiting> waiting_{};
   std::size_t waiting_count_ = 0;
+  Due due_ = Due::kNone;
+  std::uint64_t planned_ = 0;
 };
 
 }  // namespace driveline::ecat_master
