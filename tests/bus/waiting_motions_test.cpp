@@ -102,7 +102,7 @@ TEST(WaitingMotions, AStopFindsRoomBesideThem) {
   ManyAxes many(kMany);
   const auto first = many.ask_all(0.5, 10.0);
   many.ask_all(0.0, 20.0, BufferMode::kBuffered);
-  while (many.in_phase(first, RequestPhase::kDone) < kMany) many.line.cycle();
+  many.finish(first);
   const auto last = kMany - 1;
   for (const double factor : {0.9, 1.0}) many.line.submit(request(AxisCommand::kSetOverride, factor), last);
   const auto stop = many.line.submit(request(AxisCommand::kStop), last);
@@ -116,7 +116,7 @@ TEST(WaitingMotions, AMotionThatIsAskedForMeanwhileWaitsBehindThem) {
   ManyAxes many(kMany);
   const auto first = many.ask_all(0.5, 10.0);
   const auto second = many.ask_all(0.0, 20.0, BufferMode::kBuffered);
-  while (many.in_phase(first, RequestPhase::kDone) < kMany) many.line.cycle();
+  many.finish(first);
   const auto last = kMany - 1;
   EXPECT_EQ(many.line.phase(second[last]), RequestPhase::kWaiting);
   const auto third = many.line.submit(move(many.from[last] + 0.25, 10.0, BufferMode::kBuffered), last);
@@ -152,7 +152,7 @@ TEST(WaitingMotions, ABlendedOneObeysAnOverrideThatComesBeforeIt) {
   line.submit(request(AxisCommand::kSetOverride, 0.5));
   double fastest = 0.0;
   double before = line.setpoint();
-  while (!line.axes().report(second).over()) {
+  for (int cycle = 0; cycle < 8000 && !line.axes().report(second).over(); ++cycle) {
     line.cycle();
     const double now = line.setpoint();
     if (now > from + 2.0) fastest = std::max(fastest, (now - before) / 125e-6);
