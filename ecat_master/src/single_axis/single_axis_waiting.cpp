@@ -13,10 +13,6 @@ using trajectory::AxisSetpoint;
 /// Velocities that are tried for the passage of a target, each half of the one before; then it is stopped at.
 constexpr int kPassages = 6;
 
-bool blends(BufferMode mode) noexcept {
-  return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
-}
-
 trajectory::PositionRange between(double one, double other) noexcept {
   return {std::min(one, other), std::max(one, other)};
 }
@@ -99,6 +95,17 @@ void SingleAxis::begin_next() noexcept {
   finish(refused, RequestPhase::kError, AxisError::kOutsideRange);
   drop_waiting(AxisError::kNone);
   begin_move({});
+}
+
+/// Behind the others; one too many is refused.
+bool SingleAxis::keep_waiting(const Move& move) noexcept {
+  if (waiting_count_ == kWaiting) {
+    auto refused = move.id;
+    finish(refused, RequestPhase::kError, AxisError::kBufferFull);
+    return false;
+  }
+  waiting_[waiting_count_++] = move;
+  return true;
 }
 
 /// The first of those that there are.

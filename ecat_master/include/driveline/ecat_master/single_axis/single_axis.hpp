@@ -43,7 +43,7 @@ class SingleAxis {
     std::chrono::nanoseconds target_timeout = std::chrono::minutes{2};   ///< until it is at a target it goes to itself
   };
 
-  /// Motions that may wait behind the one under way.
+  /// Motions that may wait behind the one under way, and movements of the drive behind the one that it holds.
   static constexpr std::size_t kWaiting = 8;
 
   /// `axis` and `table` must outlive it.
@@ -177,9 +177,9 @@ class SingleAxis {
 
   // Requests.
   [[nodiscard]] AxisError refusal(const AxisRequest& request) const noexcept;
-  [[nodiscard]] AxisError refusal_by_state(AxisCommand command) const noexcept;
+  [[nodiscard]] AxisError refusal_by_state(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_by_numbers(const AxisRequest& request) const noexcept;
-  [[nodiscard]] AxisError refusal_by_drive(AxisCommand command) const noexcept;
+  [[nodiscard]] AxisError refusal_by_drive(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_of_torque(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_of_profile(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_of_probe(const AxisRequest& request) const noexcept;
@@ -197,6 +197,7 @@ class SingleAxis {
   void take_halt_superimposed(std::uint64_t id) noexcept;
   void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
   void finish_move(RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
+  [[nodiscard]] bool keep_waiting(const Move& move) noexcept;
   void drop_waiting(AxisError error) noexcept;
 
   // Motions.
@@ -259,13 +260,18 @@ class SingleAxis {
   void leave_drive_mode() noexcept;
   void end_by_drive() noexcept;
   void drop_by_drive(AxisError error) noexcept;
-  [[nodiscard]] std::chrono::nanoseconds driven_for() const noexcept;
+  [[nodiscard]] std::chrono::nanoseconds time_since(std::int64_t cycle) const noexcept;
   /// The setpoints of the master have no effect.
   [[nodiscard]] bool drive_moves() const noexcept {
     return by_drive_ > ByDrive::kEntering && by_drive_ < ByDrive::kLeaving;
   }
   [[nodiscard]] bool homes() const noexcept { return drive_command_ == AxisCommand::kHome; }
   [[nodiscard]] double drive_target_of(const AxisRequest& request) const noexcept;
+  [[nodiscard]] bool waits_for_drive(const AxisRequest& request) const noexcept;
+  void begin_profile(const Move& move) noexcept;
+  void give_to_drive(const Move& move) noexcept;
+  void give_next_to_drive() noexcept;
+  void begin_next_in_drive() noexcept;
   void start_profile() noexcept;
   void judge_profile() noexcept;
   void begin_torque() noexcept;
@@ -344,7 +350,8 @@ class SingleAxis {
   trajectory::AxisSetpoint drive_target_{};  ///< of its profile generator
   ProfileHandshake profile_{};
   HomingHandshake handshake_{};
-  std::int64_t drive_since_ = 0;  ///< cycle, of the phase
+  std::int64_t drive_since_ = 0;  ///< cycle, of the phase, or of a target of several
+  std::int64_t given_since_ = 0;  ///< cycle, of the last target
   std::int64_t still_since_ = 0;  ///< cycle
   Torque torque_ = Torque::kNone;
   std::int64_t torque_since_ = 0;  ///< cycle
@@ -371,6 +378,7 @@ class SingleAxis {
   std::uint64_t reset_request_ = 0;
   std::uint64_t mode_request_ = 0;
   std::uint64_t drive_request_ = 0;
+  std::uint64_t drive_next_ = 0;  ///< the drive holds its target, and begins when the one under way is reached
   std::uint64_t superimposed_request_ = 0;
   std::uint64_t probe_request_ = 0;
   AxisRequest probed_{};          ///< what it has asked for
