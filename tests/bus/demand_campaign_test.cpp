@@ -286,6 +286,8 @@ class Sequence {
     if (chance(3)) request.acceleration = number(50.0, 1000.0);
     if (!by_drive && chance(3)) request.deceleration = number(50.0, 1000.0);
     if (!by_drive && chance(3)) request.jerk = std::exp(number(8.0, 14.0));
+    // A drive stops at each of its targets.
+    if (by_drive && blends(request.buffer)) request.buffer = BufferMode::kBuffered;
     if (by_drive && scene_.interpolates) request.velocity = request.acceleration = 0.0;
     asked_ = {axes().submit(axis, request), now_, request.command};
     if (request.command == AxisCommand::kMoveSuperimposed) may_halt_on_top(axis);

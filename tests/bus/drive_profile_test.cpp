@@ -7,74 +7,12 @@
 #include <vector>
 
 #include "driveline/slaves/msd/core/variant.hpp"
-#include "single_line.hpp"
+#include "profile_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
 using slaves::msd::Variant;
-
-constexpr double kOwnVelocity = 10.0;  ///< set in the drive, rad/s; what is not mapped is as it is there
-
-template <typename Integer>
-void set_profile(RunOptions& options, std::uint16_t index, Integer value) {
-  const auto bytes = wire::to_le_bytes(value);
-  options.startup.push_back({index, 0, {bytes.begin(), bytes.end()}});
-}
-
-RunOptions profile_options(Variant variant = Variant::kMsd) {
-  auto options = single_options();
-  options.variant = variant;
-  const auto increments = [](double value) { return static_cast<std::uint32_t>(value * kDemandIncrements); };
-  set_profile(options, 0x6081, increments(kOwnVelocity));
-  set_profile(options, 0x6083, increments(500.0));
-  set_profile(options, 0x6084, increments(800.0));
-  return options;
-}
-
-/// 6081h and 6083h are mapped.
-RunOptions mapped_options() {
-  auto options = profile_options();
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
-                                                {0x1601, {{0x60FF, 0, 32}, {0x6081, 0, 32}}},
-                                                {0x1602, {{0x6083, 0, 32}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
-                                                {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
-                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
-  return options;
-}
-
-AxisRequest to(double target) {
-  return request(AxisCommand::kDriveMoveAbsolute, target);
-}
-AxisRequest by(double distance) {
-  return request(AxisCommand::kDriveMoveRelative, distance);
-}
-AxisRequest at(double velocity) {
-  return request(AxisCommand::kDriveMoveVelocity, velocity);
-}
-
-class ProfileLine : public SingleLine {
- public:
-  explicit ProfileLine(const RunOptions& options = profile_options()) : SingleLine(1, options) { enable(); }
-  [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
-  /// The axis is one that can be used.
-  void expect_use() {
-    cycles(200);
-    EXPECT_EQ(state(), PlcopenState::kStandstill);
-    EXPECT_EQ(now().mode, 8);
-    EXPECT_EQ(ask(request(AxisCommand::kMoveRelative, 1.0)).phase, RequestPhase::kDone);
-  }
-  /// The fastest that the axis gets within so many cycles.
-  double fastest(int count) {
-    double found = 0.0;
-    for (int i = 0; i < count; ++i) {
-      cycle();
-      found = std::max(found, std::abs(now().velocity));
-    }
-    return found;
-  }
-};
 
 class EveryProfile : public testing::TestWithParam<Variant> {};
 

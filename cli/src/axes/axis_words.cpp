@@ -58,6 +58,8 @@ constexpr std::array<std::string_view, 11> kOptions{"velocity", "acceleration", 
 constexpr std::array kBufferModes = {BufferMode::kAborting,     BufferMode::kBuffered,
                                      BufferMode::kBlendingLow,  BufferMode::kBlendingPrevious,
                                      BufferMode::kBlendingNext, BufferMode::kBlendingHigh};
+/// Of movements of a drive, which stops at each of its targets.
+constexpr std::array kDriveBufferModes = {BufferMode::kAborting, BufferMode::kBuffered};
 
 std::string hint(std::string_view word, std::span<const std::string_view> known) {
   const auto meant = runtime::closest(word, known);
@@ -201,11 +203,12 @@ class RequestReader {
         return take(request_.acceleration, torque ? Quantity::kTorqueRate : Quantity::kAcceleration, value, name);
       if (name == "deceleration") return take(request_.deceleration, Quantity::kAcceleration, value, name);
       if (name == "jerk") return take(request_.jerk, Quantity::kJerk, value, name);
-      if (name == "buffer" && verb_.command != AxisCommand::kHomeByProbe) return read_buffer(value);
+      if (name == "buffer" && verb_.command != AxisCommand::kHomeByProbe) return read_buffer(kBufferModes, value);
     }
     if (moves_by_drive(verb_.command)) {
-      if (name == "velocity" && verb_.command == AxisCommand::kDriveMoveAbsolute)
-        return take(request_.velocity, Quantity::kVelocity, value, name);
+      const bool position = verb_.command == AxisCommand::kDriveMoveAbsolute;
+      if (name == "velocity" && position) return take(request_.velocity, Quantity::kVelocity, value, name);
+      if (name == "buffer" && position) return read_buffer(kDriveBufferModes, value);
       if (name == "acceleration") return take(request_.acceleration, Quantity::kAcceleration, value, name);
       if (name == "deceleration") return take(request_.deceleration, Quantity::kAcceleration, value, name);
     }
@@ -236,9 +239,9 @@ class RequestReader {
     return take(request_.target, Quantity::kPosition, value, "distance");
   }
 
-  [[nodiscard]] Outcome<void> read_buffer(std::string_view value) {
+  [[nodiscard]] Outcome<void> read_buffer(std::span<const BufferMode> modes, std::string_view value) {
     std::vector<std::string_view> names;
-    for (const auto mode : kBufferModes) {
+    for (const auto mode : modes) {
       names.push_back(ecat_master::to_text(mode));
       if (names.back() != value) continue;
       request_.buffer = mode;

@@ -7,8 +7,10 @@ namespace driveline::ecat_master {
 namespace command_bit = cia402::command_bit;
 namespace status_bit = cia402::status_bit;
 
-void ProfileHandshake::start_position() noexcept {
+void ProfileHandshake::start_position(Change change) noexcept {
+  full_ = position_ && change_ == Change::kBehind && !under_way();
   position_ = true;
+  change_ = change;
   step_ = Step::kFreeing;
   stale_ = 0;
 }
@@ -22,13 +24,17 @@ void ProfileHandshake::start_velocity(std::uint16_t status_word) noexcept {
 std::uint16_t ProfileHandshake::command_bits() const noexcept {
   if (!position_) return 0;
   const unsigned given = step_ == Step::kGiving ? command_bit::kNewSetpoint : 0U;
-  return static_cast<std::uint16_t>(command_bit::kImmediately | given);
+  const unsigned immediately = change_ == Change::kAtOnce ? command_bit::kImmediately : 0U;
+  return static_cast<std::uint16_t>(immediately | given);
 }
 
-void ProfileHandshake::hand_over(bool acknowledged) noexcept {
-  if (step_ == Step::kFreeing && !acknowledged) {
+/// A drive without room for another target tells by bit 12 neither that it has seen bit 4 taken back nor that it has
+/// taken the target: it has time for both.
+void ProfileHandshake::hand_over(bool acknowledged, std::chrono::nanoseconds since) noexcept {
+  if (step_ == Step::kFreeing && (!acknowledged || (full_ && since >= kReaction))) {
+    full_ = acknowledged;
     step_ = Step::kGiving;
-  } else if (step_ == Step::kGiving && acknowledged) {
+  } else if (step_ == Step::kGiving && acknowledged && (!full_ || since >= 2 * kReaction)) {
     step_ = Step::kTaken;
   } else if (step_ == Step::kTaken && !acknowledged) {
     step_ = Step::kUnderWay;
@@ -37,8 +43,12 @@ void ProfileHandshake::hand_over(bool acknowledged) noexcept {
 
 ProfileHandshake::State ProfileHandshake::judge(std::uint16_t status_word, std::chrono::nanoseconds since) noexcept {
   if (step_ != Step::kUnderWay) {
-    hand_over((status_word & status_bit::kSetpointAcknowledge) != 0);
-    if (step_ != Step::kUnderWay) return since > kPatience ? State::kNotTaken : State::kRunning;
+    hand_over((status_word & status_bit::kSetpointAcknowledge) != 0, since);
+    if (step_ != Step::kUnderWay) return since > kPatience && !may_wait() ? State::kNotTaken : State::kRunning;
+    if (change_ == Change::kBehind) {
+      stale_ = status_word & status_bit::kTargetReached;
+      return State::kNext;
+    }
   }
   stale_ = since < kReaction ? stale_ & status_word : 0;
   const bool reached = (status_word & ~stale_ & status_bit::kTargetReached) != 0;

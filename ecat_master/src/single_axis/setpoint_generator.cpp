@@ -25,12 +25,18 @@ bool SetpointGenerator::to_velocity(double velocity, const trajectory::ProfileLi
 
 const trajectory::AxisSetpoint& SetpointGenerator::advance(double period_s) noexcept {
   elapsed_s_ += period_s;
+  if (next_ && profile_.finished(elapsed_s_)) {
+    elapsed_s_ -= profile_.duration_s();
+    profile_ = *next_;
+    next_.reset();
+  }
   state_ = profile_.evaluate(elapsed_s_);
   return state_;
 }
 
 void SetpointGenerator::take(const trajectory::Profile& profile) noexcept {
   profile_ = profile;
+  next_.reset();
   elapsed_s_ = 0.0;
 }
 

@@ -8,11 +8,15 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Requests that may wait for the cycle, and those that it takes at a time: planning a motion takes some microseconds.
+/// Requests that may wait for the cycle.
 constexpr std::size_t kRequests = 512;
 /// Of these for stops alone, which nobody keeps out by asking for other things.
 constexpr std::size_t kRoomForStops = 256;
-constexpr std::size_t kRequestsPerCycle = 4;
+/// Motions that are planned in a cycle, which takes some microseconds each: those of requests, and those that have
+/// waited for the end of others.
+constexpr std::size_t kPlansPerCycle = 4;
+/// Of these for requests, however many have waited: a stop is one of them.
+constexpr std::size_t kPlansForRequests = 2;
 
 void check(const Axis& axis) {
   const auto& limits = axis.config().limits;
@@ -190,8 +194,9 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
 void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   for (auto& one : single_) one.begin_cycle(cycle, took_);
   for (auto& gantry : gantries_) gantry->watch();
+  const auto planned = plan_waiting(kPlansPerCycle - std::min(requests_.size(), kPlansForRequests));
   NumberedRequest request;
-  for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i)
+  for (auto i = planned; i < kPlansPerCycle && requests_.try_pop(request); ++i)
     take(request.axis, request.id, request.request);
   for (auto& each : feeds_) each.feed->begin_cycle();
   advance();
@@ -200,6 +205,19 @@ void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept
     single_[i].write_outputs(image);
     publish(i);
   }
+}
+
+/// The number of those that were due; in turn, so that no axis is passed over.
+std::size_t SingleAxes::plan_waiting(std::size_t most) noexcept {
+  std::size_t planned = 0;
+  for (std::size_t i = 0; i < single_.size() && planned < most; ++i) {
+    auto& one = single_[turn_];
+    turn_ = (turn_ + 1) % single_.size();
+    if (!one.due()) continue;
+    one.plan_in_turn();
+    ++planned;
+  }
+  return planned;
 }
 
 /// Each axis once: those that follow nothing first, and then the feeds in the order in which they were added, so that a

@@ -24,14 +24,15 @@ void SingleAxis::enter(ByDrive phase) noexcept {
   drive_since_ = cycle_;
 }
 
-std::chrono::nanoseconds SingleAxis::driven_for() const noexcept {
-  return (cycle_ - drive_since_) * settings_.period;
+std::chrono::nanoseconds SingleAxis::time_since(std::int64_t cycle) const noexcept {
+  return (cycle_ - cycle) * settings_.period;
 }
 
 /// Taking the start bit back ends homing, halt every other movement; the drive brakes.
 void SingleAxis::interrupt_drive() noexcept {
   if (by_drive_ == ByDrive::kNone) return;
   finish(drive_request_, by_drive_ == ByDrive::kLeaving ? RequestPhase::kDone : RequestPhase::kAborted);
+  finish(drive_next_, RequestPhase::kAborted);
   if (by_drive_ == ByDrive::kEntering) return leave_drive_mode();
   if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
   axis_->set_command_bits(homes() ? 0 : cia402::command_bit::kHalt);
@@ -48,13 +49,14 @@ void SingleAxis::advance_by_drive() noexcept {
       if (axis_->mode_ready()) return homes() ? start_homing() : start_profile();
       if (exceeded(drive_since_, settings_.mode_timeout)) {
         finish(drive_request_, RequestPhase::kError, AxisError::kModeTimeout);
+        drop_waiting(AxisError::kModeTimeout);
         leave_drive_mode();
       }
       break;
     case ByDrive::kRunning:
       return homes() ? judge_homing() : judge_profile();
     case ByDrive::kAttained:
-      if (driven_for() >= kDriveSettling && watch_.steady()) take_new_zero();
+      if (time_since(drive_since_) >= kDriveSettling && watch_.steady()) take_new_zero();
       break;
     case ByDrive::kInterrupted:
       watch_interruption();
@@ -70,7 +72,7 @@ void SingleAxis::advance_by_drive() noexcept {
 void SingleAxis::watch_interruption() noexcept {
   const bool stands = (axis_->inputs().status_word & cia402::status_bit::kTargetReached) != 0;
   if (!stands) still_since_ = cycle_;
-  if ((cycle_ - still_since_) * settings_.period >= kDriveSettling) return leave_drive_mode();
+  if (time_since(still_since_) >= kDriveSettling) return leave_drive_mode();
   if (exceeded(drive_since_, settings_.quick_stop_time))
     fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
 }
@@ -91,12 +93,15 @@ void SingleAxis::end_by_drive() noexcept {
   // A motion, or being switched off, has waited for it.
   if (active_) return replan();
   if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
+  // It was asked for when the drive had reached the target before.
+  if (waiting_count_ > 0) begin_profile(take_waiting());
 }
 
 /// The drive has lost its power, or stops by itself: its mode comes back when it is off.
 void SingleAxis::drop_by_drive(AxisError error) noexcept {
   if (by_drive_ == ByDrive::kNone) return;
   finish(drive_request_, RequestPhase::kError, error);
+  finish(drive_next_, RequestPhase::kAborted, error);
   axis_->set_command_bits(0);
   by_drive_ = ByDrive::kNone;
 }

@@ -21,7 +21,7 @@ void SingleAxis::start_homing() noexcept {
 
 void SingleAxis::judge_homing() noexcept {
   if (exchanged_) {
-    const auto state = handshake_.judge(axis_->inputs().status_word, driven_for());
+    const auto state = handshake_.judge(axis_->inputs().status_word, time_since(drive_since_));
     if (state == HomingHandshake::State::kFailed) return fail(AxisError::kHoming);
     if (state == HomingHandshake::State::kAttained) return enter(ByDrive::kAttained);
   }
@@ -30,7 +30,7 @@ void SingleAxis::judge_homing() noexcept {
 
 bool SingleAxis::homing_has_failed() noexcept {
   return by_drive_ == ByDrive::kRunning && homes() &&
-         handshake_.judge(axis_->inputs().status_word, driven_for()) == HomingHandshake::State::kFailed;
+         handshake_.judge(axis_->inputs().status_word, time_since(drive_since_)) == HomingHandshake::State::kFailed;
 }
 
 /// What was called a position before has no meaning any more.

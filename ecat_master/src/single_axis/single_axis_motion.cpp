@@ -13,8 +13,6 @@ using trajectory::AxisSetpoint;
 
 /// Time at rest until an axis is switched off, in s.
 constexpr double kSettling = 0.01;
-/// Velocities that are tried for the passage of a target, each half of the one before; then it is stopped at.
-constexpr int kPassages = 6;
 /// Of the highest acceleration, while a drive changes its mode: the change takes some of it.
 constexpr double kShareInChange = 0.6;
 constexpr double kALittleMore = 1.0 + 1e-9;
@@ -24,22 +22,9 @@ double or_else(double value, double otherwise) noexcept {
   return value > 0.0 ? value : otherwise;
 }
 
-bool to_position(AxisCommand command) noexcept {
-  return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveRelative ||
-         command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
-}
-
-bool blends(BufferMode mode) noexcept {
-  return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
-}
-
 bool usable(const AxisSetpoint* fed) noexcept {
   return fed != nullptr && std::isfinite(fed->position) && std::isfinite(fed->velocity) &&
          std::isfinite(fed->acceleration);
-}
-
-trajectory::PositionRange between(double one, double other) noexcept {
-  return {std::min(one, other), std::max(one, other)};
 }
 
 PlcopenState state_of(AxisCommand command) noexcept {
@@ -64,7 +49,8 @@ double SingleAxis::velocity_of(const AxisRequest& request) const noexcept {
 
 trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
   const auto& limits = axis_->config().limits;
-  return trajectory::ProfileLimits::symmetric(limits.max_velocity, most_acceleration(), jerk_of({}));
+  return trajectory::ProfileLimits::symmetric(limits.max_velocity, most_acceleration(),
+                                              jerk_of({}, generator_.state()));
 }
 
 /// That a motion may have.
@@ -72,8 +58,9 @@ double SingleAxis::most_acceleration() const noexcept {
   return (eases() ? kShareInChange : 1.0) * axis_->config().limits.max_acceleration;
 }
 
-/// Of a motion in the direction of `way`: accelerating and braking may differ.
-trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, double way) const noexcept {
+/// Of a motion in the direction of `way` that begins `from` there: accelerating and braking may differ.
+trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, double way,
+                                                const AxisSetpoint& from) const noexcept {
   auto limits = full_limits();
   const double most = axis_->config().limits.max_velocity;
   const double velocity = std::clamp(velocity_of(request) * override_, 0.0, most);
@@ -84,14 +71,13 @@ trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, doub
   limits.min_velocity = -velocity;
   limits.max_acceleration = way >= 0.0 ? faster : slower;
   limits.min_acceleration = way >= 0.0 ? -slower : -faster;
-  limits.max_jerk = jerk_of(request);
+  limits.max_jerk = jerk_of(request, from);
   return limits;
 }
 
 /// An axis that already accelerates hard cannot keep its highest velocity with any jerk: the velocity has precedence.
-double SingleAxis::jerk_of(const AxisRequest& request) const noexcept {
+double SingleAxis::jerk_of(const AxisRequest& request, const AxisSetpoint& now) const noexcept {
   const double asked = or_else(request.jerk, axis_->config().max_jerk.value_or(kNoJerkLimit));
-  const auto& now = generator_.state();
   const double most = axis_->config().limits.max_velocity;
   const double room = now.acceleration > 0.0 ? most - now.velocity : most + now.velocity;
   const double needed = 0.5 * now.acceleration * now.acceleration * kALittleMore;
@@ -121,7 +107,7 @@ void SingleAxis::begin_move(const Move& move) noexcept {
   active_ = move;
   run_velocity_.reset();
   active_->target = target_of(move.request, generator_.state().position, last_target_);
-  if (to_position(move.request.command)) last_target_ = active_->target;
+  if (leads_to_position(move.request.command)) last_target_ = active_->target;
   state_ = state_of(move.request.command);
   if (torque) begin_torque();
   if (move.id != 0) table_->set(move.id, {RequestPhase::kActive, AxisError::kNone});
@@ -145,6 +131,8 @@ void SingleAxis::rejoin_from(double position, double velocity) noexcept {
 /// The way to the aim of the motion under way, from the state of the last setpoint.
 void SingleAxis::replan() noexcept {
   if (!active_) return;
+  ++planned_;
+  due_ = Due::kNone;
   go_from_here();
   bool planned = true;
   switch (active_->request.command) {
@@ -188,7 +176,7 @@ bool SingleAxis::plan_on() noexcept {
 /// At a velocity: for ever, or to the end of the range.
 bool SingleAxis::run_at(double velocity) noexcept {
   const auto& config = axis_->config();
-  auto limits = limits_of(active_->request, velocity - generator_.state().velocity);
+  auto limits = limits_of(active_->request, velocity - generator_.state().velocity, generator_.state());
   run_velocity_.reset();
   if (config.software_limits && std::abs(velocity) > 0.0) {
     const double end = velocity > 0.0 ? config.software_limits->max : config.software_limits->min;
@@ -218,13 +206,13 @@ bool SingleAxis::reachable(const Move& move) const noexcept {
   if (!range) return true;
   if (move.request.command == AxisCommand::kMoveVelocity)
     return move.request.target > 0.0 ? from.position < range->max : from.position > range->min;
-  if (!to_position(move.request.command)) return true;
+  if (!leads_to_position(move.request.command)) return true;
   const double target = target_of(move.request, from.position, last_target_);
   if (!in_range(target)) return false;
   // From outside there is a way back.
   if (!in_range(from.position)) return true;
   const auto way =
-      trajectory::plan_to_position(from, {target, 0.0, 0.0}, limits_of(move.request, target - from.position));
+      trajectory::plan_to_position(from, {target, 0.0, 0.0}, limits_of(move.request, target - from.position, from));
   return way && trajectory::fits(*way, *range);
 }
 
@@ -244,55 +232,23 @@ bool SingleAxis::plan_rest() noexcept {
   go_from_here();
   auto limits = full_limits();
   // A stop or halt says itself how hard it brakes.
-  if (active_ && !to_position(active_->request.command)) {
+  if (active_ && !leads_to_position(active_->request.command)) {
     const double braking =
         std::min(or_else(active_->request.deceleration, limits.max_acceleration), limits.max_acceleration);
     limits.max_acceleration = braking;
     limits.min_acceleration = -braking;
-    limits.max_jerk = jerk_of(active_->request);
+    limits.max_jerk = jerk_of(active_->request, generator_.state());
   }
   return generator_.to_velocity(0.0, limits);
 }
 
 bool SingleAxis::plan_position(const Move& move) noexcept {
-  const double way = move.target - generator_.state().position;
-  return generator_.to_position({move.target, end_velocity(move), 0.0}, limits_of(move.request, way));
-}
-
-/// With its sign, at which the end of a motion is passed.
-double SingleAxis::end_velocity(const Move& move) const noexcept {
-  if (waiting_count_ == 0 || !blends(waiting_[0].request.buffer)) return 0.0;
-  if (!to_position(waiting_[0].request.command)) return 0.0;
-  auto next = waiting_[0];
-  next.target = target_of(next.request, move.target, move.target);
-  if (!in_range(next.target)) return 0.0;
-  const double way = move.target - generator_.state().position;
-  const double on = next.target - move.target;
-  // Where it turns round it stops.
-  if (!(way * on > 0.0)) return 0.0;
-  double velocity = passing_velocity(move, next);
-  for (int i = 0; i < kPassages; ++i, velocity *= 0.5) {
-    if (passes(move, next, std::copysign(velocity, way))) return std::copysign(velocity, way);
-  }
-  return 0.0;
-}
-
-/// Wanted by the buffer mode; never above that of the motion that ends.
-double SingleAxis::passing_velocity(const Move& move, const Move& next) const noexcept {
-  const double before = std::min(velocity_of(move.request) * override_, axis_->config().limits.max_velocity);
-  const double after = std::min(velocity_of(next.request) * override_, axis_->config().limits.max_velocity);
-  return next.request.buffer == BufferMode::kBlendingPrevious ? before : std::min(before, after);
-}
-
-/// Whether both motions can be done without turning round when the end of the first is passed at this velocity.
-bool SingleAxis::passes(const Move& move, const Move& next, double velocity) const noexcept {
-  const AxisSetpoint middle{move.target, velocity, 0.0};
   const auto& from = generator_.state();
-  const auto first = trajectory::plan_to_position(from, middle, limits_of(move.request, velocity));
-  const auto second = trajectory::plan_to_position(middle, {next.target, 0.0, 0.0}, limits_of(next.request, velocity));
-  if (!first || !second) return false;
-  return trajectory::fits(*first, between(from.position, move.target)) &&
-         trajectory::fits(*second, between(move.target, next.target));
+  const auto limits = limits_of(move.request, move.target - from.position, from);
+  const auto passage = passage_of(move);
+  if (!generator_.to_position({move.target, passage ? passage->velocity : 0.0, 0.0}, limits)) return false;
+  if (passage) generator_.go_on_with(passage->way_on);
+  return true;
 }
 
 /// A setpoint that may not have reached the drive is no time of the motion: it waits, and the axis returns to it within
@@ -312,7 +268,9 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
     way_back_.emplace(supply_, limits);
   }
   if (follows()) return follow(fed);
+  const bool may_pass = generator_.goes_on();
   const auto target = generator_.advance(period_s_);
+  if (may_pass && !generator_.goes_on()) pass_end();
   if (superimposed_) {
     step_on_top(target);
   } else if (beside_) {
@@ -327,9 +285,14 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
 /// On its way to the end of the range.
 void SingleAxis::tell_velocity() noexcept {
   const double missing = *run_velocity_ - generator_.state().velocity;
-  if (held_back_ || std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
-  table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
-  if (waiting_count_ > 0) go_on();
+  if (due_ == Due::kNext || held_back_ || std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
+  tell_reached();
+  if (waiting_count_ > 0) end_motion();
+}
+
+/// One that has ended, and been planned anew before the next had its turn, tells nothing.
+void SingleAxis::tell_reached() noexcept {
+  if (active_->id != 0) table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
 }
 
 void SingleAxis::bridge() noexcept {
@@ -400,7 +363,7 @@ void SingleAxis::arrive() noexcept {
     if (++cycles_at_rest_ * period_s_ > kSettling) enter(Power::kDisabling);
     return;
   }
-  if (!active_) return;
+  if (!active_ || due_ == Due::kNext) return;
   const auto command = active_->request.command;
   if (run_velocity_) {
     finish_move(RequestPhase::kError, AxisError::kOutsideRange);
@@ -410,31 +373,14 @@ void SingleAxis::arrive() noexcept {
   }
   if (command == AxisCommand::kMoveVelocity) {
     if (held_back_) return;
-    table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
+    tell_reached();
     if (waiting_count_ == 0) return;
   }
   // Held by an override of zero.
-  if (to_position(command) && !(override_ > 0.0)) return;
+  if (leads_to_position(command) && !(override_ > 0.0)) return;
   if (search_ != Search::kNone && !arrive_in_search()) return;
-  if (command != AxisCommand::kStop) return go_on();
+  if (command != AxisCommand::kStop) return end_motion();
   finish_move(RequestPhase::kDone);
-}
-
-/// To the next motion, if there is one.
-void SingleAxis::go_on() noexcept {
-  finish_move(RequestPhase::kDone);
-  if (waiting_count_ == 0) {
-    state_ = PlcopenState::kStandstill;
-    return;
-  }
-  const auto next = waiting_[0];
-  std::copy(waiting_.begin() + 1, waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_), waiting_.begin());
-  --waiting_count_;
-  if (reachable(next)) return begin_move(next);
-  auto refused = next.id;
-  finish(refused, RequestPhase::kError, AxisError::kOutsideRange);
-  drop_waiting(AxisError::kNone);
-  begin_move({});
 }
 
 void SingleAxis::stay_at(double position) noexcept {

@@ -1,4 +1,6 @@
 // Movements of a single axis by the profile generator of its drive.
+#include <utility>
+
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
 
 namespace driveline::ecat_master {
@@ -21,36 +23,82 @@ AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexc
                      (!(request.deceleration > 0.0) || objects.takes_deceleration()) && !(request.jerk > 0.0);
   if (!given) return AxisError::kMode;
   if (request.command == AxisCommand::kDriveMoveVelocity) return AxisError::kNone;
+  // It stops at each target ("the velocity is set to 0", MSD manual 12.2.1).
+  if (blends(request.buffer)) return AxisError::kMode;
   return in_range(drive_target_of(request)) ? AxisError::kNone : AxisError::kOutsideRange;
 }
 
-/// As the drive counts.
+/// As the drive counts. A distance begins where the axis is, or is to be when those before are done.
 double SingleAxis::drive_target_of(const AxisRequest& request) const noexcept {
-  const bool absolute = request.command == AxisCommand::kDriveMoveAbsolute;
-  return absolute ? request.target - offset_ : setpoint_.position + request.target;
+  if (request.command == AxisCommand::kDriveMoveAbsolute) return request.target - offset_;
+  if (!waits_for_drive(request)) return setpoint_.position + request.target;
+  return (waiting_count_ > 0 ? waiting_[waiting_count_ - 1].target : drive_target_.position) + request.target;
+}
+
+/// Whether it is for the end of a positioning that is under way; an end that the drive has just reached counts.
+bool SingleAxis::waits_for_drive(const AxisRequest& request) const noexcept {
+  const bool positions = by_drive_ != ByDrive::kNone && by_drive_ != ByDrive::kInterrupted && !homes() &&
+                         drive_command_ != AxisCommand::kDriveMoveVelocity && !active_ && power_ == Power::kOn;
+  return positions && request.buffer == BufferMode::kBuffered && request.command != AxisCommand::kDriveMoveVelocity;
 }
 
 void SingleAxis::take_profile(std::uint64_t id, const AxisRequest& request) noexcept {
+  const Move move{id, request, drive_target_of(request)};
+  if (waits_for_drive(request)) return static_cast<void>(keep_waiting(move));
+  drop_waiting(AxisError::kNone);
+  begin_profile(move);
+}
+
+void SingleAxis::begin_profile(const Move& move) noexcept {
+  const auto command = move.request.command;
+  state_ = command == AxisCommand::kDriveMoveVelocity ? PlcopenState::kContinuousMotion : PlcopenState::kDiscreteMotion;
+  give_to_drive(move);
+  if (by_drive_ == ByDrive::kNone) {
+    profile_ = {};
+    return start_by_drive(move.id, command, mode_of(command));
+  }
+  finish(drive_request_, RequestPhase::kAborted);
+  finish(drive_next_, RequestPhase::kAborted);
+  drive_request_ = move.id;
+  drive_command_ = command;
+  table_->set(move.id, {RequestPhase::kActive, AxisError::kNone});
+  start_profile();
+}
+
+/// What the process data say of it.
+void SingleAxis::give_to_drive(const Move& move) noexcept {
+  const auto& request = move.request;
   const bool velocity = request.command == AxisCommand::kDriveMoveVelocity;
-  drive_target_ = {velocity ? setpoint_.position : drive_target_of(request), velocity ? request.target : 0.0, 0.0};
+  drive_target_ = {velocity ? setpoint_.position : move.target, velocity ? request.target : 0.0, 0.0};
   const auto& limits = axis_->config().limits;
   const double faster = request.acceleration > 0.0 ? request.acceleration : limits.max_acceleration;
   axis_->profile().set(velocity_of(request), faster, request.deceleration > 0.0 ? request.deceleration : faster);
-  state_ = velocity ? PlcopenState::kContinuousMotion : PlcopenState::kDiscreteMotion;
-  if (by_drive_ == ByDrive::kNone) return start_by_drive(id, request.command, mode_of(request.command));
-  finish(drive_request_, RequestPhase::kAborted);
-  drive_request_ = id;
-  drive_command_ = request.command;
-  table_->set(id, {RequestPhase::kActive, AxisError::kNone});
-  start_profile();
+  given_since_ = cycle_;
+}
+
+/// While it still moves: "Terminate actual positioning and start next positioning" (MSD manual Table 12.4, bit 5 = 0).
+void SingleAxis::give_next_to_drive() noexcept {
+  const auto next = take_waiting();
+  give_to_drive(next);
+  drive_next_ = next.id;
+  profile_.start_position(ProfileHandshake::Change::kBehind);
+}
+
+void SingleAxis::begin_next_in_drive() noexcept {
+  finish(drive_request_, RequestPhase::kDone);
+  drive_request_ = std::exchange(drive_next_, 0);
+  table_->set(drive_request_, {RequestPhase::kActive, AxisError::kNone});
+  given_since_ = cycle_;
+  enter(ByDrive::kRunning);
 }
 
 void SingleAxis::start_profile() noexcept {
   if (drive_command_ == AxisCommand::kDriveMoveVelocity) {
     profile_.start_velocity(axis_->inputs().status_word);
   } else {
-    profile_.start_position();
+    profile_.start_position(ProfileHandshake::Change::kAtOnce);
   }
+  given_since_ = cycle_;
   axis_->set_command_bits(profile_.command_bits());
   enter(ByDrive::kRunning);
 }
@@ -64,17 +112,22 @@ void SingleAxis::judge_profile() noexcept {
   }
   if (!velocity && exceeded(drive_since_, settings_.target_timeout)) return fail(AxisError::kTargetTimeout);
   if (!exchanged_) return;
-  switch (profile_.judge(inputs.status_word, driven_for())) {
+  switch (profile_.judge(inputs.status_word, time_since(given_since_))) {
     case ProfileHandshake::State::kRunning:
-      return axis_->set_command_bits(profile_.command_bits());
+      break;
+    case ProfileHandshake::State::kNext:
+      begin_next_in_drive();
+      break;
     case ProfileHandshake::State::kNotTaken:
       return fail(AxisError::kNoTarget);
     case ProfileHandshake::State::kReached:
       if (velocity) return table_->set(drive_request_, {RequestPhase::kReached, AxisError::kNone});
+      if (waiting_count_ > 0) break;
       axis_->set_command_bits(0);
-      leave_drive_mode();
-      break;
+      return leave_drive_mode();
   }
+  if (waiting_count_ > 0 && profile_.under_way()) give_next_to_drive();
+  axis_->set_command_bits(profile_.command_bits());
 }
 
 }  // namespace driveline::ecat_master

@@ -84,9 +84,11 @@ void SingleAxis::finish_move(RequestPhase phase, AxisError error) noexcept {
 void SingleAxis::drop_waiting(AxisError error) noexcept {
   for (std::size_t i = 0; i < waiting_count_; ++i) finish(waiting_[i].id, RequestPhase::kAborted, error);
   waiting_count_ = 0;
+  due_ = Due::kNone;
 }
 
-AxisError SingleAxis::refusal_by_state(AxisCommand command) const noexcept {
+AxisError SingleAxis::refusal_by_state(const AxisRequest& request) const noexcept {
+  const auto command = request.command;
   const bool motion = is_motion(command);
   if (state_ == PlcopenState::kErrorStop) {
     const bool allowed = command == AxisCommand::kReset || command == AxisCommand::kSetOverride;
@@ -94,7 +96,7 @@ AxisError SingleAxis::refusal_by_state(AxisCommand command) const noexcept {
   }
   const bool at_rest = begins_at_rest(command);
   if ((motion || at_rest) && power_ != Power::kOn) return AxisError::kNotEnabled;
-  if (const auto error = refusal_by_drive(command); error != AxisError::kNone) return error;
+  if (const auto error = refusal_by_drive(request); error != AxisError::kNone) return error;
   if (at_rest && by_drive_ == ByDrive::kNone && state_ != PlcopenState::kStandstill) return AxisError::kNotAtRest;
   if (motion && state_ == PlcopenState::kStopping && command != AxisCommand::kStop) return AxisError::kStopping;
   if (command == AxisCommand::kFollow && !fed_) return AxisError::kNothingToDo;
@@ -103,13 +105,15 @@ AxisError SingleAxis::refusal_by_state(AxisCommand command) const noexcept {
 }
 
 /// While the drive moves by itself, or the master homes.
-AxisError SingleAxis::refusal_by_drive(AxisCommand command) const noexcept {
+AxisError SingleAxis::refusal_by_drive(const AxisRequest& request) const noexcept {
+  const auto command = request.command;
   if (command == AxisCommand::kStop) return AxisError::kNone;
   if (search_ != Search::kNone) {
     const bool meanwhile = needs_drive(command) || is_profile(command) || command == AxisCommand::kTouchProbe;
     return meanwhile ? AxisError::kNotAtRest : AxisError::kNone;
   }
   if (by_drive_ == ByDrive::kNone) return AxisError::kNone;
+  if (is_profile(command) && waits_for_drive(request)) return AxisError::kNone;
   if (is_profile(command)) {
     // Another target of the same mode is given at once; the other mode begins at a standstill.
     const bool same =
@@ -157,7 +161,7 @@ AxisError SingleAxis::refusal_of_torque(const AxisRequest& request) const noexce
 
 AxisError SingleAxis::refusal(const AxisRequest& request) const noexcept {
   if (request.command == AxisCommand::kPower && !request.on) return AxisError::kNone;
-  const auto by_state = refusal_by_state(request.command);
+  const auto by_state = refusal_by_state(request);
   return by_state != AxisError::kNone ? by_state : refusal_by_numbers(request);
 }
 
@@ -176,6 +180,8 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
       return take_override(id, request.target);
     case AxisCommand::kSetPosition:
       offset_ = request.target - setpoint_.position;
+      // What waits may lead elsewhere now.
+      if (generator_.goes_on()) replan();
       return finish(id, RequestPhase::kDone);
     case AxisCommand::kMoveSuperimposed:
       return take_superimposed(id, request);
@@ -272,11 +278,7 @@ void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexc
     interrupt_drive();
     return begin_move(move);
   }
-  if (waiting_count_ == kWaiting) {
-    auto refused = id;
-    return finish(refused, RequestPhase::kError, AxisError::kBufferFull);
-  }
-  waiting_[waiting_count_++] = move;
+  if (!keep_waiting(move)) return;
   // The motion under way may pass its end at a velocity now.
   if (waiting_count_ == 1) replan();
 }

@@ -171,6 +171,17 @@ class Script(ProgramTest):
         self.assertLess(min(places[places.index(max(places)):]), 80)
         self.assertAlmostEqual(places[-1], 100, delta=1)
 
+    def test_drive_is_given_a_set_of_setpoints(self):
+        result = self.run_script("x drive-move 200 velocity=360\nx drive-move 90 velocity=180 buffer=buffered\n"
+                                 "x drive-move by=60 velocity=360 buffer=buffered\nwait x\n", line=PROBING)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("script: axis x: drive_move_absolute to 90 deg, velocity 180 deg/s, buffered\n", result.stderr)
+        places = self.positions("x")
+        farthest = places.index(max(places))
+        self.assertAlmostEqual(places[farthest], 200, delta=1)
+        self.assertAlmostEqual(min(places[farthest:]), 90, delta=1)
+        self.assertAlmostEqual(places[-1], 150, delta=1)
+
     def test_reversed_axis_counts_against_its_drive(self):
         script = "x move 0\nwait x\nx drive-move 90\nwait x\n"
         pages = {}
@@ -420,6 +431,11 @@ class Hand(ProgramTest):
         moved = self.axis("x", "drive-move", "90", "--velocity", "360deg/s", "--json")
         self.assertEqual(moved.returncode, 0, moved.stderr)
         self.assertAlmostEqual(self.one_document(moved.stdout)["axes"][0]["position"], 90, delta=2)
+        self.assertEqual(self.axis("x", "drive-move", "180", "--velocity", "90deg/s", "--no-wait").returncode, 0)
+        followed = self.axis("x", "drive-move", "150", "--buffer", "buffered", "--take-over", "--json")
+        self.assertEqual(followed.returncode, 0, followed.stderr)
+        self.assertAlmostEqual(self.one_document(followed.stdout)["axes"][0]["position"], 150, delta=2)
+        self.check_refused(self.axis("x", "drive-move", "1", "--buffer", "blending_low"), 2, "aborting, buffered are possible")
         jog = self.start("axis", "x", "drive-jog", "60rpm", log="jog.log")
         self.wait_for_state("x", "ContinuousMotion")
         self.wait_for("pv", lambda: self.status()["x"]["mode"] == "pv")

@@ -151,6 +151,10 @@ TEST(AxisWords, DrivesMoveByThemselves) {
   EXPECT_DOUBLE_EQ(request.acceleration, 10.0 * kDegree);
   EXPECT_DOUBLE_EQ(request.deceleration, 20.0 * kDegree);
   EXPECT_EQ(read(rotary(), "drive-move by=-1rev").command, AxisCommand::kDriveMoveRelative);
+  EXPECT_EQ(read(rotary(), "drive-move 90 buffer=buffered").buffer, BufferMode::kBuffered);
+  EXPECT_EQ(refusal(rotary(), "drive-move 90 buffer=blending_low"),
+            "buffer \"blending_low\": aborting, buffered are possible");
+  EXPECT_EQ(refusal(rotary(), "drive-jog 9 buffer=buffered"), "axis x: drive-jog: \"buffer=\" does not belong there");
   request = read(rotary(), "drive-jog -60rpm deceleration=20");
   EXPECT_EQ(request.command, AxisCommand::kDriveMoveVelocity);
   EXPECT_DOUBLE_EQ(request.target, -2.0 * std::numbers::pi);

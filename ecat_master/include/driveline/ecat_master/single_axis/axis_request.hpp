@@ -42,6 +42,12 @@ enum class AxisCommand : std::uint8_t {
   return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
 }
 
+/// A motion with a target, at which it ends. \rtsafe
+[[nodiscard]] constexpr bool leads_to_position(AxisCommand command) noexcept {
+  return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveRelative ||
+         command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
+}
+
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
 enum class BufferMode : std::uint8_t {
   kAborting,          ///< at once, replacing it and all that wait
@@ -52,10 +58,15 @@ enum class BufferMode : std::uint8_t {
   kBlendingHigh,      ///< at the higher velocity of the two
 };
 
+/// The end of the motion before is passed at a velocity. \rtsafe
+[[nodiscard]] constexpr bool blends(BufferMode mode) noexcept {
+  return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
+}
+
 /// A request to an axis, in SI units: rad or m, Nm or N. Copied as bytes through rings.
 struct AxisRequest {
   AxisCommand command = AxisCommand::kHalt;   ///< what is asked
-  BufferMode buffer = BufferMode::kAborting;  ///< of motions
+  BufferMode buffer = BufferMode::kAborting;  ///< of motions; positions by the drive: kAborting, kBuffered
   bool on = true;                             ///< kPower
   std::int8_t mode = 8;                       ///< kSetMode: 6060h, 8 to 10; 7 from 8, and back, where the drive has it
   double target = 0.0;                        ///< position, distance, velocity, torque or factor

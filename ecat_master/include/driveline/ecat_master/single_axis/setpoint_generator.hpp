@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "driveline/trajectory/profile.hpp"
 #include "driveline/trajectory/profile_limits.hpp"
 #include "driveline/trajectory/setpoint.hpp"
@@ -21,16 +23,22 @@ class SetpointGenerator {
   /// To a velocity, and on at it. False as above.
   [[nodiscard]] bool to_velocity(double velocity, const trajectory::ProfileLimits& limits) noexcept;
 
+  /// What follows the way to the aim that was given last, beginning where that ends; another aim takes it away.
+  void go_on_with(const trajectory::Profile& next) noexcept { next_ = next; }
+  /// Something follows, and has not begun.
+  [[nodiscard]] bool goes_on() const noexcept { return next_.has_value(); }
+
   /// The setpoint one step later. \rtsafe
   const trajectory::AxisSetpoint& advance(double period_s) noexcept;
-  /// The aim is reached. \rtsafe
-  [[nodiscard]] bool finished() const noexcept { return profile_.finished(elapsed_s_); }
+  /// The aim is reached, that of what follows, if there is something. \rtsafe
+  [[nodiscard]] bool finished() const noexcept { return !next_ && profile_.finished(elapsed_s_); }
 
  private:
   void take(const trajectory::Profile& profile) noexcept;
 
   trajectory::AxisSetpoint state_{};
   trajectory::Profile profile_{};
+  std::optional<trajectory::Profile> next_{};
   double elapsed_s_ = 0.0;
 };
 

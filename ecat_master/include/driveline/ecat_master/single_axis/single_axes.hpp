@@ -120,6 +120,7 @@ class SingleAxes final : public MotionControl {
 
   void take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
   void hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept;
+  [[nodiscard]] std::size_t plan_waiting(std::size_t most) noexcept;
   void advance() noexcept;
   void advance(Feed& feed) noexcept;
   [[nodiscard]] static bool followed(const Feed& feed) noexcept;
@@ -139,6 +140,7 @@ class SingleAxes final : public MotionControl {
   std::vector<FeedPlace> feed_of_;  ///< by axis
   std::vector<std::unique_ptr<Gantry>> gantries_;
   std::vector<MasterSignal*> signals_;
+  std::size_t turn_ = 0;  ///< axis that is asked first whether it is due
 };
 
 }  // namespace driveline::ecat_master

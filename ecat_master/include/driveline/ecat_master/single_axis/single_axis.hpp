@@ -25,7 +25,8 @@ namespace driveline::ecat_master {
 /// One axis that is commanded by itself: the states of PLCopen part 1, its requests, and the setpoints that follow from
 /// them. Belongs to the cycle; everything but the constructor is \rtsafe.
 ///
-/// In each cycle: read_inputs(), begin_cycle(), take() for each request, advance(), write_outputs().
+/// In each cycle: read_inputs(), begin_cycle(), plan_in_turn() if it is due(), take() for each request, advance(),
+/// write_outputs().
 class SingleAxis {
  public:
   /// Settings of all axes.
@@ -42,7 +43,7 @@ class SingleAxis {
     std::chrono::nanoseconds target_timeout = std::chrono::minutes{2};   ///< until it is at a target it goes to itself
   };
 
-  /// Motions that may wait behind the one under way.
+  /// Motions that may wait behind the one under way, and movements of the drive behind the one that it holds.
   static constexpr std::size_t kWaiting = 8;
 
   /// `axis` and `table` must outlive it.
@@ -52,6 +53,10 @@ class SingleAxis {
   void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept;
   /// What has become of the setpoint of the last cycle, and of the drive. `took`: the exchange.
   void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
+  /// A motion has to be planned, and nothing is lost but time if that is done in a later cycle.
+  [[nodiscard]] bool due() const noexcept { return due_ != Due::kNone; }
+  /// What is due().
+  void plan_in_turn() noexcept;
   /// A request of this cycle.
   void take(std::uint64_t id, const AxisRequest& request) noexcept;
   /// The axis has a feed that it may follow, and that keeps its software limits or not. Before the cycle starts.
@@ -116,6 +121,8 @@ class SingleAxis {
   [[nodiscard]] double on_top() const noexcept { return on_top_.state().position; }
   /// AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
+  /// How often the way of a motion has been planned, which is what takes time in a cycle.
+  [[nodiscard]] std::uint64_t planned() const noexcept { return planned_; }
   /// The drive as an axis.
   [[nodiscard]] const Axis& axis() const noexcept { return *axis_; }
 
@@ -144,6 +151,12 @@ class SingleAxis {
     kSearching,  ///< on its way, until the event or the end of the distance
     kReturning,  ///< to the place of the event
   };
+  /// What is to be planned when the axis has its turn.
+  enum class Due : std::uint8_t {
+    kNone,
+    kNext,     ///< the motion under way has ended, the next one begins
+    kPassage,  ///< the end of the motion under way may be passed at a velocity
+  };
   /// What leads an axis under kTorque.
   enum class Torque : std::uint8_t {
     kNone,
@@ -156,12 +169,17 @@ class SingleAxis {
     AxisRequest request{};
     double target = 0.0;  ///< of a motion to a position, as the drive counts; set when it begins
   };
+  /// How the end of a motion is passed.
+  struct Passage {
+    double velocity = 0.0;         ///< with its sign
+    trajectory::Profile way_on{};  ///< of the next motion from there, to rest
+  };
 
   // Requests.
   [[nodiscard]] AxisError refusal(const AxisRequest& request) const noexcept;
-  [[nodiscard]] AxisError refusal_by_state(AxisCommand command) const noexcept;
+  [[nodiscard]] AxisError refusal_by_state(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_by_numbers(const AxisRequest& request) const noexcept;
-  [[nodiscard]] AxisError refusal_by_drive(AxisCommand command) const noexcept;
+  [[nodiscard]] AxisError refusal_by_drive(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_of_torque(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_of_profile(const AxisRequest& request) const noexcept;
   [[nodiscard]] AxisError refusal_of_probe(const AxisRequest& request) const noexcept;
@@ -179,6 +197,7 @@ class SingleAxis {
   void take_halt_superimposed(std::uint64_t id) noexcept;
   void finish(std::uint64_t& id, RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
   void finish_move(RequestPhase phase, AxisError error = AxisError::kNone) noexcept;
+  [[nodiscard]] bool keep_waiting(const Move& move) noexcept;
   void drop_waiting(AxisError error) noexcept;
 
   // Motions.
@@ -189,12 +208,14 @@ class SingleAxis {
   [[nodiscard]] bool plan_position(const Move& move) noexcept;
   [[nodiscard]] bool plan_rest() noexcept;
   [[nodiscard]] double passing_velocity(const Move& move, const Move& next) const noexcept;
-  [[nodiscard]] bool passes(const Move& move, const Move& next, double velocity) const noexcept;
-  [[nodiscard]] double end_velocity(const Move& move) const noexcept;
+  [[nodiscard]] std::optional<trajectory::Profile> way_behind(const Move& move, const Move& next,
+                                                              double velocity) const noexcept;
+  [[nodiscard]] std::optional<Passage> passage_of(const Move& move) const noexcept;
   [[nodiscard]] double velocity_of(const AxisRequest& request) const noexcept;
-  [[nodiscard]] double jerk_of(const AxisRequest& request) const noexcept;
+  [[nodiscard]] double jerk_of(const AxisRequest& request, const trajectory::AxisSetpoint& now) const noexcept;
   [[nodiscard]] double target_of(const AxisRequest& request, double position, double last_target) const noexcept;
-  [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way) const noexcept;
+  [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way,
+                                                    const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
   [[nodiscard]] double most_acceleration() const noexcept;
   void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
@@ -220,7 +241,11 @@ class SingleAxis {
   [[nodiscard]] double velocity_below() noexcept;
   [[nodiscard]] bool run_at(double velocity) noexcept;
   void tell_velocity() noexcept;
-  void go_on() noexcept;
+  void tell_reached() noexcept;
+  void end_motion() noexcept;
+  void pass_end() noexcept;
+  void begin_next() noexcept;
+  [[nodiscard]] Move take_waiting() noexcept;
 
   // What the drive does by itself.
   void enter(ByDrive phase) noexcept;
@@ -235,13 +260,18 @@ class SingleAxis {
   void leave_drive_mode() noexcept;
   void end_by_drive() noexcept;
   void drop_by_drive(AxisError error) noexcept;
-  [[nodiscard]] std::chrono::nanoseconds driven_for() const noexcept;
+  [[nodiscard]] std::chrono::nanoseconds time_since(std::int64_t cycle) const noexcept;
   /// The setpoints of the master have no effect.
   [[nodiscard]] bool drive_moves() const noexcept {
     return by_drive_ > ByDrive::kEntering && by_drive_ < ByDrive::kLeaving;
   }
   [[nodiscard]] bool homes() const noexcept { return drive_command_ == AxisCommand::kHome; }
   [[nodiscard]] double drive_target_of(const AxisRequest& request) const noexcept;
+  [[nodiscard]] bool waits_for_drive(const AxisRequest& request) const noexcept;
+  void begin_profile(const Move& move) noexcept;
+  void give_to_drive(const Move& move) noexcept;
+  void give_next_to_drive() noexcept;
+  void begin_next_in_drive() noexcept;
   void start_profile() noexcept;
   void judge_profile() noexcept;
   void begin_torque() noexcept;
@@ -320,7 +350,8 @@ class SingleAxis {
   trajectory::AxisSetpoint drive_target_{};  ///< of its profile generator
   ProfileHandshake profile_{};
   HomingHandshake handshake_{};
-  std::int64_t drive_since_ = 0;  ///< cycle, of the phase
+  std::int64_t drive_since_ = 0;  ///< cycle, of the phase, or of a target of several
+  std::int64_t given_since_ = 0;  ///< cycle, of the last target
   std::int64_t still_since_ = 0;  ///< cycle
   Torque torque_ = Torque::kNone;
   std::int64_t torque_since_ = 0;  ///< cycle
@@ -347,6 +378,7 @@ class SingleAxis {
   std::uint64_t reset_request_ = 0;
   std::uint64_t mode_request_ = 0;
   std::uint64_t drive_request_ = 0;
+  std::uint64_t drive_next_ = 0;  ///< the drive holds its target, and begins when the one under way is reached
   std::uint64_t superimposed_request_ = 0;
   std::uint64_t probe_request_ = 0;
   AxisRequest probed_{};          ///< what it has asked for
@@ -357,6 +389,8 @@ class SingleAxis {
   std::optional<Move> active_{};
   std::array<Move, kWaiting> waiting_{};
   std::size_t waiting_count_ = 0;
+  Due due_ = Due::kNone;
+  std::uint64_t planned_ = 0;
 };
 
 }  // namespace driveline::ecat_master
