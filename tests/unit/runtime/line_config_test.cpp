@@ -121,7 +121,8 @@ TEST(LineConfig, AnAxisCountsAsItsDriveOrAgainstIt) {
 }
 
 TEST(LineConfig, LaunchTimesArriveInMicroseconds) {
-  EXPECT_EQ(parsed("[bus]\nlaunch_ahead_us = 31.25\n[[slave]]\nname = \"x\"\n").launch_ahead, std::chrono::nanoseconds{31'250});
+  EXPECT_EQ(parsed("[bus]\nlaunch_ahead_us = 31.25\n[[slave]]\nname = \"x\"\n").launch_ahead,
+            std::chrono::nanoseconds{31'250});
   EXPECT_EQ(parsed("[[slave]]\nname = \"x\"\n").launch_ahead, std::nullopt);
 }
 
