@@ -24,7 +24,7 @@ constexpr const char* kPortFile = "/dev/shm/fastrtps_port";
 /// Whose the file is decides, not who may write to it: root may, but its own segment no other reader opens for writing.
 bool is_of_own_user(const Locator& port) {
   struct stat facts {};
-  return ::stat((kPortFile + std::to_string(port.port)).c_str(), &facts) == 0 && facts.st_uid == ::geteuid();
+  return ::lstat((kPortFile + std::to_string(port.port)).c_str(), &facts) == 0 && facts.st_uid == ::geteuid();
 }
 
 /// Does what the transport of Fast DDS does, but for what it knows of others and tells of itself.
