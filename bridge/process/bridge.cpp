@@ -16,6 +16,7 @@
 
 #include "confinement.hpp"
 #include "feed_config.hpp"
+#include "left_segments.hpp"
 
 namespace driveline::bridge {
 namespace {
@@ -30,6 +31,10 @@ constexpr unsigned kFarewellSeconds = 5;
 constexpr std::chrono::seconds kStandsStill{1};
 /// Longest message to the supervisor.
 constexpr std::size_t kLongestMessage = 500;
+/// Said where shared memory takes system calls on files, and the kernel cannot say on which.
+constexpr std::string_view kNoLimits =
+    "shared memory: this kernel has no Landlock (Linux 5.13), so the bridge may open all files of its user, not only "
+    "those in /dev/shm";
 /// Bytes of profiles.
 constexpr std::size_t kMostProfiles = 1U << 20;
 
@@ -94,9 +99,19 @@ std::string Bridge::set_up() {
     if (!condition) return describe(condition.error());
     condition_.emplace(*std::move(condition));
   }
-  if (auto wrong = give_up_privileges(description.realtime_cpu); !wrong.empty()) return wrong;
+  if (options_.user && ::geteuid() != 0 && ::geteuid() != options_.user->user) {
+    return "only root becomes user " + std::to_string(options_.user->user);
+  }
+  if (auto wrong = give_up_privileges(description.realtime_cpu, options_.user.value_or(Identity{})); !wrong.empty()) {
+    return wrong;
+  }
   // After the change of user, which resets it.
   if (options_.supervisor >= 0) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  const bool shared_memory = description.shared_memory != 0;
+  if (shared_memory) {
+    files_ = limit_files_to_shared_memory();
+    remove_left_segments();
+  }
   auto config = config_of(description);
   if (options_.security >= 0) config.security = security_of(options_.security);
   if (options_.qos >= 0) config.profiles = {content_of(options_.qos), options_.qos_file};
@@ -108,7 +123,7 @@ std::string Bridge::set_up() {
     if (!relay) return describe(relay.error());
     commands_ = *std::move(relay);
   }
-  return filter_system_calls();
+  return filter_system_calls(shared_memory);
 }
 
 std::string Bridge::run() {
@@ -116,7 +131,8 @@ std::string Bridge::run() {
     say('F', wrong);
     return wrong;
   }
-  say('R', {});
+  const bool no_limits = files_ == FileLimits::kNone;
+  say('R', no_limits ? kNoLimits : std::string_view{});
   bool more = false;
   bool told = false;
   while (!told && !stop_.load(std::memory_order_relaxed) && (more || status_.ended == 0)) {

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "command_relay.hpp"
+#include "confinement.hpp"
 #include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/snapshot/feed/feed_condition.hpp"
 #include "driveline/snapshot/feed/feed_reader.hpp"
@@ -43,6 +44,7 @@ class Bridge {
   std::optional<snapshot::FeedReturnWriter> return_;
   std::unique_ptr<DdsPublisher> publisher_;
   std::unique_ptr<CommandRelay> commands_;  ///< none: it takes no commands
+  std::optional<FileLimits> files_;         ///< none: it opens no files at all
   snapshot::FeedStatus status_;
   snapshot::DrainCounters counters_;
   /// Counts of the bridge before this one, where nobody has added them up meanwhile: a supervisor does, and begins

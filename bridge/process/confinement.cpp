@@ -16,7 +16,6 @@
 namespace driveline::bridge {
 namespace {
 
-constexpr unsigned kNobody = 65534;
 constexpr rlim_t kMostMemory = 256U << 20;
 constexpr rlim_t kMostFiles = 64;
 /// Of the threads of Fast DDS, which would have 8 MiB each.
@@ -35,12 +34,13 @@ void become_ordinary(int realtime_cpu) {
   if (CPU_COUNT(&cpus) > 0) static_cast<void>(::sched_setaffinity(0, sizeof(cpus), &cpus));
 }
 
-/// Root becomes nobody. Anybody else stays who he is: that is no privilege.
-std::string give_up_user() {
+/// Root becomes somebody else. Anybody else stays who he is: that is no privilege.
+std::string give_up_user(const Identity& identity) {
   if (::geteuid() != 0 && ::getuid() != 0) return {};
+  const auto& [user, group] = identity;
   if (::setgroups(0, nullptr) != 0) return failed("the groups of root cannot be given up");
-  if (::setresgid(kNobody, kNobody, kNobody) != 0) return failed("the group of root cannot be given up");
-  if (::setresuid(kNobody, kNobody, kNobody) != 0) return failed("root cannot be given up");
+  if (::setresgid(group, group, group) != 0) return failed("the group of root cannot be given up");
+  if (::setresuid(user, user, user) != 0) return failed("root cannot be given up");
   return {};
 }
 
@@ -74,13 +74,14 @@ void make_thread_stacks_small() {
 
 }  // namespace
 
-std::string give_up_privileges(int realtime_cpu) {
+std::string give_up_privileges(int realtime_cpu, Identity identity) {
   become_ordinary(realtime_cpu);
   for (unsigned capability = 0; ::prctl(PR_CAPBSET_READ, capability) >= 0; ++capability) {
     // The bounding set can be made smaller by CAP_SETPCAP alone; without, there is nothing to be gained from it.
     static_cast<void>(::prctl(PR_CAPBSET_DROP, capability));
   }
-  for (auto* const step : {give_up_user, give_up_capabilities, limit_resources}) {
+  if (auto wrong = give_up_user(identity); !wrong.empty()) return wrong;
+  for (auto* const step : {give_up_capabilities, limit_resources}) {
     if (auto wrong = step(); !wrong.empty()) return wrong;
   }
   make_thread_stacks_small();

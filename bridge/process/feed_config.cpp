@@ -65,6 +65,7 @@ DdsConfig config_of(const snapshot::FeedDescription& description) {
   config.line_name = description.line.view();
   config.partition = description.partition.view();
   config.ros2 = description.ros2 != 0;
+  config.shared_memory = description.shared_memory != 0;
   config.virtual_time = description.virtual_time != 0;
   config.slaves = description.slaves;
   config.cycle_period = std::chrono::nanoseconds{std::max<std::int64_t>(description.period_ns, 0)};

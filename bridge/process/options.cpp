@@ -8,8 +8,9 @@ namespace driveline::bridge {
 
 const char* const kHelp =
     "usage: driveline-bridge --process P [--qos-fd N] [--qos-file NAME] [--security-fd N]\n"
+    "                        [--user U:G]\n"
     "       driveline-bridge --feed-fd N [--condition-fd N] [--return-fd N] [--commands-fd N] [--security-fd N]\n"
-    "                        [--qos-fd N] [--qos-file NAME] [--supervisor-fd N]\n"
+    "                        [--qos-fd N] [--qos-file NAME] [--user U:G] [--supervisor-fd N]\n"
     "Publishes a drive line over DDS. `driveline run` starts it and keeps it running, in the second form, unless the\n"
     "line description has `bridge = \"service\"` in [telemetry].\n"
     "  --process P        the feed of the line that process P runs, and its counts; root opens them, and P's own user\n"
@@ -21,9 +22,37 @@ const char* const kHelp =
     "                     governance and permissions of DDS Security\n"
     "  --qos-fd N         inherited descriptor of an XML file with profiles of Fast DDS for the writers\n"
     "  --qos-file NAME    what that file is called in messages\n"
+    "  --user U:G         the user and the group, as numbers, that it becomes where root starts it; nobody otherwise\n"
     "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
     "  --help             this text\n"
     "Without --supervisor-fd it ends with the line, or by SIGTERM.\n";
+
+namespace {
+
+/// The highest number of a user or a group. The one after it means none.
+constexpr unsigned kLastNumber = 0xFFFF'FFFEU;
+
+/// All of `text`; none: it is no number of a user or a group, or that of root.
+std::optional<unsigned> number_of(std::string_view text) {
+  unsigned value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || value == 0 || value > kLastNumber) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+/// Of "1000:1000".
+std::optional<Identity> identity_of(std::string_view text) {
+  const auto colon = text.find(':');
+  if (colon == std::string_view::npos) return std::nullopt;
+  const auto user = number_of(text.substr(0, colon));
+  const auto group = number_of(text.substr(colon + 1));
+  if (!user || !group) return std::nullopt;
+  return Identity{*user, *group};
+}
+
+}  // namespace
 
 Options read_options(int count, const char* const* arguments) {
   Options options;
@@ -40,6 +69,12 @@ Options read_options(int count, const char* const* arguments) {
       }
       options.qos_file = arguments[i];
       continue;
+    }
+    if (name == "--user") {
+      options.user = identity_of(++i < count ? arguments[i] : "");
+      if (options.user) continue;
+      options.problem = "--user needs the numbers of a user and of a group, 1000:1000, and neither is 0";
+      return options;
     }
     int* const value = name == "--feed-fd"         ? &options.feed
                        : name == "--return-fd"     ? &options.counts

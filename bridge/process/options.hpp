@@ -1,6 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <string>
+
+#include "confinement.hpp"
 
 namespace driveline::bridge {
 
@@ -15,6 +18,7 @@ struct Options {
   int qos = -1;                          ///< profiles of Fast DDS for the writers; -1: they have their own
   std::string qos_file{"QoS profiles"};  ///< what the file of the profiles is called in messages
   int supervisor = -1;                   ///< socket whose end is its own; -1: it ends with the feed, or by SIGTERM
+  std::optional<Identity> user;          ///< whom it becomes where root starts it; none: nobody
   int process = -1;                      ///< whose feed is published in place of inherited descriptors; -1: none
   bool help = false;
   std::string problem;  ///< with the command line; empty: none

@@ -1,5 +1,5 @@
 // The system calls of a bridge that publishes: what Fast DDS does with sockets and time, memory, and the end. Nothing
-// that opens a file, starts a program, or reaches another process.
+// that opens a file (but for shared memory, where it is asked for), starts a program, or reaches another process.
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -105,6 +105,15 @@ constexpr unsigned kAllowed[] = {
 #endif
 };
 
+/// What shared memory takes beside: a port that is opened when its reader has come, made again where its reader has
+/// died, and removed; the mutex of its name, which glibc makes under another one first. What is mapped is no file here.
+constexpr unsigned kAllowedOnFiles[] = {
+    SYS_openat, SYS_ftruncate, SYS_fchmod, SYS_flock, SYS_newfstatat, SYS_linkat, SYS_unlinkat,
+#ifdef __x86_64__
+    SYS_link,   SYS_unlink,
+#endif
+};
+
 /// Nobody calls these by mistake.
 constexpr unsigned kFatal[] = {
     SYS_execve,      SYS_execveat,     SYS_ptrace, SYS_process_vm_readv, SYS_process_vm_writev,
@@ -154,7 +163,7 @@ void allow_bits(Program& program, unsigned number, std::size_t index, unsigned m
   answer(program, kDeny);
 }
 
-Program make_program() {
+Program make_program(bool shared_memory) {
   constexpr unsigned kExecutable = 4;  // PROT_EXEC
   const auto self = static_cast<unsigned>(::getpid());
   Program program;
@@ -166,6 +175,9 @@ Program make_program() {
   // glibc takes clone() where there is no clone3(), whose flags a filter cannot see.
   answer_if(program, SYS_clone3, SECCOMP_RET_ERRNO | ENOSYS);
   for (const unsigned number : kAllowed) answer_if(program, number, SECCOMP_RET_ALLOW);
+  if (shared_memory) {
+    for (const unsigned number : kAllowedOnFiles) answer_if(program, number, SECCOMP_RET_ALLOW);
+  }
   allow_bits(program, SYS_clone, 0, CLONE_THREAD, true);
   allow_bits(program, SYS_mmap, 2, kExecutable, false);
   allow_bits(program, SYS_mprotect, 2, kExecutable, false);
@@ -183,9 +195,9 @@ Program make_program() {
 
 }  // namespace
 
-std::string filter_system_calls() {
+std::string filter_system_calls(bool shared_memory) {
   if (kSanitized) return {};
-  auto instructions = make_program();
+  auto instructions = make_program(shared_memory);
   const sock_fprog program{static_cast<unsigned short>(instructions.size()), instructions.data()};
   // For all threads: those of Fast DDS run already.
   const long done = ::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &program);

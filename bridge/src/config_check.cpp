@@ -78,6 +78,9 @@ Check check_scalars(const DdsConfig& config) {
   if (config.decimation == 0 || config.batch_rate.cycles == 0) {
     return tl::unexpected(DdsNoDecimation{});
   }
+  if (config.shared_memory && config.security) {
+    return tl::unexpected(DdsSecureSharedMemory{});
+  }
   if (config.status_topic.empty() || config.axis_topic == config.status_topic) {
     return tl::unexpected(DdsTopicNames{config.axis_topic, config.status_topic});
   }

@@ -2,7 +2,6 @@
 
 #include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <algorithm>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -18,6 +17,7 @@
 #include "joint_states.hpp"
 #include "qos_profiles.hpp"
 #include "ros2PubSubTypes.h"
+#include "shared_memory.hpp"
 #include "writer_qos.hpp"
 
 namespace driveline::bridge {
@@ -32,7 +32,6 @@ using eprosima::fastrtps::rtps::Locator_t;
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr const char* kDiscoveryMulticast = "239.255.0.1";  // RTPS 2.2, 9.6.1.4.1
 constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants of one machine found without multicast
-constexpr std::uint32_t kSharedMemorySegment = 256 * 1024;  // bytes
 const Duration_t kFarewell{0, 300'000'000};                 // how long the last status may take to arrive
 
 Locator_t peer_locator(const std::string& address) {
@@ -98,9 +97,7 @@ dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(udp);
   if (config.shared_memory) {
-    auto shared_memory = std::make_shared<rtps::SharedMemTransportDescriptor>();
-    shared_memory->segment_size(kSharedMemorySegment);
-    qos.transport().user_transports.push_back(shared_memory);
+    qos.transport().user_transports.push_back(shared_memory_to_own_user());
   }
   if (config.discovery_server) {
     ask(*config.discovery_server, qos.wire_protocol().builtin.discovery_config);

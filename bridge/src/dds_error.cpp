@@ -56,6 +56,9 @@ struct Sentence {
   std::string operator()(const DdsBadProfiles& error) const {
     return error.file + (error.line > 0 ? ":" + std::to_string(error.line) : "") + ": " + error.reason + ".";
   }
+  std::string operator()(const DdsSecureSharedMemory& /*error*/) const {
+    return "Shared memory has not been tried with DDS Security; leave one of them out.";
+  }
 };
 
 }  // namespace

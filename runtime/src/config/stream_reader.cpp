@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <grp.h>
-#include <pwd.h>
 #include <sys/types.h>
 
 #include <algorithm>
@@ -11,6 +10,8 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+
+#include "config/machine_user.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -32,13 +33,9 @@ std::optional<unsigned> number_in(std::string_view text) {
 }
 
 uid_t user_of(const TomlReader& reader, const std::string& name) {
-  if (const auto number = number_in(name)) return *number;
-  passwd entry{};
-  passwd* found = nullptr;
-  std::array<char, 4096> texts{};
-  ::getpwnam_r(name.c_str(), &entry, texts.data(), texts.size(), &found);
-  if (found == nullptr) reader.fail("users", fmt::format("there is no user \"{}\" on this machine", name));
-  return found->pw_uid;
+  const auto found = find_user(name);
+  if (!found) reader.fail("users", fmt::format("there is no user \"{}\" on this machine", name));
+  return found->user;
 }
 
 gid_t group_of(const TomlReader& reader, const std::string& name) {

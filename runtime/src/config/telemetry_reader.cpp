@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/machine_user.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
 
 namespace driveline::runtime {
@@ -163,6 +164,17 @@ void read_discovery_server(TomlReader& reader, TelemetryConfig& telemetry) {
   telemetry.discovery_server = std::move(server);
 }
 
+MachineUser read_user(TomlReader& reader) {
+  const auto name = reader.text("user");
+  const auto found = find_user(name);
+  if (!found) reader.fail("user", fmt::format("there is no user \"{}\" on this machine", name));
+  if (found->user == 0 || found->group == 0) {
+    reader.fail("user",
+                fmt::format("is \"{}\", but what reads a network is not to be root: another user is expected", name));
+  }
+  return *found;
+}
+
 }  // namespace
 
 TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& folder,
@@ -178,11 +190,19 @@ TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& f
   read_peers(reader, telemetry);
   read_discovery_server(reader, telemetry);
   telemetry.ros2 = reader.boolean_or("ros2", false);
+  telemetry.shared_memory = reader.boolean_or("shared_memory", false);
+  if (reader.has("user")) telemetry.user = read_user(reader);
   if (reader.has("security")) telemetry.security = folder / reader.text("security");
+  if (telemetry.security && telemetry.shared_memory) {
+    reader.fail("shared_memory", "has not been tried with DDS Security: leave it or security out");
+  }
   if (reader.has("qos_profiles")) telemetry.qos_profiles = folder / reader.text("qos_profiles");
   for (const auto* key : {"security", "qos_profiles"}) {
     if (!telemetry.service || !reader.has(key)) continue;
     reader.fail(key, "is for the bridge that run starts; with bridge = \"service\" the service hands its files over");
+  }
+  if (telemetry.service && telemetry.user) {
+    reader.fail("user", "is for the bridge that run starts; with bridge = \"service\" the service says who it is");
   }
   read_rates(reader.table("rates"), period, telemetry);
   const auto axis = static_cast<std::size_t>(FeedTopic::kAxisTelemetry);

@@ -17,6 +17,10 @@ std::string EventSentence::operator()(const events::BridgeBack& facts) const {
   return fmt::format("telemetry: bridge runs again (process {})", facts.process);
 }
 
+std::string EventSentence::operator()(const events::BridgeRemark& facts) const {
+  return fmt::format("telemetry: {}", facts.text);
+}
+
 std::string EventSentence::operator()(const events::BridgeUnbelieved& /*facts*/) const {
   return "telemetry: the counts of the bridge cannot be, and are left out";
 }

@@ -79,6 +79,7 @@ class LineRun {
   [[nodiscard]] Result<void> check_commands() const;
   [[nodiscard]] std::string_view joint_owner() const noexcept;
   [[nodiscard]] Result<void> start_bridge();
+  [[nodiscard]] Result<void> set_bridge_user(BridgeSupervisor::Settings& settings) const;
   [[nodiscard]] Result<void> copy_bridge_files(BridgeSupervisor::Settings& settings);
   [[nodiscard]] Result<void> start_commands();
   [[nodiscard]] Result<void> start_telemetry();

@@ -1,6 +1,9 @@
 // What a run tells others over DDS, and takes from them.
 #include "operation/line_run.hpp"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include "driveline/runtime/files/input_file.hpp"
 #include "telemetry/sealed_copy.hpp"
 #include "telemetry/security_files.hpp"
@@ -35,12 +38,28 @@ Result<void> LineRun::start_bridge() {
     return {};
   }
   BridgeSupervisor::Settings settings{.program = std::move(*program)};
+  if (auto set = set_bridge_user(settings); !set) return set;
   if (auto copied = copy_bridge_files(settings); !copied) return copied;
   if (auto ready = start_commands(); !ready) return ready;
   if (commands_) settings.commands = commands_->descriptors();
   auto started = TelemetryService::start(config_, session_.virtual_time(), std::move(settings));
   if (!started) return tl::unexpected(started.error());
   telemetry_ = std::move(*started);
+  return {};
+}
+
+/// Who is not root starts no process of another user.
+Result<void> LineRun::set_bridge_user(BridgeSupervisor::Settings& settings) const {
+  const auto& user = config_.telemetry.user;
+  if (!user) return {};
+  if (const auto own = ::geteuid(); own != 0 && own != user->user) {
+    return fail(ErrorKind::kSetting,
+                fmt::format("is \"{}\", but this run belongs to user {}, who cannot start the bridge as another: root "
+                            "can, and without this key the bridge belongs to whom the run belongs",
+                            user->name, own),
+                "[telemetry] user");
+  }
+  settings.user = fmt::format("{}:{}", user->user, user->group);
   return {};
 }
 

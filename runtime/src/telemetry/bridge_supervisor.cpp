@@ -68,6 +68,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
     add("--qos-fd", {settings_.qos_profiles});
     arguments.insert(arguments.end(), {"--qos-file", settings_.qos_file});
   }
+  if (!settings_.user.empty()) arguments.insert(arguments.end(), {"--user", settings_.user});
   auto started = HelperProcess::start(settings_.program, std::move(arguments), passed);
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);
@@ -137,6 +138,7 @@ void BridgeSupervisor::take_messages() {
     if (message[0] != std::byte{kReady} || running_) continue;
     running_ = true;
     if (restarts_ > 0) events_.emplace_back(events::BridgeBack{process_.id()});
+    if (message.size() > 1) events_.emplace_back(events::BridgeRemark{printable(message.subspan(1))});
   }
 }
 

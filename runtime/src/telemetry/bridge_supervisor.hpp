@@ -28,6 +28,7 @@ class BridgeSupervisor {
     std::filesystem::path program{};             ///< the bridge; empty: somebody else starts it, and again
     std::vector<int> commands{};                 ///< descriptors of CommandService; empty: it takes no commands
     std::vector<int> security{};                 ///< descriptors of open_security_files(); empty: without
+    std::string user{};                          ///< "1000:1000", whom the bridge becomes; empty: nobody, if it is root
     int qos_profiles = -1;                       ///< descriptor of profiles of Fast DDS; -1: without
     std::string qos_file{};                      ///< what their file is called in messages
     std::chrono::milliseconds first_pause{100};  ///< before a dead one is started again, doubled each time

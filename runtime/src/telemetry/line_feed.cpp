@@ -39,6 +39,7 @@ Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
   description.domain = telemetry.domain;
   description.decimation = telemetry.decimation;
   description.ros2 = telemetry.ros2 ? 1 : 0;
+  description.shared_memory = telemetry.shared_memory ? 1 : 0;
   description.partition.set(telemetry.partition);
   for (std::size_t i = 0; i < telemetry.rates.size(); ++i) {
     const auto& rate = telemetry.rates[i];

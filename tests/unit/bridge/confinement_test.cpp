@@ -9,13 +9,16 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <functional>
+#include <iterator>
 #include <string>
 #include <thread>
 
@@ -98,6 +101,62 @@ TEST(Confinement, RefusesFilesProcessesAndOtherSockets) {
             0);
 }
 
+TEST(Confinement, BecomesTheUserThatItIsTold) {
+  if (::geteuid() != 0) GTEST_SKIP() << "SKIPPED: only root becomes somebody else";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (!give_up_privileges(-1, {1234, 1235}).empty()) ::_exit(90);
+    uid_t users[3] = {};
+    gid_t groups[3] = {};
+    ::getresuid(&users[0], &users[1], &users[2]);
+    ::getresgid(&groups[0], &groups[1], &groups[2]);
+    const auto all = [](const auto& ids, auto id) { return std::count(std::begin(ids), std::end(ids), id) == 3; };
+    ::_exit(all(users, 1234U) && all(groups, 1235U) && ::getgroups(0, nullptr) == 0 ? 0 : 1);
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+/// The same as status_of(), of one that has shared memory; 77: the kernel has no Landlock.
+int status_with_shared_memory(const std::function<int()>& work) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    if (!give_up_privileges(-1).empty()) ::_exit(90);
+    if (limit_files_to_shared_memory() == FileLimits::kNone) ::_exit(77);
+    if (!filter_system_calls(true).empty()) ::_exit(91);
+    ::_exit(work());
+  }
+  int status = -1;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status)) << status;
+  return WEXITSTATUS(status);
+}
+
+TEST(Confinement, WithSharedMemoryReachesFilesThereAndNoOthers) {
+  const auto name = "/dev/shm/driveline-test-" + std::to_string(::getpid());
+  const int made = status_with_shared_memory([&] {
+    struct stat facts {};
+    const int file = ::open(name.c_str(), O_CREAT | O_EXCL | O_RDWR, 0644);
+    return file >= 0 && ::ftruncate(file, 4096) == 0 && ::stat(name.c_str(), &facts) == 0 && ::unlink(name.c_str()) == 0
+               ? 0
+               : 1;
+  });
+  if (made == 77) GTEST_SKIP() << "SKIPPED: this kernel has no Landlock";
+  EXPECT_EQ(made, 0);
+  const auto refused = [](const auto& call) {
+    return status_with_shared_memory([&] { return call() < 0 && (errno == EACCES || errno == EPERM) ? 0 : 1; });
+  };
+  EXPECT_EQ(refused([] { return ::open("/etc/passwd", O_RDONLY); }), 0);
+  EXPECT_EQ(refused([] { return ::open("/tmp", O_RDONLY | O_DIRECTORY); }), 0);
+  EXPECT_EQ(refused([] { return ::open("/tmp/driveline-test", O_CREAT | O_WRONLY, 0600); }), 0);
+  EXPECT_EQ(refused([] { return ::open("/proc/self/mem", O_RDWR); }), 0);
+  EXPECT_EQ(refused([&] { return ::mkdir(name.c_str(), 0700); }), 0);
+  EXPECT_EQ(refused([&] { return ::symlink("/etc/passwd", name.c_str()); }), 0);
+  EXPECT_EQ(refused([] { return ::kill(::getppid(), 0); }), 0);
+  EXPECT_EQ(refused([] { return ::socket(AF_UNIX, SOCK_STREAM, 0); }), 0) << "what is refused without it still is";
+}
+
 TEST(Confinement, EndsWhoeverStartsAProgramOrLooksIntoAnother) {
 #ifdef DRIVELINE_SANITIZED
   GTEST_SKIP() << "SKIPPED: no filter with a sanitizer";
@@ -157,6 +216,16 @@ TEST(BridgeOptions, AreDescriptors) {
     const char* const wrong[] = {"--feed-fd", bad};
     EXPECT_EQ(read_options(2, wrong).problem, "--feed-fd needs the number of a descriptor") << bad;
   }
+  for (const char* const bad : {"", "1000", "0:1000", "1000:0", "1000:1000x", "operator:1000", "4294967295:1"}) {
+    const char* const wrong[] = {"--user", bad};
+    EXPECT_EQ(read_options(2, wrong).problem,
+              "--user needs the numbers of a user and of a group, 1000:1000, and neither is 0")
+        << bad;
+  }
+  const char* const user[] = {"--feed-fd", "4", "--user", "1000:1001"};
+  ASSERT_TRUE(read_options(4, user).user);
+  EXPECT_EQ(read_options(4, user).user->user, 1000U);
+  EXPECT_EQ(read_options(4, user).user->group, 1001U);
   EXPECT_EQ(read_options(0, nullptr).problem, "--process or --feed-fd is missing: what is to be published?");
   const char* const both[] = {"--process", "12", "--return-fd", "7"};
   EXPECT_EQ(read_options(4, both).problem,

@@ -46,6 +46,12 @@ INSTANTIATE_TEST_SUITE_P(
         BadConfig{"NoAxisName", [](DdsConfig& c) { c.axes[0].name.clear(); }, "axis 0 has 0 bytes"},
         BadConfig{"InterfaceByName", [](DdsConfig& c) { c.interfaces = {"eth0"}; }, "interface 'eth0'"},
         BadConfig{"PeerByName", [](DdsConfig& c) { c.peers = {"plc.local"}; }, "peer 'plc.local'"},
+        BadConfig{"SecureSharedMemory",
+                  [](DdsConfig& c) {
+                    c.shared_memory = true;
+                    c.security = DdsSecurity{};
+                  },
+                  "not been tried with DDS Security"},
         // An address of the documentation range (RFC 5737): well formed, but of no interface of this machine.
         BadConfig{"ForeignInterface",
                   [](DdsConfig& c) {

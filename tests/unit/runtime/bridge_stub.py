@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Stands in for driveline-bridge: does what the environment variable BRIDGE_STUB says, a word for each start, the last one
 again and again. `ready`: says that it publishes and waits for its end; `exit`: ends with status 3; `abort`: by signal 6 when
-it has said so; `fail`: says why it cannot; `silent`: says nothing and takes no notice of its end; `garbage`: writes nonsense
+it has said so; `fail`: says why it cannot; `remark`: publishes and says
+so with a remark; `silent`: says nothing and takes no notice of its end; `garbage`: writes nonsense
 into the region for its counts; `count`: tells counts."""
 import mmap
 import os
@@ -41,7 +42,7 @@ if word in ("garbage", "count"):
     else:
         counts[RECORD:RECORD + 40] = struct.pack("<5Q", 1, 3, 2, 1, 1)
 try:
-    line.send(b"R")
+    line.send(b"Ras \x1b[31mnever\n" if word == "remark" else b"R")
 except BrokenPipeError:
     sys.exit(0)  # the test is over
 if word == "abort":

@@ -102,6 +102,16 @@ TEST_F(BridgeSupervisorTest, WhatTheBridgeSaysOfItsStartIsTheErrorOfTheStart) {
   EXPECT_EQ(describe(started.error()), "telemetry: no  [31mway ") << "without control characters";
 }
 
+TEST_F(BridgeSupervisorTest, WhatTheBridgeRemarksIsToldWithoutControlCharacters) {
+  make("remark", {.user = "1000:1001"});
+  ASSERT_TRUE(supervisor_->start());
+  EXPECT_TRUE(supervisor_->running());
+  const auto events = supervisor_->take_events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(describe(Event{events[0]}), "telemetry: as  [31mnever ");
+  EXPECT_THAT(starts(), ElementsAre(HasSubstr("--user 1000:1001")));
+}
+
 TEST_F(BridgeSupervisorTest, AProgramThatIsNotThereIsAnError) {
   BridgeSupervisor::Settings settings;
   settings.program = "/nowhere/driveline-bridge";

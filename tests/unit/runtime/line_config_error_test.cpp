@@ -166,7 +166,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[telemetry]\nrate = 2\n"),
                   ":5: [telemetry] rate: unknown key, expected one of: bridge, decimation, discovery_server, domain, "
                   "enabled, "
-                  "interfaces, partition, peers, qos_profiles, rates, ros2, security"},
+                  "interfaces, partition, peers, qos_profiles, rates, ros2, security, shared_memory, user"},
         WrongFile{one_slave("[output]\nplot = false\n"),
                   ":5: [output] plot: unknown key, expected one of: capture, directory, plots"}));
 
@@ -309,7 +309,24 @@ INSTANTIATE_TEST_SUITE_P(
                   "192.168.1.10:11811 are expected"},
         WrongFile{one_slave("[telemetry]\npeers = [\"127.0.0.1\"]\ndiscovery_server = \"127.0.0.1:11811\"\n"),
                   ":5: [telemetry] peers: are not asked where a discovery_server tells who is there: leave one of them "
-                  "out"}));
+                  "out"},
+        WrongFile{one_slave("[telemetry]\nuser = \"nobody-has-this-name\"\n"),
+                  ":5: [telemetry] user: there is no user \"nobody-has-this-name\" on this machine"},
+        WrongFile{one_slave("[telemetry]\nuser = \"\"\n"),
+                  ":5: [telemetry] user: there is no user \"\" on this machine"},
+        WrongFile{one_slave("[telemetry]\nuser = \"4294967295\"\n"),
+                  ":5: [telemetry] user: there is no user \"4294967295\" on this machine"},
+        WrongFile{one_slave("[telemetry]\nuser = \"root\"\n"),
+                  ":5: [telemetry] user: is \"root\", but what reads a network is not to be root: another user is "
+                  "expected"},
+        WrongFile{one_slave("[telemetry]\nuser = \"0\"\n"),
+                  ":5: [telemetry] user: is \"0\", but what reads a network is not to be root: another user is "
+                  "expected"},
+        WrongFile{one_slave("[telemetry]\nbridge = \"service\"\nuser = \"1000\"\n"),
+                  ":6: [telemetry] user: is for the bridge that run starts; with bridge = \"service\" the service says "
+                  "who it is"},
+        WrongFile{one_slave("[telemetry]\nshared_memory = true\nsecurity = \"keys/line1\"\n"),
+                  ":5: [telemetry] shared_memory: has not been tried with DDS Security: leave it or security out"}));
 
 INSTANTIATE_TEST_SUITE_P(
     TelemetryRates, LineConfigError,

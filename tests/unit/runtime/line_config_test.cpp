@@ -46,6 +46,8 @@ TEST(LineConfig, OneNamedSlaveIsEnough) {
   EXPECT_TRUE(config.telemetry.enabled);
   EXPECT_EQ(config.telemetry.domain, 0U);
   EXPECT_FALSE(config.telemetry.ros2);
+  EXPECT_FALSE(config.telemetry.shared_memory);
+  EXPECT_FALSE(config.telemetry.user);
   EXPECT_EQ(config.telemetry.decimation, 8U);
   EXPECT_THAT(config.telemetry.interfaces, testing::ElementsAre("127.0.0.1"));
   EXPECT_EQ(config.output.directory, "out");
@@ -92,6 +94,26 @@ TEST(LineConfig, TelemetryMayHaveADiscoveryServer) {
   ASSERT_TRUE(config.telemetry.discovery_server);
   EXPECT_EQ(config.telemetry.discovery_server->address, "192.0.2.1");
   EXPECT_EQ(config.telemetry.discovery_server->port, 11811);
+}
+
+TEST(LineConfig, TheBridgeMayBelongToAUserWhoHasSharedMemory) {
+  const auto telemetry_of = [](const std::string& user) {
+    return parsed("[[slave]]\nname = \"x\"\n[telemetry]\nshared_memory = true\nuser = \"" + user + "\"\n").telemetry;
+  };
+  const auto by_name = telemetry_of("daemon");
+  EXPECT_TRUE(by_name.shared_memory);
+  ASSERT_TRUE(by_name.user);
+  EXPECT_EQ(by_name.user->user, 1U);
+  EXPECT_EQ(by_name.user->group, 1U);
+  const auto by_number = telemetry_of("1");
+  ASSERT_TRUE(by_number.user);
+  EXPECT_EQ(by_number.user->user, 1U);
+  EXPECT_EQ(by_number.user->group, 1U);
+  // A number that has no name has no group but that of the same number.
+  const auto nameless = telemetry_of("4000000001");
+  ASSERT_TRUE(nameless.user);
+  EXPECT_EQ(nameless.user->user, 4'000'000'001U);
+  EXPECT_EQ(nameless.user->group, 4'000'000'001U);
 }
 
 TEST(LineConfig, AnAxisHasItsRangeInItsUnit) {

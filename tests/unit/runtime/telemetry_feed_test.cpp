@@ -86,6 +86,7 @@ TEST(LineFeed, DescribesTheLine) {
   config.telemetry.domain = 9;
   config.telemetry.decimation = 3;
   config.telemetry.ros2 = true;
+  config.telemetry.shared_memory = true;
   config.telemetry.interfaces = {"127.0.0.1", "192.168.1.10"};
   config.telemetry.partition = "hall2";
   config.telemetry.peers = {"192.168.1.11"};
@@ -103,6 +104,7 @@ TEST(LineFeed, DescribesTheLine) {
   EXPECT_EQ(description->domain, 9U);
   EXPECT_EQ(description->decimation, 3U);
   EXPECT_EQ(description->ros2, 1U);
+  EXPECT_EQ(description->shared_memory, 1U);
   EXPECT_EQ(description->partition.view(), "hall2");
   EXPECT_EQ(description->peers, 1U);
   EXPECT_EQ(description->peer[0].view(), "192.168.1.11");

@@ -103,8 +103,8 @@ struct DdsConfig {
   std::string partition;                               ///< of DDS; empty: the default one
   DdsProfiles profiles;                                ///< of writers
   std::optional<DdsSecurity> security;  ///< none: everybody in the domain reads, and may say that he is somebody else
-  /// Also offer Fast DDS's shared memory. Off, because driveline mostly runs as root: a subscriber of another user may
-  /// not open the segments, yet would be sent nothing over UDP any more.
+  /// To subscribers of Fast DDS on this machine that belong to the same user as this process, also by Fast DDS's shared
+  /// memory; to all others by UDP. Not with `security`.
   bool shared_memory = false;
 };
 

@@ -75,10 +75,13 @@ struct DdsBadProfiles {
   std::string reason;  ///< without a stop
 };
 
+/// Shared memory and DDS Security together, which nobody has tried.
+struct DdsSecureSharedMemory {};
+
 /// Why a line is not published.
-using DdsError =
-    std::variant<DdsNameLength, DdsNoAddress, DdsForeignInterface, DdsTooManyAxes, DdsDomainOutOfRange, DdsNoDecimation,
-                 DdsTopicNames, DdsCannotJoin, DdsNoPublisher, DdsNoWriter, DdsNoReader, DdsBadProfiles>;
+using DdsError = std::variant<DdsNameLength, DdsNoAddress, DdsForeignInterface, DdsTooManyAxes, DdsDomainOutOfRange,
+                              DdsNoDecimation, DdsTopicNames, DdsCannotJoin, DdsNoPublisher, DdsNoWriter, DdsNoReader,
+                              DdsBadProfiles, DdsSecureSharedMemory>;
 
 /// The error as a sentence that names the value that is wrong or the step that failed.
 [[nodiscard]] std::string describe(const DdsError& error);

@@ -34,8 +34,9 @@ using EventFacts = std::variant<
     events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
     events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
     events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
-    events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeUnbelieved, events::CommandsOpen,
-    events::CommandAnswered, events::CommandsUntold, events::CommanderLost, events::CommandsUnbelieved>;
+    events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark, events::BridgeUnbelieved,
+    events::CommandsOpen, events::CommandAnswered, events::CommandsUntold, events::CommanderLost,
+    events::CommandsUnbelieved>;
 
 /// How grave an event is.
 enum class Severity : std::uint8_t {

@@ -26,6 +26,13 @@ struct DiscoveryServer {
   std::uint16_t port = 0;  ///< of UDP, 1 to 65535
 };
 
+/// A user of this machine.
+struct MachineUser {
+  std::string name;         ///< as configured: of the user, or its number
+  std::uint32_t user = 0;   ///< its number
+  std::uint32_t group = 0;  ///< number of its primary group
+};
+
 /// [telemetry] of a line description.
 struct TelemetryConfig {
   /// `enabled` of the file; none: it is left out. A run that was asked for telemetry does not begin without.
@@ -39,6 +46,8 @@ struct TelemetryConfig {
   std::vector<std::string> peers;                       ///< IPv4 addresses of machines that no multicast reaches
   std::optional<DiscoveryServer> discovery_server;      ///< who tells who is there; none: they find each other
   bool ros2 = false;                                    ///< also the ROS 2 topics joint_states and diagnostics
+  bool shared_memory = false;                           ///< also to subscribers of the bridge's own user
+  std::optional<MachineUser> user;                      ///< whom the bridge of a root becomes; none: nobody
   std::optional<std::filesystem::path> security;        ///< folder with the files of DDS Security; none: without
   std::optional<std::filesystem::path> qos_profiles;    ///< profiles of Fast DDS for the writers; none: their own
   std::array<TopicRate, snapshot::kFeedTopics> rates;   ///< by snapshot::FeedTopic

@@ -21,6 +21,10 @@ struct BridgeStopped {
 struct BridgeBack {
   std::int32_t process = 0;  ///< that is the bridge now
 };
+/// The bridge publishes, and has something to say of it.
+struct BridgeRemark {
+  std::string text;  ///< in its own words
+};
 /// The bridge, or who has taken it over, tells counts that cannot be. They are left out.
 struct BridgeUnbelieved {};
 

@@ -70,7 +70,9 @@ struct FeedDescription {
   std::int32_t realtime_cpu = -1;                          ///< CPU of the cycle, which others leave alone; -1: none
   std::uint32_t virtual_time = 0;                          ///< not 0: its time is not that of the machine
   std::uint32_t ros2 = 0;                                  ///< not 0: joint states of ROS 2, too
+  std::uint32_t shared_memory = 0;                         ///< not 0: to readers of the bridge's own user, too
   std::uint32_t slaves = 0;                                ///< for how many the condition has room
+  std::uint32_t reserved = 0;                              ///< 0
   std::int64_t period_ns = 0;                              ///< of the cycle
   std::uint32_t peers = 0;                                 ///< how many addresses of other machines
   std::uint32_t discovery_port = 0;                        ///< of the discovery server; 0: there is none
@@ -162,7 +164,7 @@ struct FeedReturn {
 };
 
 /// Numbers of the regions' contents, and the version of all of them.
-inline constexpr std::uint32_t kFeedVersion = 3;
+inline constexpr std::uint32_t kFeedVersion = 4;
 inline constexpr std::uint32_t kFeedDescriptionContent = 0x4644'4553;  ///< FeedDescription
 inline constexpr std::uint32_t kFeedStatusContent = 0x4653'5441;       ///< FeedStatus
 inline constexpr std::uint32_t kFeedCyclesContent = 0x4643'5943;       ///< FeedLine with its FeedAxisSample
