@@ -7,6 +7,10 @@ namespace {
 /// Until a new zero and the end of a movement have been seen in the positions, too.
 constexpr std::chrono::milliseconds kDriveSettling{5};
 
+constexpr bool is_positioning(AxisCommand command) noexcept {
+  return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveRelative;
+}
+
 }  // namespace
 
 /// The axis has been asked whether it can.
@@ -94,7 +98,7 @@ void SingleAxis::end_by_drive() noexcept {
   if (active_) return replan();
   if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
   // It was asked for when the drive had reached the target before.
-  if (waiting_count_ > 0) begin_profile(take_waiting());
+  if (waiting_count_ > 0 && is_positioning(waiting_[0].request.command)) begin_profile(take_waiting());
 }
 
 /// The drive has lost its power, or stops by itself: its mode comes back when it is off.

@@ -380,7 +380,9 @@ void SingleAxis::arrive() noexcept {
   if (leads_to_position(command) && !(override_ > 0.0)) return;
   if (search_ != Search::kNone && !arrive_in_search()) return;
   if (command != AxisCommand::kStop) return end_motion();
+  // Nothing begins behind a stop that has waited itself.
   finish_move(RequestPhase::kDone);
+  drop_waiting(AxisError::kNone);
 }
 
 void SingleAxis::stay_at(double position) noexcept {

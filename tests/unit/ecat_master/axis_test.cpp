@@ -224,6 +224,7 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   const double step = kVelocity * period_s;
   const double most = 0.5 * settings.limits.max_acceleration * period_s * period_s * (1.0 + 1e-9);
   constexpr double kSlower = 9.9;
+  constexpr int kCycles = 400;
   bench.axis.read_inputs(inputs("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186"), true);  // Switched on
   bench.axis.hold_at(1.0, kVelocity);
   bench.write(Goal::kDisabled, {});
@@ -233,7 +234,7 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   bench.write(Goal::kEnabled, {});
   ASSERT_TRUE(bench.axis.told_on());
   double last = before;
-  for (int cycle = 0; cycle < 40; ++cycle) {
+  for (int cycle = 0; cycle < kCycles; ++cycle) {
     // Farther back than expected, by a hundredth of a period's way more in each cycle, up to a fifth.
     const double behind = std::min(0.01 * cycle, 0.2) * step;
     bench.axis.hold_at(1.2 + (cycle + 1) * step - behind, kVelocity);
@@ -241,8 +242,8 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
     EXPECT_NEAR(now - last, step, most) << cycle;
     last = now;
   }
-  EXPECT_NEAR(last, before + 39.8 * step, 1e-9) << "it gets there";
-  bench.axis.hold_at(1.2 + 40.8 * step, kSlower);
+  EXPECT_NEAR(last, before + (kCycles - 0.2) * step, 1e-9) << "it gets there";
+  bench.axis.hold_at(1.2 + (kCycles + 0.8) * step, kSlower);
   EXPECT_NEAR(bench.axis.held().position - last, step, most) << "slower at once";
   bench.axis.hold_at(5.0);
   EXPECT_DOUBLE_EQ(bench.axis.held().position, 5.0) << "one that stands is where it is";
