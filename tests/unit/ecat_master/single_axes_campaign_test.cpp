@@ -309,8 +309,8 @@ TEST(SingleAxesCampaign, WhatDrivesAreToldObeysTheLimits) {
 
 /// 10573 and 13915: an axis behind a gap that stepped onto the way of another Rejoin, whose velocities are those of its
 /// steps. 243 and 6006: a request in the first cycle behind a gap, with a way on top of a velocity or for one. 6151: an
-/// override that left less for such a way than it had been given. 2983: a motion that was forgotten behind a stop that had
-/// waited itself, and then given to the drive.
+/// override that left less for such a way than it had been given. 2983: a motion that was forgotten behind a stop that
+/// had waited itself, and then given to the drive.
 TEST(SingleAxesCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   for (const unsigned seed : {10573U, 13915U, 243U, 6006U, 6151U, 2983U}) {
     Sequence sequence(seed);
