@@ -49,6 +49,7 @@ constexpr std::array kVerbs = {
     Verb{"home-probe", AxisCommand::kHomeByProbe, true, "a distance, with the sign of its direction"},
     Verb{"drive-move", AxisCommand::kDriveMoveAbsolute, true, "a position, or by=DISTANCE"},
     Verb{"drive-jog", AxisCommand::kDriveMoveVelocity, true, "a velocity"},
+    Verb{"drive-run", AxisCommand::kDriveRun, true, "a velocity"},
 };
 
 /// Everything that may stand before an equals sign, for hints.
@@ -72,7 +73,8 @@ bool moves(AxisCommand command) {
          command == AxisCommand::kTorque || command == AxisCommand::kHomeByProbe;
 }
 
-bool moves_by_drive(AxisCommand command) {
+/// The ramps of velocity mode are set in the drive.
+bool ramps_by_drive(AxisCommand command) {
   return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveVelocity;
 }
 
@@ -163,6 +165,7 @@ class RequestReader {
         return take(request_.distance, Quantity::kPosition, word, "distance");
       case AxisCommand::kMoveVelocity:
       case AxisCommand::kDriveMoveVelocity:
+      case AxisCommand::kDriveRun:
         return take(request_.target, Quantity::kVelocity, word, "velocity");
       case AxisCommand::kTorque:
         return take(request_.target, Quantity::kTorque, word, "torque");
@@ -205,7 +208,7 @@ class RequestReader {
       if (name == "jerk") return take(request_.jerk, Quantity::kJerk, value, name);
       if (name == "buffer" && verb_.command != AxisCommand::kHomeByProbe) return read_buffer(kBufferModes, value);
     }
-    if (moves_by_drive(verb_.command)) {
+    if (ramps_by_drive(verb_.command)) {
       const bool position = verb_.command == AxisCommand::kDriveMoveAbsolute;
       if (name == "velocity" && position) return take(request_.velocity, Quantity::kVelocity, value, name);
       if (name == "buffer" && position) return read_buffer(kDriveBufferModes, value);

@@ -57,8 +57,8 @@ struct AxisOptions {
 
 /// Goes on for ever, and moves the axis by itself.
 bool endless(std::string_view request) {
-  return request == "jog" || request == "torque" || request == "drive-jog" || request == "gear-out" ||
-         request == "cam-out";
+  return request == "jog" || request == "torque" || request == "drive-jog" || request == "drive-run" ||
+         request == "gear-out" || request == "cam-out";
 }
 
 /// What the line is told: `x move 90deg velocity=30deg/s`.
@@ -182,7 +182,7 @@ Outcome<int> order_axis(const AxisOptions& options) {
   std::optional<std::chrono::nanoseconds> duration;
   if (options.duration) {
     if (!endless(options.request))
-      return misused("--for goes with jog, drive-jog and torque, which have no end of their own");
+      return misused("--for goes with jog, drive-jog, drive-run and torque, which have no end of their own");
     const auto time = parse_time(*options.duration, "--for");
     if (!time) return tl::unexpected(time.error());
     duration = *time;
@@ -215,7 +215,8 @@ Execute prepare_axis(Arguments& to) {
               "status, enable, disable, reset, home, move POSITION, jog VELOCITY, torque TORQUE, halt, stop, "
               "release-stop, position POSITION, override FACTOR, mode csp|csv|cst|ip, probe [1|2|zero] "
               "[rising|falling], abort-probe, home-probe DISTANCE [1|2|zero] [rising|falling], drive-move POSITION, "
-              "drive-jog VELOCITY, gear-in [N/M] [at=PLACE to=PLACE [over=DISTANCE]], gear-out, cam-in [CAM] [at=PLACE "
+              "drive-jog VELOCITY, drive-run VELOCITY, gear-in [N/M] [at=PLACE to=PLACE [over=DISTANCE]], gear-out, "
+              "cam-in [CAM] [at=PLACE "
               "[over=DISTANCE]] [master=PLACE] [slave=PLACE], cam-out, phase OFFSET");
   to.positional(&options->operands, Value::text("VALUE"), "With its unit, as 90deg; without: in that of the axis");
   constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kHelp{{
@@ -235,7 +236,7 @@ Execute prepare_axis(Arguments& to) {
     to.option(kHelp[i].first, &options->settings[i].value, Value::text("VALUE"), kHelp[i].second);
   }
   to.option("--for", &options->duration, Value::text("TIME"),
-            "jog, drive-jog, torque: for so long; default: until Ctrl-C");
+            "jog, drive-jog, drive-run, torque: for so long; default: until Ctrl-C");
   to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion, which goes on without this command");
   to.flag("--take-over", options->take_over, "Also when somebody else commands the axis");
   to.option("--config", &options->config, Value::file(), "Line description of the running line");

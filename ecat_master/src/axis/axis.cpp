@@ -31,8 +31,9 @@ std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& p
   using cia402::Mode;
   std::uint32_t modes = 0;
   if (config.is_virtual()) return 1U << static_cast<unsigned>(Mode::kCyclicPosition);
-  for (const auto mode : {Mode::kProfilePosition, Mode::kProfileVelocity, Mode::kHoming, Mode::kInterpolatedPosition,
-                          Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+  for (const auto mode :
+       {Mode::kProfilePosition, Mode::kVelocity, Mode::kProfileVelocity, Mode::kHoming, Mode::kInterpolatedPosition,
+        Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
     if (missing_objects(mode, pdos, needs_torque_offset(config)).empty()) modes |= 1U << static_cast<unsigned>(mode);
   }
   return modes;
@@ -87,6 +88,12 @@ std::uint16_t status_word_of(snapshot::AxisState state) noexcept {
 std::int64_t range_of(const AxisConfig& config) {
   if (config.range_min >= config.range_max) return std::int64_t{1} << 32;
   return std::int64_t{config.range_max} - config.range_min + 1;
+}
+
+/// Of 6042h per rad/s or m/s; 0: not known.
+double counts_per_unit(const AxisConfig& config) {
+  if (config.velocity_count == 0.0) return 0.0;
+  return (config.reversed ? -1.0 : 1.0) / config.velocity_count;
 }
 
 ModeChange::Settings change_settings(const AxisConfig& config) {
@@ -159,7 +166,7 @@ Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfigurat
       probe_(place, pdos),
       profile_(place, pdos,
                {config_.limits.max_velocity, config_.limits.max_acceleration, config_.limits.max_acceleration,
-                config_.increments_per_unit}),
+                config_.increments_per_unit, counts_per_unit(config_)}),
       change_(std::make_unique<ModeChange>(change_settings(config_))),
       compensation_(compensation_of(config_)) {
   note_change();

@@ -30,6 +30,8 @@ constexpr std::optional<MissingObject> target_of(Mode mode) {
       return std::nullopt;
     case Mode::kInterpolatedPosition:
       return MissingObject{0x60C1, 32, true, 0, 1};
+    case Mode::kVelocity:
+      return MissingObject{0x6042, 16, true};
     case Mode::kProfileVelocity:
     case Mode::kCyclicVelocity:
       return MissingObject{0x60FF, 32, true};

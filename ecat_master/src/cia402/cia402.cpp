@@ -57,6 +57,8 @@ std::string_view to_text(Mode mode) noexcept {
   switch (mode) {
     case Mode::kProfilePosition:
       return "pp";
+    case Mode::kVelocity:
+      return "vl";
     case Mode::kProfileVelocity:
       return "pv";
     case Mode::kHoming:

@@ -38,7 +38,8 @@ void SetpointSupply::set_mode(cia402::Mode mode) noexcept {
 
 void SetpointSupply::note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept {
   if (mode != mode_) set_mode(mode);
-  sent_velocity_ = (sent.position - sent_) / period_s_;
+  // A drive that holds its velocity has been told that, wherever the setpoint before was.
+  sent_velocity_ = by_positions(mode_) ? (sent.position - sent_) / period_s_ : sent.velocity;
   sent_ = sent.position;
   sent_acceleration_ = sent.acceleration;
   if (reached_) {

@@ -50,6 +50,8 @@ std::string_view to_text(AxisCommand command) noexcept {
       return "drive_move_relative";
     case AxisCommand::kDriveMoveVelocity:
       return "drive_move_velocity";
+    case AxisCommand::kDriveRun:
+      return "drive_run";
   }
   return "?";
 }
@@ -154,6 +156,8 @@ std::string_view to_text(AxisError error) noexcept {
       return "the touch probe has seen nothing within the distance";
     case AxisError::kNoTarget:
       return "the drive has not taken its target";
+    case AxisError::kVelocityCount:
+      return "6042h of its drive cannot hold this velocity, by 604Ch";
     case AxisError::kTargetTimeout:
       return "the drive has not reached its target in time";
     case AxisError::kInGroup:

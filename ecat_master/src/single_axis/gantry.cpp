@@ -29,6 +29,7 @@ bool parts(AxisCommand command) noexcept {
     case AxisCommand::kDriveMoveAbsolute:
     case AxisCommand::kDriveMoveRelative:
     case AxisCommand::kDriveMoveVelocity:
+    case AxisCommand::kDriveRun:
       return true;
     default:
       return false;

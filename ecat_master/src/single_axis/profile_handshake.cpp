@@ -15,14 +15,15 @@ void ProfileHandshake::start_position(Change change) noexcept {
   stale_ = 0;
 }
 
-void ProfileHandshake::start_velocity(std::uint16_t status_word) noexcept {
+void ProfileHandshake::start_velocity(std::uint16_t status_word, std::uint16_t bits) noexcept {
   position_ = false;
+  velocity_bits_ = bits;
   step_ = Step::kUnderWay;
   stale_ = status_word & status_bit::kTargetReached;
 }
 
 std::uint16_t ProfileHandshake::command_bits() const noexcept {
-  if (!position_) return 0;
+  if (!position_) return velocity_bits_;
   const unsigned given = step_ == Step::kGiving ? command_bit::kNewSetpoint : 0U;
   const unsigned immediately = change_ == Change::kAtOnce ? command_bit::kImmediately : 0U;
   return static_cast<std::uint16_t>(immediately | given);

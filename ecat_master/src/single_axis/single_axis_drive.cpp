@@ -1,4 +1,7 @@
 // What the drive of a single axis does by itself: into its mode, and the way back to the cyclic one.
+#include <algorithm>
+#include <cmath>
+
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
 
 namespace driveline::ecat_master {
@@ -6,10 +9,6 @@ namespace {
 
 /// Until a new zero and the end of a movement have been seen in the positions, too.
 constexpr std::chrono::milliseconds kDriveSettling{5};
-
-constexpr bool is_positioning(AxisCommand command) noexcept {
-  return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveRelative;
-}
 
 }  // namespace
 
@@ -41,6 +40,7 @@ void SingleAxis::interrupt_drive() noexcept {
   if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
   axis_->set_command_bits(homes() ? 0 : cia402::command_bit::kHalt);
   still_since_ = cycle_;
+  still_place_ = axis_->inputs().position;
   enter(ByDrive::kInterrupted);
 }
 
@@ -72,10 +72,26 @@ void SingleAxis::advance_by_drive() noexcept {
   }
 }
 
+/// In velocity mode a drive says that its field stands: the rotor swings on, and is no axis yet that setpoints could
+/// hold where it is.
+bool SingleAxis::swings() noexcept {
+  if (drive_command_ != AxisCommand::kDriveRun) return false;
+  constexpr double kStopsIn = 1e-4;  // s: what is left of its velocity is stopped within the limits in that time
+  constexpr double kNoise = 4.0;     // increments
+  const auto& config = axis_->config();
+  const double slow = kStopsIn * config.limits.max_acceleration;
+  const double most =
+      std::max(slow * std::chrono::duration<double>(kDriveSettling).count(), kNoise / config.increments_per_unit);
+  const double position = axis_->inputs().position;
+  if (std::abs(position - still_place_) <= most) return false;
+  still_place_ = position;
+  return true;
+}
+
 /// It stands when the drive has said so for a while: what it says first may be older than the end of the movement.
 void SingleAxis::watch_interruption() noexcept {
   const bool stands = (axis_->inputs().status_word & cia402::status_bit::kTargetReached) != 0;
-  if (!stands) still_since_ = cycle_;
+  if (swings() || !stands) still_since_ = cycle_;
   if (time_since(still_since_) >= kDriveSettling) return leave_drive_mode();
   if (exceeded(drive_since_, settings_.quick_stop_time))
     fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
@@ -91,6 +107,7 @@ void SingleAxis::leave_drive_mode() noexcept {
 void SingleAxis::end_by_drive() noexcept {
   by_drive_ = ByDrive::kNone;
   axis_->set_command_bits(0);
+  axis_->profile().set_target(0.0);
   return_mode_.reset();
   if (state_ != PlcopenState::kStopping && !active_) state_ = PlcopenState::kStandstill;
   finish(drive_request_, RequestPhase::kDone);
@@ -98,7 +115,7 @@ void SingleAxis::end_by_drive() noexcept {
   if (active_) return replan();
   if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
   // It was asked for when the drive had reached the target before.
-  if (waiting_count_ > 0 && is_positioning(waiting_[0].request.command)) begin_profile(take_waiting());
+  if (waiting_count_ > 0 && positions_by_drive(waiting_[0].request.command)) begin_profile(take_waiting());
 }
 
 /// The drive has lost its power, or stops by itself: its mode comes back when it is off.
@@ -107,6 +124,7 @@ void SingleAxis::drop_by_drive(AxisError error) noexcept {
   finish(drive_request_, RequestPhase::kError, error);
   finish(drive_next_, RequestPhase::kAborted, error);
   axis_->set_command_bits(0);
+  axis_->profile().set_target(0.0);
   by_drive_ = ByDrive::kNone;
 }
 

@@ -4,25 +4,21 @@
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
 
 namespace driveline::ecat_master {
-namespace {
-
-cia402::Mode mode_of(AxisCommand command) noexcept {
-  return command == AxisCommand::kDriveMoveVelocity ? cia402::Mode::kProfileVelocity : cia402::Mode::kProfilePosition;
-}
-
-}  // namespace
 
 AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexcept {
-  const auto mode = mode_of(request.command);
+  const auto mode = drive_mode(request.command);
+  const bool ramps = mode != cia402::Mode::kVelocity;  // of velocity mode, they are set in the drive (6048h, 6049h)
   const auto& objects = axis_->profile();
   if (!axis_->supports(mode)) return AxisError::kNoSuchMode;
   if (!mode_may_change() || !axis_->can_change(mode)) return AxisError::kMode;
   // What is not mapped is as the drive has it set.
-  const bool given = (!(request.velocity > 0.0) || objects.takes_velocity()) &&
-                     (!(request.acceleration > 0.0) || objects.takes_acceleration()) &&
-                     (!(request.deceleration > 0.0) || objects.takes_deceleration()) && !(request.jerk > 0.0);
+  const bool given = (!(request.velocity > 0.0) || (ramps && objects.takes_velocity())) &&
+                     (!(request.acceleration > 0.0) || (ramps && objects.takes_acceleration())) &&
+                     (!(request.deceleration > 0.0) || (ramps && objects.takes_deceleration())) &&
+                     !(request.jerk > 0.0);
   if (!given) return AxisError::kMode;
-  if (request.command == AxisCommand::kDriveMoveVelocity) return AxisError::kNone;
+  if (mode == cia402::Mode::kVelocity && !objects.holds_target(request.target)) return AxisError::kVelocityCount;
+  if (runs_by_drive(request.command)) return AxisError::kNone;
   // It stops at each target ("the velocity is set to 0", MSD manual 12.2.1).
   if (blends(request.buffer)) return AxisError::kMode;
   return in_range(drive_target_of(request)) ? AxisError::kNone : AxisError::kOutsideRange;
@@ -38,8 +34,8 @@ double SingleAxis::drive_target_of(const AxisRequest& request) const noexcept {
 /// Whether it is for the end of a positioning that is under way; an end that the drive has just reached counts.
 bool SingleAxis::waits_for_drive(const AxisRequest& request) const noexcept {
   const bool positions = by_drive_ != ByDrive::kNone && by_drive_ != ByDrive::kInterrupted && !homes() &&
-                         drive_command_ != AxisCommand::kDriveMoveVelocity && !active_ && power_ == Power::kOn;
-  return positions && request.buffer == BufferMode::kBuffered && request.command != AxisCommand::kDriveMoveVelocity;
+                         positions_by_drive(drive_command_) && !active_ && power_ == Power::kOn;
+  return positions && request.buffer == BufferMode::kBuffered && positions_by_drive(request.command);
 }
 
 void SingleAxis::take_profile(std::uint64_t id, const AxisRequest& request) noexcept {
@@ -51,11 +47,11 @@ void SingleAxis::take_profile(std::uint64_t id, const AxisRequest& request) noex
 
 void SingleAxis::begin_profile(const Move& move) noexcept {
   const auto command = move.request.command;
-  state_ = command == AxisCommand::kDriveMoveVelocity ? PlcopenState::kContinuousMotion : PlcopenState::kDiscreteMotion;
+  state_ = runs_by_drive(command) ? PlcopenState::kContinuousMotion : PlcopenState::kDiscreteMotion;
   give_to_drive(move);
   if (by_drive_ == ByDrive::kNone) {
     profile_ = {};
-    return start_by_drive(move.id, command, mode_of(command));
+    return start_by_drive(move.id, command, drive_mode(command));
   }
   finish(drive_request_, RequestPhase::kAborted);
   finish(drive_next_, RequestPhase::kAborted);
@@ -68,7 +64,7 @@ void SingleAxis::begin_profile(const Move& move) noexcept {
 /// What the process data say of it.
 void SingleAxis::give_to_drive(const Move& move) noexcept {
   const auto& request = move.request;
-  const bool velocity = request.command == AxisCommand::kDriveMoveVelocity;
+  const bool velocity = runs_by_drive(request.command);
   drive_target_ = {velocity ? setpoint_.position : move.target, velocity ? request.target : 0.0, 0.0};
   const auto& limits = axis_->config().limits;
   const double faster = request.acceleration > 0.0 ? request.acceleration : limits.max_acceleration;
@@ -93,8 +89,13 @@ void SingleAxis::begin_next_in_drive() noexcept {
 }
 
 void SingleAxis::start_profile() noexcept {
-  if (drive_command_ == AxisCommand::kDriveMoveVelocity) {
-    profile_.start_velocity(axis_->inputs().status_word);
+  const auto status_word = axis_->inputs().status_word;
+  if (drive_command_ == AxisCommand::kDriveRun) {
+    // Not before the drive has its mode: one without the bits of its ramp would run at once.
+    axis_->profile().set_target(drive_target_.velocity);
+    profile_.start_velocity(status_word, cia402::command_bit::kFollowRamp);
+  } else if (drive_command_ == AxisCommand::kDriveMoveVelocity) {
+    profile_.start_velocity(status_word);
   } else {
     profile_.start_position(ProfileHandshake::Change::kAtOnce);
   }
@@ -105,7 +106,7 @@ void SingleAxis::start_profile() noexcept {
 
 void SingleAxis::judge_profile() noexcept {
   const auto& inputs = axis_->inputs();
-  const bool velocity = drive_command_ == AxisCommand::kDriveMoveVelocity;
+  const bool velocity = runs_by_drive(drive_command_);
   if (velocity && leaves_range({inputs.position, inputs.velocity, 0.0})) {
     finish(drive_request_, RequestPhase::kError, AxisError::kOutsideRange);
     return interrupt_drive();

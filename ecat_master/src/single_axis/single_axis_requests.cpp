@@ -38,8 +38,7 @@ bool needs_drive(AxisCommand command) noexcept {
 }
 
 bool is_profile(AxisCommand command) noexcept {
-  return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveRelative ||
-         command == AxisCommand::kDriveMoveVelocity;
+  return positions_by_drive(command) || runs_by_drive(command);
 }
 
 /// Begins at a standstill.
@@ -116,8 +115,7 @@ AxisError SingleAxis::refusal_by_drive(const AxisRequest& request) const noexcep
   if (is_profile(command) && waits_for_drive(request)) return AxisError::kNone;
   if (is_profile(command)) {
     // Another target of the same mode is given at once; the other mode begins at a standstill.
-    const bool same =
-        (command == AxisCommand::kDriveMoveVelocity) == (drive_command_ == AxisCommand::kDriveMoveVelocity);
+    const bool same = drive_mode(command) == drive_mode(drive_command_);
     return !homes() && same && by_drive_ == ByDrive::kRunning ? AxisError::kNone : AxisError::kNotAtRest;
   }
   if (!needs_drive(command) || (!homes() && may_replace_profile(command))) return AxisError::kNone;
@@ -130,7 +128,7 @@ AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexc
   for (const double magnitude : {request.velocity, request.acceleration, request.deceleration, request.jerk}) {
     if (!is_magnitude(magnitude)) return AxisError::kNotFinite;
   }
-  const bool runs = request.command == AxisCommand::kMoveVelocity || request.command == AxisCommand::kDriveMoveVelocity;
+  const bool runs = request.command == AxisCommand::kMoveVelocity || runs_by_drive(request.command);
   const double speed = std::max(request.velocity, runs ? std::abs(request.target) : 0.0);
   const bool over = speed > limits.max_velocity * kRounding ||
                     request.acceleration > limits.max_acceleration * kRounding ||
@@ -200,6 +198,7 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
     case AxisCommand::kDriveMoveAbsolute:
     case AxisCommand::kDriveMoveRelative:
     case AxisCommand::kDriveMoveVelocity:
+    case AxisCommand::kDriveRun:
       return take_profile(id, request);
     default:
       return take_motion(id, request);

@@ -41,6 +41,7 @@ bool begins_motion(AxisCommand command) noexcept {
     case AxisCommand::kDriveMoveAbsolute:
     case AxisCommand::kDriveMoveRelative:
     case AxisCommand::kDriveMoveVelocity:
+    case AxisCommand::kDriveRun:
       return true;
     default:
       return false;

@@ -47,6 +47,7 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
   switch (request.command) {
     case AxisCommand::kMoveVelocity:
     case AxisCommand::kDriveMoveVelocity:
+    case AxisCommand::kDriveRun:
       return check({"velocity", "/s", request.target, -fastest, fastest});
     case AxisCommand::kSetOverride:
       return check({"override", "-", request.target, 0.0, kHighestOverride});

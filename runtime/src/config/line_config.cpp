@@ -377,6 +377,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::filesystem::path
   axis.position_gain_1_s = reader.number_or("position_gain_1_s", axis.position_gain_1_s, 0.0, 1e4);
   read_velocity_gain(reader, axis);
   axis.adds_offsets = reader.boolean_or("adds_offsets", false);
+  axis.velocity_by_factors = defaults.velocity_by_factors;
   axis.follow_bit = reader.boolean_or("follow_bit", defaults.follow_bit);
   if (reader.has("position_tolerance")) {
     read_in_unit(reader, "position_tolerance", axis, 0.0, 1e6, axis.position_tolerance.emplace());

@@ -63,6 +63,7 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
       return fmt::format(" by {}", length(axis, request.target));
     case AxisCommand::kMoveVelocity:
     case AxisCommand::kDriveMoveVelocity:
+    case AxisCommand::kDriveRun:
       return fmt::format(" {}", length(axis, request.target, "/s"));
     case AxisCommand::kTorque:
       return fmt::format(" {:.6g} {}", request.target, torque_unit(axis));

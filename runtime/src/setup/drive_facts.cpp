@@ -20,6 +20,7 @@ namespace {
 using ecat_master::SdoFuture;
 using ObjectData = ecat_master::Result<std::vector<std::byte>>;
 
+constexpr std::uint16_t kVelocityFactor = 0x604C;
 constexpr std::uint16_t kPositionRange = 0x607B;
 constexpr std::uint16_t kPolarity = 0x607E;
 constexpr std::uint16_t kEncoder = 0x608F;
@@ -70,6 +71,7 @@ ecat_master::Result<DriveFacts> facts_of(const Read& read, bool range) {
   reader.take(kGear, facts.gear);
   reader.take(kFeed, facts.feed);
   reader.take(kEncoder, facts.encoder);
+  reader.take(kVelocityFactor, facts.velocity_factor);
   if (range) {
     reader.take(kPositionRange, 1, facts.range_min);
     reader.take(kPositionRange, 2, facts.range_max);
@@ -180,6 +182,18 @@ void take_range(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   axis.range_max = highest;
 }
 
+/// 604Ch is signed (CiA 402-2), and 1 in a drive without it.
+void take_velocity_count(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
+  constexpr double kPerMinute = 1.0 / 60.0;
+  double factor = 1.0;
+  if (usable(facts.velocity_factor)) {
+    factor = static_cast<double>(static_cast<std::int32_t>(facts.velocity_factor->numerator)) /
+             static_cast<std::int32_t>(facts.velocity_factor->divisor);
+  }
+  axis.velocity_count =
+      factor * (axis.velocity_by_factors ? 1.0 / axis.increments_per_unit : kPerMinute * axis.unit_per_revolution);
+}
+
 }  // namespace
 
 std::optional<double> increments_per_revolution(const DriveFacts& facts) noexcept {
@@ -216,7 +230,9 @@ Result<std::optional<ScaleDifference>> take_drive_facts(ecat_master::AxisConfig&
   if (auto taken = take_modes(axis, facts); !taken) return tl::unexpected(taken.error());
   if (auto checked = check_polarity(axis, facts); !checked) return tl::unexpected(checked.error());
   take_range(axis, facts);
-  return take_scale(axis, facts);
+  auto difference = take_scale(axis, facts);
+  if (difference) take_velocity_count(axis, facts);
+  return difference;
 }
 
 }  // namespace driveline::runtime

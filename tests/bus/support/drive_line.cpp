@@ -148,6 +148,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.adds_offsets = options.adds_offsets;
   config.follow_bit = options.follow_bit;
   config.supported_modes = options.supported_modes;
+  config.velocity_count = options.velocity_count;
   config.software_limits = options.software_limits;
   config.following_error_window = options.following_error_window;
   config.max_torque = options.max_torque;

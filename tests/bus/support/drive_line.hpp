@@ -90,6 +90,7 @@ struct RunOptions {
   std::int32_t range_max = 0;
   ecat_master::FeedForward feed_forward{};  ///< of every axis
   bool reversed = false;                    ///< AxisConfig::reversed of every axis
+  double velocity_count = 0.0;              ///< AxisConfig::velocity_count of every axis
   /// Of every axis, which has what it leaves of the limits.
   std::shared_ptr<const ecat_master::CompensationSettings> compensation{};
   bool knows_torques = true;          ///< every axis has an inertia and a velocity gain

@@ -6,24 +6,19 @@
 
 #include "driveline/slaves/msd/core/variant.hpp"
 #include "single_line.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 
 inline constexpr double kOwnVelocity = 10.0;  ///< set in the drive, rad/s; what is not mapped is as it is there
 
-template <typename Integer>
-void set_profile(RunOptions& options, std::uint16_t index, Integer value) {
-  const auto bytes = wire::to_le_bytes(value);
-  options.startup.push_back({index, 0, {bytes.begin(), bytes.end()}});
-}
-
 inline RunOptions profile_options(slaves::msd::Variant variant = slaves::msd::Variant::kMsd) {
   auto options = single_options();
   options.variant = variant;
   const auto increments = [](double value) { return static_cast<std::uint32_t>(value * kDemandIncrements); };
-  set_profile(options, 0x6081, increments(kOwnVelocity));
-  set_profile(options, 0x6083, increments(500.0));
-  set_profile(options, 0x6084, increments(800.0));
+  set_object(options, 0x6081, 0, increments(kOwnVelocity));
+  set_object(options, 0x6083, 0, increments(500.0));
+  set_object(options, 0x6084, 0, increments(800.0));
   return options;
 }
 
@@ -39,6 +34,21 @@ inline RunOptions mapped_options() {
   return options;
 }
 
+/// 6042h is mapped, and counts in turns per minute.
+inline RunOptions velocity_mode_options(slaves::msd::Variant variant = slaves::msd::Variant::kMsd) {
+  auto options = profile_options(variant);
+  options.pdos = ecat_master::PdoConfiguration{
+      {{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}}, {0x1601, {{0x60FF, 0, 32}, {0x6042, 0, 16}}}},
+      {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
+       {0x1A01, {{0x606C, 0, 32}, {0x60F4, 0, 32}}},
+       {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}}}}};
+  count_in_rpm(options);
+  return options;
+}
+
+inline AxisRequest run_at(double velocity) {
+  return request(AxisCommand::kDriveRun, velocity);
+}
 inline AxisRequest to(double target) {
   return request(AxisCommand::kDriveMoveAbsolute, target);
 }

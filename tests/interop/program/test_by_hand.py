@@ -28,6 +28,15 @@ pdo = [
 ]
 switch = [{ input = "ISD05", from_rev = 0.25, to_rev = 0.5 }]
 """)
+# x maps the target of velocity mode.
+FREQUENCY = LINE.replace('[[slave]]\nname = "x"\n', """[[slave]]
+name = "x"
+pdo = [
+  { index = 0x1600, entries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"] },
+  { index = 0x1601, entries = ["0x6042:0:16"] },
+  { index = 0x1602, entries = [] },
+]
+""")
 # Against the drive.
 REVERSED = LINE.replace('name = "x"\nunit', 'name = "x"\npolarity = "reversed"\nunit')
 
@@ -170,6 +179,26 @@ class Script(ProgramTest):
         self.assertAlmostEqual(max(places), 200, delta=1)
         self.assertLess(min(places[places.index(max(places)):]), 80)
         self.assertAlmostEqual(places[-1], 100, delta=1)
+
+    def test_drive_runs_in_velocity_mode(self):
+        # 6042h in turns per minute: 604Ch:01 over 604Ch:02 increments per second. Ramps of 10 turns per second squared.
+        objects = ((0x604C, 1, 1048576), (0x604C, 2, 60), (0x6048, 1, 600), (0x6049, 1, 600))
+        line = FREQUENCY.replace("[[slave]]", "[[slave]]\nsdo = [" + ", ".join(
+            f'{{ index = {index}, subindex = {sub}, type = "uint32", value = {value} }}' for index, sub, value in objects) + "]", 1)
+        result = self.run_script("x drive-run 60rpm\nwait x\nsleep 2s\nx halt\nwait x\nx move by=-90\nwait x\n", line=line)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("script: axis x: drive_run 360 deg/s\n", result.stderr)
+        places = self.positions("x")
+        self.assertAlmostEqual(max(places), 720, delta=20)
+        self.assertAlmostEqual(places[-1], max(places) - 90, delta=3)
+        # Increments per second: 16 bits of them are less than 2 turns per minute.
+        for script, wrong in (("x drive-run 60rpm\n", FREQUENCY), ("x drive-run 0.4rpm\n", line)):
+            result = self.run_script(script, line=wrong)
+            self.assertEqual(result.returncode, 1, result.stderr)
+            self.assertIn("moves.txt:1: axis x: 6042h of its drive cannot hold this velocity, by 604Ch",
+                          result.stderr.splitlines()[-1])
+        result = self.run_script("x drive-run 60rpm\n", line=LINE)
+        self.assertIn("axis x: it is not possible in this mode, or the process data lack", result.stderr.splitlines()[-1])
 
     def test_drive_is_given_a_set_of_setpoints(self):
         result = self.run_script("x drive-move 200 velocity=360\nx drive-move 90 velocity=180 buffer=buffered\n"

@@ -158,6 +158,12 @@ TEST(AxisWords, DrivesMoveByThemselves) {
   request = read(rotary(), "drive-jog -60rpm deceleration=20");
   EXPECT_EQ(request.command, AxisCommand::kDriveMoveVelocity);
   EXPECT_DOUBLE_EQ(request.target, -2.0 * std::numbers::pi);
+  request = read(rotary(), "drive-run 30rpm");
+  EXPECT_EQ(request.command, AxisCommand::kDriveRun);
+  EXPECT_DOUBLE_EQ(request.target, std::numbers::pi);
+  EXPECT_EQ(refusal(rotary(), "drive-run"), "axis x: drive-run needs a velocity");
+  EXPECT_EQ(refusal(rotary(), "drive-run 1 acceleration=3"),
+            "axis x: drive-run: \"acceleration=\" does not belong there");
   EXPECT_EQ(refusal(rotary(), "drive-move"), "axis x: drive-move needs a position, or by=DISTANCE");
   EXPECT_EQ(refusal(rotary(), "drive-move 1 jerk=3"), "axis x: drive-move: \"jerk=\" does not belong there");
   EXPECT_EQ(refusal(rotary(), "drive-jog 1 velocity=3"), "axis x: drive-jog: \"velocity=\" does not belong there");

@@ -31,6 +31,7 @@ TEST(AxisObjects, EachModeNeedsItsTargetAndWhatItsLoopIsClosedWith) {
   const auto pdos = mapped({kControl}, {kStatus, kActual});
   EXPECT_THAT(missing_objects(Mode::kCyclicPosition, pdos), ElementsAre(MissingObject{0x607A, 32, true}));
   EXPECT_THAT(missing_objects(Mode::kCyclicVelocity, pdos), ElementsAre(MissingObject{0x60FF, 32, true}));
+  EXPECT_THAT(missing_objects(Mode::kVelocity, pdos), ElementsAre(MissingObject{0x6042, 16, true}));
   EXPECT_THAT(missing_objects(Mode::kCyclicTorque, pdos),
               ElementsAre(MissingObject{0x6071, 16, true}, MissingObject{0x606C, 32, false}));
   EXPECT_THAT(missing_objects(Mode::kCyclicPosition, {}),

@@ -113,5 +113,16 @@ TEST(ProfileHandshake, AnOldVelocityIsNotTheNewOne) {
   EXPECT_EQ(handshake.judge(kReachedBit, 50ms), State::kReached) << "the same velocity again";
 }
 
+TEST(ProfileHandshake, ARampIsFollowedAsLongAsItsVelocityHolds) {
+  ProfileHandshake handshake;
+  handshake.start_velocity(0, cia402::command_bit::kFollowRamp);
+  EXPECT_EQ(handshake.command_bits(), 0x70) << "enabled, not frozen, not set to zero (MSD manual Table 12.8)";
+  EXPECT_EQ(handshake.judge(0, 1ms), State::kRunning);
+  EXPECT_EQ(handshake.judge(kReachedBit, 2ms), State::kReached);
+  EXPECT_EQ(handshake.command_bits(), 0x70);
+  handshake.start_velocity(0);
+  EXPECT_EQ(handshake.command_bits(), 0) << "profile velocity mode has none";
+}
+
 }  // namespace
 }  // namespace driveline::ecat_master

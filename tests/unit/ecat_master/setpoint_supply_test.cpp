@@ -45,6 +45,17 @@ TEST(SetpointSupply, ADriveThatHoldsItsVelocityIsToldTheSameAgain) {
   EXPECT_FALSE(supply.by_torque());
 }
 
+/// One that coasts, and is told where it is behind periods that were missed.
+TEST(SetpointSupply, ADriveThatHoldsItsVelocityGoesOnWithItHoweverFarTheLastStepWas) {
+  SetpointSupply supply(supplied(Mode::kCyclicVelocity), kSupplyPeriod);
+  supply.note({1.0, -0.5, 0.0}, Mode::kCyclicVelocity);
+  supply.note({1.0 - 4 * 0.5 * kSupplyPeriod, -0.5, 0.0}, Mode::kCyclicVelocity);
+  EXPECT_DOUBLE_EQ(supply.sent_velocity(), -0.5);
+  supply.skip(3, Mode::kCyclicVelocity);
+  EXPECT_NEAR(supply.sent(), 1.0 - 7 * 0.5 * kSupplyPeriod, 1e-12);
+  EXPECT_DOUBLE_EQ(supply.bridge().velocity, -0.5);
+}
+
 TEST(SetpointSupply, ADriveThatHoldsItsTorqueIsExpectedToGoOnAccelerating) {
   auto supply = accelerating(Mode::kCyclicTorque);
   EXPECT_TRUE(supply.by_torque());

@@ -216,20 +216,23 @@ TEST_F(AxisDoorTest, RequestsOfProbesAndDrivesHaveSentences) {
   homing.trigger = ecat_master::ProbeTrigger::kZeroPulse;
   homing.distance = -0.5;
   homing.velocity = 1.0;
-  for (const auto& request : {probe, homing, ask(AxisCommand::kDriveMoveAbsolute, 1.0),
-                              ask(AxisCommand::kDriveMoveVelocity, -1.0), ask(AxisCommand::kAbortTrigger)})
+  for (const auto& request :
+       {probe, homing, ask(AxisCommand::kDriveMoveAbsolute, 1.0), ask(AxisCommand::kDriveMoveVelocity, -1.0),
+        ask(AxisCommand::kDriveRun, 1.0), ask(AxisCommand::kAbortTrigger)})
     EXPECT_EQ(refusal(caller("hand"), 0, request), "");
   EXPECT_THAT(told(), ElementsAre("hand: axis x: touch_probe 2, falling edge, from 0 deg to 57.2958 deg",
                                   "hand: axis x: home_by_probe zero pulse, as far as -28.6479 deg, at 28.6479 deg, "
                                   "velocity 57.2958 deg/s",
                                   "hand: axis x: drive_move_absolute to 57.2958 deg",
-                                  "hand: axis x: drive_move_velocity -57.2958 deg/s", "hand: axis x: abort_trigger"));
+                                  "hand: axis x: drive_move_velocity -57.2958 deg/s",
+                                  "hand: axis x: drive_run 57.2958 deg/s", "hand: axis x: abort_trigger"));
   homing.distance = -1.5;
   EXPECT_THAT(refusal(caller("hand"), 0, homing), HasSubstr("position -85.9437 deg is not possible, -57.2958 deg to"));
   EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveAbsolute, 2.5)),
               HasSubstr("position 143.239 deg is not possible"));
-  EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveVelocity, 11.0)),
-              HasSubstr("velocity 630.254 deg/s is not possible"));
+  for (const auto command : {AxisCommand::kDriveMoveVelocity, AxisCommand::kDriveRun}) {
+    EXPECT_THAT(refusal(caller("hand"), 0, ask(command, 11.0)), HasSubstr("velocity 630.254 deg/s is not possible"));
+  }
   probe.window_first = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a number that can be");
 }

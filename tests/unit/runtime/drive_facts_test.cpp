@@ -135,6 +135,30 @@ TEST(DriveFacts, RangeOfTheDriveIsThatOfTheAxis) {
   EXPECT_EQ(axis.range_max, 499);
 }
 
+TEST(DriveFacts, TargetsOfVelocityModeCountInTurnsPerMinuteOrByTheFactorGroup) {
+  auto axis = rotary_axis(1048576.0, true);
+  DriveFacts facts;
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_NEAR(axis.velocity_count, kTurn / 60.0, 1e-12) << "CiA 402-2, without 604Ch";
+  facts.velocity_factor = DriveRatio{1, 10};
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_NEAR(axis.velocity_count, kTurn / 600.0, 1e-12);
+  facts.velocity_factor = DriveRatio{0xFFFFFFFF, 10};
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_NEAR(axis.velocity_count, -kTurn / 600.0, 1e-12) << "it is signed";
+  facts.velocity_factor = DriveRatio{0, 1};
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_NEAR(axis.velocity_count, kTurn / 60.0, 1e-12) << "nothing could be told by it";
+
+  axis.velocity_by_factors = true;
+  facts.velocity_factor = DriveRatio{1048576, 60};
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_NEAR(axis.velocity_count, kTurn / 60.0, 1e-12);
+  facts.feed = DriveRatio{36000, 1};
+  EXPECT_EQ(take(axis, facts), "");
+  EXPECT_NEAR(axis.velocity_count, 1048576.0 / 60.0 / 36000.0 * kTurn, 1e-9) << "by the scale of the drive";
+}
+
 TEST(DriveFacts, ObjectsThatCannotBeReadAreLeftOut) {
   std::vector<std::uint16_t> asked;
   const auto facts =

@@ -20,10 +20,12 @@ class MsdRules : public DriveRules {
   [[nodiscard]] unsigned interpolation_exchanges() const noexcept override { return ecat_master::kSplinePeriods; }
   /// MSD manual 9.1: the cycle time is a multiple of 125 us.
   [[nodiscard]] std::chrono::nanoseconds clock_base() const noexcept override { return std::chrono::microseconds{125}; }
-  /// MSD manual Tables 12.20, 12.22, 12.24: bit 12 tells whether the target is used.
+  /// MSD manual Tables 12.20, 12.22, 12.24: bit 12 tells whether the target is used; 12.2.2: units of the velocity
+  /// mode.
   [[nodiscard]] AxisDefaults axis_defaults() const override {
     AxisDefaults defaults;
     defaults.follow_bit = true;
+    defaults.velocity_by_factors = true;
     return defaults;
   }
 };

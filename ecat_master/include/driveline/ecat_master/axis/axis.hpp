@@ -50,6 +50,11 @@ struct AxisConfig {
   /// The axis counts against its drive: positions, velocities, torques, offsets and places of the touch probe have the
   /// other sign there. Everything here is as the axis counts, but `range_min` and `range_max`.
   bool reversed = false;
+  /// 6042h, the target of velocity mode, counts in velocity units of the factor group and 604Ch (MSD manual 12.2.2),
+  /// not in turns per minute and 604Ch (CiA 402-2).
+  bool velocity_by_factors = false;
+  /// rad/s or m/s that a count of 6042h stands for, with its sign; 0: not known.
+  double velocity_count = 0.0;
   double rated_torque = 2.4;                     ///< Nm or N that 1000 per mille stand for (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};  ///< for the approach of a path and for stops
   std::optional<double> max_jerk{};              ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
@@ -364,7 +369,7 @@ class Axis {
   std::optional<PdoEntry<std::int16_t>> demand_torque_;           // 6074h
   std::optional<PdoEntry<std::uint32_t>> digital_inputs_;         // 60FDh
   TouchProbe probe_;                                              // 60B8h to 60BDh
-  ProfileObjects profile_;                                        // 6081h, 6083h, 6084h
+  ProfileObjects profile_;                                        // 6042h, 6081h, 6083h, 6084h
   std::unique_ptr<ModeChange> change_;                            ///< beside what every cycle needs
   std::unique_ptr<AxisCompensation> compensation_;                ///< null: none
 };

@@ -25,10 +25,10 @@ struct MissingObject {
   constexpr bool operator==(const MissingObject&) const = default;
 };
 
-/// The objects that an axis of this mode misses in `pdos`: 6040h and 6041h, the target of its mode (607Ah, 60FFh, 6071h
-/// or 60C1h:01; none for homing), the actual position 6064h, for supervision in every mode and for the loops of CSV and
-/// CST, and in CST the actual velocity 606Ch; with `torque_offset`, for a feed-forward of friction and weight, in CSP
-/// and CSV 60B2h. Empty: nothing is missing.
+/// The objects that an axis of this mode misses in `pdos`: 6040h and 6041h, the target of its mode (607Ah, 6042h,
+/// 60FFh, 6071h or 60C1h:01; none for homing), the actual position 6064h, for supervision in every mode and for the
+/// loops of CSV and CST, and in CST the actual velocity 606Ch; with `torque_offset`, for a feed-forward of friction and
+/// weight, in CSP and CSV 60B2h. Empty: nothing is missing.
 [[nodiscard]] std::vector<MissingObject> missing_objects(cia402::Mode mode, const PdoConfiguration& pdos,
                                                          bool torque_offset = false);
 

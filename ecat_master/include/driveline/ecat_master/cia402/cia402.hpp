@@ -10,10 +10,11 @@ namespace driveline::ecat_master::cia402 {
 
 using snapshot::AxisState;
 
-/// Modes of operation, object 6060h. In the first four the drive makes its motion itself and is commanded by bits of
+/// Modes of operation, object 6060h. In the first five the drive makes its motion itself and is commanded by bits of
 /// its control word.
 enum class Mode : std::int8_t {
   kProfilePosition = 1,
+  kVelocity = 2,  ///< of frequency converters; U/f operation of a servo drive
   kProfileVelocity = 3,
   kHoming = 6,
   kInterpolatedPosition = 7,
@@ -43,7 +44,7 @@ inline constexpr std::uint16_t kEnableOperation = 0x000F;
 inline constexpr std::uint16_t kFaultReset = 0x0080;
 }  // namespace command
 
-/// Bits of the control word that belong to a mode (CiA 402-2; MSD manual Tables 12.4, 12.10, 12.13).
+/// Bits of the control word that belong to a mode (CiA 402-2; MSD manual Tables 12.4, 12.8, 12.10, 12.13).
 namespace command_bit {
 /// Profile position: there is a new setpoint.
 inline constexpr std::uint16_t kNewSetpoint = 0x0010;
@@ -55,6 +56,9 @@ inline constexpr std::uint16_t kInterpolate = 0x0010;
 inline constexpr std::uint16_t kImmediately = 0x0020;
 /// Profile position: the setpoint is a distance.
 inline constexpr std::uint16_t kRelative = 0x0040;
+/// Velocity mode: the target is followed by the ramp of the drive, which is not disabled (bit 4, CiA 402-2), not frozen
+/// (5) and not set to zero (6).
+inline constexpr std::uint16_t kFollowRamp = 0x0070;
 /// The axis stops as 605Dh says, and goes on when it is taken back.
 inline constexpr std::uint16_t kHalt = 0x0100;
 /// All that a mode may have.
@@ -88,7 +92,7 @@ enum class Goal : std::uint8_t {
 
 /// Name as in the standard.
 [[nodiscard]] std::string_view to_text(AxisState state) noexcept;
-/// "csp", "csv" or "cst", as line descriptions name them; "pp", "pv", "hm" or "ip" of the others.
+/// "csp", "csv" or "cst", as line descriptions name them; "pp", "vl", "pv", "hm" or "ip" of the others.
 [[nodiscard]] std::string_view to_text(Mode mode) noexcept;
 
 /// The command that brings an axis one state closer to the goal. Never skips a state: the drives require the commands

@@ -37,7 +37,7 @@ class SetpointSupply {
 
   /// The last setpoint that left, in rad or m.
   [[nodiscard]] double sent() const noexcept { return sent_; }
-  /// The velocity of the step to it.
+  /// The velocity with which the drive goes on from it: that of the step to it, or which it holds in CSV and CST.
   [[nodiscard]] double sent_velocity() const noexcept { return sent_velocity_; }
 
   /// A drive that gets nothing new holds its torque: the loops of the master answer late.

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "driveline/ecat_master/axis/probe_trigger.hpp"
+#include "driveline/ecat_master/cia402/cia402.hpp"
 
 namespace driveline::ecat_master {
 
@@ -35,6 +36,7 @@ enum class AxisCommand : std::uint8_t {
   kDriveMoveRelative,  ///< by `target`, from where the axis is
   kDriveMoveVelocity,  ///< at the velocity `target`, for ever (profile velocity mode)
   kHaltSuperimposed,   ///< MC_HaltSuperimposed: what is on top of a motion comes to rest, the motion goes on
+  kDriveRun,           ///< at the velocity `target`, for ever, by the ramp of the drive (velocity mode: U/f operation)
 };
 
 /// Brings an axis to rest, or ends a stop: everybody may ask for it, and there is always room for it. \rtsafe
@@ -46,6 +48,22 @@ enum class AxisCommand : std::uint8_t {
 [[nodiscard]] constexpr bool leads_to_position(AxisCommand command) noexcept {
   return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveRelative ||
          command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
+}
+
+/// Made by the drive itself, at a velocity. \rtsafe
+[[nodiscard]] constexpr bool runs_by_drive(AxisCommand command) noexcept {
+  return command == AxisCommand::kDriveMoveVelocity || command == AxisCommand::kDriveRun;
+}
+
+/// Made by the drive itself, to a position. \rtsafe
+[[nodiscard]] constexpr bool positions_by_drive(AxisCommand command) noexcept {
+  return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveRelative;
+}
+
+/// The mode of operation for that. \rtsafe
+[[nodiscard]] constexpr cia402::Mode drive_mode(AxisCommand command) noexcept {
+  if (positions_by_drive(command)) return cia402::Mode::kProfilePosition;
+  return command == AxisCommand::kDriveRun ? cia402::Mode::kVelocity : cia402::Mode::kProfileVelocity;
 }
 
 /// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
@@ -122,6 +140,7 @@ enum class AxisError : std::uint8_t {
   kProbe,           ///< the drive does not switch its touch probe on
   kNoEdge,          ///< there was no event within the distance
   kNoTarget,        ///< the drive has not taken its target
+  kVelocityCount,   ///< 6042h cannot hold the velocity, or what it counts in (604Ch) is not known
   kTargetTimeout,   ///< the drive has not reached its target in time
   kInGroup,         ///< the axis belongs to a group that is enabled (AxisGroups)
   // Of a gantry.

@@ -6,7 +6,8 @@
 namespace driveline::ecat_master {
 
 /// A target for the profile generator of a drive, as bits 4, 5, 10 and 12 of control and status word hand it over and
-/// tell that it is reached (CiA 402-2 "Profile position mode", "Profile velocity mode"; MSD manual 12.2.1, 12.2.3).
+/// tell that it is reached (CiA 402-2 "Profile position mode", "Profile velocity mode", "Velocity mode"; MSD manual
+/// 12.2.1 to 12.2.3).
 /// Where the next position is given while the drive moves to one ("set of setpoints"), bit 12 stays until it has begun.
 /// Positions are always given as absolute ones: a distance (bit 6) that is handed over a second time, because the
 /// answer to the first was lost, would be gone twice. A plain value; everything is \rtsafe.
@@ -31,8 +32,9 @@ class ProfileHandshake {
 
   /// There is a new target position. kBehind: only when under_way().
   void start_position(Change change) noexcept;
-  /// There is a new target velocity; `status_word`: the last one without it.
-  void start_velocity(std::uint16_t status_word) noexcept;
+  /// There is a new target velocity; `status_word`: the last one without it. `bits`: what the control word has as long
+  /// as it holds (command_bit::kFollowRamp in velocity mode).
+  void start_velocity(std::uint16_t status_word, std::uint16_t bits = 0) noexcept;
   /// The last target has been taken, and its movement has begun.
   [[nodiscard]] bool under_way() const noexcept { return step_ == Step::kUnderWay; }
   /// Of the control word (cia402::command_bit), from now on.
@@ -52,6 +54,7 @@ class ProfileHandshake {
 
   Step step_ = Step::kUnderWay;
   bool position_ = false;
+  std::uint16_t velocity_bits_ = 0;
   Change change_ = Change::kAtOnce;
   bool full_ = false;        ///< a target may wait in the drive: bit 12 is set whatever it has seen
   std::uint16_t stale_ = 0;  ///< bit 10 of the target before

@@ -256,6 +256,7 @@ class SingleAxis {
   void judge_homing() noexcept;
   [[nodiscard]] bool homing_has_failed() noexcept;
   void watch_interruption() noexcept;
+  [[nodiscard]] bool swings() noexcept;
   void take_new_zero() noexcept;
   void leave_drive_mode() noexcept;
   void end_by_drive() noexcept;
@@ -353,6 +354,7 @@ class SingleAxis {
   std::int64_t drive_since_ = 0;  ///< cycle, of the phase, or of a target of several
   std::int64_t given_since_ = 0;  ///< cycle, of the last target
   std::int64_t still_since_ = 0;  ///< cycle
+  double still_place_ = 0.0;      ///< of the axis, since then
   Torque torque_ = Torque::kNone;
   std::int64_t torque_since_ = 0;  ///< cycle
   double torque_nm_ = 0.0;         ///< of the ramp, Nm or N

@@ -16,6 +16,7 @@ struct AxisDefaults {
   double rated_torque = 2.4;                     ///< Nm or N, 1000 per mille (6076h)
   trajectory::AxisLimits limits{200.0, 2000.0};  ///< of approaches and stops; rad/s or m/s, rad/s^2 or m/s^2
   bool follow_bit = false;                       ///< AxisConfig::follow_bit
+  bool velocity_by_factors = false;              ///< AxisConfig::velocity_by_factors
 };
 
 /// Properties of a drive that the master needs to move it. By default those of a drive that follows CiA 402,

@@ -25,6 +25,7 @@ struct DriveFacts {
   std::optional<DriveRatio> feed{};                ///< 6092h: position units over turns of the shaft
   std::optional<DriveRatio> encoder{};             ///< 608Fh: increments over turns of the motor
   std::optional<std::uint8_t> polarity{};          ///< 607Eh
+  std::optional<DriveRatio> velocity_factor{};     ///< 604Ch: what a count of 6042h is multiplied with
   std::optional<std::int32_t> range_min{};         ///< 607Bh:01
   std::optional<std::int32_t> range_max{};         ///< 607Bh:02
 };
@@ -50,9 +51,10 @@ struct ScaleDifference {
 };
 
 /// Completes the axis by what its drive tells: its modes, how positions are scaled where the line description leaves
-/// that out, and the range after which they begin anew. The difference where the line description scales otherwise,
-/// which then counts. Errors: the drive does not have the mode of the axis, counts positions in another direction than
-/// velocities, or both in another than torques that the axis uses, or tells a scale that cannot be.
+/// that out, what the target of its velocity mode counts in, and the range after which they begin anew. The difference
+/// where the line description scales otherwise, which then counts. Errors: the drive does not have the mode of the
+/// axis, counts positions in another direction than velocities, or both in another than torques that the axis uses, or
+/// tells a scale that cannot be.
 [[nodiscard]] Result<std::optional<ScaleDifference>> take_drive_facts(ecat_master::AxisConfig& axis,
                                                                       const DriveFacts& facts);
 
