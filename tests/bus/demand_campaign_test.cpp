@@ -397,11 +397,12 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
 /// Frames lost in the first cycles of an axis that was switched on while it coasted, behind periods that were missed
 /// (42441), and a torque that ended long after a change of mode out of CSP had been cut off by a fault (83452).
 /// Periods missed when an axis that coasted was switched on in CSV, and in the cycles behind (3000182).
+/// A torque that ended in a cycle whose frame was lost, with periods missed behind it (3004887).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   Coverage coverage;
-  for (const unsigned seed : {1731U,  2452U,  3224U,  3433U,   6446U,   1732U,  3367U,  4663U,   10491U, 10845U,
-                              13372U, 14484U, 16028U, 30041U,  17918U,  7595U,  10607U, 10889U,  11368U, 12231U,
-                              16721U, 13163U, 13489U, 102035U, 103961U, 42441U, 83452U, 3000182U}) {
+  for (const unsigned seed : {1731U,  2452U,  3224U,  3433U,   6446U,   1732U,  3367U,  4663U,    10491U,  10845U,
+                              13372U, 14484U, 16028U, 30041U,  17918U,  7595U,  10607U, 10889U,   11368U,  12231U,
+                              16721U, 13163U, 13489U, 102035U, 103961U, 42441U, 83452U, 3000182U, 3004887U}) {
     Sequence sequence(seed, coverage);
     EXPECT_EQ(sequence.execute(), "") << "seed " << seed;
   }

@@ -12,7 +12,7 @@ void Motion::note_supplies() noexcept {
 
 /// The axis is at rest at its setpoint.
 void Motion::supply_from_rest(std::size_t axis) noexcept {
-  supplies_[axis].given.rest_at(setpoints_[axis].position);
+  supplies_[axis].given.start_from({setpoints_[axis].position, 0.0, 0.0});
   supplies_[axis].beside_path = false;
 }
 

@@ -49,11 +49,11 @@ void SetpointSupply::note(const trajectory::AxisSetpoint& sent, cia402::Mode mod
   }
 }
 
-void SetpointSupply::rest_at(double position) noexcept {
-  sent_ = position;
-  sent_velocity_ = 0.0;
-  sent_acceleration_ = 0.0;
-  coast_.give(position, 0.0);
+void SetpointSupply::start_from(const trajectory::AxisSetpoint& from) noexcept {
+  sent_ = from.position;
+  sent_velocity_ = from.velocity;
+  sent_acceleration_ = from.acceleration;
+  coast_.give(sent_, sent_velocity_, held_acceleration());
 }
 
 void SetpointSupply::skip(std::int64_t missed, cia402::Mode mode) noexcept {

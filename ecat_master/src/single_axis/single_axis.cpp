@@ -199,6 +199,7 @@ void SingleAxis::advance_powerless() noexcept {
 void SingleAxis::begin_powered() noexcept {
   enter(Power::kOn);
   if (std::abs(setpoint_.velocity) > 0.0) {
+    supply_.start_from(setpoint_);
     setpoint_.position += setpoint_.velocity * period_s_;
     step_velocity_ = setpoint_.velocity;
     last_target_ = setpoint_.position;

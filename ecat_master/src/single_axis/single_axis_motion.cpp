@@ -395,7 +395,7 @@ void SingleAxis::rest() noexcept {
   superimposed_ = false;
   on_top_.start_from({});
   generator_.start_from({setpoint_.position, 0.0, 0.0});
-  supply_.rest_at(setpoint_.position);
+  supply_.start_from({setpoint_.position, 0.0, 0.0});
   last_target_ = setpoint_.position;
   step_velocity_ = 0.0;
   beside_ = false;

@@ -109,8 +109,7 @@ void SingleAxis::leave_torque() noexcept {
     generator_.start_from(setpoint_);
     step_velocity_ = setpoint_.velocity;
     // What was sent under a torque led nothing: behind a gap the axis goes on from here.
-    supply_.rest_at(setpoint_.position - velocity * period_s_);
-    supply_.note(setpoint_, axis_->mode_in_force());
+    supply_.start_from(setpoint_);
     beside_ = false;
     way_back_.reset();
   }

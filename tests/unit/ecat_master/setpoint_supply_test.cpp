@@ -66,6 +66,18 @@ TEST(SetpointSupply, ADriveThatHoldsItsTorqueIsExpectedToGoOnAccelerating) {
   EXPECT_NEAR(supply.sent_velocity(), before + 4 * 600.0 * kSupplyPeriod, 1e-9);
 }
 
+/// Of an axis that a torque has led its setpoints tell nothing.
+TEST(SetpointSupply, AnAxisGoesOnFromWhereItIsThoughTheLastSetpointMayNotHaveReachedIt) {
+  auto supply = accelerating(Mode::kCyclicTorque);
+  supply.set_reached(false);
+  supply.start_from({-2.0, -18.0, 0.0});
+  EXPECT_EQ(supply.sent(), -2.0);
+  EXPECT_EQ(supply.sent_velocity(), -18.0);
+  supply.skip(4, Mode::kCyclicTorque);
+  EXPECT_NEAR(supply.sent(), -2.0 - 4 * 18.0 * kSupplyPeriod, 1e-12);
+  EXPECT_NEAR(supply.bridge().velocity, -18.0, 1e-9);
+}
+
 /// What was told last need not be what the drive has heard of.
 TEST(SetpointSupply, GoesOnThroughAGapByTheModeThatTheDriveIsIn) {
   auto supply = accelerating(Mode::kCyclicTorque);

@@ -23,8 +23,8 @@ class SetpointSupply {
 
   /// Once per cycle, behind set_reached(): the setpoint that was sent, and the mode that the drive is in.
   void note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept;
-  /// The axis is at rest there.
-  void rest_at(double position) noexcept;
+  /// The axis goes on from there, whatever has been sent before.
+  void start_from(const trajectory::AxisSetpoint& from) noexcept;
   /// `missed` periods have passed in which nothing was sent, and the drive was in this mode.
   void skip(std::int64_t missed, cia402::Mode mode) noexcept;
 
