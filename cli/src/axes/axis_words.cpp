@@ -19,6 +19,7 @@ using ecat_master::AxisCommand;
 using ecat_master::AxisConfig;
 using ecat_master::AxisRequest;
 using ecat_master::BufferMode;
+using ecat_master::MoveDirection;
 using ecat_master::ProbeTrigger;
 
 /// A word behind the name of an axis.
@@ -53,12 +54,13 @@ constexpr std::array kVerbs = {
 };
 
 /// Everything that may stand before an equals sign, for hints.
-constexpr std::array<std::string_view, 11> kOptions{"velocity", "acceleration", "deceleration", "jerk", "buffer", "by",
-                                                    "add",      "superimpose",  "from",         "to",   "at"};
+constexpr std::array<std::string_view, 12> kOptions{"velocity", "acceleration", "deceleration", "jerk", "buffer", "by",
+                                                    "add",      "superimpose",  "direction",    "from", "to",     "at"};
 
 constexpr std::array kBufferModes = {BufferMode::kAborting,     BufferMode::kBuffered,
                                      BufferMode::kBlendingLow,  BufferMode::kBlendingPrevious,
                                      BufferMode::kBlendingNext, BufferMode::kBlendingHigh};
+constexpr std::array kDirections = {MoveDirection::kShortest, MoveDirection::kPositive, MoveDirection::kNegative};
 /// Of movements of a drive, which stops at each of its targets.
 constexpr std::array kDriveBufferModes = {BufferMode::kAborting, BufferMode::kBuffered};
 
@@ -218,6 +220,7 @@ class RequestReader {
     if (verb_.command == AxisCommand::kHomeByProbe && name == "at")
       return take(request_.target, Quantity::kPosition, value, name);
     if (verb_.command == AxisCommand::kTouchProbe && (name == "from" || name == "to")) return read_window(name, value);
+    if (verb_.command == AxisCommand::kMoveAbsolute && name == "direction") return read_direction(value);
     if (verb_.command == AxisCommand::kMoveAbsolute && !operand_) {
       if (name == "by") return relative(AxisCommand::kMoveRelative, value);
       if (name == "add") return relative(AxisCommand::kMoveAdditive, value);
@@ -240,6 +243,18 @@ class RequestReader {
     operand_ = true;
     request_.command = command;
     return take(request_.target, Quantity::kPosition, value, "distance");
+  }
+
+  [[nodiscard]] Outcome<void> read_direction(std::string_view value) {
+    std::vector<std::string_view> names;
+    for (const auto direction : kDirections) {
+      names.push_back(ecat_master::to_text(direction));
+      if (names.back() != value) continue;
+      request_.direction = direction;
+      return {};
+    }
+    return misused(
+        fmt::format("direction \"{}\": {} are possible{}", value, fmt::join(names, ", "), hint(value, names)));
   }
 
   [[nodiscard]] Outcome<void> read_buffer(std::span<const BufferMode> modes, std::string_view value) {

@@ -46,7 +46,7 @@ struct AxisOptions {
     std::optional<std::string> value{};
   };
   std::vector<Setting> settings{{"velocity"},    {"acceleration"}, {"deceleration"}, {"jerk"}, {"by"}, {"add"},
-                                {"superimpose"}, {"buffer"},       {"from"},         {"to"},   {"at"}};
+                                {"superimpose"}, {"buffer"},       {"direction"},    {"from"}, {"to"}, {"at"}};
   std::optional<std::string> duration;
   std::string control;
   std::string config;
@@ -219,7 +219,7 @@ Execute prepare_axis(Arguments& to) {
               "cam-in [CAM] [at=PLACE "
               "[over=DISTANCE]] [master=PLACE] [slave=PLACE], cam-out, phase OFFSET");
   to.positional(&options->operands, Value::text("VALUE"), "With its unit, as 90deg; without: in that of the axis");
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kHelp{{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kHelp{{
       {"--velocity", "Highest velocity, as 30deg/s; default: the limit of the axis"},
       {"--acceleration", "Highest acceleration, as 100deg/s^2"},
       {"--deceleration", "Highest deceleration; default: the acceleration"},
@@ -228,6 +228,7 @@ Execute prepare_axis(Arguments& to) {
       {"--add", "move: by this distance from the end of the motion before"},
       {"--superimpose", "move: by this distance on top of the motion under way"},
       {"--buffer", "How the motion follows the one before: aborting, buffered, blending_low, ..."},
+      {"--direction", "move, of an axis with a modulo: shortest, positive or negative"},
       {"--from", "probe: events count from this position on, up to --to"},
       {"--to", "probe: the other end"},
       {"--at", "home-probe: the place of the event is called so; default: 0"},

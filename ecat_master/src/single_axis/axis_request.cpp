@@ -156,6 +156,8 @@ std::string_view to_text(AxisError error) noexcept {
       return "the touch probe has seen nothing within the distance";
     case AxisError::kNoTarget:
       return "the drive has not taken its target";
+    case AxisError::kDirection:
+      return "a direction is for positions of an axis that has a modulo";
     case AxisError::kVelocityCount:
       return "6042h of its drive cannot hold this velocity, by 604Ch";
     case AxisError::kTargetTimeout:
@@ -170,6 +172,20 @@ std::string_view to_text(AxisError error) noexcept {
       return "the other axis of its gantry has failed";
     case AxisError::kSkew:
       return "its gantry was out of skew";
+  }
+  return "?";
+}
+
+std::string_view to_text(MoveDirection direction) noexcept {
+  switch (direction) {
+    case MoveDirection::kNone:
+      return "none";
+    case MoveDirection::kShortest:
+      return "shortest";
+    case MoveDirection::kPositive:
+      return "positive";
+    case MoveDirection::kNegative:
+      return "negative";
   }
   return "?";
 }

@@ -84,14 +84,14 @@ double SingleAxis::jerk_of(const AxisRequest& request, const AxisSetpoint& now) 
   return asked * room >= needed ? asked : room > 0.0 ? needed / room : kNoJerkLimit;
 }
 
-double SingleAxis::target_of(const AxisRequest& request, double position, double last_target) const noexcept {
+double SingleAxis::target_of(const AxisRequest& request, const AxisSetpoint& from, double last_target) const noexcept {
   switch (request.command) {
     case AxisCommand::kMoveAbsolute:
-      return request.target - offset_;
+      return request.direction == MoveDirection::kNone ? request.target - offset_ : place_of(request, from);
     case AxisCommand::kMoveAdditive:
       return last_target + request.target;
     default:
-      return position + request.target;
+      return from.position + request.target;
   }
 }
 
@@ -106,7 +106,8 @@ void SingleAxis::begin_move(const Move& move) noexcept {
   if (!torque) leave_torque();
   active_ = move;
   run_velocity_.reset();
-  active_->target = target_of(move.request, generator_.state().position, last_target_);
+  if (move.request.direction != MoveDirection::kNone) go_from_here();
+  active_->target = target_of(move.request, generator_.state(), last_target_);
   if (leads_to_position(move.request.command)) last_target_ = active_->target;
   state_ = state_of(move.request.command);
   if (torque) begin_torque();
@@ -207,7 +208,7 @@ bool SingleAxis::reachable(const Move& move) const noexcept {
   if (move.request.command == AxisCommand::kMoveVelocity)
     return move.request.target > 0.0 ? from.position < range->max : from.position > range->min;
   if (!leads_to_position(move.request.command)) return true;
-  const double target = target_of(move.request, from.position, last_target_);
+  const double target = target_of(move.request, from, last_target_);
   if (!in_range(target)) return false;
   // From outside there is a way back.
   if (!in_range(from.position)) return true;

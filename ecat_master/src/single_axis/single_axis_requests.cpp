@@ -134,6 +134,9 @@ AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexc
                     request.acceleration > limits.max_acceleration * kRounding ||
                     request.deceleration > limits.max_acceleration * kRounding ||
                     request.jerk > axis_->config().max_jerk.value_or(request.jerk) * kRounding;
+  const bool directed = request.direction != MoveDirection::kNone;
+  if (directed && (request.command != AxisCommand::kMoveAbsolute || !axis_->config().modulo))
+    return AxisError::kDirection;
   if (request.command == AxisCommand::kTorque) return refusal_of_torque(request);
   if ((is_motion(request.command) || begins_at_rest(request.command)) && over) return AxisError::kOverLimit;
   if (is_profile(request.command)) return refusal_of_profile(request);

@@ -24,7 +24,7 @@ std::optional<SingleAxis::Passage> SingleAxis::passage_of(const Move& move) cons
   if (waiting_count_ == 0 || !blends(waiting_[0].request.buffer)) return std::nullopt;
   if (!leads_to_position(waiting_[0].request.command)) return std::nullopt;
   auto next = waiting_[0];
-  next.target = target_of(next.request, move.target, move.target);
+  next.target = target_of(next.request, {move.target, 0.0, 0.0}, move.target);
   if (!in_range(next.target)) return std::nullopt;
   const double way = move.target - generator_.state().position;
   const double on = next.target - move.target;
@@ -77,7 +77,7 @@ void SingleAxis::pass_end() noexcept {
   const double end = active_->target;
   finish_move(RequestPhase::kDone);
   active_ = take_waiting();
-  active_->target = target_of(active_->request, end, end);
+  active_->target = target_of(active_->request, {end, 0.0, 0.0}, end);
   last_target_ = active_->target;
   table_->set(active_->id, {RequestPhase::kActive, AxisError::kNone});
   if (waiting_count_ > 0 && blends(waiting_[0].request.buffer)) due_ = Due::kPassage;

@@ -181,6 +181,10 @@ std::string describe(const events::EventAxis& axis, const AxisRequest& request) 
   const auto add = [&](std::string_view name, double value, std::string_view per) {
     if (value != 0.0) text += fmt::format(", {} {}", name, length(axis, value, per));
   };
+  if (request.direction == ecat_master::MoveDirection::kShortest)
+    text += ", the shortest way";
+  else if (request.direction != ecat_master::MoveDirection::kNone)
+    text += fmt::format(", in {} direction", ecat_master::to_text(request.direction));
   add("velocity", request.velocity, "/s");
   if (request.command != AxisCommand::kTorque) {
     add("acceleration", request.acceleration, "/s^2");

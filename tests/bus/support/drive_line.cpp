@@ -154,6 +154,7 @@ ecat_master::AxisConfig LineOperation::axis(std::size_t position, const RunOptio
   config.max_torque = options.max_torque;
   config.range_min = options.range_min;
   config.range_max = options.range_max;
+  config.modulo = options.modulo;
   config.feed_forward = options.feed_forward;
   config.reversed = options.reversed;
   config.compensation = options.compensation;

@@ -88,6 +88,7 @@ struct RunOptions {
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
+  std::optional<double> modulo{};           ///< AxisConfig::modulo of every axis
   ecat_master::FeedForward feed_forward{};  ///< of every axis
   bool reversed = false;                    ///< AxisConfig::reversed of every axis
   double velocity_count = 0.0;              ///< AxisConfig::velocity_count of every axis

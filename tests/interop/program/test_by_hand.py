@@ -34,7 +34,8 @@ name = "x"
 pdo = [
   { index = 0x1600, entries = ["0x6040:0:16", "0x6060:0:8", "0x607A:0:32"] },
   { index = 0x1601, entries = ["0x6042:0:16"] },
-  { index = 0x1602, entries = [] },
+  { index = 0x1A00, entries = ["0x6041:0:16", "0x6061:0:8", "0x6064:0:32"] },
+  { index = 0x1A01, entries = ["0x606C:0:32", "0x603F:0:16"] },
 ]
 """)
 # Against the drive.
@@ -189,7 +190,7 @@ class Script(ProgramTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("script: axis x: drive_run 360 deg/s\n", result.stderr)
         places = self.positions("x")
-        self.assertAlmostEqual(max(places), 720, delta=20)
+        self.assertAlmostEqual(max(places), 740, delta=20)
         self.assertAlmostEqual(places[-1], max(places) - 90, delta=3)
         # Increments per second: 16 bits of them are less than 2 turns per minute.
         for script, wrong in (("x drive-run 60rpm\n", FREQUENCY), ("x drive-run 0.4rpm\n", line)):
@@ -199,6 +200,21 @@ class Script(ProgramTest):
                           result.stderr.splitlines()[-1])
         result = self.run_script("x drive-run 60rpm\n", line=LINE)
         self.assertIn("axis x: it is not possible in this mode, or the process data lack", result.stderr.splitlines()[-1])
+
+    def test_round_table_goes_the_way_that_it_is_told(self):
+        line = LINE.replace('name = "x"\nunit = "deg"', 'name = "x"\nunit = "deg"\nincrements_per_revolution = 1048576\nmodulo = 360', 1)
+        result = self.run_script("x move 0\nwait x\nx move 300 direction=shortest\nwait x\nx move 200 direction=negative\nwait x\n"
+                                 "x move 190 direction=positive\nwait x\n", line=line)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("script: axis x: move_absolute to 300 deg, the shortest way\n", result.stderr)
+        self.assertIn("script: axis x: move_absolute to 190 deg, in positive direction\n", result.stderr)
+        places = self.positions("x")
+        lowest = places.index(min(places))
+        self.assertAlmostEqual(places[lowest], -160, delta=1)
+        self.assertAlmostEqual(places[-1], 190, delta=1)
+        result = self.run_script("x move 1 direction=positive\n")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("axis x: a direction is for positions of an axis that has a modulo", result.stderr.splitlines()[-1])
 
     def test_drive_is_given_a_set_of_setpoints(self):
         result = self.run_script("x drive-move 200 velocity=360\nx drive-move 90 velocity=180 buffer=buffered\n"
@@ -417,7 +433,7 @@ class Hand(ProgramTest):
         self.check_refused(self.axis("y", "torque", "100"), 1, "axis y: torque 100 Nm is not possible, -78.6408 Nm to 78.6408 Nm are")
         self.check_refused(self.axis("x", "torque", "0.3"), 1, "axis x: torques need velocity_gain or inertia")
         self.check_refused(self.axis("y", "torque", "0.3deg"), 2, 'has no unit "deg"')
-        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog, drive-jog and torque")
+        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog, drive-jog, drive-run and torque")
         events = self.end(run)["events"]
         for words in ("axis y: home", "axis y: torque 0.5 Nm, velocity 180 deg/s"):
             self.assertTrue(any(event.endswith(words) for event in events), events)

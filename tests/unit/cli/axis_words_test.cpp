@@ -15,6 +15,7 @@ using ecat_master::AxisCommand;
 using ecat_master::AxisConfig;
 using ecat_master::AxisRequest;
 using ecat_master::BufferMode;
+using ecat_master::MoveDirection;
 using ecat_master::ProbeTrigger;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -141,6 +142,16 @@ TEST(AxisWords, HomingByATouchProbeHasADistance) {
   EXPECT_EQ(refusal(linear(), "home-probe"), "axis z: home-probe needs a distance, with the sign of its direction");
   EXPECT_EQ(refusal(linear(), "home-probe rising"), "distance \"rising\": a number is expected, as 10mm");
   EXPECT_EQ(refusal(linear(), "home-probe 1 buffer=buffered"), "axis z: home-probe: \"buffer=\" does not belong there");
+}
+
+TEST(AxisWords, PositionsOfAModuloHaveADirection) {
+  EXPECT_EQ(read(rotary(), "move 90").direction, MoveDirection::kNone);
+  EXPECT_EQ(read(rotary(), "move 90 direction=shortest").direction, MoveDirection::kShortest);
+  EXPECT_EQ(read(rotary(), "move direction=positive 90").direction, MoveDirection::kPositive);
+  EXPECT_EQ(read(rotary(), "move 90 direction=negative").direction, MoveDirection::kNegative);
+  EXPECT_EQ(refusal(rotary(), "move 90 direction=short"),
+            "direction \"short\": shortest, positive, negative are possible; did you mean shortest?");
+  EXPECT_EQ(refusal(rotary(), "jog 90 direction=positive"), "axis x: jog: \"direction=\" does not belong there");
 }
 
 TEST(AxisWords, DrivesMoveByThemselves) {

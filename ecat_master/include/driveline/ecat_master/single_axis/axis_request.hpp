@@ -81,13 +81,23 @@ enum class BufferMode : std::uint8_t {
   return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
 }
 
+/// Which of the places that have the name of a position an axis with a modulo goes to (PLCopen part 1, MC_Direction):
+/// of those at which it can come to rest without turning round, from the one where it would if it braked now.
+enum class MoveDirection : std::uint8_t {
+  kNone,      ///< the position itself, however many turns it is away
+  kShortest,  ///< the nearest
+  kPositive,  ///< the next on the way up
+  kNegative,  ///< the next on the way down
+};
+
 /// A request to an axis, in SI units: rad or m, Nm or N. Copied as bytes through rings.
 struct AxisRequest {
-  AxisCommand command = AxisCommand::kHalt;   ///< what is asked
-  BufferMode buffer = BufferMode::kAborting;  ///< of motions; positions by the drive: kAborting, kBuffered
-  bool on = true;                             ///< kPower
-  std::int8_t mode = 8;                       ///< kSetMode: 6060h, 8 to 10; 7 from 8, and back, where the drive has it
-  double target = 0.0;                        ///< position, distance, velocity, torque or factor
+  AxisCommand command = AxisCommand::kHalt;        ///< what is asked
+  BufferMode buffer = BufferMode::kAborting;       ///< of motions; positions by the drive: kAborting, kBuffered
+  MoveDirection direction = MoveDirection::kNone;  ///< kMoveAbsolute of an axis with AxisConfig::modulo
+  bool on = true;                                  ///< kPower
+  std::int8_t mode = 8;       ///< kSetMode: 6060h, 8 to 10; 7 from 8, and back, where the drive has it
+  double target = 0.0;        ///< position, distance, velocity, torque or factor
   double velocity = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Others than 0 must not be above it
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: torque per second, 0: at once
   double deceleration = 0.0;  ///< likewise; 0: as `acceleration`
@@ -140,6 +150,7 @@ enum class AxisError : std::uint8_t {
   kProbe,           ///< the drive does not switch its touch probe on
   kNoEdge,          ///< there was no event within the distance
   kNoTarget,        ///< the drive has not taken its target
+  kDirection,       ///< a direction is for positions of an axis that has a modulo
   kVelocityCount,   ///< 6042h cannot hold the velocity, or what it counts in (604Ch) is not known
   kTargetTimeout,   ///< the drive has not reached its target in time
   kInGroup,         ///< the axis belongs to a group that is enabled (AxisGroups)
@@ -170,6 +181,8 @@ enum class PlcopenState : std::uint8_t {
 [[nodiscard]] std::string_view to_text(RequestPhase phase) noexcept;
 /// The reason as the end of a sentence: "the axis is disabled". \rtsafe
 [[nodiscard]] std::string_view to_text(AxisError error) noexcept;
+/// "shortest", "positive", "negative"; "none". \rtsafe
+[[nodiscard]] std::string_view to_text(MoveDirection direction) noexcept;
 /// "aborting", "buffered", "blending_low" and so on. \rtsafe
 [[nodiscard]] std::string_view to_text(BufferMode mode) noexcept;
 

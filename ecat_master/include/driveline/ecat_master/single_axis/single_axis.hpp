@@ -213,7 +213,10 @@ class SingleAxis {
   [[nodiscard]] std::optional<Passage> passage_of(const Move& move) const noexcept;
   [[nodiscard]] double velocity_of(const AxisRequest& request) const noexcept;
   [[nodiscard]] double jerk_of(const AxisRequest& request, const trajectory::AxisSetpoint& now) const noexcept;
-  [[nodiscard]] double target_of(const AxisRequest& request, double position, double last_target) const noexcept;
+  [[nodiscard]] double target_of(const AxisRequest& request, const trajectory::AxisSetpoint& from,
+                                 double last_target) const noexcept;
+  [[nodiscard]] double place_of(const AxisRequest& request, const trajectory::AxisSetpoint& from) const noexcept;
+  [[nodiscard]] double resting_place(const AxisRequest& request, const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way,
                                                     const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
