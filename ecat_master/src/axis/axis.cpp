@@ -439,8 +439,12 @@ void Axis::hold_at(double position, double velocity) noexcept {
   // Of the acceleration; both together may be taken back in the next cycle.
   constexpr double kShareOfVelocity = 0.25;
   constexpr double kShareOfPlace = 0.125;
-  const bool at_once = !hold_ || !told_on() || !(std::abs(velocity) > 0.0) || !(std::abs(hold_velocity_) > 0.0);
-  if (at_once) {
+  constexpr double kShareAtRest = 0.75;  // as fast as an axis may sink that counts as standing
+  const bool moves = std::abs(velocity) > 0.0;
+  const bool moved = std::abs(hold_velocity_) > 0.0;
+  // A new zero is another place.
+  const bool elsewhere = !hold_ || std::abs(position - *hold_) > position_tolerance(config_);
+  if (elsewhere || !told_on() || (moves && !moved)) {
     hold_ = position;
     hold_velocity_ = velocity;
     return;
@@ -451,7 +455,7 @@ void Axis::hold_at(double position, double velocity) noexcept {
   const double next =
       std::clamp(velocity, hold_velocity_ - kShareOfVelocity * most, hold_velocity_ + kShareOfVelocity * most);
   const double expected = before + next * period_s;
-  const double beside = kShareOfPlace * most * period_s;
+  const double beside = (moves || moved ? kShareOfPlace : kShareAtRest) * most * period_s;
   const double place = std::clamp(position + lead_s() * velocity, expected - beside, expected + beside);
   hold_velocity_ = next;
   hold_ = place - lead_s() * next;

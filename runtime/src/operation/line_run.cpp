@@ -280,7 +280,7 @@ void LineRun::operate() {
   if (!had(Severity::kFault)) margins_ = read_sync_margins(master_);
   if (stop_requested()) progress(events::StopRequested{});
   recorder_->end_operation(session_.clock().now());
-  watch_->tell_missing();
+  watch_->tell_rest();
   state_ = watch_->state();
   stop_motion();
 }

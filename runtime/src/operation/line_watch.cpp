@@ -213,7 +213,8 @@ bool LineWatch::motion_goes_on() {
   return false;
 }
 
-void LineWatch::tell_missing() {
+void LineWatch::tell_rest() {
+  if (motion_ != nullptr) motion_->look(listener_);
   if (const auto rest = absences_.rest(master_.core()->absences_dropped())) notice(*rest);
   for (std::size_t i = 0; i < away_since_.size(); ++i) {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect || state_ != "OP") continue;

@@ -26,8 +26,9 @@ class LineWatch {
 
   /// Checks everything once and brings back slaves, for as long as that takes. False: the run cannot go on.
   [[nodiscard]] bool look();
-  /// Once, at the end: reports missing slaves (faults of the run) and absences of the master not reported so far.
-  void tell_missing();
+  /// Once, at the end: reports what has become of axes and groups since the last look, missing slaves (faults of the
+  /// run), and absences of the master not reported so far.
+  void tell_rest();
 
   /// State of the line: "OP", or the lower one it has fallen to.
   [[nodiscard]] const std::string& state() const noexcept { return state_; }

@@ -246,7 +246,33 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   bench.axis.hold_at(1.2 + (kCycles + 0.8) * step, kSlower);
   EXPECT_NEAR(bench.axis.held().position - last, step, most) << "slower at once";
   bench.axis.hold_at(5.0);
-  EXPECT_DOUBLE_EQ(bench.axis.held().position, 5.0) << "one that stands is where it is";
+  EXPECT_DOUBLE_EQ(bench.axis.held().position, 5.0) << "a new zero is another place";
+}
+
+/// Periods were missed in which it has come to stand: it is not where its velocity would have led it.
+TEST(AxisOutputs, OfAnAxisThatHasCoastedHaveNoStepWhenItStands) {
+  auto settings = config();
+  settings.limits = {50.0, 1000.0};
+  settings.increments_per_unit = 1e6;
+  Bench bench(settings);
+  const double period_s = std::chrono::duration<double>(settings.period).count();
+  const double most = settings.limits.max_acceleration * period_s * period_s;
+  bench.axis.read_inputs(inputs("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186"), true);  // Switched on
+  bench.axis.hold_at(1.0, 0.2);
+  bench.write(Goal::kEnabled, {});
+  ASSERT_TRUE(bench.axis.told_on());
+  double last = bench.axis.held().position;
+  double step = 0.2 * period_s;
+  constexpr double kRest = 1.0 - 2e-4;
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    bench.axis.hold_at(kRest);
+    bench.write(Goal::kEnabled, {});
+    const double now = bench.axis.held().position;
+    EXPECT_NEAR(now - last, step, most) << cycle;
+    step = now - last;
+    last = now;
+  }
+  EXPECT_DOUBLE_EQ(last, kRest) << "it gets there";
 }
 
 TEST(AxisOutputs, SaturateAndSurviveNan) {
