@@ -36,7 +36,9 @@ void SingleAxis::interrupt_drive() noexcept {
   if (by_drive_ == ByDrive::kNone) return;
   finish(drive_request_, by_drive_ == ByDrive::kLeaving ? RequestPhase::kDone : RequestPhase::kAborted);
   finish(drive_next_, RequestPhase::kAborted);
-  if (by_drive_ == ByDrive::kEntering) return leave_drive_mode();
+  // A rotor that the field has taken over swings into its load angle.
+  const bool by_field = axis_->inputs().mode == static_cast<std::int8_t>(cia402::Mode::kVelocity);
+  if (by_drive_ == ByDrive::kEntering && !by_field) return leave_drive_mode();
   if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
   axis_->set_command_bits(homes() ? 0 : cia402::command_bit::kHalt);
   still_since_ = cycle_;

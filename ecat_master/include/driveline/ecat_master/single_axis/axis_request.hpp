@@ -81,8 +81,9 @@ enum class BufferMode : std::uint8_t {
   return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
 }
 
-/// Which of the places that have the name of a position an axis with a modulo goes to (PLCopen part 1, MC_Direction):
-/// of those at which it can come to rest without turning round, from the one where it would if it braked now.
+/// An axis with a modulo passes a place of the same name in every turn: to which of them a motion to a position goes
+/// (PLCopen part 1, MC_Direction). Counted from where it would come to rest if it braked now, so that it need not turn
+/// round.
 enum class MoveDirection : std::uint8_t {
   kNone,      ///< the position itself, however many turns it is away
   kShortest,  ///< the nearest
