@@ -220,7 +220,8 @@ class RequestReader {
     if (verb_.command == AxisCommand::kHomeByProbe && name == "at")
       return take(request_.target, Quantity::kPosition, value, name);
     if (verb_.command == AxisCommand::kTouchProbe && (name == "from" || name == "to")) return read_window(name, value);
-    if (verb_.command == AxisCommand::kMoveAbsolute && name == "direction") return read_direction(value);
+    if (verb_.command == AxisCommand::kMoveAbsolute && name == "direction")
+      return choose(std::span<const MoveDirection>(kDirections), name, value, request_.direction);
     if (verb_.command == AxisCommand::kMoveAbsolute && !operand_) {
       if (name == "by") return relative(AxisCommand::kMoveRelative, value);
       if (name == "add") return relative(AxisCommand::kMoveAdditive, value);
@@ -245,27 +246,23 @@ class RequestReader {
     return take(request_.target, Quantity::kPosition, value, "distance");
   }
 
-  [[nodiscard]] Outcome<void> read_direction(std::string_view value) {
+  /// One of several words, as the line calls them.
+  template <typename Choice>
+  [[nodiscard]] Outcome<void> choose(std::span<const Choice> choices, std::string_view what, std::string_view value,
+                                     Choice& to) {
     std::vector<std::string_view> names;
-    for (const auto direction : kDirections) {
-      names.push_back(ecat_master::to_text(direction));
+    for (const auto choice : choices) {
+      names.push_back(ecat_master::to_text(choice));
       if (names.back() != value) continue;
-      request_.direction = direction;
+      to = choice;
       return {};
     }
     return misused(
-        fmt::format("direction \"{}\": {} are possible{}", value, fmt::join(names, ", "), hint(value, names)));
+        fmt::format("{} \"{}\": {} are possible{}", what, value, fmt::join(names, ", "), hint(value, names)));
   }
 
   [[nodiscard]] Outcome<void> read_buffer(std::span<const BufferMode> modes, std::string_view value) {
-    std::vector<std::string_view> names;
-    for (const auto mode : modes) {
-      names.push_back(ecat_master::to_text(mode));
-      if (names.back() != value) continue;
-      request_.buffer = mode;
-      return {};
-    }
-    return misused(fmt::format("buffer \"{}\": {} are possible{}", value, fmt::join(names, ", "), hint(value, names)));
+    return choose(modes, "buffer", value, request_.buffer);
   }
 
   [[nodiscard]] Outcome<void> take(double& target, Quantity quantity, std::string_view text, std::string_view what) {

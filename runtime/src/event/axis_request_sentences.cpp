@@ -98,6 +98,10 @@ std::string_view remedy(AxisError error) {
       return "; enable it first";
     case AxisError::kStopping:
       return "; release-stop withdraws it";
+    case AxisError::kDirection:
+      return "; its [[axis]] has no modulo, or the motion is by a distance";
+    case AxisError::kVelocityCount:
+      return "; the sdo of its [[slave]] can set another 604Ch";
     default:
       return "";
   }

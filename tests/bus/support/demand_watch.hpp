@@ -36,18 +36,16 @@ class DemandWatch {
   [[nodiscard]] std::uint64_t judged() const noexcept { return judged_; }
 
   /// Periods over which slopes are taken, and what they may be beyond the limits. Targets are whole increments: over
-  /// two periods that is as much as 38 % of an acceleration, and a spline rounds the corners that are left, as is what
-  /// a drive that was without its master for longer than it bridges is beside the place where that expects it; over
-  /// eight it is 2.4 %. 606Bh has, besides, what the position loop makes of a following error, and in CSV what that of
-  /// the master does, up to 16 % over eight periods where a drive whose master is away stops by itself behind a change
-  /// of its mode. A leap is seen over two periods, a limit that is not kept over eight.
+  /// two periods that is as much as 38 % of an acceleration, and a spline rounds the corners that are left; over eight
+  /// it is 2.4 %. 606Bh has, besides, what the position loop makes of a following error, and in CSV what that of the
+  /// master does. A leap is seen over two periods, a limit that is not kept over eight.
   struct Window {
     std::size_t periods;
     double velocity;      ///< 6062h, share of the highest velocity
     double acceleration;  ///< 6062h, share of the highest acceleration
     double change;        ///< 606Bh, the same
   };
-  static constexpr std::array<Window, 3> kWindows{{{2, 1.03, 1.9, 1.8}, {4, 1.03, 1.25, 1.35}, {8, 1.02, 1.06, 1.18}}};
+  static constexpr std::array<Window, 3> kWindows{{{2, 1.03, 1.8, 1.8}, {4, 1.03, 1.25, 1.35}, {8, 1.02, 1.06, 1.15}}};
   /// Of the shaft under a torque, share of the highest acceleration: no demand, but the answer of a loop over the bus,
   /// with a dead time of three cycles, longer where frames are lost.
   static constexpr double kByTorque = 2.5;

@@ -212,12 +212,17 @@ TEST(AxisOutputs, FollowTheActualPositionWhileNotEnabled) {
   }
 }
 
-/// The drive may follow from the command to enable on, before it has said so: the place of an axis that coasts is
-/// corrected no faster than the axis may accelerate.
-TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
+AxisConfig coasting() {
   auto settings = config();
   settings.limits = {50.0, 1000.0};
   settings.increments_per_unit = 1e6;
+  return settings;
+}
+
+/// The drive may follow from the command to enable on, before it has said so: the place of an axis that coasts is
+/// corrected no faster than the axis may accelerate.
+TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
+  const auto settings = coasting();
   Bench bench(settings);
   const double period_s = std::chrono::duration<double>(settings.period).count();
   constexpr double kVelocity = 10.0;
@@ -251,9 +256,7 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
 
 /// Periods were missed in which it has come to stand: it is not where its velocity would have led it.
 TEST(AxisOutputs, OfAnAxisThatHasCoastedHaveNoStepWhenItStands) {
-  auto settings = config();
-  settings.limits = {50.0, 1000.0};
-  settings.increments_per_unit = 1e6;
+  const auto settings = coasting();
   Bench bench(settings);
   const double period_s = std::chrono::duration<double>(settings.period).count();
   const double most = settings.limits.max_acceleration * period_s * period_s;
