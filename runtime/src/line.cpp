@@ -102,7 +102,7 @@ Result<RunReport> Line::run(const RunSettings& settings) {
   return report;
 }
 
-/// A capture that could not be written is a failure in the report, not the loss of the report.
+/// A capture that could not be written becomes a failure in the report, so that the report is not lost.
 void Line::finish_capture(RunReport& report) {
   const auto capture = session_->close_capture();
   if (!capture) {

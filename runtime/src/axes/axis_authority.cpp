@@ -5,8 +5,8 @@
 namespace driveline::runtime {
 namespace {
 
-/// No lease of an earlier run has that number or a later one: what was asked by its number is asked of that run. A
-/// double can say it for a thousand years.
+/// Milliseconds since 1970 times 100, so that lease numbers of an earlier run are always lower and cannot be mistaken
+/// for those of this run. A double represents the numbers exactly for the next thousand years.
 std::uint64_t first_number() {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::milliseconds>(since_1970).count()) * 100;
@@ -14,7 +14,7 @@ std::uint64_t first_number() {
 
 }  // namespace
 
-/// With the lock held.
+/// Call with the lock held.
 std::optional<LeaseRefusal> AxisAuthority::obstacle(std::size_t axis, const LeaseTerms& terms) const {
   const auto& lease = leases_.at(axis);
   const bool foreign = !lease.owner.empty() && lease.owner != terms.owner;

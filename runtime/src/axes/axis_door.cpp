@@ -16,17 +16,17 @@ using ecat_master::PlcopenState;
 using ecat_master::RequestPhase;
 using Why = AxisRefusal::Why;
 
-/// Allowed to everybody.
+/// Whether the command is a stop, which every caller may send.
 bool stops(AxisCommand command) noexcept {
   return command == AxisCommand::kStop || command == AxisCommand::kHalt;
 }
 
-/// Moves nothing, and asks for no lease.
+/// Whether the command concerns a touch probe: it moves nothing and needs no lease.
 bool probes(AxisCommand command) noexcept {
   return command == AxisCommand::kTouchProbe || command == AxisCommand::kAbortTrigger;
 }
 
-/// Once the axis has taken it, the axis does nothing else that it has done before.
+/// Whether the command replaces the motion in progress once the axis has accepted it.
 bool begins_motion(AxisCommand command) noexcept {
   switch (command) {
     case AxisCommand::kHome:
@@ -196,7 +196,7 @@ AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_
   return number;
 }
 
-/// Takes the lease of an axis that nobody else has; one of another owner stays his, see settle_take_overs().
+/// Takes the lease of an axis without owner. An axis of another owner stays with it until settle_take_overs().
 AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
   if (stops(command)) return Way::kOpen;
   if (probes(command)) return probe_permission(caller, axis, command);
@@ -213,7 +213,7 @@ AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t 
   return owner.empty() ? Way::kNewLease : Way::kOpen;
 }
 
-/// Everybody may switch a touch probe off; whose it is may be replaced by those who take over alone.
+/// Any caller may switch a touch probe off; only a caller with `take_over` may replace the probe of another caller.
 AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) const {
   if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
   if (command == AxisCommand::kAbortTrigger || caller.take_over) return Way::kOpen;
@@ -225,7 +225,7 @@ AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::s
   return Way::kOpen;
 }
 
-/// He asks for that, or has asked for it with a request that the axis has not looked at yet.
+/// Whether the caller takes the axis over: by this request, or by an earlier one that the axis has not processed yet.
 bool AxisDoor::takes_over(const AxisCaller& caller, std::size_t axis) const {
   return caller.take_over || std::any_of(pending_.begin(), pending_.end(), [&](const Pending& pending) {
            return pending.takes_over && pending.axis == axis && pending.caller.name == caller.name;
@@ -239,7 +239,7 @@ LeaseTerms AxisDoor::terms_of(const AxisCaller& caller) const {
   return terms;
 }
 
-/// The axes of others that requests have been taken by are those callers' from now on.
+/// Gives axes to the callers that take them over, once the axes have accepted the requests.
 void AxisDoor::settle_take_overs() {
   if (single_ == nullptr) return;
   for (auto& pending : pending_) {
@@ -278,7 +278,7 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   if (progress.report.phase == RequestPhase::kDone) {
     const auto now = single_->axis_report(axis);
     if (now.recorded_request == request) progress.recorded_position = now.recorded_position;
-    // The position is told at the end of the cycle in which the request is done.
+    // The recorded position appears only at the end of the cycle in which the request is done.
     if (now.recorded_request < request && is_probe(request)) progress.report.phase = RequestPhase::kActive;
   }
   if (progress.report.error == AxisError::kNone) return progress;
@@ -304,7 +304,7 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
   return progress;
 }
 
-/// One that is not over yet.
+/// Whether the request is a touch probe that is still pending.
 bool AxisDoor::is_probe(std::uint64_t request) const {
   return std::any_of(pending_.begin(), pending_.end(), [request](const Pending& pending) {
     return pending.number == request && pending.request.command == AxisCommand::kTouchProbe;
@@ -340,7 +340,7 @@ void AxisDoor::leave(const std::string& caller, bool stop) {
   authority_.release_all(caller);
 }
 
-/// Its caller goes.
+/// Ends a pending request because its caller leaves.
 void AxisDoor::drop(Pending& pending) {
   const auto progress = progress_of(pending.axis, pending.number);
   if (pending.request.command == AxisCommand::kTouchProbe) {
@@ -349,7 +349,7 @@ void AxisDoor::drop(Pending& pending) {
   } else if (pending.takes_over) {
     pending.gone = true;
   } else if (authority_.holds(pending.axis, pending.caller.name)) {
-    // What another has taken over is moved by him.
+    // An axis that another caller has taken over continues to move.
     stop_axis(pending.axis);
   }
 }
@@ -369,7 +369,7 @@ void AxisDoor::watch_leases() {
   }
 }
 
-/// Homing is ended by a stop alone (PLCopen part 1, state diagram), which is withdrawn at once.
+/// Only a stop can end homing (PLCopen part 1, state diagram); the stop is released at once.
 void AxisDoor::stop_axis(std::size_t axis) {
   if (single_ == nullptr || (groups_ != nullptr && groups_->bring_to_rest(axis))) return;
   const auto state = single_->axis_report(axis).state;

@@ -18,7 +18,7 @@ using trajectory::CouplingLaw;
 using trajectory::CouplingState;
 using Kind = CouplingOrder::Kind;
 
-/// By which the actual position of an axis may be faster than its setpoints.
+/// Factor by which the actual velocity of an axis may exceed that of its setpoints.
 constexpr double kOvershoot = 1.5;
 /// CiA 402: position demand, internal and actual value.
 constexpr std::uint16_t kFirstOwnPosition = 0x6062;
@@ -36,7 +36,7 @@ trajectory::TrackerSettings tracker_of(const LineConfig& config, double max_velo
   return settings;
 }
 
-/// Of the [[slave]] tables.
+/// Returns the index of the [[slave]] table with this name; none: there is no such table.
 std::optional<std::size_t> table_of(const LineConfig& config, const std::string& slave) {
   const auto found =
       std::find_if(config.slaves.begin(), config.slaves.end(), [&](const auto& one) { return one.name == slave; });

@@ -16,12 +16,12 @@
 
 namespace driveline::runtime {
 
-/// The gears and cams of a line in operation. Made before the cycle starts; it must outlive that. Then any thread, with
-/// a lock of the caller around it (AxisDoor has one).
+/// Gears and cams of a line in operation. Made before the cycle starts; it must outlive the cycle. Afterwards any
+/// thread may call it, with a lock of the caller held (AxisDoor has one).
 class LineCouplings {
  public:
-  /// `axes` must outlive it, and `config`, too. Errors, with the place in the file: an encoder that the process data do
-  /// not have, or that cannot be one.
+  /// `axes` and `config` must outlive it. Errors, with the place in the file: the process data do not contain the entry
+  /// of an encoder, or the entry cannot be an encoder.
   [[nodiscard]] static Result<std::unique_ptr<LineCouplings>> make(const LineConfig& config,
                                                                    ecat_master::SingleAxes& axes,
                                                                    const ecat_master::ProcessVariables& variables,
@@ -29,27 +29,28 @@ class LineCouplings {
   LineCouplings(const LineCouplings&) = delete;
   LineCouplings& operator=(const LineCouplings&) = delete;
 
-  /// The axis is the slave of a [[coupling]].
+  /// Whether the axis is the slave of a [[coupling]].
   [[nodiscard]] bool has(std::size_t slave) const noexcept { return plan_.of(slave) != nullptr; }
-  /// It is coupled.
+  /// Whether the axis is coupled.
   [[nodiscard]] bool coupled(std::size_t slave) const noexcept;
-  /// Hands an order on: its number; 0: there are more than the cycle can take, or there is nothing to end.
+  /// Forwards an order to the cycle. Returns its number; 0: the queue to the cycle is full, or there is no coupling to
+  /// end.
   [[nodiscard]] std::uint64_t submit(std::size_t slave, const CouplingOrder& order);
-  /// What `report` of the number of an order means: a slave that is led has reached what it was asked for when it is in
-  /// synchronism, and orders of a phase are known here alone.
+  /// Returns what `report` means for the order `number`. A slave has reached its target only when it is synchronous;
+  /// orders about the phase are known only here.
   [[nodiscard]] ecat_master::RequestReport judge(std::size_t slave, std::uint64_t number,
                                                  ecat_master::RequestReport report) const;
-  /// Of an order to shift a phase.
+  /// Whether the number is that of an order to shift the phase.
   [[nodiscard]] static bool is_phase(std::uint64_t number) noexcept { return (number & kPhaseBit) != 0; }
-  /// Of an order to be coupled, the last one.
+  /// Whether the number is that of the last order to couple the axis.
   [[nodiscard]] bool is_order(std::size_t slave, std::uint64_t number) const;
-  /// Why the last one came to nothing; kNone: its master leads no more.
+  /// Returns why the last coupling failed; kNone: its master no longer leads.
   [[nodiscard]] trajectory::CouplingRefusal refusal(std::size_t slave) const noexcept;
-  /// The axis is the slave of a [[coupling]].
+  /// Returns the state of the coupling; the axis must be the slave of a [[coupling]].
   [[nodiscard]] CouplingStatus status(std::size_t slave) const;
 
  private:
-  /// Of numbers of phases, which are no requests of the axis.
+  /// Marks the numbers of phase orders, which are no requests of the axis.
   static constexpr std::uint64_t kPhaseBit = std::uint64_t{1} << 63;
 
   explicit LineCouplings(const LineConfig& config) : config_(config), plan_(config.couplings) {}
@@ -63,7 +64,7 @@ class LineCouplings {
   std::vector<std::unique_ptr<ecat_master::MasterSignal>> signals_;
   std::vector<ecat_master::Couplings::Pair> pairs_;
   std::unique_ptr<ecat_master::Couplings> couplings_;
-  std::map<std::size_t, std::uint64_t> orders_;  ///< the last one of each slave
+  std::map<std::size_t, std::uint64_t> orders_;  ///< last coupling order of each slave
 };
 
 }  // namespace driveline::runtime

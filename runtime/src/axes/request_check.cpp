@@ -19,7 +19,7 @@ AxisRefusal not_a_number(std::string_view quantity) {
   return refusal;
 }
 
-/// A quantity with its range.
+/// A quantity with its permitted range.
 struct Ranged {
   std::string_view quantity;
   std::string_view per;
@@ -64,15 +64,15 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
   }
 }
 
-/// The loops of the master are closed by torques.
+/// Whether the request makes the master close the control loop with torque setpoints.
 bool led_by_torque(const ecat_master::AxisRequest& request) {
   constexpr auto kTorqueMode = static_cast<std::int8_t>(ecat_master::cia402::Mode::kCyclicTorque);
   return request.command == AxisCommand::kTorque ||
          (request.command == AxisCommand::kSetMode && request.mode == kTorqueMode);
 }
 
-/// Where the request would lead, as far as that is known before it begins: from a standstill, or to a place by its
-/// name.
+/// Returns the target position as far as it is known before the motion starts: for motions from standstill and to
+/// absolute positions.
 std::optional<double> destination(const ecat_master::AxisReport& report, const ecat_master::AxisRequest& request) {
   switch (request.command) {
     case AxisCommand::kMoveAbsolute:
@@ -122,7 +122,7 @@ std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, co
   const auto& limits = axis.limits;
   if (auto wrong = check({"velocity", "/s", request.velocity, 0.0, limits.max_velocity})) return wrong;
   if (!std::isfinite(request.jerk) || request.jerk < 0.0) return not_a_number("jerk");
-  // Of a torque it is torque per second.
+  // For a torque request, `acceleration` is the slope in torque per second.
   if (request.command == AxisCommand::kTorque) return std::nullopt;
   if (auto wrong = check({"acceleration", "/s^2", request.acceleration, 0.0, limits.max_acceleration})) return wrong;
   return check({"deceleration", "/s^2", request.deceleration, 0.0, limits.max_acceleration});

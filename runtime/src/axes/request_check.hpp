@@ -9,12 +9,12 @@
 
 namespace driveline::runtime {
 
-/// What is wrong with the numbers of a request, as far as configuration and state of the axis tell; none: nothing.
+/// Checks the numbers of a request against configuration and state of the axis; none: nothing is wrong.
 [[nodiscard]] std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis,
                                                        const ecat_master::AxisReport& report,
                                                        const ecat_master::AxisRequest& request);
 
-/// The software limits of the axis as its requests count positions; none: it has none.
+/// Returns the software limits of the axis as its requests count positions; none: the axis has none.
 [[nodiscard]] std::optional<trajectory::PositionRange> range_of_requests(const ecat_master::AxisConfig& axis,
                                                                          const ecat_master::AxisReport& report);
 

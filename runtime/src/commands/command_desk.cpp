@@ -18,19 +18,20 @@ using snapshot::CommandRecord;
 using snapshot::CommandResult;
 
 constexpr std::chrono::seconds kSumInterval{1};
-/// Setpoints come by the thousand; the shortest lease is ten times as long.
+/// Shortest interval between renewals by setpoints, which arrive by the thousand; the shortest lease is ten times as
+/// long.
 constexpr std::chrono::milliseconds kHeardInterval{5};
-/// A silent client without axes makes room for another one after so long.
+/// A client without pending requests may be replaced after being silent for this long.
 constexpr std::chrono::seconds kForgetAfter{10};
-/// Bytes of a participant that are his (RTPS 2.2, 8.2.4.2).
+/// Leading bytes of the GUID that identify the participant (RTPS 2.2, 8.2.4.2).
 constexpr std::size_t kPrefixBytes = 12;
 
 struct KindName {
   CommandKind kind;
   std::string_view name;
-  AxisCommand command = AxisCommand::kHalt;  ///< of those that ask something of the axis
+  AxisCommand command = AxisCommand::kHalt;  ///< for commands that become a request to the axis
 };
-/// By number.
+/// Indexed by the number of the command.
 constexpr std::array kKinds = {
     KindName{CommandKind::kAcquire, "acquire"},
     KindName{CommandKind::kRenew, "renew"},
@@ -46,7 +47,7 @@ constexpr std::array kKinds = {
     KindName{CommandKind::kMoveRelative, "move relative", AxisCommand::kMoveRelative},
 };
 
-/// Null: there is no such command.
+/// Returns null if there is no such command.
 const KindName* kind_of(const CommandRecord& record) noexcept {
   return record.kind < kKinds.size() ? &kKinds[record.kind] : nullptr;
 }
@@ -65,7 +66,7 @@ bool is_stop(const CommandRecord& record) noexcept {
   return kind != nullptr && (kind->kind == CommandKind::kHalt || kind->kind == CommandKind::kQuickStop);
 }
 
-/// A text of a client goes to terminals, files and subscribers.
+/// Texts of a client reach terminals, files and subscribers: only printable ASCII is permitted.
 bool printable(std::string_view text) noexcept {
   return std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
 }
@@ -102,7 +103,7 @@ std::string commander_name(const snapshot::CommandParticipant& participant, std:
 
 void CommandDesk::take(const CommandRecord& record) {
   const auto now = clock_.now();
-  // Whoever floods keeps nobody from stopping.
+  // A client that floods the line must not keep others from stopping an axis: stops are limited separately.
   if (!(is_stop(record) ? total_stops_ : total_).take(now)) {
     ++untold_.dropped;
     return;
@@ -138,7 +139,7 @@ void CommandDesk::take(const CommandRecord& record) {
   judge(*client, record);
 }
 
-/// Null: there are too many.
+/// Returns null if there are too many clients.
 CommandDesk::Client* CommandDesk::find_client(const CommandRecord& record, std::string_view name) {
   Key key{record.participant, std::string(name)};
   if (const auto found = clients_.find(key); found != clients_.end()) return &found->second;
@@ -235,7 +236,7 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
     answer(record, CommandResult::kDone, "all axes stop, and the run ends", lease);
     return;
   }
-  // Stops are taken always, but not all of them remembered.
+  // Stops are always accepted, but only a limited number of them is tracked.
   const bool followed = client.pending.size() < 2 * kMostRequests;
   answer(record, followed ? CommandResult::kAccepted : CommandResult::kDone,
          followed ? "" : "the axis is told to stop; no other answer follows, there are too many", lease);
@@ -252,7 +253,7 @@ void CommandDesk::look() {
   if (sum.accepted + sum.refused + sum.dropped > 0) door_.note(sum);
 }
 
-/// Requests of a client that are over have another answer.
+/// Answers the requests of a client that are over.
 void CommandDesk::look_at(Client& client) {
   std::erase_if(client.pending, [&](const Pending& pending) {
     const auto progress = door_.progress(pending.axis, pending.request);
@@ -281,8 +282,8 @@ void CommandDesk::heard(const snapshot::CommandParticipant& participant, std::st
   door_.keep_alive(found->second.caller);
 }
 
-/// Clients stay known: their middleware sends the next bridge again what this one had not acknowledged, commands that
-/// were done long ago among it, and those are told by their numbers.
+/// Clients stay known: after a restart of the bridge their middleware resends unacknowledged commands, also those that
+/// were executed long ago; their numbers identify them.
 void CommandDesk::bridge_lost() {
   told_nonsense_ = false;
   for (auto& [key, client] : clients_) {
@@ -321,7 +322,7 @@ void CommandDesk::refuse(const std::string& who, const CommandRecord& record, co
   answer(record, CommandResult::kRefused, problem, lease);
 }
 
-/// The lease that he names, if it is his; 0: it is not.
+/// Returns the lease that the record names if the client holds it; 0: it does not.
 std::uint64_t CommandDesk::held(const Client& client, const CommandRecord& record) const {
   const auto axis = door_.find(record.axis.view());
   auto caller = client.caller;

@@ -17,56 +17,56 @@
 
 namespace driveline::runtime {
 
-/// The caller "dds NAME (participant GUID)", as leases and events have him.
+/// Returns the name "dds NAME (participant GUID)" of a client in leases and events.
 [[nodiscard]] std::string commander_name(const snapshot::CommandParticipant& participant, std::string_view client);
 
-/// Takes commands that come over DDS, checks everything in them, and hands what may be done to the door of the axes,
-/// as a caller "dds NAME (participant GUID)". Who commands an axis acquires it first, names the number of the lease
-/// with every command, and renews it; an axis whose lease runs out stops within its limits, and is free. A halt and a
-/// quick stop need no lease: a stop is always allowed.
+/// Receives commands over DDS, checks every field, and forwards permitted ones to the AxisDoor as caller "dds NAME
+/// (participant GUID)". A client acquires an axis first, names the number of the lease in every command, and renews it.
+/// When a lease expires, its axis stops within its limits and is free. A halt and a quick stop need no lease: a stop is
+/// always permitted.
 ///
-/// Each command has an answer, and those that were accepted another one when they are over. Each has an event, too, as
-/// long as there are not too many; renewals have none. What is beyond the rates below is refused or dropped, and
+/// Each command is answered; an accepted one is answered again when it is over. Each command except a renewal also
+/// causes an event, as long as there are not too many. Commands beyond the rates below are refused or dropped, and
 /// counted. Belongs to one thread, which is not the cycle's.
 class CommandDesk {
  public:
-  /// Commands of one client; as many stops have room beside them.
+  /// Commands per second of one client; stops have an equal rate of their own.
   static constexpr double kClientRate = 200.0;
   static constexpr double kClientAtOnce = 100.0;
-  /// Of all clients together: what is beyond has no answer.
+  /// Commands per second of all clients together; commands beyond it are not answered.
   static constexpr double kTotalRate = 2000.0;
   static constexpr double kTotalAtOnce = 1000.0;
-  /// Events; what is beyond is summed up once a second.
+  /// Events per second; those beyond it are summed up once a second.
   static constexpr double kEventRate = 20.0;
   static constexpr double kEventsAtOnce = 100.0;
-  /// Clients at a time; one that has nothing and is silent makes room.
+  /// Most clients at a time; a silent client without pending requests is forgotten when a new one needs its place.
   static constexpr std::size_t kMostClients = 64;
-  /// Of them, of one participant: it is not to keep others out by its many names.
+  /// Most clients of one participant, so that it cannot keep others out with many names.
   static constexpr std::ptrdiff_t kMostNames = 8;
-  /// Requests under way, of one client.
+  /// Most pending requests of one client.
   static constexpr std::size_t kMostRequests = 32;
 
-  /// `door` and `clock`, by which leases run out, must outlive it. `lease_timeout`: positive.
+  /// `door` and `clock`, which measures leases, must outlive it. `lease_timeout`: positive.
   CommandDesk(AxisDoor& door, const rt::Clock& clock, std::chrono::nanoseconds lease_timeout)
       : door_(door), clock_(clock), lease_timeout_(lease_timeout) {}
 
-  /// One command, of which nothing is believed.
+  /// Processes one command, which is not trusted.
   void take(const snapshot::CommandRecord& record);
-  /// Ends leases that were not renewed, and answers what is over. To be called every few milliseconds.
+  /// Ends leases that were not renewed, and answers requests that are over. Call every few milliseconds.
   void look();
-  /// A client is there, and says so by other means than commands: his leases go on.
+  /// Renews the leases of a client that is alive by other means than commands.
   void heard(const snapshot::CommandParticipant& participant, std::string_view name);
-  /// All clients have lost their way here: their axes stop, and are free.
+  /// Reports that all clients have lost their connection: their axes stop, and are free.
   void bridge_lost();
-  /// What a bridge has written cannot be.
+  /// Reports that a bridge has written invalid data.
   void unbelieved();
 
-  /// Answers since the last call, in order.
+  /// Returns the answers since the last call, oldest first.
   [[nodiscard]] std::vector<snapshot::CommandAnswer> take_answers() { return std::exchange(answers_, {}); }
 
  private:
   using Key = std::pair<snapshot::CommandParticipant, std::string>;
-  /// A request that the axis has not done yet.
+  /// A request that is not over yet.
   struct Pending {
     snapshot::CommandRecord record;
     std::size_t axis = 0;
@@ -76,17 +76,17 @@ class CommandDesk {
     AxisCaller caller;
     std::uint64_t last_number = 0;
     bool begun = false;
-    bool commands = false;  ///< he has had an axis
+    bool commands = false;  ///< has acquired an axis
     std::chrono::nanoseconds heard{};
     RateLimit rate{kClientRate, kClientAtOnce};
     RateLimit stops{kClientRate, kClientAtOnce};
     std::vector<Pending> pending{};
   };
-  /// What was wrong with a command; empty: nothing.
+  /// Why a command is refused; empty: it is not.
   using Problem = std::string;
 
   [[nodiscard]] Client* find_client(const snapshot::CommandRecord& record, std::string_view name);
-  /// Forgets a client that has nothing and is silent; of one participant, or of all (null).
+  /// Forgets a silent client without pending requests: of one participant, or of any (null).
   [[nodiscard]] bool make_room(const snapshot::CommandParticipant* of);
   void judge(Client& client, const snapshot::CommandRecord& record);
   void lease(Client& client, const snapshot::CommandRecord& record, std::size_t axis);
@@ -110,7 +110,7 @@ class CommandDesk {
   RateLimit events_{kEventRate, kEventsAtOnce};
   events::CommandsUntold untold_;
   std::chrono::nanoseconds next_sum_{};
-  bool told_nonsense_ = false;  ///< since the last bridge has ended
+  bool told_nonsense_ = false;  ///< invalid data was reported since the last bridge ended
 };
 
 }  // namespace driveline::runtime

@@ -5,9 +5,9 @@
 namespace driveline::runtime {
 namespace {
 
-/// Commands of one pass, and the pause before the next one: no more than 64,000 in a second are even looked at.
+/// Most commands per pass; with the pause between passes, at most 64,000 commands per second are processed.
 constexpr std::size_t kCommandsPerPass = 64;
-/// Likewise; a stream of a setpoint in each cycle of 125 us has 8.
+/// Most setpoints per pass; a stream with a setpoint in each cycle of 125 us sends 8.
 constexpr std::size_t kSetpointsPerPass = 64;
 constexpr std::chrono::milliseconds kPassPause{1};
 
@@ -104,7 +104,7 @@ void CommandService::end_streams() {
   streams_->end_all(stream::EndReason::kLine);
 }
 
-/// What it has left behind is not done any more.
+/// Discards what the bridge has left in shared memory.
 void CommandService::forget_bridge() {
   for (std::uint64_t i = 0; i < snapshot::kCommandRoom; i += kCommandsPerPass) static_cast<void>(reader_.pop(room_));
   {

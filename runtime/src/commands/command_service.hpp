@@ -17,28 +17,28 @@
 
 namespace driveline::runtime {
 
-/// Reads the commands and setpoints that the bridge writes into shared memory, on a thread of its own and a bounded
-/// number in each pass, and writes the answers that it reads. Whatever the bridge writes there, neither the cycle nor
-/// the thread of the line has anything to do with it.
+/// Reads the commands and setpoints that the bridge writes into shared memory, and writes the answers for the bridge.
+/// It has its own thread and reads a bounded number of records in each pass, so that nothing that the bridge writes can
+/// affect the cycle or the thread of the line.
 class CommandService {
  public:
-  /// `door` must outlive it. Error (kMachine): there is no memory.
+  /// `door` must outlive it. Error (kMachine): no shared memory.
   [[nodiscard]] static Result<std::unique_ptr<CommandService>> start(AxisDoor& door,
                                                                      std::chrono::nanoseconds lease_timeout);
   CommandService(const CommandService&) = delete;
   CommandService& operator=(const CommandService&) = delete;
   ~CommandService();
 
-  /// Of the regions for the bridge: commands, answers, setpoints, reports about streams.
+  /// Returns descriptors of the regions for the bridge: commands, answers, setpoints, stream reports.
   [[nodiscard]] std::vector<int> descriptors() const {
     return {commands_.descriptor(), answers_.descriptor(), setpoints_.descriptor(), reports_.descriptor()};
   }
-  /// Setpoints go to these streams from now on; null: nowhere. Any thread; behind the call the streams before are not
-  /// used any more.
+  /// Sends setpoints to these streams from now on; null: discards them. Any thread; after the call the previous streams
+  /// are not used any more.
   void attach(RemoteStreams* streams);
-  /// The line ends: the streams do so first. Any thread.
+  /// Ends the streams before the line ends. Any thread.
   void end_streams();
-  /// The bridge has ended. Any thread.
+  /// Reports that the bridge has ended. Any thread.
   void bridge_lost() noexcept { lost_.store(true, std::memory_order_release); }
 
  private:
@@ -60,7 +60,7 @@ class CommandService {
   rt::MonotonicClock clock_;
   AxisDoor& door_;
   CommandDesk desk_;
-  std::mutex streams_lock_;  ///< of the next one
+  std::mutex streams_lock_;  ///< protects `streams_`
   RemoteStreams* streams_ = nullptr;
   std::uint64_t breaches_ = 0;
   std::uint64_t setpoint_breaches_ = 0;

@@ -5,14 +5,14 @@
 
 namespace driveline::runtime {
 
-/// So many in a second, and a few more at once after a pause.
+/// Limits a rate: a number per second, and a larger burst after a pause.
 class RateLimit {
  public:
-  /// `per_second` and `at_once`: positive. All of `at_once` may come at the beginning.
+  /// `per_second` and `at_once`: positive. The first burst may have `at_once` elements.
   constexpr RateLimit(double per_second, double at_once) noexcept
       : per_second_(per_second), at_once_(at_once), left_(at_once) {}
 
-  /// One more, at that time of a clock that does not go back. False: it is too many.
+  /// Counts one more at time `now` of a monotonic clock. False: the limit is exceeded.
   [[nodiscard]] constexpr bool take(std::chrono::nanoseconds now) noexcept {
     if (!begun_ || now < last_) last_ = now;
     begun_ = true;

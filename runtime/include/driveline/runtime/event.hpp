@@ -38,12 +38,12 @@ using EventFacts = std::variant<
     events::CommandsOpen, events::CommandAnswered, events::CommandsUntold, events::CommanderLost,
     events::CommandsUnbelieved>;
 
-/// How grave an event is.
+/// Severity of an event.
 enum class Severity : std::uint8_t {
-  kProgress,  ///< a step of a run as it should be; not in its report
+  kProgress,  ///< a normal step of a run; not in the run report
   kNotice,    ///< something has happened to the line or its axes
   kFault,     ///< a fault that does not end the run
-  kFailure,   ///< a fault by which the run has failed
+  kFailure,   ///< a fault that makes the run fail
 };
 
 /// What happened to a line, with the facts. `describe()` makes the sentence.
@@ -51,29 +51,31 @@ enum class Severity : std::uint8_t {
 ///     if (const auto* changed = event.as<events::LineChanged>()) show(changed->event.slave);
 ///     if (event.is_fault()) warn(describe(event));
 struct Event {
-  EventFacts facts;                                ///< kind and facts
-  Severity severity = Severity::kProgress;         ///< how grave it is
-  std::optional<std::chrono::nanoseconds> time{};  ///< in operation; none: before it, or when the line was down again
+  EventFacts facts;                         ///< kind and facts
+  Severity severity = Severity::kProgress;  ///< severity of the event
+  /// Time in operation; none: before operation, or after the line was shut down.
+  std::optional<std::chrono::nanoseconds> time{};
 
-  /// Whether the event is of that kind.
+  /// Whether the event is of kind `Kind`.
   template <typename Kind>
   [[nodiscard]] bool is() const noexcept {
     return std::holds_alternative<Kind>(facts);
   }
-  /// Its facts if it is of that kind, else null.
+  /// Returns the facts if the event is of kind `Kind`, else null.
   template <typename Kind>
   [[nodiscard]] const Kind* as() const noexcept {
     return std::get_if<Kind>(&facts);
   }
-  /// A fault, whether or not the run goes on.
+  /// Whether the event is a fault, no matter whether the run continues.
   [[nodiscard]] bool is_fault() const noexcept { return severity >= Severity::kFault; }
 };
 
-/// The event as one sentence with its facts, several lines for a list; without its time. `increments`: lengths in drive
-/// increments beside the units of their axes.
+/// Returns the event as one sentence with its facts (several lines for a list), without its time. `increments`: adds
+/// lengths in drive increments to those in the units of the axes.
 [[nodiscard]] std::string describe(const Event& event, bool increments = false);
 
-/// Time in operation and sentence: "1.250 s slave 3 (z): back in OP". Without a time the sentence alone.
+/// Returns the time in operation and the sentence: "1.250 s slave 3 (z): back in OP". Without a time, the sentence
+/// alone.
 [[nodiscard]] std::string describe_with_time(const Event& event, bool increments = false);
 
 }  // namespace driveline::runtime

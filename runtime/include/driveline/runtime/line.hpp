@@ -23,104 +23,106 @@ namespace driveline::runtime {
 class LineRun;
 class LineTasks;
 
-/// A drive line that runs: everything from the line description to the report. The line is brought up, its axes are
-/// taken along their path, lost slaves are treated as the description says, faults are recorded, and in the end all
-/// slaves are in INIT again.
+/// A drive line in operation: everything from the line description to the report. Brings the line up, moves the axes
+/// along their path, treats lost slaves as the description says, records faults, and finally brings all slaves back to
+/// INIT.
 ///
 ///   auto line = runtime::Line::from_file("cell.toml");
 ///   if (!line) return fail(runtime::describe(line.error()));
 ///   const auto report = (*line)->run();
 ///
-/// One thread owns the line and calls everything but request_stop(); the cycle runs in a real-time thread of its own
-/// (on virtual time in the owner's).
+/// One thread owns the line and calls everything except request_stop(). The cycle runs in its own real-time thread; on
+/// virtual time it runs in the owner's thread.
 class Line {
  public:
-  /// Choice of the bus; overrides the description.
+  /// Selects the bus; overrides the description.
   struct Options {
     std::string interface;         ///< network interface; replaces the simulated line or interface of the description
-    std::string second_interface;  ///< at the far end of a ring
+    std::string second_interface;  ///< interface at the far end of a ring
     bool virtual_time = false;     ///< simulated line on virtual time: deterministic, as fast as possible
-    std::optional<ecat_master::cia402::Mode> mode{};  ///< of all axes of a file, instead of their own: CSP, CSV or CST
-    Session::Adjust adjust{};                         ///< changes the configuration before anything is opened
-    DeviceRegistry devices{};  ///< the families that a file may name; a description in C++ has its own
+    /// For all axes of a file, instead of their own mode: CSP, CSV or CST.
+    std::optional<ecat_master::cia402::Mode> mode{};
+    Session::Adjust adjust{};  ///< changes the configuration before anything is opened
+    DeviceRegistry devices{};  ///< families that a file may name; a description made in C++ has its own
   };
-  /// Settings of one run.
+  /// Settings of a run.
   struct RunSettings {
-    std::optional<double> duration_s{};  ///< in operation; none: until the end of the path, or request_stop()
-    bool force = false;                  ///< takes the line over from a master that drives it
-    /// Publishes over DDS as [telemetry] says, by the program `driveline-bridge` beside this one or in
-    /// ../libexec/driveline.
+    std::optional<double> duration_s{};  ///< time in operation; none: until the end of the path or request_stop()
+    bool force = false;                  ///< takes over a line that another master controls
+    /// Publishes over DDS as [telemetry] says. The program `driveline-bridge` does so; it is in the folder of this
+    /// program or in ../libexec/driveline.
     bool telemetry = false;
-    bool trace = false;  ///< RunReport::trace is wanted: about 0.3 us per cycle and 1 MiB
-    bool enable = true;  ///< axes that nothing moves together are enabled at the start, and hold their place
+    bool trace = false;  ///< fills RunReport::trace; costs about 0.3 us per cycle and 1 MiB
+    bool enable = true;  ///< enables axes without common setpoints at the start; they hold position
   };
 
-  /// Reads the description and the path, opens the interface or builds the simulated line. Errors: unreadable or wrong
-  /// files (kFile), contradictory settings (kSetting), the interface (kMachine). Nothing is sent yet.
+  /// Reads the description and the path, and opens the interface or builds the simulated line. Sends nothing yet.
+  /// Errors: unreadable or wrong files (kFile), contradictory settings (kSetting), the interface (kMachine).
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_file(const std::filesystem::path& file,
                                                                const Options& options);
-  /// The same on the bus that the description names.
+  /// Same, on the bus that the description names.
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_file(const std::filesystem::path& file) {
     return from_file(file, Options{});
   }
-  /// The same for a description that was put together in C++. Errors: as above.
+  /// Same for a description composed in C++. Errors: as above.
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_config(LineConfig config, const Options& options);
-  /// The same on the bus that the description names.
+  /// Same, on the bus that the description names.
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_config(LineConfig config) {
     return from_config(std::move(config), Options{});
   }
-  /// The slaves found on `interface`, without a description: process data as the slaves have assigned them, no axes.
+  /// Opens `interface` without a description: process data as the slaves have assigned them, no axes.
   [[nodiscard]] static Result<std::unique_ptr<Line>> from_interface(const std::string& interface,
                                                                     const Options& options);
   ~Line();
   Line(const Line&) = delete;
   Line& operator=(const Line&) = delete;
 
-  /// The description as read and adjusted.
+  /// Returns the description as read and adjusted.
   [[nodiscard]] const LineConfig& config() const noexcept { return session_->config(); }
-  /// The bus that the line is on.
+  /// Returns the bus of the line.
   [[nodiscard]] Session& session() noexcept { return *session_; }
 
-  /// Receives everything that happens; must outlive the line. To be called before run().
+  /// Sets the observer of all events; it must outlive the line. Call before run().
   void observe(Observer& observer) noexcept { observer_ = &observer; }
-  /// Receives every sample of the cycle; must outlive the line. To be called before run().
+  /// Adds a consumer of every sample of the cycle; it must outlive the line. Call before run().
   void add(snapshot::SampleConsumer& consumer) { consumers_.push_back(&consumer); }
 
-  /// Source of the setpoints of all axes instead of the path of the description, such as the program's own controller.
-  /// Must outlive the line. To be called before run(). Error: it moves another number of axes than there are, a task
-  /// drives them, or the line has run (kCall).
+  /// Uses `source` for the setpoints of all axes instead of the path of the description, for example the program's own
+  /// controller. It must outlive the line. Call before run(). Errors (kCall): the number of its axes differs from that
+  /// of the line, a task drives axes, or the line has run.
   [[nodiscard]] Result<void> use(ecat_master::SetpointSource& source);
 
-  /// Runs `task` in the cycle, in the order in which tasks are added. Axes that it drives keep their limits, their
-  /// supervision, telemetry and flight recorder; those that no task drives hold their position. `task` must outlive the
-  /// line. To be called before run(). Errors (kCall; nothing has changed then): the line has run, the plan has no name
-  /// or one that is taken, the task has been added before, divider or phase are out of range, an axis is unknown or
-  /// driven by another task, or the axes have other setpoints: a [path], or those of use().
+  /// Runs `task` in the cycle; tasks run in the order in which they are added. Axes that a task drives keep their
+  /// limits, supervision, telemetry and flight recorder; other axes hold their position. `task` must outlive the line.
+  /// Call before run(). Errors (kCall; nothing has changed then): the line has run, the plan has no name or a name in
+  /// use, the task has been added before, divider or phase are out of range, an axis is unknown or driven by another
+  /// task, or the axes get their setpoints from a [path] or from use().
   [[nodiscard]] Result<void> add(Task& task, TaskPlan plan);
 
-  /// Claims the line against other masters of this program (Session::claim()) already before run().
+  /// Claims the line against other masters of this program before run() does so (Session::claim()).
   [[nodiscard]] Result<void> claim(bool force);
 
-  /// Brings the line up, runs it, and takes it down. The report is complete also after a failure in operation;
-  /// RunReport::failure() tells of it. Errors: the line did not get into operation; it is in INIT, as far as it can be
-  /// reached. Once: a second call is an error (kCall).
+  /// Brings the line up, runs it, and shuts it down. The report is complete even after a failure in operation, which
+  /// RunReport::failure() reports. Errors: the line did not reach operation; it is in INIT as far as it can be reached.
+  /// Can run only once: a second call is an error (kCall).
   [[nodiscard]] Result<RunReport> run(const RunSettings& settings);
-  /// The same until the end of the path.
+  /// Same, until the end of the path.
   [[nodiscard]] Result<RunReport> run() { return run(RunSettings{}); }
-  /// Ends the run in order: the axes come to rest, the line goes to INIT. Any thread, signal handlers too. \rtsafe
+  /// Ends the run in an orderly way: the axes come to rest, the line goes to INIT. Any thread, signal handlers too.
+  /// \rtsafe
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
-  /// The way of requests to the axes of a line without path, source and task that drives axes. Any thread; requests
-  /// are taken while the line is in operation.
+  /// Interface for requests to the axes of a line without path, setpoint source and axis-driving task. Any thread;
+  /// requests are accepted while the line is in operation.
   [[nodiscard]] AxisDoor& axes() noexcept { return door_; }
-  /// The same to its groups of axes ([[axis_group]]).
+  /// Same for the axis groups of the line ([[axis_group]]).
   [[nodiscard]] GroupDoor& groups() noexcept { return groups_; }
 
-  /// Diagnosis of the running line. On the owner's thread, in Observer::look(). Errors: the line is not in operation
-  /// (kCall), those of the bus (kLine).
+  /// Diagnoses the running line. Call on the owner's thread, in Observer::look(). Errors: the line is not in operation
+  /// (kCall), errors of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
-  /// Ports, addresses and counters of EoE; none: the line has no [eoe], or is not in operation yet. On the owner's
-  /// thread, in Observer::look().
+  /// Returns ports, addresses and counters of EoE; none: the line has no [eoe] or is not in operation yet. Call on the
+  /// owner's thread, in Observer::look().
   [[nodiscard]] std::optional<EoeReport> eoe() const;
 
  private:
@@ -136,7 +138,7 @@ class Line {
   Observer* observer_ = &silent_;
   std::vector<snapshot::SampleConsumer*> consumers_;
   std::unique_ptr<LineTasks> tasks_;
-  rt::MonotonicClock clock_;  ///< of those who ask for axes
+  rt::MonotonicClock clock_;  ///< measures the keep-alive times of clients
   AxisDoor door_;
   GroupDoor groups_;
   std::atomic<bool> stop_{false};

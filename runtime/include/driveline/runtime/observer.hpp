@@ -4,14 +4,15 @@
 
 namespace driveline::runtime {
 
-/// Is told what happens to a line while it is brought up, runs and is taken down. All functions are called on the
-/// thread that runs the line, never on the real-time thread.
+/// Interface that receives the events of a line while it is brought up, runs and is shut down. All functions are called
+/// on the thread that runs the line, never on the real-time thread.
 class Observer {
  public:
   virtual ~Observer() = default;
-  /// What has happened; describe() makes a sentence of it. All but Severity::kProgress is in RunReport::events, too.
+  /// Receives an event; describe() makes a sentence of it. RunReport::events contains all events above
+  /// Severity::kProgress, too.
   virtual void event(const Event& /*event*/) {}
-  /// Called every 20 ms in operation: the place for Line::diagnose() and Line::request_stop().
+  /// Called every 20 ms in operation; may call Line::diagnose() and Line::request_stop().
   virtual void look() {}
 };
 

@@ -14,76 +14,77 @@
 
 namespace driveline::runtime {
 
-/// The right to command an axis, as it is asked for.
+/// Terms on which a client requests the right to command an axis.
 struct LeaseTerms {
-  std::string owner;  ///< as others are told: "path", "stream", "control socket (process 123, user 1000)"; never empty
-  /// The lease ends then unless it is prolonged, on the clock of the callers; none: when it is released.
+  /// Name shown to others: "path", "stream", "control socket (process 123, user 1000)"; never empty.
+  std::string owner;
+  /// End of the lease unless it is prolonged, on the clock of the callers; none: it lasts until it is released.
   std::optional<std::chrono::nanoseconds> until{};
-  bool take_over = false;  ///< also from another owner, who is told of it
-  bool firm = false;       ///< nobody takes it over: what moves the axes as long as the line runs
+  bool take_over = false;  ///< takes the axis even from another owner, which gets a LeaseLoss
+  bool firm = false;       ///< cannot be taken over: for a source that moves the axes throughout the run
 };
 
-/// A lease that has ended against the will of its owner.
+/// A lease that ended without a release by its owner.
 struct LeaseLoss {
-  std::size_t axis = 0;  ///< by its number
-  std::string owner;     ///< who had it
-  std::string taken_by;  ///< who has it now; empty: it was not prolonged in time
+  std::size_t axis = 0;  ///< number of the axis
+  std::string owner;     ///< previous owner
+  std::string taken_by;  ///< new owner; empty: the lease was not prolonged in time
 };
 
-/// An axis has changed hands, willingly or not.
+/// Change of the owner of an axis, voluntary or not.
 struct LeaseChange {
-  /// How.
+  /// Reason of the change.
   enum class Kind : std::uint8_t {
-    kTaken,      ///< nobody had it
-    kTakenOver,  ///< from `before`
-    kReleased,   ///< by `before`, and nobody has it now
-    kExpired,    ///< the same, because `before` has not prolonged it in time
+    kTaken,      ///< the axis had no owner
+    kTakenOver,  ///< taken over from `before`
+    kReleased,   ///< released by `before`; the axis has no owner now
+    kExpired,    ///< not prolonged in time by `before`; the axis has no owner now
   };
-  std::size_t axis = 0;      ///< by its number
-  Kind kind = Kind::kTaken;  ///< how
-  std::string owner;         ///< who has it now; empty: nobody
-  std::string before;        ///< who had it; empty: nobody
+  std::size_t axis = 0;      ///< number of the axis
+  Kind kind = Kind::kTaken;  ///< reason of the change
+  std::string owner;         ///< new owner; empty: none
+  std::string before;        ///< previous owner; empty: none
 };
 
-/// Why a lease is not to be had.
+/// Why a lease is refused.
 struct LeaseRefusal {
-  std::string owner;  ///< who has it
-  bool firm = false;  ///< it cannot be taken over either
+  std::string owner;  ///< present owner
+  bool firm = false;  ///< the lease cannot be taken over either
 };
 
-/// Who may command the axes of a line: path, task, stream, hand. Each axis has at most one owner at a time. A stop asks
-/// for no lease: it is allowed to everybody. Owners are the same if their names are.
+/// Right to command the axes of a line: by a path, a task, a stream or a client. Each axis has at most one owner at a
+/// time. A stop needs no lease: any client may stop an axis. Owners with the same name are the same owner.
 ///
-/// Any thread but the cycle's, with a lock inside, except where something else is said.
+/// Any thread except the cycle's; uses a lock unless a function says otherwise.
 class AxisAuthority {
  public:
-  /// Changes that are kept for take_changes().
+  /// Most changes stored for take_changes().
   static constexpr std::size_t kMostChanges = 1024;
 
-  /// Nobody commands the axes yet.
+  /// Starts without an owner of any axis.
   explicit AxisAuthority(std::size_t axes) : leases_(axes), numbers_(axes) {}
 
-  /// Takes the axis, or prolongs the owner's own lease. The number of the lease, which no other has. Error: somebody
-  /// else has the axis.
+  /// Takes the axis, or prolongs the lease of `terms.owner`. Returns the number of the lease, which is unique. Error:
+  /// another owner has the axis.
   [[nodiscard]] tl::expected<std::uint64_t, LeaseRefusal> take(std::size_t axis, const LeaseTerms& terms);
-  /// Whether take() would give the axis away now, without doing it.
+  /// Checks whether take() would succeed now, without taking the axis.
   [[nodiscard]] tl::expected<void, LeaseRefusal> check(std::size_t axis, const LeaseTerms& terms) const;
-  /// Gives all leases of `owner` that have an end another one, or none.
+  /// Sets the end of all leases of `owner` that have an end; none: they no longer end by time.
   void prolong(std::string_view owner, std::optional<std::chrono::nanoseconds> until);
-  /// Gives the axis back; nothing happens if it is another's.
+  /// Releases the axis; does nothing if `owner` does not own it.
   void release(std::size_t axis, std::string_view owner);
-  /// Gives all his axes back: their numbers.
+  /// Releases all axes of `owner`. Returns their numbers.
   std::vector<std::size_t> release_all(std::string_view owner);
 
-  /// Ends the leases that were not prolonged in time. All that were lost since the last call, once.
+  /// Ends the leases that were not prolonged in time. Returns all losses since the last call.
   [[nodiscard]] std::vector<LeaseLoss> losses(std::chrono::nanoseconds now);
-  /// How axes have changed hands since the last call, in order; the newest kMostChanges.
+  /// Returns the changes of owner since the last call, oldest first; at most the newest kMostChanges.
   [[nodiscard]] std::vector<LeaseChange> take_changes();
-  /// The owner of an axis; empty: nobody.
+  /// Returns the owner of an axis; empty: none.
   [[nodiscard]] std::string owner_of(std::size_t axis) const;
-  /// Whether the axis is his.
+  /// Whether `owner` owns the axis.
   [[nodiscard]] bool holds(std::size_t axis, std::string_view owner) const;
-  /// Whether the lease of that number goes on; the cycle may ask, too. \rtsafe
+  /// Whether the lease with this number is still valid; the cycle may call it, too. \rtsafe
   [[nodiscard]] bool goes_on(std::size_t axis, std::uint64_t number) const noexcept {
     return number != 0 && numbers_[axis].load(std::memory_order_acquire) == number;
   }
@@ -101,7 +102,7 @@ class AxisAuthority {
 
   mutable std::mutex lock_;
   std::vector<Lease> leases_;
-  std::vector<std::atomic<std::uint64_t>> numbers_;  ///< of the leases; 0: nobody has the axis
+  std::vector<std::atomic<std::uint64_t>> numbers_;  ///< number of the lease of each axis; 0: no owner
   std::uint64_t last_number_ = 0;
   std::vector<LeaseLoss> losses_;
   std::deque<LeaseChange> changes_;

@@ -20,42 +20,43 @@ namespace driveline::runtime {
 
 class LineCouplings;
 
-/// The caller that enables the axes when a line goes into operation.
+/// Name of the caller that enables the axes when a line goes into operation.
 inline constexpr std::string_view kStartOfRun = "the start of the run";
 
-/// One who asks something of axes.
+/// A client that sends requests to axes.
 struct AxisCaller {
-  std::string name;  ///< as leases and events have it: "control socket (process 123, user 1000)"
-  /// His leases end, and his axes stop, when he has not been heard for so long; none: when he gives them back.
+  std::string name;  ///< name in leases and events: "control socket (process 123, user 1000)"
+  /// Its leases end, and its axes stop, when it is silent for longer than this; none: they last until they are
+  /// released.
   std::optional<std::chrono::nanoseconds> keep_alive{};
-  bool take_over = false;  ///< axes of others, too
-  /// His requests need the lease of that number, of acquire(); none: the first one takes the lease.
+  bool take_over = false;  ///< takes axes over from other owners
+  /// Number of the lease, from acquire(), that its requests need; none: the first request takes the lease.
   std::optional<std::uint64_t> lease{};
-  bool quiet = false;  ///< there is no event for each of his requests
+  bool quiet = false;  ///< its requests cause no events
 };
 
-/// How far a request is.
+/// Progress of a request.
 struct AxisProgress {
   ecat_master::RequestReport report;          ///< phase and reason
-  std::optional<AxisRefusal> refusal{};       ///< the reason with its facts; none: it has not failed
-  std::optional<double> recorded_position{};  ///< by AxisCommand::kTouchProbe, rad or m as requests count
+  std::optional<AxisRefusal> refusal{};       ///< reason with its facts; none: the request has not failed
+  std::optional<double> recorded_position{};  ///< recorded by AxisCommand::kTouchProbe, rad or m, as requests count
 };
 
-/// What an axis does, and who commands it.
+/// State of an axis, and its owner.
 struct AxisStatus {
   events::EventAxis axis;                           ///< name and unit
-  std::string owner;                                ///< empty: nobody
-  std::optional<ecat_master::AxisReport> report{};  ///< none: the axes are moved together, or the line does not run
-  std::optional<CouplingStatus> coupling{};         ///< none: it has no master, or the line does not run
+  std::string owner;                                ///< owner; empty: none
+  std::optional<ecat_master::AxisReport> report{};  ///< none: the axes are moved together, or the line is not running
+  std::optional<CouplingStatus> coupling{};         ///< none: no coupling, or the line is not running
 };
 
-/// What an AxisDoor must know of the groups of axes of its line. Called with the door's lock held.
+/// What an AxisDoor needs to know about the axis groups of its line. Called with the lock of the AxisDoor held.
 class GroupGuard {
  public:
   virtual ~GroupGuard() = default;
-  /// False: the axis is in no enabled group. Otherwise its group comes to rest on its path.
+  /// Brings the enabled group of the axis to rest on its path. Returns false if the axis is in no enabled group.
   virtual bool bring_to_rest(std::size_t axis) = 0;
-  /// Requests of that caller to groups are not over.
+  /// Whether requests of this caller to groups are still in progress.
   [[nodiscard]] virtual bool waits_for(const std::string& caller) = 0;
 
  protected:
@@ -65,86 +66,87 @@ class GroupGuard {
   GroupGuard& operator=(const GroupGuard&) = default;
 };
 
-/// The way of requests to the single axes of a running line: checks what needs no cycle, asks AxisAuthority for the
-/// axis, hands the request on, and keeps the events of it all. A stop or a halt needs no lease; while a path, a task or
-/// a program moves all axes together it ends the run in order. Nor does a touch probe need one, which moves nothing:
-/// one caller at a time has it, and everybody may switch it off.
+/// Interface for requests to the single axes of a running line. Checks whatever needs no cycle, gets the lease of the
+/// axis from AxisAuthority, forwards the request to the axis, and collects the events. A stop or a halt needs no lease;
+/// while a path, a task or a program moves all axes together it ends the run in an orderly way. A touch probe moves
+/// nothing and needs no lease either: one caller at a time may use it, and any caller may switch it off.
 ///
-/// A lease is had by the first request and given back by leave(). An axis of another owner is taken over when it has
-/// taken the request: what is refused leaves the axis, and its motion, to that owner. Any thread but the cycle's; a
-/// lock inside.
+/// The first request takes a lease and leave() releases it. An axis of another owner is taken over once it has accepted
+/// the request; after a refusal the axis and its motion stay with that owner. Any thread except the cycle's; uses a
+/// lock.
 class AxisDoor {
  public:
-  /// `stop_all` ends the run in order. `axes` and `clock`, which measures keep-alive times, must outlive it.
+  /// `stop_all` ends the run in an orderly way. `axes` and `clock`, which measures keep-alive times, must outlive it.
   AxisDoor(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock, std::function<void()> stop_all);
 
-  // The side of the line.
-  /// Requests are taken from now on, until close(). `axes` must outlive that.
+  // Called by the line.
+  /// Accepts requests from now on, until close(). `axes` must live until then.
   void open(ecat_master::SingleAxes& axes);
-  /// The same with gears and cams; `couplings` must outlive that, too. Before open().
+  /// Adds gears and cams; `couplings` must live until close(), too. Call before open().
   void attach(LineCouplings& couplings);
-  /// `owner` moves all axes, until close().
+  /// Lets `owner` move all axes, until close().
   void occupy(const std::string& owner);
-  /// The line goes out of operation.
+  /// Ends the acceptance of requests: the line goes out of operation.
   void close();
-  /// What is known of groups; null: there are none. It must outlive the door, or take itself back.
+  /// Sets the guard of the axis groups; null: there are none. It must outlive the AxisDoor, or be reset to null before.
   void guard(GroupGuard* groups);
-  /// Adds an event of those who ask.
+  /// Adds an event about a client.
   void note(EventFacts facts);
-  /// Events since the last call, in order.
+  /// Returns the events since the last call, oldest first.
   [[nodiscard]] std::vector<EventFacts> take_events();
 
-  // The side of who asks.
-  /// Number of the axis with that name.
+  // Called by clients.
+  /// Returns the number of the axis with this name; none: there is no such axis.
   [[nodiscard]] std::optional<std::size_t> find(std::string_view name) const noexcept;
-  /// Configuration of the axes, in the order of the line description.
+  /// Returns the configuration of the axes, in the order of the line description.
   [[nodiscard]] const std::vector<ecat_master::AxisConfig>& axes() const noexcept { return axes_; }
-  /// Hands on a request: the number to ask progress() with, 0 where it has stopped all axes and nothing remains to ask.
+  /// Forwards a request to the axis. Returns its number for progress(); 0: the request has ended the run of all axes,
+  /// and there is nothing to follow up.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
                                                                 const ecat_master::AxisRequest& request);
-  /// The same for an order about the gear or cam of an axis: the lease of the slave is what it needs.
+  /// Same for an order about the gear or cam of an axis; needs the lease of the slave axis.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
                                                                 const CouplingOrder& order);
-  /// Takes the axis for a caller who names its lease with every request. The number of the lease.
+  /// Takes the axis for a caller that names its lease with every request. Returns the number of the lease.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> acquire(const AxisCaller& caller, std::size_t axis);
-  /// Whether the axis is the caller's, by the lease that he names.
+  /// Whether the caller owns the axis by the lease that it names.
   [[nodiscard]] bool holds(const AxisCaller& caller, std::size_t axis) const;
-  /// How far a request to that axis is.
+  /// Returns the progress of a request to this axis.
   [[nodiscard]] AxisProgress progress(std::size_t axis, std::uint64_t request) const;
-  /// The axis as of now.
+  /// Returns the present state of the axis.
   [[nodiscard]] AxisStatus status(std::size_t axis) const;
-  /// The caller is there.
+  /// Prolongs the leases of a caller that is alive.
   void keep_alive(const AxisCaller& caller);
-  /// The caller goes. `stop`: axes that his requests move stop, and he has no lease any more; otherwise his leases last
-  /// as long as his requests.
+  /// Ends the session of a caller. `stop`: axes that its requests move stop, and its leases end; otherwise its leases
+  /// last until its requests are over.
   void leave(const std::string& caller, bool stop);
-  /// Gives one axis back, after it has been told to stop; nothing happens if it is another's.
+  /// Stops one axis and releases it; does nothing if the caller does not own it.
   void give_back(const std::string& caller, std::size_t axis);
-  /// Gives one axis back.
+  /// Releases one axis without stopping it.
   void release(const std::string& caller, std::size_t axis) { authority_.release(axis, caller); }
-  /// Ends leases of who is not heard any more; notes requests that have failed. To be called every few milliseconds.
+  /// Ends the leases of silent callers, and reports requests that have failed. Call every few milliseconds.
   void watch();
-  /// The terms of a lease as this caller wants it, beginning now.
+  /// Returns the terms of a lease for this caller, starting now.
   [[nodiscard]] LeaseTerms terms_of(const AxisCaller& caller) const;
-  /// The leases.
+  /// Returns the leases.
   [[nodiscard]] AxisAuthority& authority() noexcept { return authority_; }
 
  private:
-  /// A request that has been handed on and was not over at the last watch().
+  /// A request that was forwarded and not over at the last watch().
   struct Pending {
     std::uint64_t number = 0;
     std::size_t axis = 0;
     AxisCaller caller;
     ecat_master::AxisRequest request;
-    bool takes_over = false;  ///< the axis from another owner, as soon as the axis has taken the request
-    bool gone = false;        ///< the caller has left before that
-    std::string coupling{};   ///< what, of a CouplingOrder
+    bool takes_over = false;  ///< takes the axis from another owner as soon as the axis has accepted the request
+    bool gone = false;        ///< the caller left before the axis accepted the request
+    std::string coupling{};   ///< text of a CouplingOrder, for events
   };
-  /// How a request comes to its axis.
+  /// How a request obtains its axis.
   enum class Way : std::uint8_t {
-    kOpen,       ///< the caller commands the axis already, or the request asks for no lease
-    kNewLease,   ///< nobody commanded the axis before
-    kTakesOver,  ///< another one does until the axis has taken the request
+    kOpen,       ///< the caller already owns the axis, or the request needs no lease
+    kNewLease,   ///< the axis had no owner; the request took a new lease
+    kTakesOver,  ///< another caller owns the axis until it has accepted the request
   };
   using Submitted = tl::expected<std::uint64_t, AxisRefusal>;
   using Permission = tl::expected<Way, AxisRefusal>;
@@ -175,7 +177,7 @@ class AxisDoor {
   LineCouplings* couplings_ = nullptr;
   bool together_ = false;
   std::vector<Pending> pending_;
-  std::vector<std::string> leaving_;  ///< callers whose leases last as long as their requests
+  std::vector<std::string> leaving_;  ///< callers whose leases last until their requests are over
   std::vector<EventFacts> events_;
 };
 
