@@ -22,10 +22,10 @@ constexpr double kLeastFeed = 1e-6;
 constexpr double kMostTolerance = 1e3;
 constexpr std::size_t kLeastAxes = 2;
 constexpr double kMostLength = 1e9;
-/// Of the acceleration and the jerk of a tool, m/s^2 and m/s^3.
+/// Largest acceleration (m/s^2) and jerk (m/s^3) of a tool.
 constexpr double kMostOfTool = 1e12;
 constexpr std::int64_t kMostBit = 31;
-/// A script could not tell a group of such a name from something else.
+/// Words of requests: a script could not distinguish a group with such a name.
 constexpr std::array<std::string_view, 3> kWords{"all", "wait", "sleep"};
 
 std::string read_name(TomlReader& reader, const LineConfig& config) {
@@ -99,7 +99,7 @@ bool is_choice(std::string_view name) {
   });
 }
 
-/// The words and lengths of files of moves.
+/// Reads the machine; its keys and lengths are those of move files.
 std::shared_ptr<const trajectory::Machine> read_machine(TomlReader reader) {
   const auto kind = reader.text("type");
   const auto unit = reader.text("unit");
@@ -147,7 +147,7 @@ GroupOutputConfig read_output(TomlReader reader, const std::vector<GroupOutputCo
   return output;
 }
 
-/// What is for contours alone.
+/// Refuses the keys that are not available for groups with more than kMaxGroupAxes axes (contours only).
 void check_contour(TomlReader& reader, const AxisGroupConfig& group) {
   if (group.axes.size() <= trajectory::kMaxGroupAxes) return;
   for (const std::string_view key : {"kinematics", "tool", "output"}) {
@@ -157,7 +157,7 @@ void check_contour(TomlReader& reader, const AxisGroupConfig& group) {
   }
 }
 
-/// The machine of a group, if it has one; the unit of the first coordinate.
+/// Reads the machine of a group, if it has one. Returns the unit of the first coordinate.
 const trajectory::PositionUnit& read_kinematics(TomlReader& reader, const LineConfig& config, AxisGroupConfig& group) {
   const auto axes = axes_of(group, config);
   if (!reader.has("kinematics")) return *axes.front().unit;

@@ -6,9 +6,9 @@
 
 namespace driveline::runtime {
 
-/// Reads an [[axis_group]]; `config` has the axes and the groups above it.
+/// Reads an [[axis_group]]; `config` contains the axes and the preceding groups.
 [[nodiscard]] AxisGroupConfig read_axis_group(TomlReader reader, const LineConfig& config);
-/// The groups beside what else may move axes.
+/// Checks the groups against other tables that move axes.
 void check_axis_groups(const TomlReader& root, const LineConfig& config);
 
 }  // namespace driveline::runtime

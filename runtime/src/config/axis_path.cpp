@@ -18,7 +18,7 @@ namespace {
 using trajectory::Interpolator;
 using trajectory::Path;
 
-/// Column of the path for each axis. Error: a reason.
+/// Returns the column of the path for each axis. Error: a reason.
 Result<std::vector<std::size_t>> columns_of(const Path& path, const LineConfig& config) {
   std::vector<std::size_t> columns;
   const auto names = trajectory::axis_names(path.axes());
@@ -47,7 +47,7 @@ Result<std::vector<std::size_t>> columns_of(const Path& path, const LineConfig& 
   return columns;
 }
 
-/// The path with its axes in the order of the configuration. Error: a reason.
+/// Returns the path with its axes in the order of the configuration. Error: a reason.
 Result<Path> arrange(const Path& path, const LineConfig& config) {
   const auto columns = columns_of(path, config);
   if (!columns) return tl::unexpected(columns.error());
@@ -83,7 +83,7 @@ Result<Path> arrange(const Path& path, const LineConfig& config) {
   return std::move(*arranged);
 }
 
-/// All axes at rest at 0.
+/// Returns a path on which all axes rest at 0.
 Result<Path> standstill(const LineConfig& config) {
   trajectory::PathBuilder builder;
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
@@ -112,7 +112,7 @@ std::vector<trajectory::AxisLimits> limits_of(const LineConfig& config) {
   return limits;
 }
 
-/// A path that begins where the axes stand is checked when that is known.
+/// Checks the path against the software limits. A relative path is checked later, when its start is known.
 Result<void> check_software_limits(Interpolator& path, const LineConfig& config) {
   const bool limited = std::any_of(config.axes.begin(), config.axes.end(),
                                    [](const auto& axis) { return axis.software_limits.has_value(); });

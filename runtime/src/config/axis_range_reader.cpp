@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kFarthest = 1e6;  // rad or m
 
-/// In rad or m.
+/// Reads a position; returns rad or m.
 double read_position(TomlReader& reader, std::string_view key, const trajectory::PositionUnit& unit) {
   return unit.to_si(reader.number(key, unit.from_si(-kFarthest), unit.from_si(kFarthest)));
 }
@@ -69,7 +69,7 @@ void read_axis_range(TomlReader& reader, ecat_master::AxisConfig& axis) {
 }
 
 void check_moduli(const TomlReader& root, const LineConfig& config) {
-  constexpr double kShare = 0.25;  // of the modulo: beyond, a step may be one the other way
+  constexpr double kShare = 0.25;  // share of the modulo beyond which the direction of a step is ambiguous
   for (const auto& axis : config.axes) {
     if (axis.range_min >= axis.range_max) continue;
     const double modulo = (axis.range_max - axis.range_min + 1.0) / axis.increments_per_unit;

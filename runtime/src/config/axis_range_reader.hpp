@@ -6,14 +6,14 @@
 
 namespace driveline::runtime {
 
-/// Where an axis may be, in its unit: min_position and max_position, its software limits, or modulo, after which
-/// positions of an endless axis begin anew. Unit and scale of the axis have been read.
+/// Reads the position range of an axis, in its unit: the software limits min_position and max_position, or modulo, the
+/// length after which positions of an endless axis repeat. Unit and scale of the axis have been read.
 void read_axis_range(TomlReader& reader, ecat_master::AxisConfig& axis);
 
-/// The software limits alone: both of their ends, or none.
+/// Reads only the software limits: both ends, or none.
 void read_software_limits(TomlReader& reader, ecat_master::AxisConfig& axis);
 
-/// A modulo must be so large that it shows between two exchanges which way its axis has gone.
+/// Checks that each modulo is large enough to show the direction of motion between two exchanges.
 void check_moduli(const TomlReader& root, const LineConfig& config);
 
 }  // namespace driveline::runtime

@@ -12,9 +12,9 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr double kMaxCycleUs = 4'294'967.0;
-/// Oscillators of slaves are within 100 ppm; a simulated one may be worse than the standard allows.
+/// Oscillators of real slaves are within 100 ppm; a simulated one may exceed that limit of the standard.
 constexpr double kMaxDriftPpm = 1000.0;
-/// The data sheets say up to 40 ns; a gateway adds more.
+/// The data sheets state up to 40 ns; a gateway adds more.
 constexpr double kMaxProcessingExtraNs = 10'000.0;
 
 }  // namespace

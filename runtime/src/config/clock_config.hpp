@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// Reads [dc]. `slaves` have been read: the reference clock is one of them.
+/// Reads [dc]. `slaves` have been read, because the reference clock is one of them.
 [[nodiscard]] ClockConfig read_clocks(TomlReader reader, std::chrono::nanoseconds period,
                                       const std::vector<SlaveConfig>& slaves);
 

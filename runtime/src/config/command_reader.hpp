@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// [commands] of a line description, which has [telemetry], by whose bridge commands come; none: it is off.
+/// Reads [commands] of a line description. Commands arrive through the bridge of [telemetry]. None: commands are off.
 [[nodiscard]] std::optional<CommandConfig> read_commands(TomlReader reader, const TelemetryConfig& telemetry);
 
 }  // namespace driveline::runtime

@@ -12,10 +12,10 @@
 namespace driveline::runtime {
 namespace {
 
-/// Of the limits of the axis, with which backlash is taken up unless the file says otherwise; and the most.
+/// Default and highest share of the limits of the axis that the take-up of backlash uses.
 constexpr double kTakeUpShare = 0.1;
 constexpr double kMostTakeUp = 0.5;
-/// Of the acceleration, the least that must be left for motions.
+/// Least share of the acceleration that must be left for motions.
 constexpr double kLeastLeft = 0.5;
 
 std::optional<trajectory::CorrectionTable> read_correction(TomlReader& reader, const std::filesystem::path& directory,
@@ -36,7 +36,7 @@ double read_backlash(TomlReader& reader, const ecat_master::AxisConfig& axis) {
   return unit.to_si(reader.number_or("backlash", 0.0, 0.0, unit.from_si(kMost)));
 }
 
-/// Up to the share of `limit` that leaves enough for motions.
+/// Reads a limit of the backlash take-up: at most the share of `limit` that leaves enough for motions.
 double read_take_up(TomlReader& reader, std::string_view key, const ecat_master::AxisConfig& axis, double limit) {
   constexpr double kLeast = 1e-9;
   const auto& unit = ecat_master::position_unit(axis);

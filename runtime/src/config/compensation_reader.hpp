@@ -8,11 +8,11 @@
 
 namespace driveline::runtime {
 
-/// Pitch error and backlash of an axis: compensation, a table in a file beside the line description, and backlash. The
-/// rest of the axis has been read; its limits become those that are left for its motions.
+/// Reads pitch error and backlash of an axis: `compensation`, a table in a file in `directory`, and `backlash`. The
+/// rest of the axis has been read; its limits are reduced to what is left for its motions.
 void read_compensation(TomlReader& reader, const std::filesystem::path& directory, ecat_master::AxisConfig& axis);
 
-/// An axis that is compensated from its homing on must be one that is homed.
+/// Checks that an axis that is compensated only after homing can be homed.
 void check_compensations(const TomlReader& root, const LineConfig& config);
 
 }  // namespace driveline::runtime

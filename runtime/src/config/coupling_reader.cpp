@@ -16,7 +16,7 @@ namespace {
 
 using trajectory::AxisKind;
 
-/// In rad/s or m/s and so on.
+/// Limits of encoder values, in rad/s or m/s, rad/s^2 or m/s^2.
 constexpr double kLeastOfEncoder = 1e-6;
 constexpr double kMostEncoderVelocity = 1e6;
 constexpr double kMostEncoderAcceleration = 1e9;
@@ -47,7 +47,7 @@ std::string read_encoder_name(TomlReader& reader, const LineConfig& config) {
   return name;
 }
 
-/// As of an axis: linear with a feed, and its unit says the same.
+/// Reads the scale as for an axis: linear if there is a feed per revolution; the unit must agree.
 void read_scale(TomlReader& reader, EncoderConfig& encoder) {
   const double increments = reader.number("increments_per_revolution", 1.0, kMaxIncrementsPerRevolution);
   const bool linear = reader.has("feed_mm_per_revolution");
@@ -63,7 +63,7 @@ void read_scale(TomlReader& reader, EncoderConfig& encoder) {
                                          : "\"rad\", \"deg\" or \"rev\" of an encoder without feed_mm_per_revolution"));
 }
 
-/// Between two positions that are seen it must show which way it has gone.
+/// Checks that the direction of motion is unambiguous between two valid positions of the encoder.
 void check_range(const TomlReader& reader, const LineConfig& config, const EncoderConfig& encoder) {
   if (!encoder.range) return;
   const double unseen_s = std::chrono::duration<double>(config.period).count() * (config.max_lost_cycles + 1.0);
@@ -121,7 +121,7 @@ CamConfig read_cam(TomlReader reader, const std::filesystem::path& directory, co
   return cam;
 }
 
-/// Two whole numbers.
+/// Reads a gear ratio: two whole numbers.
 trajectory::GearRatio read_ratio(TomlReader& reader) {
   const auto numbers = reader.numbers("ratio", -static_cast<double>(trajectory::kMaxGearNumber),
                                       static_cast<double>(trajectory::kMaxGearNumber));
@@ -149,7 +149,7 @@ void read_master(TomlReader& reader, const LineConfig& config, CouplingConfig& c
     reader.fail("master_value", fmt::format("\"{}\" is virtual, and is where its setpoints are", name));
 }
 
-/// The slave comes back to itself over its masters.
+/// Refuses a coupling whose slave would, through its masters, follow itself.
 void check_circle(const TomlReader& reader, const LineConfig& config, const CouplingConfig& coupling) {
   auto names = config.axes[coupling.slave].name;
   for (auto at = coupling.axis; at;) {

@@ -9,7 +9,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Modules are none of the devices of a file: their PDOs come from the slave itself.
+/// Notes that modules of a file are not used as devices: their PDOs come from the slave itself.
 std::vector<std::string> notes_on_slots(const esi::EsiFile& file, const std::filesystem::path& path) {
   std::vector<std::string> notes;
   for (const auto& note : file.notes) {
@@ -61,7 +61,7 @@ std::shared_ptr<const esi::DeviceDescription> DeviceFiles::read_description(Toml
   esi::DeviceChoice choice;
   choice.name = reader.text_or("device", "");
   const auto number = [&reader](std::string_view key) -> std::optional<std::uint32_t> {
-    // A text is a condition on the slave that is there, ">= 2", and chooses nothing.
+    // A text such as ">= 2" is a condition for the slave on the line and selects no device.
     if (!reader.has(key) || reader.is_text(key)) return std::nullopt;
     return static_cast<std::uint32_t>(reader.integer(key, 0, 0xFFFFFFFF));
   };

@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kAddressForm =
     "an IPv4 address with the bits of its network, \"192.168.38.1/24\", is expected";
 
-/// Both have an address in common.
+/// Whether both networks have an address in common.
 bool overlap(const IpNetwork& a, const IpNetwork& b) {
   return a.prefix < b.prefix ? a.contains(b.address) : b.contains(a.address);
 }

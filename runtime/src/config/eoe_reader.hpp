@@ -5,7 +5,7 @@
 
 namespace driveline::runtime {
 
-/// Reads `ip` of a [[slave]]; nothing when it is left out.
+/// Reads `ip` of a [[slave]]; none if it is left out.
 [[nodiscard]] std::optional<wire::IpV4Address> read_slave_ip(TomlReader& reader,
                                                              const std::vector<SlaveConfig>& others);
 

@@ -11,7 +11,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Of the limits of the axes, with which a follower is squared unless the file says otherwise; and the most.
+/// Default and highest share of the limits of the axes that squaring the follower uses.
 constexpr double kSquareShare = 0.02;
 constexpr double kMostSquare = 0.5;
 constexpr double kFarthestOffset = 1e6;  // rad or m
@@ -35,7 +35,7 @@ std::size_t read_axis_of_pair(TomlReader& reader, std::string_view key, const Li
   return number;
 }
 
-/// What both can do alike.
+/// Checks that both axes can move as a pair.
 void check_pair(const TomlReader& reader, const LineConfig& config, const ecat_master::GantrySettings& gantry) {
   const auto& leader = config.axes[gantry.leader];
   const auto& follower = config.axes[gantry.follower];
@@ -69,7 +69,7 @@ void check_pair(const TomlReader& reader, const LineConfig& config, const ecat_m
   }
 }
 
-/// So that one stops as the other does, and the follower has what it is squared with.
+/// Gives both axes limits with which they stop alike, with a reserve for squaring the follower.
 void share_limits(LineConfig& config, const ecat_master::GantrySettings& gantry) {
   auto& leader = config.axes[gantry.leader];
   auto& follower = config.axes[gantry.follower];

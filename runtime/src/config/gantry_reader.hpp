@@ -5,7 +5,7 @@
 
 namespace driveline::runtime {
 
-/// One [[gantry]]; axes, path and stream have been read. Both axes get limits that the pair can keep together.
+/// Reads one [[gantry]]; axes, path and stream have been read. Gives both axes limits that the pair can keep together.
 void read_gantry(TomlReader reader, LineConfig& config);
 
 }  // namespace driveline::runtime

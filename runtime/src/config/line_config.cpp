@@ -42,11 +42,11 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Longest line of one master: the cyclic frames of more axes do not fit into a useful cycle.
+/// Most slaves of one master: the cyclic frames of more axes do not fit into a useful cycle.
 constexpr std::size_t kMaxSlaves = 256;
-/// Longest name that fits the telemetry.
+/// Longest name in the telemetry records.
 constexpr std::size_t kMaxName = 31;
-/// Longest delay of a slave: beyond, no cycle is left.
+/// Longest delay of a slave; a longer one would use up the cycle.
 constexpr std::int64_t kMaxDelayNs = 1'000'000;
 constexpr std::string_view kNameLength = "must have 1 to 31 characters";
 
@@ -60,7 +60,7 @@ void read_line(TomlReader reader, LineConfig& config) {
   reader.finish();
 }
 
-/// How long axes may be without process data: in cycles or in time.
+/// Reads how long axes may be without process data: in cycles or as a time.
 void read_max_lost(TomlReader& reader, LineConfig& config) {
   constexpr std::int64_t kMostCycles = 10'000;
   const bool in_cycles = reader.has("max_lost_cycles");
@@ -77,7 +77,7 @@ void read_max_lost(TomlReader& reader, LineConfig& config) {
   config.max_lost_cycles = static_cast<std::uint32_t>(std::llround(*config.max_lost_ms * 1e6) / config.period.count());
 }
 
-/// How long before they leave frames are handed over.
+/// Reads the time by which frames are handed to the kernel before they leave.
 void read_launch_ahead(TomlReader& reader, LineConfig& config) {
   if (!reader.has("launch_ahead_us")) return;
   const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
@@ -134,14 +134,14 @@ void read_realtime(TomlReader reader, LineConfig& config) {
   reader.finish();
 }
 
-/// The names of `axes`, in their order.
+/// Returns the names of `axes`, in their order.
 std::vector<std::string_view> names_of(const std::vector<ecat_master::AxisConfig>& axes) {
   std::vector<std::string_view> names;
   for (const auto& axis : axes) names.push_back(axis.name);
   return names;
 }
 
-/// The name of an axis is that of a column of the path, and held to the same rule.
+/// Reads the name of an axis, which must be valid as the name of a path column, too.
 std::string read_axis_name(TomlReader& reader, const std::vector<ecat_master::AxisConfig>& others) {
   auto name = reader.text("name");
   if (const auto checked = trajectory::check_axis_name(name, names_of(others)); !checked) {
@@ -150,7 +150,7 @@ std::string read_axis_name(TomlReader& reader, const std::vector<ecat_master::Ax
   return name;
 }
 
-/// Reads a name that none of `others` has.
+/// Reads a name that is not used in `others`.
 template <typename Named>
 std::string read_name(TomlReader& reader, const std::vector<Named>& others) {
   auto name = reader.text("name");
@@ -170,8 +170,7 @@ void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, Sla
   slave.sii_content = std::move(*content);
 }
 
-/// Finds the head of the hot-connect group that a slave belongs to. Group members follow each other in the file as they
-/// do on the line.
+/// Finds the head of the hot-connect group of a slave. Members of a group follow each other in the file as on the line.
 ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& head,
                                    const std::vector<SlaveConfig>& others) {
   const auto found = std::find_if(others.begin(), others.end(), [&](const auto& other) { return other.name == head; });
@@ -227,7 +226,7 @@ SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles&
   return slave;
 }
 
-/// The cables of the simulated line, and what happens to it.
+/// Reads the cables of the simulated line, and its faults.
 void read_simulation(TomlReader& root, LineConfig& config) {
   std::vector<std::string> names;
   for (const auto& slave : config.slaves) names.push_back(slave.name);
@@ -236,7 +235,7 @@ void read_simulation(TomlReader& root, LineConfig& config) {
   for (auto& reader : root.tables("fault")) config.faults.push_back(read_fault(std::move(reader), places));
 }
 
-/// In cst only torque from velocity errors moves the axis: without a gain it would never move.
+/// In CST the axis moves only by torque from velocity errors: without a gain it would never move.
 void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
   const bool needed = axis.mode == ecat_master::cia402::Mode::kCyclicTorque;
   const bool given = reader.has("velocity_gain");
@@ -248,7 +247,7 @@ void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
               "with mode \"cst\" it is needed, or inertia to take it from: without either the axis would never move");
 }
 
-/// Default gain of the velocity loop over the bus: 100/s times the inertia, less where exchanges are rare.
+/// Sets the default gain of the velocity loop over the bus: 100/s times the inertia, less if exchanges are rare.
 void complete_velocity_gains(LineConfig& config) {
   constexpr double kBandwidthPerS = 100.0;
   constexpr double kPerExchange = 0.2;
@@ -259,7 +258,7 @@ void complete_velocity_gains(LineConfig& config) {
   }
 }
 
-/// Checks PDOs with entries only: the entries of others are known once the slave has been found.
+/// Checks only PDOs with entries: the entries of others are known only once the slave has been found.
 void check_objects(const TomlReader& reader, const SlaveConfig& slave, const ecat_master::AxisConfig& axis) {
   if (!slave.plan.pdos) return;
   for (const auto* direction : {&slave.plan.pdos->outputs, &slave.plan.pdos->inputs}) {
@@ -271,7 +270,7 @@ void check_objects(const TomlReader& reader, const SlaveConfig& slave, const eca
                                    ecat_master::describe_missing(axis.mode, missing, *slave.plan.pdos)));
 }
 
-/// The unit of the axis; null: the file has none.
+/// Returns the unit of the axis; null: the file gives none.
 const trajectory::PositionUnit* read_unit(TomlReader& reader, trajectory::AxisKind kind) {
   if (!reader.has("unit")) return nullptr;
   const auto name = reader.text("unit");
@@ -285,8 +284,8 @@ const trajectory::PositionUnit* read_unit(TomlReader& reader, trajectory::AxisKi
   return unit;
 }
 
-/// Reads a position, velocity or acceleration in the unit of the axis, without a unit in rad or m. `limits` are in rad
-/// or m. A key that is left out leaves the value as it is.
+/// Reads a position, velocity or acceleration in the unit of the axis, or in rad or m if it has none. The limits are in
+/// rad or m. Without the key the value stays unchanged.
 void read_in_unit(TomlReader& reader, std::string_view key, const ecat_master::AxisConfig& axis, double minimum,
                   double maximum, double& value) {
   if (!reader.has(key)) return;
@@ -307,10 +306,10 @@ void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
       std::chrono::duration_cast<std::chrono::milliseconds>(axis.following_error_timeout).count(), 0, kLongestMs)};
 }
 
-/// Friction and weight of an axis.
+/// Reads friction and weight of an axis.
 void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
   constexpr double kMost = 1e6;
-  // Below so small a part of the highest velocity an axis counts as standing.
+  // An axis slower than this share of its highest velocity counts as being at standstill.
   constexpr double kStandstill = 1e-3;
   auto& load = axis.feed_forward;
   load.viscous_friction = reader.number_or("viscous_friction", 0.0, 0.0, kMost);
@@ -324,7 +323,8 @@ void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
   read_in_unit(reader, "pendulum_zero", axis, -kMost, kMost, load.pendulum_zero);
 }
 
-/// Friction and weight reach a drive as torque offsets, but in cst, where they are part of the target.
+/// Checks that friction and weight can reach the drive: as torque offsets, except in CST, where the target includes
+/// them.
 void check_feed_forward(const TomlReader& reader, const LineConfig& config, const SlaveConfig& slave,
                         const ecat_master::AxisConfig& axis) {
   if (!axis.feed_forward.any() || axis.mode == ecat_master::cia402::Mode::kCyclicTorque) return;

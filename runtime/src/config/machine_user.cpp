@@ -10,7 +10,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// The highest number of a user. The one after it means none.
+/// Highest number of a user; the next one means "none".
 constexpr std::uint32_t kLastUser = 0xFFFF'FFFEU;
 
 }  // namespace

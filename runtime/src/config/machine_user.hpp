@@ -7,8 +7,8 @@
 
 namespace driveline::runtime {
 
-/// The user of that name, or of that decimal number, which need not have a name: its group has the same number then.
-/// None: there is no such user on this machine.
+/// Finds a user by name or decimal number. A number needs no entry in the user database; its group then has the same
+/// number. None: there is no such user on this machine.
 [[nodiscard]] std::optional<MachineUser> find_user(const std::string& name);
 
 }  // namespace driveline::runtime

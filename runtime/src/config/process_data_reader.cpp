@@ -14,7 +14,7 @@ using ecat_master::ImageLayout;
 
 constexpr std::int64_t kMaxDivider = 10'000;
 constexpr std::int64_t kMaxBadCycles = 10'000;
-/// Name of the group of all slaves that are in no [[group]].
+/// Name of the group of the slaves without a [[group]].
 constexpr std::string_view kOthers = "others";
 
 using Membership = std::vector<std::optional<std::size_t>>;
@@ -59,7 +59,7 @@ void read_zeroing(TomlReader& reader, const LineConfig& config, const Membership
   }
 }
 
-/// Checks that object 60C2h can hold the time between two exchanges, over which drives interpolate.
+/// Checks that object 60C2h can represent the time between two exchanges, over which drives interpolate.
 void check_interpolation(const TomlReader& reader, std::string_view key, const LineConfig& config, std::size_t slave,
                          std::uint32_t divider) {
   if (!has_axis(config, slave) || ecat_master::to_interpolation_period(config.period * divider)) return;
@@ -88,7 +88,7 @@ void read_group(TomlReader reader, LineConfig& config, Membership& membership) {
   groups.push_back(std::move(group));
 }
 
-/// The remaining slaves become the first group, which is exchanged in every cycle.
+/// Makes the remaining slaves the first group, which is exchanged in every cycle.
 void gather_others(LineConfig& config, const Membership& membership) {
   auto& groups = config.process_data.groups;
   if (groups.empty()) return;
@@ -101,7 +101,7 @@ void gather_others(LineConfig& config, const Membership& membership) {
 
 std::string read_end(TomlReader& reader, std::string_view key, const LineConfig& config) {
   auto name = reader.text(key);
-  // Names may contain dots: the slave's name decides where it ends.
+  // Names may contain dots: compare with the names of the slaves to find the end of the slave's name.
   const bool known = std::any_of(config.slaves.begin(), config.slaves.end(), [&](const SlaveConfig& slave) {
     return name.size() > slave.name.size() + 1 && name.starts_with(slave.name + ".");
   });

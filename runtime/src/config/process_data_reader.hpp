@@ -11,7 +11,7 @@ namespace driveline::runtime {
 ///   [[group]]        name, slaves = ["x", ...], divider, phase, zero_outputs_after
 ///   [[copy]]         from = "slave.object", to = "slave.object"
 ///
-/// Slaves that no group names are a group of their own, in every cycle. Throws ConfigError.
+/// Slaves that no group names form their own group, exchanged in every cycle. Throws ConfigError.
 void read_process_data(TomlReader& root, LineConfig& config);
 
 /// Reads [slave.names]: name = "object".

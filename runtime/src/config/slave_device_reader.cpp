@@ -7,7 +7,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Keys of the simulated drives mean nothing to a device that is known by its file alone.
+/// Refuses keys of the simulated drives for a device that is described only by a file.
 void refuse_drive_keys(TomlReader& reader, const DeviceRegistry& devices, const DeviceFamily& family,
                        std::string_view file_key) {
   const auto own = family.own_keys();
@@ -19,7 +19,7 @@ void refuse_drive_keys(TomlReader& reader, const DeviceRegistry& devices, const 
   }
 }
 
-/// `file_key`: esi or sii, whichever is there; empty: none of them.
+/// Reads the family of a slave. `file_key`: "esi" or "sii", whichever the table has; empty: none.
 const DeviceFamily& read_family(TomlReader& reader, const DeviceRegistry& devices, std::string_view file_key) {
   const auto standard = file_key.empty() ? devices.families().front()->key() : kDeviceOfFile;
   const auto key = reader.text_or("model", std::string(standard));

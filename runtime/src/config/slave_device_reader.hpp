@@ -5,8 +5,8 @@
 
 namespace driveline::runtime {
 
-/// Reads what a [[slave]] is: by `model` of one of the line's families, or of those that a file tells, `esi` or `sii`;
-/// and how the master configures it, by `esi`. Throws ConfigError.
+/// Reads the device of a [[slave]], by the `model` of a family of the line or from a file, `esi` or `sii`; and the
+/// description for its configuration by the master, from `esi`. Throws ConfigError.
 void read_slave_device(TomlReader& reader, const LineConfig& config, DeviceFiles& files, SlaveConfig& slave);
 
 }  // namespace driveline::runtime

@@ -12,7 +12,7 @@ namespace {
 
 using ecat_master::IdentityRule;
 
-/// A number in decimal, or hexadecimal with 0x.
+/// Parses a number, decimal or hexadecimal with 0x.
 std::optional<std::uint64_t> parse_number(std::string_view text, std::uint64_t maximum) {
   int base = 10;
   if (text.starts_with("0x") || text.starts_with("0X")) {
@@ -51,7 +51,7 @@ std::optional<std::uint16_t> read_name_number(TomlReader& reader, std::string_vi
   return static_cast<std::uint16_t>(reader.integer(key, 1, 0xFFFF));
 }
 
-/// Increments of 100 us, the unit after power-on: divider 2498 (ETG.1000.4 6.3).
+/// Reads a watchdog time as increments of 100 us, the unit after power-on: divider 2498 (ETG.1000.4 6.3).
 std::optional<std::uint16_t> read_watchdog(TomlReader& reader, std::string_view key) {
   constexpr double kIncrementsPerMs = 10.0;
   constexpr double kLongestMs = 6553.5;
@@ -105,7 +105,7 @@ ecat_master::StartupSdo read_sdo(TomlReader reader) {
   return sdo;
 }
 
-/// "0x6040:0:16": index, sub-index, bits.
+/// Parses "0x6040:0:16": index, sub-index, bits.
 ecat_master::MappedObject parse_entry(const TomlReader& reader, std::string_view text) {
   const auto first = text.find(':');
   const auto second = first == std::string_view::npos ? first : text.find(':', first + 1);

@@ -24,7 +24,7 @@ std::chrono::nanoseconds duration_of_ms(double ms) {
   return std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double, std::milli>(ms));
 }
 
-/// A decimal number; none: it is something else.
+/// Returns the decimal number in the text; none: the text is no number.
 std::optional<unsigned> number_in(std::string_view text) {
   unsigned value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -9,7 +9,7 @@
 
 namespace driveline::runtime {
 
-/// Reads [stream] for a line with these axes; none: it is switched off.
+/// Reads [stream] for a line with these axes; none: streams are off.
 [[nodiscard]] std::optional<StreamConfig> read_stream(TomlReader reader,
                                                       const std::vector<ecat_master::AxisConfig>& axes);
 

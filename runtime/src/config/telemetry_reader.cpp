@@ -20,15 +20,15 @@ using snapshot::FeedTopic;
 constexpr std::int64_t kMostCyclesBetween = 1'000'000;
 constexpr double kLeastHertz = 0.1;
 constexpr double kMostHertz = 10'000.0;
-/// Of a topic that is published in intervals, by a process that looks a thousand times in a second.
+/// Highest rate in Hz of a topic published in intervals; the bridge checks for due topics 1,000 times per second.
 constexpr double kMostIntervals = 100.0;
 constexpr std::size_t kLongestPartition = 63;
 constexpr std::string_view kHertz = " Hz";
 
-/// What a rate of a topic may be.
+/// Rates that a topic permits.
 struct RateChoice {
   FeedTopic topic;
-  bool cycles;     ///< "full", a number of cycles, or Hz, which is a number of cycles
+  bool cycles;     ///< "full", a number of cycles, or Hz, converted to a number of cycles
   bool intervals;  ///< Hz, by the clock of the machine
   bool change;     ///< "change"
   bool off;        ///< "off"
@@ -62,7 +62,7 @@ bool is_on_this_machine(const std::string& address) {
   return address.starts_with("127.");
 }
 
-/// Of "100 Hz"; not a number: it is none.
+/// Returns the number of "100 Hz"; NaN: the text is no rate.
 double hertz_of(std::string_view text) {
   if (!text.ends_with(kHertz)) return std::nan("");
   text.remove_suffix(kHertz.size());
@@ -71,7 +71,7 @@ double hertz_of(std::string_view text) {
   return error == std::errc{} && end == text.data() + text.size() ? value : std::nan("");
 }
 
-/// As many cycles as come nearest to the rate, one at least.
+/// Returns the number of cycles that is nearest to the rate, at least one.
 std::uint32_t cycles_of(double hertz, std::chrono::nanoseconds period) {
   const double wanted = 1.0 / (hertz * std::chrono::duration<double>(period).count());
   return static_cast<std::uint32_t>(
@@ -122,7 +122,7 @@ std::string read_partition(TomlReader& reader) {
   return partition;
 }
 
-/// What only another machine has, from interfaces that reach this one alone.
+/// Refuses an address on another machine if all interfaces reach only this machine.
 void check_reach(const TomlReader& reader, const char* key, const std::string& address,
                  const TelemetryConfig& telemetry) {
   const auto& from = telemetry.interfaces;

@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// [telemetry] of a line description in `folder`, of a line with this cycle.
+/// Reads [telemetry] of a line description in `folder`; `period` is the cycle time of the line.
 [[nodiscard]] TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& folder,
                                              std::chrono::nanoseconds period);
 

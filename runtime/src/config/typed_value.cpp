@@ -18,7 +18,7 @@ namespace {
 struct TypeRow {
   std::string_view name;
   ValueType type;
-  std::size_t bytes;  ///< 0: any
+  std::size_t bytes;  ///< bytes of a value; 0: any number
   bool is_signed = false;
 };
 
@@ -72,7 +72,8 @@ std::int64_t sign_extend(std::uint64_t value, std::size_t bytes) {
   return static_cast<std::int64_t>(value << shift) >> shift;
 }
 
-/// UTF-16 little endian, as in UNICODE_STRING objects (ETG.1000.6 Table 64), to UTF-8; invalid units become U+FFFD.
+/// Converts UTF-16 little endian, as in UNICODE_STRING objects (ETG.1000.6 Table 64), to UTF-8; invalid units become
+/// U+FFFD.
 std::string utf8_from_utf16(std::span<const std::byte> data) {
   std::string text;
   for (std::size_t i = 0; i + 1 < data.size(); i += 2) {
@@ -126,7 +127,7 @@ Result<std::vector<std::byte>> parse_integer(std::string_view text, const TypeRo
   if (result.ec == std::errc::invalid_argument || result.ptr != digits.data() + digits.size()) return not_a(text, row);
   const auto bits = 8 * row.bytes;
   const std::uint64_t all = bits == 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << bits) - 1;
-  // Hexadecimal numbers are bit patterns: 0xFFFF is -1 as an int16.
+  // A hexadecimal number is a bit pattern: 0xFFFF is -1 as an int16.
   const bool half = row.is_signed && (negative || !hexadecimal);
   const std::uint64_t limit = half ? (all >> 1) + (negative ? 1 : 0) : all;
   if (result.ec != std::errc{} || magnitude > limit) {

@@ -13,9 +13,9 @@
 namespace driveline::runtime {
 namespace {
 
-/// In files that count positions in increments.
+/// Increments per rad or m of a virtual axis, for files that count positions in increments.
 constexpr double kVirtualIncrements = 1e6;
-/// In rad or m, and per s and so on: as of axes with a drive.
+/// Limits in rad or m, and their derivatives, as for axes with a drive.
 constexpr double kLeastOfVirtual = 1e-6;
 constexpr double kMostVirtualVelocity = 1e6;
 constexpr double kMostVirtualAcceleration = 1e9;

@@ -5,10 +5,10 @@
 
 namespace driveline::runtime {
 
-/// Reads the [[virtual_axis]] tables into LineConfig::axes, behind those with a drive.
+/// Reads the [[virtual_axis]] tables into LineConfig::axes, after the axes with a drive.
 void read_virtual_axes(TomlReader& root, LineConfig& config);
 
-/// Refuses them beside a [path], which moves all axes of a line. Behind that.
+/// Refuses virtual axes together with a [path], which moves all axes of a line. Call after read_virtual_axes().
 void check_virtual_axes(TomlReader& root, const LineConfig& config);
 
 }  // namespace driveline::runtime

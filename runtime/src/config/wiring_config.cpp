@@ -19,10 +19,10 @@ using SlaveNames = std::span<const std::string>;
 
 namespace {
 
-/// Signals on copper go about 20 cm in a nanosecond (ISO/IEC 11801: at most 5.38 ns/m for 100BASE-TX cable).
+/// Signals on copper travel about 20 cm per nanosecond (ISO/IEC 11801: at most 5.38 ns/m for 100BASE-TX cable).
 constexpr double kDelayPerMetreNs = 5.0;
 constexpr double kMaxCableM = 100000.0;  // with media converters
-/// Where the branches of a junction begin, in the order in which the frame passes them (ESC data sheet I).
+/// Ports at which the branches of a junction start, in the order in which the frame passes them (ESC data sheet I).
 constexpr std::array<unsigned, 3> kBranchPorts = {3, 1, 2};
 
 enum class Preset { kLine, kRing, kStar, kBranch, kCustom };
@@ -31,7 +31,7 @@ nanoseconds cable_delay(double length_m) {
   return nanoseconds{std::llround(length_m * kDelayPerMetreNs)};
 }
 
-/// One end of a cable as the file names it.
+/// One end of a cable, as named in the file.
 struct CableEnd {
   std::optional<PortId> slave;
   MasterPort master = MasterPort::kPrimary;
@@ -68,7 +68,7 @@ bool connects(const Wiring& wiring, const CableEnd& a, const CableEnd& b) {
   return slave && wiring.master(a.slave ? b.master : a.master) == slave;
 }
 
-/// A line from `before` on: the master's interface for the first slave.
+/// Connects a line of slaves to `before`; without `before`, to the master's interface.
 void connect_chain(Wiring& wiring, std::optional<PortId> before, std::size_t first, std::size_t count,
                    nanoseconds delay) {
   for (std::size_t i = first; i < first + count; ++i) {
@@ -81,7 +81,7 @@ void connect_chain(Wiring& wiring, std::optional<PortId> before, std::size_t fir
   }
 }
 
-/// The first slave is the junction, the others hang at its ports in arms of the same length.
+/// Makes a star: the first slave is the junction, and the others form arms of the same length at its ports.
 Wiring make_star(TomlReader& reader, std::size_t count, nanoseconds delay) {
   const auto arms = static_cast<std::size_t>(reader.integer_or("arms", 3, 1, kBranchPorts.size()));
   Wiring wiring(count);
@@ -96,8 +96,8 @@ Wiring make_star(TomlReader& reader, std::size_t count, nanoseconds delay) {
   return wiring;
 }
 
-/// A line with a branch at port 3 of one slave: the slaves that follow it in the file, the rest of the line behind
-/// them.
+/// Makes a line with a branch at port 3 of one slave: the branch holds the next slaves in the file; the rest of the
+/// line follows them.
 Wiring make_branch(TomlReader& reader, SlaveNames names, nanoseconds delay) {
   const auto name = reader.text("junction");
   const auto junction = position_of(name, names);
@@ -134,7 +134,8 @@ void read_cable(TomlReader reader, SlaveNames names, Preset preset, double defau
   if (!done) reader.fail("from", "cannot be connected: one of the two ends is taken already, or both are the same");
 }
 
-/// The frame must pass the slaves in the order of the file, because positions on the line are used everywhere else.
+/// Checks that the frame passes the slaves in the order of the file, because all other code relies on positions on the
+/// line.
 void check_order(const TomlReader& reader, const Wiring& wiring, SlaveNames names) {
   if (!wiring.master(MasterPort::kPrimary)) {
     reader.fail("", "no cable leads to \"master\": connect port 0 of the first slave to it");

@@ -8,8 +8,8 @@
 
 namespace driveline::runtime {
 
-/// Reads [wiring]: connections and cable lengths. `slaves` are the names by position; the resulting wiring leads the
-/// frame past them in this order. Throws ConfigError.
+/// Reads [wiring]: connections and cable lengths. `slaves` are the names by position; in the resulting wiring the frame
+/// passes the slaves in this order. Throws ConfigError.
 [[nodiscard]] slaves::Wiring read_wiring(TomlReader reader, std::span<const std::string> slaves);
 
 }  // namespace driveline::runtime

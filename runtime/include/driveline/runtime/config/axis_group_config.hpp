@@ -12,30 +12,29 @@
 
 namespace driveline::runtime {
 
-/// An [[axis_group.output]]: what moves of the group change at places of their path.
+/// An [[axis_group.output]]: an output that moves of the group change at positions along their path.
 struct GroupOutputConfig {
-  std::string name;               ///< as moves call it, unlike the others of the group
-  std::string to;                 ///< an output among the process data, "slave.object"
-  std::optional<unsigned> bit{};  ///< of it; none: all of it
-  std::string to_place;           ///< "file:line: [axis_group 1.output 1] to", for errors that show only with the line
+  std::string name;               ///< name in moves, unique within the group
+  std::string to;                 ///< output among the process data, "slave.object"
+  std::optional<unsigned> bit{};  ///< bit of the output; none: the whole output
+  std::string to_place;  ///< "file:line: [axis_group 1.output 1] to", for errors that appear only on the running line
 };
 
-/// An [[axis_group]] of a line description: axes that go along a path together when they are asked to.
+/// An [[axis_group]] of a line description: axes that follow a path together on request.
 struct AxisGroupConfig {
   /// The most outputs of a group.
   static constexpr std::size_t kMostOutputs = 32;
 
-  std::string name;               ///< unlike the name of any other group and any axis
+  std::string name;               ///< unique among all groups and axes
   std::vector<std::size_t> axes;  ///< numbers of the [[axis]] tables, in the order of the coordinates
-  /// Of which the axes are the joints, in its order; null: moves are in the positions of the axes.
+  /// Machine whose joints are the axes, in their order; null: moves are given in axis positions.
   std::shared_ptr<const trajectory::Machine> machine{};
-  trajectory::ToolLimits tool{};  ///< of the point on the path
-  /// Highest speed along the path, and that of moves that say none: m/s, or rad/s where the first coordinate is an
-  /// angle.
-  /// Infinite: as fast as the axes can.
+  trajectory::ToolLimits tool{};  ///< limits of the tool point on the path
+  /// Highest feed along the path, and default feed of moves: m/s, or rad/s if the first coordinate is an angle.
+  /// Infinite: as fast as the axes permit.
   double max_feed = std::numeric_limits<double>::infinity();
-  double tolerance = 0.0;                    ///< at corners behind moves that say none, m or rad
-  std::vector<GroupOutputConfig> outputs{};  ///< moves name them by their places here
+  double tolerance = 0.0;                    ///< default corner tolerance of moves, m or rad
+  std::vector<GroupOutputConfig> outputs{};  ///< moves name them by their index here
 };
 
 }  // namespace driveline::runtime

@@ -16,18 +16,18 @@ struct FaultPlaces {
   const slaves::Wiring& wiring;
 };
 
-/// A fault that is being put together, parameter by parameter, for the line description and for the command line alike.
+/// A fault under construction, parameter by parameter; used for the line description and the command line.
 class FaultDraft {
  public:
   /// A fault of the kind `row` without parameters.
   explicit FaultDraft(const slaves::FaultKindRow& row) : row_(row) { fault_.kind = row.kind; }
 
-  /// Sets a parameter from its text. Error: what is wrong with it, without its name.
+  /// Sets a parameter from its text. Error: the reason, without the name of the parameter.
   [[nodiscard]] Result<void> set(const slaves::FaultParameterRow& parameter, std::string_view value,
                                  const FaultPlaces& places);
   /// Duration of the fault; zero: until it is healed.
   void set_duration(std::chrono::nanoseconds duration) noexcept { fault_.duration = duration; }
-  /// The complete fault. Error: a parameter is missing or contradicts another.
+  /// Returns the complete fault. Error: a parameter is missing or contradicts another.
   /// @param complete false: kind and place are enough, as for healing
   [[nodiscard]] Result<slaves::Fault> finish(const FaultPlaces& places, bool complete = true) const;
 
@@ -39,19 +39,19 @@ class FaultDraft {
   slaves::FaultParameters given_ = 0;
 };
 
-/// The slave of this name or position. Error: a sentence.
+/// Returns the slave with this name or position. Error: a sentence.
 [[nodiscard]] Result<std::uint16_t> parse_slave(std::string_view text, std::span<const std::string> names);
-/// The kind of this name. Error: a sentence that lists the names.
+/// Returns the fault kind with this name. Error: a sentence that lists the names.
 [[nodiscard]] Result<const slaves::FaultKindRow*> find_fault_kind(std::string_view name);
-/// "slave, time_us" for the kind; "nothing" without parameters.
+/// Returns the parameters of the kind, "slave, time_us"; "nothing" if it has none.
 [[nodiscard]] std::string parameters_of(const slaves::FaultKindRow& row);
 
 /// Reads "power-off slave=y for_ms=500". Error: one sentence.
 /// @param complete false: kind and place are enough, as for healing
 [[nodiscard]] Result<slaves::Fault> parse_fault(std::string_view text, const FaultPlaces& places, bool complete = true);
-/// The text of a fault, which parse_fault() reads back as the same fault.
+/// Returns the text of a fault, which parse_fault() reads back as the same fault.
 [[nodiscard]] std::string fault_text(const slaves::Fault& fault, const FaultPlaces& places);
-/// All kinds and parameters, one line each.
+/// Returns all kinds and parameters, one line each.
 [[nodiscard]] std::string fault_help();
 
 }  // namespace driveline::runtime

@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// The text as a number; none unless all of it is one finite number.
+/// Returns the text as a number; none unless the whole text is one finite number.
 [[nodiscard]] inline std::optional<double> finite_number(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -39,16 +39,16 @@ namespace driveline::runtime {
 /// Most increments per revolution of an axis: positions have 32 bits.
 inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
 
-/// The distributed clock of one slave. Values that are left out come from its EEPROM.
+/// Distributed clock of one slave. Values that are left out come from its EEPROM.
 struct SlaveClockConfig {
   bool synchronous = true;                              ///< false: no SYNC signals, free run
-  std::optional<std::string> op_mode;                   ///< by name
+  std::optional<std::string> op_mode;                   ///< name of the operation mode
   std::optional<std::chrono::nanoseconds> sync0_cycle;  ///< `sync0_cycle_us`
   std::optional<std::chrono::nanoseconds> sync0_shift;  ///< `sync0_shift_us`
   std::optional<std::chrono::nanoseconds> sync1_cycle;  ///< `sync1_cycle_us`
   std::optional<std::chrono::nanoseconds> sync1_shift;  ///< `sync1_shift_us`
   double processing_extra_ns = 0.0;                     ///< tDiff of its controller, for the propagation delays
-  double drift_ppm = 0.0;                               ///< of the simulated oscillator
+  double drift_ppm = 0.0;                               ///< drift of the simulated oscillator
 };
 
 /// [dc] of a line description.
@@ -57,111 +57,111 @@ struct ClockConfig {
   /// Time source of the clocks: the master's monotonic clock, CLOCK_REALTIME, or CLOCK_TAI.
   enum class Time : std::uint8_t { kMonotonic, kSystem, kTai };
   Time time = Time::kMonotonic;
-  std::optional<std::uint16_t> reference;  ///< position of the slave; none: the first with a clock
-  std::chrono::nanoseconds frame_lead{};   ///< how long before SYNC0 the frames pass the reference clock
+  std::optional<std::uint16_t> reference;  ///< position of the reference slave; none: the first one with a clock
+  std::chrono::nanoseconds frame_lead{};   ///< time by which the frames pass the reference clock before SYNC0
 };
 
-/// A [[slave]]: identity and configuration for the master, the device for the simulation.
+/// A [[slave]]: identity and configuration for the master, and the device for the simulation.
 struct SlaveConfig {
   std::string name;  ///< unique on the line
-  /// The simulated device; it also has the expected identity where the members below leave it out. Never null.
+  /// The simulated device. It also determines the expected identity where the members below are left out. Never null.
   std::shared_ptr<const SlaveDevice> device = standard_device();
-  /// Device description by which the master configures the slave; none: that of [bus] esi, else the EEPROM.
+  /// Device description for the configuration by the master; none: the one in [bus] esi, else the EEPROM.
   std::shared_ptr<const esi::DeviceDescription> esi;
-  std::optional<std::uint32_t> vendor_id;     ///< expected; that of `esi`, or of `device`, when left out
-  std::optional<std::uint32_t> product_code;  ///< expected; the same when left out
+  std::optional<std::uint32_t> vendor_id;     ///< expected vendor; default: that of `esi` or `device`
+  std::optional<std::uint32_t> product_code;  ///< expected product code; default: that of `esi` or `device`
   SlavePlanConfig plan;                       ///< further identity, start-up SDOs, PDOs, watchdogs, time limits
   std::size_t group = 0;                      ///< number in ProcessDataConfig::groups
-  std::vector<EntryName> names;               ///< of entries of its process data
-  slaves::SlaveDelays delays{};               ///< of the simulated controller
-  SlaveClockConfig dc;                        ///< its clock and its SYNC signals
-  std::optional<wire::IpV4Address> ip;        ///< of its EoE port; none: it has no part in EoE
-  std::filesystem::path sii_file;             ///< where `simulate` keeps the EEPROM content; empty: nowhere
+  std::vector<EntryName> names;               ///< names of entries in its process data
+  slaves::SlaveDelays delays{};               ///< delays of the simulated controller
+  SlaveClockConfig dc;                        ///< its clock and SYNC signals
+  std::optional<wire::IpV4Address> ip;        ///< address of its EoE port; none: it does not use EoE
+  std::filesystem::path sii_file;             ///< file in which `simulate` stores the EEPROM content; empty: none
   std::vector<std::byte> sii_content;         ///< content of sii_file; empty: the file does not exist yet
 };
 
-/// [path] of a line description: where the setpoints come from.
+/// [path] of a line description: source of the setpoints.
 struct PathConfig {
-  std::filesystem::path file;  ///< CSV with a time column and one per axis
-  /// How the points are joined.
+  std::filesystem::path file;  ///< CSV with a time column and one column per axis
+  /// Interpolation between the points.
   trajectory::InterpolationMethod interpolation = trajectory::InterpolationMethod::kClampedSpline;
-  bool repeat = false;                                            ///< start over at the end
-  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< whether a path that is late catches up
-  bool relative = false;              ///< positions are relative to where the axes stand when they are enabled
+  bool repeat = false;                                            ///< start again at the end
+  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;  ///< whether a late path catches up
+  bool relative = false;              ///< positions are relative to those at which the axes are enabled
   bool compensate_dead_time = false;  ///< setpoints lead the path by the dead times of bus and drives
 };
 
 /// [output] of a line description.
 struct OutputConfig {
   std::filesystem::path directory = "out";       ///< relative to the working directory
-  bool plots = true;                             ///< pictures beside the CSV files
-  bool increments = false;                       ///< drive increments beside positions in the unit of the axis
+  bool plots = true;                             ///< plots in addition to the CSV files
+  bool increments = false;                       ///< drive increments in addition to positions in the unit of the axis
   std::optional<std::filesystem::path> capture;  ///< pcapng of all frames
 };
 
-/// A fault of the simulated line, and when it begins.
+/// A fault of the simulated line, and its time.
 struct FaultPlan {
-  std::chrono::nanoseconds at{};  ///< after the line was switched on
+  std::chrono::nanoseconds at{};  ///< time since the line was switched on
   slaves::Fault fault;            ///< what goes wrong
 };
 
-/// [gateway] of a line description: the way for tools of vendors to the mailboxes.
+/// [gateway] of a line description: access of vendor tools to the mailboxes.
 struct GatewayConfig {
-  GatewaySettings settings;         ///< where it listens, and for which protocols
-  std::vector<std::size_t> slaves;  ///< numbers of the [[slave]] tables that may be reached; all when left out
+  GatewaySettings settings;         ///< address and protocols of the gateway
+  std::vector<std::size_t> slaves;  ///< numbers of the accessible [[slave]] tables; default: all
 };
 
 /// A line description file.
 struct LineConfig {
   std::string name = "line";                                         ///< for messages and telemetry
   DeviceRegistry devices;                                            ///< families of slaves and drives
-  std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the master's cycle
+  std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< cycle time of the master
   std::optional<std::string> interface;                              ///< none: the simulated line in this process
-  std::optional<std::string> interface2;                             ///< at the far end of a ring
-  port::PortChoice port = port::PortChoice::kAuto;                   ///< what the cycle sends and receives with
-  std::optional<std::chrono::nanoseconds> launch_ahead{};  ///< before they leave, frames are handed to the kernel
+  std::optional<std::string> interface2;                             ///< interface at the far end of a ring
+  port::PortChoice port = port::PortChoice::kAuto;  ///< port type that sends and receives the frames of the cycle
+  std::optional<std::chrono::nanoseconds> launch_ahead{};  ///< time by which frames reach the kernel before they leave
   std::shared_ptr<const esi::EsiLibrary> esi_library;      ///< for slaves without `esi`; null: none
-  /// Cycles in a row without valid process data of an axis before all axes are stopped.
+  /// Consecutive cycles without valid process data of an axis until all axes are stopped.
   std::uint32_t max_lost_cycles = 8;
-  std::optional<double> max_lost_ms;  ///< the limit as a time where the file gives one; max_lost_cycles is the number
-                                      ///< of whole cycles in it
-  /// Bytes per cycle that SDO and other acyclic frames may use on the wire; none: what the process data leave.
+  /// The limit as a time, if the file gives one; max_lost_cycles is the number of whole cycles in it.
+  std::optional<double> max_lost_ms;
+  /// Bytes per cycle for SDO and other acyclic frames on the wire; none: whatever the process data leave free.
   std::optional<std::size_t> acyclic_bytes;
-  rt::RealtimeConfig realtime;                           ///< all but the policy
-  std::optional<rt::RealtimePolicy> policy;              ///< none: enforced on a network interface only
-  std::optional<std::chrono::nanoseconds> wake_ahead{};  ///< none: as the machine needs it, see rt::CycleTimer
-  ecat_master::ReceiveStrategy receive{};                ///< how a cycle waits for its answers
-  std::optional<int> simulation_cpu;                     ///< where `simulate` runs its slaves
+  rt::RealtimeConfig realtime;                           ///< all settings but the policy
+  std::optional<rt::RealtimePolicy> policy;              ///< none: enforced only on a network interface
+  std::optional<std::chrono::nanoseconds> wake_ahead{};  ///< none: chosen for the machine, see rt::CycleTimer
+  ecat_master::ReceiveStrategy receive{};                ///< how a cycle waits for its frames
+  std::optional<int> simulation_cpu;                     ///< CPU on which `simulate` runs its slaves
   std::vector<SlaveConfig> slaves;                       ///< by position
   ProcessDataConfig process_data;                        ///< groups, copies, layout
-  std::optional<slaves::Wiring> wiring;                  ///< of the simulated line; none: a plain line
+  std::optional<slaves::Wiring> wiring;                  ///< wiring of the simulated line; none: a plain line
   std::vector<FaultPlan> faults;                         ///< in the order of the file
   std::optional<ClockConfig> clocks;                     ///< none: the drives run free
   std::vector<ecat_master::AxisConfig> axes;             ///< in the order of the path's columns
   std::vector<AxisGroupConfig> axis_groups;              ///< in the order of the file
-  std::vector<ecat_master::GantrySettings> gantries;     ///< pairs of axes that are one
-  std::optional<PathConfig> path;                        ///< none: the axes hold the place where they are enabled
-  TelemetryConfig telemetry;                             ///< what goes out over DDS
-  std::optional<CommandConfig> commands;                 ///< none: nothing comes in over DDS
-  OutputConfig output;                                   ///< what is written into files
+  std::vector<ecat_master::GantrySettings> gantries;     ///< pairs of axes that move as one
+  std::optional<PathConfig> path;                        ///< none: the axes hold the position at which they are enabled
+  TelemetryConfig telemetry;                             ///< what is published over DDS
+  std::optional<CommandConfig> commands;                 ///< none: no commands over DDS
+  OutputConfig output;                                   ///< output files
   std::optional<EoeConfig> eoe;                          ///< none: no EoE
   std::optional<GatewayConfig> gateway;                  ///< none: no mailbox gateway
-  std::optional<StreamConfig> stream;                    ///< none: no setpoints out of other processes
+  std::optional<StreamConfig> stream;                    ///< none: no setpoints from other processes
   CouplingPlan couplings;                                ///< gears and cams
   RecoveryConfig recovery;                               ///< reaction to lost slaves
-  std::vector<std::string> notes;                        ///< remarks on the file for its author, a sentence each
+  std::vector<std::string> notes;                        ///< remarks for the author of the file, one sentence each
 };
 
-/// Absence of process data or of the master up to which axes are taken across it.
+/// Longest absence of process data or of the master that axes bridge without stopping.
 struct LostLimit {
   std::uint32_t cycles = 0;  ///< LineConfig::max_lost_cycles
   std::optional<double> ms;  ///< LineConfig::max_lost_ms
 };
-/// That of a line.
+/// Returns the limit of a line.
 [[nodiscard]] inline LostLimit lost_limit(const LineConfig& config) {
   return {config.max_lost_cycles, config.max_lost_ms};
 }
-/// In the words of the file: "the 8 cycles that [bus] max_lost_cycles allows".
+/// Returns the limit in the terms of the file: "the 8 cycles that [bus] max_lost_cycles allows".
 [[nodiscard]] std::string max_lost_text(const LostLimit& limit);
 
 /// Whether the setpoints of the line lead its path by the dead times of bus and drives.
@@ -169,24 +169,24 @@ struct LostLimit {
   return config.path && config.path->compensate_dead_time;
 }
 
-/// Cycles of the line from one exchange with a slave to the next: the divider of its group.
+/// Returns the number of cycles between two exchanges with a slave: the divider of its group.
 [[nodiscard]] std::uint32_t exchange_divider(const LineConfig& config, const SlaveConfig& slave) noexcept;
 
-/// Identity that the master expects of a slave.
+/// Returns the identity that the master expects of a slave.
 [[nodiscard]] DeviceIdentity expected_identity(const SlaveConfig& slave);
 
-/// Rules of the drive with that identity. Valid as long as the families of `config`.
+/// Returns the rules of the drive with the expected identity. Valid as long as the families of `config`.
 [[nodiscard]] const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave);
 
-/// Reads a line description (TOML) whose slaves are of the families in `devices`. Every key is checked: unknown keys,
-/// wrong types and values out of range are errors of one sentence that starts with file:line and says what was
-/// expected. Paths in it are relative to the file, but the output directory to the working directory. `mode` goes
-/// before the `mode` of every axis: CSP, CSV or CST; the file is checked as if it stood there.
+/// Reads a line description (TOML) whose slaves are of the families in `devices`. Checks every key: unknown keys, wrong
+/// types and values out of range are errors of one sentence that starts with file:line and says what was expected.
+/// Paths in the file are relative to the file, except the output directory, which is relative to the working directory.
+/// `mode` (CSP, CSV or CST) overrides the `mode` of every axis; the file is checked as if it contained it.
 [[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file,
                                                   const DeviceRegistry& devices = DeviceRegistry{},
                                                   std::optional<ecat_master::cia402::Mode> mode = std::nullopt);
 
-/// The same for text that is at hand; `name` stands for the file in errors.
+/// Same for text in memory; `name` stands for the file in errors.
 [[nodiscard]] Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
                                                    const DeviceRegistry& devices = DeviceRegistry{},
                                                    std::optional<ecat_master::cia402::Mode> mode = std::nullopt);

@@ -6,14 +6,14 @@
 
 namespace driveline::runtime {
 
-/// How `run` reacts to lost slaves, [recovery] of a line description:
+/// Reaction of `run` to lost slaves, [recovery] of a line description:
 ///
 ///   axes = "stop", "hold" or "continue"      give_up_s = 60   (0: never)
 struct RecoveryConfig {
-  /// What happens to the other axes. kStop: the run ends with the first slave that is lost; otherwise slaves are
-  /// brought back while it goes on.
+  /// Reaction of the other axes. kStop: the first lost slave ends the run; otherwise lost slaves are recovered while
+  /// the run continues.
   ecat_master::LossPolicy axes = ecat_master::LossPolicy::kStop;
-  std::chrono::seconds give_up{60};  ///< a slave that is away for longer ends the run; zero: never
+  std::chrono::seconds give_up{60};  ///< a slave that is lost for longer ends the run; zero: never
 };
 
 }  // namespace driveline::runtime

@@ -7,11 +7,11 @@
 
 namespace driveline::runtime {
 
-/// Identity and configuration in a [[slave]] of a line description, beside vendor and product:
+/// Identity and configuration in a [[slave]] of a line description, in addition to vendor and product:
 ///
 ///   alias = 7                      device_id = 3            lrw = false
 ///   hot_connect = true             (may be missing, and comes and goes)
-///   hot_connect = "NAME"           (the same, behind that slave, in the group that it is the head of)
+///   hot_connect = "NAME"           (the same, after that slave, in the hot-connect group that it heads)
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
@@ -21,17 +21,17 @@ namespace driveline::runtime {
 struct SlavePlanConfig {
   ecat_master::IdentityRule revision;      ///< accepted revisions
   ecat_master::IdentityRule serial;        ///< accepted serial numbers
-  std::optional<std::uint16_t> alias;      ///< station alias it is known by
-  std::optional<std::uint16_t> device_id;  ///< explicit device ID it is known by
+  std::optional<std::uint16_t> alias;      ///< station alias that identifies it
+  std::optional<std::uint16_t> device_id;  ///< explicit device ID that identifies it
   bool hot_connect = false;                ///< may be missing, and comes and goes
-  std::string hot_head;                    ///< name of the slave that heads its hot-connect group; empty: it is in none
-  std::optional<ecat_master::GroupPlace> behind;      ///< number of the hot_head slave, place in the group
-  ecat_master::WatchdogPlan watchdog;                 ///< values that are left out stay as the slave has them
+  std::string hot_head;                    ///< name of the slave that heads its hot-connect group; empty: no group
+  std::optional<ecat_master::GroupPlace> behind;      ///< number of the hot_head slave, and place in the group
+  ecat_master::WatchdogPlan watchdog;                 ///< values that are left out keep the setting of the slave
   ecat_master::StateTimeouts timeouts;                ///< values that are left out: see StateTimeouts
   ecat_master::MailboxTimeouts mailbox_timeouts;      ///< values that are left out: see MailboxTimeouts
   std::optional<bool> lrw;                            ///< false: no LRW for this slave; none: its description decides
   std::vector<ecat_master::StartupSdo> sdos;          ///< in the order of the file
-  std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: what the slave's own use asks for
+  std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: the PDOs that the use of the slave requires
 
   /// Adds these settings to `plan`: start-up SDOs are appended, PDOs replaced.
   void apply(ecat_master::SlavePlan& plan) const;
