@@ -9,7 +9,7 @@ namespace {
 
 using slaves::Signal;
 
-constexpr double kMaxValue = 1e18;  ///< of a script; larger numbers fit no entry
+constexpr double kMaxValue = 1e18;  ///< largest value of a script; larger numbers fit no entry
 constexpr double kMaxPeriodS = 86400.0;
 
 std::chrono::nanoseconds from_s(double seconds) {

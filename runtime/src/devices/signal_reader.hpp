@@ -5,8 +5,8 @@
 
 namespace driveline::runtime {
 
-/// Reads how an input goes on: shape with value, low, high, period_s, or at_ms and values. The same keys for every
-/// kind of device. Throws ConfigError.
+/// Reads the signal of an input over time: shape with value, low, high, period_s, or at_ms and values. All kinds of
+/// devices use the same keys. Throws ConfigError.
 [[nodiscard]] slaves::Signal read_signal(TomlReader& reader);
 
 }  // namespace driveline::runtime

@@ -27,7 +27,8 @@ void DeviceNetwork::set_address(const wire::EoeIpParameters& address) noexcept {
   addresses_.write(told);
 }
 
-/// Frames that come in while the link is down are passed over by their consumer, the next receive().
+/// Discards the frames to the master when the link goes down. Must run on their consumer's thread, which calls
+/// receive().
 void DeviceNetwork::set_link(bool up) noexcept {
   while (!up && to_master_.try_pop(received_)) continue;
   up_.store(up, std::memory_order_relaxed);

@@ -21,43 +21,43 @@ struct NetworkFrame {
   std::array<std::byte, wire::kMaxEoeFrame> bytes{};
 };
 
-/// The network of one device, between the thread that drives the line and the one that serves its end point. Neither
-/// waits for the other.
+/// Network of one device, between the thread that runs the line and the thread that serves its end point. Neither
+/// thread waits for the other.
 class DeviceNetwork final : public slaves::EthernetLink {
  public:
-  /// Room for `queue` frames in each direction. `device` must outlive this.
+  /// Has room for `queue` frames in each direction. `device` must outlive this object.
   DeviceNetwork(const slaves::Device& device, std::size_t queue)
       : device_(&device), to_network_(queue), to_master_(queue) {}
 
-  // EthernetLink: the thread that drives the line.
+  // EthernetLink: called on the thread that runs the line.
   [[nodiscard]] bool send(std::span<const std::byte> frame) noexcept override;
   [[nodiscard]] std::size_t receive(std::span<std::byte> out) noexcept override;
   void set_address(const wire::EoeIpParameters& address) noexcept override;
   void set_link(bool up) noexcept override;
 
-  /// \name The thread that serves the end point
+  /// \name Called on the thread that serves the end point
   /// @{
 
-  /// The next frame of the master.
+  /// Takes the next frame of the master.
   [[nodiscard]] bool next_frame(NetworkFrame& frame) noexcept { return to_network_.try_pop(frame); }
-  /// There is room for a frame to the master.
+  /// Whether there is room for a frame to the master.
   [[nodiscard]] bool has_room() const noexcept { return to_master_.size() < to_master_.capacity(); }
-  /// A frame for the master; dropped and counted when there is no room.
+  /// Queues a frame for the master; drops and counts it if there is no room.
   void offer(const NetworkFrame& frame) noexcept { static_cast<void>(to_master_.try_push(frame)); }
-  /// The addresses as they were set last.
+  /// Returns the addresses that were set last.
   [[nodiscard]] slaves::EndpointAddress address() noexcept {
     static_cast<void>(addresses_.update());
     return addresses_.read();
   }
-  /// The link as it was set last.
+  /// Returns the link state that was set last.
   [[nodiscard]] bool link_up() const noexcept { return up_.load(std::memory_order_relaxed); }
-  /// The device is to tell its status at the next opportunity.
+  /// Requests the status of the device at the next opportunity.
   void ask_for_status() noexcept { status_wanted_.store(true, std::memory_order_relaxed); }
-  /// What it has told.
+  /// Takes a status that the device has reported.
   [[nodiscard]] bool next_status(slaves::DeviceStatus& status) noexcept { return statuses_.try_pop(status); }
   /// @}
 
-  /// Any thread.
+  /// Returns the number of frames dropped in both directions. Any thread.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return to_network_.dropped() + to_master_.dropped(); }
 
  private:
@@ -70,8 +70,8 @@ class DeviceNetwork final : public slaves::EthernetLink {
   rt::TripleBuffer<slaves::EndpointAddress> addresses_;
   std::atomic<bool> up_{false};
   std::atomic<bool> status_wanted_{false};
-  NetworkFrame sent_;      ///< of the thread that drives the line
-  NetworkFrame received_;  ///< of the thread that drives the line
+  NetworkFrame sent_;      ///< used by the thread that runs the line
+  NetworkFrame received_;  ///< used by the thread that runs the line
   slaves::DeviceStatus status_;
 };
 

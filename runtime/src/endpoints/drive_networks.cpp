@@ -19,7 +19,7 @@ namespace {
 using Clock = EndpointHost::Clock;
 using std::chrono::milliseconds;
 
-/// Frames of the line cannot wake the thread, because that takes a system call in the cycle: it looks for them.
+/// The thread polls for frames of the line: to wake it would take a system call in the cycle.
 constexpr std::chrono::microseconds kBusyPause{200};
 constexpr milliseconds kIdlePause{10};
 constexpr milliseconds kBusyFor{200};
@@ -29,7 +29,7 @@ constexpr milliseconds kBusyFor{200};
 /// The end points, and the thread that serves them.
 class DriveNetworks::Pump {
  public:
-  /// Every device of the line that has EoE.
+  /// Adds an end point for every device of the line that has EoE.
   Pump(slaves::Line& line, const std::filesystem::path& program, const Settings& settings) {
     for (std::size_t i = 0; i < line.size(); ++i) {
       auto host = std::make_unique<EndpointHost>(i, line.slave(i).device(), program, settings);
@@ -89,11 +89,11 @@ class DriveNetworks::Pump {
     static_cast<void>(::ppoll(waiting_.data(), waiting_.size(), &limit, nullptr));
   }
 
-  std::mutex mutex_;  ///< of the hosts: their thread, and whoever asks for figures
+  std::mutex mutex_;  ///< protects the hosts between their thread and callers of figures()
   std::vector<std::unique_ptr<EndpointHost>> hosts_;
   std::vector<pollfd> waiting_;
   Clock::time_point busy_until_{};
-  std::jthread thread_;  ///< the last one: ends before the others do
+  std::jthread thread_;  ///< last member, so that it ends before the others are destroyed
 };
 
 DriveNetworks::DriveNetworks(std::unique_ptr<Pump> pump) noexcept : pump_(std::move(pump)) {}

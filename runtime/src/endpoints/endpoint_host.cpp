@@ -11,7 +11,7 @@ using slaves::EndpointMessage;
 using slaves::EndpointPacket;
 using Transfer = HelperProcess::Transfer;
 
-/// Messages in one direction before the other has its turn.
+/// Most messages in one direction before the other direction is served.
 constexpr int kBatch = 64;
 
 }  // namespace
@@ -50,7 +50,8 @@ bool EndpointHost::serve(Clock::time_point now) {
   return moved;
 }
 
-/// While the device takes no frames they stay in the socket, and then in the end point's stack.
+/// Takes messages while the device accepts frames; otherwise they wait in the socket, and then in the end point's
+/// stack.
 bool EndpointHost::take_messages(Clock::time_point now) {
   for (int i = 0; i < kBatch; ++i) {
     if (!network_.has_room()) return i != 0;
@@ -67,7 +68,7 @@ bool EndpointHost::take_messages(Clock::time_point now) {
   return true;
 }
 
-/// What the end point says is checked like anything that comes from a network.
+/// Processes a message of the end point, which is checked like any data from a network.
 bool EndpointHost::take(const EndpointPacket& packet) {
   const auto message = packet.message();
   if (!message) return false;
@@ -102,7 +103,7 @@ bool EndpointHost::send(EndpointMessage message, const Content& content) {
   return packet_.write(message, content) && process_.send(packet_.bytes()) == Transfer::kDone;
 }
 
-/// Address and link before the frames that depend on them.
+/// Sends address and link before the frames that depend on them.
 bool EndpointHost::tell(Clock::time_point now) {
   bool moved = false;
   const auto address = network_.address();

@@ -12,12 +12,12 @@
 
 namespace driveline::runtime {
 
-/// One device's end point: kept running, and told what it has to know. Belongs to one thread.
+/// Runs the end point of one device, and sends it address, link, status and frames. Belongs to one thread.
 class EndpointHost {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Of the device at position `slave`, which must outlive this.
+  /// Serves the device at position `slave`; the device must outlive this object.
   EndpointHost(std::size_t slave, slaves::Device& device, std::filesystem::path program,
                const DriveNetworks::Settings& settings)
       : network_(device, settings.queue),
@@ -27,23 +27,23 @@ class EndpointHost {
         pause_(settings.first_pause, settings.longest_pause) {
     figures_.slave = slave;
   }
-  EndpointHost(const EndpointHost&) = delete;  // the device refers to the network in here
+  EndpointHost(const EndpointHost&) = delete;  // the device refers to the member `network_`
   EndpointHost& operator=(const EndpointHost&) = delete;
   ~EndpointHost() { device_->connect_network(nullptr); }
 
-  /// Connects it with the device; false: it has no EoE.
+  /// Connects the device; false: it has no EoE.
   [[nodiscard]] bool connect() { return device_->connect_network(&network_); }
   /// Starts the process.
   [[nodiscard]] Result<void> start();
-  /// Moves what can be moved without waiting; starts a process that has ended again when its pause is over. True:
-  /// something was moved.
+  /// Moves all messages that can be moved without waiting; restarts a process that has ended when its pause is over.
+  /// Returns true if a message was moved.
   bool serve(Clock::time_point now);
 
-  /// To wait for; -1: nothing, because there is no process or no room for what it sends.
+  /// Returns the descriptor to wait for; -1: none, because there is no process or no room for what it sends.
   [[nodiscard]] int descriptor() const noexcept {
     return process_.valid() && network_.has_room() ? process_.descriptor() : -1;
   }
-  /// Since the start.
+  /// Returns the figures since the start.
   [[nodiscard]] DriveNetworks::Figures figures() const;
 
  private:

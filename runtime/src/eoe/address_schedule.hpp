@@ -6,14 +6,15 @@
 
 namespace driveline::runtime {
 
-/// When a slave is given its IP parameters: whenever its mailboxes have been opened, and again with growing pauses
-/// while it does not answer.
+/// Determines when to set the IP parameters of a slave: whenever its mailboxes have been opened, and again with growing
+/// pauses while it does not answer.
 class AddressSchedule {
  public:
   static constexpr std::chrono::nanoseconds kFirstPause = std::chrono::seconds{1};
   static constexpr std::chrono::nanoseconds kLongestPause = std::chrono::minutes{1};
 
-  /// Now, the mailboxes being open and having been opened `openings` times? Says so once.
+  /// Whether to set the parameters now. Call while the mailboxes are open; `openings` counts how often they were
+  /// opened. Returns true once per occasion.
   [[nodiscard]] bool due(std::uint64_t openings, std::chrono::nanoseconds now) noexcept {
     if (openings != openings_) {
       openings_ = openings;
@@ -25,7 +26,7 @@ class AddressSchedule {
     silent_ = false;
     return true;
   }
-  /// It has not answered. True: for the first time since its mailboxes were opened.
+  /// Reports that the slave has not answered. Returns true the first time since its mailboxes were opened.
   bool no_answer(std::chrono::nanoseconds now) noexcept {
     const bool first = pause_ == kFirstPause;
     silent_ = true;

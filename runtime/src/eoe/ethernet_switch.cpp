@@ -10,7 +10,7 @@ using wire::MacAddress;
 
 constexpr std::size_t kVlanTag = 4;
 constexpr std::uint16_t kVlanType = 0x8100;
-/// How often old addresses are looked for.
+/// Interval of the search for old addresses.
 constexpr nanoseconds kAgeingStep = std::chrono::seconds{1};
 
 MacAddress mac_at(std::span<const std::byte> frame, std::size_t place) {
@@ -23,7 +23,7 @@ bool is_group(const MacAddress& mac) {
   return (mac[0] & std::byte{1}) != std::byte{0};
 }
 
-/// 01-80-C2-00-00-00 to -0F: for the next bridge only (IEEE 802.1D Table 7-10).
+/// Whether the address is 01-80-C2-00-00-00 to -0F: for the next bridge only (IEEE 802.1D Table 7-10).
 bool is_link_local(const MacAddress& mac) {
   constexpr MacAddress kFirst = {std::byte{0x01}, std::byte{0x80}, std::byte{0xC2}};
   return std::equal(mac.begin(), mac.end() - 1, kFirst.begin()) && (mac[5] & std::byte{0xF0}) == std::byte{0};
@@ -90,7 +90,7 @@ void EthernetSwitch::forget_old(nanoseconds now) {
   std::erase_if(stations_, [&](const auto& station) { return now - station.second.seen >= settings_.ageing; });
 }
 
-/// A token bucket for each port: a broadcast storm of one device costs the others no more than flood_rate.
+/// Sends a frame to all ports. A token bucket for each port limits a broadcast storm of one device to flood_rate.
 void EthernetSwitch::flood(std::size_t from, std::span<const std::byte> frame, nanoseconds now) {
   auto& source = ports_[from];
   const auto elapsed = std::chrono::duration<double>(now - source.credit_at).count();

@@ -13,11 +13,11 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// The switch's port of the TAP interface.
+/// Port of the switch for the TAP interface.
 constexpr std::size_t kTapPort = 0;
-/// Frames from the TAP interface in one turn: those of the slaves have theirs, too.
+/// Most frames taken from the TAP interface before the frames of the slaves are served.
 constexpr int kFramesPerTurn = 32;
-/// From one look at the mailboxes to the next: while there is traffic, and when there has been none for a while.
+/// Pauses between two polls of the mailboxes: during traffic, and after kTrafficEnds without traffic.
 constexpr nanoseconds kBusyPause = std::chrono::microseconds{100};
 constexpr nanoseconds kIdlePause = std::chrono::milliseconds{1};
 constexpr nanoseconds kTrafficEnds = std::chrono::milliseconds{200};
@@ -40,7 +40,7 @@ Result<std::unique_ptr<EthernetTunnel>> EthernetTunnel::start(ecat_master::Maste
                                                               std::unique_ptr<TapDevice> tap, const IpNetwork& network,
                                                               std::vector<EoeHost> hosts) {
   std::unique_ptr<EthernetTunnel> tunnel(new EthernetTunnel(master, std::move(tap), network, std::move(hosts)));
-  // Frames may come as soon as a port is open: by then all ports of the switch are there.
+  // Frames may arrive as soon as a port is open; all ports of the switch exist by then.
   for (auto& slave : tunnel->slaves_) {
     auto port = master.open_eoe(slave->host.position, *tunnel);
     if (!port) return fail_line(port.error());
@@ -67,7 +67,7 @@ void EthernetTunnel::receive(std::uint16_t position, std::span<const std::byte> 
 }
 
 void EthernetTunnel::run(const std::stop_token& stop) {
-  // Linux makes short sleeps of ordinary threads 50 us longer.
+  // By default, Linux extends short sleeps of ordinary threads by 50 us.
   ::prctl(PR_SET_TIMERSLACK, 1000UL);
   while (!stop.stop_requested()) {
     for (auto& slave : slaves_) look_after(*slave);
@@ -77,7 +77,7 @@ void EthernetTunnel::run(const std::stop_token& stop) {
   }
 }
 
-/// Gives a slave its IP parameters when they are due, and takes its link up then.
+/// Sets the IP parameters of a slave when they are due, and then sets its link up.
 void EthernetTunnel::look_after(Slave& slave) {
   const bool up = slave.port->up();
   if (!slave.being_given && up && slave.schedule.due(slave.port->openings(), now())) {
@@ -91,7 +91,7 @@ void EthernetTunnel::look_after(Slave& slave) {
   if (up) take_result(slave, service->result());
 }
 
-/// The first failure is told; what follows is the same again.
+/// Only the first of several equal failures is reported.
 void EthernetTunnel::take_result(Slave& slave, const ecat_master::Result<void>& result) {
   if (result) {
     switch_.set_link(slave.number, true);
@@ -118,7 +118,7 @@ void EthernetTunnel::rest() {
   const timespec pause{0, static_cast<long>((idle ? kIdlePause : kBusyPause).count())};
   pollfd tap{tap_->descriptor(), POLLIN, 0};
   if (::ppoll(&tap, 1, &pause, nullptr) <= 0 || (tap.revents & POLLERR) == 0) return;
-  // Somebody has deleted the interface: from now on its descriptor would end every wait at once.
+  // The interface has been deleted: from now on its descriptor would end every wait at once.
   switch_.set_link(kTapPort, false);
   ::ppoll(nullptr, 0, &pause, nullptr);
 }

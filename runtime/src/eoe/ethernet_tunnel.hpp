@@ -17,24 +17,25 @@ namespace driveline::runtime {
 
 /// A slave that is reached over EoE.
 struct EoeHost {
-  std::uint16_t position = 0;        ///< on the line
-  std::string name;                  ///< of the slave
-  wire::EoeIpParameters parameters;  ///< that it is given; `ip` is there
+  std::uint16_t position = 0;        ///< position on the line
+  std::string name;                  ///< name of the slave
+  wire::EoeIpParameters parameters;  ///< parameters to set; they contain `ip`
 };
 
-/// Ethernet over EtherCAT between a TAP interface and slaves: a switch, a port for each of them, and the thread that
-/// moves the frames. A slave whose mailboxes have been opened, at the beginning or again after it was away, is given
-/// its IP parameters; its link is up from then on until its mailboxes are closed. One that does not answer is asked
-/// again with growing pauses, one that refuses is not.
+/// Ethernet over EtherCAT between a TAP interface and slaves: a switch with a port for each of them, and the thread
+/// that moves the frames. A slave gets its IP parameters whenever its mailboxes have been opened, at the start or when
+/// it returns; its link is then up until its mailboxes are closed. A slave that does not answer is asked again with
+/// growing pauses; one that refuses is not.
 class EthernetTunnel final : private ecat_master::EoeReceiver {
  public:
-  /// A slave that has not taken its IP parameters.
+  /// A slave that has not accepted its IP parameters.
   struct Refusal {
     EoeHost host;              ///< the slave
-    ecat_master::Error error;  ///< why
+    ecat_master::Error error;  ///< reason
   };
 
-  /// Opens the ports and starts the thread. `master` must outlive the tunnel. Error (kLine): a slave knows no EoE.
+  /// Opens the ports and starts the thread. `master` must outlive the tunnel. Error (kLine): a slave does not support
+  /// EoE.
   [[nodiscard]] static Result<std::unique_ptr<EthernetTunnel>> start(ecat_master::Master& master,
                                                                      std::unique_ptr<TapDevice> tap,
                                                                      const IpNetwork& network,
@@ -44,9 +45,9 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
   /// Ends the thread and closes the ports.
   ~EthernetTunnel() override;
 
-  /// Any thread.
+  /// Returns the state of all ports. Any thread.
   [[nodiscard]] EoeReport report() const;
-  /// Since the last call. Any thread.
+  /// Returns the refusals since the last call. Any thread.
   [[nodiscard]] std::vector<Refusal> take_refusals();
 
  private:
@@ -55,9 +56,9 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
 
     EoeHost host;
     std::shared_ptr<ecat_master::EoePort> port;
-    std::size_t number = 0;                                ///< of its port at the switch
-    AddressSchedule schedule;                              ///< of its IP parameters
-    std::shared_ptr<ecat_master::EoeService> being_given;  ///< its IP parameters are under way
+    std::size_t number = 0;                                ///< number of its port at the switch
+    AddressSchedule schedule;                              ///< schedule of its IP parameters
+    std::shared_ptr<ecat_master::EoeService> being_given;  ///< request in progress that sets its IP parameters
   };
 
   EthernetTunnel(ecat_master::Master& master, std::unique_ptr<TapDevice> tap, const IpNetwork& network,
@@ -75,8 +76,9 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
   IpNetwork network_;
   EthernetSwitch switch_;
   std::vector<std::unique_ptr<Slave>> slaves_;
-  std::atomic<std::int64_t> last_frame_{0};  ///< when, ns; frames of slaves come on any thread that steps the engine
-  std::mutex mutex_;                         ///< of refusals_
+  /// Time of the last frame, ns; slaves' frames arrive on any thread that steps the engine.
+  std::atomic<std::int64_t> last_frame_{0};
+  std::mutex mutex_;  ///< protects refusals_
   std::vector<Refusal> refusals_;
   std::jthread thread_;
 };

@@ -64,7 +64,7 @@ bool take_up(int socket, const std::string& name) {
   return ::ioctl(socket, SIOCSIFFLAGS, &request) == 0;
 }
 
-/// The descriptor behind "fd:N", and the name of its interface.
+/// Returns the descriptor of "fd:N", and the name of its interface.
 Result<std::pair<port::FileDescriptor, std::string>> handed_over(const std::string& name) {
   int number = -1;
   const auto* first = name.data() + kHandedOver.size();

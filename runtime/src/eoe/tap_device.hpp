@@ -12,21 +12,21 @@
 
 namespace driveline::runtime {
 
-/// A TAP interface: the port of the operating system's network stack at the switch.
+/// A TAP interface: connects the network stack of the operating system to the switch.
 class TapDevice final : public SwitchedDevice {
  public:
-  /// Opens the interface `name`, makes it when there is none, gives it `address` and takes it up. "fd:N" stands for a
-  /// TAP whose descriptor was handed over to this process. Errors (kMachine): /dev/net/tun is missing or may not be
-  /// opened, CAP_NET_ADMIN is missing for what is still to be done, or the interface is something else.
+  /// Opens the interface `name`, creates it if there is none, sets `address` and brings it up. "fd:N" stands for a TAP
+  /// whose open descriptor was passed to this process. Errors (kMachine): /dev/net/tun is missing or cannot be opened,
+  /// CAP_NET_ADMIN is missing for a remaining step, or the interface is no TAP.
   [[nodiscard]] static Result<std::unique_ptr<TapDevice>> open(const std::string& name, const IpNetwork& address);
 
-  /// A frame to the network stack; false: it takes none now.
+  /// Sends a frame to the network stack; false: it accepts none now.
   [[nodiscard]] bool send(std::span<const std::byte> frame) override;
-  /// The next frame from the network stack, valid until the next call; nothing: there is none.
+  /// Returns the next frame from the network stack, valid until the next call; none: there is no frame.
   [[nodiscard]] std::optional<std::span<const std::byte>> receive() noexcept;
   /// Readable while receive() has a frame.
   [[nodiscard]] int descriptor() const noexcept { return file_.get(); }
-  /// Of the interface.
+  /// Returns the name of the interface.
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
  private:

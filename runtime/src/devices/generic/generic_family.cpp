@@ -23,7 +23,7 @@ Model make_model(const TomlReader& reader, std::string_view key, const std::file
   return *model;
 }
 
-/// Slaves of one device share its model.
+/// Returns the model of an ESI device; slaves with the same device share it.
 Model model_from_esi(const DeviceTable& table, const std::filesystem::path& file) {
   for (const auto& other : table.before) {
     const auto* device = dynamic_cast<const FileDevice*>(other.get());
@@ -66,7 +66,7 @@ DeviceIdentity FileDevice::identity() const noexcept {
 
 std::unique_ptr<slaves::Device> FileDevice::simulate(const DevicePlace& place) const {
   auto options = source_.options;
-  // An EEPROM image has a serial number of its own.
+  // An EEPROM image contains its own serial number.
   if (options.sii_image.empty()) options.serial_number = place.serial_number;
   return std::make_unique<slaves::generic::GenericDevice>(source_.model, options);
 }

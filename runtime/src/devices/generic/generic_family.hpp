@@ -8,12 +8,12 @@ namespace driveline::runtime {
 /// A device that is simulated from its ESI file or EEPROM image.
 class FileDevice final : public SlaveDevice {
  public:
-  /// Content of the file and of the keys beside it.
+  /// The file and the related keys of the [[slave]].
   struct Source {
     std::filesystem::path file;
     std::shared_ptr<const slaves::generic::DeviceModel> model;
     slaves::generic::GenericOptions options;
-    std::shared_ptr<const esi::DeviceDescription> esi;  ///< that the model was made from; null: an EEPROM image
+    std::shared_ptr<const esi::DeviceDescription> esi;  ///< ESI description of the model; null: an EEPROM image
   };
   explicit FileDevice(Source source) : source_(std::move(source)) {}
 
@@ -26,7 +26,7 @@ class FileDevice final : public SlaveDevice {
   Source source_;
 };
 
-/// Devices that are known by a file alone: esi with device, product_code and revision, or sii; with loop_back,
+/// Devices that are described only by a file: esi with device, product_code and revision, or sii; with loop_back,
 /// distributed_clock and [[slave.input]].
 class GenericFamily final : public DeviceFamily {
  public:

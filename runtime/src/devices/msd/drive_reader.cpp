@@ -21,11 +21,11 @@ using Way = slaves::SignalPlace::Way;
 
 constexpr double kRevolution = 2.0 * std::numbers::pi;
 constexpr double kRpm = kRevolution / 60.0;
-/// Smallest inertia, in kg m^2: that of the smallest servo motors. It is a divisor.
+/// Smallest inertia in kg m^2, that of the smallest servo motors; not 0, because it is a divisor.
 constexpr double kMinInertia = 1e-6;
 constexpr double kMaxWayRev = 1e6;
 
-/// Every number of the machine, in the order of the reference.
+/// All numbers of the machine, in the order of the reference.
 constexpr std::array kPlantKeys = {
     PlantKey{"plant", "inertia_kg_m2", "kg m²", kMinInertia, 10.0, 1.0,
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.inertia_kg_m2}; }},
@@ -123,7 +123,7 @@ void read_motor(TomlReader& reader, MsdParameters& parameters) {
   read_numbers(reader, "plant", parameters);
   const auto& motor = parameters.motor;
   if (reader.has("rated_torque_nm") && !reader.has("peak_torque_nm")) {
-    // As the standard motor has it: three times the rated torque.
+    // The standard motor has a peak torque of three times the rated torque.
     parameters.motor.peak_torque_nm = 3.0 * motor.rated_torque_nm;
   }
   if (motor.peak_torque_nm < motor.rated_torque_nm) {
@@ -140,7 +140,7 @@ void read_motor(TomlReader& reader, MsdParameters& parameters) {
   if (!reader.has("rated_current_a")) parameters.motor.rated_current_a = motor.typical_current_a();
 }
 
-/// Completes the data of the winding with those of a motor of the same rating.
+/// Sets missing winding data to those of a typical motor of the same rating.
 void complete_winding(TomlReader& reader, MsdParameters& parameters) {
   const auto typical = parameters.motor.typical_winding();
   if (!reader.has("resistance_ohm")) parameters.motor.winding.resistance_ohm = typical.resistance_ohm;
@@ -186,7 +186,7 @@ std::optional<FirmwareVersion> read_firmware(TomlReader& slave, const slaves::ms
   return firmware;
 }
 
-/// The number of the input under `key`.
+/// Returns the number of the input named by `key`.
 std::size_t read_input_name(TomlReader& reader, std::string_view key) {
   const auto name = reader.text(key);
   const auto place = slaves::msd::find_drive_signal(Way::kInput, name);

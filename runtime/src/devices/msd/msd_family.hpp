@@ -5,7 +5,7 @@
 
 namespace driveline::runtime {
 
-/// One variant of the Moog MSD servo drive. All of them are treated alike by the master.
+/// One variant of the Moog MSD servo drive. The master treats all variants alike.
 class MsdFamily final : public DeviceFamily {
  public:
   explicit MsdFamily(slaves::msd::Variant variant) : variant_(variant) {}

@@ -7,12 +7,12 @@ namespace {
 
 using ecat_master::startup_sdo;
 
-/// Objects of manufacturer parameters: 2000h plus the parameter's number (MSD manual 8.2.3).
+/// Returns the object of a manufacturer parameter: 2000h plus the parameter's number (MSD manual 8.2.3).
 constexpr std::uint16_t parameter(unsigned number) {
   return static_cast<std::uint16_t>(0x2000 + number);
 }
 
-/// Where the torque feed-forward comes from (MSD manual Table 12.26): 60B2h instead of inertia times acceleration.
+/// Source of the torque feed-forward (MSD manual Table 12.26): 60B2h instead of inertia times acceleration.
 constexpr std::uint8_t kTorqueSource = 2;
 constexpr std::uint16_t kExternal = 1;
 
@@ -26,7 +26,7 @@ std::vector<ecat_master::StartupSdo> MsdRules::startup_sdos(const ecat_master::A
                                                             std::chrono::nanoseconds period) const {
   auto sdos = ecat_master::cia402_startup_sdos(period);
   sdos.insert(sdos.begin(), real_sdo(parameter(306), std::chrono::duration<double, std::milli>(period).count()));
-  // Also where the axis begins in another mode: it may change to csp.
+  // Required even if the axis starts in another mode, because it may change to CSP.
   constexpr std::uint8_t kCubicSpline = 3;
   sdos.push_back(startup_sdo(parameter(370), 0, kCubicSpline));
   if (axis.inertia > 0.0 && !axis.linear()) sdos.push_back(real_sdo(parameter(1516), axis.inertia));

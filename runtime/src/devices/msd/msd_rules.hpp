@@ -8,19 +8,19 @@
 
 namespace driveline::runtime {
 
-/// What a master must know of a Moog MSD servo drive.
+/// Properties of a Moog MSD servo drive that the master needs.
 class MsdRules : public DriveRules {
  public:
-  /// The setpoint cycle in both places where it counts (MSD manual 7.4.2: P 306 and 60C2h), and, in CSP, cubic spline
-  /// interpolation between the setpoints (P 370 = 3) and the inertia for the drive's own torque feed-forward (P 1516)
-  /// when it is known. Where the master has a feed-forward of friction or gravity as well, the drive takes the whole
+  /// Sets the setpoint cycle in both objects where it takes effect (MSD manual 7.4.2: P 306 and 60C2h), and, in CSP,
+  /// cubic spline interpolation between the setpoints (P 370 = 3) and, if known, the inertia for the drive's own torque
+  /// feed-forward (P 1516). If the master has a feed-forward of friction or gravity as well, the drive takes the whole
   /// torque from 60B2h (P 379 sub 2 = 1).
   [[nodiscard]] std::vector<ecat_master::StartupSdo> startup_sdos(const ecat_master::AxisConfig& axis,
                                                                   std::chrono::nanoseconds period) const override;
   [[nodiscard]] unsigned interpolation_exchanges() const noexcept override { return ecat_master::kSplinePeriods; }
   /// MSD manual 9.1: the cycle time is a multiple of 125 us.
   [[nodiscard]] std::chrono::nanoseconds clock_base() const noexcept override { return std::chrono::microseconds{125}; }
-  /// MSD manual Tables 12.20, 12.22, 12.24: bit 12 tells whether the target is used; 12.2.2: units of the velocity
+  /// MSD manual Tables 12.20, 12.22, 12.24: bit 12 reports whether the target is used; 12.2.2: units of the velocity
   /// mode.
   [[nodiscard]] AxisDefaults axis_defaults() const override {
     AxisDefaults defaults;
@@ -30,7 +30,7 @@ class MsdRules : public DriveRules {
   }
 };
 
-/// The same of a ServoOne, which uses 60B2h with P 370 = 2 only (ServoOne manual 12.4).
+/// Rules of a ServoOne, which differs in that it uses 60B2h with P 370 = 2 only (ServoOne manual 12.4).
 class ServoOneRules final : public MsdRules {
  public:
   [[nodiscard]] std::string_view why_no_torque_offset() const noexcept override {

@@ -17,18 +17,18 @@ namespace driveline::runtime {
 /// Input from which a family reads its device.
 struct DeviceTable {
   TomlReader& keys;                 ///< the [[slave]] table
-  std::filesystem::path directory;  ///< of the line description; paths in it are relative to that
-  /// The device of the ESI file that the table names; null: it names none.
+  std::filesystem::path directory;  ///< folder of the line description; paths are relative to it
+  /// Device of the ESI file that the table names; null: it names none.
   std::shared_ptr<const esi::DeviceDescription> esi;
-  /// Devices of the tables before this one, for sharing.
+  /// Devices of the preceding tables, so that data can be shared.
   std::span<const std::shared_ptr<const SlaveDevice>> before;
 };
 
 /// A kind of device, named by `model` in a line description, with the rules of its drives. Registered in a
 /// DeviceRegistry.
 ///
-/// Two questions are separate: `model` determines the simulated device, read(); the expected identity determines how
-/// the master treats a drive, rules_for(), also a real one on a network interface.
+/// `model` and identity serve different purposes: `model` determines the simulated device, read(); the expected
+/// identity determines how the master treats a drive, rules_for(), including a real one on a network interface.
 ///
 /// Immutable; any thread.
 class DeviceFamily {
@@ -38,27 +38,27 @@ class DeviceFamily {
   DeviceFamily& operator=(const DeviceFamily&) = delete;
   virtual ~DeviceFamily() = default;
 
-  /// The value of `model` in a [[slave]].
+  /// Returns the value of `model` in a [[slave]].
   [[nodiscard]] virtual std::string_view key() const noexcept = 0;
 
-  /// The keys of a [[slave]] that read() asks for.
+  /// Returns the keys of a [[slave]] that read() reads.
   [[nodiscard]] virtual std::vector<std::string_view> own_keys() const = 0;
 
-  /// Reads those keys. Never null.
+  /// Reads the own keys of the family. Never null.
   ///
-  /// Errors in them are thrown, by the functions of the reader themselves and by TomlReader::fail() for what only the
-  /// family can know. They are no values, unlike elsewhere: a dozen keys are read in a row, each call can fail, and all
-  /// that could be done with a failure is to hand it on, with file and line as they are. load_line_config() catches
-  /// what the reader throws and returns it as its error; nothing leaves the library as an exception.
+  /// Errors in the keys are exceptions, thrown by the functions of the reader and by TomlReader::fail() for checks of
+  /// the family. They are not values, unlike elsewhere, because a dozen keys are read in a row, each call can fail, and
+  /// a failure can only be passed on with its file and line. load_line_config() catches what the reader throws and
+  /// returns it as its error; no exception leaves the library.
   [[nodiscard]] virtual std::shared_ptr<const SlaveDevice> read(const DeviceTable& table) const = 0;
 
-  /// Whether a [[slave]] with none of own_keys() is simulated as a device of this identity and revision: what was found
-  /// on a line can then be described by key().
+  /// Whether a [[slave]] with none of own_keys() is simulated as a device of this identity and revision, so that such a
+  /// device found on a line can be described by key().
   [[nodiscard]] virtual bool simulates(const DeviceIdentity& /*identity*/, std::uint32_t /*revision*/) const noexcept {
     return false;
   }
 
-  /// Rules of a drive with this identity; null: it is not of this family. Valid as long as the family.
+  /// Returns the rules of a drive with this identity; null: it is not of this family. Valid as long as the family.
   [[nodiscard]] virtual const DriveRules* rules_for(const DeviceIdentity& /*identity*/) const noexcept {
     return nullptr;
   }

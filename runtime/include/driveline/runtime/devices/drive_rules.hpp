@@ -10,16 +10,16 @@
 
 namespace driveline::runtime {
 
-/// Values of an axis that the line description leaves out.
+/// Values of an axis that a line description may leave out.
 struct AxisDefaults {
-  double increments_per_revolution = 1048576.0;  ///< of the position objects
+  double increments_per_revolution = 1048576.0;  ///< increments of the position objects
   double rated_torque = 2.4;                     ///< Nm or N, 1000 per mille (6076h)
-  trajectory::AxisLimits limits{200.0, 2000.0};  ///< of approaches and stops; rad/s or m/s, rad/s^2 or m/s^2
+  trajectory::AxisLimits limits{200.0, 2000.0};  ///< limits of approaches and stops; rad/s or m/s, rad/s^2 or m/s^2
   bool follow_bit = false;                       ///< AxisConfig::follow_bit
   bool velocity_by_factors = false;              ///< AxisConfig::velocity_by_factors
 };
 
-/// Properties of a drive that the master needs to move it. By default those of a drive that follows CiA 402,
+/// Properties of a drive that the master needs to move it. The defaults describe a drive that follows CiA 402,
 /// interpolates linearly and accepts any cycle; a DeviceFamily derives from it for other drives.
 ///
 /// Immutable; any thread.
@@ -30,23 +30,24 @@ class DriveRules {
   DriveRules& operator=(const DriveRules&) = delete;
   virtual ~DriveRules() = default;
 
-  /// Start-up SDOs with which the drive follows the setpoints of `axis`, one every `period`.
+  /// Returns the start-up SDOs with which the drive follows the setpoints of `axis`, one every `period`.
   /// @throws std::invalid_argument if the drive cannot represent the period; line descriptions with such a period are
   /// refused when they are read.
   [[nodiscard]] virtual std::vector<ecat_master::StartupSdo> startup_sdos(const ecat_master::AxisConfig& axis,
                                                                           std::chrono::nanoseconds period) const;
 
-  /// Exchanges until the drive reaches a received position setpoint: 1 with linear interpolation,
-  /// ecat_master::kSplinePeriods on a spline. For the following error.
+  /// Returns the exchanges until the drive reaches a received position setpoint: 1 with linear interpolation,
+  /// ecat_master::kSplinePeriods on a spline. Used for the following error.
   [[nodiscard]] virtual unsigned interpolation_exchanges() const noexcept { return 1; }
 
-  /// Why the drive cannot use torque offsets (60B2h) in CSP and CSV, as the end of a sentence about it; empty: it can.
+  /// Returns why the drive cannot use torque offsets (60B2h) in CSP and CSV, as the end of a sentence about it; empty:
+  /// it can.
   [[nodiscard]] virtual std::string_view why_no_torque_offset() const noexcept { return {}; }
 
-  /// The cycle of SYNC0 must be a multiple of it; 0: any.
+  /// Returns the time of which the cycle of SYNC0 must be a multiple; 0: any cycle.
   [[nodiscard]] virtual std::chrono::nanoseconds clock_base() const noexcept { return {}; }
 
-  /// Defaults of an axis with such a drive.
+  /// Returns the defaults of an axis with such a drive.
   [[nodiscard]] virtual AxisDefaults axis_defaults() const { return {}; }
 };
 

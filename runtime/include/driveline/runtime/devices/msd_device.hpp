@@ -5,15 +5,15 @@
 
 namespace driveline::runtime {
 
-/// A drive of the MSD family with the machine behind it.
+/// A drive of the MSD family with the machine connected to it.
 class MsdDevice final : public SlaveDevice {
  public:
-  /// Name and serial number in `parameters` are ignored: simulate() gets them with the place on the line.
+  /// Name and serial number in `parameters` are ignored: simulate() takes them from the DevicePlace.
   explicit MsdDevice(slaves::msd::MsdParameters parameters) : parameters_(std::move(parameters)) {}
 
   [[nodiscard]] DeviceIdentity identity() const noexcept override;
   [[nodiscard]] std::unique_ptr<slaves::Device> simulate(const DevicePlace& place) const override;
-  /// The parameters as read from the line description or given to the constructor.
+  /// Returns the parameters as read from the line description or passed to the constructor.
   [[nodiscard]] const slaves::msd::MsdParameters& parameters() const noexcept { return parameters_; }
 
  private:

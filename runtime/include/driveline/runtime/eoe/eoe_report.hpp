@@ -13,15 +13,15 @@ namespace driveline::runtime {
 
 /// One port of the switch between this machine and the slaves.
 struct EoePortReport {
-  SwitchPortFigures figures;                                ///< name: of the TAP interface or the slave
-  std::optional<std::uint16_t> slave;                       ///< position; none: the TAP interface
-  wire::IpV4Address ip{};                                   ///< of the machine or the slave
-  std::optional<ecat_master::EoePortStatistics> fragments;  ///< of a slave
+  SwitchPortFigures figures;                                ///< with the name of the TAP interface or of the slave
+  std::optional<std::uint16_t> slave;                       ///< position of the slave; none: the TAP interface
+  wire::IpV4Address ip{};                                   ///< address of the machine or the slave
+  std::optional<ecat_master::EoePortStatistics> fragments;  ///< only for a slave
 };
 
-/// Ethernet over EtherCAT as it is at one moment.
+/// State of Ethernet over EtherCAT at one moment.
 struct EoeReport {
-  IpNetwork network;                 ///< of this machine
+  IpNetwork network;                 ///< address of this machine and its network
   std::vector<EoePortReport> ports;  ///< the TAP interface, then the slaves
 };
 
