@@ -1,4 +1,4 @@
-// Requests to single axes in words.
+// Sentences of requests to single axes.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -41,14 +41,14 @@ std::string_view trigger_text(ecat_master::ProbeTrigger trigger) {
   return "zero pulse";
 }
 
-/// "1, rising edge, from 10 deg to 20 deg".
+/// Returns "1, rising edge, from 10 deg to 20 deg".
 std::string probe_text(const events::EventAxis& axis, const AxisRequest& request) {
   auto text = fmt::format(" {}", trigger_text(request.trigger));
   if (request.window_first == request.window_last) return text;
   return text + fmt::format(", from {} to {}", length(axis, request.window_first), length(axis, request.window_last));
 }
 
-/// What stands behind the name of the command.
+/// Returns the text that follows the name of the command.
 std::string target_text(const events::EventAxis& axis, const AxisRequest& request) {
   switch (request.command) {
     case AxisCommand::kPower:
@@ -91,7 +91,7 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
   return {};
 }
 
-/// What to do about it; empty where the reason says it all.
+/// Returns what to do about the error; empty if the reason is sufficient.
 std::string_view remedy(AxisError error) {
   switch (error) {
     case AxisError::kNotEnabled:
@@ -123,7 +123,7 @@ std::string skew_text(const events::EventAxis& axis, const GantrySkew& skew) {
                      length(axis, skew.limit));
 }
 
-/// Of an axis in ErrorStop.
+/// Returns the reason why an axis is in ErrorStop.
 std::string failure_text(const events::EventAxis& axis, AxisError error, std::uint16_t code,
                          const std::optional<GantrySkew>& skew) {
   const auto& range = axis.software_limits;

@@ -1,4 +1,4 @@
-// Events of axes in words.
+// Sentences of events of axes.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Commands over DDS in words.
+// Sentences of commands over DDS.
 #include <fmt/format.h>
 
 #include "event/event_sentence.hpp"

@@ -9,7 +9,7 @@ namespace driveline::runtime {
 /// Makes the sentence of an event; for std::visit.
 class EventSentence {
  public:
-  /// `increments`: show drive increments beside the units of the axes.
+  /// `increments`: shows drive increments in addition to the units of the axes.
   EventSentence(const Event& event, bool increments) noexcept : event_(event), increments_(increments) {}
 
   // set_up_sentences.cpp
@@ -109,21 +109,21 @@ class EventSentence {
   std::string operator()(const events::CommandsUnbelieved& facts) const;
 
  private:
-  /// "1.25 mm", or "1.25 mm (1311 increments)". `length`: rad or m.
+  /// Formats a length (rad or m) as "1.25 mm", or "1.25 mm (1311 increments)".
   [[nodiscard]] std::string length_text(const events::EventAxis& axis, double length) const;
-  /// About a way that leaves the software limits.
+  /// Describes a motion that leaves the software limits.
   [[nodiscard]] std::string range_text(const events::AxesStopped& facts) const;
-  /// About an actual position that cannot be true.
+  /// Describes an actual position that is implausible.
   [[nodiscard]] std::string position_text(const events::AxesStopped& facts) const;
 
   const Event& event_;
   bool increments_;
 };
 
-/// "; the master had been away for 54.0 ms at 0.850 s"; empty without an absence.
+/// Returns "; the master had been away for 54.0 ms at 0.850 s"; empty without an absence.
 [[nodiscard]] std::string cause_text(const std::optional<ecat_master::MasterAbsence>& absence);
 
-/// "slave 3 (z)".
+/// Returns "slave 3 (z)".
 [[nodiscard]] std::string slave_text(std::size_t slave, const std::string& name);
 
 }  // namespace driveline::runtime

@@ -1,4 +1,4 @@
-// Requests to groups of axes in words.
+// Sentences of requests to axis groups.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ std::string in_unit(const events::EventAxis& axis, double value, std::string_vie
   return fmt::format("{:.6g} {}{}", axis.unit.from_si(value), axis.unit.name, per);
 }
 
-/// "x 10 mm, y 20 mm".
+/// Returns "x 10 mm, y 20 mm".
 template <typename Values>
 std::string place(const events::EventGroup& group, const Values& values, const std::vector<bool>& stays = {}) {
   std::string text;
@@ -49,7 +49,7 @@ std::string move_text(const events::EventGroup& group, const GroupRequest& reque
   return text;
 }
 
-/// What to do about it; empty where the reason says it all.
+/// Returns what to do about the error; empty if the reason is sufficient.
 std::string_view remedy(GroupError error) {
   switch (error) {
     case GroupError::kNotEnabled:

@@ -1,4 +1,4 @@
-// Events of the line in operation in words.
+// Sentences of events of the line in operation.
 #include <fmt/format.h>
 
 #include "driveline/ecat_master/cia402/error_code.hpp"
@@ -73,7 +73,7 @@ std::string EventSentence::operator()(const events::BusFailed& facts) const {
 }
 
 std::string EventSentence::operator()(const events::ClocksChanged& facts) const {
-  // The sentence of a fault names what it is about by itself.
+  // The sentence of a fault already names its subject.
   return (event_.is_fault() ? "" : "clocks: ") + ecat_master::dc::describe(facts.event);
 }
 

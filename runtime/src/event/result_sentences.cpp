@@ -1,4 +1,4 @@
-// Events of what a run leaves behind in words.
+// Sentences of the results of a run.
 #include <fmt/format.h>
 
 #include "event/event_sentence.hpp"

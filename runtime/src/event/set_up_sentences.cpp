@@ -1,4 +1,4 @@
-// Events of bring-up and take-down in words.
+// Sentences of bring-up and shutdown.
 #include <fmt/format.h>
 
 #include "event/event_sentence.hpp"

@@ -8,7 +8,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// "axis x: position 120 deg, -90 deg to 90 deg are possible".
+/// Returns "axis x: position 120 deg, -90 deg to 90 deg are possible".
 std::string fault_text(const events::EventAxis& axis, const SetpointFault& fault, stream::Refusal reason) {
   using Figure = SetpointFault::Figure;
   const auto* const name = fault.figure == Figure::kPosition       ? "position"
@@ -66,7 +66,7 @@ std::string EventSentence::operator()(const events::StreamClientLeft& facts) con
     text += fmt::format(", {} {}", facts.refused[i], to_text(static_cast<stream::Refusal>(i)));
   }
   if (facts.starved > 0) text += fmt::format(", used up {} times", facts.starved);
-  // Who streams over DDS keeps his leases.
+  // A client over DDS keeps its leases.
   return text + (facts.peer.process == 0 ? "; its axes rest" : "; its axes are free");
 }
 

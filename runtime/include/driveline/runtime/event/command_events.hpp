@@ -3,32 +3,31 @@
 #include <cstdint>
 #include <string>
 
-/// Events of commands that come over DDS. What is asked of an axis and passes its door has events of its own
-/// (AxisRequested).
+/// Events of commands over DDS. Requests that reach the AxisDoor have their own event (AxisRequested).
 namespace driveline::runtime::events {
 
-/// The line takes commands.
+/// The line accepts commands.
 struct CommandsOpen {
-  bool insecure = false;  ///< from everybody in the network
+  bool insecure = false;  ///< from anyone in the network
 };
-/// A command that asks nothing of an axis, or was refused before its door.
+/// A command that sends no request to an axis, or that was refused before the AxisDoor.
 struct CommandAnswered {
   std::string who;      ///< "dds panel (participant 010f45d2e8a1b2c3d4e5f607)"
-  std::string axis;     ///< name as he wrote it; empty: it is about none
+  std::string axis;     ///< name as sent by the client; empty: none
   std::string what;     ///< "acquire"
-  std::string refusal;  ///< why it was refused; empty: it was done
+  std::string refusal;  ///< reason of the refusal; empty: the command was executed
 };
-/// Commands that came so fast that there is no event for each.
+/// Commands that came too fast for an event each.
 struct CommandsUntold {
   std::uint64_t accepted = 0;  ///< since the last event of this kind
-  std::uint64_t refused = 0;   ///< likewise
-  std::uint64_t dropped = 0;   ///< likewise; they were not looked at
+  std::uint64_t refused = 0;   ///< refused since the last event of this kind
+  std::uint64_t dropped = 0;   ///< dropped, without a check, since the last event of this kind
 };
-/// The bridge has ended, and with it a client's way to his axes, which stop.
+/// The bridge has ended, and a client has lost its connection to its axes, which stop.
 struct CommanderLost {
   std::string who;  ///< CommandAnswered::who
 };
-/// What the bridge, or who has taken it over, has written for commands cannot be. It is left out.
+/// The bridge, or a program that has taken it over, has written invalid commands. They are ignored.
 struct CommandsUnbelieved {};
 
 }  // namespace driveline::runtime::events

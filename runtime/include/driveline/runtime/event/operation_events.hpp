@@ -17,103 +17,103 @@
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/event/axis_events.hpp"
 
-/// Events while a line is in operation. The times in them count from its begin.
+/// Events while a line is in operation. Their times count from the start of operation.
 namespace driveline::runtime::events {
 
-/// The operation goes on.
+/// Periodic event while the line is in operation.
 struct Progress {
-  std::optional<ecat_master::MotionPhase> phase{};  ///< of the axes; none: nothing is moved
+  std::optional<ecat_master::MotionPhase> phase{};  ///< phase of the axes; none: no axes are moved
 };
-/// The line is taken down because it was asked for.
+/// The line is shut down on request.
 struct StopRequested {};
 
-// Slaves and the bus.
+// Events of slaves and the bus.
 
-/// A hot-connected slave is not there; it joins when it is.
+/// A hot-connect slave is not connected; it joins the line when it appears.
 struct SlaveNotConnected {
   std::size_t slave = 0;  ///< position
-  std::string name;       ///< as configured
+  std::string name;       ///< name as configured
 };
-/// A slave has left OP or the line, or is back; or the ring has changed, or another master is heard.
+/// A slave has left OP or the line, or has returned; or the ring has changed, or another master is heard.
 struct LineChanged {
-  ecat_master::LineEvent event;  ///< what, and when by the clock of the line
-  std::string slave;             ///< name of the slave it is about; empty: none
-  /// Absence of the master just before, which explains it; none: there was none.
+  ecat_master::LineEvent event;  ///< the change, and its time by the clock of the line
+  std::string slave;             ///< name of the slave; empty: none
+  /// Absence of the master just before that explains the change; none: there was none.
   std::optional<ecat_master::MasterAbsence> after{};
 };
-/// A slave was not back in time, or not at the end of the run.
+/// A slave did not return in time or before the end of the run.
 struct SlaveNotBack {
   std::size_t slave = 0;                         ///< position
-  std::string name;                              ///< as configured
+  std::string name;                              ///< name as configured
   std::optional<std::chrono::seconds> waited{};  ///< none: until the end of the run
 };
-/// A slave has sent an emergency.
+/// A slave has sent an emergency message.
 struct Emergency {
-  ecat_master::EmergencyRecord record;  ///< from which slave, when by the clock of the line, and what
-  std::string name;                     ///< of the slave
+  ecat_master::EmergencyRecord record;  ///< its slave, content, and time by the clock of the line
+  std::string name;                     ///< name of the slave
 };
-/// A drive behind SoE has sent a notification or an emergency.
+/// A drive with SoE has sent a notification or an emergency message.
 struct SoeMessage {
-  ecat_master::SoeRecord record;  ///< from which slave and drive, when by the clock of the line, and what
-  std::string name;               ///< of the slave
+  ecat_master::SoeRecord record;  ///< its slave, drive, content, and time by the clock of the line
+  std::string name;               ///< name of the slave
 };
-/// No process data come back from the line.
+/// No process data return from the line.
 struct CommunicationLost {
-  std::uint64_t cycles = 0;  ///< so far
-  std::uint64_t late = 0;    ///< frames that came after their cycle
-  std::string link{};        ///< what is wrong with the link; empty: nothing
+  std::uint64_t cycles = 0;  ///< cycles without process data so far
+  std::uint64_t late = 0;    ///< frames that arrived after their cycle
+  std::string link{};        ///< fault of the link; empty: none
 };
-/// Frames come back again.
+/// Frames return again.
 struct CommunicationBack {};
-/// Frames have not come back in time.
+/// Frames have not returned in time.
 struct CommunicationNotBack {
-  std::chrono::seconds waited{};  ///< as long as configured
+  std::chrono::seconds waited{};  ///< waiting time as configured
 };
-/// Slaves could not be asked.
+/// The slaves could not be queried.
 struct BusFailed {
-  ecat_master::Error error;  ///< why
+  ecat_master::Error error;  ///< reason
 };
 /// The clocks, or the lock of the cycle to them, have changed.
 struct ClocksChanged {
-  ecat_master::dc::ClockEvent event;  ///< what
+  ecat_master::dc::ClockEvent event;  ///< the change
 };
-/// The exchanges of a group of process data were not whole for too long: its outputs are zero.
+/// Too many consecutive exchanges of a group of process data were incomplete: its outputs are zero.
 struct GroupZeroed {
-  std::string group;        ///< its name
-  std::uint32_t limit = 0;  ///< exchanges in a row
+  std::string group;        ///< name of the group
+  std::uint32_t limit = 0;  ///< consecutive exchanges
 };
-/// A group of process data is whole again, its outputs have effect.
+/// The exchanges of a group of process data are complete again: its outputs take effect.
 struct GroupReleased {
-  std::string group;  ///< its name
+  std::string group;  ///< name of the group
 };
 
-// The master itself, and the axes.
+// Events of the master itself, and of the axes.
 
-/// The master was away for a time.
+/// The master was absent for a time.
 struct MasterAway {
-  ecat_master::MasterAbsence absence;  ///< since when, how long, and its effect
-  LostLimit limit;                     ///< up to which axes are taken across
+  ecat_master::MasterAbsence absence;  ///< start, duration and effect
+  LostLimit limit;                     ///< longest absence that the axes bridge
 };
-/// Absences of the master beside those that have been told one by one.
+/// Absences of the master that were not reported individually.
 struct MasterAwayOften {
-  std::uint64_t count = 0;             ///< absences
-  std::chrono::nanoseconds total{};    ///< of them
-  std::chrono::nanoseconds longest{};  ///< one of them
+  std::uint64_t count = 0;             ///< number of absences
+  std::chrono::nanoseconds total{};    ///< sum of the absences
+  std::chrono::nanoseconds longest{};  ///< longest absence
 };
-/// An axis is unavailable, or one step further on its way back.
+/// An axis has become unavailable, or has advanced one step in its recovery.
 struct AxisPresenceChanged {
-  std::string axis;                                                          ///< its name
-  ecat_master::AxisPresence presence = ecat_master::AxisPresence::kMissing;  ///< from now on
-  ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;          ///< what the others do without it
+  std::string axis;                                                          ///< name of the axis
+  ecat_master::AxisPresence presence = ecat_master::AxisPresence::kMissing;  ///< present state
+  ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;          ///< reaction of the other axes
 };
 /// The axes were stopped.
 struct AxesStopped {
-  EventAxis axis;                      ///< that was the reason
-  ecat_master::MotionFailure failure;  ///< why
-  LostLimit limit;                     ///< of an absence of the master
-  /// Absence of the master just before, which explains a fault of the axis; none: there was none.
+  EventAxis axis;                      ///< axis that is the reason
+  ecat_master::MotionFailure failure;  ///< reason
+  LostLimit limit;                     ///< limit for absences of the master
+  /// Absence of the master just before that explains a fault of the axis; none: there was none.
   std::optional<ecat_master::MasterAbsence> after{};
-  std::string link{};  ///< what is wrong with the link when no process data were exchanged; empty: nothing
+  std::string link{};  ///< fault of the link, if no process data were exchanged; empty: none
 };
 
 }  // namespace driveline::runtime::events

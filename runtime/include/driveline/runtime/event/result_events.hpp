@@ -11,62 +11,62 @@
 #include "driveline/runtime/event/operation_events.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
-/// Events of what a run leaves behind, most of them at its end.
+/// Events of the results of a run, most of them at its end.
 namespace driveline::runtime::events {
 
-// Verdicts.
+// Verdicts on the run.
 
 /// The axes have not switched off in time.
 struct AxesNotOff {
-  std::chrono::seconds waited{};  ///< since they were asked to stop
+  std::chrono::seconds waited{};  ///< time since they were requested to stop
 };
-/// Slaves could not be taken to INIT.
+/// Slaves could not be brought to INIT.
 struct NotInInit {
-  ecat_master::Error error;  ///< why
+  ecat_master::Error error;  ///< reason
 };
-/// An axis never was in Operation enabled.
+/// An axis has never been in Operation enabled.
 struct AxisNeverEnabled {
-  std::string axis;                                               ///< its name
+  std::string axis;                                               ///< name of the axis
   std::uint16_t status_word = 0;                                  ///< 6041h at the end
-  snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< in it
+  snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< state at the end
 };
 /// An axis ended too far from its setpoint.
 struct AxisOffItsSetpoint {
-  EventAxis axis;          ///< which
-  double distance = 0.0;   ///< between them, rad or m
-  double tolerance = 0.0;  ///< greatest one tolerated, rad or m
+  EventAxis axis;          ///< the axis
+  double distance = 0.0;   ///< distance between both, rad or m
+  double tolerance = 0.0;  ///< largest permitted distance, rad or m
 };
-/// A task has called functions in the cycle that may take any time.
+/// A task has called functions in the cycle whose duration is unbounded.
 struct ForbiddenCalls {
-  std::string task;         ///< its name
-  std::uint64_t calls = 0;  ///< of heap and locks
+  std::string task;         ///< name of the task
+  std::uint64_t calls = 0;  ///< calls of heap and lock functions
 };
-/// Frames of others were on the wire.
+/// Frames of other devices were on the wire.
 struct ForeignTraffic {
-  ecat_master::ExchangeStatistics statistics;  ///< of all exchanges
+  ecat_master::ExchangeStatistics statistics;  ///< statistics of all exchanges
 };
 
-// Files.
+// Output files.
 
 /// The cycles around a fault have been written.
 struct FaultRecorded {
-  std::size_t cycles = 0;      ///< in the file
-  std::filesystem::path file;  ///< where
-  bool last = false;           ///< those around further faults are not kept
+  std::size_t cycles = 0;      ///< cycles in the file
+  std::filesystem::path file;  ///< the file
+  bool last = false;           ///< no further faults are recorded
 };
-/// The recording of the axes is full; the line ran on.
+/// The recording of the axes is full; the line continued.
 struct RecordingEnded {
-  double end_s = 0.0;      ///< time of the last row, since the first
-  std::uint64_t rows = 0;  ///< of axes.csv
+  double end_s = 0.0;      ///< time of the last row since the first one
+  std::uint64_t rows = 0;  ///< rows of axes.csv
 };
 /// Frames are missing in the capture.
 struct CaptureIncomplete {
-  std::uint64_t dropped = 0;   ///< frames
-  std::filesystem::path file;  ///< of the capture
+  std::uint64_t dropped = 0;   ///< frames missing
+  std::filesystem::path file;  ///< file of the capture
 };
 /// A file of the run could not be written.
 struct FileNotWritten {
-  Error error;  ///< which, and why
+  Error error;  ///< file and reason
 };
 
 }  // namespace driveline::runtime::events

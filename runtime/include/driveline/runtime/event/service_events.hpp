@@ -7,32 +7,33 @@
 #include "driveline/ecat_master/error.hpp"
 #include "driveline/runtime/eoe/ip_network.hpp"
 
-/// Events of what a line offers to others on this machine: EoE and the mailbox gateway.
+/// Events of services that a line offers on this machine: EoE and the mailbox gateway.
 namespace driveline::runtime::events {
 
-/// The slaves can be reached with TCP/IP.
+/// The slaves can be reached by TCP/IP.
 struct EoeUp {
   /// A slave that can be reached.
   struct Host {
-    std::string name;        ///< as configured
-    wire::IpV4Address ip{};  ///< of its EoE port
+    std::string name;        ///< name as configured
+    wire::IpV4Address ip{};  ///< address of its EoE port
   };
-  std::string interface;            ///< TAP interface of this machine
-  IpNetwork network;                ///< address of this machine there
-  std::vector<Host> hosts;          ///< in the order of the line
-  std::vector<std::string> routes;  ///< commands for a service tool on another machine, a line each; may be empty
+  std::string interface;    ///< TAP interface of this machine
+  IpNetwork network;        ///< network and address of this machine on that interface
+  std::vector<Host> hosts;  ///< in the order of the line
+  /// Route commands for a service tool on another machine, one line each; may be empty.
+  std::vector<std::string> routes;
 };
-/// A slave has not taken its IP parameters; it cannot be reached.
+/// A slave has not accepted its IP parameters, and cannot be reached.
 struct EoeAddressRefused {
   std::uint16_t slave = 0;   ///< position
-  std::string name;          ///< as configured
-  wire::IpV4Address ip{};    ///< that it was to have
-  ecat_master::Error error;  ///< why
+  std::string name;          ///< name as configured
+  wire::IpV4Address ip{};    ///< address for the slave
+  ecat_master::Error error;  ///< reason
 };
-/// Tools can reach the mailboxes.
+/// The mailbox gateway accepts clients.
 struct GatewayUp {
   wire::IpV4Address address{};  ///< local address
-  std::uint16_t port = 0;       ///< UDP and TCP
+  std::uint16_t port = 0;       ///< UDP and TCP port
 };
 
 }  // namespace driveline::runtime::events

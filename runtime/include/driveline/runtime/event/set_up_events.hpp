@@ -11,73 +11,73 @@
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "driveline/wire/al.hpp"
 
-/// Events on the way of a line into operation, and out of it.
+/// Events of bring-up and shutdown of a line.
 namespace driveline::runtime::events {
 
 /// A network interface is open.
 struct InterfaceOpened {
-  std::string interface;                ///< its name
-  std::string way;                      ///< what frames travel through: "packet socket with a receive ring"
-  std::vector<std::string> steps_down;  ///< why with nothing faster, a sentence for each step
+  std::string interface;                ///< name of the interface
+  std::string way;                      ///< how frames are sent and received: "packet socket with a receive ring"
+  std::vector<std::string> steps_down;  ///< why nothing faster is used, one sentence per step
 };
 /// The line has been scanned.
 struct SlavesFound {
-  std::size_t count = 0;  ///< slaves on the line
+  std::size_t count = 0;  ///< number of slaves on the line
 };
-/// A slave whose EEPROM cannot be used.
+/// The EEPROM of a slave cannot be used.
 struct SlaveUnusable {
-  ecat_master::Error error;  ///< why
+  ecat_master::Error error;  ///< reason
 };
 /// Several slaves have the same station alias.
 struct AliasNotUnique {
-  ecat_master::DuplicateAlias duplicate;  ///< the alias, and where it is found
+  ecat_master::DuplicateAlias duplicate;  ///< the alias, and the slaves that have it
 };
-/// There is no description: the slaves are run as they were found.
+/// There is no description: the slaves are run as found.
 struct NoDescription {};
-/// Another master has left slaves in OP, and is not heard any more: the line is taken over.
+/// Another master has left slaves in OP but is no longer heard: the line is taken over.
 struct TakenOver {
   std::uint16_t slave = 0;               ///< position of the first slave in OP
-  std::chrono::milliseconds listened{};  ///< for frames of the other master
+  std::chrono::milliseconds listened{};  ///< time spent listening for frames of the other master
 };
-/// The line is not as described.
+/// The line differs from its description.
 struct LineDiffers {
   ecat_master::LineComparison comparison;           ///< all differences
-  std::vector<ecat_master::ExpectedSlave> planned;  ///< by the description
-  std::vector<ecat_master::SlaveInfo> found;        ///< on the line, by position
+  std::vector<ecat_master::ExpectedSlave> planned;  ///< slaves of the description
+  std::vector<ecat_master::SlaveInfo> found;        ///< slaves on the line, by position
 };
-/// The clocks are about to be measured and set.
+/// The clocks will now be measured and set.
 struct ClocksBeingSet {};
 /// All slaves are configured and in SAFEOP.
 struct Configured {
-  std::size_t bytes = 0;      ///< of process data
-  std::size_t frames = 0;     ///< that carry them
-  WireBudget wire;            ///< of a cycle
+  std::size_t bytes = 0;      ///< bytes of process data
+  std::size_t frames = 0;     ///< frames per cycle
+  WireBudget wire;            ///< wire time of a cycle
   bool on_interface = false;  ///< false: a simulated line in this process
 };
-/// A drive scales positions otherwise than the line description, which counts.
+/// A drive and the line description scale positions differently; the line description takes precedence.
 struct ScaleDiffers {
-  std::string axis;        ///< its name
-  double described = 0.0;  ///< increments per turn of the motor by the line description
-  double told = 0.0;       ///< the same by the drive
+  std::string axis;        ///< name of the axis
+  double described = 0.0;  ///< increments per motor turn by the line description
+  double told = 0.0;       ///< increments per motor turn by the drive
 };
-/// Nothing is exchanged, because no slave has process data assigned and the description names none.
+/// Nothing is exchanged: no slave has process data assigned, and the description names none.
 struct NoProcessData {};
-/// The real-time thread of the cycle runs.
+/// The real-time thread of the cycle has started.
 struct RealtimeSetUp {
-  rt::RealtimeReport report;  ///< what is in effect
+  rt::RealtimeReport report;  ///< real-time settings in effect
 };
 /// The cycle is locked to the reference clock.
 struct ClocksLocked {
-  std::uint16_t reference = 0;  ///< position of the slave
-  double ppm = 0.0;             ///< by which it runs faster than the clock of this machine
+  std::uint16_t reference = 0;  ///< position of the reference slave
+  double ppm = 0.0;             ///< its speed relative to the clock of this machine
 };
 /// All slaves have reached a state.
 struct StateReached {
-  wire::AlState state = wire::AlState::kNone;  ///< OP, or INIT in the end
+  wire::AlState state = wire::AlState::kNone;  ///< OP; INIT at the end
 };
-/// The axes have no path to follow: they wait for requests.
+/// The axes have no path: they wait for requests.
 struct NoPath {
-  bool enabled = true;  ///< they are enabled and hold the place where they stand
+  bool enabled = true;  ///< they are enabled and hold their position
 };
 
 }  // namespace driveline::runtime::events

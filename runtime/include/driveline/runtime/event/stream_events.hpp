@@ -14,70 +14,70 @@
 
 namespace driveline::runtime {
 
-/// A program that streams setpoints, or wants to.
+/// A program that streams setpoints or requests to.
 struct StreamPeer {
-  std::string name;   ///< as it calls itself; of one over DDS that of its leases
-  pid_t process = 0;  ///< as the kernel says; 0: it comes over DDS
-  uid_t user = 0;     ///< as the kernel says
-  gid_t group = 0;    ///< as the kernel says
+  std::string name;   ///< name given by the client; over DDS, the name in its leases
+  pid_t process = 0;  ///< process number from the kernel; 0: a client over DDS
+  uid_t user = 0;     ///< user from the kernel
+  gid_t group = 0;    ///< group from the kernel
 };
 
-/// "stream client "sine" (process 123, user 1000)", as events and leases have it.
+/// Returns the name in events and leases: "stream client "sine" (process 123, user 1000)".
 [[nodiscard]] std::string describe(const StreamPeer& peer);
 
-/// What of a setpoint of a stream was wrong, where it was a figure of an axis.
+/// Invalid value of an axis in a setpoint of a stream.
 struct SetpointFault {
-  /// The figure.
+  /// The kind of value.
   enum class Figure : std::uint8_t {
     kPosition,      ///< rad or m, as requests count
     kVelocity,      ///< rad/s or m/s
     kAcceleration,  ///< rad/s^2 or m/s^2
-    kStep,          ///< rad/s or m/s: the velocity that it takes to get there from the setpoint before
+    kStep,          ///< rad/s or m/s: velocity needed to reach the position from the preceding setpoint
   };
-  std::size_t axis = 0;               ///< of those of the session
-  Figure figure = Figure::kPosition;  ///< which
-  double value = 0.0;                 ///< its value
-  double lowest = 0.0;                ///< that is possible; with stream::Refusal::kNotFinite nothing is said of it
-  double highest = 0.0;               ///< likewise
+  std::size_t axis = 0;               ///< index among the axes of the session
+  Figure figure = Figure::kPosition;  ///< kind of value
+  double value = 0.0;                 ///< the value
+  double lowest = 0.0;                ///< lowest permitted value; unused with stream::Refusal::kNotFinite
+  double highest = 0.0;               ///< highest permitted value; unused with stream::Refusal::kNotFinite
 };
 
-/// Events of setpoints out of other processes.
+/// Events of setpoints from other processes.
 namespace events {
 
-/// Programs can connect.
+/// Streaming programs can connect.
 struct StreamUp {
-  std::string socket;             ///< path
-  std::vector<std::string> axes;  ///< that they may have
+  std::string socket;             ///< path of the socket
+  std::vector<std::string> axes;  ///< axes that accept streams
 };
-/// A program has been given axes.
+/// A program was granted axes.
 struct StreamClientCame {
-  StreamPeer peer;                ///< who
-  std::vector<std::string> axes;  ///< which it has now
+  StreamPeer peer;                ///< the program
+  std::vector<std::string> axes;  ///< axes that it has now
 };
-/// A program was sent away.
+/// A program was refused.
 struct StreamClientRefused {
-  StreamPeer peer;         ///< who
-  std::string reason;      ///< as it was told
-  std::uint64_t more = 0;  ///< others that were sent away since the last of these events
+  StreamPeer peer;         ///< the program
+  std::string reason;      ///< reason, as sent to the program
+  std::uint64_t more = 0;  ///< further refusals since the last of these events
 };
-/// The first setpoint of a client that was refused for this reason.
+/// First setpoint of a client that was refused for this reason.
 struct StreamSetpointRefused {
-  StreamPeer peer;                       ///< whose
-  stream::Refusal reason{};              ///< why
-  EventAxis axis{};                      ///< the axis of `fault`
-  std::optional<SetpointFault> fault{};  ///< none: it was wrong as a whole
+  StreamPeer peer;                       ///< the client
+  stream::Refusal reason{};              ///< reason
+  EventAxis axis{};                      ///< axis of `fault`
+  std::optional<SetpointFault> fault{};  ///< none: the setpoint was invalid as a whole
 };
-/// The axes of a client have used up its setpoints for the first time, and have come to rest.
+/// The axes of a client have run out of setpoints for the first time, and have come to rest.
 struct StreamStarved {
-  StreamPeer peer;  ///< whose
+  StreamPeer peer;  ///< the client
 };
-/// The axes of a client are free again.
+/// The axes of a client have become free.
 struct StreamClientLeft {
-  StreamPeer peer;                                         ///< who
-  stream::EndReason reason{};                              ///< why
-  std::uint64_t taken = 0;                                 ///< setpoints
-  std::array<std::uint64_t, stream::kRefusals> refused{};  ///< by stream::Refusal
-  std::uint64_t starved = 0;                               ///< how often its setpoints were used up
+  StreamPeer peer;                                         ///< the client
+  stream::EndReason reason{};                              ///< reason
+  std::uint64_t taken = 0;                                 ///< number of accepted setpoints
+  std::array<std::uint64_t, stream::kRefusals> refused{};  ///< refused setpoints, indexed by stream::Refusal
+  std::uint64_t starved = 0;                               ///< how often the axes ran out of setpoints
 };
 
 }  // namespace events

@@ -7,25 +7,25 @@
 /// Events of the process that publishes a line over DDS.
 namespace driveline::runtime::events {
 
-/// Nothing is published, though nobody has asked for that.
+/// Nothing is published, although it was not switched off.
 struct TelemetryOff {
-  std::string reason;  ///< why
+  std::string reason;  ///< reason
 };
-/// The bridge has ended, and is started again.
+/// The bridge has ended, and will be restarted.
 struct BridgeStopped {
   std::string how;                    ///< "signal 6", "status 1"
-  std::string reason;                 ///< in its own words; may be empty
-  std::chrono::milliseconds pause{};  ///< until it is started again
+  std::string reason;                 ///< reason in the words of the bridge; may be empty
+  std::chrono::milliseconds pause{};  ///< time until the restart
 };
-/// It runs again.
+/// The bridge runs again.
 struct BridgeBack {
-  std::int32_t process = 0;  ///< that is the bridge now
+  std::int32_t process = 0;  ///< process of the bridge
 };
-/// The bridge publishes, and has something to say of it.
+/// The bridge publishes, and has sent a remark.
 struct BridgeRemark {
-  std::string text;  ///< in its own words
+  std::string text;  ///< text of the bridge
 };
-/// The bridge, or who has taken it over, tells counts that cannot be. They are left out.
+/// The bridge, or a program that has taken it over, reports impossible counts. They are ignored.
 struct BridgeUnbelieved {};
 
 }  // namespace driveline::runtime::events
