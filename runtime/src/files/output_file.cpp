@@ -39,7 +39,7 @@ OutputFile::~OutputFile() {
 }
 
 Result<void> OutputFile::complete() {
-  stream_.close();  // tries again to write what could not be written
+  stream_.close();  // retries the pending write
   if (stream_) return complete_file(file_);
   auto reason = fmt::format("cannot be written: {}", std::strerror(open_error_ != 0 ? open_error_ : errno));
   std::error_code ignored;

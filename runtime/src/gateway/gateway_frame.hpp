@@ -10,35 +10,35 @@
 
 namespace driveline::runtime {
 
-/// A mail on its way through the gateway.
+/// A mailbox message that passes through the gateway.
 struct GatewayMail {
   wire::MailboxHeader header;
   std::vector<std::byte> service;
 };
 
-/// What stands in front of a mail: an EtherCAT header of type 5 (ETG.8200).
+/// Bytes before a mailbox message: an EtherCAT header of type 5 (ETG.8200).
 inline constexpr std::size_t kGatewayHeader = wire::EtherCatHeader::kSize;
-/// Type of EtherCAT frames that carry a mail.
+/// Type of EtherCAT frames that carry a mailbox message.
 inline constexpr std::uint8_t kGatewayType = 5;
-/// Longest mail, header included: that of the length in the EtherCAT header.
+/// Longest mailbox message, header included: limit of the length in the EtherCAT header.
 inline constexpr std::size_t kLongestGatewayMail = 0x7FF;
 
-/// Length of the mail behind `frame`'s EtherCAT header; nothing: that is no header of a mail. Precondition: as many
-/// bytes as a header has.
+/// Returns the length of the mailbox message after the EtherCAT header of `frame`; none: the header is not that of a
+/// mailbox message. Precondition: at least as many bytes as a header has.
 [[nodiscard]] std::optional<std::size_t> gateway_mail_length(std::span<const std::byte> frame);
-/// Reads a mail, mailbox header included; nothing: its header contradicts its length.
+/// Decodes a mailbox message, mailbox header included; none: its header contradicts its length.
 [[nodiscard]] std::optional<GatewayMail> decode_gateway_mail(std::span<const std::byte> mail);
-/// The bytes of the EtherCAT header and the mail.
+/// Returns the bytes of the EtherCAT header and the mailbox message.
 [[nodiscard]] std::vector<std::byte> encode_gateway_mail(const GatewayMail& mail);
 
-/// The mails in the bytes of a TCP client, which arrive in any pieces.
+/// Extracts mailbox messages from the bytes of a TCP client, which arrive in arbitrary pieces.
 class GatewayStream {
  public:
-  /// Adds what has arrived.
+  /// Adds received bytes.
   void push(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
-  /// Takes the next mail; nothing: it is not complete yet, or broken().
+  /// Returns the next message; none: it is not complete yet, or the stream is broken().
   [[nodiscard]] std::optional<GatewayMail> next();
-  /// Bytes have come that are no mail: nobody knows where the next one begins.
+  /// Whether invalid bytes were received, so that the start of the next message is unknown.
   [[nodiscard]] bool broken() const noexcept { return broken_; }
 
  private:

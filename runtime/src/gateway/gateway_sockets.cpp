@@ -21,7 +21,7 @@ sockaddr_in make_address(const wire::IpV4Address& address, std::uint16_t port) {
   return in;
 }
 
-/// The address family's own types go through a pointer to the generic one.
+/// The socket functions take a pointer to the generic address type.
 sockaddr* generic(sockaddr_in& address) noexcept {
   return reinterpret_cast<sockaddr*>(&address);
 }

@@ -11,17 +11,17 @@
 
 namespace driveline::runtime {
 
-/// The sockets that a gateway listens with; both do not block.
+/// Listening sockets of a gateway, both non-blocking.
 struct GatewaySockets {
   port::FileDescriptor udp;
   port::FileDescriptor tcp;
-  std::uint16_t port = 0;  ///< of both
+  std::uint16_t port = 0;  ///< port of both sockets
 };
 
-/// Opens both at `address`; `port` 0 takes one that is free. Error (kMachine): the address cannot be had.
+/// Opens both sockets at `address`; `port` 0 selects a free one. Error (kMachine): the address is not available.
 [[nodiscard]] Result<GatewaySockets> open_gateway_sockets(const wire::IpV4Address& address, std::uint16_t port);
 
-/// "127.0.0.1:40112"
+/// Formats as "127.0.0.1:40112".
 [[nodiscard]] std::string to_text(const sockaddr_in& address);
 
 }  // namespace driveline::runtime

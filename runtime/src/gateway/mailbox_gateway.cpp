@@ -26,16 +26,17 @@ using wire::MailboxErrorCode;
 using wire::MailboxType;
 
 constexpr auto kIdle = std::chrono::milliseconds{100};
-/// For each mail of an answer.
+/// Time-out for each mailbox message of an answer.
 constexpr auto kPatience = std::chrono::milliseconds{500};
 constexpr std::size_t kMostClients = 64;
 constexpr std::size_t kMostTcpClients = 16;
-/// Requests of one client, and of all, that may be under way at a time. Behind UDP a new client costs nothing.
+/// Most requests in progress, per client and in total. UDP clients are created at no cost, so the total is limited,
+/// too.
 constexpr std::size_t kMostUnderWay = 4;
 constexpr std::size_t kMostRequests = 64;
 
 bool is_sdo_abort(std::span<const std::byte> service) {
-  constexpr std::byte kAbort{0x80};  // of the command byte, ETG.1000.6 Table 40
+  constexpr std::byte kAbort{0x80};  // in the command byte, ETG.1000.6 Table 40
   const auto header = wire::CoeHeader::decode(service);
   return header && header->service == wire::CoeService::kSdoRequest && service.size() > wire::CoeHeader::kSize &&
          (service[wire::CoeHeader::kSize] & std::byte{0xE0}) == kAbort;
@@ -63,11 +64,11 @@ class MailboxGateway::Service {
   struct Client {
     GatewayClient figures;
     sockaddr_in address{};
-    port::FileDescriptor socket;     ///< of a TCP client
-    bool tcp = false;                ///< also when its socket is closed
-    GatewayStream received;          ///< of a TCP client
-    std::vector<std::byte> waiting;  ///< of a TCP client: answers that it has not taken yet
-    /// Station addresses of the slaves that have sent it the last packet of a file.
+    port::FileDescriptor socket;     ///< for a TCP client
+    bool tcp = false;                ///< stays true when its socket is closed
+    GatewayStream received;          ///< for a TCP client
+    std::vector<std::byte> waiting;  ///< for a TCP client: answers that it has not read yet
+    /// Station addresses of the slaves that have sent the client the last packet of a file.
     std::set<std::uint16_t> files_read;
   };
   struct Request {
@@ -140,7 +141,7 @@ class MailboxGateway::Service {
     client->figures.name = fmt::format("{} {}", client->tcp ? "tcp" : "udp", to_text(from));
     client->address = from;
     client->socket = std::move(socket);
-    // The oldest without a connection makes room: there are fewer connections than clients.
+    // Drop the oldest client without a connection; there is one, because there are fewer connections than clients.
     if (clients_.size() == kMostClients) {
       clients_.erase(
           std::find_if(clients_.begin(), clients_.end(), [](const auto& one) { return !one->socket.valid(); }));
@@ -202,7 +203,7 @@ class MailboxGateway::Service {
     requests_.push_back({client, header, std::move(exchange)});
   }
 
-  /// Nobody answers it: a wait for that would keep others from the slave's mailbox.
+  /// Whether the slave does not answer the message: waiting for an answer would block its mailbox for other clients.
   static bool is_last_word(Client& client, const GatewayMail& mail) {
     const std::span<const std::byte> service(mail.service);
     if (mail.header.type == MailboxType::kCoe) return is_sdo_abort(service);
@@ -213,7 +214,7 @@ class MailboxGateway::Service {
     return end_of_file && foe->op_code == wire::FoeOpCode::kAck;
   }
 
-  /// A packet that could have been longer is the last one of a file; the client acknowledges it.
+  /// A packet below the maximum length is the last one of a file; the client acknowledges it.
   static void note_end_of_file(const Request& request, std::span<const std::byte> service) {
     const auto foe = wire::FoeHeader::decode(service);
     const bool data = request.header.type == MailboxType::kFoe && foe && foe->op_code == wire::FoeOpCode::kData;
@@ -246,7 +247,7 @@ class MailboxGateway::Service {
     }
   }
 
-  /// The slave's own refusal goes on to the client. Where the slave is silent the client has a time-out of its own.
+  /// Passes the slave's own refusal on to the client. If the slave is silent, the client relies on its own time-out.
   void no_answer(const Request& request, const ecat_master::Error& error) {
     if (const auto* told = std::get_if<ecat_master::facts::MailboxError>(&error.facts)) {
       refuse(request.client, request.header, static_cast<MailboxErrorCode>(told->code));
@@ -276,7 +277,7 @@ class MailboxGateway::Service {
                                reinterpret_cast<const sockaddr*>(&client.address), sizeof client.address));
   }
 
-  /// A client that does not read its answers is sent away before they fill the memory.
+  /// Disconnects a client that does not read its answers, before they fill the memory.
   static void send_waiting(Client& client) {
     constexpr std::size_t kMostWaiting = 256 * 1024;
     const auto sent = ::send(client.socket.get(), client.waiting.data(), client.waiting.size(), MSG_NOSIGNAL);
@@ -289,10 +290,10 @@ class MailboxGateway::Service {
   std::vector<ecat_master::SlaveRef> slaves_;
   GatewaySettings settings_;
   GatewaySockets sockets_;
-  std::vector<Request> requests_;  ///< the thread's
-  mutable std::mutex mutex_;       ///< of the clients' figures, and of the list of clients
+  std::vector<Request> requests_;  ///< used only by the thread
+  mutable std::mutex mutex_;       ///< protects the clients' figures and the list of clients
   std::vector<std::shared_ptr<Client>> clients_;
-  std::jthread thread_;  ///< the last one: ends before the others do
+  std::jthread thread_;  ///< last member, so that it ends before the others are destroyed
 };
 
 Result<std::unique_ptr<MailboxGateway>> MailboxGateway::open(ecat_master::MailboxEngine& engine,

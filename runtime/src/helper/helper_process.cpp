@@ -19,12 +19,12 @@ namespace {
 
 using port::FileDescriptor;
 
-/// Descriptors are brought there before they get their numbers in the new process: otherwise one could be overwritten
-/// before it is copied.
+/// Lowest number for temporary duplicates of the descriptors: otherwise a descriptor could be overwritten in the new
+/// process before it is copied.
 constexpr int kOutOfTheWay = 64;
 
-/// What the new process is to differ in: its descriptors, a process group of its own (Ctrl-C of a terminal is for this
-/// process alone), no blocked signals.
+/// Settings of the new process: its descriptors, its own process group (Ctrl-C of a terminal reaches only the parent),
+/// no blocked signals.
 class SpawnSettings {
  public:
   explicit SpawnSettings(const std::vector<FileDescriptor>& descriptors) {
@@ -62,7 +62,7 @@ HelperProcess::Transfer failure() noexcept {
   return not_now ? HelperProcess::Transfer::kNotNow : HelperProcess::Transfer::kEnded;
 }
 
-/// Duplicates of `first` and `others`, far from the numbers that they are to have; empty: there are too many files.
+/// Duplicates `first` and `others` to numbers from kOutOfTheWay; empty: too many open files.
 std::vector<FileDescriptor> out_of_the_way(int first, std::span<const int> others) {
   std::vector<FileDescriptor> all;
   all.emplace_back(::fcntl(first, F_DUPFD_CLOEXEC, kOutOfTheWay));
@@ -132,7 +132,7 @@ std::optional<int> HelperProcess::reap() noexcept {
   if (child_ == 0) return std::nullopt;
   const pid_t ended = ::waitpid(child_, &status, WNOHANG);
   if (ended == 0 || (ended < 0 && errno == EINTR)) return std::nullopt;
-  child_ = 0;  // also where somebody else has waited for it
+  child_ = 0;  // also if other code has already waited for it
   socket_ = FileDescriptor{};
   return status;
 }

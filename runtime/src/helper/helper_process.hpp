@@ -17,51 +17,51 @@
 
 namespace driveline::runtime {
 
-/// A program of ours in a process of its own, and the SOCK_SEQPACKET socket to it, which has number kSocket there. It
-/// ends with this object.
+/// A driveline program in its own process, and the SOCK_SEQPACKET socket to it, which has number kSocket there. The
+/// process ends with this object.
 ///
-/// Started by posix_spawn: a fork of a process whose memory is locked would make each of its pages fault once more.
+/// Started by posix_spawn: after a fork of a process with locked memory, each of its pages would fault once more.
 class HelperProcess {
  public:
-  /// What became of a message.
+  /// Result of the transfer of a message.
   enum class Transfer : std::uint8_t { kDone, kNotNow, kEnded };
   /// Number of the socket in the new process.
   static constexpr int kSocket = 3;
-  /// Until a process whose socket is closed is ended with force.
+  /// Time after which a process whose socket is closed is killed.
   static constexpr std::chrono::milliseconds kPatience{1000};
 
-  /// None.
+  /// Holds no process.
   HelperProcess() = default;
   HelperProcess(HelperProcess&& other) noexcept
       : socket_(std::move(other.socket_)), child_(std::exchange(other.child_, 0)) {}
   HelperProcess& operator=(HelperProcess&& other) noexcept;
   ~HelperProcess() { end(); }
 
-  /// Starts `program` with `arguments` in a process group of its own. It has nothing of this process but stderr, also
-  /// as its stdout, the socket, and `passed`, which have the numbers after kSocket there.
+  /// Starts `program` with `arguments` in its own process group. It inherits only stderr, used also as its stdout, the
+  /// socket, and `passed`, whose descriptors get the numbers after kSocket.
   [[nodiscard]] static Result<HelperProcess> start(const std::filesystem::path& program,
                                                    std::vector<std::string> arguments,
                                                    std::span<const int> passed = {});
 
-  /// Without waiting.
+  /// Sends a message without waiting.
   [[nodiscard]] Transfer send(std::span<const std::byte> message) noexcept;
-  /// The same. kDone: `length` is that of the message, also of one that is longer than `room`.
+  /// Receives a message without waiting. kDone: `length` is that of the message, even if it is longer than `room`.
   [[nodiscard]] Transfer receive(std::span<std::byte> room, std::size_t& length) noexcept;
-  /// The process is to end: it reads the end of the socket.
+  /// Asks the process to end: it reads end-of-file from the socket.
   void finish() noexcept;
-  /// Ends it with force, without waiting.
+  /// Kills the process without waiting.
   void kill() noexcept;
-  /// Its wait status (waitpid(2)) when it has ended by itself; there is none afterwards. Does not wait.
+  /// Returns its wait status (waitpid(2)) if it has ended; afterwards this object holds no process. Does not wait.
   std::optional<int> reap() noexcept;
-  /// Closes the socket, which ends the process, and waits for it; its wait status, if there was one. With force after
-  /// `patience`.
+  /// Closes the socket, which ends the process, and waits for its end; kills it after `patience`. Returns its wait
+  /// status, if there was a process.
   std::optional<int> end(std::chrono::milliseconds patience = kPatience) noexcept;
 
-  /// There is one.
+  /// Whether this object holds a process.
   [[nodiscard]] bool valid() const noexcept { return child_ != 0; }
-  /// 0: none.
+  /// Returns the process number; 0: none.
   [[nodiscard]] pid_t id() const noexcept { return child_; }
-  /// To wait for.
+  /// Returns the descriptor to wait for.
   [[nodiscard]] int descriptor() const noexcept { return socket_.get(); }
 
  private:
@@ -71,7 +71,7 @@ class HelperProcess {
   pid_t child_ = 0;
 };
 
-/// "signal 6" or "status 1", of a wait status.
+/// Describes a wait status: "signal 6" or "status 1".
 [[nodiscard]] std::string describe_end(int wait_status);
 
 }  // namespace driveline::runtime

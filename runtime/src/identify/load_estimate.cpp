@@ -12,23 +12,23 @@
 namespace driveline::runtime {
 namespace {
 
-/// The figures in the order of the columns; those of a pendulum come last.
+/// Names of the parameters in the order of the columns; those of a pendulum come last.
 constexpr std::array<std::string_view, 6> kNames{"inertia", "viscous friction", "Coulomb friction",
                                                  "gravity", "pendulum",         "pendulum"};
 constexpr std::size_t kPlainFigures = 4;
 constexpr std::size_t kFewestRows = 40;
-/// A figure whose confidence interval the others make so many times wider is not told apart from them.
+/// A parameter is not distinguishable if the others widen its confidence interval by this factor.
 constexpr double kMostInflation = 30.0;
-/// Of the normal distribution.
+/// Quantile of the normal distribution.
 constexpr double kTwoSided95 = 1.96;
 
 struct Table {
-  Eigen::MatrixXd columns;  ///< a row for each instant, a column for each figure
+  Eigen::MatrixXd columns;  ///< one row per instant, one column per parameter
   Eigen::VectorXd torque;
   std::vector<LoadRow> rows;
 };
 
-/// Averages over the triangle of 2 n + 1 samples around one.
+/// Averages with triangular weights over 2 n + 1 samples around one sample.
 class Window {
  public:
   Window(std::span<const LoadSample> samples, std::size_t half)
@@ -43,14 +43,14 @@ class Window {
     return (samples_[at + half_].position - 2.0 * samples_[at].position + samples_[at - half_].position) /
            (length * length);
   }
-  /// Of `figure(k)` at the samples k around `at`.
+  /// Returns the average of `figure(k)` over the samples k around `at`.
   template <typename Figure>
   [[nodiscard]] double average(std::size_t at, Figure figure) const {
     double sum = static_cast<double>(half_) * figure(at);
     for (std::size_t k = 1; k < half_; ++k) sum += static_cast<double>(half_ - k) * (figure(at - k) + figure(at + k));
     return sum / static_cast<double>(half_ * half_);
   }
-  /// The axis moves in one direction all the time, and faster than `least`.
+  /// Whether the axis moves in one direction throughout the window, faster than `least`.
   [[nodiscard]] bool moves(std::size_t at, double least) const {
     const bool forward = velocity(at) > 0.0;
     for (std::size_t k = at - half_; k <= at + half_; ++k) {
@@ -92,7 +92,7 @@ Table make_table(std::span<const LoadSample> samples, const Window& window, cons
   return table;
 }
 
-/// What a motion would need to show a figure.
+/// Returns what a motion needs in order to show a parameter.
 std::string_view remedy(std::size_t figure) {
   constexpr std::array<std::string_view, kNames.size()> kRemedies{
       "a higher acceleration",       "a higher velocity, or a longer way", "a motion in both directions",
@@ -100,7 +100,7 @@ std::string_view remedy(std::size_t figure) {
   return kRemedies[figure];
 }
 
-/// The normal equations with columns of length 1: otherwise the units would decide about the condition.
+/// Normal equations with columns scaled to length 1: otherwise the condition would depend on the units.
 struct Normal {
   explicit Normal(const Table& table) : lengths(table.columns.colwise().norm().transpose().cwiseMax(1e-300)) {
     const Eigen::MatrixXd scaled = table.columns * lengths.cwiseInverse().asDiagonal();
@@ -110,7 +110,7 @@ struct Normal {
     condition = std::sqrt(values(values.size() - 1) / values(0));
     found = lengths.cwiseInverse().cwiseProduct(inverse * (scaled.transpose() * table.torque));
   }
-  /// Covariance of `found` for torques with this variance.
+  /// Returns the covariance of `found` for torques with this variance.
   [[nodiscard]] Eigen::MatrixXd covariance(double variance) const {
     return variance * (lengths.cwiseInverse().asDiagonal() * inverse * lengths.cwiseInverse().asDiagonal());
   }
@@ -120,7 +120,7 @@ struct Normal {
   double condition = 0.0;
 };
 
-/// The figure whose confidence interval the others make widest, when that is too wide.
+/// Returns the parameter whose confidence interval the others widen most, if it is too wide.
 std::optional<std::size_t> not_told_apart(const Normal& normal) {
   Eigen::Index worst = 0;
   const double most = normal.inverse.diagonal().maxCoeff(&worst);
@@ -128,7 +128,7 @@ std::optional<std::size_t> not_told_apart(const Normal& normal) {
   return static_cast<std::size_t>(worst);
 }
 
-/// Pendulum and angle of `sine` sin(q) + `cosine` cos(q), with the intervals that follow from theirs.
+/// Sets pendulum and angle from `sine` sin(q) + `cosine` cos(q), with intervals from their covariance.
 void set_pendulum(LoadEstimate& estimate, const Eigen::VectorXd& found, const Eigen::MatrixXd& covariance) {
   const double sine = found(4);
   const double cosine = found(5);

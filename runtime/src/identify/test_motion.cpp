@@ -16,12 +16,12 @@
 namespace driveline::runtime {
 namespace {
 
-/// Of the highest speed. Slow ways show friction and weight, quick ones the inertia.
+/// Fractions of the highest speed. Slow motions show friction and weight, fast ones the inertia.
 constexpr std::array kSpeeds{1.0, 0.7, 0.45, 0.25};
 constexpr double kRestS = 0.1;
 constexpr double kLongestS = 600.0;
-/// Points of a way. The way of least jerk, 10 t^3 - 15 t^4 + 6 t^5, has its highest velocity and acceleration at these
-/// multiples of the mean velocity, and of that per time.
+/// Points of a motion. The minimum-jerk profile, 10 t^3 - 15 t^4 + 6 t^5, has its highest velocity and acceleration at
+/// these multiples of mean velocity and of mean velocity per duration.
 constexpr int kPoints = 200;
 constexpr double kPeakVelocity = 1.875;
 constexpr double kPeakAcceleration = 5.773502691896258;
@@ -30,7 +30,7 @@ double least_jerk(double t) noexcept {
   return t * t * t * (10.0 + t * (-15.0 + 6.0 * t));
 }
 
-/// Seconds of the quickest way.
+/// Returns the duration of the fastest motion in s.
 double quickest_s(const TestMotion& motion) {
   const double distance = std::abs(motion.distance);
   return std::max(kPeakVelocity * distance / motion.velocity,
@@ -63,7 +63,7 @@ Result<void> check(const TestMotion& motion, const ecat_master::AxisConfig& axis
                                                axis.name, all_s, kLongestS));
 }
 
-/// Adds points to a path; what it refuses is told once, in the end.
+/// Adds points to a path; only the first refusal is reported, at the end.
 class Points {
  public:
   explicit Points(const ecat_master::AxisConfig& axis) { keep(builder_.add_axis({axis.name, axis.kind, axis.unit})); }
@@ -94,7 +94,7 @@ void add_way(Points& points, double from, double to, double seconds) {
     const double t = static_cast<double>(point) / kPoints;
     points.add(seconds / kPoints, from + (to - from) * least_jerk(t));
   }
-  // The rest begins with points as near as those of the way: a spline would swing between points far apart.
+  // Start the pause with points as close as those of the motion: a spline would oscillate between distant points.
   double rest_s = 0.0;
   for (double step_s = seconds / kPoints; rest_s + step_s < kRestS; step_s *= 2.0) {
     points.add(step_s, to);

@@ -7,11 +7,11 @@
 
 namespace driveline::runtime {
 
-/// The largest file that is read: far larger than any description of a line or a device, and small enough that an
-/// endless file (/dev/zero) does not exhaust the memory.
+/// Largest file that is read: far larger than any description of a line or a device, and small enough that an endless
+/// file (/dev/zero) does not exhaust the memory.
 inline constexpr std::size_t kMaxInputBytes = std::size_t{128} << 20;
 
-/// The content of a file named by the user. Error: kFile.
+/// Returns the content of a file named by the user. Error: kFile.
 [[nodiscard]] Result<std::string> read_input_file(const std::filesystem::path& file);
 
 }  // namespace driveline::runtime

@@ -10,29 +10,29 @@
 
 namespace driveline::runtime {
 
-/// Name under which `file` is written until it is complete.
+/// Returns the temporary name of `file` until it is complete.
 [[nodiscard]] std::filesystem::path partial_name(const std::filesystem::path& file);
 
-/// Gives the partial file its name. Error: kMachine; the partial file is gone.
+/// Renames the partial file to `file`. Error: kMachine; the partial file is removed.
 [[nodiscard]] Result<void> complete_file(const std::filesystem::path& file);
 
-/// Writes a file that appears under its name only when it is complete. Error: kMachine; the previous content is kept.
+/// Writes a file that appears under its name only when it is complete. Error: kMachine; the previous content remains.
 [[nodiscard]] Result<void> write_file(const std::filesystem::path& file, std::string_view content);
 
-/// A file that is written bit by bit and appears under its name only when it is complete; left incomplete, it is as if
-/// nothing had been written.
+/// A file that is written piece by piece and appears under its name only when it is complete; without complete(),
+/// nothing of it remains.
 class OutputFile {
  public:
-  /// Opens the partial file. What goes wrong is told by complete().
+  /// Opens the partial file. complete() reports errors.
   explicit OutputFile(std::filesystem::path file);
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile();
 
-  /// What is written into the partial file.
+  /// Returns the stream into the partial file.
   [[nodiscard]] std::ostream& stream() noexcept { return stream_; }
-  /// Gives the file its name. Error: kMachine, the disk is full, or the folder is not there; the previous content is
-  /// kept.
+  /// Renames the partial file to its final name. Error: kMachine, the disk is full or the folder does not exist; the
+  /// previous content remains.
   [[nodiscard]] Result<void> complete();
 
  private:
@@ -41,13 +41,13 @@ class OutputFile {
   int open_error_ = 0;  ///< errno
 };
 
-/// Lock of an output folder, so that two runs do not mix their files. It ends with the process, even when that is
+/// Lock of an output folder, so that two runs do not mix their files. It ends with the process, even if the process is
 /// killed.
 class FolderLock {
  public:
-  /// Locks nothing.
+  /// Holds no lock.
   FolderLock() = default;
-  /// Locks `folder`. Error: another process has it (kFolderBusy). Always succeeds on file systems without locks.
+  /// Locks `folder`. Error: another process has locked it (kFolderBusy). Always succeeds on file systems without locks.
   [[nodiscard]] static Result<FolderLock> take(const std::filesystem::path& folder);
 
  private:

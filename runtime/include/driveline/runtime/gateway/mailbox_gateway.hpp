@@ -11,42 +11,42 @@
 
 namespace driveline::runtime {
 
-/// What a MailboxGateway lets through, and where it listens.
+/// Address and permitted protocols of a MailboxGateway.
 struct GatewaySettings {
   wire::IpV4Address address = {127, 0, 0, 1};  ///< local address
-  std::uint16_t port = 0x88A4;                 ///< UDP and TCP; 0: one that is free, the same for both
-  /// Protocols that pass; EoE never does, it has a way of its own.
+  std::uint16_t port = 0x88A4;                 ///< UDP and TCP; 0: a free one, the same for both
+  /// Permitted protocols; EoE is never among them, because it does not use the gateway.
   std::vector<wire::MailboxType> protocols = {wire::MailboxType::kAoe, wire::MailboxType::kCoe, wire::MailboxType::kFoe,
                                               wire::MailboxType::kSoe, wire::MailboxType::kVoe};
 };
 
-/// One client since it has come.
+/// Figures of one client since it connected.
 struct GatewayClient {
   std::string name;             ///< "udp 127.0.0.1:40112"
-  std::uint64_t requests = 0;   ///< mails for slaves
-  std::uint64_t answers = 0;    ///< mails from slaves
-  std::uint64_t refused = 0;    ///< mails without an answer from a slave, most of them answered with a mailbox error
-  std::uint64_t malformed = 0;  ///< no mail; a TCP client is sent away then
+  std::uint64_t requests = 0;   ///< mailbox messages for slaves
+  std::uint64_t answers = 0;    ///< mailbox messages from slaves
+  std::uint64_t refused = 0;    ///< messages without an answer from a slave, most of them answered with a mailbox error
+  std::uint64_t malformed = 0;  ///< invalid messages; a TCP client is disconnected then
 };
 
-/// The way for tools of vendors to the mailboxes (ETG.8200): mails come in over UDP or TCP, each behind an EtherCAT
-/// header of type 5, with the station address of the slave, and their answers go back the same way with the counter of
-/// the request. Serves its clients in a thread of its own and steps the engine while something is under way.
+/// Access of vendor tools to the mailboxes (ETG.8200). Mailbox messages arrive over UDP or TCP, each after an EtherCAT
+/// header of type 5, with the station address of the slave; answers return over the same connection with the counter of
+/// the request. Serves its clients in its own thread and steps the engine while a request is in progress.
 class MailboxGateway {
  public:
-  /// Listens. `slaves`: those that may be reached. Error (kMachine): the address cannot be had. `engine` must outlive
-  /// the gateway.
+  /// Starts to listen. `slaves`: accessible slaves. Error (kMachine): the address is not available. `engine` must
+  /// outlive the gateway.
   [[nodiscard]] static Result<std::unique_ptr<MailboxGateway>> open(ecat_master::MailboxEngine& engine,
                                                                     std::vector<ecat_master::SlaveRef> slaves,
                                                                     const GatewaySettings& settings);
-  /// Sends the clients away.
+  /// Disconnects the clients.
   ~MailboxGateway();
   MailboxGateway(const MailboxGateway&) = delete;
   MailboxGateway& operator=(const MailboxGateway&) = delete;
 
-  /// Port that it listens at.
+  /// Returns the port on which the gateway listens.
   [[nodiscard]] std::uint16_t port() const noexcept;
-  /// The clients so far, the newest 64 of them. Any thread.
+  /// Returns the clients so far, at most the newest 64. Any thread.
   [[nodiscard]] std::vector<GatewayClient> clients() const;
 
  private:

@@ -7,8 +7,9 @@
 
 namespace driveline::runtime {
 
-/// A program of ours that this one starts: the file that the environment variable `variable` names; else `name` beside
-/// this program, or in ../libexec/driveline from there, as it is installed. Error (kMachine): it is not there.
+/// Finds a driveline program that this program starts: the file named by the environment variable `variable`, else
+/// `name` in the folder of this program, or in ../libexec/driveline from there, where it is installed. Error
+/// (kMachine): it does not exist.
 [[nodiscard]] Result<std::filesystem::path> find_helper_program(std::string_view name, const char* variable);
 
 }  // namespace driveline::runtime

@@ -6,15 +6,15 @@
 
 namespace driveline::runtime {
 
-/// The motion by which the load of an axis is found: to and fro, at several speeds, with rests in between.
+/// Motion that identifies the load of an axis: back and forth, at several speeds, with pauses in between.
 struct TestMotion {
-  double distance = 0.0;      ///< rad or m, from where the axis stands; not 0, negative: in negative direction
-  double velocity = 0.0;      ///< highest, rad/s or m/s; above 0
-  double acceleration = 0.0;  ///< highest, rad/s^2 or m/s^2; above 0
+  double distance = 0.0;      ///< rad or m, from the start position; not 0; negative: in negative direction
+  double velocity = 0.0;      ///< highest velocity, rad/s or m/s; above 0
+  double acceleration = 0.0;  ///< highest acceleration, rad/s^2 or m/s^2; above 0
 };
 
-/// As a path of one axis that begins at 0. Errors (kSetting): beyond the limits of the axis, a way of length 0 or one
-/// that would take hours.
+/// Returns the motion as a path of one axis that starts at 0. Errors (kSetting): outside the limits of the axis,
+/// distance 0, or a duration of hours.
 [[nodiscard]] Result<trajectory::Interpolator> make_test_path(const TestMotion& motion,
                                                               const ecat_master::AxisConfig& axis);
 
