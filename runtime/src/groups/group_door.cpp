@@ -17,15 +17,15 @@ using trajectory::PathMove;
 using Verb = GroupRequest::Verb;
 using Why = GroupRefusal::Why;
 
-/// What is finer is the rounding of kinematics, m and rad.
+/// Resolution of tool positions, m and rad: finer differences are rounding errors of the kinematics.
 constexpr double kGrain = 1e-12;
 
-/// Allowed to everybody.
+/// Whether the request is a stop, which any client may send.
 bool stops(Verb verb) noexcept {
   return verb == Verb::kHalt || verb == Verb::kStop || verb == Verb::kHold;
 }
 
-/// Afterwards the group is somewhere else than its moves have said.
+/// Whether the request takes the group away from the planned end of its moves.
 bool ends_path(Verb verb) noexcept {
   return verb == Verb::kHalt || verb == Verb::kStop || verb == Verb::kDisable || verb == Verb::kReset;
 }
@@ -71,7 +71,7 @@ GroupRefusal bad_move(std::string reason) {
   return refusal;
 }
 
-/// The coordinates of a place, as many as there are axes.
+/// Returns the coordinates of the end of a move, one per axis.
 std::vector<double> coordinates(const GroupMove& move, std::size_t axes) {
   if (axes > trajectory::kMaxGroupAxes) return move.target;
   const auto& place = end_of(move.path);
@@ -82,7 +82,7 @@ void shift(trajectory::GroupVector& place, const std::vector<double>& by) {
   for (std::size_t i = 0; i < by.size(); ++i) place.at(i) += by[i];
 }
 
-/// The same move in absolute places.
+/// Returns the move in absolute positions.
 GroupMove absolute(GroupMove move, const std::vector<double>& from) {
   if (!move.relative) return move;
   move.relative = false;
@@ -99,12 +99,12 @@ GroupMove absolute(GroupMove move, const std::vector<double>& from) {
 
 }  // namespace
 
-/// What is known of a group beside what it tells itself.
+/// Data of a group in addition to its own report.
 struct GroupDoor::Group {
-  /// Where it is to be at the end of what it was asked for; none: that is not known while it comes to rest.
+  /// Position at the end of the accepted requests; none: unknown while the group comes to rest.
   std::optional<std::vector<double>> place;
-  bool halted = false;  ///< by this door, since its last move
-  /// Who hands a path over, and the number of its newest move; empty: nobody.
+  bool halted = false;  ///< halted by this object since its last move
+  /// Caller that sends a path, and the number of its newest move; empty: none.
   std::string path_of{};
   std::uint64_t newest = 0;
 };
@@ -190,7 +190,7 @@ tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_submit(const AxisCal
   return submitted;
 }
 
-/// The move of a request.
+/// Submits the move of a request.
 tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_move(std::size_t group, const GroupRequest& request) {
   find_place(group);
   auto move = request.move;
@@ -214,7 +214,7 @@ std::vector<double> GroupDoor::joints_of(std::size_t group) const {
   return joints;
 }
 
-/// In the coordinates of its moves; empty: the machine cannot be there.
+/// Returns the position in the coordinates of the moves; empty: the machine has no solution.
 std::vector<double> GroupDoor::place_of(std::size_t group) const {
   auto place = joints_of(group);
   const auto& machine = configs_[group].machine;
@@ -227,7 +227,7 @@ std::vector<double> GroupDoor::place_of(std::size_t group) const {
   return place;
 }
 
-/// At rest with nothing left to do, its place is that of its axes, or of their tool.
+/// At standstill without pending moves, sets the planned position to the actual setpoint of the axes, or of their tool.
 void GroupDoor::find_place(std::size_t group) {
   if (!rests(group)) return;
   auto place = place_of(group);
@@ -258,7 +258,7 @@ WayLimits GroupDoor::limits_of(std::size_t group) const {
   return limits;
 }
 
-/// What is wrong with a move, as far as it is known where it begins. `goes_on`: where the one before it ends.
+/// Checks a move as far as its start is known. `goes_on`: it starts at the end of the preceding move.
 GroupDoor::Refused GroupDoor::check_move(std::size_t group, const GroupMove& move, bool goes_on) {
   auto& state = *groups_[group];
   const auto axes = configs_[group].axes.size();
@@ -329,7 +329,7 @@ tl::expected<TakenMoves, GroupRefusal> GroupDoor::try_to_add(const AxisCaller& c
   return TakenMoves{first, next.size()};
 }
 
-/// Whether the next moves would not begin where the last one of the path ends.
+/// Whether the next moves would not start at the end of the path.
 bool GroupDoor::broken(std::size_t group, const AxisCaller& caller) const {
   const auto& state = *groups_[group];
   const auto phase = running_->report(state.newest).phase;
@@ -358,7 +358,7 @@ GroupDoor::Refused GroupDoor::foreign(const AxisCaller& caller, std::size_t axis
   return refusal;
 }
 
-/// All axes, or none.
+/// Takes the leases of all axes, or of none.
 GroupDoor::Refused GroupDoor::take(const AxisCaller& caller, std::size_t group) {
   for (const auto axis : configs_[group].axes) {
     if (auto refused = foreign(caller, axis)) return refused;
@@ -378,7 +378,7 @@ GroupRefusal GroupDoor::of_group(std::size_t group, const ecat_master::GroupRequ
   if (report.error == GroupError::kBadMove) return bad_move(running_->refusal(request));
   auto refusal = refuse(Why::kByGroup);
   refusal.error = report.error;
-  // Those behind it are of an axis, too.
+  // The following errors in the enumeration are errors of an axis, too.
   const bool of_axis = report.error >= GroupError::kAxisNotEnabled;
   if (of_axis && report.axis < door_.axes().size()) refusal.axis = events::event_axis(door_.axes()[report.axis]);
   if (report.error != GroupError::kAxisFailed) return refusal;
@@ -452,7 +452,7 @@ void GroupDoor::halt(std::size_t group) {
   static_cast<void>(running_->submit(group, {GroupCommand::kHalt, 0.0}));
 }
 
-/// With the lock of the AxisDoor held.
+/// Called with the lock of the AxisDoor held.
 bool GroupDoor::bring_to_rest(std::size_t axis) {
   const std::lock_guard guard(lock_);
   if (running_ == nullptr) return false;
@@ -467,7 +467,7 @@ bool GroupDoor::bring_to_rest(std::size_t axis) {
   return false;
 }
 
-/// With the lock of the AxisDoor held.
+/// Called with the lock of the AxisDoor held.
 bool GroupDoor::waits_for(const std::string& caller) {
   const std::lock_guard guard(lock_);
   return std::any_of(pending_.begin(), pending_.end(),
@@ -487,7 +487,7 @@ void GroupDoor::watch() {
         events_.emplace_back(events::GroupRequestFailed{pending.caller.name, event_group(pending.group),
                                                         pending.request, std::move(*progress.refusal)});
       }
-      // What comes behind it has failed with it.
+      // The moves after it have failed with it.
       return true;
     }
     return true;

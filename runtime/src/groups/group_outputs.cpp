@@ -11,7 +11,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Bits of the outputs of the process image that a group writes.
+/// Bits in the outputs of the process image that a group writes.
 struct Written {
   std::size_t begin;
   std::size_t end;
@@ -64,7 +64,7 @@ Result<std::vector<std::unique_ptr<GroupOutputs>>> GroupOutputs::make(
   return made;
 }
 
-/// A whole number of that many bits, with or without a sign.
+/// Adds a whole number of `bits` bits, signed or unsigned.
 void GroupOutputs::add(const std::string& name, std::size_t bit_offset, unsigned bits) {
   const double all = std::ldexp(1.0, static_cast<int>(bits));
   limits_.push_back({name, bits == 1 ? 0.0 : -0.5 * all, all - 1.0});

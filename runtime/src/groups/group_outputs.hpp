@@ -17,18 +17,18 @@
 
 namespace driveline::runtime {
 
-/// Writes the outputs of a group ([[axis_group.output]]) into the process data: told of a change in the cycle in which
-/// the axes pass its place, it leaves with their setpoints of that cycle. Zero before the first change; a value stays
-/// until the next one, whatever becomes of the motion.
+/// Writes the outputs of a group ([[axis_group.output]]) into the process data. change() is called in the cycle in
+/// which the axes pass the position of the change; the value is sent with their setpoints of that cycle. Outputs are
+/// zero before the first change; a value stays until the next change, whatever happens to the motion.
 class GroupOutputs final : public ecat_master::PathOutputs, public ecat_master::CycleTask {
  public:
-  /// Those of all groups, null for a group without. Errors, with the place in the file: an output that the process data
-  /// do not have, or that something else writes.
+  /// Makes the outputs of all groups; null for a group without outputs. Errors, with the place in the file: an output
+  /// that the process data do not contain, or that is written by something else.
   [[nodiscard]] static Result<std::vector<std::unique_ptr<GroupOutputs>>> make(
       const LineConfig& config, const ecat_master::ProcessVariables& variables,
       std::span<const ecat_master::ProcessDataCopy> copies);
 
-  /// Which values they take, in the order of the line description.
+  /// Returns the permitted values, in the order of the line description.
   [[nodiscard]] const std::vector<GroupOutputLimits>& limits() const noexcept { return limits_; }
 
   void change(const trajectory::PathOutput& output) noexcept override;

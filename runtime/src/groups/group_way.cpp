@@ -14,9 +14,9 @@
 namespace driveline::runtime {
 namespace {
 
-/// Places of a curved piece that are looked at.
+/// Number of points at which a curved piece is checked.
 constexpr int kPlaces = 32;
-/// Of a range; beyond an end by less is rounding.
+/// Share of a range within which exceeding an end counts as rounding.
 constexpr double kRounding = 1e-9;
 
 std::optional<GroupRefusal> check_place(const WayLimits& limits, const trajectory::GroupVector& place) {
@@ -64,7 +64,7 @@ trajectory::ContourSettings joint_settings(const WayLimits& limits) {
 std::vector<trajectory::NamedAxis> named_axes(const events::EventGroup& group) {
   std::vector<trajectory::NamedAxis> named;
   named.reserve(group.axes.size());
-  // Units of a table that lives as long as the program.
+  // The units come from a table with static lifetime.
   for (const auto& axis : group.axes) named.push_back({axis.name, trajectory::find_position_unit(axis.unit.name)});
   return named;
 }

@@ -19,83 +19,86 @@
 
 namespace driveline::runtime {
 
-/// How far a request to a group, or a move of it, is.
+/// Progress of a request to a group or of one of its moves.
 struct GroupProgress {
   ecat_master::GroupRequestReport report;  ///< phase and reason
-  std::optional<GroupRefusal> refusal{};   ///< the reason with its facts; none: it has not failed
+  std::optional<GroupRefusal> refusal{};   ///< reason with its facts; none: the request has not failed
 };
 
-/// What a group does, and who commands it.
+/// State of a group, and its owner.
 struct GroupStatus {
-  WayLimits limits;                                  ///< name, axes, and how far they may go
-  std::string owner;                                 ///< of its axes; empty: nobody, or not one for all
-  std::optional<ecat_master::GroupReport> report{};  ///< none: the line does not run
-  std::vector<double> setpoint{};                    ///< of each axis, rad or m, as requests count; empty likewise
-  /// Of each coordinate of its moves: where the tool is told to be, without a machine the axes; empty likewise, or the
-  /// machine cannot be as its joints stand.
+  WayLimits limits;                                  ///< name, axes and limits
+  std::string owner;                                 ///< owner of all its axes; empty: none, or several
+  std::optional<ecat_master::GroupReport> report{};  ///< none: the line is not running
+  /// Setpoint of each axis, rad or m, as requests count; empty: the line is not running.
+  std::vector<double> setpoint{};
+  /// Commanded position in each coordinate of its moves: of the tool, or of the axes without a machine. Empty: the line
+  /// is not running, or the machine has no solution for its present joints.
   std::vector<double> place{};
-  std::size_t room = 0;  ///< so many moves would be taken now
+  std::size_t room = 0;  ///< number of moves that would be accepted now
 };
 
-/// Moves of a path that have been taken: numbers to ask progress() with.
+/// Numbers of the accepted moves of a path, for progress().
 struct TakenMoves {
   std::uint64_t first = 0;
   std::size_t count = 0;
 };
 
-/// The way of requests to the groups of axes of a running line, beside the AxisDoor of its single axes. Who asks
-/// something of a group takes the leases of all its axes, and needs them all; a halt, a stop and a hold are open to
-/// everybody. The group of an owner who is not heard any more, or goes without leaving his motion to itself, comes to
-/// rest on its path. Any thread but the cycle's; a lock inside.
+/// Interface for requests to the axis groups of a running line, next to the AxisDoor of its single axes. A request to a
+/// group needs the leases of all its axes, and takes them; any client may send a halt, a stop or a hold. The group of
+/// an owner that is silent, or that leaves without letting its motion finish, comes to rest on its path. Any thread
+/// except the cycle's; uses a lock.
 class GroupDoor final : private GroupGuard {
  public:
-  /// `axes` must outlive it, and not be used by other threads meanwhile. `groups` must outlive it.
+  /// `axes` must outlive it, and other threads must not use `axes` during construction and destruction. `groups` must
+  /// outlive it.
   GroupDoor(const std::vector<AxisGroupConfig>& groups, AxisDoor& axes);
   ~GroupDoor() override;
   GroupDoor(const GroupDoor&) = delete;
   GroupDoor& operator=(const GroupDoor&) = delete;
 
-  // The side of the line.
-  /// Requests are taken from now on, until close(). Both must outlive that. `outputs`: of each group.
+  // Called by the line.
+  /// Accepts requests from now on, until close(). Both must live until then. `outputs`: outputs of each group.
   void open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes,
             std::vector<std::vector<GroupOutputLimits>> outputs = {});
-  /// The line goes out of operation.
+  /// Ends the acceptance of requests: the line goes out of operation.
   void close();
-  /// Events since the last call, in order.
+  /// Returns the events since the last call, oldest first.
   [[nodiscard]] std::vector<EventFacts> take_events();
-  /// Why a group is in GroupErrorStop.
+  /// Returns why a group is in GroupErrorStop.
   [[nodiscard]] GroupRefusal refusal_of(const ecat_master::GroupReport& report) const;
 
-  // The side of who asks.
-  /// Configuration of the groups, in the order of the line description.
+  // Called by clients.
+  /// Returns the configuration of the groups, in the order of the line description.
   [[nodiscard]] const std::vector<AxisGroupConfig>& groups() const noexcept { return configs_; }
-  /// Name and axes of a group.
+  /// Returns name and axes of a group.
   [[nodiscard]] events::EventGroup event_group(std::size_t group) const;
-  /// Hands on a request: the number to ask progress() with.
+  /// Forwards a request to the group. Returns its number for progress().
   [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> submit(const AxisCaller& caller, std::size_t group,
                                                                  const GroupRequest& request);
-  /// Hands on the next moves of a path, as many as there is room for. `begins`: the first of them begins the path; the
-  /// others go on from those before. `ends`: the last one is the end of the path. A feed of 0 is that of the group.
-  /// What is refused is the move after those that were taken; nothing is taken where that is the first one.
+  /// Forwards the next moves of a path, as many as there is room for. `begins`: the first of them starts the path;
+  /// otherwise they continue the preceding moves. `ends`: the last one ends the path. A feed of 0 is the default feed
+  /// of the group. A refusal concerns the first move that was not accepted; it is returned only if no move was
+  /// accepted.
   [[nodiscard]] tl::expected<TakenMoves, GroupRefusal> add_moves(const AxisCaller& caller, std::size_t group,
                                                                  std::span<const trajectory::PathMove> moves,
                                                                  bool begins, bool ends);
-  /// How far a request, or a move, is.
+  /// Returns the progress of a request or a move.
   [[nodiscard]] GroupProgress progress(std::size_t group, std::uint64_t request) const;
-  /// The group as of now.
+  /// Returns the present state of the group.
   [[nodiscard]] GroupStatus status(std::size_t group) const;
-  /// Before AxisDoor::leave(): `stop`: groups that his requests move come to rest.
+  /// Call before AxisDoor::leave(). `stop`: brings the groups that the caller's requests move to rest.
   void leave(const std::string& caller, bool stop);
-  /// Gives the axes of a group back.
+  /// Releases the axes of a group.
   void release(const std::string& caller, std::size_t group);
-  /// Notes requests that have failed. To be called every few milliseconds.
+  /// Reports requests that have failed. Call every few milliseconds.
   void watch();
 
  private:
   struct Group;
-  /// A request, or moves one behind the other, that were not over at the last watch().
+  /// A request, or consecutive moves, that were not over at the last watch().
   struct Pending {
-    std::uint64_t number = 0;  ///< of the first one that is not over
+    std::uint64_t number = 0;  ///< number of the first one that is not over
     std::uint64_t last = 0;
     std::size_t group = 0;
     AxisCaller caller;
@@ -132,7 +135,7 @@ class GroupDoor final : private GroupGuard {
   ecat_master::AxisGroups* running_ = nullptr;
   ecat_master::SingleAxes* single_ = nullptr;
   std::vector<std::unique_ptr<Group>> groups_;
-  std::vector<std::vector<GroupOutputLimits>> outputs_;  ///< of each group of a running line
+  std::vector<std::vector<GroupOutputLimits>> outputs_;  ///< outputs of each group of a running line
   std::vector<Pending> pending_;
   std::vector<EventFacts> events_;
 };

@@ -13,34 +13,35 @@
 
 namespace driveline::runtime {
 
-/// An output that moves of a group change.
+/// Limits of an output that moves of a group change.
 struct GroupOutputLimits {
-  std::string name;    ///< as moves call it
-  double least = 0.0;  ///< of the whole numbers that it takes
-  double most = 1.0;   ///< likewise
+  std::string name;    ///< name in moves
+  double least = 0.0;  ///< lowest permitted whole number
+  double most = 1.0;   ///< highest permitted whole number
 };
 
-/// A group of up to trajectory::kMaxGroupAxes axes, as the ways of its moves are checked.
+/// Limits of a group of up to trajectory::kMaxGroupAxes axes for the check of its moves.
 struct WayLimits {
-  events::EventGroup group;                                      ///< names and units
-  std::vector<std::optional<trajectory::PositionRange>> ranges;  ///< of each axis, as requests count; none: no limits
-  std::shared_ptr<const trajectory::Machine> machine{};          ///< null: moves are in the positions of the axes
-  std::vector<GroupOutputLimits> outputs{};                      ///< moves name them by their places here
+  events::EventGroup group;  ///< names and units
+  /// Range of each axis, as requests count; none: no limits.
+  std::vector<std::optional<trajectory::PositionRange>> ranges;
+  std::shared_ptr<const trajectory::Machine> machine{};  ///< null: moves are given in axis positions
+  std::vector<GroupOutputLimits> outputs{};              ///< moves name them by their index here
 };
 
-/// What a machine is to be checked with: its kinematics, and the ranges of its joints. `limits.machine` must outlive
-/// it.
+/// Returns the settings for checks of a machine: its kinematics, and the ranges of its joints. `limits.machine` must
+/// outlive the result.
 [[nodiscard]] trajectory::ContourSettings joint_settings(const WayLimits& limits);
-/// The axes by which sentences name them.
+/// Returns the axes as sentences name them.
 [[nodiscard]] std::vector<trajectory::NamedAxis> named_axes(const events::EventGroup& group);
-/// What is wrong with the outputs of a move; none: nothing.
+/// Checks the outputs of a move; none: nothing is wrong.
 [[nodiscard]] std::optional<GroupRefusal> check_outputs(const WayLimits& limits, const trajectory::PathMove& move);
 
-/// Where a move ends, from there on the next one goes.
+/// Returns the end of a move, at which the next one starts.
 [[nodiscard]] const trajectory::GroupVector& end_of(const trajectory::PathMove& move);
 
-/// What is wrong with a move, in absolute places, that begins at `from`: its shape, that it leaves the software limits,
-/// that the machine cannot be there, or its outputs; none: nothing.
+/// Checks a move in absolute positions that starts at `from`: its shape, the software limits, whether the machine can
+/// reach it, and its outputs. None: nothing is wrong.
 [[nodiscard]] std::optional<GroupRefusal> check_way(const WayLimits& limits, const trajectory::GroupVector& from,
                                                     const trajectory::PathMove& move);
 
