@@ -8,8 +8,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// An absence explains a fault within this time: watchdogs of drives react with a delay, and the watch finds it later
-/// still.
+/// An absence explains a fault within this time: watchdogs of drives react with a delay, and this watch detects the
+/// fault later still.
 constexpr auto kExplains = std::chrono::milliseconds{300};
 
 }  // namespace

@@ -10,28 +10,28 @@
 namespace driveline::runtime {
 
 /// Finds absences of the master itself, and whether one of them explains a fault of a slave or an axis. Belongs to the
-/// thread that supervises the line. Absences that it returns have the time in operation.
+/// thread that supervises the line. The times of the absences that it returns are times in operation.
 class AbsenceWatch {
  public:
-  /// The first absences are reported one by one, later ones only when longer than all before; the rest together at the
-  /// end.
+  /// The first absences are reported individually, later ones only if they are longer than all before; the others are
+  /// summed up at the end.
   static constexpr std::size_t kToldSingly = 20;
 
-  /// Fetches the oldest absence that has not been fetched; false: there is none.
+  /// Takes the oldest absence not taken yet; false: there is none.
   using Take = std::function<bool(ecat_master::MasterAbsence&)>;
 
-  /// The operation has begun at `begin`: earlier absences are discarded.
+  /// `begin`: start of operation; earlier absences are discarded.
   AbsenceWatch(Take take, std::chrono::nanoseconds begin);
 
-  /// Result of a poll: what is new since the last one.
+  /// New absences since the last poll.
   struct Findings {
-    std::vector<ecat_master::MasterAbsence> bridged;    ///< those that the axes were taken across
-    std::optional<ecat_master::MasterAbsence> stopped;  ///< the one that stopped the axes; none did
+    std::vector<ecat_master::MasterAbsence> bridged;    ///< absences that the axes bridged
+    std::optional<ecat_master::MasterAbsence> stopped;  ///< the absence that stopped the axes; none: no absence did
   };
   [[nodiscard]] Findings look();
-  /// The absences not reported singly, and `dropped` ones that could not be fetched; none: there are none.
+  /// Returns the absences not reported individually, and `dropped` ones that could not be taken; none: there are none.
   [[nodiscard]] std::optional<events::MasterAwayOften> rest(std::uint64_t dropped) const;
-  /// The longest absence of late when one ended shortly before `time` (of the clock of the line); else none.
+  /// Returns the longest recent absence if one ended shortly before `time` (on the clock of the line); else none.
   [[nodiscard]] std::optional<ecat_master::MasterAbsence> cause_of(std::chrono::nanoseconds time) const;
 
  private:

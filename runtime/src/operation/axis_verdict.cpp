@@ -6,7 +6,8 @@
 namespace driveline::runtime {
 namespace {
 
-/// Uncertainty of the time between a setpoint and the position it is compared with: two exchanges, at least this.
+/// Lower bound of the uncertainty of the time between a setpoint and the position compared with it, which is two
+/// exchanges.
 constexpr std::chrono::milliseconds kUnsureTime{5};
 
 }  // namespace
@@ -21,7 +22,7 @@ std::optional<EventFacts> axis_verdict(const ecat_master::AxisConfig& axis, cons
   const double tolerance =
       allowed + std::abs(seen.last->target_velocity) * std::chrono::duration<double>(unsure).count();
   const double error = seen.last->following_error;
-  // Written so that NaN counts as off.
+  // Written so that NaN counts as off the setpoint.
   if (std::abs(error) <= tolerance) return std::nullopt;
   return events::AxisOffItsSetpoint{events::event_axis(axis), error, tolerance};
 }

@@ -9,9 +9,9 @@
 
 namespace driveline::runtime {
 
-/// Checks an axis without a fault at the end of a run: events::AxisNeverEnabled, or events::AxisOffItsSetpoint if it
-/// ended farther from there than ecat_master::position_tolerance(). `period`: between two exchanges of the axis. None:
-/// no complaint, or the axis was unavailable.
+/// Checks an axis without a fault at the end of a run: events::AxisNeverEnabled, or events::AxisOffItsSetpoint if the
+/// axis ended farther from its setpoint than ecat_master::position_tolerance(). `period`: time between two exchanges of
+/// the axis. None: no complaint, or the axis was unavailable.
 [[nodiscard]] std::optional<EventFacts> axis_verdict(const ecat_master::AxisConfig& axis, const FollowingError& seen,
                                                      std::chrono::nanoseconds period);
 

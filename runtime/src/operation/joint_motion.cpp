@@ -26,8 +26,8 @@ void JointMotion::request_stop() {
   motion_->request_stop();
 }
 
-/// The next presence to report for an axis on its way from `before` to `now`. An axis that comes back while the others
-/// have power takes every step, also when several of them happened between two looks.
+/// Returns the next presence to report for an axis that changes from `before` to `now`. An axis that returns while the
+/// others have power reports every step, even if several steps happened since the last look().
 AxisPresence JointMotion::next_presence(AxisPresence before, AxisPresence now) const {
   if (!had_power_) return now;
   if (before == AxisPresence::kMissing && now != AxisPresence::kEnabling) return AxisPresence::kEnabling;
@@ -52,8 +52,8 @@ void JointMotion::look(const Tell& tell) {
 std::optional<events::AxesStopped> JointMotion::failure() {
   const auto failure = motion_failure();
   if (!failure) return std::nullopt;
-  // The cycle stops the axes a moment before it reports the absence, which must be reported first: wait for the next
-  // look.
+  // The cycle stops the axes shortly before it reports the absence, which must be reported first: wait for the next
+  // look().
   const bool away = failure->cause == MotionFailure::Cause::kMasterAway;
   if (away && !absence_awaited_) {
     absence_awaited_ = true;

@@ -11,10 +11,10 @@
 
 namespace driveline::runtime {
 
-/// Axes that move together, along a path or as a source gives their setpoints.
+/// Axes that move together, with setpoints from a path or a source.
 class JointMotion final : public LineMotion {
  public:
-  /// `owner`: what moves them, as `door` tells those who ask for an axis. The references must outlive this object.
+  /// `owner`: name of what moves the axes, shown by `door` to other clients. The references must outlive this object.
   JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config, AxisDoor& door, std::string owner);
 
   [[nodiscard]] ecat_master::MotionControl& control() noexcept override { return *motion_; }
@@ -37,8 +37,8 @@ class JointMotion final : public LineMotion {
   AxisDoor& door_;
   std::string owner_;
   std::vector<ecat_master::AxisPresence> presences_;
-  bool had_power_ = false;        ///< at the last look
-  bool absence_awaited_ = false;  ///< the axes were stopped for an absence of the master that was not told yet
+  bool had_power_ = false;        ///< state at the last look()
+  bool absence_awaited_ = false;  ///< the axes were stopped by an absence of the master that is not reported yet
 };
 
 }  // namespace driveline::runtime

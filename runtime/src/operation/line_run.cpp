@@ -22,14 +22,15 @@ using std::chrono::nanoseconds;
 
 /// Interval of the supervision while the cycle runs.
 constexpr auto kWatchInterval = milliseconds{20};
-/// Longer than the watchdogs of process data, so that a line whose master has died has left OP by then.
+/// Longer than the watchdogs of process data, so that a line whose master has died has left OP when this time has
+/// passed.
 constexpr auto kListenForMasters = milliseconds{150};
 constexpr auto kStopTimeout = std::chrono::seconds{10};
-/// Cycles the telemetry rings hold: a quarter of a second at 8 kHz.
+/// Cycles that the telemetry rings hold: a quarter of a second at 8 kHz.
 constexpr std::size_t kRingCycles = 2048;
 constexpr std::size_t kMaxRingSamples = 1 << 17;
 
-/// Of the columns of the flight recorder.
+/// Returns the labels of the columns of the flight recorder.
 std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig& config) {
   std::vector<ecat_master::FlightRecorder::AxisLabel> labels;
   for (const auto& axis : config.axes) {
@@ -74,7 +75,7 @@ Result<RunReport> LineRun::execute() {
 void LineRun::leave_nothing_behind() {
   drain_.reset();
   recorder_.reset();
-  std::error_code ignored;  // the folder stays when there is something else in it
+  std::error_code ignored;  // the folder remains if it contains other files
   if (created_directory_) std::filesystem::remove(config_.output.directory, ignored);
 }
 
@@ -138,7 +139,7 @@ Result<void> LineRun::bring_up() {
 }
 
 Result<void> LineRun::bring_up_clocks() {
-  // The plan assigns SYNC signals to slaves: those planned by device ID must be identified before.
+  // The plan assigns SYNC signals to slaves, so slaves with a planned device ID must be identified first.
   const auto by_id = [](const SlaveConfig& slave) { return slave.plan.device_id.has_value(); };
   if (std::any_of(config_.slaves.begin(), config_.slaves.end(), by_id)) {
     if (auto done = master_.identify_devices(); !done) return fail_line(done.error());
@@ -151,7 +152,7 @@ Result<void> LineRun::bring_up_clocks() {
   return {};
 }
 
-/// Completes the axes by what their drives tell.
+/// Completes the axes with data from their drives.
 Result<void> LineRun::ask_drives() {
   const auto facts = read_drive_facts(master_, config_);
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
@@ -166,7 +167,7 @@ Result<void> LineRun::ask_drives() {
   return {};
 }
 
-/// Refuses a line that another master drives. Masters of this program hold a claim (Session::claim()), others are
+/// Refuses a line that another master controls. Masters of this program hold a claim (Session::claim()), others are
 /// recognised by their frames.
 Result<void> LineRun::must_be_free() {
   if (settings_.force || !config_.interface) return {};
@@ -241,7 +242,7 @@ Result<void> LineRun::start_services() {
   return {};
 }
 
-/// Lets time pass beside the cycle; on virtual time waits for the telemetry to keep up.
+/// Waits while the cycle runs; on virtual time also waits for the telemetry to keep up.
 void LineRun::pass(nanoseconds duration) {
   master_.pass(duration);
   while (session_.virtual_time() && (line_ring_.size() > 0 || axis_ring_.size() > 0)) {
@@ -254,7 +255,7 @@ double LineRun::seconds_in_operation() const {
 }
 
 void LineRun::begin_operation() {
-  // The figures of the report are those of the time in operation.
+  // The figures of the report cover only the time in operation.
   master_.core()->count(false);
   pass(2 * config_.period);
   master_.core()->count(true);
@@ -264,14 +265,14 @@ void LineRun::begin_operation() {
   operation_start_ = session_.clock().now();
   settings_.observer->look();
   tell_slaves(true);
-  // The line is up; after a stop request nothing moves any more.
+  // The line is up; after a stop request no motion starts any more.
   if (motion_ && !stop_requested()) motion_->start();
   if (motion_ && joint_owner().empty()) progress(events::NoPath{settings_.enable});
 }
 
 void LineRun::operate() {
   begin_operation();
-  // On a grid: the supervision itself takes time, and the run is to last exactly as long as requested.
+  // Keep to a fixed grid: the supervision itself takes time, and the run must last exactly as long as requested.
   do {
     pass(kWatchInterval - (session_.clock().now() - operation_start_) % kWatchInterval);
     operation_time_ = session_.clock().now() - operation_start_;
@@ -285,7 +286,7 @@ void LineRun::operate() {
   stop_motion();
 }
 
-/// One round of supervision. False: the operation is over.
+/// Runs one round of supervision. False: the operation is over.
 bool LineRun::look() {
   const bool over = settings_.duration_s && seconds_in_operation() >= *settings_.duration_s;
   if (over) master_.core()->count(false);
@@ -341,7 +342,7 @@ void LineRun::note(EventFacts facts, Severity severity) {
     if (feed_) feed_->add_fault(describe(event, config_.output.increments));
     if (fault_records_) fault_records_->note_fault();
   }
-  // What goes on as it should is no news; that a state has been reached is.
+  // Normal progress is not published, except that a state has been reached.
   if (telemetry_ && (severity != Severity::kProgress || event.is<events::StateReached>()))
     telemetry_->tell(severity, describe(event, config_.output.increments));
   if (severity == Severity::kProgress) return;
@@ -358,7 +359,7 @@ void LineRun::stop_motion() {
   if (!had(Severity::kFailure)) {
     motion_->judge([this](EventFacts facts, Severity severity) { note(std::move(facts), severity); });
   }
-  // No slave would receive it.
+  // Without a slave there is no receiver of a stop.
   if (master_.core()->al_status().slaves == 0) return;
   motion_->request_stop();
   const auto deadline = session_.clock().now() + kStopTimeout;
@@ -393,14 +394,14 @@ void LineRun::take_down() {
   if (operation_time_ > nanoseconds{0}) finish_fault_records();
 }
 
-/// Forbidden calls are counted in a debug build only.
+/// Reports forbidden calls of tasks, which only a debug build counts.
 void LineRun::judge_tasks() {
   for (const auto& task : settings_.tasks->report()) {
     if (const auto calls = task.figures.forbidden_calls; calls > 0) fail_with(events::ForbiddenCalls{task.name, calls});
   }
 }
 
-/// Another master on the wire explains much of what else went wrong.
+/// Reports foreign frames: another master on the wire explains many other faults.
 void LineRun::tell_traffic() {
   auto traffic = master_.exchange_statistics();
   if (const auto* core = master_.core(); core != nullptr) traffic.frames_foreign += core->foreign_frames();

@@ -40,37 +40,37 @@ namespace driveline::runtime {
 
 class SingleMotion;
 
-/// One run: a line from INIT to OP, its axes along the path, and back to INIT. For one use.
+/// One run: takes a line from INIT to OP, its axes along the path, and the line back to INIT. Can be used once.
 class LineRun {
  public:
   /// Parameters of the run; all pointees must outlive it.
   struct Settings {
-    std::optional<trajectory::Interpolator> path;   ///< of the configured axes; none: exchange without motion
+    std::optional<trajectory::Interpolator> path;   ///< path of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
     AxisDoor* door = nullptr;                       ///< never null
     GroupDoor* groups = nullptr;                    ///< never null
-    bool enable = true;                             ///< single axes, at the start
+    bool enable = true;                             ///< enables single axes at the start
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
-    bool force = false;                             ///< takes the line over from a master that drives it
+    bool force = false;                             ///< takes over a line that another master controls
     bool telemetry = false;                         ///< publishes over DDS as [telemetry] says
-    bool trace = false;                             ///< RunReport::trace is wanted
+    bool trace = false;                             ///< fills RunReport::trace
     std::vector<snapshot::SampleConsumer*> consumers{};
     Observer* observer = nullptr;             ///< never null
-    const std::atomic<bool>* stop = nullptr;  ///< never null; set: the run is to end in order
+    const std::atomic<bool>* stop = nullptr;  ///< never null; set: end the run in an orderly way
   };
 
   LineRun(Session& session, Settings settings);
   ~LineRun();
 
-  /// Everything from scan to INIT. The report is complete also after a failure; its faults tell what happened. Error:
-  /// the line did not even get into operation.
+  /// Runs everything from the scan to INIT. The report is complete even after a failure, which its events describe.
+  /// Error: the line did not reach operation.
   [[nodiscard]] Result<RunReport> execute();
-  /// The cycle runs and the line is supervised: all slaves are or were in OP.
+  /// Whether the cycle runs and the line is supervised: all slaves are or were in OP.
   [[nodiscard]] bool in_operation() const noexcept { return watch_ != nullptr && master_.cycling(); }
-  /// Diagnosis of the line while it is in operation. Its frames travel in the gaps of the cycle.
+  /// Diagnoses the line while it is in operation. The frames are sent in the gaps of the cycle.
   [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
-  /// EoE and mailbox gateway of the line.
+  /// Returns EoE and mailbox gateway of the line.
   [[nodiscard]] const LineServices& services() const noexcept { return services_; }
 
  private:
@@ -124,41 +124,41 @@ class LineRun {
   [[nodiscard]] bool stop_requested() const noexcept { return settings_.stop->load(std::memory_order_relaxed); }
 
   Session& session_;
-  LineConfig config_;  ///< of the session, completed by what is found on the line
+  LineConfig config_;  ///< configuration of the session, completed by data of the line
   Settings settings_;
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
-  port::FileDescriptor qos_profiles_;            ///< none: the writers have their own
+  port::FileDescriptor qos_profiles_;            ///< none: the writers use their own profiles
   std::vector<port::FileDescriptor> security_;   ///< empty: telemetry without DDS Security
   std::unique_ptr<TelemetryService> telemetry_;  ///< none: nothing is published
-  std::optional<SlaveWatch> slave_watch_;        ///< with telemetry_
+  std::optional<SlaveWatch> slave_watch_;        ///< set together with telemetry_
   std::unique_ptr<StatusFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<CycleFigures> figures_;
-  std::vector<std::unique_ptr<GroupOutputs>> group_outputs_;  ///< null: the group has none
+  std::vector<std::unique_ptr<GroupOutputs>> group_outputs_;  ///< null: the group has no outputs
   std::unique_ptr<LineMotion> motion_;
-  std::unique_ptr<StreamService> stream_;     ///< of single axes with [stream]
-  std::unique_ptr<LineCouplings> couplings_;  ///< of single axes with [[coupling]]
-  /// None: nothing is commanded over DDS. Behind `stream_`, whose streams it writes into.
+  std::unique_ptr<StreamService> stream_;     ///< for single axes with [stream]
+  std::unique_ptr<LineCouplings> couplings_;  ///< for single axes with [[coupling]]
+  /// None: no commands over DDS. Declared after `stream_`, because it writes into its streams.
   std::unique_ptr<CommandService> commands_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
   std::optional<ecat_master::ProcessVariables> variables_;
   GroupWatch group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
-  std::unique_ptr<rt::SwitchLog> switches_;  ///< of the processor of the cycle; none: not traced, or not possible
-  std::string switches_unknown_;             ///< why not
-  std::unique_ptr<ecat_master::CycleTrace> trace_;  ///< none: not wanted
+  std::unique_ptr<rt::SwitchLog> switches_;  ///< switches of the CPU of the cycle; none: not traced, or not possible
+  std::string switches_unknown_;             ///< why `switches_` is none
+  std::unique_ptr<ecat_master::CycleTrace> trace_;  ///< none: not requested
   ecat_master::Master master_;
   LineServices services_;
   std::unique_ptr<snapshot::DrainThread> drain_;
   bool created_directory_ = false;
   FolderLock folder_;
   std::unique_ptr<LineWatch> watch_;
-  KeptEnds<Event> events_;                ///< all but progress
-  Severity worst_ = Severity::kProgress;  ///< of them all
+  KeptEnds<Event> events_;                ///< all events except progress
+  Severity worst_ = Severity::kProgress;  ///< highest severity of all events
   KeptEnds<AuthorityRecord> authority_;
-  std::vector<SlaveMargin> margins_;     ///< as of the end of the operation
-  std::vector<AxisGroupReport> groups_;  ///< as of the end of the operation
+  std::vector<SlaveMargin> margins_;     ///< as of the end of operation
+  std::vector<AxisGroupReport> groups_;  ///< as of the end of operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;
   std::chrono::nanoseconds operation_start_{};

@@ -1,4 +1,4 @@
-// What moves the axes of a run, and what becomes of it.
+// Motion of the axes of a run, and its events.
 #include "operation/line_run.hpp"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Axes that have not been enabled for so long when a signal ends the run are a fault.
+/// If a signal ends the run after this time, an axis that was never enabled is a fault.
 constexpr auto kTimeToEnable = std::chrono::seconds{1};
 
 }  // namespace
@@ -34,14 +34,14 @@ Result<void> LineRun::check_stream() const {
       "[stream]");
 }
 
-/// What moves all axes together, with a firm lease; empty: nothing.
+/// Returns the name of what moves all axes together, with a firm lease; empty: nothing.
 std::string_view LineRun::joint_owner() const noexcept {
   if (settings_.tasks->drive()) return "task";
   if (settings_.source != nullptr) return "program";
   return config_.path ? "path" : "";
 }
 
-/// Axes that nothing moves together wait for requests, each for its own.
+/// Makes the motion; axes that are not moved together wait for individual requests.
 Result<void> LineRun::make_motion() {
   if (!joint_owner().empty()) {
     motion_ = make_joint_motion();
@@ -67,7 +67,7 @@ Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
   return motion;
 }
 
-/// Before the couplings: an axis of a group may lead another one, which follows its setpoint of the same cycle.
+/// Call before add_couplings(): an axis of a group may be a master whose slave follows its setpoint of the same cycle.
 Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& axes) {
   if (config_.axis_groups.empty()) return {};
   auto outputs = GroupOutputs::make(config_, *variables_, copies_);
@@ -113,7 +113,7 @@ std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
 }
 
-/// What was asked of single axes, and what has become of it.
+/// Reports requests to single axes and groups, and their results.
 void LineRun::note_requests() {
   settings_.door->watch();
   settings_.groups->watch();
@@ -123,13 +123,13 @@ void LineRun::note_requests() {
     authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
 }
 
-/// Who streams setpoints, and what is wrong with them.
+/// Reports the clients that stream setpoints, and the faults of their setpoints.
 void LineRun::note_streams() {
   if (!stream_) return;
   for (auto& event : stream_->poll()) note(std::move(event.facts), event.severity);
 }
 
-/// Before the axes come to rest for the end of the run.
+/// Stores the state of the groups before the axes come to rest at the end of the run.
 void LineRun::note_groups() {
   for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
     const auto status = settings_.groups->status(group);
@@ -143,14 +143,14 @@ void LineRun::note_groups() {
   }
 }
 
-/// For a run without any other failure.
+/// Checks the axes at the end of a run without any other failure.
 void LineRun::judge_axes() {
   if (!motion_ || had(Severity::kFailure) || operation_time_ == nanoseconds{0}) return;
   for (std::size_t i = 0; i < config_.axes.size(); ++i) {
     const auto& axis = config_.axes[i];
     const auto& seen = recorder_->following_errors()[i];
     if (axis.is_virtual()) continue;
-    // A run stopped at its very beginning does not wait for them.
+    // A run that is stopped right at its start does not wait for the axes.
     if (seen.samples == 0 && stop_requested() && operation_time_ < kTimeToEnable) continue;
     if (seen.samples == 0 && !motion_->enables()) continue;
     const auto period = config_.period * exchange_divider(config_, config_.slaves[axis.slave]);

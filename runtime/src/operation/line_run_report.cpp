@@ -1,4 +1,4 @@
-// What is known of a run when it is over.
+// Report of a run after its end.
 #include "operation/line_run.hpp"
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@ using std::chrono::nanoseconds;
 
 }  // namespace
 
-/// After the cycle has ended.
+/// Call after the cycle has ended.
 void LineRun::finish_fault_records() {
   for (auto& recorded : fault_records_->finish()) progress(std::move(recorded));
   if (fault_records_->problem()) fail_with(events::FileNotWritten{*fault_records_->problem()});

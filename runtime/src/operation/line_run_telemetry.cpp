@@ -1,4 +1,4 @@
-// What a run tells others over DDS, and takes from them.
+// Telemetry and commands of a run over DDS.
 #include "operation/line_run.hpp"
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Between two looks into the rings: how long a sample may lie there before readers of the telemetry get it.
+/// Interval at which the rings are read: the longest delay of a sample on its way to the consumers.
 constexpr auto kDrainPeriod = std::chrono::microseconds{500};
 
 }  // namespace
@@ -27,7 +27,7 @@ Result<void> LineRun::check_commands() const {
               "[commands]");
 }
 
-/// A machine without the bridge runs lines all the same, unless somebody has asked for telemetry.
+/// Starts the bridge. A machine without the bridge program runs lines, too, unless telemetry is explicitly enabled.
 Result<void> LineRun::start_bridge() {
   if (!settings_.telemetry || !config_.telemetry.enabled) return {};
   Result<std::filesystem::path> program;
@@ -48,7 +48,7 @@ Result<void> LineRun::start_bridge() {
   return {};
 }
 
-/// Who is not root starts no process of another user.
+/// Sets the user of the bridge. Only root can start a process of another user.
 Result<void> LineRun::set_bridge_user(BridgeSupervisor::Settings& settings) const {
   const auto& user = config_.telemetry.user;
   if (!user) return {};
@@ -63,7 +63,7 @@ Result<void> LineRun::set_bridge_user(BridgeSupervisor::Settings& settings) cons
   return {};
 }
 
-/// The bridge may open no file.
+/// Opens or copies the files for the bridge, which must not open files itself.
 Result<void> LineRun::copy_bridge_files(BridgeSupervisor::Settings& settings) {
   const auto& telemetry = config_.telemetry;
   if (telemetry.security) {
@@ -106,7 +106,7 @@ Result<void> LineRun::start_telemetry() {
   return {};
 }
 
-/// What becomes of the bridge is no fault of the line, but subscribers are to know.
+/// Reports events of the bridge: they are no faults of the line, but subscribers need to know them.
 void LineRun::note_telemetry() {
   if (!telemetry_) return;
   for (auto& facts : telemetry_->poll()) {
@@ -117,7 +117,7 @@ void LineRun::note_telemetry() {
   }
 }
 
-/// For subscribers: `now`, or when something has changed or it is time.
+/// Publishes the slaves: if `now` is set, when something has changed, or when the interval has passed.
 void LineRun::tell_slaves(bool now) {
   if (!slave_watch_) return;
   std::vector<std::string> owners;

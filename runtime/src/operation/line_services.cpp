@@ -3,7 +3,8 @@
 namespace driveline::runtime {
 namespace {
 
-/// Locally administered, and the same in every run: 02:64:6c and the last three bytes of the address.
+/// Returns a locally administered address that is the same in every run: 02:64:6c and the last three bytes of the
+/// address.
 wire::MacAddress mac_of(const wire::IpV4Address& ip) {
   return {std::byte{0x02}, std::byte{0x64}, std::byte{0x6C}, std::byte{ip[1]}, std::byte{ip[2]}, std::byte{ip[3]}};
 }

@@ -15,30 +15,30 @@
 
 namespace driveline::runtime {
 
-/// What a running line offers to others on this machine: TCP/IP to its slaves over EoE, and the mailbox gateway. Empty
-/// for a description without [eoe] and [gateway]. Belongs to the thread that owns the master.
+/// Services of a running line on this machine: TCP/IP to its slaves over EoE, and the mailbox gateway. Empty for a
+/// description without [eoe] and [gateway]. Belongs to the thread that owns the master.
 class LineServices {
  public:
   /// `config` must outlive it.
   explicit LineServices(const LineConfig& config) : config_(config) {}
 
-  /// Before the line is touched: opens the TAP interface, and gives simulated drives their network stacks. Errors:
-  /// there is no EoE and no gateway on virtual time (kSetting), those of the interface and of DriveNetworks.
+  /// Call before the line is used: opens the TAP interface, and gives simulated drives their network stacks. Errors:
+  /// EoE and gateway are not available on virtual time (kSetting), errors of the interface and of DriveNetworks.
   [[nodiscard]] Result<void> prepare(Session& session);
-  /// With all slaves in OP: starts what is described. Errors: a slave that is to have an address knows no EoE
-  /// (kLine), the gateway's address cannot be had (kMachine).
+  /// Call with all slaves in OP: starts the described services. Errors: a slave with an address does not support EoE
+  /// (kLine), the address of the gateway is not available (kMachine).
   [[nodiscard]] Result<void> start(ecat_master::Master& master);
-  /// What is on offer since start().
+  /// Returns the services available since start(), as events.
   [[nodiscard]] std::vector<EventFacts> offers() const;
-  /// Faults since the last call.
+  /// Returns the faults since the last call.
   [[nodiscard]] std::vector<EventFacts> poll();
-  /// Ends everything but the network stacks of simulated drives, which end with this object, when the line is at rest;
-  /// the reports below stay.
+  /// Ends all services except the network stacks of simulated drives, which end with this object, when the line is
+  /// idle. The reports below remain available.
   void stop();
 
-  /// None: the line has no EoE, or is not in operation yet.
+  /// Returns the report of EoE; none: the line has no EoE, or is not in operation yet.
   [[nodiscard]] std::optional<EoeReport> eoe() const;
-  /// Of the gateway; none: there is no gateway.
+  /// Returns the clients of the gateway; empty: there is no gateway.
   [[nodiscard]] std::vector<GatewayClient> clients() const;
 
  private:
@@ -46,8 +46,8 @@ class LineServices {
   [[nodiscard]] Result<void> start_gateway(ecat_master::Master& master);
 
   const LineConfig& config_;
-  std::unique_ptr<DriveNetworks> networks_;  ///< of a line in this process
-  std::unique_ptr<TapDevice> tap_;           ///< until the tunnel takes it over
+  std::unique_ptr<DriveNetworks> networks_;  ///< for a line in this process
+  std::unique_ptr<TapDevice> tap_;           ///< held until the tunnel takes it over
   std::unique_ptr<EthernetTunnel> tunnel_;
   std::unique_ptr<MailboxGateway> gateway_;
   std::optional<EoeReport> last_eoe_;

@@ -7,23 +7,23 @@
 
 namespace driveline::runtime {
 
-/// The tasks of a line and the axes they drive.
+/// The tasks of a line, and the axes that they drive.
 class LineTasks {
  public:
   /// Errors (kCall): see Line::add().
   [[nodiscard]] Result<void> add(Task& task, TaskPlan plan, const LineConfig& config);
-  /// Any axis is driven by a task.
+  /// Whether a task drives any axis.
   [[nodiscard]] bool drive() const noexcept;
 
-  /// Makes the source of the driven axes; null when no task drives one.
+  /// Makes the source of the driven axes; null if no task drives one.
   [[nodiscard]] ecat_master::SetpointSource* make_source(const LineConfig& config);
-  /// Sets the tasks up; after make_source(). Error: that of the first task that fails.
+  /// Prepares the tasks; call after make_source(). Error: that of the first task that fails.
   [[nodiscard]] Result<void> prepare(const LineConfig& config, const ecat_master::ProcessVariables& process_data);
-  /// Runs a task of the line itself, behind those of the application. Nothing is reported of it. After all add().
+  /// Runs a task of the line itself, after those of the application. It is not reported. Call after all add().
   void serve(ecat_master::CycleTask& task, ecat_master::TaskTiming timing = {}) { schedule_.add(task, timing); }
-  /// Null: there are no tasks.
+  /// Returns the schedule; null: there are no tasks.
   [[nodiscard]] ecat_master::TaskSchedule* schedule() noexcept { return schedule_.size() == 0 ? nullptr : &schedule_; }
-  /// In the order of add(). When the cycle rests.
+  /// Returns the reports in the order of add(). Call while the cycle is idle.
   [[nodiscard]] std::vector<TaskReport> report() const;
 
  private:

@@ -11,9 +11,9 @@ using std::chrono::nanoseconds;
 
 /// After this time without valid process data the line counts as unreachable.
 constexpr nanoseconds kCommunicationTimeout = std::chrono::milliseconds{100};
-/// Interval at which the propagation delays to the clocks are measured anew.
+/// Interval at which the propagation delays to the clocks are measured.
 constexpr auto kDelayInterval = std::chrono::seconds{10};
-/// Per transition of a slave that is brought back; the user's stop waits for as long.
+/// Time-out per state transition of a slave in recovery; a stop of the user waits for it.
 constexpr auto kRecoveryTimeout = std::chrono::seconds{3};
 
 ecat_master::LineSupervisor::Settings supervision(const RecoveryConfig& recovery) {
@@ -43,7 +43,7 @@ LineWatch::LineWatch(ecat_master::Master& master, const port::RedundantPort* rin
   }
 }
 
-/// Whether the run goes on without this slave.
+/// Whether the run continues without this slave.
 bool LineWatch::expendable(std::size_t slave) const {
   return config_.recovery.axes != LossPolicy::kStop || master_.slaves()[slave].plan.hot_connect;
 }
@@ -58,7 +58,7 @@ bool LineWatch::look() {
   return line && motion && !waits_in_vain() && clocks_answer();
 }
 
-/// Checked first: faults that drives report after an absence of the master are caused by that absence.
+/// Checked first, because faults that drives report after an absence of the master are caused by that absence.
 bool LineWatch::master_was_there() {
   const auto found = absences_.look();
   for (const auto& absence : found.bridged) notice(events::MasterAway{absence, lost_limit(config_)});
@@ -68,7 +68,7 @@ bool LineWatch::master_was_there() {
   return !over;
 }
 
-/// Checked before any slave is asked: on a line that is cut off at the master every request would wait for its
+/// Checked before any slave is asked: on a line that is cut off at the master, every request would wait for its
 /// time-out.
 bool LineWatch::frames_come_back() {
   auto& core = *master_.core();
@@ -136,7 +136,7 @@ bool LineWatch::take(const LineEvent& event) {
       notice(std::move(changed));
       return true;
     case Kind::kOtherMaster:
-      // Tools that read, or talk to mailboxes, are no fault.
+      // Tools that only read or use mailboxes are no fault.
       if (ecat_master::harm_of(event.other.command, event.other.ado) < 2) {
         notice(std::move(changed));
         return true;
@@ -166,8 +166,8 @@ bool LineWatch::waits_in_vain() {
   return false;
 }
 
-/// Fetches what slaves have sent unasked. One round of the mailboxes per look; slaves without a mailbox
-/// cost nothing.
+/// Fetches unsolicited messages of the slaves: one round of the mailboxes per look(); slaves without a mailbox take no
+/// time.
 void LineWatch::fetch_messages() {
   if (silent_since_ != nanoseconds{0}) return;
   static_cast<void>(master_.mailboxes().step());
@@ -181,11 +181,11 @@ void LineWatch::fetch_messages() {
   for (const auto& record : master_.soe_messages().take()) notice(events::SoeMessage{record, name_of(record.slave)});
 }
 
-/// Checks the clocks. Events are reported and a lost lock is a fault, but neither ends the run: a drive that cannot do
-/// without its clock reports it itself. False: the bus does not answer.
+/// Checks the clocks. Events are reported and a lost lock is a fault, but neither ends the run: a drive that needs its
+/// clock reports the loss itself. False: the bus does not answer.
 bool LineWatch::clocks_answer() {
   auto* watch = master_.clock_watch();
-  // A slave that is away does not answer; recovery waits for it.
+  // A lost slave does not answer; recovery waits for it.
   if (watch == nullptr || silent_since_ != nanoseconds{0}) return true;
   using Kind = ecat_master::dc::ClockEvent::Kind;
   auto polled = watch->poll();

@@ -13,24 +13,24 @@
 
 namespace driveline::runtime {
 
-/// Supervises a line in operation: reports faults, has slaves brought back according to the line description, and
-/// decides when the run cannot go on. Belongs to the thread that owns the master.
+/// Supervises a line in operation: reports faults, recovers slaves according to the line description, and decides when
+/// the run cannot continue. Belongs to the thread that owns the master.
 class LineWatch {
  public:
-  /// Receives all events, in order; the run cannot go on after a Severity::kFailure.
+  /// Receives all events, in order; the run cannot continue after a Severity::kFailure.
   using Listener = std::function<void(EventFacts facts, Severity severity)>;
 
-  /// For a master whose line is in OP. `ring` and `motion` may be null; all must outlive the watch.
+  /// `master`: its line is in OP. `ring` and `motion` may be null; all must outlive the watch.
   LineWatch(ecat_master::Master& master, const port::RedundantPort* ring, LineMotion* motion, const LineConfig& config,
             rt::Clock& clock, Listener listener);
 
-  /// Checks everything once and brings back slaves, for as long as that takes. False: the run cannot go on.
+  /// Checks everything once and recovers slaves, which may take time. False: the run cannot continue.
   [[nodiscard]] bool look();
-  /// Once, at the end: reports what has become of axes and groups since the last look, missing slaves (faults of the
+  /// Call once, at the end: reports changes of axes and groups since the last look(), missing slaves (faults of the
   /// run), and absences of the master not reported so far.
   void tell_rest();
 
-  /// State of the line: "OP", or the lower one it has fallen to.
+  /// State of the line: "OP", or the lower state to which it has fallen.
   [[nodiscard]] const std::string& state() const noexcept { return state_; }
   [[nodiscard]] const ecat_master::LineSupervisor& supervisor() const noexcept { return supervisor_; }
 
@@ -60,10 +60,10 @@ class LineWatch {
   AbsenceWatch absences_;
   std::uint64_t events_taken_ = 0;
   std::chrono::nanoseconds last_emergency_;
-  std::vector<std::chrono::nanoseconds> away_since_;  ///< zero: not away
+  std::vector<std::chrono::nanoseconds> away_since_;  ///< time at which each slave was lost; zero: not lost
   std::chrono::nanoseconds silent_since_{0};
-  std::uint64_t stale_before_ = 0;          ///< late frames until the last look at which frames came back in time
-  std::chrono::nanoseconds next_delays_{};  ///< when the propagation delays are measured again
+  std::uint64_t stale_before_ = 0;          ///< late frames until the last look() at which frames were in time
+  std::chrono::nanoseconds next_delays_{};  ///< time of the next measurement of the propagation delays
   std::string state_ = "OP";
 };
 

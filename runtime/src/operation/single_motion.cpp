@@ -59,7 +59,7 @@ bool SingleMotion::goes_with_leader(std::size_t axis) const {
   return gantry && axes_->gantry_settings(*gantry).follower == axis;
 }
 
-/// Of an axis whose gantry is or was out of skew.
+/// Returns the skew of the gantry of an axis; none: the axis has no gantry.
 std::optional<GantrySkew> SingleMotion::skew_of(std::size_t axis) const {
   const auto gantry = axes_->gantry_of(axis);
   if (!gantry) return std::nullopt;

@@ -13,15 +13,15 @@
 
 namespace driveline::runtime {
 
-/// Axes that are commanded one by one, through an AxisDoor, and in groups, through a GroupDoor.
+/// Axes that are commanded individually through an AxisDoor, and in groups through a GroupDoor.
 class SingleMotion final : public LineMotion {
  public:
-  /// `enable`: all axes at the start. `door` must outlive this object.
+  /// `enable`: enables all axes at the start. `door` must outlive this object.
   SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable);
   ~SingleMotion() override;
 
-  /// Groups of these axes, and the outputs of each. `thread`: their paths are planned by a thread of its own; otherwise
-  /// in look(), as virtual time has it. Before start(); `door` must outlive this object.
+  /// Adds groups of these axes, and the outputs of each group. `thread`: plans their paths in a separate thread;
+  /// otherwise in look(), as needed on virtual time. Call before start(); `door` must outlive this object.
   void add(std::unique_ptr<ecat_master::AxisGroups> groups, std::vector<std::vector<GroupOutputLimits>> outputs,
            GroupDoor& door, bool thread);
 
@@ -49,9 +49,9 @@ class SingleMotion final : public LineMotion {
   std::vector<std::vector<GroupOutputLimits>> group_outputs_;
   GroupDoor* group_door_ = nullptr;
   bool thread_ = false;
-  std::vector<char> failed_groups_;        ///< at the last look
-  std::vector<char> failed_;               ///< at the last look
-  std::vector<char> warned_;               ///< gantries, likewise
+  std::vector<char> failed_groups_;        ///< state of each group at the last look()
+  std::vector<char> failed_;               ///< state of each axis at the last look()
+  std::vector<char> warned_;               ///< state of each gantry at the last look()
   std::vector<std::uint64_t> switch_off_;  ///< requests of request_stop()
 };
 

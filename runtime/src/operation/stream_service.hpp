@@ -16,23 +16,23 @@
 
 namespace driveline::runtime {
 
-/// [stream] of a line whose axes are commanded one by one. Made before the cycle starts, destroyed when it has ended;
+/// [stream] of a line whose axes are commanded individually. Made before the cycle starts, destroyed when it has ended;
 /// belongs to the thread that owns the master.
 class StreamService {
  public:
-  /// Gives each axis that may be streamed to its feed. The references must outlive it.
+  /// Gives each axis that accepts streams its feed. The references must outlive it.
   StreamService(const LineConfig& config, ecat_master::SingleAxes& axes, AxisAuthority& authority);
 
-  /// To be run in every cycle.
+  /// Returns the task to run in every cycle.
   [[nodiscard]] ecat_master::CycleTask& task() noexcept { return hub_; }
-  /// With all slaves in OP: clients may connect. Error (kMachine): the socket cannot be had.
+  /// Call with all slaves in OP: clients may connect. Error (kMachine): the socket is not available.
   [[nodiscard]] Result<void> start();
-  /// What is on offer since start().
+  /// Returns the streaming interface available since start(), as an event.
   [[nodiscard]] events::StreamUp offer() const { return server_->offer(); }
-  /// Since start(): streams of clients elsewhere.
+  /// Returns the streams of remote clients. Valid since start().
   [[nodiscard]] RemoteStreams& remote() noexcept { return *remote_; }
-  /// What has happened since the last call. Those who have connected are let in as soon as the start of the run has
-  /// given the axes free.
+  /// Returns the events since the last call. Accepts waiting clients as soon as the start of the run has released the
+  /// axes.
   [[nodiscard]] std::vector<Event> poll();
   /// Ends all sessions; their axes come to rest.
   void close();

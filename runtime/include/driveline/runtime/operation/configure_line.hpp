@@ -7,11 +7,11 @@
 
 namespace driveline::runtime {
 
-/// Reports problems of the slaves that do not depend on a description as progress.
+/// Reports, as progress, problems of the slaves that do not depend on a description.
 void tell_problems(const ecat_master::Master& master, Observer& observer);
 
-/// Master::configure() by the description, or for the slaves as found when `config` is null. Error: the first reason,
-/// with the slaves' diagnosis; differences between line and description are reported as progress.
+/// Runs Master::configure() by the description, or for the slaves as found if `config` is null. Error: the first
+/// reason, with the diagnosis of the slaves; differences between line and description are reported as progress.
 [[nodiscard]] Result<void> configure_line(ecat_master::Master& master, const LineConfig* config, Observer& observer);
 
 }  // namespace driveline::runtime
