@@ -10,20 +10,21 @@
 namespace driveline::runtime {
 
 /// Statistics of a running cycle, computed from its samples, because the cycle's own may be read only once it has
-/// ended. Samples for which the rings had no room are missing.
+/// ended. Samples lost in full rings are missing.
 class CycleFigures final : public snapshot::SampleConsumer {
  public:
-  /// `period`: of the cycle that the samples come from.
+  /// `period`: of the cycle from which the samples come.
   explicit CycleFigures(std::chrono::nanoseconds period) : period_(period) {}
 
-  /// Since the telemetry began; any thread. Without master_cost, stale_frames and foreign_frames, which samples do not
-  /// contain; lost frames and working counter errors are cycles that had some.
+  /// Returns the statistics since the telemetry started; any thread. Without master_cost, stale_frames and
+  /// foreign_frames, which samples do not contain; lost frames and working counter errors count the cycles with at
+  /// least one.
   [[nodiscard]] ecat_master::CycleStatistics snapshot() const {
     const std::lock_guard lock(mutex_);
     return statistics_;
   }
 
-  // The drain thread.
+  // Called on the drain thread.
   void lines(std::span<const snapshot::LineSample> samples) override {
     using std::chrono::nanoseconds;
     const std::lock_guard lock(mutex_);

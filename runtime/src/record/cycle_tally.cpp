@@ -52,7 +52,7 @@ void CycleTally::reset() noexcept {
 }
 
 bool StatisticsClock::add(const snapshot::LineSample& sample) {
-  // Of samples that were lost in between nothing is known.
+  // The latency of the preceding cycle is unknown if samples were lost in between.
   const bool next = newest_ && newest_->cycle + sample.missed_periods + 1 == sample.cycle;
   const auto before = next ? std::optional(newest_->wake_latency_ns) : std::nullopt;
   if (!newest_) begun_ns_ = sample.time_ns - period_.count();

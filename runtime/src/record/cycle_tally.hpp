@@ -10,17 +10,17 @@
 
 namespace driveline::runtime {
 
-/// Counts what the cycle does, out of its samples.
+/// Counts events of the cycle, from its samples.
 class CycleTally {
  public:
-  /// `period`: of the cycle.
+  /// `period`: cycle time.
   explicit CycleTally(std::chrono::nanoseconds period) : period_(period) {}
 
-  /// The next cycle; `latency_before`: wake-up latency of the one before, none for the first.
+  /// Adds the next cycle; `latency_before`: wake-up latency of the preceding one, none for the first.
   void add(const snapshot::LineSample& sample, std::optional<std::int64_t> latency_before) noexcept;
-  /// What was counted since the last reset().
+  /// Returns the counts since the last reset().
   [[nodiscard]] snapshot::CycleInterval interval() const noexcept;
-  /// Forgets everything.
+  /// Clears all counts.
   void reset() noexcept;
 
  private:
@@ -33,20 +33,20 @@ class CycleTally {
   rt::Histogram dc_difference_;
 };
 
-/// Makes CycleStatistics once in a second of the line's time.
+/// Makes CycleStatistics once per second of the line's time.
 class StatisticsClock {
  public:
-  /// Between two statistics, on the clock of the cycle.
+  /// Interval between two statistics, on the clock of the cycle.
   static constexpr std::chrono::nanoseconds kInterval = std::chrono::seconds{1};
 
-  /// `period`: of the cycle.
+  /// `period`: cycle time.
   explicit StatisticsClock(std::chrono::nanoseconds period) : period_(period), last_(period), total_(period) {}
 
-  /// The next cycle. True: there are new statistics.
+  /// Adds the next cycle. True: there are new statistics.
   [[nodiscard]] bool add(const snapshot::LineSample& sample);
-  /// Statistics of what has come since the last ones. False: nothing has.
+  /// Makes statistics of the samples since the last ones. False: there were no samples.
   [[nodiscard]] bool close();
-  /// The newest ones.
+  /// Returns the newest statistics.
   [[nodiscard]] const snapshot::CycleStatistics& statistics() const noexcept { return statistics_; }
 
  private:
@@ -54,7 +54,7 @@ class StatisticsClock {
   CycleTally last_;
   CycleTally total_;
   std::optional<snapshot::LineSample> newest_;
-  std::int64_t begun_ns_ = 0;  ///< grid time from which `last_` counts
+  std::int64_t begun_ns_ = 0;  ///< grid time at which `last_` starts
   snapshot::CycleStatistics statistics_;
 };
 

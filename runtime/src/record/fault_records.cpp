@@ -35,7 +35,7 @@ void FaultRecords::note_fault() noexcept {
 
 void FaultRecords::begin_writing() {
   if (files_.empty()) {
-    // Removes the files of an earlier run, which could be mistaken for those of this one.
+    // Remove the files of an earlier run, which could be mistaken for those of this one.
     std::error_code ignored;
     for (std::size_t number = 2; number <= kMaxFiles; ++number) {
       std::filesystem::remove(numbered(directory_, number), ignored);

@@ -11,32 +11,32 @@
 
 namespace driveline::runtime {
 
-/// The cycles around the faults of a run, one file per fault: flight_recorder.csv, flight_recorder.2.csv and so on. The
-/// first kMaxFiles faults get one; a fault that comes before the record of the previous one is complete is part of that
-/// record.
+/// Records the cycles around the faults of a run, one file per fault: flight_recorder.csv, flight_recorder.2.csv and so
+/// on. Only the first kMaxFiles faults get a file; a fault that occurs before the record of the previous one is
+/// complete is part of that record.
 ///
 /// Belongs to the thread that supervises the line; only the cycle writes to the recorder.
 class FaultRecords {
  public:
   static constexpr std::size_t kMaxFiles = 8;
 
-  /// `in_background`: files are written by another thread while the line runs on.
+  /// `in_background`: another thread writes the files while the line continues.
   FaultRecords(std::filesystem::path directory, std::vector<ecat_master::FlightRecorder::AxisLabel> axes,
                bool in_background);
 
-  /// The recorder that the cycle writes to.
+  /// Returns the recorder to which the cycle writes.
   [[nodiscard]] ecat_master::FlightRecorder& recorder() noexcept { return recorder_; }
-  /// A fault has come up now.
+  /// Reports that a fault has occurred now.
   void note_fault() noexcept;
-  /// To be called regularly while the cycle runs. Returns the file completed since the last call, if there
-  /// is one.
+  /// Call regularly while the cycle runs. Returns the file completed since the last call, if there is one.
   [[nodiscard]] std::optional<events::FaultRecorded> poll();
-  /// After the cycle has ended: writes what was recorded of the last fault. Returns the files completed since poll().
+  /// Call after the cycle has ended: writes what was recorded of the last fault. Returns the files completed since
+  /// poll().
   [[nodiscard]] std::vector<events::FaultRecorded> finish();
 
-  /// The files written so far.
+  /// Returns the files written so far.
   [[nodiscard]] const std::vector<std::filesystem::path>& files() const noexcept { return files_; }
-  /// Why a file could not be written; none: all were.
+  /// Returns why a file could not be written; none: all were written.
   [[nodiscard]] const std::optional<Error>& problem() const noexcept { return problem_; }
 
  private:

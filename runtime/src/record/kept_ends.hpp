@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// What happens in a run that may last for years: the first and the last items are kept, and those in between counted.
+/// Stores items of a run that may last for years: retains the first and the last items, and counts those in between.
 template <typename T>
 class KeptEnds {
  public:
@@ -22,15 +22,15 @@ class KeptEnds {
     last_.pop_front();
     ++left_out_;
   }
-  /// The newest one; there must be one.
+  /// Returns the newest item; there must be one.
   [[nodiscard]] const T& newest() const noexcept { return last_.empty() ? first_.back() : last_.back(); }
-  /// Oldest first.
+  /// Returns the retained items, oldest first.
   [[nodiscard]] std::vector<T> all() const {
     std::vector<T> items = first_;
     items.insert(items.end(), last_.begin(), last_.end());
     return items;
   }
-  /// How many stood between the first and the last ones.
+  /// Returns how many items between the first and the last ones were dropped.
   [[nodiscard]] std::uint64_t left_out() const noexcept { return left_out_; }
 
  private:

@@ -47,8 +47,8 @@ double Recorder::path_error(const snapshot::AxisSample& sample) const noexcept {
   return compensated_ ? sample.following_error : sample.target_position - sample.actual_position;
 }
 
-/// Three columns for each axis first, then the less important ones. Which drives report a following error and a demand
-/// of their own is known by the first row.
+/// Writes three columns for each axis first, then the less important ones. The first row shows which drives report a
+/// following error and a position demand.
 void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
   stream_ << "time[s]";
   const auto head = [this](const Column& column, std::string_view figure, std::string_view unit) {
@@ -98,8 +98,8 @@ void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
   }
 }
 
-/// Samples of one cycle come one after the other; a row is taken when it is complete, and dropped when samples of it
-/// got lost.
+/// Collects the samples of one cycle, which arrive one after another; a row is written when it is complete, and dropped
+/// if samples are missing.
 void Recorder::add_to_row(const snapshot::AxisSample& sample) {
   if (sample.axis == 0 || row_.empty() || row_.front().cycle != sample.cycle) row_.clear();
   if (sample.axis != row_.size()) return;
@@ -161,7 +161,7 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
 
 void Recorder::finish(const snapshot::DrainCounters&) {
   if (!stream_.is_open()) return;
-  // The cycles after the last row are written, too, if one of them could hold the peak.
+  // Also write the cycles after the last row if one of them could contain the peak.
   const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });
   if (more && !last_row_.empty()) take_row(last_row_);
   if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();
@@ -173,7 +173,7 @@ void Recorder::finish(const snapshot::DrainCounters&) {
   if (auto completed = complete_file(*csv_); !completed) problem_ = completed.error();
 }
 
-/// Of the last call of the system.
+/// Stores the error of the last system call.
 void Recorder::note_problem(std::string_view what) {
   problem_ = fail(ErrorKind::kMachine, fmt::format("{}: {}", what, std::strerror(errno)), csv_->string()).value();
 }

@@ -25,45 +25,46 @@ struct ErrorFigures {
   [[nodiscard]] double rms() const noexcept;
 };
 
-/// Following error of one axis while it was in Operation enabled, in rad or m: as the master computes it.
+/// Following error of one axis while in Operation enabled, in rad or m, as computed by the master.
 struct FollowingError : ErrorFigures {
-  ErrorFigures path;              ///< of the path at this instant, instead of the setpoint that the drive followed
-  ErrorFigures drive;             ///< as the drive reports it (60F4h); no samples: the object is not mapped
-  bool demand = false;            ///< the file has what the position loop of the drive follows (6062h)
-  std::uint64_t unavailable = 0;  ///< cycles in operation in which the axis was unavailable
+  ErrorFigures path;    ///< error against the path at this instant, instead of the setpoint that the drive followed
+  ErrorFigures drive;   ///< as reported by the drive (60F4h); no samples: the object is not mapped
+  bool demand = false;  ///< the file contains the position demand of the drive (6062h)
+  std::uint64_t unavailable = 0;               ///< cycles in operation in which the axis was unavailable
   std::optional<snapshot::AxisSample> last{};  ///< last sample in operation
 };
 
-/// Watches all samples of a run: following errors of every cycle, and a CSV file of every n-th for the plots. So that
-/// no peak is missing there, each row also has the least and the greatest following error of all cycles since the row
-/// before; like the summary's they are those in Operation enabled.
+/// Evaluates all samples of a run: following errors of every cycle, and a CSV file with every n-th cycle for the plots.
+/// Each row also contains the lowest and highest following error of all cycles since the preceding row, so that no peak
+/// is missing; as in the summary, these cover only cycles in Operation enabled.
 ///
-/// The file appears under its name only when it is complete, and only when there are rows in it. Functions run on the
-/// drain thread; results are read after it has ended.
+/// The file appears under its name only when it is complete and has rows. Functions run on the drain thread; read the
+/// results after it has ended.
 class Recorder final : public snapshot::SampleConsumer {
  public:
-  /// Longest recording; a longer run goes on without being recorded.
+  /// Longest recording; a longer run continues without being recorded.
   static constexpr std::uint64_t kMaxRows = 120'000;
 
-  /// `csv`: none, nothing is written. `every`: one row per so many cycles. `increments`: beside what is in the units of
-  /// the axes, behind everything else. `compensated`: setpoints lead the path by the dead times, so that the setpoint a
-  /// drive has followed is that of the path at this instant.
+  /// `csv`: output file; none: no file. `every`: one row per `every` cycles. `increments`: adds drive increments after
+  /// the columns in the units of the axes. `compensated`: setpoints lead the path by the dead times, so that the
+  /// setpoint that a drive has followed is that of the path at this instant.
   Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
            std::uint64_t every, bool increments = false, bool compensated = false);
-  /// Removes a file that has not been finished.
+  /// Removes an unfinished file.
   ~Recorder() override;
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Keeps no file at the end. Any thread.
+  /// Prevents the file at the end. Any thread.
   void discard() noexcept { discarded_.store(true, std::memory_order_relaxed); }
 
-  /// The increments of that axis per rad or m, where they are not those given to the constructor; before the cycle.
+  /// Sets the increments of an axis per rad or m, if they differ from those given to the constructor; call before the
+  /// cycle starts.
   void set_scale(std::size_t axis, double increments_per_unit) noexcept {
     columns_[axis].increments_per_unit = increments_per_unit;
   }
-  /// The line is in operation from one grid time to the other: axes that are unavailable in between are counted. Any
-  /// thread.
+  /// Set the grid times between which the line is in operation; cycles in which axes are unavailable are counted only
+  /// in between. Any thread.
   void begin_operation(std::chrono::nanoseconds now) noexcept { operation_begin_.store(now.count()); }
   void end_operation(std::chrono::nanoseconds now) noexcept { operation_end_.store(now.count()); }
 
@@ -73,9 +74,9 @@ class Recorder final : public snapshot::SampleConsumer {
 
   [[nodiscard]] const std::vector<FollowingError>& following_errors() const noexcept { return errors_; }
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
-  /// Time of the last row, when the run went on behind it: the file was full.
+  /// Time of the last row if the file was full and the run continued.
   [[nodiscard]] std::optional<double> cut_off_at_s() const noexcept { return cut_off_at_s_; }
-  /// Why the file could not be written; none: it is there, unless rows() is 0.
+  /// Why the file could not be written; none: the file exists, unless rows() is 0.
   [[nodiscard]] const std::optional<Error>& problem() const noexcept { return problem_; }
 
  private:
@@ -87,7 +88,7 @@ class Recorder final : public snapshot::SampleConsumer {
   void take_row(const std::vector<snapshot::AxisSample>& row);
   void write_row(const std::vector<snapshot::AxisSample>& row);
 
-  /// Of one axis, since the last row; in the order of the columns.
+  /// Extremes of one axis since the last row; in the order of the columns.
   struct Extremes {
     double least = std::numeric_limits<double>::quiet_NaN();
     double greatest = std::numeric_limits<double>::quiet_NaN();
@@ -98,7 +99,7 @@ class Recorder final : public snapshot::SampleConsumer {
     std::string axis;
     bool linear = false;
     const trajectory::PositionUnit* unit = nullptr;
-    double increments_per_unit = 1.0;  ///< per rad or m
+    double increments_per_unit = 1.0;  ///< increments per rad or m
   };
   std::vector<FollowingError> errors_;
   std::vector<Column> columns_;
@@ -108,8 +109,8 @@ class Recorder final : public snapshot::SampleConsumer {
   bool compensated_;
   std::ofstream stream_;
   std::vector<snapshot::AxisSample> row_;
-  std::vector<snapshot::AxisSample> last_row_;  ///< complete, of a cycle behind the last row of the file
-  std::vector<Extremes> extremes_;              ///< by axis
+  std::vector<snapshot::AxisSample> last_row_;  ///< complete, from a cycle after the last row of the file
+  std::vector<Extremes> extremes_;              ///< indexed by axis
   std::uint64_t rows_ = 0;
   std::optional<std::int64_t> first_time_ns_;
   double last_time_s_ = 0.0;

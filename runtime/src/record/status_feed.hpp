@@ -18,19 +18,19 @@ namespace driveline::runtime {
 /// on to the other consumers.
 class StatusFeed final : public snapshot::SampleConsumer {
  public:
-  /// `listeners` must outlive the feed, and come after it in the list of the drain thread's consumers.
+  /// `listeners` must outlive the feed, and come after it in the list of consumers of the drain thread.
   StatusFeed(std::vector<snapshot::SampleConsumer*> listeners, std::chrono::nanoseconds period);
 
-  // The owner, any thread.
-  /// A change is passed on with the next pass, figures every 50 ms.
+  // Called by the owner of the line, on any thread.
+  /// Sets the state. A change is passed on with the next pass, figures every 50 ms.
   void set_state(snapshot::LineState state) noexcept {
     state_.store(state, std::memory_order_relaxed);
     changed_.store(true, std::memory_order_release);
   }
-  /// The status tells of faults in sentences.
+  /// Adds a fault, as a sentence, to the status.
   void add_fault(std::string sentence);
 
-  // The drain thread.
+  // Called on the drain thread.
   void lines(std::span<const snapshot::LineSample> samples) override;
   void axes(std::span<const snapshot::AxisSample>) override {}
   void pass_done(const snapshot::DrainCounters& counters) override;

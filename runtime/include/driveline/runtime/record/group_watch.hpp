@@ -8,16 +8,16 @@
 
 namespace driveline::runtime {
 
-/// Watches the groups of the process image while the cycle runs: reports when the outputs of a group were zeroed, and
+/// Watches the groups of the process image while the cycle runs: reports that the outputs of a group were zeroed, and
 /// enables them again as soon as its process data are complete.
 class GroupWatch {
  public:
   /// `config` must outlive the watch.
   explicit GroupWatch(const ProcessDataConfig& config);
 
-  /// To be called every few milliseconds. Returns what has changed: events::GroupZeroed, events::GroupReleased.
+  /// Call every few milliseconds. Returns the changes: events::GroupZeroed, events::GroupReleased.
   [[nodiscard]] std::vector<EventFacts> poll(ecat_master::CyclicCore& core);
-  /// How often the outputs of a group were zeroed so far.
+  /// Returns how often the outputs of a group were zeroed so far.
   [[nodiscard]] std::uint64_t zeroings(std::size_t group) const noexcept {
     return group < zeroings_.size() ? zeroings_[group] : 0;
   }

@@ -17,11 +17,11 @@ struct GroupView {
   std::size_t slaves = 0;
   std::size_t datagrams = 0;
   std::vector<std::size_t> frames;  ///< numbers of its frames
-  unsigned working_counter = 0;     ///< expected
+  unsigned working_counter = 0;     ///< expected working counter
   std::uint64_t exchanges = 0;
   std::uint64_t lost_frames = 0;
   std::uint64_t wkc_errors = 0;
-  std::uint32_t longest_bad = 0;  ///< most incomplete exchanges in a row
+  std::uint32_t longest_bad = 0;  ///< most consecutive incomplete exchanges
   std::uint64_t zeroings = 0;     ///< how often the outputs were zeroed
 };
 
@@ -35,10 +35,10 @@ struct ImageView {
   std::vector<GroupView> groups;
 };
 
-/// Name of a group by its number; "line" where the description has none.
+/// Returns the name of a group by its number; "line" if the description has none.
 [[nodiscard]] std::string group_name(const LineConfig& config, std::size_t group);
 
-/// After Master::configure(); the counters of the groups while the cycle runs and after.
+/// Call after Master::configure(). The counters of the groups are valid while the cycle runs and afterwards.
 [[nodiscard]] ImageView view_image(const LineConfig& config, const ecat_master::Master& master,
                                    std::span<const ecat_master::GroupCounters> counters = {},
                                    const GroupWatch* watch = nullptr);

@@ -12,14 +12,14 @@ namespace driveline::runtime {
 
 /// An input of the process image and its value when it was read.
 struct InputValue {
-  std::string name;  ///< "slave2.Status word", as ProcessVariables::full_name() has it
+  std::string name;  ///< "slave2.Status word", from ProcessVariables::full_name()
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
   unsigned bits = 0;
   std::optional<std::uint64_t> value;  ///< none: more than 64 bits
 };
 
-/// All inputs of `variables`, out of the input bytes of the process image, which must not change meanwhile.
+/// Reads all inputs of `variables` from the input bytes of the process image, which must not change meanwhile.
 [[nodiscard]] std::vector<InputValue> read_inputs(const ecat_master::ProcessVariables& variables,
                                                   std::span<const std::byte> inputs);
 
