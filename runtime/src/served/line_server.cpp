@@ -12,27 +12,27 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 
-/// Longest sleep without a frame: the drives' control loops must run on. No divisor of usual cycles, which are
-/// multiples of 125 us, else firmware steps and frames would coincide.
+/// Longest sleep without a frame, because the control loops of the drives must continue. It divides no usual cycle (a
+/// multiple of 125 us); otherwise firmware steps and frames would coincide.
 constexpr auto kIdleStep = microseconds{90};
-/// A drive takes about 0.4 us a step, so that a frame waits a few microseconds at most.
+/// A drive takes about 0.4 us per step, so that a frame waits a few microseconds at most.
 constexpr std::size_t kSlavesAtATime = 16;
 /// Interval at which states, commands and windows are handled.
 constexpr auto kHousekeeping = microseconds{500};
 /// Frames less than this apart belong to the same cycle of the master.
 constexpr auto kBurstGap = microseconds{20};
-/// Without frames for this long there is no master to poll for.
+/// A master without frames for this long is gone: no more busy polling.
 constexpr auto kMasterGone = std::chrono::milliseconds{20};
 constexpr auto kLongestRest = std::chrono::milliseconds{1};
 constexpr std::size_t kMaxChanges = 4096;
 constexpr std::size_t kMaxOrders = 64;
 
 void count(std::atomic<std::uint64_t>& counter) noexcept {
-  // One writer: load and store suffice.
+  // There is only one writer: load and store suffice.
   counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 
-/// Whether an instant of a slave's clock (SYNC0, SYNC1) has come that it has not lived through yet.
+/// Whether a clock of a slave has an event (SYNC0, SYNC1) by `time` that the slave has not processed yet.
 bool instant_due(const slaves::Line& line, nanoseconds time) noexcept {
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (line.slave(i).esc().clock().sync_due() <= time) return true;
@@ -70,8 +70,8 @@ void LineServer::run(std::stop_token stop) noexcept {
 }
 
 void LineServer::rest(Nanoseconds until) noexcept {
-  // Linux suspends a real-time thread that never sleeps; it does so once per cycle of the master, right after its
-  // frames, when the next frame is farthest away.
+  // Linux suspends a real-time thread that never sleeps, so sleep once per cycle of the master, right after its frames,
+  // when the next frame is farthest away.
   if (std::exchange(rested_, true)) return;
   clock_.sleep_until(until);
 }
@@ -120,12 +120,12 @@ void LineServer::serve(const port::ReceivedFrame& frame, std::size_t port) noexc
     }
     last_frame_ = frame.time;
   }
-  // As long as the request, but at least the shortest Ethernet frame, to which a real sender pads.
+  // The answer is as long as the request, but at least the shortest Ethernet frame, to which a real sender pads.
   const auto length = std::min(frame.bytes.size(), buffer_.size());
   const auto answer = std::span(buffer_).first(std::max(length, wire::kMinFrameBytes));
   std::fill(std::copy_n(frame.bytes.begin(), length, answer.begin()), answer.end(), std::byte{0});
-  // A frame that passed slaves which are behind would reach them in their past: an instant of their clock that was
-  // before it would get its outputs, and the one behind it none. They are behind when this thread did not run.
+  // Advance slaves that lag behind before the frame passes them: otherwise a SYNC event before the frame would use its
+  // outputs, and the event after the frame would have none. Slaves lag when this thread did not run.
   if (frame.time > next_round_ + kIdleStep || instant_due(line_, frame.time)) line_.advance(frame.time);
   const auto passage = line_.pass(answer, frame.time, static_cast<slaves::MasterPort>(port));
   if (!passage) return;
@@ -177,7 +177,7 @@ void LineServer::housekeep(Nanoseconds now) noexcept {
   LineOrder order;
   while (orders_.try_pop(order)) carry_out(order, now);
   watch_states();
-  // Acquire pairs with the owner's release; the store below hands the finished window over.
+  // Acquire pairs with the release by the owner; the store below passes the finished window to the owner.
   if (window_.load(std::memory_order_acquire) == Window::kWanted) {
     filled_ ^= 1U;
     window_.store(Window::kReady, std::memory_order_release);

@@ -15,7 +15,7 @@
 
 namespace driveline::runtime {
 
-/// A change of a slave's AL state, for the owner of the server.
+/// A change of the AL state of a slave, for the owner of the server.
 struct StateChange {
   std::uint16_t slave = 0;
   wire::AlStatus status;
@@ -24,11 +24,11 @@ struct StateChange {
 
 /// A command to the server, and its result.
 struct LineOrder {
-  /// Begin or heal a fault, heal all, set or read a signal of a device.
+  /// Starts or heals a fault, heals all faults, sets or reads a signal of a device.
   enum class Verb : std::uint8_t { kBegin, kHeal, kHealAll, kSetSignal, kReadSignal };
   Verb verb = Verb::kBegin;
   slaves::Fault fault{};  ///< kBegin, kHeal
-  bool done = false;      ///< of an answer: the command was carried out
+  bool done = false;      ///< in an answer: the command was executed
   /// \name kSetSignal, kReadSignal: slave, signal and value
   /// @{
   std::uint16_t slave = 0;
@@ -37,16 +37,16 @@ struct LineOrder {
   /// @}
 };
 
-/// Serves a simulated line on one or two ports: every frame that comes in passes the slaves and leaves at the port that
-/// the wiring leads to. A frame is answered at once; the slaves' firmware is simulated afterwards, at most 90 us behind
-/// the clock. Runs in a real-time thread.
+/// Serves a simulated line on one or two ports: every received frame passes the slaves and leaves at the port to which
+/// the wiring leads. A frame is answered at once; the slaves' firmware is simulated afterwards, at most 90 us later
+/// than the clock. Runs in a real-time thread.
 class LineServer final : public rt::RealtimeTask {
  public:
   using Nanoseconds = std::chrono::nanoseconds;
 
   /// How the server waits for frames.
   struct Settings {
-    /// While a master cycles, poll for frames without sleeping except for an eighth of its cycle.
+    /// Polls for frames while a master cycles, and sleeps only for an eighth of its cycle.
     bool busy_poll = false;
     /// Waits for a frame at any of the ports, or the deadline; empty: at the first port.
     std::function<void(Nanoseconds deadline)> wait;
@@ -54,38 +54,40 @@ class LineServer final : public rt::RealtimeTask {
 
   /// `secondary` is the far end of the line and may be null. All must outlive the server.
   LineServer(slaves::Line& line, port::Port& primary, port::Port* secondary, rt::Clock& clock, Settings settings);
-  /// On one port, with the default settings.
+  /// Serves one port, with the default settings.
   LineServer(slaves::Line& line, port::Port& port, rt::Clock& clock) : LineServer(line, port, nullptr, clock, {}) {}
 
   void run(std::stop_token stop) noexcept override;
-  /// One turn of run(): answers the frames that have come in and does the work that is due; returns the latest time for
-  /// the next turn.
-  /// \rtsafe as far as the slaves' mailboxes are.
+  /// Runs one turn of run(): answers received frames and does the work that is due. Returns the latest time for the
+  /// next turn.
+  /// \rtsafe as far as the mailboxes of the slaves are.
   Nanoseconds turn() noexcept;
 
-  // Any thread.
-  /// Frames that were answered.
+  // Called on any thread.
+  /// Returns the number of answered frames.
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_.load(std::memory_order_relaxed); }
-  /// Answers that the port refused, or that a fault delays while the queue of delayed answers is full.
+  /// Returns the number of answers that the port refused, or that a fault delays while the queue of delayed answers is
+  /// full.
   [[nodiscard]] std::uint64_t send_failures() const noexcept { return send_failures_.load(std::memory_order_relaxed); }
 
-  // One thread, the owner's.
+  // Called only on the thread of the owner.
   /// Takes the next change of state; false: there is none.
   [[nodiscard]] bool next_change(StateChange& change) noexcept { return changes_.try_pop(change); }
-  /// Queues a command; false when the queue is full.
+  /// Queues a command; false: the queue is full.
   [[nodiscard]] bool order(const LineOrder& order) noexcept { return orders_.try_push(order); }
   /// Takes the next answer to a command; false: there is none.
   [[nodiscard]] bool next_answer(LineOrder& answer) noexcept { return answers_.try_pop(answer); }
-  /// Requests the turn-around times since the last window, which take_window() returns a moment later.
+  /// Requests the turn-around times since the last window; take_window() returns them shortly afterwards.
   void request_window() noexcept;
-  /// False: the window that request_window() asked for is not ready yet.
+  /// Takes the requested window; false: it is not ready yet.
   [[nodiscard]] bool take_window(rt::Histogram& window) noexcept;
-  /// Turn-around times of all frames except those delayed by a fault; only while the server does not run.
+  /// Returns the turn-around times of all frames except those delayed by a fault; call only while the server does not
+  /// run.
   [[nodiscard]] rt::Histogram turn_around() const noexcept;
 
  private:
   enum class Window : std::uint8_t { kNone, kWanted, kReady };
-  /// An answer that is delayed by a fault, or that waits behind one.
+  /// An answer that is delayed by a fault, or that waits for a delayed one.
   struct Held {
     std::array<std::byte, port::kMaxFrameBytes> bytes;
     std::size_t length = 0;
@@ -121,7 +123,7 @@ class LineServer final : public rt::RealtimeTask {
   Nanoseconds next_round_{0};
   bool round_wanted_ = false;
 
-  // Busy polling: the master's cycle as its frames show it.
+  // Busy polling: cycle of the master, estimated from its frames.
   Nanoseconds last_frame_{0};
   Nanoseconds burst_begin_{0};
   Nanoseconds interval_{0};
@@ -131,10 +133,10 @@ class LineServer final : public rt::RealtimeTask {
   rt::SpscRing<LineOrder> orders_;
   rt::SpscRing<LineOrder> answers_;
   std::array<rt::Histogram, 2> windows_;
-  std::size_t filled_ = 0;  ///< the window that the server records in
-  std::size_t taken_ = 0;   ///< the window that the owner takes next
+  std::size_t filled_ = 0;  ///< window in which the server records
+  std::size_t taken_ = 0;   ///< window that the owner takes next
   std::atomic<Window> window_{Window::kNone};
-  rt::Histogram told_;  ///< the owner's: all windows taken
+  rt::Histogram told_;  ///< used by the owner: all windows taken
   std::atomic<std::uint64_t> frames_{0};
   std::atomic<std::uint64_t> send_failures_{0};
 };
