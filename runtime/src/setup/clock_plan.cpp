@@ -12,7 +12,7 @@ using ecat_master::dc::from_op_mode;
 using ecat_master::dc::SlaveClockPlan;
 using ecat_master::dc::SyncSignals;
 
-/// The time source; null: the master's own clock.
+/// Returns the time source; null: the master's own clock.
 const ecat_master::dc::TimeSource* time_source(ClockConfig::Time time) {
   using ecat_master::dc::SystemTimeSource;
   static const SystemTimeSource kUtc(SystemTimeSource::Scale::kUtc);
@@ -34,7 +34,7 @@ std::string known_modes(const std::vector<esi::DcOpMode>& modes) {
   return names.empty() ? "none" : names;
 }
 
-/// Operation modes of a slave: those of its ESI file, else those of its EEPROM.
+/// Returns the operation modes of a slave: those of its ESI file, else those of its EEPROM.
 std::vector<esi::DcOpMode> modes_of(const LineConfig& line, const SlaveConfig& slave,
                                     const esi::DeviceDescription& found) {
   auto file = slave.esi;
@@ -64,7 +64,7 @@ Result<SyncSignals> signals_of(const SlaveConfig& config, const std::vector<esi:
   return signals;
 }
 
-/// The clock plan of the slave `found` by the line description.
+/// Returns the clock plan of the slave `found` by the line description.
 Result<SlaveClockPlan> plan_of(const LineConfig& config, const SlaveConfig& slave,
                                const esi::DeviceDescription& found) {
   SlaveClockPlan plan;

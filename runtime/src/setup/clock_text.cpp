@@ -8,7 +8,7 @@ std::string with_clock_remedy(const ecat_master::Error& error) {
   auto sentence = ecat_master::describe(error);
   const auto* not_locked = error.as<ecat_master::facts::NotLocked>();
   if (not_locked == nullptr) return sentence;
-  // The sentence of these causes already names the remedy.
+  // The sentences of these causes already contain the remedy.
   if (not_locked->cause == LockCause::kNoReference || not_locked->cause == LockCause::kFrequencyLimit) return sentence;
   return sentence +
          "; the limit is a hundredth of the cycle: choose a longer one ([line] cycle_us) or give each end of the wire "

@@ -12,7 +12,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// The EEPROM content `image` with another station alias.
+/// Returns the EEPROM content `image` with another station alias.
 std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t alias) {
   constexpr std::size_t kAlias = 8;
   constexpr std::size_t kChecksum = 14;
@@ -22,8 +22,8 @@ std::vector<std::byte> with_alias(std::vector<std::byte> image, std::uint16_t al
   return image;
 }
 
-/// The simulated slave has the serial number that the line description expects; where that leaves a choice, its number
-/// on the line if it is one that is accepted.
+/// Returns the serial number that the line description expects; if it accepts several, the number on the line if that
+/// is accepted.
 std::uint32_t serial_number_of(const SlaveConfig& config, std::uint32_t number) {
   return config.plan.serial.accepts(number) ? number : config.plan.serial.value;
 }
@@ -34,20 +34,20 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   options.al.device_id = config.plan.device_id.value_or(0);
   options.sii_image = config.sii_content;
   auto device = config.device->simulate({config.name, serial_number_of(config, number)});
-  // The simulated slave is the one that the description expects.
+  // The simulated slave must be the one that the description expects.
   if (options.sii_image.empty() && config.plan.alias)
     options.sii_image = with_alias(device->profile().sii_image, *config.plan.alias);
   return std::make_unique<slaves::Slave>(std::move(device), options);
 }
 
-/// Of an axis with a modulo; another counts as its drive is set.
+/// Writes the range of an axis with a modulo; other axes keep the range of their drive.
 void add_range(const ecat_master::AxisConfig& axis, std::vector<ecat_master::StartupSdo>& sdos) {
   if (axis.range_min >= axis.range_max) return;
   sdos.push_back(ecat_master::startup_sdo(0x607B, 1, axis.range_min));
   sdos.push_back(ecat_master::startup_sdo(0x607B, 2, axis.range_max));
 }
 
-/// When the SYNC0 of a slave comes behind the frames, and how often.
+/// Time from the frames to SYNC0 of a slave, and cycle of SYNC0.
 struct SyncPlace {
   std::chrono::nanoseconds to_sync0{};
   std::chrono::nanoseconds cycle{};
@@ -75,8 +75,9 @@ ecat_master::SetpointWay setpoint_way(const LineConfig& config, const ecat_maste
   return way;
 }
 
-/// A drive moves from one setpoint to the next while it is given one further on: a torque offset, which it uses at
-/// once, belongs to the middle of that. Where the inertia alone is fed forward it leaves with the setpoint.
+/// Returns the cycles by which a torque offset is delayed: the drive interpolates towards a setpoint after receiving
+/// it, but uses the offset at once, so the offset belongs to the middle of the interpolation. If only the inertia is
+/// fed forward, the offset is sent with the setpoint.
 double offset_delay(double setpoint_delay_cycles, ecat_master::SetpointWay way) {
   way.interpolation = 0;
   const double interpolation = setpoint_delay_cycles - ecat_master::setpoint_delay_cycles(way);
@@ -118,7 +119,7 @@ std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config) {
       plan.startup_sdos = drive_rules(config, slave).startup_sdos(*axis, period);
       add_range(*axis, plan.startup_sdos);
       plan.pdos = ecat_master::axis_pdo_configuration();
-      // PDOs of the user's choice may be without 6060h.
+      // PDOs chosen by the user may lack 6060h.
       if (slave.plan.pdos) plan.startup_sdos.push_back(ecat_master::mode_sdo(axis->mode));
     } else {
       plan.own_pdos = !slave.plan.pdos;
@@ -152,11 +153,11 @@ std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_ma
     const auto way = setpoint_way(config, axis, master);
     if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = ecat_master::setpoint_delay_cycles(way);
     if (axis.feed_forward.any()) axis.offset_delay_cycles = offset_delay(*axis.setpoint_delay_cycles, way);
-    // The description names slaves; those with an alias may be anywhere on the line. All are there, or configure() had
-    // failed.
+    // The description names slaves; those with an alias may be anywhere on the line. All are present, otherwise
+    // configure() would have failed.
     axis.slave = master.position_of(axis.slave).value_or(axis.slave);
     const auto& plan = master.slaves()[axis.slave].plan;
-    // The loss of a hot-connected slave does not stop the others.
+    // The loss of a hot-connect slave does not stop the others.
     if (plan.hot_connect) axis.on_loss = ecat_master::LossPolicy::kContinue;
     axes.emplace_back(axis, master.image().places()[axis.slave], plan.pdos);
   }

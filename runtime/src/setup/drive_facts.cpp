@@ -30,14 +30,14 @@ constexpr std::uint16_t kSupportedModes = 0x6502;
 constexpr unsigned kVelocityTurned = 0x40;  // bits of 607Eh
 constexpr unsigned kPositionTurned = 0x80;
 
-/// Takes facts out of objects, one after the other, until one of them cannot be had for another reason than that the
-/// drive does not have it. `Read`: of index and sub-index, their data.
+/// Reads facts from objects, one after another, until an object cannot be read for a reason other than that the drive
+/// does not have it. `Read` returns the data of an index and sub-index.
 template <typename Read>
 class FactReader {
  public:
   explicit FactReader(const Read& read) : read_(read) {}
 
-  /// Left out: the drive does not have it, or in another size.
+  /// Leaves `to` empty if the drive does not have the object, or has it in another size.
   template <typename T>
   void take(std::uint16_t index, std::uint8_t subindex, std::optional<T>& to) {
     if (error_) return;
@@ -46,7 +46,7 @@ class FactReader {
     if (data || data.error().template as<ecat_master::facts::SdoAbort>() != nullptr) return;
     error_ = data.error();
   }
-  /// Left out without either of both.
+  /// Leaves `to` empty unless both objects can be read.
   void take(std::uint16_t index, std::optional<DriveRatio>& to) {
     std::optional<std::uint32_t> numerator;
     std::optional<std::uint32_t> divisor;
@@ -61,7 +61,7 @@ class FactReader {
   std::optional<ecat_master::Error> error_{};
 };
 
-/// `range`: 607Bh counts.
+/// `range`: also reads 607Bh.
 template <typename Read>
 ecat_master::Result<DriveFacts> facts_of(const Read& read, bool range) {
   DriveFacts facts;
@@ -80,12 +80,12 @@ ecat_master::Result<DriveFacts> facts_of(const Read& read, bool range) {
   return facts;
 }
 
-/// Everything that is asked of one drive, under way.
+/// All requests to one drive, in progress.
 class DriveInquiry {
  public:
   DriveInquiry(ecat_master::MailboxEngine& engine, std::uint16_t position, bool range)
       : coe_(engine, position), range_(range) {
-    // All at once; the answers are read in this order.
+    // Start all requests at once; the answers are read in this order.
     const auto ask = [this](std::uint16_t index, std::uint8_t subindex) -> ObjectData {
       asked_.push_back(coe_.start_upload({index, subindex, false}));
       return {};
@@ -109,7 +109,7 @@ std::optional<double> usable(const std::optional<DriveRatio>& ratio) noexcept {
   return static_cast<double>(ratio->numerator) / ratio->divisor;
 }
 
-/// "pp, pv, csp": those of 6502h.
+/// Returns the modes of 6502h, "pp, pv, csp".
 std::string mode_names(std::uint32_t modes) {
   constexpr std::array<std::string_view, 10> kNames{"pp", "vl", "pv", "tq", "", "hm", "ip", "csp", "csv", "cst"};
   std::vector<std::string_view> names;
@@ -131,14 +131,15 @@ Result<void> take_modes(ecat_master::AxisConfig& axis, const DriveFacts& facts) 
   return {};
 }
 
-/// The master tells the drive torques, or may be asked to.
+/// Whether the master sends torques to the drive, or may be requested to.
 bool uses_torques(const ecat_master::AxisConfig& axis) {
   return axis.mode == ecat_master::cia402::Mode::kCyclicTorque || axis.velocity_gain > 0.0 || axis.inertia > 0.0 ||
          axis.feed_forward.any();
 }
 
-/// A drive that turns the sign of positions alone would run away under the loops of the master; one that turns both,
-/// but no torques, for which 607Eh has no bit (CiA 402-2; MSD manual 2361-2372), under its torques.
+/// Refuses a drive that inverts only positions: it would run away under the control loops of the master. A drive that
+/// inverts positions and velocities but not torques, for which 607Eh has no bit (CiA 402-2; MSD manual 2361-2372),
+/// would run away when it is commanded by torques.
 Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   const unsigned polarity = facts.polarity.value_or(0);
   const bool position = (polarity & kPositionTurned) != 0;
@@ -182,7 +183,7 @@ void take_range(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   axis.range_max = highest;
 }
 
-/// 604Ch is signed (CiA 402-2), and 1 in a drive without it.
+/// Reads 604Ch, which is signed (CiA 402-2); a drive without it has the factor 1.
 void take_velocity_count(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   constexpr double kPerMinute = 1.0 / 60.0;
   double factor = 1.0;
@@ -202,7 +203,7 @@ std::optional<double> increments_per_revolution(const DriveFacts& facts) noexcep
 }
 
 DriveFacts ask_drive_facts(const ReadObject& read) {
-  // Nothing is as long as no object.
+  // An empty answer means that the object does not exist.
   const auto data = [&read](std::uint16_t index, std::uint8_t subindex) -> ObjectData {
     return read(index, subindex).value_or(std::vector<std::byte>{});
   };
@@ -217,7 +218,7 @@ std::vector<ecat_master::Result<DriveFacts>> read_drive_facts(ecat_master::Maste
     const auto position = master.position_of(axis.slave).value_or(axis.slave);
     const auto& slave = master.slaves()[position];
     if (!slave.present || !slave.mailbox || !slave.info.description.mailbox.coe) continue;
-    // A modulo has been written at start-up.
+    // The range of an axis with a modulo has been written at start-up.
     inquiry.emplace(master.mailboxes(), slave.info.ref.position, axis.range_min >= axis.range_max);
   }
   std::vector<ecat_master::Result<DriveFacts>> facts;

@@ -27,7 +27,7 @@ Result<void> give_names(const LineConfig& config, ProcessVariables& variables) {
   return {};
 }
 
-/// The axis whose cycle writes this output; nothing when it is free.
+/// Returns the axis whose cycle writes this output; null: the output is free.
 const ecat_master::AxisConfig* writer_of(const LineConfig& config, const ProcessVariable& variable) {
   const auto axis = std::find_if(config.axes.begin(), config.axes.end(), [&](const auto& a) {
     return !a.is_virtual() && config.slaves[a.slave].name == variable.slave_name;
@@ -104,7 +104,7 @@ Result<void> check_planned_pdos(const LineConfig& config, std::span<const ecat_m
     if (!file && config.esi_library) {
       file = config.esi_library->find(found.vendor_id, found.product_code, found.revision);
     }
-    // PDOs of modules are not in the file: the slave knows best what it has.
+    // PDOs of modules are not in the file: only the slave knows them.
     if (!file || (file->rx_pdos.empty() && file->tx_pdos.empty())) continue;
     auto pdos = plans[*tables[i]].pdos;
     const bool planned = !pdos.outputs.empty() || !pdos.inputs.empty();

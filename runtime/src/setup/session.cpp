@@ -23,7 +23,7 @@ std::vector<std::string> interfaces_of(const LineConfig& config) {
   return interfaces;
 }
 
-/// Why frames of any length do not pass an interface; empty: they do.
+/// Returns why long frames do not pass an interface; empty: they do.
 std::string too_short_for_frames(const std::string& interface) {
   constexpr std::uint32_t kWholeFrame = 1500;
   const auto facts = port::read_interface_facts(interface);
@@ -107,7 +107,8 @@ Result<void> Session::take_options(const BusOptions& options, const Adjust& adju
     return fail(ErrorKind::kSetting, "stands beside [bus] launch_ahead_us: the two ends of a ring send at once",
                 "interface2");
   }
-  // A simulated line in this process may run anywhere; where drives may hang on the wire, it must be said.
+  // A simulated line in this process needs no real-time settings; with drives on the wire, running without them must be
+  // permitted explicitly.
   config.realtime.policy =
       config.policy.value_or(config.interface ? rt::RealtimePolicy::kEnforce : rt::RealtimePolicy::kDegrade);
   virtual_time_ = options.virtual_time;
@@ -155,7 +156,7 @@ Result<std::unique_ptr<port::InterfacePort>> Session::open_interface(const std::
       early ? port::open_launching_interface(interface, *early, may_fall_back, *clock_)
             : port::open_interface(interface, cycle_ ? config_.port : port::PortChoice::kRaw, may_fall_back, *clock_);
   if (!opened) return fail(ErrorKind::kMachine, opened.error().message);
-  // Already the search for slaves has frames of the greatest length.
+  // Even the scan for slaves uses frames of the maximum length.
   if (auto trouble = too_short_for_frames(interface); !trouble.empty()) {
     return fail(ErrorKind::kMachine, std::move(trouble));
   }
@@ -194,7 +195,7 @@ std::string Session::no_link() const {
 }
 
 void Session::join_ends(port::Port& primary, port::Port& secondary) {
-  // Half of an answer waits for the other half for half of the cycle at most: the cycle itself waits three quarters.
+  // Wait for half of an answer at most half of the cycle: the cycle itself waits three quarters.
   port::RedundantPort::Settings settings;
   settings.half_wait = std::max(settings.half_wait, config_.period / 2);
   ring_ = std::make_unique<port::RedundantPort>(primary, secondary, *clock_, settings);

@@ -13,14 +13,14 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Forwarding of a slave there and back, where the ports do not tell.
+/// Forwarding delay of a slave in both directions, if the ports do not measure it.
 constexpr nanoseconds kAssumedDelay{1000};
 
 double us(nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
 }
 
-/// A mailbox is written and read as a whole, in one datagram.
+/// Returns the longest mailbox; it is written and read as a whole, in one datagram.
 std::size_t longest_mailbox(const ecat_master::Master& master) {
   using Use = esi::SyncManager::Use;
   std::size_t bytes = 0;
@@ -47,7 +47,7 @@ WireBudget wire_budget(const ecat_master::Master& master, const LineConfig& conf
   budget.line = master.slaves().size() * kAssumedDelay;
   const auto& topology = master.topology();
   if (const auto first = topology.first(); first && topology.slaves[*first].span_ns > 0) {
-    // The time behind the first slave, and that through itself.
+    // Time from the first slave to the end of the line and back, plus the delay of the first slave itself.
     budget.line = nanoseconds{topology.slaves[*first].span_ns} + kAssumedDelay;
     budget.line_measured = true;
   }

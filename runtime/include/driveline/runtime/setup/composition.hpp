@@ -17,46 +17,46 @@
 
 namespace driveline::runtime {
 
-/// The simulated slaves that `config` describes, in their order.
+/// Makes the simulated slaves that `config` describes, in their order.
 [[nodiscard]] std::vector<std::unique_ptr<slaves::Slave>> make_simulated_slaves(const LineConfig& config);
 
-/// Builds the simulated line that `config` describes and switches it on. The cable back from the far end of a ring is
-/// unplugged at the master's side without a `second_interface` there.
+/// Builds the simulated line that `config` describes and switches it on. Without `second_interface`, the return cable
+/// of a ring is unplugged at the master.
 [[nodiscard]] std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock,
                                                                 bool second_interface = false);
 
-/// Plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
+/// Makes the plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
 [[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);
 
-/// Cycles between a position setpoint of `axis` and the actual position that belongs to it, calculated from its drive,
-/// group and clock. After Master::configure().
+/// Returns the cycles between a position setpoint of `axis` and the corresponding actual position, calculated from its
+/// drive, group and clock. Call after Master::configure().
 [[nodiscard]] double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
                                     const ecat_master::Master& master);
 
-/// How old the inputs of a slave are when a frame fetches them: since the SYNC0 that has latched them; 0 without one.
-/// `slave`: number of its [[slave]]. After Master::configure().
+/// Returns the age of the inputs of a slave when a frame fetches them: the time since the SYNC0 that latched them; 0
+/// without SYNC0. `slave`: number of its [[slave]]. Call after Master::configure().
 [[nodiscard]] std::chrono::nanoseconds input_age(std::size_t slave, const ecat_master::Master& master);
 
-/// The axes of the motion, in the order of the description, each at the place that its slave has on the line. An axis
-/// of a hot-connected slave does not stop the others when it is lost. After Master::configure() by make_slave_plans().
+/// Makes the axes of the motion, in the order of the description, each at the position of its slave on the line. The
+/// loss of a hot-connect axis does not stop the others. Call after Master::configure() with make_slave_plans().
 [[nodiscard]] std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master);
 
-/// How the axes are moved: along the [path], else from where they stand.
+/// Returns the settings of the motion: along the [path], else from the present positions.
 [[nodiscard]] ecat_master::Motion::Settings motion_settings(const LineConfig& config);
-/// Settings of axes that are commanded one by one.
+/// Returns the settings of axes that are commanded individually.
 [[nodiscard]] ecat_master::SingleAxes::Settings single_axis_settings(const LineConfig& config);
 
-/// How process data are exchanged: period, time for the answers, room for acyclic work. Without copies, tasks and
-/// flight recorder. After Master::configure().
+/// Returns how process data are exchanged: period, time for the answers, room for acyclic frames. Without copies, tasks
+/// and flight recorder. Call after Master::configure().
 [[nodiscard]] ecat_master::CyclicCore::Settings cycle_settings(const LineConfig& config,
                                                                const ecat_master::Master& master);
 
-/// Configuration of a line without a description: the slaves of `found`, named slave0, slave1 and so on, each with the
-/// process data that it has assigned by itself.
+/// Returns the configuration of a line without a description: the slaves of `found`, named slave0, slave1 and so on,
+/// each with the process data that it has assigned itself.
 [[nodiscard]] std::vector<SlaveConfig> describe_found(std::span<const ecat_master::ConfiguredSlave> found);
 
-/// Number of the [[slave]] table for each slave of the line. Where the line differs from its description, which is
-/// refused later, the order of the file counts.
+/// Returns the number of the [[slave]] table for each slave of the line. Uses the order of the file if the line differs
+/// from its description, which is refused later.
 [[nodiscard]] std::vector<std::optional<std::size_t>> tables_of(const LineConfig& config,
                                                                 std::span<const ecat_master::ConfiguredSlave> slaves);
 

@@ -13,29 +13,30 @@
 
 namespace driveline::runtime {
 
-/// Layout and groups of the process image, and the descriptions out of [bus] esi.
+/// Returns layout and groups of the process image, and the descriptions from [bus] esi.
 [[nodiscard]] ecat_master::Master::Settings master_settings(const LineConfig& config);
 
-/// After Master::scan(): checks the planned PDOs (those of an axis, [[slave.pdo]], else those that the file assigns)
-/// against the ESI files of the slaves (their own, or from [bus] esi). Error: the first rule that is broken.
+/// Call after Master::scan(): checks the planned PDOs (those of an axis, those in [[slave.pdo]], else those that the
+/// file assigns) against the ESI files of the slaves (their own, or from [bus] esi). Error: the first rule that is
+/// violated.
 [[nodiscard]] Result<void> check_planned_pdos(const LineConfig& config,
                                               std::span<const ecat_master::ConfiguredSlave> slaves);
 
-/// After Master::configure(): checks that the process data of every axis contain the objects that its mode needs, also
-/// where the PDOs are the slave's own. Error: the missing objects.
+/// Call after Master::configure(): checks that the process data of every axis contain the objects that its mode needs,
+/// even if the slave assigned the PDOs itself. Error: the missing objects.
 [[nodiscard]] Result<void> check_axis_objects(const LineConfig& config, const ecat_master::Master& master);
 
-/// The process data of a configured line with the names of the file, and the copies of every cycle.
+/// Process data of a configured line with the names of the file, and the copies of every cycle.
 struct NamedProcessData {
   ecat_master::ProcessVariables variables;
   std::vector<ecat_master::ProcessDataCopy> copies;
 };
 
-/// After Master::configure(). Error with file and line: an unknown name, a copy between entries of different size, or
-/// onto an entry that an axis or another copy writes.
+/// Call after Master::configure(). Errors, with file and line: an unknown name, a copy between entries of different
+/// size, or a copy to an entry that an axis or another copy writes.
 [[nodiscard]] Result<NamedProcessData> name_process_data(const LineConfig& config, const ecat_master::Master& master);
 
-/// An output by its name that neither an axis nor one of the copies writes. Error with that `place` of the file.
+/// Finds an output by name that neither an axis nor a copy writes. Error: with this `place` of the file.
 [[nodiscard]] Result<ecat_master::ProcessVariable> find_free_output(
     const LineConfig& config, std::string_view name, const std::string& place,
     const ecat_master::ProcessVariables& variables, std::span<const ecat_master::ProcessDataCopy> copies);

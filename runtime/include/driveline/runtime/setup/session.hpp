@@ -22,77 +22,77 @@ namespace driveline::runtime {
 struct BusOptions {
   std::string config;      ///< line description; may be empty when `interface` is given
   std::string interface;   ///< replaces the simulated line of the file
-  std::string interface2;  ///< at the far end of a ring
+  std::string interface2;  ///< interface at the far end of a ring
   bool virtual_time = false;
-  bool cycle = false;        ///< a cycle is to run: [bus] port of the file counts. Else a packet socket will do
-  DeviceRegistry devices{};  ///< the families that the line description may name
+  bool cycle = false;        ///< a cycle will run: use [bus] port of the file; otherwise a packet socket suffices
+  DeviceRegistry devices{};  ///< families that the line description may name
 };
 
-/// Takes the locks of `interfaces`. Error: another process has one of them (kInterfaceBusy); `would` says in the
-/// sentence what this process was about to do. With `force` a lock that is taken is left out.
+/// Takes the locks of `interfaces`. Error: another process holds one of them (kInterfaceBusy); `would` is what this
+/// process was about to do, for the sentence. With `force`, locks of other processes are skipped.
 [[nodiscard]] Result<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string> interfaces, bool force,
                                                                   std::string_view would);
 
-/// An open bus: clock, port, and the simulated line or interface behind the port.
+/// An open bus: clock, port, and the simulated line or interface of the port.
 class Session {
  public:
-  /// Changes or refuses a configuration that has been read, before anything is opened.
+  /// Changes or refuses a configuration before anything is opened.
   using Adjust = std::function<Result<void>(LineConfig&)>;
 
   /// Reads the configuration, opens the interface or builds the simulated line, and the capture if it is configured.
   [[nodiscard]] static Result<std::unique_ptr<Session>> open(const BusOptions& options, const Adjust& adjust = {});
-  /// The same for a configuration in memory; BusOptions::config is ignored.
+  /// Same for a configuration in memory; BusOptions::config is ignored.
   [[nodiscard]] static Result<std::unique_ptr<Session>> open(LineConfig config, const BusOptions& options,
                                                              const Adjust& adjust = {});
 
-  /// Finishes a capture that close_capture() has not.
+  /// Finishes the capture unless close_capture() has done so.
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   /// Tells other processes of this program that the line on these interfaces has a master, as long as the session
-  /// lives. `would`: what this process is about to do to the line, for the sentence of the error. Error: another
-  /// process has claimed the line before; not with `force`. Does nothing for a line in this process.
+  /// exists. `would`: what this process is about to do to the line, for the sentence of the error. Error: another
+  /// process has claimed the line; not with `force`. Does nothing for a line in this process.
   [[nodiscard]] Result<void> claim(bool force, std::string_view would);
   /// Whether another process of this program has claimed the line.
   [[nodiscard]] bool claimed_by_another() const;
 
-  /// Why no frame can pass now, with the remedy; empty: one of the interfaces has a link, or the line is simulated in
-  /// this process.
+  /// Returns why no frame can pass now, with the remedy; empty: one of the interfaces has a link, or the line is
+  /// simulated in this process.
   [[nodiscard]] std::string no_link() const;
 
-  /// The configuration with the options applied.
+  /// Returns the configuration with the options applied.
   [[nodiscard]] const LineConfig& config() const noexcept { return config_; }
   /// Whether there is a line description.
   [[nodiscard]] bool has_config() const noexcept { return has_config_; }
-  /// For a line without a description: uses the slaves that were found in place of those of a file.
+  /// For a line without a description: sets the slaves that were found instead of those of a file.
   void use_found_slaves(std::vector<SlaveConfig> slaves) { config_.slaves = std::move(slaves); }
-  /// Clock of the bus: monotonic, or virtual.
+  /// Returns the clock of the bus: monotonic or virtual.
   [[nodiscard]] rt::Clock& clock() noexcept { return *clock_; }
-  /// The port of the bus, behind the capture if there is one.
+  /// Returns the port of the bus; frames pass the capture if there is one.
   [[nodiscard]] port::Port& port() noexcept { return capture_ ? static_cast<port::Port&>(*capture_) : *wire_; }
-  /// The two ends of a ring; null: the line has one end.
+  /// Returns the two ends of a ring; null: the line has one end.
   [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
-  /// The line in this process; null: the bus is a network interface.
+  /// Returns the line in this process; null: the bus is a network interface.
   [[nodiscard]] slaves::Line* simulated_line() const noexcept { return line_.get(); }
   /// An interface of the bus, and how it was opened.
   struct Wire {
-    std::string interface;                ///< its name
+    std::string interface;                ///< name of the interface
     std::string way;                      ///< port::InterfacePort::way()
     std::vector<std::string> steps_down;  ///< port::OpenInterface::steps_down
   };
-  /// One for each end; none: the line is simulated in this process.
+  /// Returns one entry for each end; empty: the line is simulated in this process.
   [[nodiscard]] const std::vector<Wire>& wires() const noexcept { return wires_; }
-  /// How long before they leave the port takes frames and holds them back (Port::hold_until()); 0: it sends at once.
+  /// Returns the time by which the port takes frames before they leave (Port::hold_until()); 0: it sends at once.
   [[nodiscard]] std::chrono::nanoseconds launch_ahead() const noexcept { return launch_ahead_; }
   /// Whether the bus runs on virtual time.
   [[nodiscard]] bool virtual_time() const noexcept { return virtual_time_; }
   /// Result of a capture.
   struct Capture {
     std::optional<std::filesystem::path> file;  ///< none: no capture, or no frames
-    std::uint64_t dropped = 0;                  ///< frames that are missing in it
+    std::uint64_t dropped = 0;                  ///< frames that are missing in the file
   };
-  /// Finishes the capture, if there is one, once nothing uses the port any more.
+  /// Finishes the capture, if there is one. Call once nothing uses the port any more.
   [[nodiscard]] Result<Capture> close_capture();
 
  private:
@@ -101,7 +101,7 @@ class Session {
   [[nodiscard]] Result<void> open_bus();
   [[nodiscard]] Result<void> open_interfaces();
   [[nodiscard]] Result<std::unique_ptr<port::InterfacePort>> open_interface(const std::string& interface);
-  /// Error: none of the interfaces has a link.
+  /// Returns an error if none of the interfaces has a link.
   [[nodiscard]] Result<void> must_have_link() const;
   void join_ends(port::Port& primary, port::Port& secondary);
 

@@ -15,22 +15,22 @@ namespace driveline::runtime {
 
 /// An axis that a task drives.
 struct TaskAxis {
-  std::size_t number = 0;                    ///< in TaskCycle::axes, and in the line description
-  ecat_master::DrivenAxis* drive = nullptr;  ///< what commands it; lives as long as the line runs
+  std::size_t number = 0;                    ///< index in TaskCycle::axes and in the line description
+  ecat_master::DrivenAxis* drive = nullptr;  ///< commands the axis; lives as long as the line runs
 };
 
-/// Input of the set-up of a task; the task may keep the references.
+/// Input for the preparation of a task; the task may store the references.
 struct TaskSetup {
   const LineConfig& config;                           ///< lives as long as the line
   const ecat_master::ProcessVariables& process_data;  ///< handles by name: process_data.entry<bool>("io.Input 1")
-  std::span<const TaskAxis> axes;                     ///< those of TaskPlan::drives, in that order
+  std::span<const TaskAxis> axes;                     ///< the axes of TaskPlan::drives, in that order
 };
 
-/// Work of the application in the cycle of a Line.
+/// A task of the application in the cycle of a Line.
 class Task : public ecat_master::CycleTask {
  public:
-  /// The line is configured, and the cycle is about to begin. On the thread that runs the line. An error ends the run
-  /// before anything has moved.
+  /// Called when the line is configured and the cycle is about to start, on the thread that runs the line. An error
+  /// ends the run before anything has moved.
   [[nodiscard]] virtual Result<void> prepare(const TaskSetup& setup) {
     static_cast<void>(setup);
     return {};
@@ -39,8 +39,8 @@ class Task : public ecat_master::CycleTask {
 
 /// Settings of a task.
 struct TaskPlan {
-  std::string name;                   ///< in the report; unique on the line, not empty
-  ecat_master::TaskTiming timing{};   ///< in which cycles, and where in them
+  std::string name;                   ///< name in the report; unique on the line, not empty
+  ecat_master::TaskTiming timing{};   ///< cycles in which it runs, and when in the cycle
   std::vector<std::string> drives{};  ///< names of the axes that it commands instead of a path
 };
 
