@@ -14,10 +14,10 @@ using snapshot::StreamedSetpoint;
 using stream::EndReason;
 using stream::RecordKind;
 
-/// From one event about refused streams to the next.
+/// Interval between two events about refused streams.
 constexpr std::chrono::seconds kRefusalEvents{1};
 
-/// A text of a client goes to terminals, files and subscribers.
+/// Returns the text of a client with only printable ASCII: it reaches terminals, files and subscribers.
 std::string clean(std::string_view text) {
   std::string result(text.empty() ? "?" : text);
   std::replace_if(
@@ -25,7 +25,7 @@ std::string clean(std::string_view text) {
   return result;
 }
 
-/// In the words of a client in shared memory; nonsense stays nonsense, and is counted as such by the session.
+/// Converts to the record of a client in shared memory; invalid data stay invalid and are counted by the session.
 stream::SetpointRecord record_of(const StreamedSetpoint& from, bool same_axes) {
   stream::SetpointRecord record;
   const auto kind = static_cast<SetpointKind>(from.kind);
@@ -91,7 +91,7 @@ Result<RemoteStreams::Stream*> RemoteStreams::begin(const StreamedSetpoint& reco
   SessionWatch watch(std::move(peer), *std::move(axes), **session);
   auto& stream =
       streams_.emplace_back(Stream{record.participant, record.client, *std::move(session), ring, std::move(watch)});
-  static_cast<void>(hub_.add(*stream.session));  // no: look() finds it over
+  static_cast<void>(hub_.add(*stream.session));  // if the hub is full, look() finds the session over
   stream.watch.tell_begin([this](EventFacts facts, Severity) { events_.push_back(std::move(facts)); });
   return &stream;
 }
@@ -125,7 +125,8 @@ bool RemoteStreams::his(std::size_t axis, std::uint64_t lease, const std::string
   return authority_.goes_on(axis, lease) && authority_.holds(axis, owner);
 }
 
-/// True: all axes are his. An axis that he has lost and acquired again has another lease.
+/// Passes new leases to the session: an axis that was lost and acquired again has another lease. Returns true if the
+/// client owns all axes.
 bool RemoteStreams::lease_again(Stream& stream, const StreamedSetpoint& record, const std::string& owner) {
   const auto& axes = stream.watch.axes();
   if (record.axis_count != axes.size()) return false;
@@ -143,7 +144,7 @@ void RemoteStreams::write(Stream& stream, const StreamedSetpoint& record) {
   const auto& axes = stream.watch.axes();
   bool same = record.axis_count == axes.size() && record.target_count == axes.size();
   for (std::size_t i = 0; same && i < axes.size(); ++i) same = record.axes[i].name.view() == axes[i].name;
-  // What finds no room is missing by its number.
+  // A record for which there is no room is dropped; the gap in the numbers reveals it.
   static_cast<void>(stream.ring.try_push(record_of(record, same)));
 }
 
@@ -178,7 +179,7 @@ void RemoteStreams::look_at(Stream& stream, Instant now) {
     if (std::holds_alternative<events::StreamSetpointRefused>(facts)) stream.text = describe(Event{facts});
     events_.push_back(std::move(facts));
   };
-  // Before the look, which is the last one then.
+  // Checked before look(), so that the last look() comes after the end of the session.
   stream.over = !hub_.holds(*stream.session);
   stream.watch.look(note);
   bool leased = false;
@@ -198,7 +199,7 @@ void RemoteStreams::report(Stream& stream, Instant now) {
   auto& report = reports_.emplace_back();
   report.participant = stream.participant;
   report.client = stream.client;
-  // The numbers are the same.
+  // Both enumerations have the same numbers.
   report.state = static_cast<std::uint32_t>(status.state);
   report.stream_ns = status.stream_ns;
   report.newest_ns = status.newest_ns;

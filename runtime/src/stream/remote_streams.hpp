@@ -22,36 +22,36 @@
 
 namespace driveline::runtime {
 
-/// Streams of setpoints whose clients are elsewhere: each has a session in the cycle as a client in shared memory has,
-/// with the same checks and the same end, and this object writes into its ring. The axes are the client's by the leases
-/// that he names in every record; a lease that ends takes its axis out of the stream.
+/// Streams of setpoints from remote clients. Each stream has a session in the cycle, like a client in shared memory,
+/// with the same checks and the same end; this object writes into the ring of the session. The client owns the axes by
+/// the leases that it names in every record; when a lease ends, its axis leaves the stream.
 ///
-/// Belongs to one thread at a time; destroyed when the cycle does not run.
+/// Belongs to one thread at a time; destroy it while the cycle does not run.
 class RemoteStreams {
  public:
-  /// At a time; room remains for clients in shared memory.
+  /// Most streams at a time; the remaining sessions are for clients in shared memory.
   static constexpr std::size_t kMostStreams = StreamHub::kMostSessions / 2;
-  /// From one report about a stream to the next, if nothing else happens; of refusals of new streams, too.
+  /// Interval of the reports about a stream if nothing else happens, and of the reports about refused streams.
   static constexpr std::chrono::milliseconds kReportInterval{20};
 
-  /// `axes`: that may be streamed to. `hub` and `authority` must outlive it.
+  /// `axes`: axes that accept streams. `hub` and `authority` must outlive it.
   RemoteStreams(StreamHub& hub, const AxisAuthority& authority, const StreamSettings& settings,
                 std::vector<StreamAxis> axes, std::chrono::nanoseconds period)
       : hub_(hub), authority_(authority), settings_(settings), axes_(std::move(axes)), period_(period) {}
 
-  /// One record, of which nothing is believed but whose it is: `owner`, as his leases have him. True: all axes in it
-  /// are his.
+  /// Processes one record, which is not trusted except for `owner`, the name of the client in its leases. Returns true
+  /// if the client owns all axes of the record.
   bool take(const snapshot::StreamedSetpoint& record, const std::string& owner, std::chrono::nanoseconds now);
-  /// Looks after the streams. To be called every few milliseconds.
+  /// Supervises the streams. Call every few milliseconds.
   void look(std::chrono::nanoseconds now);
-  /// All streams end, their axes come to rest.
+  /// Ends all streams; their axes come to rest.
   void end_all(stream::EndReason reason);
-  /// What comes is for the line before this one, or the line ends: no new streams.
+  /// Refuses new streams from now on, because the line ends.
   void close() noexcept { closed_ = true; }
 
-  /// Since the last call.
+  /// Returns the reports since the last call.
   [[nodiscard]] std::vector<snapshot::StreamReport> take_reports() { return std::exchange(reports_, {}); }
-  /// Likewise.
+  /// Returns the events since the last call.
   [[nodiscard]] std::vector<EventFacts> take_events() { return std::exchange(events_, {}); }
 
  private:
@@ -62,10 +62,10 @@ class RemoteStreams {
     std::unique_ptr<StreamSession> session;
     rt::SharedRingWriter<stream::SetpointRecord> ring;
     SessionWatch watch;
-    std::string text{};  ///< what was wrong last
+    std::string text{};  ///< the last fault
     Instant next_report{};
     stream::SessionState reported = stream::SessionState::kOver;
-    bool over = false;  ///< and told
+    bool over = false;  ///< the session is over, and reported
   };
 
   [[nodiscard]] Stream* find(const snapshot::StreamedSetpoint& record) noexcept;
@@ -91,7 +91,7 @@ class RemoteStreams {
   std::vector<EventFacts> events_;
   Instant next_refusal_{};
   Instant next_refusal_event_{};
-  std::uint64_t untold_ = 0;  ///< refusals
+  std::uint64_t untold_ = 0;  ///< refusals without an event so far
 };
 
 }  // namespace driveline::runtime

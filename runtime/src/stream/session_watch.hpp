@@ -15,36 +15,36 @@
 
 namespace driveline::runtime {
 
-/// An axis that clients may have.
+/// An axis that accepts streams.
 struct StreamAxis {
-  std::string name;      ///< as in the line description
+  std::string name;      ///< name in the line description
   std::size_t axis = 0;  ///< number on the line
   stream::AxisBounds bounds{};
-  trajectory::PositionUnit unit = *trajectory::find_position_unit("rad");  ///< in which people read its positions
+  /// Unit in which its positions are displayed.
+  trajectory::PositionUnit unit = *trajectory::find_position_unit("rad");
 };
 
-/// Tells people what becomes of a session: who came, the first setpoint of each kind that is refused, the end. Belongs
-/// to one thread.
+/// Reports the events of a session: its start, the first refused setpoint of each kind, its end. Belongs to one thread.
 class SessionWatch {
  public:
-  /// Where events go.
+  /// Receives the events.
   using Note = std::function<void(EventFacts, Severity)>;
 
-  /// `axes`: of the session, in its order. `session` must outlive it.
+  /// `axes`: axes of the session, in its order. `session` must outlive it.
   SessionWatch(StreamPeer peer, std::vector<StreamAxis> axes, StreamSession& session);
 
-  /// Tells of the beginning.
+  /// Reports the start of the session.
   void tell_begin(const Note& note) const;
-  /// Looks at the status, and tells what is new in it.
+  /// Reads the status, and reports what is new in it.
   void look(const Note& note);
-  /// Tells of the end.
+  /// Reports the end of the session.
   void tell_end(const Note& note) const;
 
-  /// Whose it is.
+  /// Returns the client.
   [[nodiscard]] const StreamPeer& peer() const noexcept { return peer_; }
-  /// Of the session.
+  /// Returns the axes of the session.
   [[nodiscard]] const std::vector<StreamAxis>& axes() const noexcept { return axes_; }
-  /// The status of the last look.
+  /// Returns the status at the last look().
   [[nodiscard]] const stream::StatusRecord& status() const noexcept { return last_; }
 
  private:

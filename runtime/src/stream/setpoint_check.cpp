@@ -10,9 +10,9 @@ namespace {
 using stream::Refusal;
 using Figure = SetpointFault::Figure;
 
-/// Times beyond it are nonsense, and differences of times within it do not overflow: 146 years.
+/// Times beyond this (146 years) are invalid; differences of valid times do not overflow.
 constexpr std::int64_t kLatestNs = std::int64_t{1} << 62;
-/// A limit that is exceeded by so much is exceeded by rounding.
+/// Factor by which a limit may be exceeded by rounding.
 constexpr double kRounding = 1.0 + 1e-9;
 
 }  // namespace
@@ -64,7 +64,7 @@ std::optional<SetpointCheck::Verdict> SetpointCheck::wrong_target(std::size_t ax
   return wrong(Refusal::kTooFast, Figure::kVelocity, target.velocity, -bounds.max_velocity, bounds.max_velocity);
 }
 
-/// Farther than an axis can go in the time between both.
+/// Whether a target is farther than an axis can move between both setpoints.
 std::optional<SetpointCheck::Verdict> SetpointCheck::too_far(const stream::SetpointRecord& record,
                                                              const stream::SetpointRecord& before) const noexcept {
   const double seconds = 1e-9 * static_cast<double>(record.time_ns - before.time_ns);

@@ -11,25 +11,24 @@
 
 namespace driveline::runtime {
 
-/// Looks at each setpoint of a client before it is believed: the client may have written anything. What times have to
-/// do with one another is left to the trajectory::SetpointStream behind it. Belongs to the cycle; everything but the
-/// constructor is \rtsafe.
+/// Checks each setpoint of a client, which may have written anything. The trajectory::SetpointStream that receives the
+/// setpoints checks the order of their times. Belongs to the cycle; everything except the constructor is \rtsafe.
 class SetpointCheck {
  public:
-  /// What becomes of a setpoint.
+  /// Result of the check of a setpoint.
   struct Verdict {
     bool taken = false;
-    std::optional<stream::Refusal> remark{};  ///< why not; kGap also of one that is taken
-    std::optional<SetpointFault> fault{};     ///< what of which axis; none: it is wrong as a whole
+    std::optional<stream::Refusal> remark{};  ///< reason of a refusal; kGap also for an accepted setpoint
+    std::optional<SetpointFault> fault{};     ///< wrong value and its axis; none: the setpoint is invalid as a whole
   };
 
-  /// `bounds`: of the axes of the client, as their drives count.
+  /// `bounds`: bounds of the client's axes, as their drives count.
   explicit SetpointCheck(std::vector<stream::AxisBounds> bounds);
 
-  /// The positions of setpoints of this axis are those of the drive plus `offset` from now on.
+  /// From now on, positions in setpoints of this axis are those of the drive plus `offset`.
   void set_offset(std::size_t axis, double offset) noexcept { offsets_[axis] = offset; }
 
-  /// `before`: the setpoint that was taken before; null: there is none that this one has to be reached from.
+  /// Checks a setpoint. `before`: last accepted setpoint; null: there is none from which this one must be reached.
   [[nodiscard]] Verdict judge(const stream::SetpointRecord& record, const stream::SetpointRecord* before) noexcept;
 
  private:
@@ -40,7 +39,7 @@ class SetpointCheck {
 
   std::vector<stream::AxisBounds> bounds_;
   std::vector<double> offsets_;
-  std::uint64_t number_ = 0;  ///< the last, taken or not
+  std::uint64_t number_ = 0;  ///< number of the last setpoint, accepted or not
 };
 
 }  // namespace driveline::runtime

@@ -12,7 +12,7 @@ using ecat_master::PlcopenState;
 constexpr bool same(PlcopenState state, stream::AxisState told) {
   return static_cast<std::uint32_t>(state) == static_cast<std::uint32_t>(told);
 }
-// A client knows the states by the header of the stream alone.
+// Clients know the states only by the header of the stream.
 static_assert(same(PlcopenState::kDisabled, stream::AxisState::kDisabled));
 static_assert(same(PlcopenState::kStandstill, stream::AxisState::kStandstill));
 static_assert(same(PlcopenState::kHoming, stream::AxisState::kHoming));

@@ -7,7 +7,7 @@
 
 namespace driveline::runtime {
 
-/// The axes of a line that are commanded by requests, for a StreamHub.
+/// Gives a StreamHub access to the axes of a line that are commanded by requests.
 class SingleAxesDoor final : public StreamAxes {
  public:
   /// `axes` must outlive it.

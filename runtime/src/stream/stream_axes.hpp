@@ -7,26 +7,26 @@
 
 namespace driveline::runtime {
 
-/// What a StreamHub asks of the axes of the line. Belongs to the cycle: \rtsafe.
+/// Interface of a StreamHub to the axes of the line. Belongs to the cycle: \rtsafe.
 class StreamAxes {
  public:
-  /// An axis as the hub sees it.
+  /// State of an axis for the hub.
   struct View {
     stream::AxisState state = stream::AxisState::kDisabled;
-    std::uint32_t error = 0;  ///< of ErrorStop
-    double setpoint = 0.0;    ///< the last one, rad or m, as its requests count
-    double offset = 0.0;      ///< by how much they count higher than the drive
+    std::uint32_t error = 0;  ///< error in ErrorStop
+    double setpoint = 0.0;    ///< last setpoint, rad or m, as requests count
+    double offset = 0.0;      ///< position in requests minus position of the drive, rad or m
   };
 
   virtual ~StreamAxes() = default;
 
-  /// Of this moment.
+  /// Returns the present state of the axis.
   [[nodiscard]] virtual View view(std::size_t axis) const noexcept = 0;
-  /// The axis is to follow its feed.
+  /// Makes the axis follow its feed.
   virtual void follow(std::size_t axis) noexcept = 0;
-  /// The axis is to come to rest.
+  /// Brings the axis to rest.
   virtual void halt(std::size_t axis) noexcept = 0;
-  /// The axis is to be switched on.
+  /// Switches the axis on.
   virtual void power_on(std::size_t axis) noexcept = 0;
 
  protected:

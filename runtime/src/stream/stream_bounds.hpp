@@ -5,8 +5,8 @@
 
 namespace driveline::runtime {
 
-/// What setpoints of an axis may be: positions within its software limits, as the drive counts, without them those that
-/// its 32 bits can say, and its velocity limit.
+/// Returns the bounds of setpoints of an axis: positions within its software limits, as the drive counts, or without
+/// limits those that 32 bits can represent; and its velocity limit.
 [[nodiscard]] stream::AxisBounds stream_bounds(const ecat_master::AxisConfig& axis) noexcept;
 
 }  // namespace driveline::runtime

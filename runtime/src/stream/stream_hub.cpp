@@ -4,7 +4,7 @@
 
 namespace driveline::runtime {
 
-/// The setpoints of one axis: those of the session that has it.
+/// Setpoints of one axis, from the session that owns it.
 class StreamHub::Feed final : public ecat_master::SetpointFeed {
  public:
   [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }
@@ -61,7 +61,8 @@ bool StreamHub::holds(const StreamSession& session) const noexcept {
 }
 
 void StreamHub::update(const ecat_master::TaskCycle& cycle) noexcept {
-  // All before any of them runs: an axis that one has lost has been let go by its feed before the next one gets it.
+  // Bind all sessions before any of them runs, so that the feed of a lost axis is released before another session gets
+  // it.
   for (auto& slot : slots_) {
     if (auto* session = slot.load(std::memory_order_acquire)) bind(*session);
   }
@@ -85,7 +86,7 @@ void StreamHub::bind(StreamSession& session) noexcept {
   }
 }
 
-/// The axes of a session that is over, and those that it has lost.
+/// Releases the feeds of a session that is over, or of axes that it has lost.
 void StreamHub::unbind(StreamSession& session, bool over) noexcept {
   for (std::size_t i = 0; i < session.members().size(); ++i) {
     auto& feed = *feeds_[session.members()[i].axis];

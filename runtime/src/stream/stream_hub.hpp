@@ -15,29 +15,29 @@
 
 namespace driveline::runtime {
 
-/// The sessions of all clients in the cycle: a task before the motion that takes their records, and a feed for each
-/// axis of the line by which the axis gets its setpoints.
+/// The sessions of all clients in the cycle: a task before the motion that processes their records, and a feed for each
+/// axis of the line that supplies its setpoints.
 class StreamHub final : public ecat_master::CycleTask {
  public:
-  /// Clients at a time.
+  /// Most clients at a time.
   static constexpr std::size_t kMostSessions = 32;
 
   /// `axes` must outlive it.
   StreamHub(StreamAxes& axes, std::size_t axis_count);
   ~StreamHub() override;
 
-  /// What an axis follows.
+  /// Returns the feed that an axis follows.
   [[nodiscard]] ecat_master::SetpointFeed& feed(std::size_t axis) noexcept;
 
-  // The owner's thread.
-  /// Hands a session to the cycle; it must live until holds() says no. False: there are too many.
+  // Called on the owner's thread.
+  /// Adds a session to the cycle; it must live until holds() returns false. False: there are too many sessions.
   [[nodiscard]] bool add(StreamSession& session) noexcept;
-  /// There are as many sessions as can be.
+  /// Whether no further session can be added.
   [[nodiscard]] bool full() const noexcept;
-  /// The cycle still uses it.
+  /// Whether the cycle still uses the session.
   [[nodiscard]] bool holds(const StreamSession& session) const noexcept;
 
-  // The cycle's side.
+  // Called by the cycle.
   void update(const ecat_master::TaskCycle& cycle) noexcept override;
 
  private:

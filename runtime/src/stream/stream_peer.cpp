@@ -9,11 +9,11 @@
 namespace driveline::runtime {
 namespace {
 
-/// Groups of the peer, with those beside its own.
+/// Whether the peer has the group among its supplementary groups.
 bool in_group(int socket, gid_t group) {
   std::array<gid_t, 256> groups{};
   socklen_t size = sizeof groups;
-  // More groups than that are an error, and count as none.
+  // A peer with more groups causes an error, and counts as not being in the group.
   if (::getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
   const auto end = groups.begin() + size / sizeof(gid_t);
   return std::find(groups.begin(), end, group) != end;

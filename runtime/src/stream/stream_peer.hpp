@@ -7,10 +7,10 @@
 
 namespace driveline::runtime {
 
-/// Who is at the other end of a connected Unix socket; none: the system does not say.
+/// Returns the peer of a connected Unix socket; none: the system does not tell.
 [[nodiscard]] std::optional<StreamPeer> peer_of(int socket);
 
-/// Root and the user of this process may always.
+/// Whether the peer may stream; root and the user of this process always may.
 [[nodiscard]] bool may_stream(int socket, const StreamPeer& peer, const StreamUsers& allowed);
 
 }  // namespace driveline::runtime

@@ -17,12 +17,12 @@ using std::chrono::steady_clock;
 using stream::EndReason;
 
 constexpr std::size_t kMostVisitors = 8;
-/// For the Hello of a client that has connected.
+/// Time-out for the Hello of a connected client.
 constexpr auto kPatience = std::chrono::seconds{1};
-/// From one event about refused clients to the next.
+/// Interval between two events about refused clients.
 constexpr auto kRefusalInterval = std::chrono::seconds{1};
 
-/// What a client says of itself goes to terminals and files.
+/// Returns the text of a client with only printable ASCII: it reaches terminals and files.
 std::string printable(std::string_view text) {
   std::string result(text.empty() ? "?" : text);
   std::replace_if(
@@ -98,7 +98,7 @@ void StreamServer::hear_visitors() {
   std::erase_if(visitors_, [this](Visitor& visitor) { return hear(visitor); });
 }
 
-/// True: there is nothing more to hear.
+/// Processes the message of a visitor. Returns true if no further message is expected.
 bool StreamServer::hear(Visitor& visitor) {
   const auto message = receive_message(visitor.socket.get());
   if (message.closed) return true;
@@ -158,8 +158,8 @@ Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::He
   return members;
 }
 
-/// A session in the cycle, with a lease of each of its axes. Nothing is taken from anybody before it is clear that it
-/// can be had. After an error `members` have the leases that were taken.
+/// Makes a session in the cycle, with a lease for each of its axes. Takes no axis over before it is clear that the
+/// session can be made. After an error, `members` contain the leases that were taken.
 Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::Hello& hello, const StreamPeer& peer,
                                                                   std::vector<StreamSession::Member>& members) {
   LeaseTerms terms;
@@ -186,7 +186,7 @@ Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::
 
 Result<void> StreamServer::check(const StreamSession::Member& member, const LeaseTerms& terms) const {
   const auto owner = authority_.owner_of(member.axis);
-  // One process may have several clients of one name: what one has, the other has not.
+  // One process may have several clients of the same name; they must not share an axis.
   if (owner == terms.owner) return tl::unexpected(refusal_of(member, {owner}));
   if (const auto free = authority_.check(member.axis, terms); !free)
     return tl::unexpected(refusal_of(member, free.error()));
@@ -217,7 +217,7 @@ void StreamServer::accept(Visitor& visitor, std::unique_ptr<StreamSession> sessi
     axes.push_back(offered(session->members()[i].axis));
   }
   const std::array descriptors{session->setpoints().descriptor(), session->status().descriptor()};
-  // One that is gone again is seen by its closed connection.
+  // If the client has disconnected, its closed connection shows that later.
   static_cast<void>(send_answer(visitor.socket.get(), answer, descriptors));
   SessionWatch watch(visitor.peer, std::move(axes), *session);
   watch.tell_begin(note_);
@@ -253,7 +253,7 @@ void StreamServer::look_after_clients() {
   std::erase(clients_, nullptr);
 }
 
-/// Axes that the client wants to have again, if nobody commands them.
+/// Takes axes without an owner that the client requests back.
 void StreamServer::lease_again(Client& client) {
   LeaseTerms terms;
   terms.owner = describe(client.watch.peer());
@@ -267,7 +267,7 @@ void StreamServer::lease_again(Client& client) {
   }
 }
 
-/// What another has taken over is his.
+/// Releases an axis unless another client has taken it over.
 void StreamServer::release(const StreamPeer& peer, std::size_t axis, std::uint64_t lease) {
   if (authority_.goes_on(axis, lease)) authority_.release(axis, describe(peer));
 }

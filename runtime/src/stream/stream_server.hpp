@@ -23,33 +23,33 @@
 
 namespace driveline::runtime {
 
-/// Lets clients in, gives each its axes and its memory, and looks after it until the axes are free. A client has its
+/// Accepts clients, gives each its axes and its memory, and supervises it until the axes are free. A client owns its
 /// axes by leases (AxisAuthority). Belongs to the thread that owns the line; never waits.
 class StreamServer {
  public:
-  /// Listens. `hub` and `authority` must outlive it. Error (kMachine): that of the socket.
+  /// Starts to listen. `hub` and `authority` must outlive it. Error (kMachine): that of the socket.
   [[nodiscard]] static Result<std::unique_ptr<StreamServer>> open(const StreamConfig& config,
                                                                   std::vector<StreamAxis> axes, StreamHub& hub,
                                                                   AxisAuthority& authority,
                                                                   std::chrono::nanoseconds period);
-  /// To be destroyed when the cycle does not run.
+  /// Call while the cycle does not run.
   ~StreamServer();
   StreamServer(const StreamServer&) = delete;
   StreamServer& operator=(const StreamServer&) = delete;
 
-  /// One look at everything. What has happened since the last one.
+  /// Checks all connections once. Returns the events since the last call.
   [[nodiscard]] std::vector<Event> poll();
-  /// Ends all sessions, and lets nobody in any more; poll() tells when they are over.
+  /// Ends all sessions, and accepts no further clients; poll() reports when they are over.
   void close();
-  /// There are no sessions.
+  /// Whether there are no sessions.
   [[nodiscard]] bool idle() const noexcept { return clients_.empty(); }
-  /// Where it listens, and for which axes.
+  /// Returns socket and axes.
   [[nodiscard]] events::StreamUp offer() const;
 
  private:
   using Instant = std::chrono::steady_clock::time_point;
 
-  /// Connected, and has said nothing yet.
+  /// A connected client that has not sent its Hello yet.
   struct Visitor {
     port::FileDescriptor socket;
     StreamPeer peer;
@@ -92,7 +92,7 @@ class StreamServer {
   std::vector<Event> events_;
   SessionWatch::Note note_{[this](EventFacts facts, Severity severity) { note(std::move(facts), severity); }};
   Instant last_refusal_{};
-  std::uint64_t untold_ = 0;  ///< refusals
+  std::uint64_t untold_ = 0;  ///< refusals without an event so far
 };
 
 }  // namespace driveline::runtime

@@ -12,10 +12,10 @@ using stream::RecordKind;
 using stream::Refusal;
 using stream::SessionState;
 
-/// A client maps the memory and calculates its first setpoint in it.
+/// Time for a client to map the memory and to calculate its first setpoint.
 constexpr auto kTimeToBegin = std::chrono::seconds{1};
 constexpr std::uint64_t kStatusRecords = 64;
-/// Share of the highest velocity that is none.
+/// Share of the highest velocity that counts as standstill.
 constexpr double kStandstill = 1e-6;
 
 std::vector<stream::AxisBounds> bounds_of(const std::vector<StreamSession::Member>& members) {
@@ -24,7 +24,7 @@ std::vector<stream::AxisBounds> bounds_of(const std::vector<StreamSession::Membe
   return bounds;
 }
 
-/// The client is ahead by itself, or the curve begins before its first setpoint: there is no delay beside that.
+/// Without additional delay: the client sends ahead, or the curve starts before the first setpoint.
 trajectory::StreamSettings curve_settings(const StreamSettings& settings, std::chrono::nanoseconds period) {
   trajectory::StreamSettings curve;
   curve.method = settings.method;
@@ -69,7 +69,7 @@ Refusal refusal_of(trajectory::StreamVerdict verdict) noexcept {
   return Refusal::kUnknownKind;
 }
 
-/// States out of which an axis may begin to follow.
+/// Whether an axis in this state may start to follow.
 bool can_follow(AxisState state) noexcept {
   return state == AxisState::kStandstill || state == AxisState::kDiscreteMotion ||
          state == AxisState::kContinuousMotion;
@@ -140,7 +140,7 @@ const trajectory::AxisSetpoint* StreamSession::setpoint(std::size_t member) noex
 }
 
 bool StreamSession::update(const ecat_master::TaskCycle& cycle, StreamAxes& axes) noexcept {
-  // Where a new curve would begin: at the setpoints that the axes have.
+  // A new curve would start at the present setpoints of the axes.
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const auto view = axes.view(members_[i].axis);
     check_.set_offset(i, view.offset);
@@ -212,7 +212,7 @@ void StreamSession::note_fault(const SetpointCheck::Verdict& verdict) noexcept {
   first.known.store(true, std::memory_order_release);
 }
 
-/// Into the curve; why it was not taken there.
+/// Adds the setpoint to the curve. Returns why it was refused; none: it was accepted.
 std::optional<Refusal> StreamSession::push(const stream::SetpointRecord& record) noexcept {
   std::array<trajectory::StreamPoint, stream::kMaxAxes> points{};
   for (std::size_t i = 0; i < members_.size(); ++i) {
@@ -223,7 +223,7 @@ std::optional<Refusal> StreamSession::push(const stream::SetpointRecord& record)
   return refusal_of(verdict);
 }
 
-/// A new curve, whose first setpoint is for this time.
+/// Starts a new curve, whose first setpoint is for this time.
 void StreamSession::begin_at(std::int64_t time_ns) noexcept {
   begin_ns_ = time_ns - settings_.delay.count();
   stream_ns_ = begin_ns_;
@@ -234,7 +234,7 @@ double StreamSession::seconds(std::int64_t time_ns) const noexcept {
   return 1e-9 * static_cast<double>(time_ns - begin_ns_);
 }
 
-/// The line goes along the time axis of the client as the grid does.
+/// Advances along the time axis of the client as the grid advances.
 void StreamSession::advance(std::chrono::nanoseconds elapsed) noexcept {
   if (!stream_ns_) return;
   *stream_ns_ += elapsed.count();
@@ -291,7 +291,7 @@ void StreamSession::command(StreamAxes& axes) noexcept {
 
 bool StreamSession::at_rest(const StreamAxes& axes) const noexcept {
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    // What somebody else moves now is his.
+    // Axes that another client moves now do not matter.
     if (!axes_[i].bound || (!axes_[i].following && !commands(i))) continue;
     const auto state = axes.view(members_[i].axis).state;
     const bool stopping = axes_[i].let_go && state == AxisState::kDiscreteMotion;

@@ -26,33 +26,33 @@
 namespace driveline::runtime {
 
 /// One client from its greeting until its axes are free. Made and destroyed by the thread that owns the line; in
-/// between it belongs to the cycle (StreamHub), except where something else is said.
+/// between it belongs to the cycle (StreamHub), except for functions that say otherwise.
 ///
-/// Whatever the client writes into the shared memory costs it setpoints, and the line a bounded part of the cycle.
+/// Invalid data in the shared memory cost the client setpoints, and the line only a bounded part of the cycle.
 class StreamSession {
  public:
-  /// Records that are taken in a cycle.
+  /// Most records processed per cycle.
   static constexpr std::size_t kRecordsPerCycle = 8;
   /// Records that the ring holds.
   static constexpr std::size_t kRingRecords = 256;
-  /// Setpoints of later times are refused.
+  /// Setpoints for times beyond it are refused.
   static constexpr std::chrono::nanoseconds kLongestAhead = std::chrono::seconds{1};
-  /// Setpoints that may wait for their time.
+  /// Most setpoints that can wait for their time.
   static constexpr std::size_t kSetpointsAhead = 1024;
-  /// Periods for which the axes go on along the curve when the setpoints are used up, before they stop.
+  /// Periods for which the axes continue along the curve after the last setpoint, before they stop.
   static constexpr std::uint32_t kCoastCycles = 8;
-  /// In a stop the deceleration rises to the limit of the axis in this time.
+  /// Time in which the deceleration of a stop rises to the limit of the axis.
   static constexpr double kStopRiseSeconds = 0.02;
 
   /// An axis of the session.
   struct Member {
     std::size_t axis = 0;  ///< number on the line
     stream::AxisBounds bounds{};
-    std::uint64_t lease = 0;  ///< by which it commands the axis (AxisAuthority)
-    bool halt = false;        ///< somebody else has moved it up to now: it comes to rest before it follows
+    std::uint64_t lease = 0;  ///< lease by which the session commands the axis (AxisAuthority)
+    bool halt = false;        ///< another client has moved the axis: bring it to rest before it follows
   };
 
-  /// `authority` must outlive it. Error (kMachine): there is no memory to share.
+  /// `authority` must outlive it. Error (kMachine): no shared memory.
   [[nodiscard]] static Result<std::unique_ptr<StreamSession>> make(std::vector<Member> members, bool power,
                                                                    const StreamSettings& settings,
                                                                    std::chrono::nanoseconds period,
@@ -60,65 +60,66 @@ class StreamSession {
   StreamSession(const StreamSession&) = delete;
   StreamSession& operator=(const StreamSession&) = delete;
 
-  // Any thread.
-  /// The axes.
+  // Called on any thread.
+  /// Returns the axes.
   [[nodiscard]] std::span<const Member> members() const noexcept { return members_; }
-  /// Memory for the client.
+  /// Returns the memory that the client writes.
   [[nodiscard]] const rt::SharedRegion& setpoints() const noexcept { return ring_; }
-  /// Memory for the client, and for the owner to read.
+  /// Returns the memory that the client and the owner read.
   [[nodiscard]] const rt::SharedRegion& status() const noexcept { return broadcast_; }
-  /// Asks the cycle to end it; the first reason counts.
+  /// Requests the end of the session from the cycle; only the first reason has effect.
   void request_end(stream::EndReason reason) noexcept;
-  /// It may command the axis: its lease goes on.
+  /// Whether the session may command the axis: its lease is valid.
   [[nodiscard]] bool commands(std::size_t member) const noexcept {
     return authority_.goes_on(members_[member].axis, leases_[member].number.load(std::memory_order_acquire));
   }
-  /// The client wants to have an axis again that somebody has taken over.
+  /// Whether the client requests an axis back that another client has taken over.
   [[nodiscard]] bool asks_for(std::size_t member) const noexcept {
     return leases_[member].asked.load(std::memory_order_relaxed);
   }
-  /// What was wrong with the first setpoint that was refused for this reason; none: with it as a whole, or there was
-  /// none. Once its status counts one, it stays.
+  /// Returns the fault of the first setpoint that was refused for this reason; none: there was none, or the setpoint
+  /// was invalid as a whole. Does not change once the status counts such a refusal.
   [[nodiscard]] std::optional<SetpointFault> first_fault(stream::Refusal reason) const noexcept {
     const auto& first = first_faults_[static_cast<std::size_t>(reason)];
     return first.known.load(std::memory_order_acquire) ? std::optional(first.fault) : std::nullopt;
   }
-  /// A new lease for an axis. The owner's thread.
+  /// Sets a new lease for an axis. Call on the owner's thread.
   void give(std::size_t member, std::uint64_t lease) noexcept;
-  /// Somebody else has moved the axis up to now: it comes to rest before it follows. The owner's thread, before the
-  /// session belongs to the cycle.
+  /// Brings the axis to rest before it follows, because another client has moved it. Call on the owner's thread before
+  /// the session belongs to the cycle.
   void halt_first(std::size_t member) noexcept { members_[member].halt = true; }
-  /// The lease by which it commands the axis, or did.
+  /// Returns the present or last lease by which the session commands the axis.
   [[nodiscard]] std::uint64_t lease(std::size_t member) const noexcept {
     return leases_[member].number.load(std::memory_order_relaxed);
   }
 
-  // The cycle's side: \rtsafe.
-  /// The feed of an axis is that of this session, or is not any more.
+  // Called by the cycle: \rtsafe.
+  /// Reports whether the feed of an axis belongs to this session.
   void bind(std::size_t member, bool bound) noexcept { axes_[member].bound = bound; }
-  /// An axis follows.
+  /// Whether an axis follows.
   [[nodiscard]] bool follows(std::size_t member) const noexcept { return axes_[member].following; }
-  /// An axis begins to follow.
+  /// Reports that an axis starts to follow.
   void joined(std::size_t member) noexcept;
-  /// Another motion has taken an axis, or it has failed.
+  /// Reports that another motion has taken an axis, or that the axis has failed.
   void left(std::size_t member) noexcept;
-  /// The setpoint of this cycle; null: the session ends, or may not command the axis any more: it is to come to rest.
+  /// Returns the setpoint of this cycle; null: the axis must come to rest, because the session ends or may no longer
+  /// command it.
   [[nodiscard]] const trajectory::AxisSetpoint* setpoint(std::size_t member) noexcept;
-  /// One cycle, before the axes ask for setpoints. False: it is over, its axes are free.
+  /// Runs one cycle, before the axes read their setpoints. False: the session is over, its axes are free.
   [[nodiscard]] bool update(const ecat_master::TaskCycle& cycle, StreamAxes& axes) noexcept;
 
  private:
   struct AxisSide {
     bool following = false;
-    bool wanted = true;   ///< it is to follow as soon as it can
-    bool let_go = false;  ///< it has been told that there are no more setpoints
-    bool bound = false;   ///< its feed is that of this session
+    bool wanted = true;   ///< to follow as soon as possible
+    bool let_go = false;  ///< was informed that there are no more setpoints
+    bool bound = false;   ///< its feed belongs to this session
   };
   struct Lease {
     std::atomic<std::uint64_t> number{0};
     std::atomic<bool> asked{false};
   };
-  /// Written once, by the cycle, before it is known.
+  /// Written once, by the cycle, before `known` is set.
   struct FirstFault {
     SetpointFault fault{};
     std::atomic<bool> known{false};
@@ -157,16 +158,16 @@ class StreamSession {
   SetpointCheck check_;
   trajectory::SetpointStream curve_;
   std::vector<AxisSide> axes_;
-  std::vector<Lease> leases_;  ///< of the axes
+  std::vector<Lease> leases_;  ///< leases of the axes
   std::vector<trajectory::AxisSetpoint> setpoints_;
-  std::vector<double> positions_;  ///< of the axes, for the begin of a curve
+  std::vector<double> positions_;  ///< positions of the axes, for the start of a curve
   std::array<stream::SetpointRecord, kRecordsPerCycle> batch_{};
   std::optional<std::chrono::nanoseconds> heard_{};  ///< grid time of the last record
-  std::optional<std::int64_t> stream_ns_{};          ///< now, on the time axis of the client
-  std::int64_t begin_ns_ = 0;                        ///< where the curve has begun there
-  std::optional<stream::SetpointRecord> newest_{};   ///< of the curve
+  std::optional<std::int64_t> stream_ns_{};          ///< present time on the time axis of the client
+  std::int64_t begin_ns_ = 0;                        ///< start of the curve on the time axis of the client
+  std::optional<stream::SetpointRecord> newest_{};   ///< newest setpoint of the curve
   std::uint64_t breaches_ = 0;
-  std::array<FirstFault, stream::kRefusals> first_faults_{};  ///< by stream::Refusal
+  std::array<FirstFault, stream::kRefusals> first_faults_{};  ///< indexed by stream::Refusal
   stream::EndReason reason_ = stream::EndReason::kNone;
   stream::StatusRecord status_record_{};
   std::atomic<stream::EndReason> end_request_{stream::EndReason::kNone};

@@ -16,7 +16,7 @@ namespace driveline::runtime {
 namespace {
 
 constexpr int kWaitingClients = 8;
-/// No longer message is of use; what is longer is cut off, and is no Hello then.
+/// Longest valid message plus one: a longer one is truncated and then is no Hello.
 constexpr std::size_t kLongestMessage = sizeof(stream::Hello) + 1;
 constexpr std::size_t kMostDescriptors = 2;
 
@@ -27,7 +27,7 @@ sockaddr_un address_of(const std::string& path) {
   return address;
 }
 
-/// The address family's own type goes through a pointer to the generic one.
+/// The socket functions take a pointer to the generic address type.
 const sockaddr* generic(const sockaddr_un& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
 }
@@ -36,7 +36,7 @@ port::FileDescriptor make_socket() {
   return port::FileDescriptor{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
 }
 
-/// Whether the file is a socket at which nobody listens any more.
+/// Whether the file is a socket at which no process listens any more.
 bool left_over(const std::string& path, const sockaddr_un& address) {
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0 || !S_ISSOCK(status.st_mode)) return false;
@@ -62,7 +62,7 @@ Result<StreamSocket> StreamSocket::listen(const std::filesystem::path& path, boo
   const auto address = address_of(text);
   if (left_over(text, address)) ::unlink(text.c_str());
   auto socket = make_socket();
-  // Nobody else opens the file before its rights are set.
+  // Prevent other users from opening the file before its permissions are set.
   const auto mask = ::umask(0177);
   const bool bound = ::bind(socket.get(), generic(address), sizeof address) == 0;
   const int error = errno;

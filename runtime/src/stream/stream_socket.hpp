@@ -13,18 +13,18 @@
 
 namespace driveline::runtime {
 
-/// The Unix socket (SOCK_SEQPACKET) at which clients connect. Nothing here waits. The file goes with the object.
+/// Unix socket (SOCK_SEQPACKET) to which clients connect. Never waits. The file is removed with the object.
 class StreamSocket {
  public:
-  /// Listens at `path`; a file that a run before has left there is replaced. `everybody`: the file may be opened by any
-  /// user, who is looked at when he connects; otherwise by the user of this process. Error (kMachine): it cannot be
-  /// had, or another process listens there.
+  /// Listens at `path`; replaces a file that an earlier run has left there. `everybody`: any user may open the file,
+  /// and is checked when connecting; otherwise only the user of this process may. Error (kMachine): the path is not
+  /// available, or another process listens there.
   [[nodiscard]] static Result<StreamSocket> listen(const std::filesystem::path& path, bool everybody);
   ~StreamSocket();
   StreamSocket(StreamSocket&&) noexcept = default;
   StreamSocket& operator=(StreamSocket&&) = delete;
 
-  /// The next client; none: there is none.
+  /// Accepts the next client; invalid: there is none.
   [[nodiscard]] port::FileDescriptor accept() const;
 
  private:
@@ -34,15 +34,15 @@ class StreamSocket {
   std::filesystem::path path_;
 };
 
-/// What has come from a client.
+/// Data received from a client.
 struct StreamMessage {
-  bool closed = false;           ///< the connection is gone
-  std::vector<std::byte> bytes;  ///< empty: nothing has come
+  bool closed = false;           ///< the connection is closed
+  std::vector<std::byte> bytes;  ///< empty: nothing was received
 };
-/// Takes the next message of a client without waiting.
+/// Receives the next message of a client without waiting.
 [[nodiscard]] StreamMessage receive_message(int socket);
 
-/// Sends the answer and the descriptors. False: the client is gone.
+/// Sends the answer and the descriptors. False: the client has disconnected.
 [[nodiscard]] bool send_answer(int socket, const stream::Answer& answer, std::span<const int> descriptors);
 
 }  // namespace driveline::runtime

@@ -31,18 +31,18 @@
 
 namespace driveline::stream {
 
-/// What a client wants.
+/// Request of a client.
 struct Wish {
-  std::string name = "client";      ///< of itself, for people
-  std::vector<std::string> axes{};  ///< by their names in the line description, 1 to kMaxAxes
-  bool power = false;               ///< the axes are to be switched on
-  bool take_over = false;           ///< also axes that somebody else commands, who loses them; they are halted first
+  std::string name = "client";      ///< name of the client, for messages
+  std::vector<std::string> axes{};  ///< names in the line description, 1 to kMaxAxes
+  bool power = false;               ///< switches the axes on
+  bool take_over = false;  ///< takes over axes of other clients, too, which lose them; the axes are halted first
 };
 
 /// Details of the connection.
 namespace client_detail {
 
-/// A descriptor that is closed in the end.
+/// A file descriptor that is closed by the destructor.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -66,7 +66,7 @@ inline std::string system_text(const std::string& what) {
   return what + ": " + std::generic_category().message(errno);
 }
 
-/// Whether something has come within `patience`, signals or not.
+/// Waits up to `patience` for data on the socket, despite signals. Returns whether there are any.
 inline bool wait_for_answer(int socket, std::chrono::milliseconds patience) {
   using Clock = std::chrono::steady_clock;
   const auto limit = Clock::now() + patience;
@@ -77,7 +77,7 @@ inline bool wait_for_answer(int socket, std::chrono::milliseconds patience) {
   }
 }
 
-/// The answer and its descriptors; a sentence when there is none.
+/// The answer of the line with its descriptors.
 struct Received {
   Answer answer{};
   std::array<Descriptor, 2> descriptors{};
@@ -94,7 +94,7 @@ inline std::variant<Received, std::string> receive_answer(int socket, std::chron
   message.msg_control = control.data();
   message.msg_controllen = control.size();
   auto length = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
-  // A line that has hung up may have said before why: that comes behind the error.
+  // A line that has disconnected may have sent the reason before: that message follows the error.
   if (length < 0 && errno == ECONNRESET) length = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
   if (length < 0) return system_text("the line does not answer");
   if (length == 0) return std::string{"the line has hung up"};
@@ -122,16 +122,15 @@ inline std::variant<Received, std::string> receive_answer(int socket, std::chron
 
 }  // namespace client_detail
 
-/// A program that streams setpoints into axes of a running line. Nothing here waits for the line but connect(); send()
-/// and status() neither allocate nor make a system call, so they may be called in a real-time thread. Belongs to one
-/// thread.
+/// A program that streams setpoints to axes of a running line. Only connect() waits for the line; send() and status()
+/// neither allocate nor make a system call, so a real-time thread may call them. Belongs to one thread.
 ///
 ///     auto connected = stream::Client::connect("/run/cell/stream.sock", {.name = "sine", .axes = {"x", "y"}});
 ///     if (const auto* refusal = std::get_if<std::string>(&connected)) die(*refusal);
 ///     auto& client = std::get<stream::Client>(connected);
 class Client {
  public:
-  /// Asks a line for axes. A sentence when it refuses, or does not answer within `patience`.
+  /// Requests axes from a line. Returns a sentence if the line refuses, or does not answer within `patience`.
   [[nodiscard]] static std::variant<Client, std::string> connect(
       const std::string& socket_path, const Wish& wish, std::chrono::milliseconds patience = std::chrono::seconds{2}) {
     using client_detail::system_text;
@@ -157,20 +156,21 @@ class Client {
     hello.name.set(wish.name);
     for (std::size_t i = 0; i < wish.axes.size(); ++i) hello.axes[i].set(wish.axes[i]);
     const auto bytes = to_bytes(hello);
-    // A line that does not listen any more has said why.
+    // If the line has already refused, its answer contains the reason.
     static_cast<void>(::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL));
     auto received = client_detail::receive_answer(socket.get(), patience);
     if (auto* refusal = std::get_if<std::string>(&received)) return std::move(*refusal);
     return open(std::move(socket), *std::get_if<client_detail::Received>(&received), hello.axis_count);
   }
 
-  /// What the line has said: period, keep-alive time, bounds of the axes.
+  /// Returns the answer of the line: period, keep-alive time, bounds of the axes.
   [[nodiscard]] const Answer& line() const noexcept { return answer_; }
-  /// Axes, as asked for.
+  /// Returns the number of axes, as requested.
   [[nodiscard]] std::size_t axis_count() const noexcept { return axis_count_; }
 
-  /// Where the axes shall be at `time` on a time axis of the client's own. Times rise from setpoint to setpoint.
-  /// @return false: the line has not taken the setpoints before, there is no room for this one. \rtsafe
+  /// Sends the targets of the axes at `time`, on a time axis of the client. Times must increase from setpoint to
+  /// setpoint.
+  /// @return false: there is no room, because the line has not taken the preceding setpoints yet. \rtsafe
   bool send(std::chrono::nanoseconds time, std::span<const AxisTarget> targets) noexcept {
     SetpointRecord record;
     record.kind = RecordKind::kSetpoint;
@@ -182,22 +182,22 @@ class Client {
     number_ += sent ? 1 : 0;
     return sent;
   }
-  /// Says that this client is alive, for a time without setpoints. \rtsafe
+  /// Reports that this client is alive, for times without setpoints. \rtsafe
   bool heartbeat() noexcept { return say(RecordKind::kHeartbeat); }
-  /// Axes that do not follow are to do so again: another motion had taken them, or they were not enabled. One that
-  /// somebody else has taken over follows when nobody commands it any more. \rtsafe
+  /// Makes axes follow again that do not follow, because another motion has taken them or they were not enabled. An
+  /// axis that another client has taken over follows as soon as it has no owner. \rtsafe
   bool follow() noexcept { return say(RecordKind::kFollow); }
-  /// The axes are to come to rest; they are free when status() says kOver. \rtsafe
+  /// Brings the axes to rest; they are free when status() shows kOver. \rtsafe
   bool end() noexcept { return say(RecordKind::kEnd); }
 
-  /// The newest status; none: the first has not come yet. \rtsafe
+  /// Returns the newest status; none: the first one has not arrived yet. \rtsafe
   [[nodiscard]] std::optional<StatusRecord> status() const noexcept {
     StatusRecord record;
     if (!broadcast_.latest(record)) return std::nullopt;
     return record;
   }
-  /// Waits for the next status by looking again and again, until `deadline` is over. For programs that calculate a
-  /// setpoint per cycle: the record tells which cycle this is.
+  /// Waits for the next status by polling, until `deadline`. For programs that calculate one setpoint per cycle: the
+  /// record contains the number of the cycle.
   [[nodiscard]] std::optional<StatusRecord> next_status(std::chrono::steady_clock::time_point deadline) noexcept {
     do {
       if (auto record = status(); record && record->cycle != last_cycle_) {
@@ -209,7 +209,7 @@ class Client {
     return std::nullopt;
   }
 
-  /// The line is still there. Makes a system call.
+  /// Whether the line is still connected. Makes a system call.
   [[nodiscard]] bool connected() const noexcept {
     pollfd look{socket_.get(), 0, 0};
     return ::poll(&look, 1, 0) == 0;
@@ -225,7 +225,7 @@ class Client {
     try {
       return Client{std::move(socket), received.answer, axis_count, std::move(*std::get_if<rt::SharedMapping>(&ring)),
                     std::move(*std::get_if<rt::SharedMapping>(&broadcast))};
-    } catch (const std::invalid_argument& wrong) {  // ring and broadcast look at the form once more
+    } catch (const std::invalid_argument& wrong) {  // ring and broadcast check the layout once more
       return std::string{wrong.what()};
     }
   }

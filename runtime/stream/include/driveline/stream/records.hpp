@@ -9,59 +9,60 @@
 #include "driveline/rt/shared_layout.hpp"
 #include "driveline/rt/shared_ring.hpp"
 
-/// Setpoints that another process streams into the axes of a running line: the records in the shared memory between
-/// them. Values are in SI units: rad, rad/s and Nm for rotary axes, m, m/s and N for linear ones.
+/// Setpoints that another process streams to the axes of a running line: records in their shared memory. Values are in
+/// SI units: rad, rad/s and Nm for rotary axes, m, m/s and N for linear ones.
 namespace driveline::stream {
 
-/// Of greeting and records; both ends must be of the same.
+/// Version of greeting and records; both ends must have the same.
 inline constexpr std::uint32_t kVersion = 1;
-/// Axes of one client.
+/// Most axes of one client.
 inline constexpr std::size_t kMaxAxes = 16;
 
-/// What a record of the client says.
+/// Kind of a record of the client.
 enum class RecordKind : std::uint32_t {
-  kSetpoint = 1,   ///< where the axes shall be at `time_ns`
-  kHeartbeat = 2,  ///< the client is alive; every other record says so as well
-  kFollow = 3,     ///< axes that do not follow are to do so again, after a motion by hand or a failure; those that
-                   ///< somebody has taken over as soon as nobody commands them
-  kEnd = 4,        ///< the axes are to come to rest, and are free then
+  kSetpoint = 1,   ///< targets of the axes at `time_ns`
+  kHeartbeat = 2,  ///< the client is alive; every other record shows that, too
+  kFollow = 3,     ///< axes that do not follow shall follow again, after another motion or a failure; axes that another
+                   ///< client has taken over, as soon as they have no owner
+  kEnd = 4,        ///< brings the axes to rest; then they are free
 };
 
-/// What an axis shall do at one instant. Which interpolation uses velocity and acceleration: docs/motion.md.
+/// Target of an axis at one instant. docs/motion.md tells which interpolation uses velocity and acceleration.
 struct AxisTarget {
   double position = 0.0;      ///< rad or m
   double velocity = 0.0;      ///< rad/s or m/s
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2
 };
 
-/// From the client.
+/// Record from the client.
 struct SetpointRecord {
-  std::uint64_t number = 0;                    ///< of setpoints: one more than that of the setpoint before, from 1 on
-  RecordKind kind = RecordKind::kHeartbeat;    ///< what it is
-  std::uint32_t axis_count = 0;                ///< kSetpoint: as many as the client has asked for
-  std::int64_t time_ns = 0;                    ///< kSetpoint: on the time axis of the client, which may begin anywhere
-  std::array<AxisTarget, kMaxAxes> targets{};  ///< kSetpoint: of the axes, in the order of the greeting
+  std::uint64_t number = 0;  ///< kSetpoint: one more than that of the preceding setpoint, starting with 1
+  RecordKind kind = RecordKind::kHeartbeat;  ///< kind of the record
+  std::uint32_t axis_count = 0;              ///< kSetpoint: number of axes that the client has requested
+  std::int64_t time_ns = 0;  ///< kSetpoint: time on the time axis of the client, whose origin is arbitrary
+  std::array<AxisTarget, kMaxAxes> targets{};  ///< kSetpoint: targets of the axes, in the order of the greeting
 };
 
-/// Why a setpoint was not taken, or was taken with a remark (kGap).
+/// Why a setpoint was refused, or accepted with a remark (kGap).
 enum class Refusal : std::uint32_t {
   kNotFinite,       ///< a number is infinite or NaN
-  kDuplicate,       ///< its number is that of the setpoint before
-  kOutOfOrder,      ///< its number is lower, or its time not later than that of the setpoint before
-  kGap,             ///< numbers are missing before it; it was taken
-  kLate,            ///< its time is over
-  kTooFarAhead,     ///< more setpoints than can wait, or its time is too far away
-  kTimeGap,         ///< too long after the setpoint before, which the axes have not passed yet
-  kAxisCount,       ///< other axes than the client has asked for
+  kDuplicate,       ///< its number is that of the preceding setpoint
+  kOutOfOrder,      ///< its number is lower, or its time not later than that of the preceding setpoint
+  kGap,             ///< numbers are missing before it; it was accepted
+  kLate,            ///< its time has passed
+  kTooFarAhead,     ///< too many setpoints are waiting, or its time is too far ahead
+  kTimeGap,         ///< too long after the preceding setpoint, which the axes have not passed yet
+  kAxisCount,       ///< the number of axes differs from that requested
   kUnknownKind,     ///< a record of no known kind
-  kTooFast,         ///< faster than the limit of an axis, or not to be reached from the setpoint before within it
-  kOutsideRange,    ///< a position that the axis cannot have
-  kImpossibleIndex  ///< the client has written nonsense over the indexes of the ring; all that waited is lost
+  kTooFast,         ///< faster than the limit of an axis, or not reachable from the preceding setpoint within the limit
+  kOutsideRange,    ///< a position outside the range of the axis
+  kImpossibleIndex  ///< the client has overwritten the indexes of the ring with invalid values; all waiting records are
+                    ///< lost
 };
-/// How many there are.
+/// Number of refusal reasons.
 inline constexpr std::size_t kRefusals = 12;
 
-/// The reason in a few words: "later than its time".
+/// Returns the reason in a few words: "later than its time".
 [[nodiscard]] constexpr std::string_view to_text(Refusal refusal) noexcept {
   switch (refusal) {
     case Refusal::kNotFinite:
@@ -92,25 +93,25 @@ inline constexpr std::size_t kRefusals = 12;
   return "refused";
 }
 
-/// What has become of a client.
+/// State of the session of a client.
 enum class SessionState : std::uint32_t {
   kWaiting = 0,    ///< there are no setpoints yet
-  kStreaming = 1,  ///< there are; whether an axis follows them: AxisStatus::following
-  kStarved = 2,    ///< the setpoints are used up: the axes come to rest where they are, and go on with the next ones
-  kEnding = 3,     ///< the axes come to rest; no more is taken
+  kStreaming = 1,  ///< there are setpoints; AxisStatus::following tells whether an axis follows them
+  kStarved = 2,    ///< no setpoints are left: the axes come to rest, and continue with the next setpoints
+  kEnding = 3,     ///< the axes come to rest; no more records are accepted
   kOver = 4,       ///< the axes are free
 };
 
 /// Why a session ends.
 enum class EndReason : std::uint32_t {
-  kNone = 0,    ///< it does not
-  kEnded = 1,   ///< the client wants it so
+  kNone = 0,    ///< it does not end
+  kEnded = 1,   ///< the client has requested it
   kSilent = 2,  ///< no record for longer than the keep-alive time
   kGone = 3,    ///< the client has closed its connection, or died
   kLine = 4,    ///< the line ends
 };
 
-/// The reason as the end of a sentence: "it has ended the session".
+/// Returns the reason as the end of a sentence: "it has ended the session".
 [[nodiscard]] constexpr std::string_view to_text(EndReason reason) noexcept {
   switch (reason) {
     case EndReason::kNone:
@@ -127,57 +128,58 @@ enum class EndReason : std::uint32_t {
   return "its session is over";
 }
 
-/// State of an axis, as PLCopen motion control part 1 names it.
+/// State of an axis, with the names of PLCopen motion control part 1.
 enum class AxisState : std::uint32_t {
-  kDisabled,            ///< without power
-  kStandstill,          ///< it holds its position
-  kHoming,              ///< the drive looks for its home
-  kStopping,            ///< it was stopped, and the stop was not released yet
-  kDiscreteMotion,      ///< to a position, or to rest
-  kContinuousMotion,    ///< at a velocity
-  kSynchronizedMotion,  ///< it follows the stream
-  kErrorStop,           ///< it has failed, and waits for a reset
+  kDisabled,            ///< no power
+  kStandstill,          ///< holds its position
+  kHoming,              ///< the drive is homing
+  kStopping,            ///< was stopped, and the stop is not released yet
+  kDiscreteMotion,      ///< moves to a position, or to rest
+  kContinuousMotion,    ///< moves at a velocity
+  kSynchronizedMotion,  ///< follows the stream
+  kErrorStop,           ///< has failed, and waits for a reset
 };
 
-/// An axis of the client in one cycle.
+/// State of an axis of the client in one cycle.
 struct AxisStatus {
-  AxisState state = AxisState::kDisabled;  ///< of this cycle
-  std::uint32_t error = 0;                 ///< of ErrorStop: ecat_master::AxisError
-  std::uint32_t following = 0;             ///< 1: it follows the stream
-  std::uint32_t leased = 0;                ///< 1: the client may command it; 0: somebody else has taken it over
-  double setpoint = 0.0;                   ///< what the drive is given, rad or m
-  double position = 0.0;                   ///< actual one
-  double velocity = 0.0;                   ///< actual one
-  double torque = 0.0;                     ///< actual one, Nm or N
+  AxisState state = AxisState::kDisabled;  ///< state in this cycle
+  std::uint32_t error = 0;                 ///< error in ErrorStop: ecat_master::AxisError
+  std::uint32_t following = 0;             ///< 1: follows the stream
+  std::uint32_t leased = 0;                ///< 1: the client may command it; 0: another client has taken it over
+  double setpoint = 0.0;                   ///< setpoint sent to the drive, rad or m
+  double position = 0.0;                   ///< actual position, rad or m
+  double velocity = 0.0;                   ///< actual velocity, rad/s or m/s
+  double torque = 0.0;                     ///< actual torque, Nm or N
 };
 
-/// To the client, in every cycle.
+/// Record to the client, one per cycle.
 struct StatusRecord {
-  std::int64_t cycle = 0;      ///< number on the grid
-  std::int64_t grid_ns = 0;    ///< grid time of the cycle: CLOCK_MONOTONIC, or virtual time
-  std::int64_t stream_ns = 0;  ///< where the line is on the time axis of the client; kStreaming and kStarved
-  std::int64_t newest_ns = 0;  ///< time of the newest setpoint that was taken
-  std::uint64_t taken = 0;     ///< setpoints
-  SessionState state = SessionState::kWaiting;     ///< of the session
-  EndReason reason = EndReason::kNone;             ///< of kEnding and kOver
-  std::array<std::uint64_t, kRefusals> refused{};  ///< by Refusal
-  std::uint64_t starved = 0;                       ///< how often the setpoints were used up in motion
+  std::int64_t cycle = 0;    ///< number of the cycle on the grid
+  std::int64_t grid_ns = 0;  ///< grid time of the cycle: CLOCK_MONOTONIC, or virtual time
+  /// Present time of the line on the time axis of the client; valid in kStreaming and kStarved.
+  std::int64_t stream_ns = 0;
+  std::int64_t newest_ns = 0;                      ///< time of the newest accepted setpoint
+  std::uint64_t taken = 0;                         ///< accepted setpoints
+  SessionState state = SessionState::kWaiting;     ///< state of the session
+  EndReason reason = EndReason::kNone;             ///< reason in kEnding and kOver
+  std::array<std::uint64_t, kRefusals> refused{};  ///< refused setpoints, indexed by Refusal
+  std::uint64_t starved = 0;                       ///< how often the setpoints ran out in motion
   std::uint64_t detours = 0;                       ///< how often an axis left the curve to keep its limits
-  std::uint32_t axis_count = 0;                    ///< of `axes`
+  std::uint32_t axis_count = 0;                    ///< number of valid `axes`
   std::uint32_t reserved = 0;                      ///< 0
   std::array<AxisStatus, kMaxAxes> axes{};         ///< in the order of the greeting
 
-  /// How often setpoints were refused for this reason.
+  /// Returns how often setpoints were refused for this reason.
   [[nodiscard]] constexpr std::uint64_t count(Refusal refusal) const noexcept {
     return refused[static_cast<std::size_t>(refusal)];
   }
 };
 
-/// Layout of the ring to the line; only its maker gives a capacity.
+/// Layout of the ring to the line; only the side that creates it passes a capacity.
 [[nodiscard]] constexpr rt::SharedLayout setpoint_ring(std::uint64_t capacity = 0) noexcept {
   return rt::shared_ring<SetpointRecord>(0x5354'5250, kVersion, capacity);
 }
-/// Layout of the broadcast from the line; only its maker gives a capacity.
+/// Layout of the broadcast from the line; only the side that creates it passes a capacity.
 [[nodiscard]] constexpr rt::SharedLayout status_broadcast(std::uint64_t capacity = 0) noexcept {
   return rt::shared_broadcast<StatusRecord>(0x5354'5354, kVersion, capacity);
 }
