@@ -18,7 +18,7 @@ void BridgeCounts::write(const FeedReturn& record) const noexcept {
                                                              record);
 }
 
-/// No count goes back, and none is beyond what the feed has had since this bridge began.
+/// Whether the counts are plausible: no count decreases or exceeds the records written since this bridge started.
 bool BridgeCounts::can_be(const FeedReturn& told, std::uint64_t written) const noexcept {
   const auto records = written - begun_at_;
   const auto samples = records * axes_;

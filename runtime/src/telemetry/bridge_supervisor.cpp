@@ -9,19 +9,19 @@
 namespace driveline::runtime {
 namespace {
 
-/// Messages of the bridge begin with one of these letters.
+/// First letters of the messages of the bridge.
 constexpr char kReady = 'R';
 constexpr char kFailed = 'F';
-/// Longest message that is read; the bridge sends one or two in its life.
+/// Longest message that is read; a bridge sends only one or two.
 constexpr std::size_t kLongestMessage = 512;
 constexpr int kMessagesAtOnce = 4;
-/// For the last samples; a subscriber that does not answer costs the bridge a third of a second.
+/// Time for the last samples; a subscriber that does not answer delays the bridge by a third of a second.
 constexpr std::chrono::milliseconds kFarewell{3000};
 constexpr int kStartPollMs = 5;
-/// Without a sign of life after which a bridge that somebody else has started is taken for gone.
+/// Time without a sign of life after which a bridge of a service counts as gone.
 constexpr std::chrono::milliseconds kGone{1000};
 
-/// What the bridge says may be anything.
+/// Returns the text of the bridge, which may contain anything, as printable ASCII.
 std::string printable(std::span<const std::byte> text) {
   std::string clean;
   for (const auto byte : text) {
@@ -35,7 +35,7 @@ std::string printable(std::span<const std::byte> text) {
 
 Result<std::unique_ptr<BridgeSupervisor>> BridgeSupervisor::create(const snapshot::FeedWriter& feed,
                                                                    Settings settings) {
-  // By hand a bridge may be started beside the one that runs, and is not to write its counts.
+  // The names differ, so that a bridge that is started manually next to the present one does not write its counts.
   const char* const name = settings.program.empty() ? "driveline-feed-service" : "driveline-feed-return";
   auto region = rt::SharedRegion::create(name, snapshot::feed_return_layout(1));
   if (!region) return fail(ErrorKind::kMachine, rt::describe(region.error()), "telemetry");
@@ -94,8 +94,8 @@ Result<void> BridgeSupervisor::start() {
   return {};
 }
 
-/// What is wrong with a file of the user is his to mend; it begins with the name of the file, as the bridge was told
-/// it.
+/// Returns the failure that the bridge has reported. A reason that starts with the name of the QoS file, as passed to
+/// the bridge, is an error of that file, which the user can correct.
 tl::unexpected<Error> BridgeSupervisor::refused() const {
   const auto& name = settings_.qos_file;
   const auto file = printable(std::as_bytes(std::span(name)));
@@ -153,13 +153,13 @@ void BridgeSupervisor::look_at_counts(Clock::time_point now) {
   if (now - started_at_ > settings_.proven) pause_.reset();
 }
 
-/// A bridge of a service. Its counts go on where those of the one before it ended.
+/// Checks a bridge of a service. Its counts continue where those of the previous one ended.
 void BridgeSupervisor::look_at_guest(Clock::time_point now) {
   look_at_counts(now);
   running_ = beats_ > 0 && now - alive_at_ < kGone;
 }
 
-/// It ends by itself when it has published what is left.
+/// Waits until the bridge of a service has published the remaining records; it ends itself.
 void BridgeSupervisor::await_guest() {
   const auto limit = Clock::now() + kFarewell;
   for (auto now = Clock::now(); now < limit; now = Clock::now()) {

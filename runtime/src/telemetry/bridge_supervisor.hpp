@@ -17,53 +17,53 @@
 
 namespace driveline::runtime {
 
-/// Keeps `driveline-bridge` running beside a feed, or looks at the counts of one that a service starts. Belongs to one
-/// thread at a time; but for start() and end() no call waits for anything.
+/// Keeps `driveline-bridge` running for a feed, or checks the counts of a bridge that a service starts. Belongs to one
+/// thread at a time; only start() and end() wait.
 class BridgeSupervisor {
  public:
   using Clock = std::chrono::steady_clock;
 
   /// How the bridge is run.
   struct Settings {
-    std::filesystem::path program{};             ///< the bridge; empty: somebody else starts it, and again
-    std::vector<int> commands{};                 ///< descriptors of CommandService; empty: it takes no commands
-    std::vector<int> security{};                 ///< descriptors of open_security_files(); empty: without
-    std::string user{};                          ///< "1000:1000", whom the bridge becomes; empty: nobody, if it is root
-    int qos_profiles = -1;                       ///< descriptor of profiles of Fast DDS; -1: without
-    std::string qos_file{};                      ///< what their file is called in messages
-    std::chrono::milliseconds first_pause{100};  ///< before a dead one is started again, doubled each time
+    std::filesystem::path program{};  ///< program of the bridge; empty: a service starts and restarts it
+    std::vector<int> commands{};      ///< descriptors of CommandService; empty: no commands
+    std::vector<int> security{};      ///< descriptors of open_security_files(); empty: no DDS Security
+    std::string user{};               ///< "1000:1000", user of a bridge that root starts; empty: the user `nobody`
+    int qos_profiles = -1;            ///< descriptor of the Fast DDS profiles; -1: none
+    std::string qos_file{};           ///< name of the file of the profiles in messages
+    std::chrono::milliseconds first_pause{100};  ///< pause before the first restart, doubled each time
     std::chrono::milliseconds longest_pause{10'000};
-    std::chrono::milliseconds proven{30'000};      ///< a bridge that has run so long has the first pause again
-    std::chrono::milliseconds hang_limit{10'000};  ///< without a sign of life after which it is ended
-    std::chrono::milliseconds start_limit{5000};   ///< for which start() waits
+    std::chrono::milliseconds proven{30'000};      ///< a bridge that has run for this long has the first pause again
+    std::chrono::milliseconds hang_limit{10'000};  ///< a bridge without a sign of life for this long is killed
+    std::chrono::milliseconds start_limit{5000};   ///< time-out of start()
   };
 
-  /// `feed` must outlive it. Error (kMachine): no memory for what the bridge tells.
+  /// `feed` must outlive it. Error (kMachine): no shared memory for the counts.
   [[nodiscard]] static Result<std::unique_ptr<BridgeSupervisor>> create(const snapshot::FeedWriter& feed,
                                                                         Settings settings);
   BridgeSupervisor(const BridgeSupervisor&) = delete;
   BridgeSupervisor& operator=(const BridgeSupervisor&) = delete;
   ~BridgeSupervisor() = default;
 
-  /// Starts the bridge and waits until it publishes, has told why it cannot (error, kMachine; of the QoS profiles,
-  /// kFile), or has ended, which is treated as in operation. Nothing is waited for where somebody else starts it.
+  /// Starts the bridge and waits until it publishes, has reported why it cannot (error, kMachine; for the QoS profiles,
+  /// kFile), or has ended, which is treated as in operation. Does not wait if a service starts the bridge.
   [[nodiscard]] Result<void> start();
-  /// Looks at the bridge and its counts, and starts it again when its pause is over.
+  /// Checks the bridge and its counts, and restarts it when its pause is over.
   void serve(Clock::time_point now);
-  /// The bridge publishes what is left and ends, in time or with force.
+  /// Lets the bridge publish the remaining records and end; kills it after a time-out.
   void end();
 
-  /// What has happened since the last call.
+  /// Returns the events since the last call.
   [[nodiscard]] std::vector<EventFacts> take_events() { return std::exchange(events_, {}); }
-  /// What the bridges have counted.
+  /// Returns the counts of the bridges.
   [[nodiscard]] const BridgeCounts& counts() const noexcept { return counts_; }
-  /// Of the bridge.
+  /// Returns the number of restarts of the bridge.
   [[nodiscard]] std::uint64_t restarts() const noexcept { return restarts_; }
-  /// Looks at counts that cannot be.
+  /// Returns the number of checks that found impossible counts.
   [[nodiscard]] std::uint64_t unbelieved() const noexcept { return unbelieved_; }
-  /// 0: there is none.
+  /// Returns the process of the bridge; 0: there is none.
   [[nodiscard]] pid_t process() const noexcept { return process_.id(); }
-  /// A bridge publishes.
+  /// Whether a bridge publishes.
   [[nodiscard]] bool running() const noexcept { return running_; }
 
  private:
@@ -90,12 +90,12 @@ class BridgeSupervisor {
   HelperProcess process_;
   RestartPause pause_;
   std::vector<EventFacts> events_;
-  std::string reason_;          ///< in the words of the bridge
-  bool running_ = false;        ///< it has said that it publishes
-  bool told_nonsense_ = false;  ///< the bridge that runs
+  std::string reason_;          ///< reason of a failure in the words of the bridge
+  bool running_ = false;        ///< the bridge has reported that it publishes
+  bool told_nonsense_ = false;  ///< impossible counts of the present bridge were reported
   std::uint64_t restarts_ = 0;
   std::uint64_t unbelieved_ = 0;
-  std::uint64_t beats_ = 0;  ///< at `alive_at_`
+  std::uint64_t beats_ = 0;  ///< passes of the bridge at `alive_at_`
   Clock::time_point alive_at_{};
   Clock::time_point started_at_{};
   Clock::time_point again_at_{};

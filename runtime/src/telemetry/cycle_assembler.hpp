@@ -11,24 +11,24 @@
 
 namespace driveline::runtime {
 
-/// Puts the samples of the line and of its axes, which come through two rings, together to one record for each cycle,
-/// in the order of the cycles. A cycle that lacks a sample, because a ring was full, is a record that lacks it.
+/// Combines the samples of the line and of its axes, which arrive through two rings, into one record per cycle, in the
+/// order of the cycles. If a sample is missing because a ring was full, the record lacks it.
 class CycleAssembler {
  public:
-  /// Takes a whole record.
+  /// Receives a complete record.
   using Sink = std::function<void(const snapshot::FeedLine& line, std::span<const snapshot::FeedAxisSample> axes)>;
 
-  /// Line samples that may wait for the samples of their axes; more than the rings hold.
+  /// Most line samples that may wait for the samples of their axes; more than the rings hold.
   static constexpr std::size_t kMostWaiting = 8192;
 
-  /// Of a line with so many axes.
+  /// For a line with this number of axes.
   CycleAssembler(std::size_t axes, Sink sink) : expected_(axes), sink_(std::move(sink)) { axes_.reserve(axes); }
 
-  /// The next samples of the line, which come before those of its axes.
+  /// Adds the next sample of the line; it must come before the samples of its axes.
   void add(const snapshot::LineSample& sample);
-  /// The next sample of an axis.
+  /// Adds the next sample of an axis.
   void add(const snapshot::AxisSample& sample);
-  /// Nothing follows.
+  /// Call after the last sample.
   void finish();
 
  private:
@@ -38,7 +38,7 @@ class CycleAssembler {
   std::size_t expected_;
   Sink sink_;
   std::deque<snapshot::FeedLine> lines_;
-  std::uint64_t cycle_ = 0;  ///< of the samples in `axes_`
+  std::uint64_t cycle_ = 0;  ///< cycle of the samples in `axes_`
   std::vector<snapshot::FeedAxisSample> axes_;
 };
 

@@ -14,7 +14,7 @@ namespace {
 constexpr std::chrono::milliseconds kFeedTime{250};
 constexpr std::uint64_t kLeastCycles = 64;
 constexpr std::uint64_t kMostBytes = 16U << 20;
-/// Longer than any IPv4 address; a longer text could only be told in part.
+/// Longer than any IPv4 address; longer texts would be truncated.
 constexpr std::size_t kLongestAddress = 47;
 
 tl::unexpected<Error> refused(std::string reason) {
@@ -52,7 +52,7 @@ Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
   }
   description.realtime_cpu = config.realtime.cpu.value_or(-1);
   description.period_ns = config.period.count();
-  // A line without a description is as long as it turns out to be.
+  // Without a description the number of slaves is not known yet.
   description.slaves = static_cast<std::uint32_t>(
       config.slaves.empty() ? snapshot::kMaxFeedSlaves : std::min(config.slaves.size(), snapshot::kMaxFeedSlaves));
   for (const auto& interface : telemetry.interfaces) {

@@ -8,8 +8,8 @@
 
 namespace driveline::runtime {
 
-/// A file in memory with the content of `file`, which nobody can change: for a process that may not open the file
-/// itself. Error (kMachine): no memory.
+/// Makes an unchangeable file in memory with the given content, for a process that may not open `file` itself. Error
+/// (kMachine): no memory.
 [[nodiscard]] Result<port::FileDescriptor> sealed_copy(const std::string& content, const std::filesystem::path& file);
 
 }  // namespace driveline::runtime

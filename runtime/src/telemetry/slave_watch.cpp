@@ -18,7 +18,7 @@ std::int64_t wall_time_now_ns() {
       .count();
 }
 
-/// Of FeedSlave::clock.
+/// Values of FeedSlave::clock.
 constexpr std::uint8_t kFollowsReference = 1;
 constexpr std::uint8_t kIsReference = 2;
 
@@ -84,7 +84,7 @@ snapshot::FeedConditionHead wiring_of(const ecat_master::Topology& topology) {
   return head;
 }
 
-/// Cheap: what the frames of the cycle have brought anyway.
+/// Returns the states that the frames of the cycle have brought, at no further cost.
 std::vector<std::uint32_t> SlaveWatch::states_in_cycle() const {
   auto* core = master_.core();
   if (core == nullptr || !master_.cycling()) return {};
@@ -94,7 +94,7 @@ std::vector<std::uint32_t> SlaveWatch::states_in_cycle() const {
     const std::uint32_t there = master_.slaves()[i].present ? 0x100U : 0U;
     states.push_back(there | (report.absent ? 0x200U : 0U) | report.al_status);
   }
-  // A line that is cut off at the master has no state of its own.
+  // An extra entry for a line that is cut off at the master, which the states of the slaves do not show.
   states.push_back(core->al_status().slaves == 0 ? 1 : 0);
   return states;
 }
@@ -112,7 +112,7 @@ void SlaveWatch::read() {
   const auto slaves = master_.slaves();
   condition_.slaves.resize(slaves.size());
   const auto now = wall_time_now_ns();
-  // Without frames that come back every request would wait for its time-out.
+  // Without returning frames every request would wait for its time-out.
   const bool silent = master_.cycling() && master_.core() != nullptr && master_.core()->al_status().slaves == 0;
   const auto found = silent ? std::vector<ecat_master::SlaveDiagnosis>(slaves.size())
                             : ecat_master::read_slave_diagnosis(master_.bus(), slaves)

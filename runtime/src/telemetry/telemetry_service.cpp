@@ -11,13 +11,13 @@
 namespace driveline::runtime {
 namespace {
 
-/// Of cycles after which the bridge is woken: what a batch holds.
+/// Time of the cycles in a batch, after which the bridge is woken.
 constexpr std::chrono::milliseconds kWakePeriod{1};
-/// Between two looks at the bridge.
+/// Interval between two checks of the bridge.
 constexpr std::chrono::milliseconds kLookPeriod{10};
-/// On virtual time, for a bridge that does not go on.
+/// On virtual time, time-out for a bridge that makes no progress.
 constexpr std::chrono::milliseconds kPatienceWithBridge{200};
-/// More than the feed holds, so that the newest are there whatever happens at once.
+/// More than the feed holds, so that even in a burst the newest events are available.
 constexpr std::size_t kMostWaitingEvents = 4 * snapshot::kFeedEvents;
 
 }  // namespace
@@ -54,12 +54,12 @@ void TelemetryService::push(const snapshot::FeedLine& line, std::span<const snap
   batch_ = (line.cycle + 1) / cycles_per_wake_;
 }
 
-/// When a batch is whole, which it publishes then: it need not look more often, and nobody waits for its looking.
+/// Wakes the bridge when a batch is complete; the bridge then publishes it and needs no more frequent polling.
 void TelemetryService::wake_bridge() {
   if (std::exchange(batch_of_wake_, batch_) != batch_) feed_.wake();
 }
 
-/// Half of the feed stays free. A bridge that has stood still for long is not waited for until it goes on.
+/// Waits until half of the feed is free. Does not wait for a bridge that has stopped, until it makes progress again.
 void TelemetryService::wait_for_bridge() {
   const auto& counts = supervisor_->counts();
   const auto behind = [&] { return feed_.written() - counts.next() >= feed_.capacity() / 2; };

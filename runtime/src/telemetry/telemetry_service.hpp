@@ -20,34 +20,34 @@
 
 namespace driveline::runtime {
 
-/// Publishes a line over DDS: writes its feed, and keeps the process running that reads it. A consumer of the samples
-/// like others, on the drain thread; nothing of it is in the cycle, and nothing of DDS in this process.
+/// Publishes a line over DDS: writes its feed, and keeps the process running that reads it. A consumer of samples on
+/// the drain thread; no part of it runs in the cycle, and no part of DDS in this process.
 class TelemetryService final : public snapshot::SampleConsumer {
  public:
-  /// Starts the bridge as [telemetry] says. `virtual_time`: the run waits for the bridge, because nothing else makes it
-  /// slow enough for anybody to follow. Errors: settings that cannot be (kSetting), no memory, the bridge cannot start
-  /// (kMachine).
+  /// Starts the bridge as [telemetry] says. `virtual_time`: the run waits for the bridge, because on virtual time
+  /// nothing else keeps it slow enough for subscribers. Errors: impossible settings (kSetting), no memory, the bridge
+  /// cannot start (kMachine).
   [[nodiscard]] static Result<std::unique_ptr<TelemetryService>> start(const LineConfig& config, bool virtual_time,
                                                                        BridgeSupervisor::Settings settings);
-  /// `driveline-bridge`: that of the environment variable DRIVELINE_BRIDGE; else beside this program, or in
-  /// ../libexec/driveline from there. Error (kMachine): it is not there.
+  /// Finds `driveline-bridge`: from the environment variable DRIVELINE_BRIDGE, else in the folder of this program, or
+  /// in ../libexec/driveline from there. Error (kMachine): it does not exist.
   [[nodiscard]] static Result<std::filesystem::path> find_program();
 
-  /// What has happened since the last call. Any thread.
+  /// Returns the events since the last call. Any thread.
   [[nodiscard]] std::vector<EventFacts> poll();
-  /// Something has happened to the line: `severity` of it, and its sentence. Any thread but the real-time one.
+  /// Publishes an event of the line with its severity and sentence. Any thread except the real-time thread.
   void tell(Severity severity, std::string_view sentence);
-  /// Replaces what is told of the slaves and of who commands the axes. Any thread but the real-time one.
+  /// Replaces the published data of the slaves and of the owners of the axes. Any thread except the real-time thread.
   void set_condition(const snapshot::FeedCondition& condition);
-  /// So far. Any thread.
+  /// Returns the figures so far. Any thread.
   [[nodiscard]] TelemetryReport report() const;
 
-  // The drain thread.
+  // Called on the drain thread.
   void lines(std::span<const snapshot::LineSample> samples) override;
   void axes(std::span<const snapshot::AxisSample> samples) override;
   void set_line_status(const snapshot::LineStatus& status) override;
   void pass_done(const snapshot::DrainCounters& counters) override;
-  /// The bridge publishes what is left, and ends.
+  /// Lets the bridge publish the remaining records and end.
   void finish(const snapshot::DrainCounters& counters) override;
 
  private:
@@ -66,17 +66,17 @@ class TelemetryService final : public snapshot::SampleConsumer {
   std::unique_ptr<BridgeSupervisor> supervisor_;
   CycleAssembler assembler_;
   snapshot::FeedStatus status_;
-  bool waits_;                      ///< for the bridge
-  std::uint64_t stuck_at_ = ~0ULL;  ///< record at which the bridge stood still while it was waited for
+  bool waits_;                      ///< waits for the bridge
+  std::uint64_t stuck_at_ = ~0ULL;  ///< record at which the bridge stopped while it was waited for
   std::uint64_t dropped_by_rings_ = 0;
-  std::uint64_t cycles_per_wake_;    ///< of a millisecond, one at least
-  std::uint64_t batch_ = 0;          ///< millisecond of the cycle that comes after the last one that was pushed
-  std::uint64_t batch_of_wake_ = 0;  ///< the same, when the bridge was woken
+  std::uint64_t cycles_per_wake_;    ///< cycles per millisecond, at least one
+  std::uint64_t batch_ = 0;          ///< millisecond of the cycle after the last pushed one
+  std::uint64_t batch_of_wake_ = 0;  ///< value of `batch_` when the bridge was woken
   Clock::time_point next_look_{};
-  mutable std::mutex mutex_;  ///< of what follows
+  mutable std::mutex mutex_;  ///< protects the members below
   std::vector<EventFacts> events_;
-  std::vector<snapshot::FeedEvent> told_;             ///< to be put into the feed
-  std::optional<snapshot::FeedCondition> condition_;  ///< to be put into the feed
+  std::vector<snapshot::FeedEvent> told_;             ///< events to be written into the feed
+  std::optional<snapshot::FeedCondition> condition_;  ///< data to be written into the feed
   TelemetryReport report_;
 };
 
