@@ -5,7 +5,7 @@
 
 namespace driveline::runtime {
 
-/// Durations of a line description are numbers of microseconds.
+/// Converts a duration of a line description, which is a number of microseconds.
 [[nodiscard]] inline std::chrono::nanoseconds from_us(double us) {
   return std::chrono::nanoseconds{std::llround(us * 1000.0)};
 }

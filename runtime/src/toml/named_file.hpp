@@ -8,7 +8,7 @@
 
 namespace driveline::runtime {
 
-/// The content of the file that `key` names. Throws a ConfigError that points at the key.
+/// Returns the content of the file that `key` names. Throws a ConfigError for the key.
 [[nodiscard]] std::string read_named_file(const TomlReader& reader, std::string_view key,
                                           const std::filesystem::path& file);
 

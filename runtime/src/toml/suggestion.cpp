@@ -6,7 +6,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Letters to insert, to leave out, to replace, or to swap with their neighbour (optimal string alignment).
+/// Returns the number of letters to insert, omit, replace, or swap with their neighbour (optimal string alignment).
 std::size_t edits_between(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1);
   std::vector<std::size_t> last(b.size() + 1);
@@ -40,11 +40,11 @@ std::string begins_with(std::string_view word, std::span<const std::string_view>
 }  // namespace
 
 std::string closest(std::string_view word, std::span<const std::string_view> known) {
-  // Bounds the time of the comparison, which is quadratic.
+  // Limits the time of the comparison, which is quadratic.
   constexpr std::size_t kLongest = 40;
   if (word.size() > kLongest) return {};
   std::string best;
-  // At most two edits, and at most a third of the letters: beyond that it is another word.
+  // At most two edits, and at most a third of the letters; with more edits it is another word.
   std::size_t fewest = std::min<std::size_t>(2, word.size() / 3) + 1;
   for (const auto& name : known) {
     const auto edits = edits_between(word, name);

@@ -5,7 +5,7 @@
 namespace driveline::runtime {
 namespace {
 
-constexpr std::size_t kQuotesOfBlock = 3;  ///< around a string of several lines
+constexpr std::size_t kQuotesOfBlock = 3;  ///< quotes around a multi-line string
 
 bool is_toml_blank(char c) noexcept {
   return c == ' ' || c == '\t';
@@ -13,7 +13,7 @@ bool is_toml_blank(char c) noexcept {
 
 bool is_toml_bare(char c) noexcept {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
-         static_cast<unsigned char>(c) >= 0x80;  // other letters, other blanks
+         static_cast<unsigned char>(c) >= 0x80;  // non-ASCII letters and blanks
 }
 
 /// Scans TOML text and counts levels; knows only the parts of the language that may hide a dot or a bracket.
@@ -44,13 +44,13 @@ class DepthScan {
   void count(char c) noexcept {
     if (c == '\n') ++line_;
     if (c == '.') ++dots_;
-    // The parts of a dotted key may have blanks between them; anything else begins another.
+    // The parts of a dotted key may have blanks in between; any other character starts another key.
     if (c != '.' && !is_toml_bare(c) && !is_toml_blank(c)) dots_ = 0;
     if (c == '[' || c == '{') ++brackets_;
     if ((c == ']' || c == '}') && brackets_ > 0) --brackets_;
   }
 
-  /// Skips a string that begins here with `quote`; an unterminated one extends to the end of its line, or of the text.
+  /// Skips a string that starts here with `quote`; an unterminated one extends to the end of its line, or of the text.
   void skip_string(char quote) noexcept {
     const bool block = text_.substr(at_).starts_with(std::string_view(quote == '"' ? "\"\"\"" : "'''"));
     at_ += block ? kQuotesOfBlock : 1;
@@ -63,7 +63,7 @@ class DepthScan {
       }
       quotes = c == quote ? quotes + 1 : 0;
       if (c == '\\' && quote == '"' && at_ + 1 < text_.size() && text_[at_ + 1] != '\n') ++at_;
-      // Up to two quotes may stand in front of the three that end a block.
+      // Up to two quotes may precede the three that end a multi-line string.
       const bool more = at_ + 1 < text_.size() && text_[at_ + 1] == quote;
       if (quotes >= (block ? kQuotesOfBlock : 1) && !(block && more && quotes < kQuotesOfBlock + 2)) {
         ++at_;

@@ -10,7 +10,7 @@
 
 namespace driveline::runtime {
 
-/// The table behind a TomlReader, of a file that toml++ has read. Users of the library need not have toml++.
+/// The table of a TomlReader, from a file that toml++ has read. Hidden from users of the library, who need no toml++.
 struct TomlReader::Table {
   const toml::table* nodes;
   std::string file;
@@ -22,7 +22,7 @@ struct TomlReader::Table {
   [[nodiscard]] std::string where(const toml::node* node, std::string_view key) const;
 };
 
-/// The root of a file; `nodes` must outlive the reader.
+/// Returns a reader for the root of a file; `nodes` must outlive the reader.
 [[nodiscard]] TomlReader read_toml_table(const toml::table& nodes, std::string file);
 
 }  // namespace driveline::runtime
