@@ -225,7 +225,8 @@ AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::s
   return Way::kOpen;
 }
 
-/// Whether the caller takes the axis over: by this request, or by an earlier one that the axis has not processed yet.
+/// Whether the caller takes the axis over: by this request, or by an earlier request that the axis has not processed
+/// yet.
 bool AxisDoor::takes_over(const AxisCaller& caller, std::size_t axis) const {
   return caller.take_over || std::any_of(pending_.begin(), pending_.end(), [&](const Pending& pending) {
            return pending.takes_over && pending.axis == axis && pending.caller.name == caller.name;

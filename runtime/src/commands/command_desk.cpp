@@ -282,8 +282,8 @@ void CommandDesk::heard(const snapshot::CommandParticipant& participant, std::st
   door_.keep_alive(found->second.caller);
 }
 
-/// Clients stay known: after a restart of the bridge their middleware resends unacknowledged commands, also those that
-/// were executed long ago; their numbers identify them.
+/// Clients stay known: after a restart of the bridge their middleware resends unacknowledged commands, even if
+/// they were executed long ago; their numbers identify them.
 void CommandDesk::bridge_lost() {
   told_nonsense_ = false;
   for (auto& [key, client] : clients_) {

@@ -30,7 +30,7 @@ namespace driveline::runtime {
 /// counted. Belongs to one thread, which is not the cycle's.
 class CommandDesk {
  public:
-  /// Commands per second of one client; stops have an equal rate of their own.
+  /// Commands per second and client; stops have an equal rate of their own.
   static constexpr double kClientRate = 200.0;
   static constexpr double kClientAtOnce = 100.0;
   /// Commands per second of all clients together; commands beyond it are not answered.
@@ -41,9 +41,9 @@ class CommandDesk {
   static constexpr double kEventsAtOnce = 100.0;
   /// Most clients at a time; a silent client without pending requests is forgotten when a new one needs its place.
   static constexpr std::size_t kMostClients = 64;
-  /// Most clients of one participant, so that it cannot keep others out with many names.
+  /// Most clients per participant, so that it cannot keep others out with many names.
   static constexpr std::ptrdiff_t kMostNames = 8;
-  /// Most pending requests of one client.
+  /// Most pending requests per client.
   static constexpr std::size_t kMostRequests = 32;
 
   /// `door` and `clock`, which measures leases, must outlive it. `lease_timeout`: positive.
@@ -86,7 +86,7 @@ class CommandDesk {
   using Problem = std::string;
 
   [[nodiscard]] Client* find_client(const snapshot::CommandRecord& record, std::string_view name);
-  /// Forgets a silent client without pending requests: of one participant, or of any (null).
+  /// Forgets a silent client without pending requests: of this participant, or of any (null).
   [[nodiscard]] bool make_room(const snapshot::CommandParticipant* of);
   void judge(Client& client, const snapshot::CommandRecord& record);
   void lease(Client& client, const snapshot::CommandRecord& record, std::size_t axis);

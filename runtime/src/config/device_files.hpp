@@ -11,7 +11,7 @@
 
 namespace driveline::runtime {
 
-/// ESI files of one line description. Each file is read once, and each device in it is described once.
+/// ESI files of a line description. Each file is read once, and each device in it is described once.
 class DeviceFiles {
  public:
   /// `directory`: folder of the line description; paths in the description are relative to it.

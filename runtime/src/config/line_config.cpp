@@ -42,7 +42,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Most slaves of one master: the cyclic frames of more axes do not fit into a useful cycle.
+/// Most slaves per master: the cyclic frames of more axes do not fit into a useful cycle.
 constexpr std::size_t kMaxSlaves = 256;
 /// Longest name in the telemetry records.
 constexpr std::size_t kMaxName = 31;

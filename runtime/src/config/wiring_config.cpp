@@ -96,7 +96,7 @@ Wiring make_star(TomlReader& reader, std::size_t count, nanoseconds delay) {
   return wiring;
 }
 
-/// Makes a line with a branch at port 3 of one slave: the branch holds the next slaves in the file; the rest of the
+/// Makes a line with a branch at port 3 of a slave: the branch holds the next slaves in the file; the rest of the
 /// line follows them.
 Wiring make_branch(TomlReader& reader, SlaveNames names, nanoseconds delay) {
   const auto name = reader.text("junction");

@@ -21,7 +21,7 @@ struct NetworkFrame {
   std::array<std::byte, wire::kMaxEoeFrame> bytes{};
 };
 
-/// Network of one device, between the thread that runs the line and the thread that serves its end point. Neither
+/// Network of a device, between the thread that runs the line and the thread that serves its end point. Neither
 /// thread waits for the other.
 class DeviceNetwork final : public slaves::EthernetLink {
  public:

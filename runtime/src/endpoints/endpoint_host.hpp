@@ -12,7 +12,7 @@
 
 namespace driveline::runtime {
 
-/// Runs the end point of one device, and sends it address, link, status and frames. Belongs to one thread.
+/// Runs the end point of a device, and sends it address, link, status and frames. Belongs to one thread.
 class EndpointHost {
  public:
   using Clock = std::chrono::steady_clock;

@@ -90,7 +90,7 @@ void EthernetSwitch::forget_old(nanoseconds now) {
   std::erase_if(stations_, [&](const auto& station) { return now - station.second.seen >= settings_.ageing; });
 }
 
-/// Sends a frame to all ports. A token bucket for each port limits a broadcast storm of one device to flood_rate.
+/// Sends a frame to all ports. A token bucket for each port limits a broadcast storm of a device to flood_rate.
 void EthernetSwitch::flood(std::size_t from, std::span<const std::byte> frame, nanoseconds now) {
   auto& source = ports_[from];
   const auto elapsed = std::chrono::duration<double>(now - source.credit_at).count();

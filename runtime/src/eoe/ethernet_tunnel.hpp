@@ -25,7 +25,7 @@ struct EoeHost {
 /// Ethernet over EtherCAT between a TAP interface and slaves: a switch with a port for each of them, and the thread
 /// that moves the frames. A slave gets its IP parameters whenever its mailboxes have been opened, at the start or when
 /// it returns; its link is then up until its mailboxes are closed. A slave that does not answer is asked again with
-/// growing pauses; one that refuses is not.
+/// growing pauses; a slave that refuses is not.
 class EthernetTunnel final : private ecat_master::EoeReceiver {
  public:
   /// A slave that has not accepted its IP parameters.

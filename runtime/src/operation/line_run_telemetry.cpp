@@ -11,7 +11,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Interval at which the rings are read: the longest delay of a sample on its way to the consumers.
+/// Interval at which the rings are read: the longest delay of a sample before the consumers get it.
 constexpr auto kDrainPeriod = std::chrono::microseconds{500};
 
 }  // namespace

@@ -98,7 +98,7 @@ void Recorder::axes(std::span<const snapshot::AxisSample> samples) {
   }
 }
 
-/// Collects the samples of one cycle, which arrive one after another; a row is written when it is complete, and dropped
+/// Collects the samples of a cycle, which arrive one after another; a row is written when it is complete, and dropped
 /// if samples are missing.
 void Recorder::add_to_row(const snapshot::AxisSample& sample) {
   if (sample.axis == 0 || row_.empty() || row_.front().cycle != sample.cycle) row_.clear();

@@ -25,7 +25,7 @@ struct ErrorFigures {
   [[nodiscard]] double rms() const noexcept;
 };
 
-/// Following error of one axis while in Operation enabled, in rad or m, as computed by the master.
+/// Following error of an axis while in Operation enabled, in rad or m, as computed by the master.
 struct FollowingError : ErrorFigures {
   ErrorFigures path;    ///< error against the path at this instant, instead of the setpoint that the drive followed
   ErrorFigures drive;   ///< as reported by the drive (60F4h); no samples: the object is not mapped
@@ -88,7 +88,7 @@ class Recorder final : public snapshot::SampleConsumer {
   void take_row(const std::vector<snapshot::AxisSample>& row);
   void write_row(const std::vector<snapshot::AxisSample>& row);
 
-  /// Extremes of one axis since the last row; in the order of the columns.
+  /// Extremes of an axis since the last row; in the order of the columns.
   struct Extremes {
     double least = std::numeric_limits<double>::quiet_NaN();
     double greatest = std::numeric_limits<double>::quiet_NaN();

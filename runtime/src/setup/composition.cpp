@@ -34,7 +34,7 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   options.al.device_id = config.plan.device_id.value_or(0);
   options.sii_image = config.sii_content;
   auto device = config.device->simulate({config.name, serial_number_of(config, number)});
-  // The simulated slave must be the one that the description expects.
+  // Give the simulated slave the alias that the description expects.
   if (options.sii_image.empty() && config.plan.alias)
     options.sii_image = with_alias(device->profile().sii_image, *config.plan.alias);
   return std::make_unique<slaves::Slave>(std::move(device), options);

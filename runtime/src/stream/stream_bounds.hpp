@@ -6,7 +6,7 @@
 namespace driveline::runtime {
 
 /// Returns the bounds of setpoints of an axis: positions within its software limits, as the drive counts, or without
-/// limits those that 32 bits can represent; and its velocity limit.
+/// limits the range of 32 bits; and its velocity limit.
 [[nodiscard]] stream::AxisBounds stream_bounds(const ecat_master::AxisConfig& axis) noexcept;
 
 }  // namespace driveline::runtime

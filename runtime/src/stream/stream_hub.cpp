@@ -4,7 +4,7 @@
 
 namespace driveline::runtime {
 
-/// Setpoints of one axis, from the session that owns it.
+/// Setpoints of an axis, from the session that owns it.
 class StreamHub::Feed final : public ecat_master::SetpointFeed {
  public:
   [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }

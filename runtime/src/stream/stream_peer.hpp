@@ -7,7 +7,7 @@
 
 namespace driveline::runtime {
 
-/// Returns the peer of a connected Unix socket; none: the system does not tell.
+/// Returns the peer of a connected Unix socket; none: the system does not report it.
 [[nodiscard]] std::optional<StreamPeer> peer_of(int socket);
 
 /// Whether the peer may stream; root and the user of this process always may.

@@ -105,7 +105,7 @@ constexpr std::array kPlantKeys = {
              [](MsdParameters& p) { return PlantKey::Place{&p.motor.load.end_stop_damping_nm_s}; }},
 };
 
-/// Reads the numbers of one table into the model.
+/// Reads the numbers of a table into the model.
 void read_numbers(TomlReader& reader, std::string_view table, MsdParameters& parameters) {
   for (const PlantKey& row : kPlantKeys) {
     if (row.table != table || !reader.has(row.key)) continue;

@@ -54,8 +54,8 @@ struct CouplingConfig {
 /// Gears and cams of a line description.
 struct CouplingPlan {
   std::vector<EncoderConfig> encoders;    ///< in the order of the file
-  std::vector<CamConfig> cams;            ///< likewise
-  std::vector<CouplingConfig> couplings;  ///< likewise; one per slave
+  std::vector<CamConfig> cams;            ///< in the order of the file
+  std::vector<CouplingConfig> couplings;  ///< in the order of the file; one per slave
 
   /// Returns the coupling of this slave axis; null: it has none.
   [[nodiscard]] const CouplingConfig* of(std::size_t slave) const noexcept {

@@ -39,7 +39,7 @@ namespace driveline::runtime {
 /// Most increments per revolution of an axis: positions have 32 bits.
 inline constexpr double kMaxIncrementsPerRevolution = 4294967295.0;
 
-/// Distributed clock of one slave. Values that are left out come from its EEPROM.
+/// Distributed clock of a slave. Values that are left out come from its EEPROM.
 struct SlaveClockConfig {
   bool synchronous = true;                              ///< false: no SYNC signals, free run
   std::optional<std::string> op_mode;                   ///< name of the operation mode
@@ -102,7 +102,7 @@ struct OutputConfig {
 /// A fault of the simulated line, and its time.
 struct FaultPlan {
   std::chrono::nanoseconds at{};  ///< time since the line was switched on
-  slaves::Fault fault;            ///< what goes wrong
+  slaves::Fault fault;            ///< the fault
 };
 
 /// [gateway] of a line description: access of vendor tools to the mailboxes.
@@ -141,7 +141,7 @@ struct LineConfig {
   std::vector<AxisGroupConfig> axis_groups;              ///< in the order of the file
   std::vector<ecat_master::GantrySettings> gantries;     ///< pairs of axes that move as one
   std::optional<PathConfig> path;                        ///< none: the axes hold the position at which they are enabled
-  TelemetryConfig telemetry;                             ///< what is published over DDS
+  TelemetryConfig telemetry;                             ///< publication over DDS
   std::optional<CommandConfig> commands;                 ///< none: no commands over DDS
   OutputConfig output;                                   ///< output files
   std::optional<EoeConfig> eoe;                          ///< none: no EoE
@@ -179,7 +179,7 @@ struct LostLimit {
 [[nodiscard]] const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave);
 
 /// Reads a line description (TOML) whose slaves are of the families in `devices`. Checks every key: unknown keys, wrong
-/// types and values out of range are errors of one sentence that starts with file:line and says what was expected.
+/// types and values out of range are errors with a sentence that starts with file:line and says what was expected.
 /// Paths in the file are relative to the file, except the output directory, which is relative to the working directory.
 /// `mode` (CSP, CSV or CST) overrides the `mode` of every axis; the file is checked as if it contained it.
 [[nodiscard]] Result<LineConfig> load_line_config(const std::filesystem::path& file,

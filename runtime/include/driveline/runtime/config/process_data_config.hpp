@@ -13,7 +13,7 @@ struct GroupConfig {
   ecat_master::GroupSettings settings;  ///< divider, phase, limit of bad cycles
 };
 
-/// A [[copy]]: an input of one slave that is copied to an output of another, by the names in ProcessVariables.
+/// A [[copy]]: an input of a slave that is copied to an output of another slave, by the names in ProcessVariables.
 struct CopyConfig {
   std::string from;        ///< input, "slave.object"
   std::string to;          ///< output, "slave.object"

@@ -14,13 +14,13 @@ struct DeviceIdentity {
   std::uint32_t product_code = 0;  ///< assigned by the vendor
 };
 
-/// Name and serial number of one device of a line.
+/// Name and serial number of a device on a line.
 struct DevicePlace {
   std::string name;                 ///< name in its [[slave]]
   std::uint32_t serial_number = 0;  ///< serial number that the line expects; from 1
 };
 
-/// Device of one [[slave]]: the identity that the master expects, and the simulated device. Made by a DeviceFamily.
+/// Device of a [[slave]]: the identity that the master expects, and the simulated device. Made by a DeviceFamily.
 /// Immutable; any thread.
 class SlaveDevice {
  public:

@@ -14,8 +14,8 @@
 namespace driveline::runtime {
 
 /// IP stacks of the devices with EoE of a simulated line: one process per device (`driveline-endpoint`) in its own
-/// network namespace, so that devices of one subnet can reach each other only over the line. It answers ARP and ping,
-/// shows the device at http://ADDRESS/ and /state.json, and echoes at TCP port 7.
+/// network namespace, so that devices of the same subnet can reach each other only over the line. It answers ARP and
+/// ping, shows the device at http://ADDRESS/ and /state.json, and echoes at TCP port 7.
 ///
 /// Frames pass through rings between the thread that runs the line and a thread of this object with ordinary priority,
 /// so that the line never waits for an end point. An end point that dies is restarted.
@@ -30,7 +30,7 @@ class DriveNetworks {
     std::chrono::milliseconds first_pause{200};       ///< pause before the first restart, doubled each time
     std::chrono::milliseconds longest_pause{10'000};  ///< longest pause before a restart
   };
-  /// Figures of one device since the start.
+  /// Figures of a device since the start.
   struct Figures {
     std::size_t slave = 0;          ///< position in the line
     bool running = false;           ///< its end point is ready

@@ -22,7 +22,7 @@ class SwitchedDevice {
   [[nodiscard]] virtual bool send(std::span<const std::byte> frame) = 0;
 };
 
-/// Frames and bytes of one port since the start.
+/// Frames and bytes of a port since the start.
 struct SwitchPortFigures {
   std::string name;               ///< name of the connected device
   bool link = false;              ///< the link is up, frames pass

@@ -8,7 +8,7 @@ namespace driveline::runtime::events {
 
 /// The line accepts commands.
 struct CommandsOpen {
-  bool insecure = false;  ///< from anyone in the network
+  bool insecure = false;  ///< accepts them from anyone in the network
 };
 /// A command that sends no request to an axis, or that was refused before the AxisDoor.
 struct CommandAnswered {

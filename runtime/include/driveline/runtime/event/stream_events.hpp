@@ -14,7 +14,7 @@
 
 namespace driveline::runtime {
 
-/// A program that streams setpoints or requests to.
+/// A program that streams setpoints, or requests to do so.
 struct StreamPeer {
   std::string name;   ///< name given by the client; over DDS, the name in its leases
   pid_t process = 0;  ///< process number from the kernel; 0: a client over DDS
@@ -77,7 +77,7 @@ struct StreamClientLeft {
   stream::EndReason reason{};                              ///< reason
   std::uint64_t taken = 0;                                 ///< number of accepted setpoints
   std::array<std::uint64_t, stream::kRefusals> refused{};  ///< refused setpoints, indexed by stream::Refusal
-  std::uint64_t starved = 0;                               ///< how often the axes ran out of setpoints
+  std::uint64_t starved = 0;                               ///< number of times the axes ran out of setpoints
 };
 
 }  // namespace events

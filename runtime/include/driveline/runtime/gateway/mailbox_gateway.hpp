@@ -20,7 +20,7 @@ struct GatewaySettings {
                                               wire::MailboxType::kSoe, wire::MailboxType::kVoe};
 };
 
-/// Figures of one client since it connected.
+/// Figures of a client since it connected.
 struct GatewayClient {
   std::string name;             ///< "udp 127.0.0.1:40112"
   std::uint64_t requests = 0;   ///< mailbox messages for slaves

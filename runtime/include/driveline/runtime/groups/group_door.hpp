@@ -19,7 +19,7 @@
 
 namespace driveline::runtime {
 
-/// Progress of a request to a group or of one of its moves.
+/// Progress of a request to a group, or of a single move.
 struct GroupProgress {
   ecat_master::GroupRequestReport report;  ///< phase and reason
   std::optional<GroupRefusal> refusal{};   ///< reason with its facts; none: the request has not failed
@@ -98,7 +98,7 @@ class GroupDoor final : private GroupGuard {
   struct Group;
   /// A request, or consecutive moves, that were not over at the last watch().
   struct Pending {
-    std::uint64_t number = 0;  ///< number of the first one that is not over
+    std::uint64_t number = 0;  ///< first number that is not over
     std::uint64_t last = 0;
     std::size_t group = 0;
     AxisCaller caller;

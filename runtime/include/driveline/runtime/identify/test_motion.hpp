@@ -13,7 +13,7 @@ struct TestMotion {
   double acceleration = 0.0;  ///< highest acceleration, rad/s^2 or m/s^2; above 0
 };
 
-/// Returns the motion as a path of one axis that starts at 0. Errors (kSetting): outside the limits of the axis,
+/// Returns the motion as a path of a single axis that starts at 0. Errors (kSetting): outside the limits of the axis,
 /// distance 0, or a duration of hours.
 [[nodiscard]] Result<trajectory::Interpolator> make_test_path(const TestMotion& motion,
                                                               const ecat_master::AxisConfig& axis);

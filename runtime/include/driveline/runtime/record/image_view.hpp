@@ -22,7 +22,7 @@ struct GroupView {
   std::uint64_t lost_frames = 0;
   std::uint64_t wkc_errors = 0;
   std::uint32_t longest_bad = 0;  ///< most consecutive incomplete exchanges
-  std::uint64_t zeroings = 0;     ///< how often the outputs were zeroed
+  std::uint64_t zeroings = 0;     ///< number of times the outputs were zeroed
 };
 
 /// The process image as a whole.

@@ -36,7 +36,7 @@ struct DriveFacts {
 
 /// Reads an object of a drive by index and sub-index; none: it cannot be read.
 using ReadObject = std::function<std::optional<std::vector<std::byte>>(std::uint16_t, std::uint8_t)>;
-/// Reads the facts of one drive, object by object; objects that cannot be read are left out.
+/// Reads the facts of a drive, object by object; objects that cannot be read are left out.
 [[nodiscard]] DriveFacts ask_drive_facts(const ReadObject& read);
 
 /// Reads the facts of the drives of all axes in parallel; missing objects are left out. Skips slaves without CoE and

@@ -15,7 +15,7 @@ namespace driveline::stream {
 
 /// Version of greeting and records; both ends must have the same.
 inline constexpr std::uint32_t kVersion = 1;
-/// Most axes of one client.
+/// Most axes per client.
 inline constexpr std::size_t kMaxAxes = 16;
 
 /// Kind of a record of the client.
@@ -27,7 +27,7 @@ enum class RecordKind : std::uint32_t {
   kEnd = 4,        ///< brings the axes to rest; then they are free
 };
 
-/// Target of an axis at one instant. docs/motion.md tells which interpolation uses velocity and acceleration.
+/// Target of an axis at one instant. docs/motion.md explains which interpolation uses velocity and acceleration.
 struct AxisTarget {
   double position = 0.0;      ///< rad or m
   double velocity = 0.0;      ///< rad/s or m/s
@@ -96,7 +96,7 @@ inline constexpr std::size_t kRefusals = 12;
 /// State of the session of a client.
 enum class SessionState : std::uint32_t {
   kWaiting = 0,    ///< there are no setpoints yet
-  kStreaming = 1,  ///< there are setpoints; AxisStatus::following tells whether an axis follows them
+  kStreaming = 1,  ///< there are setpoints; AxisStatus::following shows whether an axis follows them
   kStarved = 2,    ///< no setpoints are left: the axes come to rest, and continue with the next setpoints
   kEnding = 3,     ///< the axes come to rest; no more records are accepted
   kOver = 4,       ///< the axes are free
@@ -163,8 +163,8 @@ struct StatusRecord {
   SessionState state = SessionState::kWaiting;     ///< state of the session
   EndReason reason = EndReason::kNone;             ///< reason in kEnding and kOver
   std::array<std::uint64_t, kRefusals> refused{};  ///< refused setpoints, indexed by Refusal
-  std::uint64_t starved = 0;                       ///< how often the setpoints ran out in motion
-  std::uint64_t detours = 0;                       ///< how often an axis left the curve to keep its limits
+  std::uint64_t starved = 0;                       ///< number of times the setpoints ran out in motion
+  std::uint64_t detours = 0;                       ///< number of times an axis left the curve to keep its limits
   std::uint32_t axis_count = 0;                    ///< number of valid `axes`
   std::uint32_t reserved = 0;                      ///< 0
   std::array<AxisStatus, kMaxAxes> axes{};         ///< in the order of the greeting
