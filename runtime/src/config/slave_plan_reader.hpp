@@ -5,7 +5,7 @@
 
 namespace driveline::runtime {
 
-/// Reads the keys of SlavePlanConfig from a [[slave]] table; the caller reads its other keys. Throws ConfigErrors.
+/// Reads the keys of SlavePlanConfig from a [[slave]] table; the caller reads its other keys. Throws ConfigError.
 [[nodiscard]] SlavePlanConfig read_slave_plan(TomlReader& slave);
 
 }  // namespace driveline::runtime

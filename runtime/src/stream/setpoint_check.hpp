@@ -12,7 +12,7 @@
 namespace driveline::runtime {
 
 /// Checks each setpoint of a client, which may have written anything. The trajectory::SetpointStream that receives the
-/// setpoints checks the order of their times. Belongs to the cycle; everything except the constructor is \rtsafe.
+/// setpoints checks how their times relate. Belongs to the cycle; everything except the constructor is \rtsafe.
 class SetpointCheck {
  public:
   /// Result of the check of a setpoint.

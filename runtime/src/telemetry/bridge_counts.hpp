@@ -20,13 +20,13 @@ class BridgeCounts {
   void begin(std::uint64_t written);
   /// Checks the counts. False: they are impossible.
   [[nodiscard]] bool look(std::uint64_t written);
-  /// Call when the bridge has finally ended: records that it has not taken are lost.
+  /// Call when the last bridge has ended: records that it has not taken are lost.
   void end(std::uint64_t written) noexcept;
 
-  /// Counts of the bridges before the present one:
+  /// Return the counts of the bridges before the present one.
   [[nodiscard]] std::uint64_t published_before() const noexcept { return published_before_; }
   [[nodiscard]] std::uint64_t dropped_before() const noexcept { return dropped_before_; }
-  /// Counts of all bridges:
+  /// Return the counts of all bridges.
   [[nodiscard]] std::uint64_t published() const noexcept { return published_before_ + last_.published; }
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_before_ + dropped_by(last_); }
   /// Returns the record that the bridge takes next, as far as its counts are plausible.
