@@ -65,7 +65,7 @@ std::vector<TracedCycle> CycleTrace::cycles() const {
     const auto& [found, count] = switches_[i];
     all.push_back({worst_[i], 0, {found.rend() - static_cast<std::ptrdiff_t>(count), found.rend()}});
   }
-  // Of equally bad cycles, the earliest comes first.
+  // Among equally bad cycles, the earliest comes first.
   std::sort(all.begin(), all.end(), [](const TracedCycle& a, const TracedCycle& b) {
     const auto longer = a.stamps.span(), shorter = b.stamps.span();
     return longer != shorter ? longer > shorter : a.stamps.cycle < b.stamps.cycle;

@@ -41,7 +41,7 @@ class CycleTask {
 
  protected:
   CycleTask() = default;
-  /// Tasks are used by reference.
+  /// Copying is for implementations only: tasks are used by reference.
   CycleTask(const CycleTask&) = default;
   CycleTask& operator=(const CycleTask&) = default;
 };

@@ -198,7 +198,7 @@ class Motion final : public MotionControl {
   void enter(MotionPhase phase, std::int64_t cycle) noexcept;
   [[nodiscard]] double seconds(std::int64_t cycles) const noexcept;
   [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept { return seconds(cycle - phase_start_); }
-  /// The same in the time of the setpoints.
+  /// The same, counted in periods for which setpoints were generated.
   [[nodiscard]] double given_s() const noexcept { return seconds(given_ - phase_given_); }
   void obey(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;

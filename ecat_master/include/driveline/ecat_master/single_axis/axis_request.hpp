@@ -137,7 +137,7 @@ enum class AxisError : std::uint8_t {
   kNotAtRest,       ///< homing starts only at standstill, and nothing else starts during homing
   kModeTimeout,     ///< the drive has not changed its mode in time
   kEnableTimeout,   ///< the drive was not enabled in time
-  kResetTimeout,    ///< the fault of the drive stayed
+  kResetTimeout,    ///< the fault of the drive was not cleared in time
   kFault,           ///< the drive reports a fault
   kLost,            ///< the slave is missing or has left OP, or the drive has left Operation enabled on its own
   kMasterAway,      ///< the master missed too many periods

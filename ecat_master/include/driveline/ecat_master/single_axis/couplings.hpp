@@ -23,7 +23,7 @@ namespace driveline::ecat_master {
 /// with kError, AxisError::kFollowing, and the slave comes to rest with the jerk of its axis, if the master fails or is
 /// switched off, or if the coupling is not possible (Report::refusal).
 ///
-/// Positions are request positions, with AxisCommand::kSetPosition: renaming the position of one of the axes while
+/// Positions are request positions, with AxisCommand::kSetPosition: renaming the position of either axis while
 /// they are coupled moves the slave to the position that the law then gives.
 class Couplings {
  public:
