@@ -13,20 +13,20 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Of position setpoints.
+/// Delay of position setpoints, in cycles.
 double delay_of(const AxisConfig& config) {
-  // Where it is told to be, an axis without a drive is in the next cycle.
+  // A virtual axis reaches its setpoint in the next cycle.
   if (config.is_virtual()) return 1.0;
   constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
   return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
 }
 
-/// Friction and weight need 60B2h: in CST alone they are part of the target.
+/// Whether feed-forward of friction and weight needs 60B2h: only in CST it is part of the target.
 bool needs_torque_offset(const AxisConfig& config) noexcept {
   return config.feed_forward.any() && config.mode != cia402::Mode::kCyclicTorque;
 }
 
-/// Bit of each mode whose objects are mapped.
+/// Bit n is set if all objects of mode n are mapped.
 std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& pdos) {
   using cia402::Mode;
   std::uint32_t modes = 0;
@@ -39,7 +39,7 @@ std::uint32_t possible_modes(const AxisConfig& config, const PdoConfiguration& p
   return modes;
 }
 
-/// The drive follows position setpoints.
+/// Whether the drive follows position setpoints.
 bool by_positions(cia402::Mode mode) noexcept {
   return mode == cia402::Mode::kCyclicPosition || mode == cia402::Mode::kInterpolatedPosition;
 }
@@ -51,7 +51,7 @@ AxisConfig without_drive(AxisConfig config) {
   return config;
 }
 
-/// The state of a drive without faults that does at once what it is told.
+/// State of an ideal drive without faults that executes the control word at once.
 snapshot::AxisState state_by(std::uint16_t control_word) noexcept {
   using snapshot::AxisState;
   switch (control_word & cia402::command::kEnableOperation) {
@@ -66,7 +66,7 @@ snapshot::AxisState state_by(std::uint16_t control_word) noexcept {
   }
 }
 
-/// 6041h in such a state (CiA 402-2, "State coding").
+/// 6041h in this state (CiA 402-2, "State coding").
 std::uint16_t status_word_of(snapshot::AxisState state) noexcept {
   constexpr std::uint16_t kSwitchOnDisabled = 0x0040;
   constexpr std::uint16_t kReadyToSwitchOn = 0x0021;
@@ -84,13 +84,13 @@ std::uint16_t status_word_of(snapshot::AxisState state) noexcept {
   }
 }
 
-/// Number of positions, 2^32 without a range.
+/// Number of increments in the position range; 2^32 without a range.
 std::int64_t range_of(const AxisConfig& config) {
   if (config.range_min >= config.range_max) return std::int64_t{1} << 32;
   return std::int64_t{config.range_max} - config.range_min + 1;
 }
 
-/// Of 6042h per rad/s or m/s; 0: not known.
+/// Signed counts of 6042h per rad/s or m/s; 0: not known.
 double counts_per_unit(const AxisConfig& config) {
   if (config.velocity_count == 0.0) return 0.0;
   return (config.reversed ? -1.0 : 1.0) / config.velocity_count;
@@ -210,7 +210,8 @@ bool Axis::set_mode(cia402::Mode mode) noexcept {
   return true;
 }
 
-/// The setpoints are the same, so there is nothing to lead over; from a loop that is closed here there would be.
+/// Changes between CSP and interpolated position. Both use the same setpoints, so no transition is needed. A change
+/// from a loop that the master closes would need one and is refused.
 bool Axis::set_interpolation(cia402::Mode mode) noexcept {
   if (pending_ || !by_positions(mode) || !by_positions(mode_)) return false;
   passing_ = enabled();
@@ -249,7 +250,7 @@ double Axis::of_axis(double drive_position) const noexcept {
   return compensation_ ? compensation_->axis_position(drive_position) : drive_position;
 }
 
-/// At the position of the inputs.
+/// Velocity of the axis for that of the drive, at the position of the inputs.
 double Axis::velocity_of_axis(double drive_velocity) const noexcept {
   return compensation_ ? compensation_->axis_velocity(drive_velocity, inputs_.position) : drive_velocity;
 }
@@ -267,14 +268,15 @@ Axis::Homed Axis::home(const Homed& before, double called, bool forward) noexcep
   return {mark, setpoint};
 }
 
-/// Only setpoints have a direction: where the axis is led by a torque, or by its drive, its position trembles.
+/// Only setpoints define a direction: under torque control, or in a motion that the drive generates, the position
+/// jitters.
 void Axis::compensate(bool moving, const trajectory::AxisSetpoint& setpoint) noexcept {
   const bool by_torque = mode_ == cia402::Mode::kCyclicTorque && setpoint.torque.has_value();
   const bool led = moving && !by_torque && (by_positions(mode_) || cyclic(mode_));
   led ? compensation_->advance(setpoint.position) : compensation_->rest();
 }
 
-/// It has done what the last outputs say.
+/// Updates the inputs of a virtual axis, which has executed its last outputs.
 void Axis::be_its_drive() noexcept {
   fresh_ = true;
   inputs_.state = state_by(targets_.control_word);
@@ -311,8 +313,8 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   if (digital_inputs_) inputs_.digital_inputs = take(digital_inputs_, image);
 }
 
-/// A step of less than a quarter of the range goes on across its end while the drive is switched on; anything else, a
-/// new zero for instance, is taken as it is.
+/// Unwraps the position: while the drive is switched on, a step of less than a quarter of the range continues across
+/// its end. Any other step, such as a new zero, is taken as it is.
 void Axis::count(std::int32_t increments) noexcept {
   std::int64_t step = std::int64_t{increments} - last_count_;
   if (step > range_ / 2) {
@@ -325,8 +327,8 @@ void Axis::count(std::int32_t increments) noexcept {
   last_count_ = increments;
 }
 
-/// A target position is the place of it in the range where the drive stands near enough to know which way is meant,
-/// across the ends of the range, too.
+/// Wraps a target position into the range of the drive, also across its ends. That is unambiguous only within half a
+/// range of the actual position; a target farther away is saturated.
 std::int32_t Axis::wrapped(double increments) const noexcept {
   const double half = 0.5 * static_cast<double>(range_);
   if (!(std::abs(increments - static_cast<double>(count_)) < half)) return saturate<std::int32_t>(increments);
@@ -336,8 +338,9 @@ std::int32_t Axis::wrapped(double increments) const noexcept {
   return static_cast<std::int32_t>(config_.range_min + (place < 0 ? place + range_ : place));
 }
 
-/// Velocity for the way that is left, so that the axis gets no faster than its limit or its setpoint. Without a new
-/// position it stays as it was: the setpoint has gone on, and the old position has not.
+/// Velocity that the position loop adds for the remaining distance, limited so that the axis gets no faster than its
+/// limit or its setpoint. Without a new actual position the last correction stays: the setpoint has advanced, the old
+/// position has not.
 double Axis::position_loop(const trajectory::AxisSetpoint& setpoint) const noexcept {
   if (!trusted_) return 0.0;
   const double most = std::max(config_.limits.max_velocity, std::abs(setpoint.velocity));
@@ -351,14 +354,14 @@ double Axis::distrust_position() noexcept {
   return std::exchange(correction_, 0.0);
 }
 
-/// A source that computes the torque knows better.
+/// A torque given by the setpoint source replaces that of the model.
 double Axis::feed_forward(const trajectory::AxisSetpoint& setpoint) const noexcept {
   if (setpoint.torque) return *setpoint.torque;
   return config_.inertia * setpoint.acceleration + config_.feed_forward.torque(setpoint);
 }
 
-/// The drive uses a torque offset at once, but is where a position setpoint is only later. While the mode changes the
-/// reference is where the axis is already.
+/// Delays the torque offset: the drive applies it at once but reaches a position setpoint only later. During a mode
+/// change the reference is already at the actual position, so no delay is needed.
 void Axis::delay_offset() noexcept {
   if (config_.offset_delay_cycles <= 0.0) return;
   feeds_.push(targets_.feed_torque);
@@ -366,7 +369,7 @@ void Axis::delay_offset() noexcept {
   targets_.torque = targets_.feed_torque = feeds_.followed();
 }
 
-/// The offset is a part of the sum.
+/// Clamps the whole torque and the offset, which is a part of it.
 void Axis::limit_torque() noexcept {
   if (!config_.max_torque) return;
   const double most = *config_.max_torque;
@@ -374,13 +377,14 @@ void Axis::limit_torque() noexcept {
   targets_.feed_torque = std::clamp(targets_.feed_torque, -most, most);
 }
 
-/// Without a new velocity it stays as it was.
+/// Without a new actual velocity the last torque of the loop stays.
 double Axis::velocity_loop(double velocity) noexcept {
   if (fresh_) loop_torque_ = config_.velocity_gain * (velocity - inputs_.velocity);
   return loop_torque_;
 }
 
-/// The last setpoint stands for the first of them, and the next one belongs behind them all.
+/// Extrapolates the setpoints of the missed periods. The last setpoint counts for the first period; the next one
+/// follows after all of them.
 void Axis::skip(std::int64_t periods) noexcept {
   if (pending_) change_->skip(periods - 1, mode_);
   if (compensation_) compensation_->skip(periods);
@@ -436,13 +440,13 @@ Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) 
 }
 
 void Axis::hold_at(double position, double velocity) noexcept {
-  // Of the acceleration; both together may be taken back in the next cycle.
+  // Shares of the maximum acceleration, chosen so that both corrections together can be reversed in the next cycle.
   constexpr double kShareOfVelocity = 0.25;
   constexpr double kShareOfPlace = 0.125;
-  constexpr double kShareAtRest = 0.75;  // as fast as an axis may sink that counts as standing
+  constexpr double kShareAtRest = 0.75;  // an axis that counts as being at standstill may sink this fast
   const bool moves = std::abs(velocity) > 0.0;
   const bool moved = std::abs(hold_velocity_) > 0.0;
-  // A new zero is another place.
+  // A jump means a new zero: take the position over at once.
   const bool elsewhere = !hold_ || std::abs(position - *hold_) > position_tolerance(config_);
   if (elsewhere || !told_on() || (moves && !moved)) {
     hold_ = position;
@@ -461,7 +465,7 @@ void Axis::hold_at(double position, double velocity) noexcept {
   hold_ = place - lead_s() * next;
 }
 
-/// By how much the setpoint of an axis that coasts is ahead of it.
+/// Time by which the setpoint of a coasting axis leads its position, s.
 double Axis::lead_s() const noexcept {
   return by_positions(mode_) ? delay_of(config_) * std::chrono::duration<double>(config_.period).count() : 0.0;
 }
@@ -483,26 +487,26 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
       note_change();
     }
     const auto place = held();
-    // A drive may use what comes with the command to stop for a moment: it goes on as before.
+    // A drive may briefly use the targets that come with the quick stop command, so leave them unchanged.
     if (goal != cia402::Goal::kQuickStop) {
       targets_ = {};
       targets_.velocity = targets_.feed_velocity = place.velocity;
-      // A weight does not sag while the drive gets its first setpoints.
+      // Torque that keeps a weight from sagging until the drive gets its first setpoints.
       targets_.torque = targets_.feed_torque = config_.feed_forward.torque({place.position, 0.0, 0.0});
     }
     targets_.position = place.position;
   } else {
-    // It begins with what the axis does now.
+    // A change starts from the present motion, so it needs fresh inputs.
     if (mode_ != wanted_ && fresh_ && !change_->committed()) start_change();
     targets_ = changing_ ? targets_in_change(setpoint) : targets_for(setpoint);
   }
   delay_offset();
   limit_torque();
   targets_.control_word = cia402::next_control_word(inputs_.state, goal);
-  // Fault reset works on the rising edge of bit 7, so it is given for one request and taken back by the next.
+  // Fault reset acts on the rising edge of bit 7, so it is set for one request and cleared by the next.
   if (reset_fault && fault()) targets_.control_word = cia402::command::kFaultReset;
   const bool interpolated = mode_ == cia402::Mode::kInterpolatedPosition;
-  // From the command to enable on: a drive that was enabled without this bit would brake until it got it.
+  // Set the bit together with the command to enable: a drive that is enabled without it brakes until it gets it.
   if (interpolated && targets_.control_word == cia402::command::kEnableOperation) {
     targets_.control_word |= cia402::command_bit::kInterpolate;
   } else if (moving && goal == cia402::Goal::kEnabled) {
@@ -517,7 +521,7 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
   compare(moving);
 }
 
-/// A setpoint is compared with the position that belongs to it, once for each that the drive has told.
+/// Computes the following error, once for each actual position that the drive reports.
 void Axis::compare(bool moving) noexcept {
   setpoints_.push(targets_.position);
   if (!moving) {
@@ -528,14 +532,14 @@ void Axis::compare(bool moving) noexcept {
   fresh_ = false;
 }
 
-/// Loops that are closed here compare with the setpoint of the same cycle.
+/// Loops that the master closes compare with the setpoint of the same cycle.
 double Axis::followed_setpoint() const noexcept {
   if (pending_) return change_->reference_position();
   if (by_positions(mode_)) return setpoints_.followed();
   return cyclic(mode_) ? targets_.position : inputs_.position;
 }
 
-/// Sums of targets and offsets are right in the mode of the drive, and in every mode while that changes.
+/// The sums of targets and offsets are valid in the mode of the drive, and in every mode during a mode change.
 void Axis::write_targets(std::span<std::byte> image) const noexcept {
   const double permille = 1.0 / nm_per_permille_;
   AxisCompensation::Told told{targets_.position};
@@ -550,7 +554,7 @@ void Axis::write_targets(std::span<std::byte> image) const noexcept {
   put(target_velocity_, image, saturate<std::int32_t>((sum - velocity) * scale_));
   const auto offset = saturate<std::int16_t>(torque * permille);
   put(torque_offset_, image, offset);
-  // Their sum is rounded once.
+  // Round the sum only once.
   put(target_torque_, image, saturate<std::int16_t>(saturate<std::int16_t>(targets_.torque * permille) - offset));
 }
 

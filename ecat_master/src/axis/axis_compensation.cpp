@@ -9,13 +9,14 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Time in which the acceleration rises with which backlash is taken up, s.
+/// Rise time of the acceleration of a backlash take-up, s; it defines the jerk.
 constexpr double kRiseS = 5e-3;
-/// Setpoints that follow a measurement tremble: of the backlash, and of an increment of the drive.
+/// Reverse motion up to these amounts is jitter of setpoints that follow a measurement: a share of the backlash, or
+/// increments of the drive.
 constexpr double kTrembleShare = 0.01;
 constexpr double kTrembleIncrements = 1.5;
 
-/// A history is read in the cycle after the last one was written.
+/// Delay of a history that is read one cycle after its last entry was written.
 double since_last(double delay_cycles) {
   return std::max(delay_cycles - 1.0, 0.0);
 }
@@ -29,7 +30,7 @@ trajectory::AxisLimits limits_of_motion(const trajectory::AxisLimits& drive,
   const double take_up = turns ? compensation.take_up_velocity : 0.0;
   const double change = turns ? compensation.take_up_acceleration : 0.0;
   const double velocity = (drive.max_velocity - take_up) / (1.0 + bounds.slope);
-  // Of drive(axis, forward), by time, twice.
+  // Mixed term of the second time derivative of drive(axis, forward).
   const double crossing = turns ? 2.0 * take_up / bounds.gap * bounds.gap_slope * velocity : 0.0;
   const double bent = bounds.curvature * velocity * velocity;
   return {velocity, (drive.max_acceleration - change - crossing - bent) / (1.0 + bounds.slope)};
@@ -62,7 +63,7 @@ AxisCompensation::Renamed AxisCompensation::begin(double mark, double called, bo
   const double drive = told(setpoint).position;
   const double place = mark + shift_;
   const double drive_mark = in_force() ? correction.drive(place, side).position - shift_ : mark;
-  // What the table has at the place that is called so.
+  // Subtract the correction that the table has at the position `called`.
   const double position = drive_mark - (correction.drive(called, side).position - called);
   shift_ = called - position;
   homed_ = true;
@@ -102,7 +103,7 @@ void AxisCompensation::turn(Direction direction) noexcept {
       trajectory::ProfileLimits::symmetric(settings_->take_up_velocity / gap, acceleration, acceleration / kRiseS);
   const double target = direction == Direction::kForward ? 1.0 : 0.0;
   const auto planned = trajectory::plan_to_position(side_, {target, 0.0, 0.0}, limits);
-  // Within its own limits it can always be planned.
+  // The take-up starts within its own limits, so a plan always exists.
   if (!planned) return;
   profile_ = *planned;
   elapsed_s_ = 0.0;
@@ -135,7 +136,7 @@ void AxisCompensation::advance(double setpoint) noexcept {
 void AxisCompensation::rest() noexcept {
   tracking_ = false;
   if (std::exchange(turning_, false)) {
-    // With the next motion it goes on to the side of that.
+    // The next motion takes up the rest, on its own side.
     side_ = {seen_.position, 0.0, 0.0};
     direction_ = Direction::kNone;
     for (std::size_t cycle = 0; cycle < sides_.whole_cycles() + 2; ++cycle) remember();

@@ -15,7 +15,7 @@
 
 namespace driveline::ecat_master {
 
-/// The object in the process data of one direction, which begin at `base`; none: not mapped with this width.
+/// Entry of an object in the process data of a direction, which start at `base`; empty: not mapped with this width.
 template <typename T>
 [[nodiscard]] std::optional<PdoEntry<T>> entry(const std::vector<PdoMapping>& pdos, std::size_t base,
                                                std::uint16_t index, std::uint8_t subindex = 0) {
@@ -23,13 +23,13 @@ template <typename T>
   return offset ? std::optional(PdoEntry<T>(base + *offset)) : std::nullopt;
 }
 
-/// The integer next to it; |value| < 2^62. A few instructions where std::llround is a call of the library, several of
-/// them for every axis in every cycle.
+/// Rounds to the nearest integer; |value| < 2^62. Takes a few instructions, while std::llround is a library call,
+/// needed several times per axis and cycle.
 [[nodiscard]] inline std::int64_t to_nearest(double value) noexcept {
   return static_cast<std::int64_t>(value + std::copysign(0.5, value));
 }
 
-/// Rounds to a wire integer; out-of-range values end at the limit, NaN at zero.
+/// Rounds to a wire integer; out-of-range values saturate, NaN becomes zero.
 template <typename T>
 [[nodiscard]] T saturate(double value) noexcept {
   if (std::isnan(value)) return 0;
@@ -38,13 +38,13 @@ template <typename T>
   return static_cast<T>(to_nearest(std::clamp(value, kMin, kMax)));
 }
 
-/// Skipped where the object is not mapped.
+/// Writes the value; does nothing if the object is not mapped.
 template <typename T>
 void put(const std::optional<PdoEntry<T>>& pdo_entry, std::span<std::byte> image, T value) noexcept {
   if (pdo_entry) pdo_entry->set(image, value);
 }
 
-/// Zero where the object is not mapped.
+/// Reads the value; zero if the object is not mapped.
 template <typename T>
 [[nodiscard]] T take(const std::optional<PdoEntry<T>>& pdo_entry, std::span<const std::byte> image) noexcept {
   return pdo_entry ? pdo_entry->get(image) : T{0};

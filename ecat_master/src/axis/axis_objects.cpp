@@ -13,7 +13,7 @@ using cia402::Mode;
 
 constexpr std::uint16_t kTorqueOffset = 0x60B2;
 
-/// Width with which the object is mapped somewhere; 0: nowhere.
+/// Width with which the object is mapped anywhere; 0: not mapped.
 std::uint8_t mapped_bits(const std::vector<PdoMapping>& pdos, std::uint16_t index, std::uint8_t subindex) {
   for (const auto& pdo : pdos) {
     for (const auto& object : pdo.objects) {
@@ -23,7 +23,7 @@ std::uint8_t mapped_bits(const std::vector<PdoMapping>& pdos, std::uint16_t inde
   return 0;
 }
 
-/// Nothing in homing.
+/// Target object of the mode; empty for homing.
 constexpr std::optional<MissingObject> target_of(Mode mode) {
   switch (mode) {
     case Mode::kHoming:
@@ -44,12 +44,12 @@ constexpr std::optional<MissingObject> target_of(Mode mode) {
   return MissingObject{0x607A, 32, true};
 }
 
-/// "6040h, 6060h" of a direction, in the order of the process data.
+/// Mapped objects of a direction, such as "6040h, 6060h", in the order of the process data.
 std::string mapped_list(const std::vector<PdoMapping>& pdos) {
   std::string text;
   for (const auto& pdo : pdos) {
     for (const auto& object : pdo.objects) {
-      // Gaps have no index.
+      // Padding has no index.
       if (object.index != 0) text += fmt::format("{}{:04X}h", text.empty() ? "" : ", ", object.index);
     }
   }

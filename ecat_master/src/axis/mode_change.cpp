@@ -10,38 +10,39 @@ namespace {
 
 using cia402::Mode;
 
-/// Exchanges in which a drive must have shown its mode, so that one that was told to go back has heard of it.
+/// Exchanges in a row that must show the wanted mode; by then a command to change back has reached the drive.
 constexpr std::uint32_t kExchangesShown = 8;
-/// Share of a new measurement in the torque that is followed.
+/// Weight of a new measurement in the filtered torque.
 constexpr double kFollowed = 1.0 / 4.0;
-/// The same of a position, and of velocity and acceleration seen in it, in a filter whose memory fades in each cycle,
-/// and the cycles until they are known well; by its torque an axis may do anything.
+/// Fading-memory filter that estimates position, velocity and acceleration from positions: the memory factor per cycle,
+/// the gains, and the cycles until the estimate is good. CST needs more cycles, because a torque may accelerate the
+/// axis in any way.
 constexpr double kMemory = 0.75;
 constexpr double kObservedPosition = 1.0 - kMemory * kMemory * kMemory;
 constexpr double kObservedVelocity = 1.5 * (1.0 - kMemory) * (1.0 - kMemory) * (1.0 + kMemory);
 constexpr double kObservedAcceleration = (1.0 - kMemory) * (1.0 - kMemory) * (1.0 - kMemory);
 constexpr std::uint32_t kCyclesObserved = 8;
 constexpr std::uint32_t kCyclesObservedInTorque = 32;
-/// How many cycles longer a drive is not told while the axis does not do yet what it was told last: its acceleration
-/// has just changed, and its drive would take over from a motion that is about to be another one.
+/// Additional cycles for which the command to change is delayed while the axis does not yet move as commanded: its
+/// acceleration has just changed, and the drive would take over a motion that is about to change.
 constexpr std::uint32_t kCyclesUnsettled = 240;
-/// Of the highest acceleration: what the axis may have of another one than wanted; and the time in which that makes the
-/// velocity that it may lack.
+/// Share of max_acceleration by which the actual acceleration may differ from the wanted one, and the time in s over
+/// which that difference gives the permitted velocity lag.
 constexpr double kSettledShare = 0.25;
 constexpr double kSettledS = 1e-3;
-/// In which a drive changes that is going to.
+/// Time-out for a drive to confirm a mode, s.
 constexpr double kPatienceS = 0.25;
-/// In which a drive that changes at once has done so.
+/// Time within which a drive that changes immediately has confirmed, s.
 constexpr double kAnswersS = 1e-3;
-/// Of a velocity that the axis lacks, the share that position setpoints begin without: the demand and the axis meet.
+/// Fraction of the velocity error that the first position setpoint absorbs.
 constexpr double kLagTaken = 0.5;
-/// Share by which the feed-forward of the velocity approaches what it should be.
+/// Share of its error by which the feed-forward velocity is corrected per cycle.
 constexpr double kFed = 0.05;
-/// When it is there, in shares of the highest velocity.
+/// Remaining error of the feed-forward velocity that is negligible, as a share of max_velocity.
 constexpr double kFedWell = 1e-5;
-/// Time in which the torque that was taken over from the drive goes back to what the loops of the master want.
+/// Time constant with which the torque taken over from the drive fades to that of the master's loops, s.
 constexpr double kFadeS = 0.2;
-/// Shares of the change of a torque that have come into effect in the three cycles after it was told.
+/// Shares of a torque change that take effect in each of the three cycles after it was commanded.
 constexpr double kTorqueArrives[] = {0.3, 0.4, 0.3};
 
 }  // namespace
@@ -58,13 +59,13 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
     on_setpoints_ = by_position || on_loop;
     torque_bias_ = 0.0;
   }
-  // The target was the feed-forward alone.
+  // Outside CST the torque target held the feed-forward only.
   if (!by_torque && measured.torque_known) torque_bias_ = measured.torque - last.torque;
   position_ = last.position;
   velocity_ = by_position ? measured.led_velocity : on_loop ? last.velocity : measured.velocity;
   preparing_ = kCyclesUnsettled + (by_torque ? kCyclesObservedInTorque : kCyclesObserved);
   observed_ = {measured.position, by_position ? measured.led_velocity : measured.velocity, last.acceleration};
-  // The measured position of a cycle is looked at in the same cycle once more.
+  // The position measured in this cycle is processed once more in the same cycle.
   if (measured.fresh) observed_.position -= observed_.velocity * settings_.period_s;
   feed_velocity_ = last.feed_velocity;
   before_[0] = before_[1] = velocity_;
@@ -89,7 +90,7 @@ cia402::Mode ModeChange::in_force(Mode wanted) const noexcept {
   return shown_ > 0 || told_s_ < kAnswersS ? wanted : from_;
 }
 
-/// A drive that holds its torque goes on as all that it was told accelerates it, any other one at its velocity.
+/// In CST the motion continues with the acceleration by all commanded torques, in any other mode at its velocity.
 void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   if (periods <= 0) return;
   const double time = static_cast<double>(periods) * settings_.period_s;
@@ -100,20 +101,20 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   }
   observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
   observed_.velocity += time * observed_.acceleration;
-  // One that was told, and may have heard it, holds the velocity that it got with that.
+  // A drive that may have received the command to change holds the velocity that came with it.
   const bool may_hold = preparing_ == 0 && told_s_ > 0.0 && !heard_ && wanted == Mode::kCyclicVelocity;
   if (!may_hold) {
     lowest_held_ += time * observed_.acceleration;
     highest_held_ += time * observed_.acceleration;
   }
-  // The one of the last cycle has not been sent.
+  // The velocity target of the last cycle was not sent.
   velocity_ = lowest_held_;
   led_.position += time * led_.velocity;
-  // A drive that follows positions has gone on as well.
+  // A drive that follows positions has kept moving as well.
   position_ += time * position_velocity_;
   if (!on_setpoints_) return_.skip(time);
-  // What was told last has not been sent, or may not have arrived: its drive would begin with a place that nobody has
-  // seen. One that has heard it, and not been heard, goes back from CSP to CSV with the velocity that it has.
+  // The command was not sent, or may not have arrived: the drive would start at a position that was never measured. A
+  // drive that received it without its answer arriving returns from CSP to CSV at the velocity that it has.
   const bool to_position = from_ == Mode::kCyclicVelocity && wanted == Mode::kCyclicPosition;
   const bool unheard = !(told_s_ > 0.0) || (to_position && !heard_);
   if (pending() && preparing_ == 0 && shown_ == 0 && unheard) preparing_ = kCyclesUnsettled;
@@ -129,7 +130,7 @@ void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
   }
 }
 
-/// The axis goes on from what the drive does now.
+/// Ends the pending phase; the axis continues from the present motion of the drive.
 void ModeChange::settle(const Measured& measured, Mode mode) noexcept {
   if (mode == Mode::kCyclicPosition) {
     return_from(position_, position_velocity_);
@@ -147,7 +148,7 @@ trajectory::AxisSetpoint ModeChange::reference(const Measured& measured,
   if (led(measured)) {
     reference = lead(measured, setpoint);
   } else {
-    // The loops of the master begin where the axis is, and not where its setpoints are already.
+    // The loops of the master start at the actual position, not at the setpoint, which is ahead of it.
     if (std::exchange(leading_, false)) return_from(led_.position, led_.velocity);
     reference = on_setpoints_ ? setpoint : approach(setpoint);
   }
@@ -157,8 +158,8 @@ trajectory::AxisSetpoint ModeChange::reference(const Measured& measured,
   return reference;
 }
 
-/// A drive takes the velocity of the feed-forward at once and a position later: where it may get into CSP, that is the
-/// velocity of the axis, and not yet that of the reference.
+/// A drive applies a feed-forward velocity at once and a position only later. So while the drive may enter CSP, the
+/// feed-forward is the velocity of the axis and not yet that of the reference.
 void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& reference) noexcept {
   const bool by_setpoints = led(measured);
   const bool by_loop = pending() && measured.shown != Mode::kCyclicPosition;
@@ -168,10 +169,10 @@ void ModeChange::feed(const Measured& measured, const trajectory::AxisSetpoint& 
   fed_ = std::abs(reference.velocity - feed_velocity_) <= kFedWell * settings_.limits.max_velocity;
 }
 
-/// As long as the drive follows positions it goes on with those that it would get anyway, and leads the loops of the
-/// master.
+/// While the drive still follows positions, it keeps getting its regular position setpoints; the resulting motion is
+/// the reference for the loops of the master.
 trajectory::AxisSetpoint ModeChange::lead(const Measured& measured, const trajectory::AxisSetpoint& setpoint) noexcept {
-  // Behind a gap the velocities of two cycles are not those of one motion.
+  // After missed cycles the two velocities do not belong to one motion, so limit the acceleration.
   const double most = settings_.limits.max_acceleration;
   const double change = (measured.led_velocity - led_.velocity) / settings_.period_s;
   const double acceleration = first_ ? 0.0 : std::clamp(change, -most, most);
@@ -190,7 +191,7 @@ void ModeChange::return_from(double position, double velocity) noexcept {
   on_setpoints_ = false;
 }
 
-/// The deviation from the setpoints goes to zero with what the motion leaves of the limits.
+/// Reduces the deviation from the setpoints to zero with the part of the limits that the motion leaves.
 trajectory::AxisSetpoint ModeChange::approach(const trajectory::AxisSetpoint& setpoint) noexcept {
   const auto reference = return_.step(setpoint, settings_.period_s);
   on_setpoints_ = return_.joined();
@@ -203,7 +204,7 @@ void ModeChange::fade() noexcept {
   if (on_setpoints_ && fed_ && !(std::abs(torque_bias_) > 0.0)) phase_ = Phase::kNone;
 }
 
-/// What the axis does, whatever its drive follows: a position comes in steps.
+/// Estimates the motion of the axis in any mode; the measured position is quantised.
 void ModeChange::observe(const Measured& measured) noexcept {
   const double t = settings_.period_s;
   observed_.position += t * (observed_.velocity + 0.5 * t * observed_.acceleration);
@@ -215,7 +216,7 @@ void ModeChange::observe(const Measured& measured) noexcept {
   observed_.acceleration += kObservedAcceleration * deviation / (t * t);
 }
 
-/// By the torque that it was told in the last cycles the axis is going to accelerate otherwise than it was seen to.
+/// Adds the effect of the torques commanded last, which the positions do not show yet, to the acceleration.
 void ModeChange::expect(double torque) noexcept {
   if (!(settings_.inertia > 0.0)) return;
   double arrives = 0.0;
@@ -228,7 +229,7 @@ void ModeChange::expect(double torque) noexcept {
   told_torque_[0] = torque;
 }
 
-/// The torque of the last cycle has not been sent; those before it come into effect.
+/// The torque of the last cycle was not sent; earlier ones still take effect.
 void ModeChange::hold_torque() noexcept {
   if (!(settings_.inertia > 0.0)) return;
   const double arrives = (1.0 - kTorqueArrives[0]) * (told_torque_[1] - told_torque_[2]) +
@@ -244,12 +245,12 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   observe(measured);
   lowest_held_ = measured.fresh ? velocity_ : std::min(lowest_held_, velocity_);
   highest_held_ = measured.fresh ? velocity_ : std::max(highest_held_, velocity_);
-  // Between the velocity that was wanted two cycles before and that of the axis: a load, or a loop, moves it.
+  // Actual velocity minus the one wanted two cycles ago; a load or a loop causes the difference.
   if (by_torque) velocity_bias_ = observed_.velocity - before_[1];
   if (measured.shown == Mode::kCyclicVelocity) lag_ = observed_.velocity - before_[1] - velocity_bias_;
   before_[1] = before_[0];
   before_[0] = wanted.velocity;
-  // What the torque is beyond the one that moves the axis as it moves.
+  // The bias is the torque beyond what accelerates the axis as it was observed to accelerate.
   const double accelerates = settings_.inertia * (wanted.acceleration - observed_.acceleration);
   if (!by_torque && measured.fresh && measured.torque_known)
     torque_bias_ += kFollowed * (measured.torque - wanted.torque + accelerates - torque_bias_);
@@ -271,16 +272,15 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
   first_ = false;
 }
 
-/// A drive in CSV has held its last velocity for as long as a gap, whichever that was. One that has not been told to
-/// follow velocities yet has held none.
+/// Limits the step of the velocity target. A drive in CSV has held one of the last targets during a gap, and it is not
+/// known which. A drive that has not been commanded into CSV yet holds none.
 double ModeChange::gradually(double velocity) const noexcept {
   if (first_ || (preparing_ > 0 && from_ != Mode::kCyclicVelocity)) return velocity;
   const double most = settings_.limits.max_acceleration * settings_.period_s;
   return std::min(std::max(velocity, highest_held_ - most), lowest_held_ + most);
 }
 
-/// The position that leads to the motion of this velocity. The drive takes half a cycle more for a position than for a
-/// velocity.
+/// Position target that yields the motion of this velocity. A position takes effect half a cycle later than a velocity.
 void ModeChange::place(bool by_position, double velocity) noexcept {
   if (by_position) {
     position_velocity_ = velocity + kLagTaken * lag_ + 0.5 * (velocity - velocity_);

@@ -25,7 +25,7 @@ bool ProfileObjects::holds_target(double velocity) const noexcept {
 }
 
 void ProfileObjects::write(std::span<std::byte> image) const noexcept {
-  // In every cycle of every axis, most of which map none of them: nothing is computed for those.
+  // This runs in every cycle for every axis, and most axes map none of these objects, so compute nothing for those.
   const auto write_mapped = [&](const std::optional<PdoEntry<std::uint32_t>>& object, double magnitude) {
     if (object) object->set(image, saturate<std::uint32_t>(magnitude * limits_.scale));
   };

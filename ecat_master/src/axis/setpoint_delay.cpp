@@ -6,14 +6,14 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Mean delay added by a drive that is synchronised by SYNC0: its control step does not begin with SYNC0, and its
+/// Mean delay added by a drive that is synchronised by SYNC0: its control step does not start at SYNC0, and its
 /// measured values wait for the exchange (MSD: control steps of 62.5 us).
 constexpr std::chrono::nanoseconds kControlDelay{62'500};
 
 }  // namespace
 
 double setpoint_delay_cycles(const SetpointWay& way) noexcept {
-  // A setpoint leaves at the beginning of the next cycle.
+  // A setpoint is sent at the start of the next cycle.
   double cycles = 1.0 + static_cast<double>(way.interpolation) * way.divider;
   if (way.to_sync0) {
     using Fractional = std::chrono::duration<double, std::nano>;

@@ -5,7 +5,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-// Bits of 60B8h and 60B9h of touch probe 1; those of the second are eight places higher (CiA 402-2, objects 60B8h and
+// Bits of 60B8h and 60B9h for touch probe 1; those of touch probe 2 are eight bits higher (CiA 402-2, objects 60B8h and
 // 60B9h; MSD manual Tables 14.2, 14.3).
 constexpr unsigned kOn = 0x0001;
 constexpr unsigned kByZeroPulse = 0x0004;
@@ -25,7 +25,7 @@ unsigned place_of(ProbeTrigger trigger) noexcept {
   return trigger == ProbeTrigger::kSecondRising || trigger == ProbeTrigger::kSecondFalling ? kSecondProbe : 0;
 }
 
-/// Number of the object that gets the value.
+/// Index of the value object: 60BAh plus this number.
 std::size_t object_of(ProbeTrigger trigger) noexcept {
   return trigger == ProbeTrigger::kZeroPulse ? 0 : static_cast<std::size_t>(trigger);
 }

@@ -86,7 +86,7 @@ std::uint16_t towards_enabled(AxisState state) noexcept {
     case AxisState::kSwitchedOn:
     case AxisState::kOperationEnabled:
       return command::kEnableOperation;
-    // The quick stop is carried through: it ends in Switch on disabled, or here by Disable voltage.
+    // Finish the quick stop: it ends in Switch on disabled on its own, or here by Disable voltage.
     default:
       return command::kDisableVoltage;
   }
@@ -105,7 +105,7 @@ std::uint16_t towards_disabled(AxisState state) noexcept {
 
 std::uint16_t towards_quick_stop(AxisState state) noexcept {
   switch (state) {
-    // An axis whose inputs are missing may still receive outputs, and run: it is braked rather than left to coast.
+    // An axis with missing inputs may still receive outputs and move: brake it rather than let it coast.
     case AxisState::kUnavailable:
     case AxisState::kOperationEnabled:
     case AxisState::kQuickStopActive:

@@ -13,7 +13,7 @@ struct ErrorName {
   std::string_view name;
 };
 
-/// In order of the codes. Those that end in zeros are groups.
+/// Sorted by code. Codes that end in zeros are groups.
 constexpr std::array kErrorNames = {
     ErrorName{0x1000, "generic error"},
     ErrorName{0x2000, "current"},

@@ -58,7 +58,7 @@ constexpr std::array kObjects{
 }  // namespace
 
 std::string_view object_name(std::uint16_t index, std::uint8_t subindex) noexcept {
-  // Devices of other profiles have objects of their own at these indices, but none of them without a sub-index.
+  // Devices of other profiles have other objects at these indices, all of them with sub-indices.
   if (index == 0x60C1 && subindex == 1) return "Interpolation data record";
   if (subindex != 0) return {};
   const auto row =

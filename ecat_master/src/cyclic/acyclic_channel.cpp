@@ -8,7 +8,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// No slave has refused what was written to it.
+/// Whether all slaves took what was written to them.
 bool writes_taken(std::span<const std::byte> frame) noexcept {
   auto cursor = wire::DatagramCursor::open(frame);
   while (cursor && !cursor->done()) {
@@ -21,7 +21,7 @@ bool writes_taken(std::span<const std::byte> frame) noexcept {
 
 }  // namespace
 
-// As many answers as there can be frames in the ring and on the wire.
+// The ring of answers holds as many frames as the ring of requests and the wire together.
 AcyclicChannel::AcyclicChannel(std::uint32_t lost_after_cycles, std::size_t bytes_per_cycle)
     : requests_(kMostFrames),
       answers_(2 * kMostFrames),
@@ -29,7 +29,7 @@ AcyclicChannel::AcyclicChannel(std::uint32_t lost_after_cycles, std::size_t byte
       bytes_per_cycle_(std::clamp(bytes_per_cycle, wire::kMinFrameBytes, kMostBytes)) {}
 
 FrameTag AcyclicChannel::send_due(port::Port& port, FrameTag last) noexcept {
-  // Bytes are saved for the one frame that needs them: a burst of others would delay the next cycle.
+  // Save bytes only for the one frame that needs them: a burst of other frames would delay the next cycle.
   credit_ = std::min(credit_ + bytes_per_cycle_,
                      saving_ ? std::max(port::kMaxFrameBytes, bytes_per_cycle_) : bytes_per_cycle_);
   saving_ = false;
@@ -46,7 +46,7 @@ FrameTag AcyclicChannel::send_due(port::Port& port, FrameTag last) noexcept {
     credit_ -= job.size + gap;
     ++last.sequence;
     take_off(*flight, last, port);
-    // What every further frame costs on the wire besides its bytes; the budget has it for one.
+    // Cost of every further frame on the wire besides its bytes; the budget includes it for one frame.
     gap = wire::kPreambleFcsGap;
   }
   return last;
@@ -62,14 +62,14 @@ void AcyclicChannel::take_off(Flight& flight, FrameTag tag, port::Port& port) no
   std::copy(mac.begin(), mac.end(), job.bytes.begin() + 6);
   flight.tag = tag;
   flight.age = 0;
-  // A frame that could not be sent is treated as lost.
+  // A frame that could not be sent counts as lost.
   flight.state = Flight::State::kFlying;
   waiting_ = nullptr;
   ++flying_;
   static_cast<void>(port.send(std::span(job.bytes).first(job.size)));
 }
 
-/// It stands behind a round that is not over. Its own round has begun when another frame of it was sent.
+/// Whether the frame depends on a round that is not over. Its own round has started if another frame of it was sent.
 bool AcyclicChannel::must_wait(const AcyclicJob& job) const noexcept {
   return job.behind != 0 && job.round != round_.number && round_.flying != 0;
 }
@@ -85,7 +85,7 @@ bool AcyclicChannel::awaits_round() noexcept {
   return flight != nullptr && must_wait(flight->job) && !may_not_go(flight->job);
 }
 
-/// What stands behind it must not go either.
+/// Frames that depend on a withheld frame must not be sent either.
 void AcyclicChannel::withhold(Flight& flight) noexcept {
   if (flight.job.round != round_.number) round_ = {.number = flight.job.round};
   round_.good = false;
@@ -95,7 +95,7 @@ void AcyclicChannel::withhold(Flight& flight) noexcept {
   answers_.try_push(flight.job);
 }
 
-/// The frame to send next, from the ring when none waits; null: there is none, or too many are on their way.
+/// The frame to send next, from the ring if none waits; null: there is none, or too many are in flight.
 AcyclicChannel::Flight* AcyclicChannel::next_waiting() noexcept {
   if (waiting_ != nullptr || flying_ == flights_.size()) return waiting_;
   const auto free =

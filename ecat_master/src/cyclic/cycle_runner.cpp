@@ -5,7 +5,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Time for the first wake-up.
+/// Periods before the first cycle, for the first wake-up.
 constexpr int kPeriodsAhead = 4;
 
 }  // namespace

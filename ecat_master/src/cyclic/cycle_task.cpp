@@ -9,7 +9,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Runs the task; returns the number of forbidden functions it has called, 0 where they are not counted.
+/// Runs the task; returns the number of forbidden functions that it called, 0 if they are not counted.
 std::uint64_t guarded_update(CycleTask& task, const TaskCycle& now) noexcept {
 #ifdef DRIVELINE_TASK_GUARD
   const rt::RtGuard::Watch watch;

@@ -36,7 +36,7 @@ void CycleTrace::end() noexcept {
   keep_if_bad();
 }
 
-/// The one that is left out next is known before, so that an ordinary cycle costs one comparison.
+/// The cycle to be replaced next is known in advance, so that an ordinary cycle costs one comparison.
 void CycleTrace::keep_if_bad() noexcept {
   if (worst_count_ < worst_.size()) {
     keep(worst_count_++);
@@ -65,7 +65,7 @@ std::vector<TracedCycle> CycleTrace::cycles() const {
     const auto& [found, count] = switches_[i];
     all.push_back({worst_[i], 0, {found.rend() - static_cast<std::ptrdiff_t>(count), found.rend()}});
   }
-  // The first of cycles that are equally bad comes first.
+  // Among equally bad cycles, the earliest comes first.
   std::sort(all.begin(), all.end(), [](const TracedCycle& a, const TracedCycle& b) {
     const auto longer = a.stamps.span(), shorter = b.stamps.span();
     return longer != shorter ? longer > shorter : a.stamps.cycle < b.stamps.cycle;

@@ -26,7 +26,7 @@ constexpr std::uint32_t kWatchedBit = 0x400;
 constexpr std::uint32_t kMailboxBit = 0x800;
 constexpr std::uint32_t kOperationalBit = 0x1000;
 
-// Parts of other_datagram_.
+// Bit positions in other_datagram_.
 constexpr unsigned kWeightShift = 40;
 constexpr unsigned kCommandShift = 32;
 constexpr unsigned kAdpShift = 16;
@@ -76,7 +76,7 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   begin(start);
   send(start.grid);
   mark(CyclePhase::kSend);
-  // A late wake-up must not turn an answer that is on its way into a lost frame: half the window is always waited.
+  // A late wake-up must not turn an answer in flight into a lost frame: wait for at least half the window.
   receive(std::max(start.grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2));
   mark(CyclePhase::kReceive);
   evaluate(start);
@@ -129,7 +129,7 @@ void CyclicCore::remember_missing(std::uint32_t sequence) noexcept {
   next_missing_ = (next_missing_ + 1) % missing_.size();
 }
 
-/// Once per frame: a duplicate is not counted as late again.
+/// Matches a missing frame only once, so that a duplicate is not counted as late again.
 bool CyclicCore::was_missing(std::uint32_t sequence) noexcept {
   const auto found = std::find(missing_.begin(), missing_.end(), sequence);
   if (found == missing_.end() || sequence == 0) return false;
@@ -148,7 +148,7 @@ void CyclicCore::begin(const rt::CycleStart& start) noexcept {
   if (start.missed > 0) note_absence(start);
 }
 
-/// Before the absence is reported: when the report ends the counting, the late cycle is still counted.
+/// Runs before the absence is reported: if the report ends the counting, the late cycle still counts.
 void CyclicCore::take_counting() noexcept {
   const bool wanted = counting_wanted_.load(std::memory_order_acquire);
   if (wanted == counting_) return;
@@ -159,7 +159,7 @@ void CyclicCore::take_counting() noexcept {
   missing_.fill(0);
 }
 
-/// Before anything is sent: outputs prepared for a skipped cycle are not valid for the drives any more.
+/// Runs before anything is sent: outputs prepared for a skipped cycle are no longer valid for the drives.
 void CyclicCore::note_absence(const rt::CycleStart& start) noexcept {
   MasterAbsence absence;
   absence.duration = start.late(settings_.period);
@@ -173,7 +173,7 @@ void CyclicCore::note_absence(const rt::CycleStart& start) noexcept {
   absences_.try_push(absence);
 }
 
-/// Which slaves are exchanged in this cycle; empty: all.
+/// Slaves that are exchanged in this cycle; empty: all.
 std::span<const bool> CyclicCore::due_slaves() noexcept {
   if (!uneven_) return {};
   for (std::size_t i = 0; i < conditions_.size(); ++i) slave_due_[i] = tallies_[image_.places()[i].group].due;
@@ -181,7 +181,8 @@ std::span<const bool> CyclicCore::due_slaves() noexcept {
 }
 
 void CyclicCore::take_recovery_requests() noexcept {
-  // The number first: a request that comes meanwhile is taken again in the next cycle instead of being missed.
+  // Read the number first: a request that arrives meanwhile is then taken again in the next cycle instead of being
+  // missed.
   recovery_requests_seen_ = recovery_requests_.load(std::memory_order_acquire);
   for (std::size_t i = 0; i < conditions_.size(); ++i) {
     conditions_[i].recovering = shared_[i].recovering.load(std::memory_order_relaxed);
@@ -191,7 +192,7 @@ void CyclicCore::take_recovery_requests() noexcept {
 
 nanoseconds CyclicCore::first_grid(nanoseconds earliest) const noexcept {
   if (settings_.clocks != nullptr) return settings_.clocks->first_grid(earliest);
-  // Drives without distributed clocks run their control loops on such multiples as well when they share the clock.
+  // Without distributed clocks, drives that share the clock also run their control loops on multiples of the period.
   return (earliest + settings_.period - nanoseconds{1}) / settings_.period * settings_.period;
 }
 
@@ -233,7 +234,7 @@ void CyclicCore::prepare() noexcept {
   prepared_ = true;
 }
 
-/// The frames leave at the instant of the cycle, or at once when that has passed.
+/// Sends the frames at the instant of the cycle, or at once if that has passed.
 void CyclicCore::send(nanoseconds grid) noexcept {
   awaited_ = 0;
   received_at_ = {};
@@ -254,8 +255,8 @@ void CyclicCore::send(nanoseconds grid) noexcept {
   sequence_ = acyclic_.send_due(port_, FrameTag{settings_.instance, sequence_}).sequence;
 }
 
-/// Acyclic frames come back behind those of the cycle, so they are taken in the next one: here when others wait for
-/// them, while the cyclic frames are on the wire.
+/// Acyclic frames come back after those of the cycle, so they are received in the next cycle: here if other frames wait
+/// for them, while the cyclic frames are on the wire.
 void CyclicCore::take_what_is_back() noexcept {
   while (acyclic_.awaits_round()) {
     const auto frame = port_.receive();
@@ -264,13 +265,13 @@ void CyclicCore::take_what_is_back() noexcept {
   }
 }
 
-/// Looks into the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for
-/// the next cycle, unless an acyclic answer is expected: another look costs a system call.
+/// Polls the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for the
+/// next cycle unless an acyclic answer is expected, because another poll costs a system call.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
   auto gave_way_at = sent_at_;
   const bool slept = sleep_towards_answers(deadline);
   bool waited = false;
-  // Once more after the deadline: a thread that was suspended in between finds the frames that have arrived meanwhile.
+  // Poll once more after the deadline: a thread that was suspended meanwhile then finds the frames that have arrived.
   for (bool expired = false;;) {
     if (const auto frame = port_.receive()) {
       dispatch(*frame);
@@ -290,7 +291,7 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
   if (slept && !waited) receive_wait_.were_there(clock_.now() - sent_at_);
 }
 
-/// True: it has slept.
+/// Returns whether it has slept.
 bool CyclicCore::sleep_towards_answers(nanoseconds deadline) noexcept {
   if (settings_.receive != ReceiveStrategy::kSleep || all_received()) return false;
   const auto wake_at = receive_wait_.wake_at(sent_at_);
@@ -300,13 +301,13 @@ bool CyclicCore::sleep_towards_answers(nanoseconds deadline) noexcept {
   return true;
 }
 
-/// One turn of the wait for frames.
+/// One step of the wait for frames.
 void CyclicCore::wait_on(nanoseconds deadline, nanoseconds& gave_way_at) noexcept {
   if (settings_.receive == ReceiveStrategy::kBlock) {
     static_cast<void>(port_.wait_readable(deadline));
     return;
   }
-  // A simulated line on the same CPU, or the kernel's own receiving thread, answers only when it is scheduled.
+  // A simulated line on the same CPU, or the receiving thread of the kernel, answers only when it is scheduled.
   if (exchanged_at_ - gave_way_at >= kGiveWayEvery) {
     gave_way_at = exchanged_at_;
     clock_.give_way();
@@ -352,7 +353,7 @@ void CyclicCore::note_foreign(std::span<const std::byte> frame) noexcept {
   const auto seen = std::uint64_t{harm_of(header.command, header.address.ado())} << kWeightShift |
                     std::uint64_t{static_cast<std::uint8_t>(header.command)} << kCommandShift |
                     std::uint64_t{header.address.adp()} << kAdpShift | header.address.ado();
-  // The most serious one is kept: a single write matters more than a thousand reads.
+  // Store the most serious datagram: a single write matters more than a thousand reads.
   const auto before = other_datagram_.load(std::memory_order_relaxed);
   if (seen >> kWeightShift >= before >> kWeightShift) other_datagram_.store(seen, std::memory_order_relaxed);
 }
@@ -375,7 +376,7 @@ void CyclicCore::note(CyclicEvent::Kind kind, std::size_t index, unsigned before
                     static_cast<std::uint16_t>(after), cycle_number_, start.grid.count()});
 }
 
-/// Validity per group and slave, and the values shared with other threads.
+/// Evaluates the validity of groups and slaves, and updates the values shared with other threads.
 void CyclicCore::evaluate(const rt::CycleStart& start) noexcept {
   for (auto& frame : frames_) frame.judge_outputs(image_, conditions_);
   const auto line = frames_.front().al_status().value_or(LineAlStatus{});
@@ -384,7 +385,7 @@ void CyclicCore::evaluate(const rt::CycleStart& start) noexcept {
   if (anything_new()) judge_slaves(start);
 }
 
-/// False when the answers cannot differ from the last ones for any slave.
+/// Returns false if no answer can differ from the previous one for any slave.
 bool CyclicCore::anything_new() const noexcept {
   return std::any_of(frames_.begin(), frames_.end(), [this](const CyclicFrame& frame) {
     return !frame.results().empty() && tallies_[frame.group()].due &&
@@ -451,12 +452,12 @@ void CyclicCore::judge_group(std::size_t number, const rt::CycleStart& start) no
   note(CyclicEvent::Kind::kOutputsZeroed, number, limit, bad, start);
 }
 
-/// The datagram came back with the working counter of all present slaves; true also for kNone (no datagram).
+/// Whether the datagram came back with the working counter of all present slaves; also true for kNone (no datagram).
 bool CyclicCore::carried(std::size_t datagram) const noexcept {
   return datagram == ProcessDataPlace::kNone || results_[datagram]->good;
 }
 
-/// True if the slave is valid.
+/// Returns whether the slave is valid.
 bool CyclicCore::judge_slave(std::size_t slave, const rt::CycleStart& start) noexcept {
   const auto& place = image_.places()[slave];
   auto& condition = conditions_[slave];
@@ -468,7 +469,7 @@ bool CyclicCore::judge_slave(std::size_t slave, const rt::CycleStart& start) noe
     before.al_status = condition.al_status;
   }
   if (status_read && in_op(condition.al_status)) was_op_[slave] = 1;
-  // A slave that has left OP still gives inputs, but does not take its outputs.
+  // A slave that has left OP still provides inputs, but does not take its outputs.
   const bool fallen = watched && was_op_[slave] != 0 && !in_op(condition.al_status);
   const bool valid = carried(place.output_datagram) && carried(place.input_datagram) && !condition.absent &&
                      !condition.down && !condition.recovering;
@@ -517,7 +518,7 @@ snapshot::LineSample CyclicCore::line_sample(const rt::CycleStart& start, nanose
   for (const auto& frame : frames_) {
     if (!due(frame)) continue;
     line.working_counter = static_cast<std::uint16_t>(line.working_counter + frame.working_counter());
-    // Of the slaves that are expected now.
+    // Working counter of the slaves that are expected now.
     const auto expected = frame.valid() ? frame.working_counter() : frame.expected_working_counter();
     line.expected_working_counter = static_cast<std::uint16_t>(line.expected_working_counter + expected);
   }
@@ -537,7 +538,7 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   ecat_master::publish(*motion_, line, *rings_.axes);
 }
 
-/// The recorder stops a little after the motion has failed, or process data have been bad for as long as it takes.
+/// Triggers the recorder when the motion has failed, or when process data have been bad for kBadCycles cycles.
 void CyclicCore::record(const snapshot::LineSample& line) noexcept {
   constexpr std::uint32_t kBadCycles = 8;
   std::span<const Axis> axes;

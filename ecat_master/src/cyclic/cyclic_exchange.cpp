@@ -10,10 +10,11 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Two more than without a cycle: tries follow one another within cycles here, and a disturbance may last for some.
+/// Two more than without a cycle: here the tries follow each other within cycles, and a disturbance may last for
+/// several.
 constexpr int kTries = 7;
 constexpr auto kAnswerTimeout = std::chrono::milliseconds{100};
-/// A small part of the shortest cycle: an answer that is seen before the next cycle lets the next frame leave in it.
+/// A small part of the shortest cycle: an answer seen before the next cycle allows the next frame to be sent in it.
 constexpr auto kPollInterval = std::chrono::microseconds{20};
 constexpr std::size_t kLongestFrame = wire::EthernetHeader::kSize + wire::kMaxPayloadBytes;
 
@@ -53,7 +54,7 @@ Result<void> CyclicExchange::relay(const Relay& relay) {
   return done;
 }
 
-/// What was begun may be back already.
+/// Answers to the started frames may already be there.
 void CyclicExchange::adopt() {
   for (const auto& job : std::exchange(early_, {})) static_cast<void>(take_answer(begun_, job));
   for (auto& part : begun_.parts) part.deadline = clock_.now() + kAnswerTimeout;
@@ -71,7 +72,7 @@ Result<void> CyclicExchange::carry_out() {
   }
 }
 
-/// Divides the requests into frames: at least one in each, more only if they fit into one cycle.
+/// Divides the requests into frames of at least one request each, and more only if they fit into one cycle.
 Result<void> CyclicExchange::cut(Lot& lot) const {
   const auto most = std::min(channel_.bytes_per_cycle(), kLongestFrame);
   std::size_t bytes = 0;
@@ -93,7 +94,7 @@ Result<void> CyclicExchange::cut(Lot& lot) const {
   return {};
 }
 
-/// A frame behind a round comes after all frames of that round.
+/// Frames that depend on a round are submitted after all frames of that round.
 Result<void> CyclicExchange::submit() {
   for (auto* lot : {&begun_, &open_, &next_}) {
     if (auto done = submit_open(*lot); !done) return done;
@@ -102,7 +103,7 @@ Result<void> CyclicExchange::submit() {
   return {};
 }
 
-/// Hands over all frames that are not on their way, as many as the channel takes.
+/// Submits all frames that are not in flight, as many as the channel takes.
 Result<void> CyclicExchange::submit_open(Lot& lot) {
   for (auto& part : lot.parts) {
     if (part.done || part.id != 0) continue;
@@ -137,7 +138,7 @@ AcyclicJob CyclicExchange::make_job(const Lot& lot, const Part& part) const {
   return job;
 }
 
-/// Takes all answers that are there; those to abandoned jobs are skipped. True: something has moved on.
+/// Takes all available answers; those to abandoned jobs are skipped. Returns whether there was progress.
 bool CyclicExchange::take_answers() {
   AcyclicJob job;
   bool any = false;
@@ -150,7 +151,7 @@ bool CyclicExchange::take_answers() {
   return any;
 }
 
-/// False: it is not the answer to a frame of this lot.
+/// Returns false if it is not the answer to a frame of this lot.
 bool CyclicExchange::take_answer(Lot& lot, const AcyclicJob& job) {
   const auto part = std::find_if(lot.parts.begin(), lot.parts.end(), [&](const Part& one) { return one.id == job.id; });
   if (part == lot.parts.end()) return false;
@@ -165,7 +166,7 @@ bool CyclicExchange::take_answer(Lot& lot, const AcyclicJob& job) {
 
 void CyclicExchange::give_up_late(Lot& lot) {
   const auto now = clock_.now();
-  // reopen() appends.
+  // By index, because reopen() appends to the vector.
   for (std::size_t i = 0; i < lot.parts.size(); ++i) {
     if (lot.parts[i].id == 0 || now < lot.parts[i].deadline) continue;
     lot.parts[i].id = 0;
@@ -173,7 +174,7 @@ void CyclicExchange::give_up_late(Lot& lot) {
   }
 }
 
-/// A frame was lost: it is sent again, without what must be sent once only.
+/// Schedules a lost frame again, without requests that must be sent only once.
 void CyclicExchange::reopen(Lot& lot, std::size_t part) {
   if (lot.behind != 0) {
     lot.parts[part].done = true;

@@ -12,7 +12,7 @@ constexpr std::uint8_t al_byte(std::byte raw) noexcept {
   return std::to_integer<std::uint8_t>(raw);
 }
 
-/// Such a slave switches its process data sync managers off, or has not got any yet (ETG.1000.6 5.3).
+/// Below SAFEOP a slave switches its process data sync managers off, or has none configured yet (ETG.1000.6 5.3).
 bool below_safe_op(std::uint8_t al_status) noexcept {
   const auto state = wire::AlStatus::from_raw(al_status).state;
   return state == wire::AlState::kInit || state == wire::AlState::kPreOp || state == wire::AlState::kBootstrap;
@@ -68,7 +68,7 @@ void CyclicFrame::collect_status_places(const ProcessImage& image) {
   }
 }
 
-/// Remembers the status bytes of this answer; true if one differs from the last answer's.
+/// Stores the status bytes of this answer; returns whether one differs from the previous answer.
 bool CyclicFrame::status_changed(Part& part, std::span<const std::byte> frame) noexcept {
   auto difference = std::byte{0};
   for (std::size_t i = 0; i < part.status_places.size(); ++i) {
@@ -113,8 +113,8 @@ port::SendStatus CyclicFrame::send(port::Port& port, FrameTag tag) noexcept {
   return port.send(std::span(buffer_).first(size_));
 }
 
-/// The layout is known, so the answer is checked against it instead of being parsed: every byte of the headers but the
-/// flags that slaves may set must be as it was sent.
+/// The layout is known, so the answer is compared with it instead of being parsed: every byte of the headers must be as
+/// it was sent, except the flags that slaves may set.
 bool CyclicFrame::is_answer(std::span<const std::byte> frame) const noexcept {
   const auto header_matches = [&](const wire::DatagramPlace& place) {
     const auto sent = wire::DatagramHeader::decode(std::span<const std::byte>(buffer_).subspan(place.header));
@@ -164,9 +164,9 @@ bool CyclicFrame::accept(std::span<const std::byte> frame, FrameTag tag, Process
   return true;
 }
 
-/// A complete working counter vouches for everything. Otherwise the status bytes tell which slaves are missing, and the
-/// shares of the others must add up exactly; then the present slaves are read one by one, and the missing ones keep
-/// their last inputs.
+/// A complete working counter confirms everything. Otherwise the status bytes tell which slaves are missing, and the
+/// shares of the others must add up exactly; then the inputs of each present slave are copied, and those of missing
+/// slaves stay unchanged.
 void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const std::byte> data, ProcessImage& image,
                        std::span<SlaveCondition> conditions) noexcept {
   const auto& datagram = part.datagram;
@@ -192,8 +192,8 @@ void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const
   }
 }
 
-/// Compares the working counter with the sum of the slaves that are certainly present, and with that sum plus those
-/// whose state is unknown.
+/// Compares the working counter with the sum of the slaves that are certainly present, and with that sum plus the
+/// slaves in an unknown state.
 void CyclicFrame::explain(const Part& part, const ProcessImage& image, std::span<const SlaveCondition> conditions,
                           DatagramResult& result) const noexcept {
   result.good = result.complete;

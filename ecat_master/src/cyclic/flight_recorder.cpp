@@ -38,7 +38,7 @@ void FlightRecorder::record(const snapshot::LineSample& line, std::span<const Ax
   }
 }
 
-/// The slot of the record that is `age` cycles older than the newest.
+/// Slot of the record that is `age` cycles older than the newest.
 std::size_t FlightRecorder::slot(std::size_t age) const noexcept {
   return (next_ + lines_.size() - 1 - age) % lines_.size();
 }
@@ -69,7 +69,7 @@ void FlightRecorder::write_header(std::ostream& out, std::span<const AxisLabel> 
 }
 
 void FlightRecorder::write_csv(std::ostream& out, std::span<const AxisLabel> axes) const {
-  // Without distributed clocks both stay as they are at first.
+  // Without distributed clocks both keep their initial values.
   const bool clocks = std::any_of(lines_.begin(), lines_.end(),
                                   [](const auto& line) { return line.dc_locked || line.dc_difference_ns != 0; });
   std::vector<AxisLabel> labels(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(std::min(axes.size(), axes_)));

@@ -16,7 +16,7 @@ std::vector<trajectory::AxisLimits> limits_of(const std::vector<Axis>& axes) {
   return limits;
 }
 
-/// Of each axis; none where they are not compensated.
+/// Dead time of each axis in cycles; empty if dead times are not compensated.
 std::vector<double> dead_times_of(const std::vector<Axis>& axes, const Motion::Settings& settings) {
   std::vector<double> dead_times;
   for (const auto& axis : axes) {
@@ -30,7 +30,7 @@ bool led(MotionPhase phase) noexcept {
   return phase == MotionPhase::kFollowing || phase == MotionPhase::kWaiting;
 }
 
-/// Phases in which the drives are given setpoints.
+/// Phases in which the drives get setpoints.
 bool has_power(MotionPhase phase) noexcept {
   return phase == MotionPhase::kApproach || phase == MotionPhase::kFollowing || phase == MotionPhase::kHolding ||
          phase == MotionPhase::kStopping || phase == MotionPhase::kWaiting;
@@ -111,7 +111,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
                         std::isfinite(limits.max_acceleration) && limits.max_acceleration > 0.0 &&
                         std::isfinite(most_torque) && most_torque > 0.0;
     if (!usable) throw std::invalid_argument("motion: the limits of an axis must be positive and finite");
-    // It moves only by torque from velocity errors.
+    // In CST the axis moves only by the torque that velocity errors cause.
     if (axis.config().mode == cia402::Mode::kCyclicTorque && !(axis.config().velocity_gain > 0.0))
       throw std::invalid_argument("motion: an axis in cst needs a velocity gain");
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
@@ -154,7 +154,7 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     exchanged_[i] = static_cast<char>(ok && now);
     if (now) seen_[i] = static_cast<char>(ok);
     bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
-    // Single bad cycles are bridged with the inputs of the last good one.
+    // Single bad cycles are bridged with the inputs of the last good cycle.
     if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
     const bool in_op = alone || operational[slave];
     if (ok && !in_op) axes_[i].set_unavailable();
@@ -188,7 +188,7 @@ void Motion::obey(std::int64_t cycle) noexcept {
     enter(MotionPhase::kEnabling, cycle);
   } else if (command == Command::kStop) {
     if (phase_ == MotionPhase::kEnabling) {
-      // Without power one that is being braked would coast again.
+      // Without power a braking axis would coast again.
       bool moves = false;
       for (std::size_t i = 0; i < axes_.size(); ++i) moves = moves || arresting(i);
       enter(moves ? MotionPhase::kQuickStop : MotionPhase::kDisabling, cycle);
@@ -200,7 +200,7 @@ void Motion::obey(std::int64_t cycle) noexcept {
   }
 }
 
-/// Looks for axes that cannot go on.
+/// Checks for axes that cannot continue.
 void Motion::watch(std::int64_t cycle) noexcept {
   if (phase_ == MotionPhase::kEnabling) return watch_enabling(cycle);
   for (std::size_t i = 0; i < axes_.size() && powered(); ++i) watch_axis(i, cycle);
@@ -223,7 +223,7 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
   watch_following(axis, cycle);
 }
 
-/// On the way to standstill a following error does not matter any more.
+/// During a stop a following error does not matter any more.
 void Motion::watch_following(std::size_t axis, std::int64_t cycle) noexcept {
   const double error = axes_[axis].following_error();
   if (!following_watches_[axis].judge(cycle, error, phase_ != MotionPhase::kStopping)) return;
@@ -240,7 +240,7 @@ void Motion::watch_following(std::size_t axis, std::int64_t cycle) noexcept {
 
 void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept {
   const auto& inputs = axes_[axis].inputs();
-  // The first one counts: on the way to standstill there may be another.
+  // The first failure counts; more may follow until standstill.
   if (failure_.cause == MotionFailure::Cause::kNone) {
     failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code,
                 position_watches_[axis].unsteady()};
@@ -281,15 +281,15 @@ void Motion::advance(std::int64_t cycle) noexcept {
   aim();
 }
 
-/// Phases in which no drive follows setpoints.
+/// Handles the phases in which no drive follows setpoints.
 void Motion::advance_powerless(std::int64_t cycle) noexcept {
   switch (phase_) {
     case MotionPhase::kEnabling:
       advance_enabling(cycle);
       break;
     case MotionPhase::kQuickStop:
-      // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one
-      // without valid inputs, which is commanded to stop until then.
+      // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop. So is a
+      // drive without valid inputs, which is commanded to stop until then.
       if (none_enabled() && all_available()) {
         enter(MotionPhase::kIdle, cycle);
       } else if (elapsed_s(cycle) > std::chrono::duration<double>(settings_.quick_stop_time).count()) {
@@ -310,7 +310,7 @@ void Motion::advance_stop(std::int64_t cycle) noexcept {
     if (!stops_[i]) continue;
     targets_[i] = stops_[i]->evaluate(given_s());
     done = done && stops_[i]->finished(given_s());
-    // An axis that a gap has led away from its stop ramp is at rest only when it is back on the ramp.
+    // An axis that a gap has separated from its stop ramp is at rest only when it is back on the ramp.
     if (absences_[i].presence == AxisPresence::kPresent) done = done && !supplies_[i].beside_path;
   }
   if (done) enter(MotionPhase::kDisabling, cycle);
@@ -330,7 +330,7 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
     enter(wait ? MotionPhase::kWaiting : MotionPhase::kFollowing, cycle);
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) before_[i] = targets_[i].position;
-  // A source knows nothing of the places that a relative path is added to.
+  // A source does not know the offsets of a relative path.
   for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
     targets_[i].position -= anchors_[i].value_or(0.0);
   const bool goes_on = source_->next({seconds(given_ - path_begin_), axes_}, targets_);
@@ -346,10 +346,10 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
   }
 }
 
-/// A relative path begins at the place where the axis is held now.
+/// Starts a relative path at the position where the axis is held now.
 void Motion::anchor(std::size_t axis) noexcept {
   if (!settings_.relative || anchors_[axis]) return;
-  // An axis that was absent at the start may come while the path goes on: its way begins where it is enabled.
+  // An axis that was missing at the start may join while the path runs: its motion starts where it is enabled.
   const bool waiting = phase_ == MotionPhase::kEnabling;
   const double place = waiting ? targets_[axis].position : place_of(axis);
   anchors_[axis] = place - source_start_[axis].position;
@@ -358,11 +358,11 @@ void Motion::anchor(std::size_t axis) noexcept {
 }
 
 void Motion::plan_approach() noexcept {
-  // The axes stand where the path is; the ramps end at its first point, all together.
+  // The axes are at standstill on the path; all ramps end together at its first point.
   double longest = 0.0;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     ramps_[i].reset();
-    // An axis that is not on the path is not waited for here, and goes straight to that point.
+    // An axis that is not on the path moves straight to that point, without the others waiting for it here.
     if (absences_[i].presence != AxisPresence::kPresent) continue;
     ramps_[i] = trajectory::StartRamp::plan(targets_[i].position, source_start_[i].position, axes_[i].config().limits);
     if (ramps_[i]) longest = std::max(longest, ramps_[i]->duration_s());
@@ -375,7 +375,7 @@ void Motion::plan_approach() noexcept {
 void Motion::plan_stop() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     stops_[i] = trajectory::StopProfile::plan(setpoints_[i], {axes_[i].config().limits.max_acceleration});
-    // It begins at the last setpoint of the axis.
+    // The stop starts at the last setpoint of the axis.
     targets_[i] = setpoints_[i];
     supplies_[i].beside_path = false;
   }

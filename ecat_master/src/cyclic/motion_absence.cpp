@@ -1,4 +1,4 @@
-// Axes that are missing for a while, and come back.
+// Axes that are missing for a while, and return.
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +7,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// A fault reset needs one cycle with bit 7 set and one without for its edge; several of each tolerate a lost frame.
+/// A fault reset needs one cycle with bit 7 set and one with it cleared; several of each tolerate a lost frame.
 constexpr std::int64_t kResetCycles = 4;
 
 }  // namespace
@@ -16,7 +16,7 @@ bool Motion::unavailable(std::size_t axis) const noexcept {
   return axes_[axis].inputs().state == snapshot::AxisState::kUnavailable;
 }
 
-/// Its drive is still on the ramp of its quick stop, or has not received the command yet.
+/// Whether the drive is still on the ramp of its quick stop, or has not received the command yet.
 bool Motion::brakes(std::size_t axis, std::int64_t cycle) const noexcept {
   const auto state = axes_[axis].inputs().state;
   const bool on_the_ramp =
@@ -32,13 +32,14 @@ void Motion::set_presence(std::size_t axis, AxisPresence presence, std::int64_t 
   presence_shared_[axis].store(presence, std::memory_order_release);
 }
 
-/// Cause of an axis that is not enabled in time.
+/// Failure cause for an axis that is not enabled in time.
 MotionFailure::Cause Motion::enable_failure(std::size_t axis) const noexcept {
   return position_watches_[axis].unsteady() ? MotionFailure::Cause::kPositionUnsteady
                                             : MotionFailure::Cause::kEnableTimeout;
 }
 
-/// An axis counts as missing only when the others have power: one that comes in time is enabled with them.
+/// An axis is finally missing only once the others have power: if it becomes available in time, it is enabled with
+/// them.
 void Motion::watch_enabling(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const bool missing = absences_[i].presence == AxisPresence::kMissing;
@@ -64,15 +65,15 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
     case AxisPresence::kReturning:
       break;
     case AxisPresence::kMissing:
-      // On the way to standstill no axis is enabled any more.
+      // During a stop no axis is enabled any more.
       if (phase_ != MotionPhase::kStopping && !brakes(axis, cycle)) set_presence(axis, AxisPresence::kEnabling, cycle);
       break;
     case AxisPresence::kEnabling:
-      // One that coasts is braked at once; one that stands waits for its brake.
+      // Brake a coasting axis at once; an axis at standstill waits for its brake.
       if (axes_[axis].ready() || (axes_[axis].stays_on() && std::abs(setpoints_[axis].velocity) > 0.0)) {
         anchor(axis);
         if (!begins_in_range(axis, cycle)) return;
-        // With the velocity that it has, should it coast.
+        // Start with its present velocity, because it may coast.
         absence.way_back = {setpoints_[axis].position, setpoints_[axis].velocity, supplies_[axis].given.by_torque(),
                             axes_[axis].config().limits};
         set_presence(axis, AxisPresence::kReturning, cycle);
@@ -102,12 +103,12 @@ bool Motion::reset_due(std::size_t axis, std::int64_t cycle) const noexcept {
 cia402::Goal Motion::goal(std::size_t axis) const noexcept {
   using cia402::Goal;
   if (phase_ == MotionPhase::kQuickStop) return Goal::kQuickStop;
-  // It will hold the position at which it is enabled, or brake from there.
+  // Needs a steady position, because the axis will hold the position at which it is enabled, or brake from there.
   const auto enabled = coast_watches_[axis].goal(axes_[axis], position_watches_[axis].steady(), seen_[axis] != 0);
   if (phase_ != MotionPhase::kEnabling && !powered()) return Goal::kDisabled;
   switch (absences_[axis].presence) {
     case AxisPresence::kMissing:
-      // It may still receive outputs and run.
+      // The axis may still receive outputs and be moving.
       return phase_ == MotionPhase::kEnabling ? Goal::kDisabled : Goal::kQuickStop;
     case AxisPresence::kEnabling:
       return phase_ == MotionPhase::kStopping ? Goal::kDisabled : enabled;

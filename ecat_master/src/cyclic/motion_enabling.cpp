@@ -1,11 +1,11 @@
-// Axes that are being enabled together.
+// Enabling of all axes together.
 #include <algorithm>
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
 
 namespace driveline::ecat_master {
 
-/// The approach begins when all have power, follow setpoints, and stand.
+/// Starts the approach when all axes have power, follow setpoints, and are at standstill.
 void Motion::advance_enabling(std::int64_t cycle) noexcept {
   bool at_rest = true;
   for (std::size_t i = 0; i < axes_.size(); ++i) at_rest = arrest(i) && at_rest;
@@ -22,8 +22,8 @@ void Motion::advance_enabling(std::int64_t cycle) noexcept {
   enter(MotionPhase::kApproach, cycle);
 }
 
-/// An axis that coasts when it is enabled is braked within its limits and held where it comes to rest; one that stands,
-/// at once. False while it is on its way there.
+/// Brakes an axis that coasts when it is enabled, within its limits, and holds it where it comes to rest; an axis at
+/// standstill is held at once. Returns false until the axis is at rest.
 bool Motion::arrest(std::size_t axis) noexcept {
   auto& [stop, given] = arrests_[axis];
   auto& supply = supplies_[axis];
@@ -46,7 +46,7 @@ bool Motion::arrest(std::size_t axis) noexcept {
   return !arresting(axis);
 }
 
-/// It is on its way to rest.
+/// Whether the axis is still being braked.
 bool Motion::arresting(std::size_t axis) const noexcept {
   const auto& [stop, given] = arrests_[axis];
   return phase_ == MotionPhase::kEnabling && stop && (!stop->finished(seconds(given)) || supplies_[axis].beside_path);

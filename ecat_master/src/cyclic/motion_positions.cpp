@@ -1,10 +1,10 @@
-// Implausible actual positions.
+// Reaction to implausible actual positions.
 #include "driveline/ecat_master/cyclic/motion.hpp"
 
 namespace driveline::ecat_master {
 
-/// Of all axes, before their inputs are used in this cycle. An axis with an implausible position goes on without the
-/// loop that is closed here, from this cycle on.
+/// Checks the actual positions of all axes before the inputs of this cycle are used. An axis with an implausible
+/// position continues without the position loop of the master, from this cycle on.
 void Motion::judge_positions(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     auto& watch = position_watches_[i];
@@ -25,12 +25,12 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
       supply_from_rest(i);
       arrests_[i] = {};
     }
-    // On the way to standstill the finding is known already, or does not matter any more.
+    // During a stop the finding is already known, or does not matter any more.
     if (finding && phase_ != MotionPhase::kStopping) stop_for(finding, i, cycle);
   }
 }
 
-/// Where it is now is not known.
+/// The actual position is unknown from now on.
 void Motion::forget_place(std::size_t axis) noexcept {
   position_watches_[axis].forget();
   coast_watches_[axis].forget();
@@ -38,7 +38,7 @@ void Motion::forget_place(std::size_t axis) noexcept {
 
 void Motion::stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept {
   using Cause = MotionFailure::Cause;
-  // The loop's share of the velocity is braked together with that of the setpoint.
+  // The velocity that the loop added is braked together with that of the setpoint.
   setpoints_[axis].velocity += axes_[axis].distrust_position();
   const auto& inputs = axes_[axis].inputs();
   const auto cause = finding.kind == PositionFinding::Kind::kLeap ? Cause::kPositionLeap : Cause::kPositionFrozen;

@@ -1,4 +1,4 @@
-// Software limits of axes that are moved together.
+// Software limits of axes that move together.
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +19,7 @@ void Motion::set_ranges() {
   }
 }
 
-/// Once the axis is enabled, before it moves. Of a path the whole way is known, of another source its beginning.
+/// Checks an enabled axis before it moves. The extent of a path is known, of another source only the start.
 bool Motion::begins_in_range(std::size_t axis, std::int64_t cycle) noexcept {
   if (!limited_) return true;
   const bool path = !extents_.empty() && source_ == path_.get();
@@ -34,7 +34,7 @@ bool Motion::begins_in_range(std::size_t axis, std::int64_t cycle) noexcept {
   return false;
 }
 
-/// Where the axis would rest if it were stopped now. A path has been looked at as a whole.
+/// Position where the axis would come to rest if it were stopped now. A path has been checked as a whole.
 double Motion::reach(std::size_t axis) const noexcept {
   const auto& target = targets_[axis];
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;

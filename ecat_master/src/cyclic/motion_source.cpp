@@ -1,4 +1,4 @@
-// The source of the setpoints, and the check of its setpoints.
+// Source of the setpoints, and check of its setpoints.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -48,7 +48,7 @@ void Motion::take_source(std::int64_t cycle) noexcept {
   enter(MotionPhase::kApproach, cycle);
 }
 
-/// Sets the source to its beginning, with the positions of the axes.
+/// Resets the source to its start, with the positions of the axes.
 void Motion::rewind_source() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     source_start_[i] = {phase_ == MotionPhase::kHolding ? targets_[i].position : place_of(i), 0.0, 0.0};
@@ -56,7 +56,7 @@ void Motion::rewind_source() noexcept {
   source_->rewind(source_start_);
 }
 
-/// A wrong setpoint is never sent: the axes come to rest from the last one that was.
+/// An invalid setpoint is never sent: the axes come to rest from the last setpoint that was sent.
 bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
   if (plain_setpoints() && in_ranges()) return true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -67,7 +67,7 @@ bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
     if (cause == MotionFailure::Cause::kOutsideRange) failure_.reaches = reach(i);
     plan_stop();
     enter(MotionPhase::kStopping, cycle);
-    // The setpoint of this cycle is the first of the stop already.
+    // The setpoint of this cycle is already the first of the stop.
     --phase_given_;
     advance_stop(cycle);
     return false;
@@ -97,7 +97,7 @@ MotionFailure::Cause Motion::judge_setpoint(std::size_t axis) const noexcept {
   if (!is_finite(target)) return Cause::kSetpoint;
   if (absences_[axis].presence != AxisPresence::kPresent) return Cause::kNone;
   const double most = most_[axis];
-  // A source that gives torques alone gives no positions: the actual position is taken as the setpoint.
+  // A source that gives only torques gives no positions: the actual position serves as the setpoint.
   const bool torque_alone = target.torque && axes_[axis].config().mode == cia402::Mode::kCyclicTorque;
   const auto range = source_ != path_.get() && leaves_range(axis) ? Cause::kOutsideRange : Cause::kNone;
   if (torque_alone) return std::abs(axes_[axis].inputs().velocity) > most ? Cause::kTooFast : range;

@@ -1,4 +1,4 @@
-// Setpoints when not all of them reach the drives.
+// Setpoints if not all of them reach the drives.
 #include <cmath>
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
@@ -16,8 +16,8 @@ void Motion::supply_from_rest(std::size_t axis) noexcept {
   supplies_[axis].beside_path = false;
 }
 
-/// All go along the path together: it stands still when one of them has not been given its setpoint, except those whose
-/// loss does not stop the others.
+/// All axes follow the path together, so it waits if an axis did not get its setpoint, except axes whose loss does not
+/// stop the others.
 bool Motion::path_must_wait_for_setpoints() const noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto presence = absences_[i].presence;
@@ -49,7 +49,7 @@ trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
   return setpoint;
 }
 
-/// Setpoints of this cycle: on the path, on the way back to it, or where the axis is.
+/// Computes the setpoints of this cycle: on the path, on the return to it, or at the position of the axis.
 void Motion::aim() noexcept {
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     auto& absence = absences_[i];
@@ -84,7 +84,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
   bool moving = powered();
   for (std::size_t i = 0; i < axes_.size(); ++i) moving = moving || arresting(i);
   const bool too_long = missed > settings_.bad_cycle_limit;
-  // One that coasts has gone on: it is switched on when it has been seen again, or goes on as it does.
+  // A coasting axis kept moving: enable it only after its position was read again, else extrapolate its motion.
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (axes_[i].stays_on()) continue;
     seen_[i] = 0;
@@ -114,8 +114,8 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
   return too_long ? AbsenceEffect::kStopped : AbsenceEffect::kBridged;
 }
 
-/// The position of the drive cannot be predicted any more: it stops by itself. Axes that may be missing are treated as
-/// if they had been, the others stop all.
+/// The position of the drive cannot be predicted any more, so it stops on its own. An axis with a loss policy is
+/// treated as if it had been missing; any other axis stops all axes.
 void Motion::give_up(std::size_t axis, std::int64_t cycle) noexcept {
   if (!tolerated(axis) || phase_ == MotionPhase::kEnabling) return fail(MotionFailure::Cause::kMasterAway, axis, cycle);
   set_presence(axis, AxisPresence::kMissing, cycle);

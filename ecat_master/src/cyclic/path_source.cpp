@@ -32,10 +32,10 @@ bool PathSource::next(const SetpointCycle& cycle, std::span<trajectory::AxisSetp
   return !path_.finished(time_s);
 }
 
-/// Each axis at the time that it is told of. The path itself ends when the axis that is told first has arrived.
+/// Evaluates each axis at its own path time. The path ends when the axis with the longest lag has arrived.
 bool PathSource::next_ahead(std::span<trajectory::AxisSetpoint> setpoints) noexcept {
   leads_->push(clock_.moment());
-  // From the latest delay on, so that the time rises for the cursor of the path.
+  // Start with the longest delay, so that the time rises for the cursor of the path.
   for (std::size_t n = leads_->delays().size(); n-- > 0;) {
     const auto moment = leads_->at(leads_->delays()[n]);
     path_.evaluate(path_.start_s() + moment.path_s, at_delay_);

@@ -8,9 +8,9 @@ namespace {
 
 using Kind = PositionFinding::Kind;
 
-/// A drive may overshoot, and exceed the velocity of its axis while it catches up after late setpoints.
+/// A drive may overshoot, and may exceed the velocity of its axis while it catches up after late setpoints.
 constexpr double kSpare = 2.0;
-/// Least steps of the setpoint that an axis must follow, in increments: an encoder may be coarse.
+/// Smallest motion of the setpoint that an axis must follow, in increments: an encoder may be coarse.
 constexpr double kIncrements = 16.0;
 
 double seconds_of(std::chrono::nanoseconds time) noexcept {
@@ -56,7 +56,7 @@ PositionFinding PositionWatch::judge(std::int64_t cycle, double position, const 
     finding.kind = Kind::kNewPlace;
     held_ = position;
   }
-  // An axis that starts to be driven is given its time from there.
+  // The time for kFrozen starts anew when the axis starts to be driven.
   if (std::abs(position - last_) > 0.0 || driven != driven_) {
     change_cycle_ = cycle;
     setpoint_at_change_ = setpoint.position;
@@ -89,7 +89,7 @@ PositionFinding PositionWatch::standstill(std::int64_t cycle, const trajectory::
   return {Kind::kFrozen, last_, sent, tolerance_, stood};
 }
 
-/// Position at which the axis could be enabled.
+/// Updates the position at which the axis can be enabled.
 void PositionWatch::settle(std::int64_t cycle, double position, const PositionFinding& finding) noexcept {
   if (finding && tolerance_ > 0.0) {
     unsteady_ = finding;

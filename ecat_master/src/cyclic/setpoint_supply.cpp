@@ -38,7 +38,7 @@ void SetpointSupply::set_mode(cia402::Mode mode) noexcept {
 
 void SetpointSupply::note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept {
   if (mode != mode_) set_mode(mode);
-  // A drive that holds its velocity has been told that, wherever the setpoint before was.
+  // A drive that holds its velocity was commanded that velocity, wherever the previous setpoint was.
   sent_velocity_ = by_positions(mode_) ? (sent.position - sent_) / period_s_ : sent.velocity;
   sent_ = sent.position;
   sent_acceleration_ = sent.acceleration;
@@ -73,7 +73,7 @@ trajectory::AxisSetpoint SetpointSupply::bridge() const noexcept {
   return {sent_ + velocity * period_s_, velocity, acceleration};
 }
 
-/// What a torque that is held goes on with.
+/// Acceleration that results from a held torque.
 double SetpointSupply::held_acceleration() const noexcept {
   return by_torque() ? std::clamp(sent_acceleration_, -max_acceleration_, max_acceleration_) : 0.0;
 }

@@ -1,4 +1,4 @@
-// A group in the cycle: its path and its states.
+// Cycle side of a group: its path and its states.
 #include "axis_group.hpp"
 
 #include <algorithm>
@@ -8,11 +8,11 @@ namespace driveline::ecat_master {
 namespace {
 
 constexpr std::size_t kRequests = 256;
-/// Paths on their way back; planning offers one at a time.
+/// Capacity of the queue of returned paths; planning offers one at a time.
 constexpr std::size_t kReturned = 8;
-/// Moves that are settled in one cycle.
+/// Maximum number of moves settled in one cycle.
 constexpr int kSettledPerCycle = 128;
-/// More periods without a cycle are no gap that an axis survives.
+/// Maximum number of skipped periods; an axis does not survive a longer gap.
 constexpr std::int64_t kMostSkipped = 64;
 
 }  // namespace
@@ -60,7 +60,7 @@ GroupReport AxisGroup::report() const noexcept {
 
 void AxisGroup::begin_cycle() noexcept {
   if (enabling_) {
-    // All have joined in the cycle before.
+    // All axes joined in the previous cycle.
     enabling_ = false;
     stand();
     finish(enable_request_, RequestPhase::kDone);
@@ -96,7 +96,7 @@ void AxisGroup::step() noexcept {
   place_ = path_->step(setpoints_);
 }
 
-/// The drives go on along the path at their last velocity when they are told nothing, so the path does, too.
+/// Without new setpoints the drives continue along the path at their last velocity, so the path advances, too.
 void AxisGroup::skip(std::int64_t missed) noexcept {
   for (std::int64_t i = 0; i < std::min(missed, kMostSkipped) && leads(); ++i) step();
 }
@@ -123,7 +123,7 @@ void AxisGroup::set_hold() noexcept {
   if (path_ != nullptr) path_->hold(interrupted_ || ending_);
 }
 
-/// What has become of moves.
+/// Updates the progress of the moves.
 void AxisGroup::judge_path() noexcept {
   if (path_ == nullptr) return;
   const auto aborted_for = abort_for_.load(std::memory_order_acquire);
@@ -147,7 +147,7 @@ void AxisGroup::judge_path() noexcept {
   if (state_ == GroupState::kMoving && at_end && path_->next_request() == 0) state_ = GroupState::kStandby;
 }
 
-/// What waits until the axes stand.
+/// Completes what waits for the axes to be at standstill.
 void AxisGroup::judge_rest() noexcept {
   if (state_ == GroupState::kDisabled) return;
   if (releasing_) {
@@ -180,7 +180,7 @@ void AxisGroup::judge_rest() noexcept {
   if (disable_request_ != 0 || wants_power_off || state_ == GroupState::kErrorStop) release();
 }
 
-/// Of axes in a group that has come to rest, or has given them back.
+/// Answers requests to the axes of a group that has come to rest, or has released its axes.
 void AxisGroup::answer_asked(bool released) noexcept {
   for (std::size_t i = 0; i < members_.size(); ++i) {
     auto& asked = asked_[i];
@@ -196,13 +196,13 @@ void AxisGroup::answer_asked(bool released) noexcept {
   }
 }
 
-/// The axes come to rest where they stand, and take requests of their own.
+/// Releases the axes at their present positions; they take requests of their own again.
 void AxisGroup::release() noexcept {
   releasing_ = joined_ > 0;
   if (!releasing_) answer_asked(true);
 }
 
-/// A path may begin here.
+/// Publishes the positions at which a path may start.
 void AxisGroup::stand() noexcept {
   ++standing_.epoch;
   for (std::size_t i = 0; i < members_.size(); ++i) {
@@ -212,7 +212,7 @@ void AxisGroup::stand() noexcept {
   standings_.write(standing_);
 }
 
-/// No move with a smaller number than `dropped_below` goes on; the axes come to rest on the path.
+/// Ends the path: moves with numbers below `dropped_below` are aborted, and the axes come to rest on the path.
 void AxisGroup::end_path(std::uint64_t dropped_below, GroupError error, std::size_t axis) noexcept {
   dropped_below_.store(dropped_below, std::memory_order_release);
   if (ending_) return;
@@ -233,7 +233,7 @@ void AxisGroup::watch() noexcept {
   }
 }
 
-/// The other axes come to rest on the path; this one is left to its drive.
+/// Fails because of an axis: the others come to rest on the path; the failed axis is left to its drive.
 void AxisGroup::fail(std::size_t axis) noexcept {
   const auto& one = axes_.axis(members_[axis]);
   state_ = GroupState::kErrorStop;
@@ -261,7 +261,8 @@ void AxisGroup::publish() noexcept {
   shared_interrupted_.store(interrupted_, std::memory_order_relaxed);
   shared_backwards_.store(backwards_, std::memory_order_relaxed);
   cycles_at_end_.store(path_ != nullptr && !backwards_ ? at_end_for_ : 0, std::memory_order_release);
-  // A reader that sees GroupErrorStop sees its reason; planning that sees a request taken sees the state behind it.
+  // Publish these last: a reader of GroupErrorStop finds its reason, and planning that sees a request as taken finds
+  // the resulting state.
   shared_state_.store(state_, std::memory_order_release);
   taken_.store(taken_now_, std::memory_order_release);
 }

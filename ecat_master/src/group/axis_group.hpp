@@ -18,50 +18,50 @@
 
 namespace driveline::ecat_master {
 
-/// A request on its way to the cycle.
+/// A request in the queue to the cycle.
 struct NumberedGroupRequest {
-  std::uint64_t id = 0;    ///< GroupRequestTable::add()
-  GroupRequest request{};  ///< what is asked
+  std::uint64_t id = 0;    ///< number from GroupRequestTable::add()
+  GroupRequest request{};  ///< the request
 };
 
-/// The cycle's side of a group: its states, its requests but for moves, and the setpoints of its axes along the path
-/// that planning hands over.
+/// Cycle side of a group: its states, its requests except moves, and the setpoints of its axes along the path that
+/// planning provides.
 class AxisGroup final : public SetpointFeed {
  public:
-  /// Where the axes stand, for a path to begin there.
+  /// Positions of the axes at standstill, where a path can start.
   struct Standing {
-    std::uint64_t epoch = 0;  ///< number of the place; 0: they have not stood yet
+    std::uint64_t epoch = 0;  ///< number of this standstill; 0: none yet
     std::array<double, AxisGroups::kMostAxes> at{};
-    std::array<double, AxisGroups::kMostAxes> offsets{};  ///< SingleAxis::position_offset(), as long as they are led
+    std::array<double, AxisGroups::kMostAxes> offsets{};  ///< SingleAxis::position_offset(), while the axes are led
   };
 
-  /// Before the cycle starts; `axes` and `table` must outlive it.
+  /// To be called before the cycle starts; `axes` and `table` must outlive this object.
   AxisGroup(SingleAxes& axes, std::vector<std::size_t> members, GroupRequestTable& table);
 
-  // Planning, one thread at a time.
-  /// False: there are too many.
+  // Functions for planning, one thread at a time.
+  /// Returns false if the queue is full.
   [[nodiscard]] bool submit(std::uint64_t id, const GroupRequest& request) noexcept;
-  /// So many requests have been taken.
+  /// Number of requests that have been taken.
   [[nodiscard]] std::uint64_t taken() const noexcept { return taken_.load(std::memory_order_acquire); }
-  /// For the cycle; take_back() gives it back when the axes have left it. One at a time.
+  /// Offers a path to the cycle, one at a time; take_back() returns it when the axes have left it.
   void offer(GroupPath* path) noexcept { offered_.store(path, std::memory_order_release); }
-  /// Null: there is none.
+  /// Returns a path that the axes have left; null: none.
   [[nodiscard]] GroupPath* take_back() noexcept;
-  /// The path under way ends, for the move of that number; the axes come to rest on it.
+  /// Ends the path under way in favour of the move with this number; the axes come to rest on it.
   void abort_for(std::uint64_t id) noexcept { abort_for_.store(id, std::memory_order_release); }
-  /// The last place where a path may begin.
+  /// The last standstill at which a path may start.
   [[nodiscard]] const Standing& standing() noexcept;
-  /// Requests with smaller numbers, of moves, have been aborted.
+  /// Moves with smaller request numbers have been aborted.
   [[nodiscard]] std::uint64_t dropped_below() const noexcept { return dropped_below_.load(std::memory_order_acquire); }
-  /// The path of this epoch, and those before, get no more moves.
+  /// Paths of this epoch and earlier ones get no more moves.
   [[nodiscard]] std::uint64_t ended_epoch() const noexcept { return ended_epoch_.load(std::memory_order_acquire); }
-  /// Cycles since the axes are at the end of what is planned.
+  /// Number of cycles for which the axes have been at the end of the planned path.
   [[nodiscard]] std::uint64_t cycles_at_end() const noexcept { return cycles_at_end_.load(std::memory_order_acquire); }
   /// Any thread.
   [[nodiscard]] GroupReport report() const noexcept;
   [[nodiscard]] GroupState state() const noexcept { return shared_state_.load(std::memory_order_acquire); }
 
-  // The cycle: SetpointFeed.
+  // Functions for the cycle: SetpointFeed.
   [[nodiscard]] std::size_t axis_count() const noexcept override { return members_.size(); }
   void begin_cycle() noexcept override;
   [[nodiscard]] bool take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept override;
@@ -72,7 +72,7 @@ class AxisGroup final : public SetpointFeed {
   [[nodiscard]] bool keeps_ranges() const noexcept override { return true; }
 
  private:
-  /// What others have asked of an axis, and what waits until the group stands.
+  /// A client's request to an axis that waits until the group is at standstill.
   struct Asked {
     std::uint64_t id = 0;
     AxisRequest request{};
@@ -121,23 +121,23 @@ class AxisGroup final : public SetpointFeed {
   std::vector<Asked> asked_;
   std::size_t joined_ = 0;
   bool enabling_ = false;
-  bool releasing_ = false;  ///< the axes are given back
+  bool releasing_ = false;  ///< the axes are being released
   bool ending_ = false;     ///< the path ends where the axes come to rest
   bool interrupted_ = false;
   bool backwards_ = false;
   double override_ = 1.0;
   GroupPath* path_ = nullptr;
   GroupPath::Place place_{};
-  std::uint64_t completed_ = 0;    ///< of the path, before its last step
-  std::uint64_t active_move_ = 0;  ///< moves below have been told to be active
-  std::uint64_t taken_now_ = 0;    ///< requests
-  std::uint64_t at_end_for_ = 0;   ///< cycles
+  std::uint64_t completed_ = 0;    ///< completed() of the path before its last step
+  std::uint64_t active_move_ = 0;  ///< moves with smaller numbers have been reported as active
+  std::uint64_t taken_now_ = 0;    ///< number of requests taken
+  std::uint64_t at_end_for_ = 0;   ///< cycles at the end of the planned path
   Standing standing_{};
   GroupError error_ = GroupError::kNone;
-  std::size_t failed_axis_ = 0;  ///< number on the line
+  std::size_t failed_axis_ = 0;  ///< number of the axis on the line
   AxisError axis_error_ = AxisError::kNone;
   std::uint16_t error_code_ = 0;
-  // 0: there is none.
+  // Numbers of requests; 0: none.
   std::uint64_t enable_request_ = 0;
   std::uint64_t disable_request_ = 0;
   std::uint64_t stop_request_ = 0;

@@ -1,4 +1,4 @@
-// What a group is asked, and what is refused.
+// Requests to a group, and reasons to refuse them.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ void AxisGroup::finish(std::uint64_t& id, RequestPhase phase, GroupError error, 
   id = 0;
 }
 
-/// A request of its kind that is under way is replaced.
+/// Starts a request; it replaces one of the same kind.
 void AxisGroup::begin(std::uint64_t& place, std::uint64_t id) noexcept {
   finish(place, RequestPhase::kAborted);
   place = id;
@@ -118,7 +118,7 @@ GroupError AxisGroup::refusal_of(std::size_t place) const noexcept {
   }
 }
 
-/// All axes, or none.
+/// Takes over all axes or none.
 void AxisGroup::take_enable(std::uint64_t id) noexcept {
   if (state_ != GroupState::kDisabled) return finish(id, RequestPhase::kDone);
   for (std::size_t i = 0; i < members_.size(); ++i) {
@@ -139,7 +139,7 @@ void AxisGroup::take_enable(std::uint64_t id) noexcept {
   begin(enable_request_, id);
 }
 
-/// The first ones, which follow already.
+/// Releases the first `places` axes, which already follow.
 void AxisGroup::let_go(std::size_t places) noexcept {
   for (std::size_t i = 0; i < places; ++i) axes_.pass_on_in_cycle(members_[i], 0, {.command = AxisCommand::kHalt});
 }
@@ -159,7 +159,7 @@ void AxisGroup::take_stop(std::uint64_t id) noexcept {
   end_path(id, GroupError::kNone, 0);
 }
 
-/// On its way to rest it halts.
+/// If the axes are still decelerating, the stop becomes a halt.
 void AxisGroup::release_stop() noexcept {
   state_ = ending_ ? GroupState::kMoving : GroupState::kStandby;
 }
@@ -170,7 +170,7 @@ void AxisGroup::take_reset(std::uint64_t id) noexcept {
   begin(reset_request_, id);
 }
 
-/// When all axes have been given back, those that have failed are reset.
+/// Resets the failed axes once all axes have been released.
 void AxisGroup::judge_reset() noexcept {
   if (reset_request_ == 0 || joined_ > 0 || ending_) return;
   bool waits = false;
@@ -193,7 +193,7 @@ void AxisGroup::judge_reset() noexcept {
   finish(reset_request_, RequestPhase::kDone);
 }
 
-/// An axis that is led does nothing by itself, but stops with the group.
+/// Handles a request to a led axis: the axis does not move on its own, but stops together with the group.
 bool AxisGroup::take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
   const auto answer = [this, request](AxisError error) {
     const auto phase = error == AxisError::kNone ? RequestPhase::kDone : RequestPhase::kError;
@@ -226,7 +226,7 @@ bool AxisGroup::take(std::size_t axis, std::uint64_t request, const AxisRequest&
   return true;
 }
 
-/// It is answered when the group has come to rest.
+/// The request is answered when the group has come to rest.
 void AxisGroup::stop_for(std::size_t place, std::uint64_t request, const AxisRequest& asked) noexcept {
   auto& waits = asked_[place];
   if (waits.id != 0) axes_.finish_in_cycle(waits.id, {RequestPhase::kAborted, AxisError::kNone});

@@ -19,9 +19,9 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Sentences that are kept.
+/// Refusal texts remembered.
 constexpr std::size_t kSentences = 64;
-/// How long a path waits at its end for a move that was announced.
+/// Time that a path waits at its end for an announced move, s.
 constexpr double kGraceSeconds = 0.02;
 
 [[noreturn]] void refuse(const GroupConfig& group, const std::string& reason) {
@@ -32,7 +32,7 @@ std::string quoted(const SingleAxes& axes, std::size_t axis) {
   return "axis '" + axes.axes()[axis].config().name + "'";
 }
 
-/// What paths may ask of an axis.
+/// Limits of an axis that paths may use.
 trajectory::GroupAxisLimits limits_of(const AxisConfig& axis, double jerk_time_s) {
   const double acceleration = AxisGroups::kShareOfAcceleration * axis.limits.max_acceleration;
   return {AxisGroups::kShareOfVelocity * axis.limits.max_velocity, acceleration,
@@ -59,7 +59,7 @@ void check(const SingleAxes& axes, const std::vector<GroupConfig>& groups, std::
       return std::find(each.axes.begin(), each.axes.end(), axis) != each.axes.end();
     });
     if (other != before) refuse(group, quoted(axes, axis) + " is in group '" + other->name + "' already");
-    // As the limits along a path are checked, for any number of axes.
+    // Check the limits as those along a path, which works for any number of axes.
     trajectory::ContourSettings alone;
     alone.limits[0] = limits_of(axes.axes()[axis].config(), group.jerk_time_s);
     if (const auto wrong = trajectory::check_settings(alone); !wrong.empty())
@@ -74,7 +74,7 @@ std::vector<trajectory::GroupAxisLimits> limits_of(const SingleAxes& axes, const
   return made;
 }
 
-/// As moves count positions, which are those of the drives and an offset.
+/// Software limits in move positions, which are drive positions plus an offset.
 RangeCheck ranges_of(const SingleAxes& axes, const GroupConfig& group, std::span<const double> offsets) {
   std::vector<RangeCheck::Range> ranges;
   for (std::size_t i = 0; i < group.axes.size(); ++i) {
@@ -98,7 +98,7 @@ trajectory::ContourSettings contour_settings(const SingleAxes& axes, const Group
   return settings;
 }
 
-/// The ranges become those of the joints; moves themselves have none then.
+/// Moves the ranges to the limits of the joints; the returned ranges, for the moves, are unlimited.
 RangeCheck limit_joints(trajectory::ContourSettings& settings, const RangeCheck& ranges) {
   std::vector<RangeCheck::Range> none(settings.axes);
   for (std::size_t i = 0; i < settings.axes; ++i) {
@@ -112,10 +112,10 @@ RangeCheck limit_joints(trajectory::ContourSettings& settings, const RangeCheck&
 
 }  // namespace
 
-/// What all groups have together.
+/// Data shared by all groups.
 struct AxisGroups::Shared {
   GroupRequestTable table;
-  mutable std::mutex door;  ///< of submitting threads and planning; the cycle never takes it
+  mutable std::mutex door;  ///< serialises submitting threads and planning; the cycle never locks it
   std::deque<std::pair<std::uint64_t, std::string>> sentences;
 
   void keep(std::uint64_t request, std::string reason) {
@@ -124,7 +124,7 @@ struct AxisGroups::Shared {
   }
 };
 
-/// One group: both sides of it.
+/// Cycle side and planning side of a group.
 class AxisGroups::Group {
  public:
   Group(SingleAxes& axes, const GroupConfig& config, std::chrono::nanoseconds period, Shared& shared)
@@ -138,7 +138,7 @@ class AxisGroups::Group {
 
   AxisGroup cycle;
   GroupPlanning planning;
-  std::uint64_t submitted = 0;  ///< requests to the cycle
+  std::uint64_t submitted = 0;  ///< number of requests submitted to the cycle
 
  private:
   static GroupPlanning::MakePath make_path(const SingleAxes& axes, const GroupConfig& config,
@@ -164,7 +164,7 @@ class AxisGroups::Group {
             outputs = config.outputs](const AxisGroup::Standing& from) -> std::unique_ptr<GroupPath> {
       auto ranges = ranges_at(from);
       auto here = settings;
-      // Of joints, which moves do not name.
+      // Software limits apply to joints, which moves do not contain.
       if (settings.kinematics != nullptr) ranges = limit_joints(here, ranges);
       return std::make_unique<ContourPath>(here, std::move(ranges), std::span(from.at).first(count), from.epoch,
                                            outputs);
@@ -172,7 +172,7 @@ class AxisGroups::Group {
   }
 };
 
-/// Calls plan() from time to time.
+/// Thread that calls plan() periodically.
 class AxisGroups::Worker {
  public:
   Worker(AxisGroups& groups, std::chrono::milliseconds interval)
@@ -200,7 +200,7 @@ class AxisGroups::Worker {
   std::mutex mutex_;
   std::condition_variable wake_;
   bool ended_ = false;
-  std::thread thread_;  // last: it uses the others
+  std::thread thread_;  // last, because the thread uses the other members
 };
 
 AxisGroups::AxisGroups(SingleAxes& axes, std::vector<GroupConfig> groups, std::chrono::nanoseconds period)

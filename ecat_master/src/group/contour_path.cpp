@@ -14,10 +14,10 @@ trajectory::GroupVector vector_of(std::span<const double> values) {
   return made;
 }
 
-/// Joints that are at the same place.
+/// Joint positions that differ by no more than this count as equal, rad or m.
 constexpr double kSameJoint = 1e-6;
 
-/// Where the tool is with its joints there.
+/// Position of the tool for these joint positions.
 trajectory::GroupVector tool_at(const trajectory::ContourSettings& settings, std::span<const double> axes) {
   const auto joints = vector_of(axes);
   if (settings.kinematics == nullptr) return joints;

@@ -13,11 +13,11 @@
 
 namespace driveline::ecat_master {
 
-/// The path of a group of up to trajectory::kMaxGroupAxes axes: lines, arcs, splines, with rounded corners.
+/// Path of a group of up to trajectory::kMaxGroupAxes axes: lines, arcs and splines with rounded corners.
 class ContourPath final : public GroupPath {
  public:
-  /// `start`: positions of the axes; `outputs`: null if there are none. Throws std::invalid_argument where
-  /// trajectory::ContourTrack does, and where the kinematics have the joints elsewhere.
+  /// `start`: positions of the axes; `outputs`: null if there are none. Throws std::invalid_argument if
+  /// trajectory::ContourTrack does, or if the kinematics give other joint positions for the tool position.
   ContourPath(const trajectory::ContourSettings& settings, RangeCheck ranges, std::span<const double> start,
               std::uint64_t epoch, PathOutputs* outputs);
 

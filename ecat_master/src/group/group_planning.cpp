@@ -26,7 +26,7 @@ void GroupPlanning::plan() {
   take_paths_back();
   leave_ended_path();
   drop_aborted();
-  // What has been planned further ahead than there was room.
+  // Hand over first what did not fit into the path before.
   if (!hand_over()) return;
   while (true) {
     drop_aborted();
@@ -35,7 +35,7 @@ void GroupPlanning::plan() {
     if (refuse_by_state()) continue;
     if (!ready_for(waiting_.front()) || !add_next()) return;
   }
-  // The move that was announced has not come. The cycle counts on until it has seen what was added last.
+  // The announced move has not come. The cycle keeps counting until it has seen the move that was added last.
   const auto at_end = group_.cycles_at_end();
   if (at_end < at_end_when_added_) at_end_when_added_ = 0;
   if (path_ != nullptr && open_ && waiting_.empty() && at_end > at_end_when_added_ + grace_cycles_) {
@@ -69,7 +69,7 @@ void GroupPlanning::drop_aborted() {
   }
 }
 
-/// True: there was one that the group does not take in its state.
+/// Refuses the next move if the state of the group does not permit it; returns whether it did.
 bool GroupPlanning::refuse_by_state() {
   auto error = GroupError::kNone;
   switch (group_.state()) {
@@ -91,7 +91,7 @@ bool GroupPlanning::refuse_by_state() {
   return true;
 }
 
-/// There is a path that the move can be added to.
+/// Whether there is a path to which the move can be added.
 bool GroupPlanning::ready_for(const Waiting& next) {
   if (path_ != nullptr && next.move.buffer == GroupBuffer::kAborting && !path_->idle()) {
     group_.abort_for(next.id);
@@ -101,7 +101,7 @@ bool GroupPlanning::ready_for(const Waiting& next) {
   return begin_path();
 }
 
-/// Where the axes have come to rest.
+/// Starts a path where the axes have come to rest.
 bool GroupPlanning::begin_path() {
   const auto& standing = group_.standing();
   if (standing.epoch <= std::max(used_epoch_, group_.ended_epoch())) return false;
@@ -119,7 +119,7 @@ bool GroupPlanning::begin_path() {
   return true;
 }
 
-/// False: there is no room for more now.
+/// Returns false if the path is full now.
 bool GroupPlanning::add_next() {
   const auto move = absolute(waiting_.front().move);
   if (open_ && move.buffer != GroupBuffer::kBlending) path_->finish();
@@ -136,7 +136,7 @@ bool GroupPlanning::add_next() {
   return hand_over();
 }
 
-/// The moves behind it would begin elsewhere.
+/// Refuses the next move, and aborts the moves that follow it, because they would start elsewhere.
 void GroupPlanning::refuse_next(std::string reason) {
   const auto id = waiting_.front().id;
   table_.set(id, {RequestPhase::kError, GroupError::kBadMove, 0});

@@ -17,31 +17,31 @@
 
 namespace driveline::ecat_master {
 
-/// The moves of a group beside the cycle: waits, planning, and paths on their way to the cycle and back. One thread at
+/// Moves of a group outside the cycle: the queue, planning, and the exchange of paths with the cycle. For one thread at
 /// a time.
 class GroupPlanning {
  public:
-  /// Makes a path that begins where the axes stand; may throw std::invalid_argument.
+  /// Makes a path that starts at the given standstill; may throw std::invalid_argument.
   using MakePath = std::function<std::unique_ptr<GroupPath>(const AxisGroup::Standing& standing)>;
-  /// Told of a move that cannot be done.
+  /// Called with a move that is not possible, and the reason.
   using Refuse = std::function<void(std::uint64_t request, std::string reason)>;
 
-  /// `grace_cycles`: how long the end of the path is kept open for a move that was announced. The others must outlive
-  /// it.
+  /// `grace_cycles`: cycles for which the end of the path stays open for an announced move. All references must outlive
+  /// this object.
   GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::uint64_t grace_cycles, MakePath make_path,
                 Refuse refuse);
 
-  /// So many moves can be taken.
+  /// Number of moves that can be added.
   [[nodiscard]] std::size_t room() const noexcept;
-  /// A move behind all that were handed over, and behind `requests` requests of the group. There must be room.
+  /// Adds a move after all moves added before and after `requests` requests to the group. room() must be above 0.
   void add(std::uint64_t id, const GroupMove& move, std::uint64_t requests);
-  /// As far as there is room in the path.
+  /// Plans moves as far as the path has space.
   void plan();
 
  private:
   struct Waiting {
     std::uint64_t id;
-    std::uint64_t behind;  ///< so many requests to the group come first
+    std::uint64_t behind;  ///< number of requests to the group that come first
     GroupMove move;
   };
 
@@ -63,12 +63,12 @@ class GroupPlanning {
   MakePath make_path_;
   Refuse refuse_;
   std::deque<Waiting> waiting_;
-  std::vector<std::unique_ptr<GroupPath>> paths_;  ///< that the cycle may still have; the last one gets the moves
-  GroupPath* path_ = nullptr;                      ///< null: the next move begins one
-  std::uint64_t used_epoch_ = 0;                   ///< of the last path
+  std::vector<std::unique_ptr<GroupPath>> paths_;  ///< paths that the cycle may still use; the last one gets the moves
+  GroupPath* path_ = nullptr;                      ///< null: the next move starts a path
+  std::uint64_t used_epoch_ = 0;                   ///< epoch of the last path
   bool open_ = false;                              ///< the path waits for another move
   std::uint64_t at_end_when_added_ = 0;            ///< AxisGroup::cycles_at_end() when the last move was added
-  bool closing_ = false;                           ///< the path has been finished, and not handed over whole
+  bool closing_ = false;                           ///< the path is finished, but not completely handed over
 };
 
 }  // namespace driveline::ecat_master

@@ -9,22 +9,21 @@
 
 namespace driveline::ecat_master {
 
-/// The last requests to groups and how far each is, read by any thread while cycle and planning write. Everything is
-/// \rtsafe.
+/// Progress of the last requests to groups, read by any thread while cycle and planning write. Everything is \rtsafe.
 class GroupRequestTable {
  public:
-  /// Requests that are remembered.
+  /// Number of requests remembered.
   static constexpr std::size_t kRemembered = 4096;
 
-  /// Number of a new request, from 1 on; it waits. Any thread.
+  /// Returns the number of a new request, from 1 on; its phase is kWaiting. Any thread.
   [[nodiscard]] std::uint64_t add() noexcept {
     const auto id = next_.fetch_add(1, std::memory_order_relaxed);
     set(id, {RequestPhase::kWaiting, GroupError::kNone, 0});
     return id;
   }
-  /// Every request so far has a smaller number.
+  /// Upper bound of all request numbers so far.
   [[nodiscard]] std::uint64_t next() const noexcept { return next_.load(std::memory_order_relaxed); }
-  /// Nothing happens for one that has made room for newer ones.
+  /// Stores the progress of a request; ignored if a newer request has replaced it.
   void set(std::uint64_t id, GroupRequestReport report) noexcept {
     if (id == 0) return;
     auto& slot = slots_[id % kRemembered];
@@ -33,7 +32,7 @@ class GroupRequestTable {
                        static_cast<std::uint8_t>(report.error);
     if (slot.load(std::memory_order_relaxed) >> kIdShift <= id) slot.store(coded, std::memory_order_release);
   }
-  /// kUnknown for one that was never there, or is too old. Any thread.
+  /// Progress of a request; kUnknown if it never existed or is too old. Any thread.
   [[nodiscard]] GroupRequestReport report(std::uint64_t id) const noexcept {
     const auto coded = slots_[id % kRemembered].load(std::memory_order_acquire);
     if (id == 0 || coded >> kIdShift != id) return {};

@@ -14,7 +14,7 @@ namespace {
 using trajectory::AxisSetpoint;
 using trajectory::GroupAxisLimits;
 
-/// As trajectory::PathShaper has it.
+/// The same values as in trajectory::PathShaper.
 constexpr double kFarthest = 1e6;
 constexpr double kShortestMove = 1e-9;
 
@@ -73,7 +73,7 @@ tl::expected<void, trajectory::PathMoveError> LinePath::add(const GroupMove& mov
   return {};
 }
 
-/// The limits of the axis that comes to its own first are those along the line.
+/// Line from the last target. Its limits are those of the axis that reaches its own limit first.
 LinePath::Line LinePath::line_to(std::span<const double> target, double feed) const {
   Line line;
   line.from = target_;
@@ -118,7 +118,7 @@ void LinePath::reverse(bool backwards) noexcept {
   backwards_ = backwards;
 }
 
-/// At the end of the line, in the direction that is asked for.
+/// Whether the axes are at the end of the line, in the requested direction.
 bool LinePath::arrived() const noexcept {
   if (!planned_ || !along_.finished()) return false;
   return along_.state().position == (backwards_ ? 0.0 : line().length);
@@ -134,7 +134,7 @@ void LinePath::begin_next() noexcept {
   planned_ = false;
 }
 
-// Too slow to be planned, by an override: the axes stand until there is another one.
+// At an override too low for planning the axes stop until it changes.
 void LinePath::plan() noexcept {
   const auto& limits = line().limits;
   const double feed = std::min(override_ * line().feed, limits.max_velocity);
@@ -170,7 +170,7 @@ void LinePath::place_axes(std::span<AxisSetpoint> setpoints) const noexcept {
   const double rest = on.length - at.position;
   for (std::size_t i = 0; i < on.from.size(); ++i) {
     const double way = (on.to[i] - on.from[i]) / on.length;
-    // From the nearer end: both are met exactly.
+    // Computed from the nearer end, so that both ends are met exactly.
     const double position = at.position < rest ? on.from[i] + way * at.position : on.to[i] - way * rest;
     setpoints[i] = {position, way * at.velocity, way * at.acceleration};
   }

@@ -16,11 +16,11 @@
 
 namespace driveline::ecat_master {
 
-/// The path of a group of any number of axes: straight lines in the space of all of them, from rest to rest, each as
-/// fast as its axes allow with limited jerk. All axes are at the same share of their way at any time.
+/// Path of a group of any number of axes: straight lines in the space of all axes, from rest to rest, each as fast as
+/// its axes permit with limited jerk. All axes are at the same share of their distance at any time.
 class LinePath final : public GroupPath {
  public:
-  /// Lines that wait for the cycle, with the one that it is on.
+  /// Capacity of the ring of lines, including the line that the cycle is on.
   static constexpr std::size_t kLines = 64;
 
   /// `limits`: of each axis, positive and finite.
@@ -40,7 +40,7 @@ class LinePath final : public GroupPath {
   struct Line {
     std::vector<double> from{};
     std::vector<double> to{};
-    double length = 0.0;  ///< in the space of all axes
+    double length = 0.0;  ///< Euclidean, in the space of all axes
     double feed = 0.0;
     trajectory::GroupAxisLimits limits{};  ///< along the line
     std::uint64_t move = 0;
@@ -55,21 +55,21 @@ class LinePath final : public GroupPath {
   [[nodiscard]] bool arrived() const noexcept;
   void place_axes(std::span<trajectory::AxisSetpoint> setpoints) const noexcept;
 
-  // Planning.
+  // Used by planning.
   std::vector<trajectory::GroupAxisLimits> limits_;
   RangeCheck ranges_;
   std::vector<double> target_;
   std::deque<Line> waiting_;
   std::uint64_t moves_ = 0;
 
-  // Both.
-  std::vector<Line> lines_;  ///< a ring
+  // Used by both.
+  std::vector<Line> lines_;  ///< ring buffer
   std::atomic<std::uint64_t> begin_{0};
   std::atomic<std::uint64_t> end_{0};
 
-  // The cycle.
+  // Used by the cycle.
   double period_s_;
-  std::vector<double> rest_;  ///< before the first line
+  std::vector<double> rest_;  ///< positions before the first line
   SetpointGenerator along_{};
   std::uint64_t line_ = 0;
   bool on_line_ = false;

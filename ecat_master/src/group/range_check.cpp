@@ -10,9 +10,9 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Places of a piece that are looked at; between them it is bent no more than its bounds say.
+/// Number of positions of a piece that are checked; between them its curvature is within its bounds.
 constexpr int kPlaces = 128;
-/// A direction that is none.
+/// First derivatives up to this value have no direction.
 constexpr double kStands = 1e-9;
 
 }  // namespace
@@ -33,7 +33,7 @@ tl::expected<void, trajectory::PathMoveError> RangeCheck::place(std::span<const 
   return {};
 }
 
-// Between two places an axis is beyond both where it turns round, and by no more than its bounds say.
+// Where an axis reverses between two positions it exceeds both, by no more than the bounds permit.
 tl::expected<void, trajectory::PathMoveError> RangeCheck::piece(const trajectory::PathPiece& piece,
                                                                 double margin) const {
   const double step = piece.length() / kPlaces;
@@ -54,7 +54,7 @@ tl::expected<void, trajectory::PathMoveError> RangeCheck::piece(const trajectory
   return {};
 }
 
-// The corner of two lines is between them. Others may leave both moves, by their tolerance.
+// The rounded corner of two lines lies between them. Other corners may leave both moves by their tolerance.
 tl::expected<void, trajectory::PathMoveError> RangeCheck::move(const trajectory::GroupVector& from,
                                                                const trajectory::PathMove& move,
                                                                double tolerance_before) const {

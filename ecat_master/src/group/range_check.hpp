@@ -14,22 +14,23 @@
 
 namespace driveline::ecat_master {
 
-/// The software limits of the axes of a group, as its moves count positions: no move leads beyond them.
+/// The software limits of the axes of a group, in move positions; no move leads beyond them.
 class RangeCheck {
  public:
-  /// One axis.
+  /// Range of an axis.
   struct Range {
-    std::string axis{};                                ///< its name, for sentences
-    std::optional<trajectory::PositionRange> range{};  ///< none: anywhere
+    std::string axis{};                                ///< name of the axis, for messages
+    std::optional<trajectory::PositionRange> range{};  ///< none: unlimited
   };
 
   explicit RangeCheck(std::vector<Range> ranges) : ranges_(std::move(ranges)) {}
 
-  /// As they were given.
+  /// The ranges given to the constructor.
   [[nodiscard]] const std::vector<Range>& ranges() const noexcept { return ranges_; }
-  /// A sentence if the place is outside.
+  /// Returns a sentence if the position is outside the ranges.
   [[nodiscard]] tl::expected<void, trajectory::PathMoveError> place(std::span<const double> at) const;
-  /// The same of any place of a move from `from`, with its rounded corners. What the shaper refuses is not judged.
+  /// The same for all positions of a move from `from`, with rounded corners. A move that the shaper refuses is not
+  /// checked.
   [[nodiscard]] tl::expected<void, trajectory::PathMoveError> move(const trajectory::GroupVector& from,
                                                                    const trajectory::PathMove& move,
                                                                    double tolerance_before) const;

@@ -16,7 +16,7 @@ using trajectory::AxisSetpoint;
 using trajectory::CouplingRefusal;
 using trajectory::CouplingState;
 
-/// Setpoints this near to each other are the same, as a part of them.
+/// Setpoints that differ by less than this share count as equal.
 constexpr double kSamePlace = 1e-12;
 
 trajectory::FollowLimits limits_of_axis(const AxisConfig& config) {
@@ -27,7 +27,7 @@ std::string quoted(const SingleAxes& axes, std::size_t axis) {
   return "'" + axes.axes()[axis].config().name + "'";
 }
 
-/// The slave of a pair comes back to itself over its masters.
+/// Whether following the masters of a pair leads back to its slave.
 bool is_in_a_circle(std::span<const Couplings::Pair> pairs, const Couplings::Pair& pair) {
   auto at = pair.master;
   for (std::size_t steps = 0; steps < pairs.size(); ++steps) {
@@ -61,17 +61,17 @@ void check_pairs(const SingleAxes& axes, std::span<const Couplings::Pair> pairs)
 
 }  // namespace
 
-/// What is handed to the cycle.
+/// A coupling request handed to the cycle.
 struct Couplings::Order {
   bool at_place = false;
   trajectory::CatchUp catch_up = trajectory::CatchUp::kPosition;
   trajectory::CouplingLaw law{};
   trajectory::Coupling::SyncPlace place{};
-  std::uint64_t number = 0;   ///< of all orders and phases of the slave, from 1 on
-  std::uint64_t request = 0;  ///< what it belongs to; 0: not submitted yet
+  std::uint64_t number = 0;   ///< shared count of orders and phases of the slave, from 1 on
+  std::uint64_t request = 0;  ///< number of its request; 0: not submitted yet
 };
 
-/// One slave.
+/// The feed of a slave.
 class Couplings::Feed final : public SetpointFeed {
  public:
   Feed(const SingleAxes& axes, const Pair& pair, std::chrono::nanoseconds period)
@@ -88,15 +88,15 @@ class Couplings::Feed final : public SetpointFeed {
 
   [[nodiscard]] std::size_t slave() const noexcept { return pair_.slave; }
 
-  // One ordering thread at a time. The latest order counts: one that the cycle never takes is in nobody's way.
-  /// Before its request is submitted, so that the cycle that takes the request finds the order.
+  // One requesting thread at a time. The latest order replaces an earlier one, even if the cycle never took that.
+  /// Stores the order before its request is submitted, so that the cycle that takes the request finds it.
   void offer(Order order) noexcept {
     before_ = asked_.order;
     order.number = ++last_number_;
     asked_.order = order;
     inbox_.write(asked_);
   }
-  /// With the number of the request; 0: there is none, and the order is withdrawn.
+  /// Adds the number of the request; 0: it was not submitted, and the order is withdrawn.
   void confirm(std::uint64_t request) noexcept {
     if (request == 0) {
       asked_.order = before_;
@@ -118,7 +118,7 @@ class Couplings::Feed final : public SetpointFeed {
             phase_number_.load(std::memory_order_relaxed),  master_place_.load(std::memory_order_relaxed)};
   }
 
-  /// Of the setpoint, rad/s or m/s.
+  /// Velocity of the setpoint, rad/s or m/s.
   [[nodiscard]] double velocity() const noexcept { return velocity_.load(std::memory_order_relaxed); }
 
   [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }
@@ -138,7 +138,7 @@ class Couplings::Feed final : public SetpointFeed {
     if (!engaged_ || !master_leads()) {
       engaged_ = false;
       publish();
-      // Its request ends with an error.
+      // A setpoint that is NaN ends the request with an error.
       setpoints[0] = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
       return true;
     }
@@ -154,7 +154,7 @@ class Couplings::Feed final : public SetpointFeed {
     double offset = 0.0;
     bool relative = false;
     trajectory::ProfileLimits limits{};
-    std::uint64_t number = 0;  ///< as Order::number
+    std::uint64_t number = 0;  ///< counted together with Order::number
   };
   struct Asked {
     Order order{};
@@ -166,22 +166,22 @@ class Couplings::Feed final : public SetpointFeed {
     const auto& setpoint = axis.setpoint();
     return {setpoint.position + axis.position_offset(), setpoint.velocity, setpoint.acceleration};
   }
-  /// At the instant that the setpoint of this cycle is for.
+  /// State of the master at the instant that the setpoint of this cycle is for.
   [[nodiscard]] AxisSetpoint master_now() const noexcept {
     return pair_.signal != nullptr ? pair_.signal->at(ahead_s_) : named(axes_.axis(pair_.master));
   }
-  /// The same of the cycle before, at the begin of this one.
+  /// The same for the previous cycle, at the start of this one.
   [[nodiscard]] AxisSetpoint master_before() const noexcept {
     return pair_.signal != nullptr ? pair_.signal->at(ahead_s_ - period_s_) : named(axes_.axis(pair_.master));
   }
-  /// One that has failed, or has no power, has no setpoints that mean anything.
+  /// Whether the setpoints of the master are valid: not if it has failed or has no power.
   [[nodiscard]] bool master_leads() const noexcept {
     if (pair_.signal != nullptr) return pair_.signal->leads();
     const auto state = axes_.axis(pair_.master).state();
     return state != PlcopenState::kErrorStop && state != PlcopenState::kDisabled;
   }
 
-  /// Missed periods and lost frames take the axis beside what it was told to do, so do its own limits.
+  /// Missed periods, lost frames and its own limits move the axis away from its commanded setpoint.
   void notice_detours() noexcept {
     auto now = named(axes_.axis(pair_.slave));
     now.position -= axes_.axis(pair_.slave).on_top();
@@ -191,7 +191,7 @@ class Couplings::Feed final : public SetpointFeed {
     if (engaged_) coupling_.moved_to(now);
   }
 
-  /// `joins`: a request has just been taken, which may be the one that is not confirmed yet.
+  /// `joins`: a request has just been taken, possibly the order's, not confirmed yet.
   [[nodiscard]] Turn turn_of(const Order& order, bool joins) const noexcept {
     if (order.request == 0) return joins ? Turn::kNow : Turn::kLater;
     switch (axes_.report(order.request).phase) {
@@ -201,7 +201,7 @@ class Couplings::Feed final : public SetpointFeed {
       case RequestPhase::kWaiting:
         return joins ? Turn::kNow : Turn::kLater;
       default:
-        return Turn::kNever;  // refused, or ended before it was its turn
+        return Turn::kNever;  // refused, or ended before its turn
     }
   }
 
@@ -222,7 +222,7 @@ class Couplings::Feed final : public SetpointFeed {
     const auto refusal = order.at_place ? coupling_.engage_at(order.law, order.place, slave_, master_)
                                         : coupling_.engage(order.law, order.catch_up, slave_, master_);
     refusal_.store(refusal, std::memory_order_relaxed);
-    // One that is coupled goes on as it was.
+    // A refused order leaves a coupled slave as it was.
     if (refusal != CouplingRefusal::kNone) return;
     engaged_ = true;
     phase_refused_ = false;
@@ -231,7 +231,7 @@ class Couplings::Feed final : public SetpointFeed {
   void take_phase(const Phase& phase) noexcept {
     if (phase.number <= taken_phase_) return;
     taken_phase_ = phase.number;
-    // What cannot be changes nothing, and is told as a phase that is not there.
+    // An impossible shift changes nothing, and is reported as a phase that is not reached.
     if (!engaged_) return;
     const double from = phase.relative ? coupling_.phase().position : 0.0;
     phase_refused_ = !coupling_.shift_phase_to(from + phase.offset, phase.limits);
@@ -246,7 +246,7 @@ class Couplings::Feed final : public SetpointFeed {
     master_place_.store(master_.position, std::memory_order_relaxed);
     velocity_.store(engaged_ ? slave_.velocity : 0.0, std::memory_order_relaxed);
     auto state = engaged_ ? coupling_.state() : CouplingState::kIdle;
-    // The axis has the last word: it may have gone beside what it was told just now.
+    // The axis decides: it may just have left its commanded setpoint.
     if (detoured_ && state == CouplingState::kInSync) state = CouplingState::kCatchingUp;
     state_.store(state, std::memory_order_release);
   }
@@ -255,15 +255,15 @@ class Couplings::Feed final : public SetpointFeed {
   Pair pair_;
   double period_s_;
   trajectory::Coupling coupling_;
-  double ahead_s_ = 0.0;  ///< of `signal`
+  double ahead_s_ = 0.0;  ///< extrapolation time of `signal`, s
   bool engaged_ = false;
   bool phase_refused_ = false;
   bool detoured_ = false;  // in the last cycle
-  AxisSetpoint slave_{};   // of the last cycle
-  AxisSetpoint master_{};  // likewise
+  AxisSetpoint slave_{};   // setpoint of the last cycle
+  AxisSetpoint master_{};  // state of the last cycle
   std::uint64_t taken_order_ = 0;
   std::uint64_t taken_phase_ = 0;
-  // Of the ordering threads.
+  // Used by the requesting threads.
   Asked asked_{};
   Order before_{};
   std::uint64_t last_number_ = 0;
@@ -288,7 +288,7 @@ Couplings::Couplings(SingleAxes& axes, std::span<const Pair> pairs, std::chrono:
         std::find_if(pairs.begin(), pairs.end(), same) == pairs.begin() + static_cast<std::ptrdiff_t>(i))
       axes.add_signal(*signal);
   }
-  // A master that follows one itself is asked first.
+  // Add masters first, so that a master that is itself a slave is evaluated before its own slaves.
   std::vector<Pair> left(pairs.begin(), pairs.end());
   while (!left.empty()) {
     const auto first = std::find_if(left.begin(), left.end(), [&left](const Pair& pair) {

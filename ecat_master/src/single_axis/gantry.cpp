@@ -5,9 +5,9 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Time in which the acceleration rises with which a follower is squared, s.
+/// Rise time of the acceleration when a follower is squared, s; it defines the jerk.
 constexpr double kRiseS = 0.01;
-/// Below that a warning is over, of the skew that gave it.
+/// Share of the warning threshold below which a warning ends.
 constexpr double kWarningEnds = 0.9;
 
 AxisRequest plain(AxisCommand command) noexcept {
@@ -20,7 +20,7 @@ bool failed(const SingleAxis& axis) noexcept {
   return axis.state() == PlcopenState::kErrorStop;
 }
 
-/// What a pair cannot do: its drives, or a torque, would lead each axis by itself.
+/// Whether the command would move each axis of a pair independently: by its drive, or by a torque.
 bool parts(AxisCommand command) noexcept {
   switch (command) {
     case AxisCommand::kHome:
@@ -36,7 +36,7 @@ bool parts(AxisCommand command) noexcept {
   }
 }
 
-/// May be asked while the pair is homed, and moves nothing.
+/// Whether the command is refused while the pair is being homed.
 bool disturbs_homing(AxisCommand command) noexcept {
   return !stops_or_releases(command) && command != AxisCommand::kSetOverride;
 }
@@ -96,7 +96,7 @@ AxisError Gantry::refusal(const AxisRequest& request) const noexcept {
 }
 
 void Gantry::take(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept {
-  // A stop is allowed wherever it is asked for.
+  // A stop is accepted on either axis.
   if (axis == settings_.follower && !stops_or_releases(request.command))
     return finish(id, RequestPhase::kError, AxisError::kGantryFollower);
   if (const auto error = refusal(request); error != AxisError::kNone) return finish(id, RequestPhase::kError, error);
@@ -116,7 +116,7 @@ void Gantry::take(std::size_t axis, std::uint64_t id, const AxisRequest& request
   }
 }
 
-/// Out of skew it is not enabled: the beam would be bent.
+/// Enables or disables the pair. It is not enabled with too much skew, because the beam would be bent.
 void Gantry::take_power(std::uint64_t id, const AxisRequest& request) noexcept {
   finish(power_request_, RequestPhase::kAborted);
   if (!request.on) {
@@ -134,7 +134,7 @@ void Gantry::take_power(std::uint64_t id, const AxisRequest& request) noexcept {
   }
   if (failed_) return finish(id, RequestPhase::kError, AxisError::kErrorStop);
   if (phase_ == Phase::kDissolving) {
-    // On its way to rest it keeps its power, and halts.
+    // The pair is coming to rest: keep the power, and halt.
     leader_.take(id, request);
     phase_ = Phase::kFormed;
     return;
@@ -144,7 +144,7 @@ void Gantry::take_power(std::uint64_t id, const AxisRequest& request) noexcept {
     const double skew = difference() - *square_at_;
     if (std::abs(skew) > settings_.skew_limit) {
       stopped_at_ = skew;
-      // Whoever sees the error sees its figure.
+      // Publish the skew before the error, so that a reader of the error finds it.
       publish();
       return finish(id, RequestPhase::kError, AxisError::kSkew);
     }
@@ -161,12 +161,12 @@ void Gantry::watch() noexcept {
   watch_reset();
   watch_power();
   watch_skew();
-  // The same place has the same name when the pair is square.
+  // In a square pair the same position has the same name on both axes.
   follower_.set_position_offset(leader_.position_offset() - square_at_.value_or(offset_.state().position));
   publish();
 }
 
-/// The one that has failed first says how: by a ramp, which both have in common, or by its drive.
+/// The axis that failed first determines the stop: by a ramp, common to both, or by the drives.
 void Gantry::watch_failures() noexcept {
   const bool leads = failed(leader_);
   const bool goes = failed(follower_);
@@ -201,7 +201,7 @@ void Gantry::watch_power() noexcept {
   if (phase_ == Phase::kApart && power_request_ != 0 && over(powers_)) finish(power_request_, RequestPhase::kDone);
 }
 
-/// Where they stand, and from there on as one.
+/// Forms the pair at the present positions; from here on both axes move as one.
 void Gantry::form() noexcept {
   offset_.start_from({follower_.setpoint().position - leader_.setpoint().position, 0.0, 0.0});
   static_cast<void>(ask(follower_, plain(AxisCommand::kFollow)));
@@ -218,11 +218,11 @@ void Gantry::dissolve() noexcept {
 }
 
 void Gantry::square() noexcept {
-  // From a state within its own limits it can always be planned.
+  // From a state within its own limits, planning always succeeds.
   if (square_at_) static_cast<void>(offset_.to_position({*square_at_, 0.0, 0.0}, squaring_));
 }
 
-/// Positions of the same cycle.
+/// Compares positions of the same cycle.
 void Gantry::watch_skew() noexcept {
   if (!leader_.exchanged() || !follower_.exchanged()) return;
   const bool together = phase_ == Phase::kFormed || phase_ == Phase::kDissolving;
@@ -234,7 +234,7 @@ void Gantry::watch_skew() noexcept {
   }
   if (std::abs(skew_) > std::abs(worst_skew_)) worst_skew_ = skew_;
   warned_ = std::abs(skew_) > (warned_ ? kWarningEnds : 1.0) * settings_.skew_warning;
-  // One whose follower has left it by itself, at the end of its range, is no pair any more.
+  // The pair has separated if the follower has stopped following, at the end of its range.
   const bool parted = !follower_.follows();
   if (std::abs(skew_) <= settings_.skew_limit && !parted) return;
   const auto error = parted ? AxisError::kGantryPartner : AxisError::kSkew;

@@ -1,4 +1,4 @@
-// Common homing of a gantry: both look for their marks on one way, and the follower is squared by what lies between.
+// Common homing of a gantry: one motion finds the marks of both axes, and the follower is squared by their difference.
 #include <cmath>
 
 #include "driveline/ecat_master/single_axis/gantry.hpp"
@@ -41,7 +41,7 @@ void Gantry::end_homing(RequestPhase phase, AxisError error) noexcept {
   finish(home_request_, phase, error);
 }
 
-/// Both are asked as any axis is, so that limits and failures are theirs.
+/// Sends requests to both axes as to any axis, so that their own limits and failure reactions apply.
 void Gantry::advance_homing() noexcept {
   const auto lost = [this] { return over(probes_) && error_of(probes_) != AxisError::kNone; };
   switch (homing_) {
@@ -90,7 +90,7 @@ void Gantry::advance_homing() noexcept {
   }
 }
 
-/// What lies between the marks, and the offset of the machine, is that of a square pair.
+/// The square offset is the distance between the marks plus the offset of the machine.
 void Gantry::name_marks() noexcept {
   const double mark = leader_.recorded().position - leader_.position_offset();
   const double other = follower_.recorded().position - follower_.position_offset();

@@ -45,8 +45,8 @@ void MasterSignal::take(bool good) noexcept {
                                  : static_cast<double>(count_) / encoder_.increments_per_unit);
 }
 
-/// The shorter way from the last one, round the end of the range. The first one is as near to 0 as it can be: the upper
-/// half of a signed number is negative.
+/// Unwraps the count: takes the shorter way from the last one across the end of the range. The first count is taken as
+/// near to 0 as possible, so that the upper half of the range is negative.
 void MasterSignal::count(std::span<const std::byte> image) noexcept {
   const std::int64_t raw = encoder_.entry.get(image);
   if (!raw_) count_ = raw >= encoder_.range / 2 ? raw - encoder_.range : raw;
@@ -63,7 +63,7 @@ void MasterSignal::count(std::span<const std::byte> image) noexcept {
 void MasterSignal::skip(std::int64_t missed) noexcept {
   waiting_ += missed;
   const auto divider = static_cast<std::int64_t>(encoder_.divider);
-  // No more than it takes to be lost.
+  // Not more steps than it takes to lose the signal.
   constexpr std::int64_t kMost = 10'000;
   for (std::int64_t i = 0; i < kMost && waiting_ >= divider; ++i) {
     waiting_ -= divider;

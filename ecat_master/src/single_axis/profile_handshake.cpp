@@ -29,8 +29,8 @@ std::uint16_t ProfileHandshake::command_bits() const noexcept {
   return static_cast<std::uint16_t>(immediately | given);
 }
 
-/// A drive without room for another target tells by bit 12 neither that it has seen bit 4 taken back nor that it has
-/// taken the target: it has time for both.
+/// A drive whose target buffer is full shows by bit 12 neither that it has seen bit 4 cleared nor that it has taken the
+/// target, so it is given time for both.
 void ProfileHandshake::hand_over(bool acknowledged, std::chrono::nanoseconds since) noexcept {
   if (step_ == Step::kFreeing && (!acknowledged || (full_ && since >= kReaction))) {
     full_ = acknowledged;

@@ -8,14 +8,14 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Requests that may wait for the cycle.
+/// Capacity of the request queue to the cycle.
 constexpr std::size_t kRequests = 512;
-/// Of these for stops alone, which nobody keeps out by asking for other things.
+/// Part of it that is reserved for stops, so that other requests cannot block them.
 constexpr std::size_t kRoomForStops = 256;
-/// Motions that are planned in a cycle, which takes some microseconds each: those of requests, and those that have
-/// waited for the end of others.
+/// Motions planned per cycle, at some microseconds each: those of requests, and motions that waited for the end of
+/// other motions.
 constexpr std::size_t kPlansPerCycle = 4;
-/// Of these for requests, however many have waited: a stop is one of them.
+/// Part of them that is reserved for requests, such as stops, however many motions wait.
 constexpr std::size_t kPlansForRequests = 2;
 
 void check(const Axis& axis) {
@@ -91,7 +91,7 @@ std::optional<std::size_t> SingleAxes::gantry_of(std::size_t axis) const noexcep
   return std::nullopt;
 }
 
-/// To the axis itself, or to the gantry that it belongs to.
+/// Hands a request to the axis itself, or to the gantry that it belongs to.
 void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept {
   const auto gantry = gantry_of(axis);
   gantry ? gantries_[*gantry]->take(axis, id, request) : single_[axis].take(id, request);
@@ -145,7 +145,7 @@ AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
   return report;
 }
 
-// Of snapshot::PlcopenState, which has one more in front: axes that are moved together.
+// snapshot::PlcopenState has one more value, at the front, for axes that are moved together.
 static_assert(static_cast<int>(snapshot::PlcopenState::kDisabled) == static_cast<int>(PlcopenState::kDisabled) + 1);
 static_assert(static_cast<int>(snapshot::PlcopenState::kErrorStop) == static_cast<int>(PlcopenState::kErrorStop) + 1);
 
@@ -171,7 +171,7 @@ void SingleAxes::publish(std::size_t axis) noexcept {
   shared.recorded_position.store(one.recorded().position, std::memory_order_relaxed);
   shared.recorded_request.store(one.recorded().request, std::memory_order_release);
   shared.position_offset.store(one.position_offset(), std::memory_order_relaxed);
-  // Last: a reader that sees ErrorStop sees its reason.
+  // Publish the state last, so that a reader of ErrorStop finds its reason.
   shared.state.store(one.state(), std::memory_order_release);
 }
 
@@ -181,7 +181,7 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
   took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto slave = axes_[i].config().slave;
-    // Without a drive no frame is missed.
+    // A virtual axis misses no frames.
     if (axes_[i].config().is_virtual()) {
       single_[i].read_inputs(image, true, true, true);
       continue;
@@ -207,7 +207,7 @@ void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept
   }
 }
 
-/// The number of those that were due; in turn, so that no axis is passed over.
+/// Plans motions that are due, in turn, so that no axis is passed over; returns their number.
 std::size_t SingleAxes::plan_waiting(std::size_t most) noexcept {
   std::size_t planned = 0;
   for (std::size_t i = 0; i < single_.size() && planned < most; ++i) {
@@ -220,8 +220,8 @@ std::size_t SingleAxes::plan_waiting(std::size_t most) noexcept {
   return planned;
 }
 
-/// Each axis once: those that follow nothing first, and then the feeds in the order in which they were added, so that a
-/// feed finds the setpoints of this cycle of the axes that lead its own. The followers of gantries come last.
+/// Advances each axis once: first the axes that follow nothing, then the feeds in the order in which they were added,
+/// so that a feed finds the setpoints that its leading axes have in this cycle. The followers of gantries come last.
 void SingleAxes::advance() noexcept {
   std::fill(led_.begin(), led_.end(), char{0});
   const auto join = [this](Feed& feed) {

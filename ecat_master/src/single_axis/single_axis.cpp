@@ -8,7 +8,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// A fault reset needs one cycle with bit 7 set and one without for its edge; several of each tolerate a lost frame.
+/// A fault reset needs one cycle with bit 7 set and one with it cleared; several of each tolerate a lost frame.
 constexpr std::int64_t kResetCycles = 4;
 
 double seconds_of(std::chrono::nanoseconds time) noexcept {
@@ -31,7 +31,7 @@ void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool 
   exchanged_ = valid && fresh;
   if (fresh) seen_ = valid;
   bad_cycles_ = valid ? 0 : bad_cycles_ + 1;
-  // Single bad cycles are bridged with the inputs of the last good one.
+  // Single bad cycles are bridged with the inputs of the last good cycle.
   if (valid || bad_cycles_ >= settings_.bad_cycle_limit) axis_->read_inputs(image, valid, fresh);
   if (valid && !operational) axis_->set_unavailable();
   supply_.set_reached(valid && operational);
@@ -54,7 +54,7 @@ bool SingleAxis::exceeded(std::int64_t since, std::chrono::nanoseconds limit) co
   return static_cast<double>(cycle_ - since) * period_s_ > seconds_of(limit);
 }
 
-/// The drive has no power on its motor.
+/// Whether the drive has no power on its motor.
 bool SingleAxis::off() const noexcept {
   using snapshot::AxisState;
   const auto state = axis_->inputs().state;
@@ -62,8 +62,8 @@ bool SingleAxis::off() const noexcept {
          state != AxisState::kSwitchedOn && state != AxisState::kFaultReactionActive;
 }
 
-/// Before the inputs are used in this cycle. An axis with an implausible position goes on without the loop that is
-/// closed by the master, from this cycle on.
+/// Checks the actual position before the inputs of this cycle are used. With an implausible position the axis continues
+/// without the position loop of the master, from this cycle on.
 void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (axis_->inputs().state == snapshot::AxisState::kUnavailable) return forget_place();
   if (!exchanged_) return axis_->coast_on(period_s_);
@@ -79,14 +79,14 @@ void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (finding && state_ != PlcopenState::kErrorStop) stop_for_position();
 }
 
-/// Where it is now is not known.
+/// The actual position is unknown from now on.
 void SingleAxis::forget_place() noexcept {
   watch_.forget();
   coast_.forget();
 }
 
 void SingleAxis::stop_for_position() noexcept {
-  // The loop's share of the velocity is braked together with that of the setpoint.
+  // The velocity that the loop added is braked together with that of the setpoint.
   setpoint_.velocity += axis_->distrust_position();
   stop_by_ramp(AxisError::kPosition);
 }
@@ -107,7 +107,7 @@ void SingleAxis::stop_by_ramp(AxisError error) noexcept {
 void SingleAxis::watch() noexcept {
   switch (power_) {
     case Power::kOff:
-      // A drive that has a fault without power has it before it can be enabled.
+      // A drive with a fault while it is off has to be reset before it can be enabled.
       if (state_ == PlcopenState::kDisabled && axis_->fault()) fail(AxisError::kFault);
       break;
     case Power::kEnabling:
@@ -138,9 +138,9 @@ void SingleAxis::watch_power() noexcept {
   if (following_watch_.judge(cycle_, axis_->following_error(), follows)) stop_by_ramp(AxisError::kFollowingError);
 }
 
-/// Its motion has ended; a drive with power stops by its own quick stop and is switched off.
+/// Ends the motion with an error; a drive with power stops by its own quick stop and is switched off.
 void SingleAxis::fail(AxisError error) noexcept {
-  // The first one counts: on the way to standstill there may be another.
+  // The first error counts; more may follow until standstill.
   if (state_ != PlcopenState::kErrorStop) {
     error_ = error;
     error_code_ = axis_->inputs().error_code;
@@ -163,20 +163,20 @@ void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
   advance_powerless();
 }
 
-/// States in which the drive follows no setpoints.
+/// Handles the states in which the drive follows no setpoints.
 void SingleAxis::advance_powerless() noexcept {
   restore_mode();
-  // An axis that is enabled already holds the place where it was enabled.
+  // An axis that is already enabled holds the position at which it was enabled.
   if (!axis_->stays_on()) setpoint_ = axis_->held();
   switch (power_) {
     case Power::kEnabling:
-      // One that coasts is braked at once; one that stands waits for its brake.
+      // Brake a coasting axis at once; an axis at standstill waits for its brake.
       if (!axis_->ready() && !(axis_->stays_on() && std::abs(setpoint_.velocity) > 0.0)) break;
       begin_powered();
       break;
     case Power::kQuickStop:
-      // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop; so is one
-      // without valid inputs, which is commanded to stop until then.
+      // A drive that stays in Quick stop active (605Ah = 5..8) is switched off once it has had time to stop. So is a
+      // drive without valid inputs, which is commanded to stop until then.
       if (off() && axis_->inputs().state != snapshot::AxisState::kUnavailable) {
         enter(Power::kOff);
         finish(power_request_, RequestPhase::kDone);
@@ -195,7 +195,7 @@ void SingleAxis::advance_powerless() noexcept {
   }
 }
 
-/// An axis that coasts is braked from there.
+/// Starts the setpoints of an axis that has got power; a coasting axis is braked.
 void SingleAxis::begin_powered() noexcept {
   enter(Power::kOn);
   if (std::abs(setpoint_.velocity) > 0.0) {
@@ -213,7 +213,7 @@ void SingleAxis::begin_powered() noexcept {
   finish(power_request_, RequestPhase::kDone);
 }
 
-/// ErrorStop is left when the drive has come to rest and has no fault any more.
+/// Leaves ErrorStop when the drive has come to rest and reports no fault.
 void SingleAxis::advance_reset() noexcept {
   if (reset_request_ == 0 || power_ != Power::kOff) return;
   const bool available = axis_->inputs().state != snapshot::AxisState::kUnavailable;
@@ -227,7 +227,7 @@ void SingleAxis::advance_reset() noexcept {
     finish(reset_request_, RequestPhase::kError, AxisError::kResetTimeout);
 }
 
-/// The change of a mode, and the way back to the setpoints, need some of the acceleration of the axis.
+/// Whether a mode change, or the return to the setpoints, needs part of the acceleration of the axis.
 bool SingleAxis::eases() const noexcept {
   return changing_mode_ || torque_ == Torque::kEntering || axis_->returning();
 }
@@ -236,11 +236,11 @@ void SingleAxis::advance_mode() noexcept {
   if (changing_mode_) judge_mode();
   const bool eased = eased_;
   eased_ = eases();
-  // The whole acceleration of the axis is that of its motion again.
+  // The motion has the whole acceleration of the axis again.
   if (eased && !eased_ && powered() && by_drive_ == ByDrive::kNone) replan();
 }
 
-/// A drive that does not change in time is left in the mode that it had.
+/// Ends a mode change; a drive that does not change in time is set back to its previous mode.
 void SingleAxis::judge_mode() noexcept {
   if (axis_->mode_ready() || !powered()) {
     changing_mode_ = false;
@@ -252,7 +252,7 @@ void SingleAxis::judge_mode() noexcept {
   finish(mode_request_, RequestPhase::kError, back ? AxisError::kModeTimeout : AxisError::kMode);
 }
 
-/// A drive that has failed in a mode of its own begins in that of the setpoints again.
+/// A drive that failed in another mode starts again in the mode of its setpoints.
 void SingleAxis::restore_mode() noexcept {
   if (!return_mode_ || axis_->enabled()) return;
   static_cast<void>(axis_->set_mode(*return_mode_));
@@ -266,7 +266,7 @@ cia402::Goal SingleAxis::goal() const noexcept {
     case Power::kResting:
       return Goal::kEnabled;
     case Power::kEnabling:
-      // It will hold the position at which it is enabled.
+      // Wait for a steady position, because the axis holds the position at which it is enabled.
       return coast_.goal(*axis_, watch_.steady(), seen_);
     case Power::kQuickStop:
       return Goal::kQuickStop;
@@ -286,7 +286,7 @@ void SingleAxis::write_outputs(std::span<std::byte> image) noexcept {
 AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexcept {
   cycle_ = cycle;
   if (!powered()) {
-    // One that coasts has gone on: it is switched on when it has been seen again, or goes on as it does.
+    // A coasting axis kept moving: enable it only after its position was read again, else extrapolate its motion.
     seen_ = false;
     axis_->coast_on(static_cast<double>(missed) * period_s_);
     if (missed > settings_.bad_cycle_limit && coast_.coasts()) forget_place();

@@ -1,4 +1,4 @@
-// Positions of a single axis that has a modulo, after which its places have the same names again.
+// Positions of a single axis with a modulo, after which positions repeat.
 #include <cmath>
 
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
@@ -8,20 +8,20 @@ namespace driveline::ecat_master {
 
 using trajectory::AxisSetpoint;
 
-/// As MoveDirection says.
+/// Target position that MoveDirection selects, in drive positions.
 double SingleAxis::place_of(const AxisRequest& request, const AxisSetpoint& from) const noexcept {
   const auto& config = axis_->config();
   const double modulo = *config.modulo;
   const double rest = resting_place(request, from);
   const double nearest = std::remainder(request.target - offset_ - rest, modulo);
-  // An axis that is there already, but for a rounding, does not go once round.
+  // An axis that is already there, apart from rounding, does not make a full turn.
   const double nothing = 0.5 / config.increments_per_unit;
   if (request.direction == MoveDirection::kPositive && nearest < -nothing) return rest + nearest + modulo;
   if (request.direction == MoveDirection::kNegative && nearest > nothing) return rest + nearest - modulo;
   return rest + nearest;
 }
 
-/// Of an axis that moves, if it brakes as the request says.
+/// Position where a moving axis comes to rest if it brakes as the request says.
 double SingleAxis::resting_place(const AxisRequest& request, const AxisSetpoint& from) const noexcept {
   const auto way = trajectory::plan_to_standstill(from, limits_of(request, from.velocity, from));
   return way ? way->evaluate(way->duration_s()).position : from.position;

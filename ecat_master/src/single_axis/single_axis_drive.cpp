@@ -1,4 +1,4 @@
-// What the drive of a single axis does by itself: into its mode, and the way back to the cyclic one.
+// Movements that the drive of a single axis generates itself: change to their mode, and back to the cyclic mode.
 #include <algorithm>
 #include <cmath>
 
@@ -7,12 +7,12 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Until a new zero and the end of a movement have been seen in the positions, too.
+/// Time until a new zero, or the end of a movement, also shows in the positions.
 constexpr std::chrono::milliseconds kDriveSettling{5};
 
 }  // namespace
 
-/// The axis has been asked whether it can.
+/// The caller has checked that the drive can change to the mode.
 void SingleAxis::start_by_drive(std::uint64_t id, AxisCommand command, cia402::Mode mode) noexcept {
   return_mode_ = axis_->mode();
   static_cast<void>(axis_->set_mode(mode));
@@ -31,12 +31,12 @@ std::chrono::nanoseconds SingleAxis::time_since(std::int64_t cycle) const noexce
   return (cycle_ - cycle) * settings_.period;
 }
 
-/// Taking the start bit back ends homing, halt every other movement; the drive brakes.
+/// Stops the drive: clearing the start bit ends homing, halt ends any other movement; the drive brakes.
 void SingleAxis::interrupt_drive() noexcept {
   if (by_drive_ == ByDrive::kNone) return;
   finish(drive_request_, by_drive_ == ByDrive::kLeaving ? RequestPhase::kDone : RequestPhase::kAborted);
   finish(drive_next_, RequestPhase::kAborted);
-  // A rotor that the field has taken over swings into its load angle.
+  // A rotor that the field has taken over swings into its load angle, so it must come to rest first.
   const bool by_field = axis_->inputs().mode == static_cast<std::int8_t>(cia402::Mode::kVelocity);
   if (by_drive_ == ByDrive::kEntering && !by_field) return leave_drive_mode();
   if (by_drive_ == ByDrive::kInterrupted || by_drive_ == ByDrive::kLeaving) return;
@@ -74,11 +74,11 @@ void SingleAxis::advance_by_drive() noexcept {
   }
 }
 
-/// In velocity mode a drive says that its field stands: the rotor swings on, and is no axis yet that setpoints could
-/// hold where it is.
+/// Whether the rotor still moves. In velocity mode a drive reports standstill when its field stands, but the rotor
+/// swings on, and setpoints could not hold it yet.
 bool SingleAxis::swings() noexcept {
   if (drive_command_ != AxisCommand::kDriveRun) return false;
-  constexpr double kStopsIn = 1e-4;  // s: what is left of its velocity is stopped within the limits in that time
+  constexpr double kStopsIn = 1e-4;  // s; the remaining velocity can be stopped in this time within the limits
   constexpr double kNoise = 4.0;     // increments
   const auto& config = axis_->config();
   const double slow = kStopsIn * config.limits.max_acceleration;
@@ -90,7 +90,8 @@ bool SingleAxis::swings() noexcept {
   return true;
 }
 
-/// It stands when the drive has said so for a while: what it says first may be older than the end of the movement.
+/// Waits until the drive has reported standstill for a while: its first report may be older than the end of the
+/// movement.
 void SingleAxis::watch_interruption() noexcept {
   const bool stands = (axis_->inputs().status_word & cia402::status_bit::kTargetReached) != 0;
   if (swings() || !stands) still_since_ = cycle_;
@@ -99,8 +100,8 @@ void SingleAxis::watch_interruption() noexcept {
     fail(homes() ? AxisError::kHomingTimeout : AxisError::kTargetTimeout);
 }
 
-/// The drive follows setpoints again, which begin where the axis is. A halt is taken back when it does: in its own mode
-/// the drive would go on.
+/// Returns the drive to setpoints, which start at the actual position. Halt is cleared only then: in its own mode the
+/// drive would continue its movement.
 void SingleAxis::leave_drive_mode() noexcept {
   if (!axis_->set_mode(*return_mode_)) return fail(AxisError::kMode);
   enter(ByDrive::kLeaving);
@@ -113,14 +114,14 @@ void SingleAxis::end_by_drive() noexcept {
   return_mode_.reset();
   if (state_ != PlcopenState::kStopping && !active_) state_ = PlcopenState::kStandstill;
   finish(drive_request_, RequestPhase::kDone);
-  // A motion, or being switched off, has waited for it.
+  // A motion or a switch-off has waited for the drive.
   if (active_) return replan();
   if (power_ == Power::kResting && !plan_rest()) fail(AxisError::kNotFinite);
-  // It was asked for when the drive had reached the target before.
+  // This positioning was requested after the drive had reached the previous target.
   if (waiting_count_ > 0 && positions_by_drive(waiting_[0].request.command)) begin_profile(take_waiting());
 }
 
-/// The drive has lost its power, or stops by itself: its mode comes back when it is off.
+/// The drive has lost its power, or stops on its own; its mode is restored when it is off.
 void SingleAxis::drop_by_drive(AxisError error) noexcept {
   if (by_drive_ == ByDrive::kNone) return;
   finish(drive_request_, RequestPhase::kError, error);

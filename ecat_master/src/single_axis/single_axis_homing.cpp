@@ -1,4 +1,4 @@
-// Homing in the drive of a single axis.
+// Homing of a single axis by its drive.
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
 
 namespace driveline::ecat_master {
@@ -11,7 +11,7 @@ void SingleAxis::take_home(std::uint64_t id) noexcept {
   start_by_drive(id, AxisCommand::kHome, cia402::Mode::kHoming);
 }
 
-/// From here on the drive moves as it likes.
+/// From here on the drive controls the motion.
 void SingleAxis::start_homing() noexcept {
   handshake_.start(axis_->inputs().status_word);
   axis_->set_command_bits(cia402::command_bit::kHomingStart);
@@ -33,7 +33,7 @@ bool SingleAxis::homing_has_failed() noexcept {
          handshake_.judge(axis_->inputs().status_word, time_since(drive_since_)) == HomingHandshake::State::kFailed;
 }
 
-/// What was called a position before has no meaning any more.
+/// Takes over the new zero of the drive; earlier position names are invalid.
 void SingleAxis::take_new_zero() noexcept {
   axis_->set_command_bits(0);
   axis_->recount();

@@ -1,4 +1,4 @@
-// The motions of a single axis.
+// Motions of a single axis.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,9 +11,9 @@ namespace {
 
 using trajectory::AxisSetpoint;
 
-/// Time at rest until an axis is switched off, in s.
+/// Time at rest before an axis is switched off, s.
 constexpr double kSettling = 0.01;
-/// Of the highest acceleration, while a drive changes its mode: the change takes some of it.
+/// Share of max_acceleration for motions while a drive changes its mode; the change needs the rest.
 constexpr double kShareInChange = 0.6;
 constexpr double kALittleMore = 1.0 + 1e-9;
 constexpr double kNoJerkLimit = std::numeric_limits<double>::infinity();
@@ -53,12 +53,12 @@ trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
                                               jerk_of({}, generator_.state()));
 }
 
-/// That a motion may have.
+/// Highest acceleration of a motion, rad/s^2 or m/s^2.
 double SingleAxis::most_acceleration() const noexcept {
   return (eases() ? kShareInChange : 1.0) * axis_->config().limits.max_acceleration;
 }
 
-/// Of a motion in the direction of `way` that begins `from` there: accelerating and braking may differ.
+/// Limits of a motion that starts at `from` in the direction of `way`; acceleration and deceleration may differ.
 trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, double way,
                                                 const AxisSetpoint& from) const noexcept {
   auto limits = full_limits();
@@ -75,7 +75,8 @@ trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, doub
   return limits;
 }
 
-/// An axis that already accelerates hard cannot keep its highest velocity with any jerk: the velocity has precedence.
+/// Jerk limit of a motion. An axis with high acceleration would exceed max_velocity at this jerk; the velocity has
+/// precedence.
 double SingleAxis::jerk_of(const AxisRequest& request, const AxisSetpoint& now) const noexcept {
   const double asked = or_else(request.jerk, axis_->config().max_jerk.value_or(kNoJerkLimit));
   const double most = axis_->config().limits.max_velocity;
@@ -97,7 +98,7 @@ double SingleAxis::target_of(const AxisRequest& request, const AxisSetpoint& fro
 
 void SingleAxis::begin_move(const Move& move) noexcept {
   const bool torque = move.request.command == AxisCommand::kTorque;
-  // One that has waited may find another mode than the one in which it was accepted.
+  // A buffered torque request may meet another mode than the one in which it was accepted.
   if (torque && torque_ == Torque::kNone && !(mode_may_change() && axis_->can_change(cia402::Mode::kCyclicTorque))) {
     auto refused = move.id;
     finish(refused, RequestPhase::kError, AxisError::kMode);
@@ -115,8 +116,8 @@ void SingleAxis::begin_move(const Move& move) noexcept {
   replan();
 }
 
-/// A new plan begins with the last setpoint, also where a gap has led away from the one before; that of a motion with
-/// another one on top of it, with what is below that.
+/// A new plan starts at the last setpoint, even if a gap has separated it from the previous plan. With a superimposed
+/// motion, it starts at the part below that.
 void SingleAxis::go_from_here() noexcept {
   const auto& on_top = on_top_.state();
   if (beside_) generator_.start_from({setpoint_.position - on_top.position, step_velocity_ - on_top.velocity, 0.0});
@@ -129,7 +130,7 @@ void SingleAxis::rejoin_from(double position, double velocity) noexcept {
   rejoin_ = {position, velocity, {axis_->config().limits.max_velocity, most_acceleration()}};
 }
 
-/// The way to the aim of the motion under way, from the state of the last setpoint.
+/// Plans the motion under way from the last setpoint to its aim.
 void SingleAxis::replan() noexcept {
   if (!active_) return;
   ++planned_;
@@ -150,7 +151,7 @@ void SingleAxis::replan() noexcept {
       planned = torque_ == Torque::kLed || plan_on();
       break;
     case AxisCommand::kFollow:
-      // Where it is led, steps count: it continues with the velocity of the last one, not with that at its end.
+      // A led axis continues at the velocity of its last step, not at the velocity at the end of that step.
       rejoin_from(setpoint_.position, step_velocity_);
       break;
     default:
@@ -160,7 +161,7 @@ void SingleAxis::replan() noexcept {
   if (!planned) fail(AxisError::kNotFinite);
 }
 
-/// Of a motion at a velocity: what is on top of it keeps its share of the limit until it is done.
+/// Velocity of the motion below; the superimposed motion keeps its share of the limit until it is done.
 double SingleAxis::velocity_below() noexcept {
   const double limit = axis_->config().limits.max_velocity;
   const double most = superimposed_ ? std::max(limit - on_top_velocity_, 0.0) : limit;
@@ -169,19 +170,19 @@ double SingleAxis::velocity_below() noexcept {
   return std::clamp(wanted, -most, most);
 }
 
-/// On as it moves now.
+/// Continues at the present velocity.
 bool SingleAxis::plan_on() noexcept {
   return generator_.to_velocity(generator_.state().velocity, full_limits());
 }
 
-/// At a velocity: for ever, or to the end of the range.
+/// Moves at a velocity until stopped, or to the end of the range.
 bool SingleAxis::run_at(double velocity) noexcept {
   const auto& config = axis_->config();
   auto limits = limits_of(active_->request, velocity - generator_.state().velocity, generator_.state());
   run_velocity_.reset();
   if (config.software_limits && std::abs(velocity) > 0.0) {
     const double end = velocity > 0.0 ? config.software_limits->max : config.software_limits->min;
-    // Braking at the end is not the way to the velocity.
+    // Braking at the end is not part of reaching the velocity, so both directions use the higher value.
     const double faster = std::max(limits.max_acceleration, -limits.min_acceleration);
     limits.max_velocity = std::abs(velocity);
     limits.min_velocity = -std::abs(velocity);
@@ -200,7 +201,7 @@ bool SingleAxis::in_range(double position) const noexcept {
   return !range || (position >= range->min && position <= range->max);
 }
 
-/// Whether the motion ends in the range, and does not leave it on its way.
+/// Whether the motion ends in the range and does not leave it before.
 bool SingleAxis::reachable(const Move& move) const noexcept {
   const auto& range = axis_->config().software_limits;
   const auto& from = generator_.state();
@@ -210,14 +211,14 @@ bool SingleAxis::reachable(const Move& move) const noexcept {
   if (!leads_to_position(move.request.command)) return true;
   const double target = target_of(move.request, from, last_target_);
   if (!in_range(target)) return false;
-  // From outside there is a way back.
+  // An axis outside the range may return to it.
   if (!in_range(from.position)) return true;
   const auto way =
       trajectory::plan_to_position(from, {target, 0.0, 0.0}, limits_of(move.request, target - from.position, from));
   return way && trajectory::fits(*way, *range);
 }
 
-/// Whether it could not be stopped in the range any more.
+/// Whether the axis can no longer be stopped within the range.
 bool SingleAxis::leaves_range(const AxisSetpoint& from) const noexcept {
   const auto& config = axis_->config();
   if (!config.software_limits) return false;
@@ -232,7 +233,7 @@ bool SingleAxis::leaves_range(const AxisSetpoint& from) const noexcept {
 bool SingleAxis::plan_rest() noexcept {
   go_from_here();
   auto limits = full_limits();
-  // A stop or halt says itself how hard it brakes.
+  // A stop or halt specifies its own deceleration.
   if (active_ && !leads_to_position(active_->request.command)) {
     const double braking =
         std::min(or_else(active_->request.deceleration, limits.max_acceleration), limits.max_acceleration);
@@ -252,8 +253,8 @@ bool SingleAxis::plan_position(const Move& move) noexcept {
   return true;
 }
 
-/// A setpoint that may not have reached the drive is no time of the motion: it waits, and the axis returns to it within
-/// its limits.
+/// Computes the setpoint of this cycle. Time does not advance for a setpoint that may not have reached the drive: the
+/// motion waits, and the axis returns to it within its limits.
 void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   if (by_drive_ != ByDrive::kNone) return advance_by_drive();
   if (search_ != Search::kNone) advance_search();
@@ -283,7 +284,7 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
   if (generator_.finished() && !beside_ && torque_ == Torque::kNone) arrive();
 }
 
-/// On its way to the end of the range.
+/// Reports the velocity as reached while the axis moves to the end of the range.
 void SingleAxis::tell_velocity() noexcept {
   const double missing = *run_velocity_ - generator_.state().velocity;
   if (due_ == Due::kNext || held_back_ || std::abs(missing) > 1e-9 * std::abs(*run_velocity_)) return;
@@ -291,7 +292,7 @@ void SingleAxis::tell_velocity() noexcept {
   if (waiting_count_ > 0) end_motion();
 }
 
-/// One that has ended, and been planned anew before the next had its turn, tells nothing.
+/// A motion that has ended, and was planned anew before the next one had its turn, reports nothing.
 void SingleAxis::tell_reached() noexcept {
   if (active_->id != 0) table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
 }
@@ -303,7 +304,7 @@ void SingleAxis::bridge() noexcept {
   way_back_.reset();
 }
 
-/// On the way back behind a gap.
+/// Moves one step back to `target` after a gap.
 void SingleAxis::step_back_to(const AxisSetpoint& target) noexcept {
   step_to(way_back_->step(target, period_s_, eases()));
   beside_ = !way_back_->joined();
@@ -314,12 +315,12 @@ void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {
   setpoint_ = setpoint;
 }
 
-/// Where a feed wants the axis, with what is on top of it.
+/// Target of an axis that follows a feed, including the superimposed motion.
 AxisSetpoint SingleAxis::fed_to(const AxisSetpoint& fed) noexcept {
   return with_on_top({fed.position - offset_, fed.velocity, fed.acceleration});
 }
 
-/// A feed, or the sum of two motions, is believed as far as the limits of the axis go.
+/// Adds the superimposed motion and clamps the sum, or the feed, to the limits of the axis.
 AxisSetpoint SingleAxis::with_on_top(const AxisSetpoint& below) noexcept {
   const auto& limits = axis_->config().limits;
   const auto& beside = superimposed_ ? on_top_.advance(period_s_) : on_top_.state();
@@ -328,8 +329,8 @@ AxisSetpoint SingleAxis::with_on_top(const AxisSetpoint& below) noexcept {
           std::clamp(below.acceleration + beside.acceleration, -limits.max_acceleration, limits.max_acceleration)};
 }
 
-/// Towards a target that may ask for more than the axis can, and back to it behind a gap: where it need not be gentle
-/// it comes from where it is, and obeys the limits in one.
+/// Moves one step towards a target that may exceed the limits of the axis. After a gap, unless the axis is led by
+/// torque, one motion from the last sent setpoint covers both the return and the target.
 void SingleAxis::lead_to(const AxisSetpoint& target) noexcept {
   if (beside_ && !supply_.by_torque()) {
     rejoin_from(supply_.sent(), supply_.sent_velocity());
@@ -357,10 +358,10 @@ void SingleAxis::follow(const AxisSetpoint* fed) noexcept {
   if (superimposed_) settle_superimposed();
 }
 
-/// The generator has reached its aim.
+/// Ends the motion whose aim the generator has reached.
 void SingleAxis::arrive() noexcept {
   if (power_ == Power::kResting) {
-    // The drive is a little behind its setpoints.
+    // The drive lags slightly behind its setpoints.
     if (++cycles_at_rest_ * period_s_ > kSettling) enter(Power::kDisabling);
     return;
   }
@@ -377,11 +378,11 @@ void SingleAxis::arrive() noexcept {
     tell_reached();
     if (waiting_count_ == 0) return;
   }
-  // Held by an override of zero.
+  // An override of zero holds the axis.
   if (leads_to_position(command) && !(override_ > 0.0)) return;
   if (search_ != Search::kNone && !arrive_in_search()) return;
   if (command != AxisCommand::kStop) return end_motion();
-  // Nothing begins behind a stop that has waited itself.
+  // No motion starts after a buffered stop.
   finish_move(RequestPhase::kDone);
   drop_waiting(AxisError::kNone);
 }
@@ -391,7 +392,7 @@ void SingleAxis::stay_at(double position) noexcept {
   rest();
 }
 
-/// At rest at its setpoint.
+/// Resets the setpoints to standstill at the present setpoint.
 void SingleAxis::rest() noexcept {
   superimposed_ = false;
   on_top_.start_from({});

@@ -1,4 +1,4 @@
-// The touch probe of a single axis: MC_TouchProbe, and homing by the master with it.
+// Touch probe of a single axis: MC_TouchProbe, and homing by the master.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -8,10 +8,10 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// In which a drive has switched its touch probe on.
+/// Time within which a drive must arm its touch probe.
 constexpr std::chrono::milliseconds kProbeReaction{500};
 
-/// Equal ends: everywhere.
+/// Equal ends accept every position.
 bool in_window(const AxisRequest& asked, double position) noexcept {
   const auto [low, high] = std::minmax(asked.window_first, asked.window_last);
   return !(low < high) || (position >= low && position <= high);
@@ -68,7 +68,7 @@ void SingleAxis::advance_probe() noexcept {
     end_probe(RequestPhase::kError, AxisError::kProbe);
 }
 
-/// The axis stands until the touch probe is on.
+/// The axis stays at standstill until the touch probe is armed.
 void SingleAxis::take_search(std::uint64_t id, const AxisRequest& request) noexcept {
   end_probe(RequestPhase::kAborted, AxisError::kNone);
   probe_since_ = cycle_;
@@ -80,7 +80,7 @@ void SingleAxis::take_search(std::uint64_t id, const AxisRequest& request) noexc
   replan();
 }
 
-/// The way back to the place of the event begins in the motion.
+/// Advances the search; the return to the position of the event starts from the present motion.
 void SingleAxis::advance_search() noexcept {
   auto& probe = axis_->probe();
   if (search_ == Search::kReturning) return;
@@ -102,7 +102,7 @@ void SingleAxis::advance_search() noexcept {
   state_ = PlcopenState::kStandstill;
 }
 
-/// Whether it is done.
+/// Whether the motion is done.
 bool SingleAxis::arrive_in_search() noexcept {
   if (search_ == Search::kReturning) return name_home();
   if (search_ == Search::kArming) return false;
@@ -111,7 +111,8 @@ bool SingleAxis::arrive_in_search() noexcept {
   return false;
 }
 
-/// Whether the axis stands there: where a compensation takes effect now, the backlash is still to be gone.
+/// Names the home position. Returns whether the axis is there: if a compensation starts now, the backlash is still to
+/// be taken up.
 bool SingleAxis::name_home() noexcept {
   const auto& asked = active_->request;
   const auto homed = axis_->home({home_, setpoint_.position}, asked.target, asked.distance > 0.0);

@@ -7,11 +7,11 @@ namespace driveline::ecat_master {
 
 AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexcept {
   const auto mode = drive_mode(request.command);
-  const bool ramps = mode != cia402::Mode::kVelocity;  // of velocity mode, they are set in the drive (6048h, 6049h)
+  const bool ramps = mode != cia402::Mode::kVelocity;  // those of velocity mode are set in the drive (6048h, 6049h)
   const auto& objects = axis_->profile();
   if (!axis_->supports(mode)) return AxisError::kNoSuchMode;
   if (!mode_may_change() || !axis_->can_change(mode)) return AxisError::kMode;
-  // What is not mapped is as the drive has it set.
+  // Values whose objects are not mapped are set in the drive, so a request must not contain them.
   const bool given = (!(request.velocity > 0.0) || (ramps && objects.takes_velocity())) &&
                      (!(request.acceleration > 0.0) || (ramps && objects.takes_acceleration())) &&
                      (!(request.deceleration > 0.0) || (ramps && objects.takes_deceleration())) &&
@@ -19,19 +19,20 @@ AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexc
   if (!given) return AxisError::kMode;
   if (mode == cia402::Mode::kVelocity && !objects.holds_target(request.target)) return AxisError::kVelocityCount;
   if (runs_by_drive(request.command)) return AxisError::kNone;
-  // It stops at each target ("the velocity is set to 0", MSD manual 12.2.1).
+  // The drive stops at each target ("the velocity is set to 0", MSD manual 12.2.1).
   if (blends(request.buffer)) return AxisError::kMode;
   return in_range(drive_target_of(request)) ? AxisError::kNone : AxisError::kOutsideRange;
 }
 
-/// As the drive counts. A distance begins where the axis is, or is to be when those before are done.
+/// Target in drive positions. A distance starts at the present setpoint, or at the last target if positionings are
+/// waiting.
 double SingleAxis::drive_target_of(const AxisRequest& request) const noexcept {
   if (request.command == AxisCommand::kDriveMoveAbsolute) return request.target - offset_;
   if (!waits_for_drive(request)) return setpoint_.position + request.target;
   return (waiting_count_ > 0 ? waiting_[waiting_count_ - 1].target : drive_target_.position) + request.target;
 }
 
-/// Whether it is for the end of a positioning that is under way; an end that the drive has just reached counts.
+/// Whether the request waits for a positioning under way, including one whose end the drive has just reached.
 bool SingleAxis::waits_for_drive(const AxisRequest& request) const noexcept {
   const bool positions = by_drive_ != ByDrive::kNone && by_drive_ != ByDrive::kInterrupted && !homes() &&
                          positions_by_drive(drive_command_) && !active_ && power_ == Power::kOn;
@@ -61,7 +62,7 @@ void SingleAxis::begin_profile(const Move& move) noexcept {
   start_profile();
 }
 
-/// What the process data say of it.
+/// Sets the process data of the movement.
 void SingleAxis::give_to_drive(const Move& move) noexcept {
   const auto& request = move.request;
   const bool velocity = runs_by_drive(request.command);
@@ -72,7 +73,8 @@ void SingleAxis::give_to_drive(const Move& move) noexcept {
   given_since_ = cycle_;
 }
 
-/// While it still moves: "Terminate actual positioning and start next positioning" (MSD manual Table 12.4, bit 5 = 0).
+/// Sends the next target while the drive still moves: "Terminate actual positioning and start next positioning" (MSD
+/// manual Table 12.4, bit 5 = 0).
 void SingleAxis::give_next_to_drive() noexcept {
   const auto next = take_waiting();
   give_to_drive(next);
@@ -91,7 +93,7 @@ void SingleAxis::begin_next_in_drive() noexcept {
 void SingleAxis::start_profile() noexcept {
   const auto status_word = axis_->inputs().status_word;
   if (drive_command_ == AxisCommand::kDriveRun) {
-    // Not before the drive has its mode: one without the bits of its ramp would run at once.
+    // Only once the drive is in the mode: without its ramp bits it would run at once.
     axis_->profile().set_target(drive_target_.velocity);
     profile_.start_velocity(status_word, cia402::command_bit::kFollowRamp);
   } else if (drive_command_ == AxisCommand::kDriveMoveVelocity) {

@@ -1,4 +1,4 @@
-// What a single axis is asked, and what is refused.
+// Requests to a single axis, and reasons to refuse them.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// A limit may be met exactly, and be written with fewer digits.
+/// A value may equal a limit, and may be written with fewer digits.
 constexpr double kRounding = 1.0 + 1e-9;
 constexpr double kHighestOverride = 2.0;
 
@@ -31,7 +31,7 @@ bool is_motion(AxisCommand command) noexcept {
   }
 }
 
-/// Of which nothing may begin while the drive homes, and which homing may not begin in.
+/// Whether the command is refused while the axis is being homed.
 bool needs_drive(AxisCommand command) noexcept {
   return is_motion(command) || command == AxisCommand::kHome || command == AxisCommand::kSetMode ||
          command == AxisCommand::kSetPosition || command == AxisCommand::kHomeByProbe;
@@ -41,12 +41,12 @@ bool is_profile(AxisCommand command) noexcept {
   return positions_by_drive(command) || runs_by_drive(command);
 }
 
-/// Begins at a standstill.
+/// Whether the command must start at standstill.
 bool begins_at_rest(AxisCommand command) noexcept {
   return command == AxisCommand::kHome || command == AxisCommand::kHomeByProbe || is_profile(command);
 }
 
-/// For which a drive that moves by its profile generator is halted.
+/// Whether the command may replace a movement of the drive's profile generator, which is then halted.
 bool may_replace_profile(AxisCommand command) noexcept {
   switch (command) {
     case AxisCommand::kHalt:
@@ -103,7 +103,7 @@ AxisError SingleAxis::refusal_by_state(const AxisRequest& request) const noexcep
   return AxisError::kNone;
 }
 
-/// While the drive moves by itself, or the master homes.
+/// Refusal while the drive generates the motion, or while the master homes the axis.
 AxisError SingleAxis::refusal_by_drive(const AxisRequest& request) const noexcept {
   const auto command = request.command;
   if (command == AxisCommand::kStop) return AxisError::kNone;
@@ -114,7 +114,7 @@ AxisError SingleAxis::refusal_by_drive(const AxisRequest& request) const noexcep
   if (by_drive_ == ByDrive::kNone) return AxisError::kNone;
   if (is_profile(command) && waits_for_drive(request)) return AxisError::kNone;
   if (is_profile(command)) {
-    // Another target of the same mode is given at once; the other mode begins at a standstill.
+    // Another target of the same mode is sent at once; the other mode starts at standstill.
     const bool same = drive_mode(command) == drive_mode(drive_command_);
     return !homes() && same && by_drive_ == ByDrive::kRunning ? AxisError::kNone : AxisError::kNotAtRest;
   }
@@ -174,14 +174,14 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
     case AxisCommand::kReset:
       return take_reset(id);
     case AxisCommand::kReleaseStop:
-      // While it is on its way to rest, it halts.
+      // If the axis is still decelerating, the stop becomes a halt.
       state_ = active_ ? PlcopenState::kDiscreteMotion : PlcopenState::kStandstill;
       return finish(id, RequestPhase::kDone);
     case AxisCommand::kSetOverride:
       return take_override(id, request.target);
     case AxisCommand::kSetPosition:
       offset_ = request.target - setpoint_.position;
-      // What waits may lead elsewhere now.
+      // A waiting motion may now lead to another position.
       if (generator_.goes_on()) replan();
       return finish(id, RequestPhase::kDone);
     case AxisCommand::kMoveSuperimposed:
@@ -215,7 +215,7 @@ void SingleAxis::take_power(std::uint64_t id, bool on) noexcept {
   power_request_ = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
   if (on && power_ == Power::kResting) {
-    // On its way to rest it keeps its power, and halts.
+    // The axis is coming to rest: keep the power, and halt.
     enter(Power::kOn);
     begin_move({});
     return finish(power_request_, RequestPhase::kDone);
@@ -257,7 +257,7 @@ void SingleAxis::take_mode(std::uint64_t id, std::int8_t mode) noexcept {
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
-/// From a cyclic mode to another.
+/// Starts a change to another mode of the setpoints.
 bool SingleAxis::change_mode(cia402::Mode mode) noexcept {
   const auto before = axis_->mode();
   if (!axis_->set_mode(mode)) return false;
@@ -271,7 +271,7 @@ bool SingleAxis::change_mode(cia402::Mode mode) noexcept {
 
 void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexcept {
   const Move move{id, request, 0.0};
-  // A velocity never ends, so nothing waits behind it; a feed may.
+  // A motion waits only if another one is under way.
   const bool waits = request.buffer != BufferMode::kAborting && active_.has_value();
   if (!waits) {
     if (!reachable(move)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
@@ -281,11 +281,12 @@ void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexc
     return begin_move(move);
   }
   if (!keep_waiting(move)) return;
-  // The motion under way may pass its end at a velocity now.
+  // The motion under way may now pass its end at a velocity.
   if (waiting_count_ == 1) replan();
 }
 
-/// On top of a motion to a position it becomes a part of it, so the sum of both obeys the limits of the axis.
+/// Superimposed on a motion to a position, it becomes a part of that motion, so that the sum obeys the limits of the
+/// axis.
 void SingleAxis::take_superimposed(std::uint64_t id, const AxisRequest& request) noexcept {
   if (!active_) {
     auto alone = request;

@@ -1,4 +1,4 @@
-// A motion on top of one that has no end: of a velocity, or of setpoints that are followed.
+// Superimposed motions on a motion without an end: one at a velocity, or followed setpoints.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,13 +8,14 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Of the highest acceleration, and velocity where that of the motion below is not known, unless the request says more.
+/// Defaults if the request gives no value: share of max_acceleration; share of max_velocity if the velocity below is
+/// unknown.
 constexpr double kShareOnTop = 0.5;
 constexpr double kShareOfVelocity = 0.1;
 
 }  // namespace
 
-/// What the motion below leaves; setpoints that are followed tell nothing.
+/// Velocity that the motion below leaves; that of followed setpoints is unknown.
 double SingleAxis::velocity_on_top(const AxisRequest& request) const noexcept {
   const double most = axis_->config().limits.max_velocity;
   if (active_->request.command != AxisCommand::kMoveVelocity)
@@ -25,7 +26,7 @@ double SingleAxis::velocity_on_top(const AxisRequest& request) const noexcept {
                                                                            : left;
 }
 
-/// False: there is nothing that it could be on top of.
+/// Returns false if there is no motion to superimpose on.
 bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexcept {
   const auto below = active_->request.command;
   if (below != AxisCommand::kMoveVelocity && below != AxisCommand::kFollow) return false;
@@ -50,7 +51,7 @@ bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexc
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
   superimposed_ = true;
   on_top_velocity_ = velocity;
-  // Its velocity is planned anew from here: behind a gap its plan began elsewhere.
+  // Plan the velocity below again from here: after a gap its plan started elsewhere.
   if (below == AxisCommand::kMoveVelocity) replan();
   return true;
 }
@@ -63,9 +64,9 @@ void SingleAxis::take_halt_superimposed(std::uint64_t id) noexcept {
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
 }
 
-/// The sum of both, as far as the limits of the axis go.
+/// Moves one step by the sum of both motions, within the limits of the axis.
 void SingleAxis::step_on_top(const trajectory::AxisSetpoint& target) noexcept {
-  // After one more step, whatever that changes.
+  // Check the state after one more step in the worst case.
   const double faster = std::copysign(most_acceleration() * period_s_, step_velocity_);
   const double then = step_velocity_ + faster;
   if (leaves_range({setpoint_.position + then * period_s_, then, 0.0})) {
@@ -78,7 +79,8 @@ void SingleAxis::step_on_top(const trajectory::AxisSetpoint& target) noexcept {
   if (rejoin_.joined() && !beside_) settle_superimposed();
 }
 
-/// What was on top is a part of the motion below when it is done. What is followed goes on beside it.
+/// Ends a finished superimposed motion: it becomes a part of a velocity motion, and stays an offset to followed
+/// setpoints.
 void SingleAxis::settle_superimposed() noexcept {
   if (!on_top_.finished()) return;
   finish(superimposed_request_, RequestPhase::kDone);
@@ -91,7 +93,7 @@ void SingleAxis::settle_superimposed() noexcept {
   replan();
 }
 
-/// The motion below ends: what comes next begins with the sum.
+/// Drops the superimposed motion when the motion below ends; the next motion starts from their sum.
 void SingleAxis::drop_superimposed() noexcept {
   if (!superimposed_) return;
   finish(superimposed_request_, RequestPhase::kAborted);

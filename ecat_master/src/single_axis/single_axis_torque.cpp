@@ -1,4 +1,4 @@
-// A single axis under a torque.
+// Torque control of a single axis.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,27 +8,27 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Of the filter of the acceleration, s.
+/// Time constant of the acceleration filter, s.
 constexpr double kAccelerationFilterS = 5e-3;
-/// By how much, and for how long, in s, an axis may be faster than its limit: a velocity is measured late.
+/// Factor by which, and time in s for which, an axis may exceed its velocity limit: a velocity is measured late.
 constexpr double kSpareVelocity = 1.1;
 constexpr double kSpareTimeS = 0.01;
-/// Of the highest acceleration, to slow down an axis that is faster than the torque control may be: a load takes part.
+/// Share of max_acceleration that brakes an axis that is faster than torque control permits; the load also acts on it.
 constexpr double kBrakingShare = 0.8;
 
 }  // namespace
 
-/// The axis goes on as it moves until its drive is in CST.
+/// The axis continues its motion until its drive is in CST.
 void SingleAxis::begin_torque() noexcept {
   torque_top_ = std::abs(axis_->inputs().velocity);
   if (torque_ != Torque::kNone) return;
   return_mode_ = axis_->mode();
-  static_cast<void>(axis_->set_mode(cia402::Mode::kCyclicTorque));  // refusal_of_torque() has asked
+  static_cast<void>(axis_->set_mode(cia402::Mode::kCyclicTorque));  // refusal_of_torque() has checked it
   torque_ = Torque::kEntering;
   torque_since_ = cycle_;
 }
 
-/// What the drive does now is where the ramp begins.
+/// The ramp starts at the torque that was commanded last.
 void SingleAxis::lead_by_torque() noexcept {
   torque_nm_ = axis_->target_torque();
   axis_->command_torque();
@@ -45,7 +45,7 @@ void SingleAxis::enter_torque() noexcept {
   if (leaves_range(setpoint_)) give_torque_up(AxisError::kOutsideRange);
 }
 
-/// Before the drive was in CST.
+/// Ends torque control with an error before the drive is in CST.
 void SingleAxis::give_torque_up(AxisError error) noexcept {
   finish_move(RequestPhase::kError, error);
   leave_torque();
@@ -73,13 +73,13 @@ void SingleAxis::advance_torque() noexcept {
   watch_torque();
 }
 
-/// Without a new position it goes on from the one before.
+/// Without a new actual position the last one is extrapolated.
 double SingleAxis::place_under_torque() const noexcept {
   const auto& inputs = axis_->inputs();
   return exchanged_ ? inputs.position : setpoint_.position + inputs.velocity * period_s_;
 }
 
-/// So much less torque that the axis gets no faster than it may, and is braked beyond that, no harder than it may be.
+/// Reduces the torque so that the axis does not exceed torque_top_; a faster axis is braked no harder than permitted.
 double SingleAxis::within_velocity(double torque) const noexcept {
   const double gain = axis_->config().velocity_gain;
   const double velocity = axis_->inputs().velocity;
@@ -95,20 +95,20 @@ void SingleAxis::watch_torque() noexcept {
   if (leaves_range(setpoint_)) fail(AxisError::kOutsideRange);
 }
 
-/// The loops take the axis over where it is, with the velocity that it has. What its torque is beyond that for its
-/// acceleration stays, and fades.
+/// The loops of the master take the axis over at its present position and velocity. The part of the torque that does
+/// not accelerate the axis stays, and fades.
 void SingleAxis::leave_torque() noexcept {
   if (torque_ == Torque::kNone) return;
   if (torque_ == Torque::kLed) {
     const double torque = setpoint_.torque.value_or(0.0);
     axis_->take_over_torque(torque - axis_->config().inertia * acceleration_);
     const double most = axis_->config().limits.max_velocity;
-    // A period before the place where it is now, to which the setpoint of this cycle leads.
+    // One period before the actual position, to which the setpoint of this cycle leads.
     const double velocity = std::clamp(axis_->inputs().velocity, -most, most);
     setpoint_ = {place_under_torque() - velocity * period_s_, velocity, 0.0};
     generator_.start_from(setpoint_);
     step_velocity_ = setpoint_.velocity;
-    // What was sent under a torque led nothing: behind a gap the axis goes on from here.
+    // Setpoints sent under torque control led nothing: after a gap the axis continues from here.
     supply_.start_from(setpoint_);
     beside_ = false;
     way_back_.reset();

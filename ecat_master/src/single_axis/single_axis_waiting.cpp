@@ -1,4 +1,4 @@
-// Motions of a single axis that wait for the end of another: when they begin, and how its end is passed.
+// Waiting motions of a single axis: when they start, and how the end of the previous motion is passed.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace {
 
 using trajectory::AxisSetpoint;
 
-/// Velocities that are tried for the passage of a target, each half of the one before; then it is stopped at.
+/// Number of velocities tried for passing a target, each half of the previous one; then the axis stops there.
 constexpr int kPassages = 6;
 
 trajectory::PositionRange between(double one, double other) noexcept {
@@ -28,7 +28,7 @@ std::optional<SingleAxis::Passage> SingleAxis::passage_of(const Move& move) cons
   if (!in_range(next.target)) return std::nullopt;
   const double way = move.target - generator_.state().position;
   const double on = next.target - move.target;
-  // Where it turns round it stops.
+  // The axis stops where it reverses.
   if (!(way * on > 0.0)) return std::nullopt;
   double velocity = std::copysign(passing_velocity(move, next), way);
   for (int i = 0; i < kPassages; ++i, velocity *= 0.5) {
@@ -37,15 +37,15 @@ std::optional<SingleAxis::Passage> SingleAxis::passage_of(const Move& move) cons
   return std::nullopt;
 }
 
-/// Wanted by the buffer mode; never above that of the motion that ends.
+/// Velocity that the buffer mode requests; never above that of the motion that ends.
 double SingleAxis::passing_velocity(const Move& move, const Move& next) const noexcept {
   const double before = std::min(velocity_of(move.request) * override_, axis_->config().limits.max_velocity);
   const double after = std::min(velocity_of(next.request) * override_, axis_->config().limits.max_velocity);
   return next.request.buffer == BufferMode::kBlendingPrevious ? before : std::min(before, after);
 }
 
-/// The way of the second motion, to rest, if both can be done without turning round when the end of the first is passed
-/// at this velocity.
+/// Profile of the second motion, to rest, if neither motion has to reverse when the end of the first is passed at this
+/// velocity.
 std::optional<trajectory::Profile> SingleAxis::way_behind(const Move& move, const Move& next,
                                                           double velocity) const noexcept {
   const AxisSetpoint middle{move.target, velocity, 0.0};
@@ -58,8 +58,8 @@ std::optional<trajectory::Profile> SingleAxis::way_behind(const Move& move, cons
   return straight_on ? std::optional(*second) : std::nullopt;
 }
 
-/// The motion under way has done what was asked. One that waits is planned in its turn; until then this one stays under
-/// way: the axis stands at its end, or goes on at its velocity.
+/// Ends the motion under way. A waiting motion is planned in its turn; until then the ended one stays active, and the
+/// axis stands at its end or continues at its velocity.
 void SingleAxis::end_motion() noexcept {
   if (waiting_count_ == 0) {
     finish_move(RequestPhase::kDone);
@@ -71,8 +71,8 @@ void SingleAxis::end_motion() noexcept {
   due_ = Due::kNext;
 }
 
-/// The end of the motion under way is passed on the way that was planned with it, which ends at rest. Where the end of
-/// the next one is to be passed, too, it is planned for that in its turn.
+/// Passes the end of the motion under way along the profile that was planned with it, which ends at rest. If the end of
+/// the next motion is to be passed as well, that is planned in its turn.
 void SingleAxis::pass_end() noexcept {
   const double end = active_->target;
   finish_move(RequestPhase::kDone);
@@ -97,7 +97,7 @@ void SingleAxis::begin_next() noexcept {
   begin_move({});
 }
 
-/// Behind the others; one too many is refused.
+/// Appends a motion to the waiting ones; refuses it if the buffer is full.
 bool SingleAxis::keep_waiting(const Move& move) noexcept {
   if (waiting_count_ == kWaiting) {
     auto refused = move.id;
@@ -108,7 +108,7 @@ bool SingleAxis::keep_waiting(const Move& move) noexcept {
   return true;
 }
 
-/// The first of those that there are.
+/// Removes the first waiting motion.
 SingleAxis::Move SingleAxis::take_waiting() noexcept {
   const auto next = waiting_[0];
   std::copy(waiting_.begin() + 1, waiting_.begin() + static_cast<std::ptrdiff_t>(waiting_count_), waiting_.begin());

@@ -28,86 +28,89 @@ namespace driveline::ecat_master {
 class AxisCompensation;
 struct CompensationSettings;
 
-/// What the other axes do when an axis is missing: its slave exchanges no process data, or has left OP.
+/// Reaction of the other axes when an axis is missing: its slave exchanges no process data, or has left OP.
 enum class LossPolicy : std::uint8_t {
-  kStop,      ///< all axes stop by their own quick stop
-  kHold,      ///< the others come to rest together, on the path, and wait for it
-  kContinue,  ///< the others go on along the path
+  kStop,      ///< all axes stop, each by its own quick stop
+  kHold,      ///< the other axes come to rest together, on the path, and wait for the missing one
+  kContinue,  ///< the other axes continue along the path
 };
 
 /// Configuration of an axis. Lengths are rad for rotary and m for linear axes, torques Nm or N.
 struct AxisConfig {
-  /// `slave` of an axis without a drive, a virtual one: it is where its setpoints are, and has no mode but CSP.
+  /// `slave` of a virtual axis, which has no drive: its actual position is its setpoint, its only mode CSP.
   static constexpr std::size_t kNoSlave = std::numeric_limits<std::size_t>::max();
 
   std::string name;                                            ///< for messages and files
   std::size_t slave = 0;                                       ///< position on the line
-  cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< mode of operation to begin with; see Axis::mode()
-  trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: positions in m, forces in N, not rad and Nm
+  cia402::Mode mode = cia402::Mode::kCyclicPosition;           ///< initial mode of operation; see Axis::mode()
+  trajectory::AxisKind kind = trajectory::AxisKind::kRotary;   ///< linear: m and N instead of rad and Nm
   double increments_per_unit = 1048576.0 / 6.283185307179586;  ///< drive increments per rad or m
-  double unit_per_revolution = 0.0;                            ///< rad or m per turn of the motor; 0: not known
-  bool scale_assumed = false;  ///< increments_per_unit is a guess: the drive knows better
-  /// The axis counts against its drive: positions, velocities, torques, offsets and places of the touch probe have the
-  /// other sign there. Everything here is as the axis counts, but `range_min` and `range_max`.
+  double unit_per_revolution = 0.0;                            ///< rad or m per motor revolution; 0: not known
+  bool scale_assumed = false;  ///< increments_per_unit is a guess; the drive holds the real value
+  /// The axis counts in the opposite direction of its drive: positions, velocities, torques, offsets and touch probe
+  /// positions have the opposite sign there. All values here count as the axis does, except `range_min` and
+  /// `range_max`.
   bool reversed = false;
-  /// 6042h, the target of velocity mode, counts in velocity units of the factor group and 604Ch (MSD manual 12.2.2),
-  /// not in turns per minute and 604Ch (CiA 402-2).
+  /// The unit of 6042h, the target of velocity mode, is the velocity unit of the factor group and 604Ch (MSD manual
+  /// 12.2.2), not turns per minute and 604Ch (CiA 402-2).
   bool velocity_by_factors = false;
-  /// rad/s or m/s that a count of 6042h stands for, with its sign; 0: not known.
+  /// rad/s or m/s per count of 6042h, signed; 0: not known.
   double velocity_count = 0.0;
-  double rated_torque = 2.4;                     ///< Nm or N that 1000 per mille stand for (6076h)
-  trajectory::AxisLimits limits{200.0, 2000.0};  ///< for the approach of a path and for stops
-  std::optional<double> max_jerk{};              ///< rad/s^3 or m/s^3, of motions that the master plans; none: no limit
-  /// Nm or N that the master asks for at most, either way: of 6071h and 60B2h together. What the loops of the drive add
-  /// in CSP and CSV is limited in the drive (6072h). None: no limit.
+  double rated_torque = 2.4;                     ///< Nm or N that correspond to 1000 per mille (6076h)
+  trajectory::AxisLimits limits{200.0, 2000.0};  ///< for the approach to a path and for stops
+  std::optional<double> max_jerk{};  ///< rad/s^3 or m/s^3, for motions that the master plans; none: no limit
+  /// Highest torque that the master commands in either direction, Nm or N: the sum of 6071h and 60B2h. What the loops
+  /// of the drive add in CSP and CSV is limited in the drive (6072h). None: no limit.
   std::optional<double> max_torque{};
-  /// Increments between which positions count, as 607Bh has them: an axis that goes on beyond one end comes back at the
-  /// other. Not below each other: all of the 32 bits.
+  /// Position range of the drive in increments (607Bh): a position beyond one end continues at the other. `range_min`
+  /// not below `range_max`: the full 32 bits.
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;  ///< 607Bh:02
-  /// After which an endless axis is where it was, rad or m; positions are shown within it, too. None: it has none.
+  /// Modulo of an endless axis, rad or m: the distance after which its positions repeat; positions are also displayed
+  /// within it. None: no modulo axis.
   std::optional<double> modulo{};
-  /// Positions, before AxisCommand::kSetPosition, that motions of the axis by itself must not leave (SingleAxes); none:
-  /// anywhere.
+  /// Positions that motions of a single axis (SingleAxes) must not leave, not shifted by AxisCommand::kSetPosition;
+  /// none: unlimited.
   std::optional<trajectory::PositionRange> software_limits{};
   /// 6502h of the drive, bit n for mode n + 1; none: not known, every mode is tried.
   std::optional<std::uint32_t> supported_modes{};
   double inertia = 0.0;        ///< kg m^2 or kg moved by the axis, for the torque feed-forward; 0: none
-  FeedForward feed_forward{};  ///< what it needs besides the torque of its inertia
-  std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< from one setpoint to the next
-  /// The drive adds 60B1h and 60B2h to its targets in CSV, too, as CiA 402-2 says: the feed-forward then goes there in
-  /// every mode, the rest into 60FFh and 6071h. False: in CSV and CST the targets have all, and offsets are zero while
-  /// the mode changes; but 60B2h is used in every mode if there is a `feed_forward` and the axis begins in CSP or CSV,
-  /// where nothing else brings that to the drive.
+  FeedForward feed_forward{};  ///< torque needed besides that of the inertia
+  std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< time between two setpoints
+  /// The drive adds 60B1h and 60B2h to its targets in CSV, too, as CiA 402-2 specifies: then the feed-forward is
+  /// written to them in every mode, and the rest to 60FFh and 6071h. False: in CSV and CST the targets contain
+  /// everything, and the offsets are zero while the mode changes. Exception: with a `feed_forward`, an axis that starts
+  /// in CSP or CSV uses 60B2h in every mode, because nothing else passes the feed-forward to the drive.
   bool adds_offsets = false;
-  /// The drive tells by bit 12 of its status word that it follows setpoints (CiA 402-2): an axis that is switched on
-  /// waits for it, for a drive opens its brake before. False: Operation enabled is enough.
+  /// The drive reports by bit 12 of its status word that it follows setpoints (CiA 402-2). After switching the axis on,
+  /// the master waits for this bit, because the drive opens its brake first. False: Operation enabled is sufficient.
   bool follow_bit = false;
-  LossPolicy on_loss = LossPolicy::kStop;  ///< what happens when the drive exchanges no valid process data
+  LossPolicy on_loss = LossPolicy::kStop;  ///< reaction when the drive exchanges no valid process data
 
   /// Loops closed by the master in CSV and CST, where the drive has no position loop of its own.
   double position_gain_1_s = 20.0;  ///< velocity per position error
-  double velocity_gain = 0.0;       ///< CST: torque per velocity error, Nm s/rad or N s/m; above 0 there
-  /// CSP: setpoint_delay_cycles() of the drive, for the following error; none: that of a drive that runs free and
-  /// joins its setpoints by a spline. In CSV and CST the loop is closed here, with the setpoint and the actual position
-  /// of the same cycle.
+  double velocity_gain = 0.0;       ///< CST: torque per velocity error, Nm s/rad or N s/m; must be above 0 in CST
+  /// CSP: setpoint_delay_cycles() of the drive, for the following error; none: that of a free-running drive with spline
+  /// interpolation. In CSV and CST the master closes the loop, with the setpoint and the actual position of the same
+  /// cycle.
   std::optional<double> setpoint_delay_cycles{};
-  /// CSP: cycles by which the drive's motion lags behind what it is told with the same exchange and uses at once, the
-  /// torque offset: that of `feed_forward` waits for so long.
+  /// CSP: cycles by which the motion of the drive lags behind the torque offset of the same exchange, which takes
+  /// effect at once. That of `feed_forward` is delayed by as many cycles.
   double offset_delay_cycles = 0.0;
-  /// How far an axis may be from its setpoint until that is a fault, rad or m; none: position_tolerance().
+  /// Distance from the setpoint at which an axis is in fault, rad or m; none: position_tolerance().
   std::optional<double> position_tolerance{};
-  /// How far the actual position may be from the setpoint that belongs to it, rad or m, for no longer than
-  /// `following_error_timeout`; none: it is not watched here, but by the drive (6065h, 6066h) in its own position loop.
+  /// Largest permitted distance between the actual position and its setpoint, rad or m; it may be exceeded for no
+  /// longer than `following_error_timeout`. None: the master does not monitor it; the drive does (6065h, 6066h), in its
+  /// own position loop.
   std::optional<double> following_error_window{};
-  std::chrono::nanoseconds following_error_timeout = std::chrono::milliseconds{10};  ///< of `following_error_window`
-  /// Unit of its positions in messages and files, not in calculations; null: rad or m.
+  std::chrono::nanoseconds following_error_timeout = std::chrono::milliseconds{10};  ///< for `following_error_window`
+  /// Unit of the axis positions in messages and files, not in calculations; null: rad or m.
   const trajectory::PositionUnit* unit = nullptr;
-  /// Pitch error and backlash of what lies between drive and axis; null: none. `limits` are those that it leaves
+  /// Pitch error and backlash between drive and axis; null: none. `limits` are the ones left by the compensation
   /// (limits_of_motion()).
   std::shared_ptr<const CompensationSettings> compensation{};
 
-  /// Whether it has no drive. \rtsafe
+  /// Whether the axis has no drive. \rtsafe
   [[nodiscard]] bool is_virtual() const noexcept { return slave == kNoSlave; }
   /// Whether `kind` is linear. \rtsafe
   [[nodiscard]] bool linear() const noexcept { return kind == trajectory::AxisKind::kLinear; }
@@ -116,170 +119,172 @@ struct AxisConfig {
 /// Unit of the positions of an axis in messages and files.
 [[nodiscard]] const trajectory::PositionUnit& position_unit(const AxisConfig& axis) noexcept;
 
-/// AxisConfig::position_tolerance, else the distance at highest velocity in a millisecond, at least 0.05 rad or 1 mm.
-/// \rtsafe
+/// AxisConfig::position_tolerance if set, else the distance covered in 1 ms at maximum velocity, at least 0.05 rad or
+/// 0.001 m. \rtsafe
 [[nodiscard]] double position_tolerance(const AxisConfig& axis) noexcept;
 
-/// Cycles by which the actual position of the axis lags behind its setpoints where the drive closes the position loop;
-/// 0 where the master does.
+/// Cycles by which the actual position of the axis lags behind its setpoints if the drive closes the position loop; 0
+/// if the master does.
 [[nodiscard]] double dead_time_cycles(const AxisConfig& axis) noexcept;
 
-/// Inputs of one axis, decoded; kept from the last valid cycle.
+/// Decoded inputs of an axis; an invalid cycle does not change them.
 struct AxisInputs {
   std::uint16_t status_word = 0;                                  ///< object 6041h
   std::uint16_t error_code = 0;                                   ///< 603Fh
   std::int8_t mode = 0;                                           ///< 6061h
-  snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< CiA 402 state out of the status word
-  double position = 0.0;                                          ///< rad or m; goes on where the 32 bits end
+  snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< CiA 402 state from the status word
+  double position = 0.0;                                          ///< rad or m; continues beyond the 32-bit range
   double velocity = 0.0;                                          ///< rad/s or m/s
   double torque = 0.0;                                            ///< Nm or N
-  double drive_following_error = 0.0;                             ///< as the drive reports it (60F4h); rad or m
-  /// What the loops of the drive follow (6062h, 606Bh, 6074h); each not a number where it is not mapped.
+  double drive_following_error = 0.0;  ///< following error reported by the drive (60F4h), rad or m
+  /// Demand values of the drive's loops (6062h, 606Bh, 6074h); each is NaN where it is not mapped.
   double demand_position = std::numeric_limits<double>::quiet_NaN();  ///< rad or m
   double demand_velocity = std::numeric_limits<double>::quiet_NaN();  ///< rad/s or m/s
   double demand_torque = std::numeric_limits<double>::quiet_NaN();    ///< Nm or N
   std::int64_t digital_inputs = snapshot::kNoDigitalInputs;           ///< 60FDh; kNoDigitalInputs: not mapped
 };
 
-/// The process data objects an axis is driven with: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
-/// 8.3.4), enough for CSP, CSV and CST without a change of mapping.
+/// The process data objects that drive an axis: three RxPDOs and three TxPDOs of at most 8 bytes each (MSD manual
+/// 8.3.4), sufficient for CSP, CSV and CST without remapping.
 [[nodiscard]] const PdoConfiguration& axis_pdo_configuration();
 
 /// One axis in the process image: decodes its inputs, writes its control word and targets.
 ///
 /// Objects that are not mapped are skipped on output and read as zero; a Motion refuses an axis with missing_objects().
-/// Belongs to the real-time thread once the cycle runs; everything but the constructor is \rtsafe.
+/// Used by the real-time thread only once the cycle runs; everything except the constructor is \rtsafe.
 class Axis {
  public:
   /// `place` and `pdos` say where the objects lie in the image.
   Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos);
-  /// An axis without a drive (AxisConfig::kNoSlave). It answers its commands in the next cycle, whatever the line does.
+  /// A virtual axis (AxisConfig::kNoSlave). It executes its commands in the next cycle, independent of the line.
   explicit Axis(AxisConfig config);
-  /// Moved, not copied.
+  /// Movable, not copyable.
   Axis(Axis&& other) noexcept;
   Axis& operator=(Axis&& other) noexcept;
   ~Axis();
 
-  /// Takes over the inputs; `valid` false: the slave exchanged no valid process data in this cycle. `fresh` false: its
-  /// group was not due, and the inputs are those of an earlier one.
+  /// Decodes the inputs. `valid` false: the slave exchanged no valid process data in this cycle. `fresh` false: the
+  /// exchange group of the slave was not due, and the inputs are those of an earlier cycle.
   void read_inputs(std::span<const std::byte> image, bool valid, bool fresh = true) noexcept;
 
-  /// The slave has fallen out of OP: it does not take its outputs. Until the next read_inputs().
+  /// Marks the axis as unavailable until the next read_inputs(): its slave has left OP and ignores its outputs.
   void set_unavailable() noexcept { inputs_.state = snapshot::AxisState::kUnavailable; }
 
-  /// Where the axis is when it is enabled, instead of the actual position, and the velocity with which it coasts until
-  /// then, rad/s or m/s: where the targets are until it is.
-  /// Of one that coasts and may be on by what it was told, it is not corrected faster than the axis may accelerate: its
-  /// drive may follow these targets before it has said so.
+  /// Sets the position, rad or m, from which the axis is enabled, in place of the actual position, and the velocity at
+  /// which it coasts until then, rad/s or m/s. The targets follow both until the axis is enabled.
+  /// Once a switch-on may be in flight (told_on()), the correction is limited to max_acceleration: the drive may follow
+  /// these targets before it reports that it is on.
   void hold_at(double position, double velocity = 0.0) noexcept;
-  /// An axis that coasts, and was not seen, has gone on so long.
+  /// Advances the position of hold_at() by `time_s` seconds in which the axis coasted without being measured.
   void coast_on(double time_s) noexcept {
     if (hold_) *hold_ += hold_velocity_ * time_s;
   }
-  /// The setpoint that goes on with the motion of an axis without power: of hold_at(), and as far ahead as the drive
-  /// takes to follow a position.
+  /// Setpoint that continues the motion of an axis without power: that of hold_at(), advanced by the time that the
+  /// drive takes to follow a position.
   [[nodiscard]] trajectory::AxisSetpoint held() const noexcept;
-  /// Switches the master's position loop of CSV and CST off until the axis is enabled anew, because the actual position
-  /// is implausible. Returns the velocity that the loop has added last, from which a stop begins.
+  /// Switches the master's position loop of CSV and CST off until the axis is enabled again, because the actual
+  /// position is implausible. Returns the velocity that the loop added last; a stop starts from it.
   [[nodiscard]] double distrust_position() noexcept;
 
-  /// Writes control word, mode and targets. While the axis is not in Operation enabled the targets are where it is
-  /// (held()), so that enabling never starts with a jump, and what holds its weight.
+  /// Writes control word, mode and targets. Until the axis is in Operation enabled, the targets are its present motion
+  /// (held()), so that enabling never causes a jump, and the torque that holds its weight.
   void write_outputs(std::span<std::byte> image, cia402::Goal goal, bool reset_fault,
                      const trajectory::AxisSetpoint& setpoint) noexcept;
 
-  /// Lets the drive change to another mode. From one cyclic mode to another that is without a step also while the axis
-  /// moves (ModeChange), if torque and velocity (6077h, 606Ch) are mapped; on the way to another mode the drive is led
-  /// by cyclic setpoints until it shows that. While a drive that has been told may change at any moment, another
-  /// request waits until it has (ModeChange::committed()). False, and nothing is changed: the process data lack an
-  /// object of that mode or the modes themselves (6060h, 6061h), for CST there is no velocity gain, or the drive does
-  /// not have it (supports()). A drive that does not change takes part in the motion as it is; when that is too long,
-  /// and what happens then, is the caller's business: set_mode() with the mode before.
+  /// Starts a change to another mode. Between two cyclic modes the change is bumpless even while the axis moves
+  /// (ModeChange), if torque and velocity (6077h, 606Ch) are mapped. During a change to another kind of mode the drive
+  /// gets cyclic setpoints until it shows the new mode. A drive that has been commanded may change at any moment, so a
+  /// further request waits until it has (ModeChange::committed()). Returns false and changes nothing if the process
+  /// data lack an object of the mode or the mode objects themselves (6060h, 6061h), if there is no velocity gain for
+  /// CST, or if the drive does not have the mode (supports()). A drive that does not change keeps taking part in the
+  /// motion; the caller decides when to stop waiting and calls set_mode() with the previous mode.
   [[nodiscard]] bool set_mode(cia402::Mode mode) noexcept;
-  /// Whether set_mode() would do it.
+  /// Whether set_mode() accepts this mode.
   [[nodiscard]] bool can_change(cia402::Mode mode) const noexcept {
     const bool movable = mode != cia402::Mode::kCyclicTorque || config_.velocity_gain > 0.0;
     return mode == wanted_ || (possible(mode) && supports(mode) && movable && mode_object_ && mode_display_);
   }
-  /// Whether the drive has the mode, by AxisConfig::supported_modes.
+  /// Whether the drive has the mode, according to AxisConfig::supported_modes.
   [[nodiscard]] bool supports(cia402::Mode mode) const noexcept {
     return (config_.supported_modes.value_or(~0U) & cia402::mode_bit(mode)) != 0;
   }
-  /// From now on the torque of the setpoints is all that the drive is told in CST.
+  /// Cancels a mode change; from now on CST commands the torque of the setpoints only.
   void command_torque() noexcept;
-  /// The loops of the master take over an axis that was led by torques; `load` of the last one was not for its
-  /// acceleration, and fades.
+  /// Hands an axis that was commanded by torque over to the loops of the master. `load`: the part of the last torque
+  /// that did not accelerate the axis, Nm or N; it fades.
   void take_over_torque(double load) noexcept;
-  /// So many periods have gone by without write_outputs(), in which the axis went on.
+  /// Accounts for `periods` periods without write_outputs(), during which the axis kept moving.
   void skip(std::int64_t periods) noexcept;
   /// The torque target of the last write_outputs(), Nm or N.
   [[nodiscard]] double target_torque() const noexcept { return targets_.torque; }
-  /// A change of mode is over, but the axis still on its way back to its setpoints.
+  /// Whether a mode change is complete but the axis still returns to its setpoints.
   [[nodiscard]] bool returning() const noexcept { return changing_ && change_->returning(); }
-  /// A change of mode has been asked for, and is not over, or the axis still on its way back to its setpoints.
+  /// Whether a mode change is requested or in progress, or the axis still returns to its setpoints.
   [[nodiscard]] bool changing() const noexcept { return changing_ || mode_ != wanted_; }
-  /// Positions count as the drive has told the last one: it has a new zero, and its axis is homed.
+  /// Takes the last position of the drive over as it is: the drive has a new zero, and the axis is homed.
   void recount() noexcept;
-  /// Positions of the axis, rad or m.
+  /// Positions of the axis before and after homing, rad or m.
   struct Homed {
     double mark = 0.0;
     double setpoint = 0.0;
   };
-  /// The master has homed: at its position `mark`, passed in this direction, the axis is called `called`. Both
-  /// positions as they count from now on: others where a compensation has waited for this.
+  /// Completes homing by the master: the position at which the axis passed `before.mark`, in this direction, is named
+  /// `called`. Returns both positions as they count from now on; they differ from `before` if a compensation was
+  /// waiting for homing.
   [[nodiscard]] Homed home(const Homed& before, double called, bool forward) noexcept;
-  /// A place that the drive has told in increments, near where it stands; rad or m as AxisInputs::position.
+  /// Converts a position that the drive reported in increments, near its present position, to rad or m, as
+  /// AxisInputs::position.
   [[nodiscard]] double position_of(std::int32_t increments) const noexcept;
-  /// The touch probe of the drive, as far as its objects are mapped.
+  /// The touch probe of the drive; unmapped objects are skipped.
   [[nodiscard]] TouchProbe& probe() noexcept { return probe_; }
-  /// The same, to look at.
+  /// The touch probe, read-only.
   [[nodiscard]] const TouchProbe& probe() const noexcept { return probe_; }
-  /// Limits of the movements that the drive makes itself, as far as their objects are mapped.
+  /// Limits of the movements that the drive generates itself; unmapped objects are skipped.
   [[nodiscard]] ProfileObjects& profile() noexcept { return profile_; }
-  /// Mode that the drive is in, or on its way into; that of the last set_mode().
+  /// Mode that the drive is in or is changing to: that of the last set_mode().
   [[nodiscard]] cia402::Mode mode() const noexcept { return wanted_; }
-  /// Mode by which the drive goes on when nothing reaches it any more.
+  /// Mode in which the drive continues if no frame reaches it any more.
   [[nodiscard]] cia402::Mode mode_in_force() const noexcept { return pending_ ? change_->in_force(mode_) : mode_; }
-  /// The drive is in mode(), as 6061h has shown for some exchanges, if it is mapped.
+  /// Whether the drive is in mode(); 6061h, if mapped, has shown it for several exchanges.
   [[nodiscard]] bool mode_ready() const noexcept { return !pending_ && mode_ == wanted_ && shows_mode(); }
-  /// Bits of cia402::command_bit that the control word of an enabled axis gets from now on, besides those of its state.
-  /// In the modes in which the drive makes its motion, setpoint position and velocity are written as they are (607Ah,
-  /// 60FFh), and take effect as these bits say.
+  /// Sets the bits of cia402::command_bit that the control word of an enabled axis has from now on, in addition to
+  /// those of its state. In modes in which the drive generates the motion, setpoint position and velocity are written
+  /// unchanged (607Ah, 60FFh) and take effect according to these bits.
   void set_command_bits(std::uint16_t bits) noexcept { command_bits_ = bits & cia402::command_bit::kAll; }
 
   /// The configuration given to the constructor. \rtsafe
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
-  /// Whether the process data hold all objects that its mode needs (missing_objects()). \rtsafe
+  /// Whether the process data contain all objects that the mode needs (missing_objects()). \rtsafe
   [[nodiscard]] bool complete() const noexcept { return possible(mode_); }
   /// Inputs of the last cycle. \rtsafe
   [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
-  /// Setpoint that the drive followed when it measured the actual position, minus that; rad or m. 0 while it follows
-  /// none. As of the last write_outputs(). \rtsafe
+  /// The setpoint that the drive followed when it measured the actual position, minus that position; rad or m. 0 while
+  /// it follows none. Updated by write_outputs(). \rtsafe
   [[nodiscard]] double following_error() const noexcept { return following_error_; }
-  /// Whether it is in Operation enabled, in mode() or on its way into it if 6061h is mapped. \rtsafe
+  /// Whether the axis is in Operation enabled and, if 6061h is mapped, in mode() or changing to it. \rtsafe
   [[nodiscard]] bool enabled() const noexcept {
     return inputs_.state == snapshot::AxisState::kOperationEnabled && (shows_mode() || pending_ || passing_);
   }
-  /// Whether the last outputs had the command to enable: the drive may be on, though its answer has not come.
+  /// Whether the last outputs commanded Operation enabled: the drive may be on although it has not confirmed yet.
   /// \rtsafe
   [[nodiscard]] bool told_on() const noexcept {
     return (targets_.control_word & cia402::command::kEnableOperation) == cia402::command::kEnableOperation;
   }
-  /// Whether it is enabled(), and has not been told to switch off since. \rtsafe
+  /// Whether the axis is enabled() and has not been commanded off since. \rtsafe
   [[nodiscard]] bool stays_on() const noexcept { return enabled() && told_on(); }
-  /// Whether it stays_on(), and the drive has said since it was enabled that it follows setpoints if it tells that
-  /// (AxisConfig::follow_bit). \rtsafe
+  /// Whether the axis stays_on() and, if it has AxisConfig::follow_bit, the drive has reported since it was enabled
+  /// that it follows setpoints. \rtsafe
   [[nodiscard]] bool ready() const noexcept { return stays_on() && (followed_ || !config_.follow_bit); }
   /// Whether the drive reports a fault, or is in Fault reaction active. \rtsafe
   [[nodiscard]] bool fault() const noexcept {
     return inputs_.state == snapshot::AxisState::kFault || inputs_.state == snapshot::AxisState::kFaultReactionActive;
   }
-  /// Whether the last status word reports a fault, also while the axis is unavailable.
+  /// Whether the last status word reports a fault, even while the axis is unavailable.
   [[nodiscard]] bool reports_fault() const noexcept {
     const auto state = cia402::decode_state(inputs_.status_word);
     return state == snapshot::AxisState::kFault || state == snapshot::AxisState::kFaultReactionActive;
   }
-  /// Fills everything but cycle, time, axis number, and what only MotionControl::fill() knows.
+  /// Fills all fields except cycle, time, axis number and the fields known only to MotionControl::fill().
   void fill(snapshot::AxisSample& sample) const noexcept;
 
  private:
@@ -288,8 +293,8 @@ class Axis {
     double position = 0.0;
     double velocity = 0.0;
     double torque = 0.0;
-    double acceleration = 0.0;   ///< of the setpoint
-    double feed_velocity = 0.0;  ///< share of the feed-forward in velocity and torque
+    double acceleration = 0.0;   ///< acceleration of the setpoint
+    double feed_velocity = 0.0;  ///< part of `velocity` that is feed-forward
     double feed_torque = 0.0;
   };
   void be_its_drive() noexcept;
@@ -321,31 +326,31 @@ class Axis {
   void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
-  std::uint32_t possible_modes_;  ///< bit of each whose objects are mapped
-  cia402::Mode mode_;             ///< that the drive is told, or about to be
-  cia402::Mode wanted_;           ///< another one: next
-  double scale_;                  ///< increments of the drive per rad or m, with the sign of its direction
-  double nm_per_permille_;        ///< likewise; N of linear axes
+  std::uint32_t possible_modes_;  ///< bit n: all objects of mode n are mapped
+  cia402::Mode mode_;             ///< mode commanded to the drive, or about to be
+  cia402::Mode wanted_;           ///< requested mode; differs from mode_ while a change waits
+  double scale_;                  ///< increments of the drive per rad or m, signed by its direction
+  double nm_per_permille_;        ///< Nm or N per mille, signed likewise
   bool changing_ = false;         ///< change_ is active
-  bool pending_ = false;          ///< and pending
-  /// Whether the feed-forward goes out as offset, and the rest of it in the target.
+  bool pending_ = false;          ///< change_ is pending: the drive may be in either mode
+  /// Whether the feed-forward is written to the offset object and only the rest to the target.
   bool velocity_by_offset_ = false;
   bool torque_by_offset_ = false;
   std::uint16_t command_bits_ = 0;
-  bool passing_ = false;   ///< from CSP to interpolated position or back, until the drive shows it
-  bool followed_ = false;  ///< the drive has said that it follows setpoints since it was enabled
-  std::int64_t range_;     ///< positions until they begin anew
+  bool passing_ = false;   ///< changing between CSP and interpolated position; ends when the drive shows it
+  bool followed_ = false;  ///< since it was enabled, the drive has reported that it follows setpoints
+  std::int64_t range_;     ///< number of increments until positions wrap
   AxisInputs inputs_;
   Targets targets_;
   SetpointHistory setpoints_;
-  SetpointHistory feeds_;       ///< torques of the feed-forward
-  bool fresh_ = false;          ///< the inputs are of this cycle
-  std::optional<double> hold_;  ///< hold_at()
-  double hold_velocity_ = 0.0;  ///< hold_at()
-  bool trusted_ = true;         ///< not distrust_position()
-  double correction_ = 0.0;     ///< velocity that the position loop adds
-  double loop_torque_ = 0.0;    ///< torque that the velocity loop adds
-  /// Actual position without the wrap at 32 bits, and as it came.
+  SetpointHistory feeds_;       ///< torques of the feed-forward, Nm or N
+  bool fresh_ = false;          ///< the inputs are from this cycle
+  std::optional<double> hold_;  ///< position set by hold_at()
+  double hold_velocity_ = 0.0;  ///< velocity set by hold_at()
+  bool trusted_ = true;         ///< false after distrust_position()
+  double correction_ = 0.0;     ///< velocity that the position loop adds, rad/s or m/s
+  double loop_torque_ = 0.0;    ///< torque that the velocity loop adds, Nm or N
+  /// Actual position in increments, unwrapped and as received.
   std::int64_t count_ = 0;
   std::int32_t last_count_ = 0;
   double following_error_ = 0.0;
@@ -370,8 +375,8 @@ class Axis {
   std::optional<PdoEntry<std::uint32_t>> digital_inputs_;         // 60FDh
   TouchProbe probe_;                                              // 60B8h to 60BDh
   ProfileObjects profile_;                                        // 6042h, 6081h, 6083h, 6084h
-  std::unique_ptr<ModeChange> change_;                            ///< beside what every cycle needs
-  std::unique_ptr<AxisCompensation> compensation_;                ///< null: none
+  std::unique_ptr<ModeChange> change_;              ///< on the heap, so that the data of every cycle stay compact
+  std::unique_ptr<AxisCompensation> compensation_;  ///< null: no compensation
 };
 
 }  // namespace driveline::ecat_master

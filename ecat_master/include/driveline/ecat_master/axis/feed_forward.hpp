@@ -4,21 +4,21 @@
 
 namespace driveline::ecat_master {
 
-/// What an axis needs besides the torque of its inertia, for the feed-forward: friction, and the weight of what it
-/// carries. Torques are Nm or N, of the axis as its increments count it.
+/// Torque that an axis needs besides that of its inertia, for the feed-forward: friction and the weight of its load.
+/// Torques are Nm or N, in the direction of the axis.
 struct FeedForward {
   double viscous_friction = 0.0;  ///< torque per velocity: Nm s/rad or N s/m; 0 or more
   double coulomb_friction = 0.0;  ///< dry friction; 0 or more
-  /// Velocity from which on the dry friction counts in full, rad/s or m/s, above 0. Below it the share of it rises with
-  /// the velocity, so that there is none at standstill and no step where the axis turns round.
+  /// Velocity above which the dry friction counts in full, rad/s or m/s, above 0. Below it, its share rises with the
+  /// velocity, so that it is zero at standstill and has no step where the axis reverses.
   double coulomb_velocity = 0.2;
-  double gravity = 0.0;        ///< torque that holds a weight anywhere; positive: it pulls in negative direction
-  double pendulum = 0.0;       ///< torque that holds a pendulum stretched out sideways; 0 or more
-  double pendulum_zero = 0.0;  ///< position in rad at which it hangs down
+  double gravity = 0.0;        ///< torque that holds the weight; positive: gravity pulls in negative direction
+  double pendulum = 0.0;       ///< torque that holds a pendulum horizontally; 0 or more
+  double pendulum_zero = 0.0;  ///< position at which the pendulum hangs down, rad
 
-  /// Torque at this position and velocity. \rtsafe
+  /// Torque at this position and velocity, Nm or N. \rtsafe
   [[nodiscard]] double torque(const trajectory::AxisSetpoint& setpoint) const noexcept;
-  /// Whether there is any. \rtsafe
+  /// Whether any torque is configured. \rtsafe
   [[nodiscard]] bool any() const noexcept {
     return viscous_friction > 0.0 || coulomb_friction > 0.0 || gravity > 0.0 || gravity < 0.0 || pendulum > 0.0;
   }

@@ -7,36 +7,36 @@
 
 namespace driveline::ecat_master {
 
-/// Exchanges by which spline interpolation lags behind the setpoints: it needs the next one as well.
+/// Exchanges by which spline interpolation lags behind the setpoints: it also needs the next setpoint.
 inline constexpr unsigned kSplinePeriods = 2;
 
 /// The delays between a cyclic position setpoint and the motion of the shaft.
 struct SetpointWay {
-  std::chrono::nanoseconds period{0};  ///< of the line's cycle
+  std::chrono::nanoseconds period{0};  ///< cycle time of the line
   std::uint32_t divider = 1;           ///< the drive is exchanged in every n-th cycle
-  /// Exchanges until the drive has arrived at a setpoint it has received: 1 with linear interpolation, else
+  /// Exchanges until the drive has reached a setpoint that it received: 1 with linear interpolation, else
   /// kSplinePeriods.
   unsigned interpolation = 1;
-  /// From the exchange to the SYNC0 at which the drive takes its setpoints over; none: it takes them at once.
+  /// Time from the exchange to the SYNC0 at which the drive applies its setpoints; none: it applies them at once.
   std::optional<std::chrono::nanoseconds> to_sync0{};
 };
 
-/// Cycles from the one that computes a setpoint to the one that reads the actual position that belongs to it.
+/// Cycles between computing a setpoint and reading the actual position that belongs to it.
 [[nodiscard]] double setpoint_delay_cycles(const SetpointWay& way) noexcept;
 
-/// The setpoints of the last cycles, to compare actual positions with. Memory is taken by the constructor; the rest is
-/// \rtsafe.
+/// The setpoints of the last cycles, for comparison with actual positions. The constructor allocates all memory;
+/// everything else is \rtsafe.
 class SetpointHistory {
  public:
-  /// `delay_cycles`: how far to look back, 0 or more, not necessarily whole cycles.
+  /// `delay_cycles`: age of the setpoint that followed() returns; 0 or more, may be fractional.
   explicit SetpointHistory(double delay_cycles);
 
-  /// The setpoint of this cycle.
+  /// Adds the setpoint of this cycle.
   void push(double position) noexcept;
-  /// The setpoint that the actual position of this cycle belongs to, from `delay_cycles` ago: interpolated linearly
-  /// between two cycles, that of the first cycle until there are enough.
+  /// The setpoint that the actual position of this cycle belongs to, `delay_cycles` old: interpolated linearly between
+  /// two cycles; the oldest one until the history is long enough.
   [[nodiscard]] double followed() const noexcept;
-  /// That of so many cycles before the last one, up to whole_cycles() and one more.
+  /// The setpoint that is `cycles` older than the last one; up to whole_cycles() + 1.
   [[nodiscard]] double ago(std::size_t cycles) const noexcept;
   /// Whole cycles of the delay.
   [[nodiscard]] std::size_t whole_cycles() const noexcept { return whole_; }
@@ -45,7 +45,7 @@ class SetpointHistory {
   std::vector<double> positions_;
   std::size_t newest_ = 0;
   std::size_t filled_ = 0;
-  std::size_t whole_;  ///< cycles of the delay
+  std::size_t whole_;  ///< whole cycles of the delay
   double part_;        ///< fraction of a cycle in the delay
 };
 

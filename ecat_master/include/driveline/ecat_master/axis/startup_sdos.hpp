@@ -11,28 +11,29 @@
 
 namespace driveline::ecat_master {
 
-/// An interpolation period as 60C2h has it: value times ten to the power of exponent, in seconds.
+/// An interpolation period in the format of 60C2h: value times ten to the power of exponent, in seconds.
 struct InterpolationPeriod {
   std::uint8_t value = 1;     ///< 60C2h:01
-  std::int8_t exponent = -3;  ///< 60C2h:02, power of ten of seconds
+  std::int8_t exponent = -3;  ///< 60C2h:02, power of ten, in seconds
 };
 
-/// The period in the form of 60C2h; nothing when its digits need more than 8 bits (312.5 us, say). CiA 402-2, object
-/// 60C2h.
+/// Converts a period to the format of 60C2h; empty if its digits need more than 8 bits (for example 312.5 us). CiA
+/// 402-2, object 60C2h.
 [[nodiscard]] std::optional<InterpolationPeriod> to_interpolation_period(std::chrono::nanoseconds period) noexcept;
 
-/// A number that is written to `index`:`subindex` on the way to SAFEOP; `T` is as long as the entry.
+/// Start-up SDO that writes a number to `index`:`subindex` in the transition to SAFEOP; `T` must be as long as the
+/// entry.
 template <typename T>
 [[nodiscard]] StartupSdo startup_sdo(std::uint16_t index, std::uint8_t subindex, T value) {
   const auto bytes = wire::to_le_bytes(value);
   return {index, subindex, {bytes.begin(), bytes.end()}};
 }
 
-/// Start-up SDOs with which a CiA 402 drive follows cyclic setpoints: their period, in 60C2h.
+/// Start-up SDOs that make a CiA 402 drive follow cyclic setpoints: their period, in 60C2h.
 /// @throws std::invalid_argument if 60C2h cannot hold the period.
 [[nodiscard]] std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period);
 
-/// The mode of operation (6060h), for a drive whose process data do not have it.
+/// Start-up SDO for the mode of operation (6060h), for a drive whose process data do not contain it.
 [[nodiscard]] StartupSdo mode_sdo(cia402::Mode mode);
 
 }  // namespace driveline::ecat_master

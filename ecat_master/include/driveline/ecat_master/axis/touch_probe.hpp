@@ -13,37 +13,37 @@
 
 namespace driveline::ecat_master {
 
-/// The touch probe of a drive from the master's side: one event at a time, as CiA 402-2 has it (60B8h to 60BDh; MSD
-/// manual 14.1.1, P 2285 = 1), single trigger. What the drive has latched before it was armed is never taken: it must
-/// have shown first that it was switched off, and then that it is on.
+/// The touch probe of a drive as the master uses it: one event at a time, single trigger, according to CiA 402-2 (60B8h
+/// to 60BDh; MSD manual 14.1.1, P 2285 = 1). A value that the drive latched before arming is never used: the drive must
+/// first show that the probe is off, and then that it is on.
 ///
-/// A plain value; everything but the constructor is \rtsafe.
+/// A plain value; everything except the constructor is \rtsafe.
 class TouchProbe {
  public:
-  /// How far it is.
+  /// Progress of a latch.
   enum class Phase : std::uint8_t {
     kOff,
-    kClearing,  ///< what was latched before has to go
-    kArming,    ///< the drive has been told
-    kArmed,     ///< it waits for the event
+    kClearing,  ///< waiting until the drive has cleared an earlier latch
+    kArming,    ///< the drive has been commanded to arm
+    kArmed,     ///< the drive waits for the event
     kLatched,   ///< value() is that of the event
   };
 
   /// `place` and `pdos` say where the objects lie in the image.
   TouchProbe(const ProcessDataPlace& place, const PdoConfiguration& pdos);
 
-  /// Whether the process data hold 60B8h, 60B9h and the value of the event.
+  /// Whether the process data contain 60B8h, 60B9h and the value object of the event.
   [[nodiscard]] bool possible(ProbeTrigger trigger) const noexcept;
-  /// The next event of this kind is to be latched; what was before is over.
+  /// Starts to latch the next event of this kind; discards an earlier one.
   void arm(ProbeTrigger trigger) noexcept;
-  /// No event is wanted.
+  /// Switches the probe off.
   void disarm() noexcept { phase_ = Phase::kOff; }
-  /// As of the last exchange.
+  /// Phase as of the last exchange.
   [[nodiscard]] Phase phase() const noexcept { return phase_; }
-  /// Position of the drive at the event, increments; with Phase::kLatched.
+  /// Position of the drive at the event, increments; valid in Phase::kLatched.
   [[nodiscard]] std::int32_t value() const noexcept { return value_; }
 
-  /// Takes over the inputs of an exchange; `fresh` false: they are those of an earlier one.
+  /// Decodes the inputs of an exchange; `fresh` false: they are those of an earlier one.
   void read(std::span<const std::byte> image, bool fresh) noexcept;
   /// Writes 60B8h.
   void write(std::span<std::byte> image) const noexcept;

@@ -5,16 +5,16 @@
 
 #include "driveline/snapshot/snapshot.hpp"
 
-/// The power drive system of CiA 402-2 (IEC 61800-7-201) as the master sees it: status word in, control word out.
+/// The power drive system of CiA 402-2 (IEC 61800-7-201) as used by the master: status word in, control word out.
 namespace driveline::ecat_master::cia402 {
 
 using snapshot::AxisState;
 
-/// Modes of operation, object 6060h. In the first five the drive makes its motion itself and is commanded by bits of
-/// its control word.
+/// Modes of operation, object 6060h. In modes below kCyclicPosition the drive generates or interpolates the motion
+/// itself, commanded by bits of the control word.
 enum class Mode : std::int8_t {
   kProfilePosition = 1,
-  kVelocity = 2,  ///< of frequency converters; U/f operation of a servo drive
+  kVelocity = 2,  ///< for frequency converters; U/f operation of a servo drive
   kProfileVelocity = 3,
   kHoming = 6,
   kInterpolatedPosition = 7,
@@ -23,7 +23,7 @@ enum class Mode : std::int8_t {
   kCyclicTorque = 10
 };
 
-/// Whether the drive follows setpoints that come in every cycle. \rtsafe
+/// Whether the drive follows setpoints that are sent in every cycle. \rtsafe
 [[nodiscard]] constexpr bool cyclic(Mode mode) noexcept {
   return mode >= Mode::kCyclicPosition;
 }
@@ -32,7 +32,7 @@ enum class Mode : std::int8_t {
 namespace command {
 /// Control word: to Switch on disabled.
 inline constexpr std::uint16_t kDisableVoltage = 0x0000;
-/// Control word: stops as 605Ah says.
+/// Control word: stops according to 605Ah.
 inline constexpr std::uint16_t kQuickStop = 0x0002;
 /// Control word: to Ready to switch on.
 inline constexpr std::uint16_t kShutdown = 0x0006;
@@ -44,34 +44,34 @@ inline constexpr std::uint16_t kEnableOperation = 0x000F;
 inline constexpr std::uint16_t kFaultReset = 0x0080;
 }  // namespace command
 
-/// Bits of the control word that belong to a mode (CiA 402-2; MSD manual Tables 12.4, 12.8, 12.10, 12.13).
+/// Mode-specific bits of the control word (CiA 402-2; MSD manual Tables 12.4, 12.8, 12.10, 12.13).
 namespace command_bit {
-/// Profile position: there is a new setpoint.
+/// Profile position: a new setpoint is available.
 inline constexpr std::uint16_t kNewSetpoint = 0x0010;
-/// Homing: goes on while it is set.
+/// Homing: runs while the bit is set.
 inline constexpr std::uint16_t kHomingStart = 0x0010;
-/// Interpolated position: setpoints are followed.
+/// Interpolated position: the drive follows setpoints.
 inline constexpr std::uint16_t kInterpolate = 0x0010;
-/// Profile position: at once, not behind the movement before.
+/// Profile position: the movement starts at once, not after the previous one.
 inline constexpr std::uint16_t kImmediately = 0x0020;
 /// Profile position: the setpoint is a distance.
 inline constexpr std::uint16_t kRelative = 0x0040;
-/// Velocity mode: the target is followed by the ramp of the drive, which is not disabled (bit 4, CiA 402-2), not frozen
-/// (5) and not set to zero (6).
+/// Velocity mode: the drive follows the target along its ramp, which is not disabled (bit 4, CiA 402-2), not frozen (5)
+/// and not set to zero (6).
 inline constexpr std::uint16_t kFollowRamp = 0x0070;
-/// The axis stops as 605Dh says, and goes on when it is taken back.
+/// The axis stops according to 605Dh, and continues when the bit is cleared.
 inline constexpr std::uint16_t kHalt = 0x0100;
-/// All that a mode may have.
+/// All mode-specific bits.
 inline constexpr std::uint16_t kAll = 0x0170;
 }  // namespace command_bit
 
-/// Bits of the status word that belong to a mode (CiA 402-2; MSD manual Table 12.14).
+/// Mode-specific bits of the status word (CiA 402-2; MSD manual Table 12.14).
 namespace status_bit {
-/// The target is reached; in homing: the axis stands.
+/// The target is reached; in homing: the axis is at standstill.
 inline constexpr std::uint16_t kTargetReached = 0x0400;
-/// Profile position: the new setpoint has been taken.
+/// Profile position: the drive has taken the new setpoint.
 inline constexpr std::uint16_t kSetpointAcknowledge = 0x1000;
-/// Cyclic modes: setpoints are followed (CiA 402-2); not yet while the drive opens a brake.
+/// Cyclic modes: the drive follows setpoints (CiA 402-2); not yet while it opens a brake.
 inline constexpr std::uint16_t kFollowsSetpoints = 0x1000;
 /// Homing: home was found.
 inline constexpr std::uint16_t kHomingAttained = 0x1000;
@@ -79,25 +79,24 @@ inline constexpr std::uint16_t kHomingAttained = 0x1000;
 inline constexpr std::uint16_t kHomingError = 0x2000;
 }  // namespace status_bit
 
-/// The state that the master wants an axis in.
+/// State that the master wants an axis to be in.
 enum class Goal : std::uint8_t {
   kDisabled,   ///< power off, via Shutdown and Disable voltage
-  kEnabled,    ///< Operation enabled, through every state on the way
+  kEnabled,    ///< Operation enabled, through all states in between
   kQuickStop,  ///< stopped by the drive's own quick stop, then off
 };
 
-/// State coded in a status word. Bit 4 (voltage) and bit 7 (warning) do not take part (CiA 402-2, masks 4Fh and 6Fh).
-/// \rtsafe
+/// State coded in a status word, without bit 4 (voltage) and bit 7 (warning) (CiA 402-2, masks 4Fh and 6Fh). \rtsafe
 [[nodiscard]] AxisState decode_state(std::uint16_t status_word) noexcept;
 
 /// Name as in the standard.
 [[nodiscard]] std::string_view to_text(AxisState state) noexcept;
-/// "csp", "csv" or "cst", as line descriptions name them; "pp", "vl", "pv", "hm" or "ip" of the others.
+/// "csp", "csv" or "cst", as in line descriptions; "pp", "vl", "pv", "hm" or "ip" for the other modes.
 [[nodiscard]] std::string_view to_text(Mode mode) noexcept;
 
-/// The command that brings an axis one state closer to the goal. Never skips a state: the drives require the commands
-/// one after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. An
-/// axis in an unknown state is never switched on; it gets Quick stop when it shall stop. \rtsafe
+/// The command that brings an axis one state closer to the goal. Never skips a state: drives require the commands one
+/// after the other (MSD manual, Table 11.4). In Fault it is Disable voltage: faults are reset on request only. An axis
+/// in an unknown state is never switched on; if it is to stop, it gets Quick stop. \rtsafe
 [[nodiscard]] std::uint16_t next_control_word(AxisState state, Goal goal) noexcept;
 
 }  // namespace driveline::ecat_master::cia402

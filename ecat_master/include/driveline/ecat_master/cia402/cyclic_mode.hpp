@@ -26,7 +26,7 @@ inline constexpr std::array kCyclicModes{Mode::kCyclicPosition, Mode::kCyclicVel
   return names;
 }
 
-/// The mode with that name; none: none of them has it.
+/// The cyclic mode with this name; none: no cyclic mode has it.
 [[nodiscard]] inline std::optional<Mode> find_cyclic_mode(std::string_view name) noexcept {
   const auto* found =
       std::find_if(kCyclicModes.begin(), kCyclicModes.end(), [name](Mode mode) { return to_text(mode) == name; });

@@ -5,7 +5,7 @@
 
 namespace driveline::ecat_master::cia402 {
 
-/// The name in CiA 402-2 (IEC 61800-7-201) of an object of a drive that is mapped into PDOs; empty for others. For
+/// Name in CiA 402-2 (IEC 61800-7-201) of a drive object that can be mapped into PDOs; empty for other objects. For
 /// drives whose own description has no names.
 [[nodiscard]] std::string_view object_name(std::uint16_t index, std::uint8_t subindex) noexcept;
 

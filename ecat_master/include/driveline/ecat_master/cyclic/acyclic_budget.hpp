@@ -7,8 +7,8 @@
 
 namespace driveline::ecat_master {
 
-/// Bytes of acyclic frames in a cycle that do not delay the next cycle's frames: the rest of nine tenths of `period`
-/// after wire_time_ns(), at least the shortest frame, at most AcyclicChannel::kMostBytes.
+/// Bytes of acyclic frames per cycle that do not delay the frames of the next cycle: nine tenths of `period` minus
+/// wire_time_ns(), at least the shortest frame, at most AcyclicChannel::kMostBytes.
 [[nodiscard]] std::size_t acyclic_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period);
 
 }  // namespace driveline::ecat_master

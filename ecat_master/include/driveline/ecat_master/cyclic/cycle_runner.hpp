@@ -9,28 +9,28 @@
 
 namespace driveline::ecat_master {
 
-/// Runs the cycle of a CyclicCore. Two kinds: a real-time thread beside the caller, or the caller's own thread on a
-/// virtual clock.
+/// Runs the cycle of a CyclicCore, either in a real-time thread of its own or in the caller's thread on a virtual
+/// clock.
 class CycleRunner {
  public:
   virtual ~CycleRunner() = default;
-  /// Starts cycling. Error: the real-time set-up that is not in effect.
+  /// Starts cycling. Error: the real-time setting that is not in effect.
   [[nodiscard]] virtual tl::expected<void, rt::RealtimeError> start() = 0;
   /// Lets `duration` pass while the cycle runs.
   virtual void pass(std::chrono::nanoseconds duration) = 0;
   /// Ends cycling; returns when no cycle runs any more.
   virtual void stop() = 0;
-  /// What the kernel has counted of the thread of the cycle, from before the first cycle until behind the last one;
-  /// after stop(). None: the cycle has no thread of its own.
+  /// Resources that the kernel has counted for the thread of the cycle, from before the first cycle until after the
+  /// last; valid after stop(). None: the cycle has no thread of its own.
   [[nodiscard]] virtual std::optional<rt::ThreadUsage> usage() const noexcept { return std::nullopt; }
-  /// How long before the grid time it woke at last; after stop(). None: it does not sleep.
+  /// Lead of the last wake-up before the grid time; valid after stop(). None: the runner does not sleep.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> wake_ahead() const noexcept { return std::nullopt; }
 };
 
-/// Cycles in a real-time thread of their own.
+/// Runs the cycle in a real-time thread of its own.
 class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
  public:
-  /// `wake_ahead`, and `early` for a port that holds frames back (Port::hold_until()): see rt::CycleTimer.
+  /// For `wake_ahead`, and for `early` of a port that holds frames back (Port::hold_until()), see rt::CycleTimer.
   RealtimeRunner(CyclicCore& core, rt::Clock& clock, rt::RealtimeConfig config,
                  std::optional<std::chrono::nanoseconds> wake_ahead, std::chrono::nanoseconds early = {});
   ~RealtimeRunner() override;
@@ -54,13 +54,13 @@ class RealtimeRunner final : public CycleRunner, private rt::RealtimeTask {
   rt::CycleTimer timer_;
   rt::RealtimeThread thread_;
   rt::RealtimeReport report_;
-  std::optional<rt::ThreadUsage> usage_;  ///< written by the thread at its end, read once it has been joined
+  std::optional<rt::ThreadUsage> usage_;  ///< written by the thread at its end, read after it has been joined
 };
 
-/// Cycles in the caller's thread whenever it lets time pass: deterministic on a virtual clock.
+/// Runs cycles in the caller's thread in pass(): deterministic on a virtual clock.
 class InlineRunner final : public CycleRunner {
  public:
-  /// Both must outlive this; the grid begins at start().
+  /// Both must outlive this object; the grid starts at start().
   InlineRunner(CyclicCore& core, rt::Clock& clock);
 
   [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override;

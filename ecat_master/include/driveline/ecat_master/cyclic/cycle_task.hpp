@@ -16,20 +16,20 @@
 
 namespace driveline::ecat_master {
 
-/// Input of a task in the cycle. Valid until update() returns.
+/// Input of a task in the cycle; valid until update() returns.
 struct TaskCycle {
-  std::int64_t cycle = 0;                       ///< number of the cycle on the grid; skipped periods are counted too
-  std::chrono::nanoseconds grid{};              ///< grid time of the cycle on the master's clock
-  std::optional<std::uint64_t> system_time_ns;  ///< the same as DC system time; none: the line runs without clocks
+  std::int64_t cycle = 0;                       ///< number of the cycle on the grid, skipped periods included
+  std::chrono::nanoseconds grid{};              ///< grid time of the cycle on the clock of the master
+  std::optional<std::uint64_t> system_time_ns;  ///< grid time as DC system time; none: no distributed clocks
   std::int64_t missed = 0;                      ///< periods of the line that were skipped since the task's last call
   /// Grid time since the task's last call; 0 at the first.
   std::chrono::nanoseconds elapsed{};
-  std::span<const Axis> axes;  ///< of the line; Axis::inputs() in SI units. Empty: the line has no axes
-  /// The last setpoints of the axes, in SI units; before the motion those of the previous cycle.
+  std::span<const Axis> axes;  ///< axes of the line; Axis::inputs() in SI units. Empty: the line has no axes
+  /// Last setpoints of the axes, in SI units; before the motion they are those of the previous cycle.
   std::span<const trajectory::AxisSetpoint> setpoints;
-  std::span<const std::byte> inputs;  ///< of the process image
-  std::span<const bool> valid;   ///< by slave: its inputs are of the last exchange it was due in; else they are stale
-  std::span<std::byte> outputs;  ///< of the process image; those of axes are overwritten by the motion
+  std::span<const std::byte> inputs;  ///< inputs of the process image
+  std::span<const bool> valid;        ///< by slave: inputs are from the last exchange that was due; false: stale
+  std::span<std::byte> outputs;       ///< outputs of the process image; the motion overwrites those of axes
 };
 
 /// Work of the application in the cycle: a controller, logic between slaves, a measurement.
@@ -41,49 +41,49 @@ class CycleTask {
 
  protected:
   CycleTask() = default;
-  /// Tasks are used by reference.
+  /// Copying is for implementations only: tasks are used by reference.
   CycleTask(const CycleTask&) = default;
   CycleTask& operator=(const CycleTask&) = default;
 };
 
-/// The cycles in which a task runs, and its place in them.
+/// Cycles in which a task runs, and its order in them.
 struct TaskTiming {
-  /// Its place within a cycle.
+  /// Order within a cycle.
   enum class Order : std::uint8_t {
-    kBeforeMotion,  ///< behind the inputs; its commands leave with the next frame
-    kAfterMotion,   ///< the setpoints of this cycle are known
+    kBeforeMotion,  ///< after the inputs; its commands are sent with the next frame
+    kAfterMotion,   ///< after the setpoints of this cycle are known
   };
   std::uint32_t divider = 1;  ///< runs in every n-th cycle, at least 1
-  std::uint32_t phase = 0;    ///< remainder of the numbers of these cycles; below `divider`
+  std::uint32_t phase = 0;    ///< remainder of the cycle numbers; below `divider`
   Order order = Order::kBeforeMotion;
 };
 
-/// Run times of a task since the start. To be read while the cycle is stopped.
+/// Run times of a task since the start; to be read while the cycle is stopped.
 struct TaskFigures {
   std::uint64_t calls = 0;
-  rt::Histogram cost;  ///< of one call
-  /// Heap and lock functions that the task has called. Counted where the library was built with
-  /// DRIVELINE_TASK_GUARD (the default in a debug build), else 0.
+  rt::Histogram cost;  ///< run time per call
+  /// Heap and lock functions that the task has called; counted if the library was built with DRIVELINE_TASK_GUARD (the
+  /// default in a debug build), else 0.
   std::uint64_t forbidden_calls = 0;
 };
 
-/// The tasks of a line, in the order in which they were added. One whose cycle was skipped runs in the next one.
+/// The tasks of a line, in the order in which they were added. A task whose cycle was skipped runs in the next cycle.
 class TaskSchedule {
  public:
   /// `task` must outlive the schedule. To be called before the cycle runs.
-  /// @throws std::invalid_argument for a divider of 0 and a phase that is not below the divider.
+  /// @throws std::invalid_argument if the divider is 0 or the phase is not below the divider.
   void add(CycleTask& task, TaskTiming timing);
 
-  // The cycle's side. \rtsafe
-  /// To be called at the beginning of a cycle.
+  // Functions for the cycle. \rtsafe
+  /// To be called at the start of a cycle.
   void begin(const rt::CycleStart& start) noexcept;
-  /// Runs the tasks of this place that are due. `now`: their input as far as it is common to all. `period`: of the
-  /// line.
+  /// Runs the due tasks of this order. `now`: the part of their input that is common to all. `period`: cycle time of
+  /// the line.
   void run(TaskTiming::Order order, TaskCycle now, std::chrono::nanoseconds period, rt::Clock& clock) noexcept;
 
-  /// In the order of add(). To be called while the cycle is stopped.
+  /// Figures of a task, in the order of add(). To be read while the cycle is stopped.
   [[nodiscard]] const TaskFigures& figures(std::size_t task) const noexcept { return entries_[task]->figures; }
-  /// \rtsafe
+  /// Number of tasks. \rtsafe
   [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
 
  private:
@@ -91,7 +91,7 @@ class TaskSchedule {
     CycleTask* task;
     TaskTiming timing;
     TaskFigures figures{};
-    std::int64_t turn = 0;  ///< number of its last run: cycle divided by divider
+    std::int64_t turn = 0;  ///< cycle number of its last run divided by the divider
     std::int64_t last = 0;  ///< cycle of the last call
     std::int64_t missed = 0;
     bool due = false;

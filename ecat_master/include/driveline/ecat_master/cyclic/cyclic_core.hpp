@@ -24,93 +24,93 @@
 
 namespace driveline::ecat_master {
 
-/// Counters and times while counting was on; owned by the cycle, to be read once it has ended.
+/// Counters and times while counting was on; owned by the cycle, to be read after it has ended.
 struct CycleStatistics {
   std::uint64_t cycles = 0;          ///< cycles that have run
   std::uint64_t missed_periods = 0;  ///< grid instants that were skipped because a cycle was late
-  std::uint64_t wkc_errors = 0;      ///< frames that came back with another working counter than expected
+  std::uint64_t wkc_errors = 0;      ///< frames that came back with an unexpected working counter
   std::uint64_t lost_frames = 0;     ///< cyclic frames that did not come back within their cycle
-  std::uint64_t late_frames = 0;     ///< of them, those that came back after all, in one of the next cycles
+  std::uint64_t late_frames = 0;     ///< lost_frames that came back in one of the next cycles
   std::uint64_t stale_frames = 0;  ///< frames that were no longer expected: late ones, duplicates, late acyclic answers
   std::uint64_t foreign_frames = 0;  ///< frames of other senders
-  /// From the instant a cycle was to begin until it did, with every instant that was missed (rt::record_lateness()).
+  /// Time from the instant at which a cycle was due until it started, with every missed instant
+  /// (rt::record_lateness()).
   rt::Histogram wake_latency;
-  /// The longest time without a cycle: by how much a cycle that missed a period or more was late; 0: none did.
+  /// Longest time without a cycle: the lateness of a cycle that missed a period or more; 0: there was none.
   std::chrono::nanoseconds longest_absence{0};
-  std::chrono::nanoseconds longest_absence_at{0};  ///< grid time from which it was missing
+  std::chrono::nanoseconds longest_absence_at{0};  ///< grid time at which that absence started
   rt::Histogram cost;                              ///< wake-up to the end of the cycle's work
-  rt::Histogram master_cost;                       ///< the same without the time until all frames were back
-  rt::Histogram round_trip;                        ///< send of the first to receive of the last cyclic frame
+  rt::Histogram master_cost;                       ///< `cost` without the time until all frames were back
+  rt::Histogram round_trip;                        ///< from sending the first to receiving the last cyclic frame
 };
 
-/// Counters of one group since the cycle began. Any thread may read them. \rtsafe
+/// Counters of an exchange group since the cycle started. Any thread may read them. \rtsafe
 struct GroupCounters {
   port::Counter exchanges;    ///< cycles in which the group was due
-  port::Counter lost_frames;  ///< of the group, not back within their cycle
-  port::Counter wkc_errors;   ///< of its frames, back with another working counter than that of a complete line
-  std::atomic<std::uint32_t> bad_cycles{0};       ///< exchanges in a row that were not valid for the whole group
+  port::Counter lost_frames;  ///< frames of the group that were not back within their cycle
+  port::Counter wkc_errors;   ///< frames of the group whose working counter is not that of a complete line
+  std::atomic<std::uint32_t> bad_cycles{0};       ///< consecutive exchanges that were not valid for the whole group
   std::atomic<std::uint32_t> longest_bad{0};      ///< highest `bad_cycles` so far
-  std::atomic<std::uint32_t> working_counter{0};  ///< of the last exchange
+  std::atomic<std::uint32_t> working_counter{0};  ///< working counter of the last exchange
   std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
 };
 
-/// The cyclic exchange: sends the outputs computed in the cycle before at the grid instant, in frames that can be
-/// prepared before it, so that they leave with the least jitter; waits for the answers up to a deadline inside the
-/// period; then reads the inputs and prepares the next outputs. The frames of all groups that are
-/// due are on the wire at once.
+/// The cyclic exchange. Sends the outputs computed in the previous cycle at the grid instant, in frames that can be
+/// prepared in advance for the least jitter; waits for the answers up to a deadline within the period; then reads the
+/// inputs and prepares the next outputs. The frames of all due groups are on the wire at once.
 ///
-/// A frame that is lost or late costs its cycle at most the waiting time and the next cycle nothing: the grid stands.
-/// cycle() is \rtsafe and noexcept; it belongs to one thread.
+/// A lost or late frame costs its cycle at most the waiting time, and the next cycle nothing: the grid does not move.
+/// cycle() is \rtsafe and noexcept; one thread.
 class CyclicCore {
  public:
-  /// How the cycle runs.
+  /// Settings of the cycle.
   struct Settings {
-    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the grid
-    /// Longest wait for the answer, from the grid time on.
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< cycle time of the grid
+    /// Longest wait for the answers, from the grid time on.
     std::chrono::nanoseconds receive_window = std::chrono::microseconds{90};
-    ReceiveStrategy receive{};       ///< how it waits for the answers
-    std::uint16_t slaves = 0;        ///< on the line, for the AL status broadcast
+    ReceiveStrategy receive{};       ///< method of waiting for the answers
+    std::uint16_t slaves = 0;        ///< number of slaves on the line, for the AL status broadcast
     std::uint16_t instance = 0;      ///< FrameTag::instance; the master sets its own
-    std::uint32_t sample_every = 1;  ///< samples of every n-th cycle go to the rings
-    /// Bytes of acyclic work per cycle, on average; 0: ecat_master::acyclic_bytes().
+    std::uint32_t sample_every = 1;  ///< samples of every n-th cycle are written to the rings
+    /// Average bytes of acyclic frames per cycle; 0: ecat_master::acyclic_bytes().
     std::size_t acyclic_bytes = 0;
-    TaskSchedule* tasks = nullptr;        ///< of the application, before and after the motion; must outlive the core
-    std::vector<ProcessDataCopy> copies;  ///< slave to slave, done in every cycle behind tasks and motion
+    TaskSchedule* tasks = nullptr;  ///< tasks of the application, before and after the motion; must outlive the core
+    std::vector<ProcessDataCopy> copies;  ///< copies from slave to slave, after tasks and motion in every cycle
     FlightRecorder* recorder = nullptr;   ///< must outlive the core
-    CycleTrace* trace = nullptr;          ///< of the cycles that are counted; must outlive the core
+    CycleTrace* trace = nullptr;          ///< trace of the counted cycles; must outlive the core
     dc::ClockFollower* clocks = nullptr;  ///< distributed clocks; null: none. Must outlive the core
   };
-  /// Events the ring holds while nobody fetches them; more are dropped and counted.
+  /// Capacity of the ring of events; when it is full, events are dropped and counted.
   static constexpr std::size_t kEventRing = 1024;
-  /// Likewise of absences.
+  /// Capacity of the ring of absences; likewise.
   static constexpr std::size_t kAbsenceRing = 256;
 
-  /// `motion` may be null: process data are exchanged as the image holds them.
+  /// `motion` may be null: then process data are exchanged as they are in the image.
   CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, MotionControl* motion, SampleRings rings,
              Settings settings);
 
-  /// Puts the outputs into the frames of the next cycle, which cycle() otherwise does itself: for the time between
-  /// wake-up and instant. Outputs must not change any more. \rtsafe
+  /// Copies the outputs into the frames of the next cycle, in the time between wake-up and grid instant; otherwise
+  /// cycle() does it. Outputs must not change afterwards. \rtsafe
   void prepare() noexcept;
-  /// One cycle. \rtsafe
+  /// Runs one cycle. \rtsafe
   void cycle(const rt::CycleStart& start) noexcept;
   /// First instant of the grid, not before `earliest`: a multiple of the period, or the planned phase of the reference
-  /// clock, the same at every start. \rtsafe
+  /// clock, which is the same at every start. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds first_grid(std::chrono::nanoseconds earliest) const noexcept;
-  /// By how much the grid is to be moved before the next cycle. \rtsafe
+  /// Correction of the grid before the next cycle. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds grid_shift() const noexcept { return grid_shift_; }
 
-  /// For the acyclic work that shares the wire; its sides say which thread they belong to.
+  /// Channel for acyclic work that shares the wire; its functions state their thread.
   [[nodiscard]] AcyclicChannel& acyclic() noexcept { return acyclic_; }
-  /// As given to the constructor, tasks and copies included. \rtsafe
+  /// Settings given to the constructor, with tasks and copies. \rtsafe
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
 
-  // Any thread, \rtsafe.
-  /// Switches the statistics on (at first they are) or off from the next cycle on; switching them on starts anew.
+  // Functions for any thread, \rtsafe.
+  /// Switches the statistics on (default) or off from the next cycle on; switching them on resets them.
   void count(bool on) noexcept { counting_wanted_.store(on, std::memory_order_release); }
-  /// Cycles so far, counting or not.
+  /// Cycles so far, counted or not.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_shared_.load(std::memory_order_acquire); }
-  /// Cycles in a row whose process data were not all valid.
+  /// Consecutive cycles whose process data were not all valid.
   [[nodiscard]] std::uint32_t bad_cycles() const noexcept { return bad_cycles_.load(std::memory_order_relaxed); }
   /// Newest AL status of the line; slaves == 0 while no frame comes back.
   [[nodiscard]] LineAlStatus al_status() const noexcept {
@@ -121,49 +121,49 @@ class CyclicCore {
   /// State of a slave as of the last exchange.
   struct SlaveReport {
     bool valid = false;                 ///< outputs delivered, inputs fresh
-    bool operational = false;           ///< valid, and not fallen out of OP
+    bool operational = false;           ///< valid, and has not left OP
     bool absent = false;                ///< its status byte came back untouched
-    bool watched = false;               ///< it has a status byte: `absent` and `al_status` mean something
+    bool watched = false;               ///< it has a status byte, so `absent` and `al_status` are meaningful
     std::uint8_t al_status = 0;         ///< low byte of its AL status
-    bool mailbox_full = false;          ///< its mailbox status byte says that a mailbox waits (only if mapped)
+    bool mailbox_full = false;          ///< its mailbox status byte reports a waiting mailbox message (only if mapped)
     std::uint32_t stale_exchanges = 0;  ///< exchanges of its group since its inputs were fresh
   };
-  /// `slave` has a place in the process image.
+  /// `slave` must be in the process image.
   [[nodiscard]] SlaveReport slave_report(std::size_t slave) const noexcept;
-  /// Leaves a slave out of the check of working counters while it is being configured: its process data are not valid,
-  /// and the others are not affected by its share. From the next cycle on. `slave` has a place in the process image.
+  /// Excludes a slave from the check of working counters while it is being configured: its process data are not valid,
+  /// and its share does not affect the others. Takes effect in the next cycle. `slave` must be in the process image.
   void set_recovering(std::size_t slave, bool recovering) noexcept {
     shared_[slave].recovering.store(recovering, std::memory_order_relaxed);
     recovery_requests_.fetch_add(1, std::memory_order_release);
   }
-  /// By number of the group.
+  /// Counters by group number.
   [[nodiscard]] std::span<const GroupCounters> groups() const noexcept { return {groups_.get(), group_count_}; }
-  /// Lets a group drive its outputs again that GroupSettings::bad_cycle_limit has zeroed.
+  /// Permits a group to drive its outputs again after GroupSettings::bad_cycle_limit has zeroed them.
   void release_outputs(std::size_t group) noexcept { groups_[group].outputs_zeroed.store(false); }
-  /// Frames that came back after their cycle, and frames that were not ours, since the cycle began.
+  /// Frames since the cycle started that were no longer expected, such as late ones and duplicates.
   [[nodiscard]] std::uint64_t stale_frames() const noexcept { return stale_frames_.value(); }
-  /// See stale_frames().
+  /// Frames of other senders since the cycle started; see stale_frames().
   [[nodiscard]] std::uint64_t foreign_frames() const noexcept { return foreign_frames_.value(); }
 
-  /// EtherCAT frames of another master since the cycle began.
+  /// EtherCAT frames of another master since the cycle started.
   [[nodiscard]] OtherMaster other_master() const noexcept;
 
-  /// The oldest event that has not been fetched; one thread.
+  /// Takes the oldest event not fetched yet; one thread.
   [[nodiscard]] bool take_event(CyclicEvent& event) noexcept { return events_.try_pop(event); }
-  /// The oldest absence of the master that has not been fetched; one thread.
+  /// Takes the oldest absence of the master not fetched yet; one thread.
   [[nodiscard]] bool take_absence(MasterAbsence& absence) noexcept { return absences_.try_pop(absence); }
-  /// Absences that found their ring full.
+  /// Absences dropped because their ring was full.
   [[nodiscard]] std::uint64_t absences_dropped() const noexcept { return absences_.dropped(); }
-  /// Events that found the ring full.
+  /// Events dropped because their ring was full.
   [[nodiscard]] std::uint64_t events_dropped() const noexcept { return events_.dropped(); }
 
-  /// Only while no cycle runs.
+  /// Counters and times; only while no cycle runs.
   [[nodiscard]] const CycleStatistics& statistics() const noexcept { return statistics_; }
-  /// Inputs, outputs and where things lie in them. Once cycles run their bytes belong to the cycle.
+  /// Inputs, outputs and their layout. Once cycles run, the bytes belong to the cycle.
   [[nodiscard]] ProcessImage& image() noexcept { return image_; }
 
  private:
-  /// Far from the numbers of the frames that were sent before the cycle began.
+  /// First sequence number, far from those of frames sent before the cycle started.
   static constexpr std::uint32_t kFirstSequence = 0x8000'0000;
 
   struct SharedSlave {
@@ -171,7 +171,7 @@ class CyclicCore {
     std::atomic<std::uint32_t> stale{0};
     std::atomic<bool> recovering{false};
   };
-  /// One cycle's findings about a group.
+  /// Results for a group in a cycle.
   struct GroupTally {
     unsigned lost = 0;
     unsigned incomplete = 0;
@@ -179,14 +179,13 @@ class CyclicCore {
     unsigned last_working_counter = 0;
     unsigned expected = 0;
     bool due = false;
-    /// When its slaves were judged last all of them were valid, so that an answer with nothing new in it changes
-    /// nothing.
+    /// All slaves of the group were valid when they were last evaluated, so an unchanged answer changes nothing.
     bool settled = false;
   };
 
   [[nodiscard]] bool due(const CyclicFrame& frame) const noexcept;
   void begin(const rt::CycleStart& start) noexcept;
-  /// Without a trace one branch.
+  /// Costs one branch without a trace.
   void mark(CyclePhase phase) noexcept {
     if (settings_.trace != nullptr) settings_.trace->mark(phase, clock_.now());
   }
@@ -228,7 +227,7 @@ class CyclicCore {
   SampleRings rings_;
   Settings settings_;
   std::vector<CyclicFrame> frames_;
-  std::size_t awaited_ = 0;                     ///< frames of this cycle that are not back
+  std::size_t awaited_ = 0;                     ///< frames of this cycle that are not back yet
   std::vector<const DatagramResult*> results_;  ///< by datagram of the image
   std::vector<SlaveCondition> conditions_;
   std::vector<SlaveCondition> before_;
@@ -236,8 +235,8 @@ class CyclicCore {
   std::unique_ptr<bool[]> slave_valid_;
   std::unique_ptr<bool[]> slave_operational_;
   std::unique_ptr<bool[]> slave_due_;
-  bool uneven_ = false;    ///< not all groups are due in every cycle
-  bool prepared_ = false;  ///< the frames hold the outputs of the next cycle
+  bool uneven_ = false;    ///< some groups are not due in every cycle
+  bool prepared_ = false;  ///< the frames contain the outputs of the next cycle
   std::unique_ptr<SharedSlave[]> shared_;
   std::size_t group_count_ = 0;
   std::unique_ptr<GroupCounters[]> groups_;
@@ -251,7 +250,7 @@ class CyclicCore {
   std::uint64_t cycle_number_ = 0;
   std::uint64_t cycles_ = 0;
   std::uint32_t sequence_ = kFirstSequence;
-  /// Numbers of the last frames that did not come back in time; 0: none.
+  /// Sequence numbers of the last frames that did not come back in time; 0: none.
   std::array<std::uint32_t, 64> missing_{};
   std::size_t next_missing_ = 0;
   std::chrono::nanoseconds sent_at_{};
@@ -264,9 +263,9 @@ class CyclicCore {
   port::Counter stale_frames_;
   port::Counter foreign_frames_;
   port::Counter frames_of_masters_;
-  std::atomic<std::uint64_t> other_source_{0};       ///< its address, first byte lowest
-  std::atomic<std::uint64_t> other_datagram_{0};     ///< weight, command, ADP, ADO
-  std::atomic<std::uint32_t> recovery_requests_{0};  ///< set_recovering() calls; wraps around
+  std::atomic<std::uint64_t> other_source_{0};       ///< source address of the other master, first byte lowest
+  std::atomic<std::uint64_t> other_datagram_{0};     ///< weight, command, ADP and ADO
+  std::atomic<std::uint32_t> recovery_requests_{0};  ///< number of set_recovering() calls; wraps around
   std::atomic<bool> counting_wanted_{true};
   std::atomic<std::uint64_t> cycles_shared_{0};
   std::atomic<std::uint32_t> bad_cycles_{0};

@@ -16,35 +16,35 @@ namespace driveline::ecat_master {
 /// DatagramExchange through an AcyclicChannel: acyclic work while the cycle runs.
 class CyclicExchange final : public DatagramExchange {
  public:
-  /// Lets time pass while waiting for the cycle: sleeps beside a real-time thread, runs cycles on virtual time.
+  /// Lets time pass while waiting for the cycle: sleeps if a real-time thread runs it, or runs cycles on virtual time.
   using Pass = std::function<void(std::chrono::nanoseconds)>;
 
-  /// Channel and clock must outlive this, which belongs to the one thread on the channel's other side. Not \rtsafe.
+  /// Channel and clock must outlive this object. For the one thread on the channel's other side; not \rtsafe.
   CyclicExchange(AcyclicChannel& channel, rt::Clock& clock, Pass pass);
 
-  /// Errors beside those of DatagramExchange: ExchangeFull when frames given up before still fill the channel.
+  /// Errors besides those of DatagramExchange: ExchangeFull if earlier abandoned frames still fill the channel.
   [[nodiscard]] Result<void> exchange(std::span<Request> requests) override;
   [[nodiscard]] bool relays() const noexcept override { return true; }
-  /// Errors of exchange(). What was begun is given up then.
+  /// Errors as exchange(). After an error the started work is abandoned.
   [[nodiscard]] Result<void> relay(const Relay& relay) override;
   void pause(std::chrono::nanoseconds duration) override { pass_(duration); }
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }
 
  private:
-  /// Requests first to first + count travel in one frame.
+  /// Requests `first` to `first + count - 1` travel in one frame.
   struct Part {
     std::size_t first = 0;
     std::size_t count = 0;
-    std::uint64_t id = 0;  ///< of the job that carries them now; 0: none does
+    std::uint64_t id = 0;  ///< number of the job that carries them now; 0: none
     int tries = 0;
     std::chrono::nanoseconds deadline{0};
     bool done = false;
   };
-  /// Requests with the same rights, and the frames that they are cut into.
+  /// Requests that are handled alike, and the frames that they are divided into.
   struct Lot {
     std::span<Request> requests;
     std::vector<Part> parts{};
-    int tries = 0;             ///< of each frame
+    int tries = 0;             ///< maximum number of tries per frame
     std::uint64_t round = 0;   ///< AcyclicJob::round
     std::uint64_t behind = 0;  ///< AcyclicJob::behind
 
@@ -71,7 +71,7 @@ class CyclicExchange final : public DatagramExchange {
   Lot begun_;
   Lot open_;
   Lot next_;
-  std::vector<AcyclicJob> early_;  ///< answers to next_
+  std::vector<AcyclicJob> early_;  ///< answers to frames of next_
 };
 
 }  // namespace driveline::ecat_master

@@ -14,88 +14,88 @@ namespace driveline::ecat_master {
 
 /// Answer to the broadcast read of the AL status in the first cyclic frame.
 struct LineAlStatus {
-  std::uint16_t slaves = 0;    ///< that answered
+  std::uint16_t slaves = 0;    ///< number of slaves that answered
   std::uint16_t combined = 0;  ///< OR of their AL status registers
-  /// True when every one of `expected` slaves is in OP without an error indication.
+  /// Whether all `expected` slaves are in OP without an error indication.
   [[nodiscard]] constexpr bool all_op(std::uint16_t expected) const noexcept {
     return slaves == expected && combined == wire::AlStatus{wire::AlState::kOp, false, false}.raw();
   }
 };
 
-/// State of one slave as seen by the cycle.
+/// State of a slave as seen by the cycle.
 struct SlaveCondition {
   bool absent = false;         ///< its status byte came back untouched
   bool down = false;           ///< its AL status is below SAFEOP: it may add to the working counter or not
-  bool recovering = false;     ///< left out on request: it may add to the working counter or not
+  bool recovering = false;     ///< excluded on request: it may add to the working counter or not
   std::uint8_t al_status = 0;  ///< low byte of its AL status; 0: not known
 };
 
-/// Result of one datagram in the last cycle it was sent in.
+/// Result of a datagram in the last cycle in which it was sent.
 struct DatagramResult {
   bool received = false;  ///< it came back within its cycle
-  /// The working counter is that of all present slaves: the missing part is the share of slaves that are absent by
-  /// their status bytes, or recovering.
+  /// The working counter is that of all present slaves: only the shares of slaves are missing that are absent by their
+  /// status bytes, or recovering.
   bool good = false;
   bool complete = false;              ///< no slave is missing
-  bool disturbed = false;             ///< slaves are missing besides those that are recovering
-  std::uint16_t working_counter = 0;  ///< as it came back; 0 when it did not
+  bool disturbed = false;             ///< slaves are missing other than the recovering ones
+  std::uint16_t working_counter = 0;  ///< as received; 0 if the datagram did not come back
 };
 
-/// One frame of the cyclic exchange, laid out once; a cycle only exchanges its data and its number. \rtsafe throughout
-/// but the constructor.
+/// A frame of the cyclic exchange. Its layout is built once; a cycle only replaces its data and its number. All
+/// functions except the constructor are \rtsafe.
 class CyclicFrame {
  public:
-  /// Frame `number` of `image`, whose layout must not change any more; the first one carries the broadcast read of the
-  /// AL status as well, and `with_drift` the drift compensation of the distributed clocks.
+  /// Frame `number` of `image`, whose layout must not change any more. The first frame also carries the broadcast read
+  /// of the AL status and, with `with_drift`, the drift compensation of the distributed clocks.
   CyclicFrame(const ProcessImage& image, std::size_t number, bool with_drift = false);
 
-  /// What the drift datagram is to do in the next send(). Only with one.
+  /// Sets the drift datagram of the next send(); only for a frame that has one.
   void set_drift(const dc::DriftDatagram& drift) noexcept;
 
-  /// Puts the outputs out of `image` into the frame, or zeros: what takes its time about sending, and can be done
-  /// before it is time.
+  /// Copies the outputs of `image`, or zeros, into the frame: the time-consuming part of sending, which can be done in
+  /// advance.
   void prepare(const ProcessImage& image, bool zero_outputs = false) noexcept;
-  /// Sends the frame as it was prepared last.
+  /// Sends the frame as last prepared.
   [[nodiscard]] port::SendStatus send(port::Port& port, FrameTag tag) noexcept;
-  /// Both.
+  /// Prepares and sends the frame.
   [[nodiscard]] port::SendStatus send(port::Port& port, const ProcessImage& image, FrameTag tag,
                                       bool zero_outputs = false) noexcept {
     prepare(image, zero_outputs);
     return send(port, tag);
   }
-  /// Of the last prepare().
+  /// Whether the last prepare() wrote zeros.
   [[nodiscard]] bool outputs_are_zero() const noexcept { return zero_outputs_; }
 
-  /// Takes a received frame when it is the answer to the last send(); false: it is another one or damaged. Inputs are
-  /// copied into `image` and status bytes into `conditions` (by slave) as far as the working counters vouch for them.
+  /// Takes a received frame if it is the answer to the last send(); false: it is another frame or damaged. Inputs are
+  /// copied into `image` and status bytes into `conditions` (by slave) as far as the working counters confirm them.
   [[nodiscard]] bool accept(std::span<const std::byte> frame, FrameTag tag, ProcessImage& image,
                             std::span<SlaveCondition> conditions) noexcept;
 
-  /// Judges the datagrams that carry no status bytes, now that all frames of the cycle are back.
+  /// Evaluates the datagrams that carry no status bytes, once all frames of the cycle are back.
   void judge_outputs(const ProcessImage& image, std::span<const SlaveCondition> conditions) noexcept;
 
-  /// All its datagrams belong to this group of the image.
+  /// Group of the image that all its datagrams belong to.
   [[nodiscard]] std::size_t group() const noexcept { return group_; }
-  /// Of the last send().
+  /// Tag of the last send().
   [[nodiscard]] FrameTag tag() const noexcept { return tag_; }
-  /// Facts of the last cycle it was sent in.
+  /// Whether the frame came back in the last cycle in which it was sent.
   [[nodiscard]] bool received() const noexcept { return received_; }
-  /// It came back complete, and so did the answer before it, with the same status bytes: nothing that it says of a
-  /// slave is new.
+  /// Whether this answer and the previous one were complete, with the same status bytes: then it reports nothing new
+  /// about any slave.
   [[nodiscard]] bool steady() const noexcept { return received_ && steady_; }
-  /// Sum over its process datagrams as they came back.
+  /// Sum of the working counters of its process datagrams as received.
   [[nodiscard]] std::uint16_t working_counter() const noexcept;
-  /// The same of a line without a missing slave.
+  /// That sum for a line without a missing slave.
   [[nodiscard]] std::uint16_t expected_working_counter() const noexcept { return expected_working_counter_; }
-  /// All datagrams are back with the working counter of the line, without the slaves that are recovering.
+  /// Whether all datagrams are back with the working counter of the line, apart from recovering slaves.
   [[nodiscard]] bool valid() const noexcept;
-  /// By number within the frame; the first is datagram first_datagram() of the image.
+  /// Results by number within the frame; the first is datagram first_datagram() of the image.
   [[nodiscard]] std::span<const DatagramResult> results() const noexcept { return results_; }
-  /// Number in ProcessImage::datagrams() of the first one in this frame.
+  /// Index in ProcessImage::datagrams() of the first datagram of this frame.
   [[nodiscard]] std::size_t first_datagram() const noexcept { return first_datagram_; }
-  /// Of the first frame's broadcast; nothing in the others and when it did not come back.
+  /// Answer to the broadcast of the first frame; empty in other frames, and if it did not come back.
   [[nodiscard]] const std::optional<LineAlStatus>& al_status() const noexcept { return al_status_; }
-  /// What the drift datagram came back with.
+  /// Answer to the drift datagram.
   [[nodiscard]] const std::optional<dc::DriftAnswer>& drift() const noexcept { return drift_; }
 
  private:
@@ -104,7 +104,7 @@ class CyclicFrame {
     wire::DatagramPlace place;
     std::size_t first_share = 0;
     std::size_t share_count = 0;
-    /// Places in the frame of what slaves tell about themselves (AL status, mailbox status), and what they told last.
+    /// Offsets in the frame of the status bytes of slaves (AL status, mailbox status), and their last values.
     std::vector<std::uint32_t> status_places;
     std::vector<std::byte> status_bytes;
     bool was_complete = false;

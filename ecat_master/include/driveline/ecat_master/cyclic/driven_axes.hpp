@@ -8,19 +8,20 @@
 
 namespace driveline::ecat_master {
 
-/// The handle by which a task of the cycle drives one axis. Belongs to the cycle: \rtsafe.
+/// Handle by which a task of the cycle drives an axis. For the cycle only: \rtsafe.
 class DrivenAxis {
  public:
-  /// The axis has power and follows its commands. Before that it holds its position, and a controller begins from
-  /// there.
+  /// Whether the axis has power and follows its commands. Before that it holds its position, and a controller starts
+  /// from there.
   [[nodiscard]] bool followed() const noexcept { return followed_; }
-  /// Another axis of the line is missing: the task is to bring this one to rest, and to hold it until this is over.
+  /// Whether another axis of the line is missing: the task must bring this axis to rest and hold it until this is false
+  /// again.
   [[nodiscard]] bool to_rest() const noexcept { return followed_ && to_rest_; }
 
   /// Commands the axis until the next command. The setpoint of a task that runs in every n-th cycle is reached in n
-  /// cycles, on a straight line, so that the drive sees no steps; a torque acts at once. Setpoints beyond the limits of
-  /// the axis and values that are not finite stop the line (MotionFailure). Without effect while the axis does not
-  /// follow.
+  /// cycles by linear interpolation, so that the drive sees no steps; a torque acts at once. Setpoints beyond the
+  /// limits of the axis and values that are not finite stop the line (MotionFailure). Has no effect while the axis does
+  /// not follow.
   void command(const trajectory::AxisSetpoint& setpoint) noexcept;
 
  private:
@@ -29,22 +30,22 @@ class DrivenAxis {
   void hold(double position) noexcept;
   [[nodiscard]] trajectory::AxisSetpoint next(double period_s) noexcept;
 
-  std::uint32_t cycles_ = 1;  ///< from one command to the next
+  std::uint32_t cycles_ = 1;  ///< cycles between two commands
   std::uint32_t left_ = 0;    ///< cycles left until the commanded position is reached
-  double position_ = 0.0;     ///< of the last setpoint
+  double position_ = 0.0;     ///< position of the last setpoint
   trajectory::AxisSetpoint command_{};
   bool followed_ = false;
   bool to_rest_ = false;
 };
 
-/// The setpoints of a line whose axes are driven by tasks of the cycle. An axis that no task drives, or that has not
-/// been commanded yet, holds the position at which it was enabled.
+/// Setpoints of a line whose axes are driven by tasks of the cycle. An axis that no task drives, or that has not been
+/// commanded yet, holds the position at which it was enabled.
 class DrivenAxes final : public SetpointSource {
  public:
-  /// `cycles`: by axis, cycles from one command to the next, at least 1.
+  /// `cycles`: for each axis, cycles between two commands, at least 1.
   explicit DrivenAxes(std::vector<std::uint32_t> cycles, double period_s);
 
-  /// Valid as long as this object.
+  /// Handle of an axis; valid as long as this object.
   [[nodiscard]] DrivenAxis& axis(std::size_t number) noexcept { return axes_[number]; }
 
   [[nodiscard]] std::size_t axis_count() const noexcept override { return axes_.size(); }

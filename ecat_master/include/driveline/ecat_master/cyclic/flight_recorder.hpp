@@ -11,19 +11,19 @@
 
 namespace driveline::ecat_master {
 
-/// Keeps the last cycles in fixed memory and stops a little after a fault, so that the cycles before and after it can
+/// Records the last cycles in fixed memory and stops shortly after a fault, so that the cycles before and after it can
 /// be written to a file.
 ///
-/// record() belongs to the cycle; trigger() and frozen() to any thread; the rest to one ordinary thread, while frozen()
-/// or while no cycle runs.
+/// record() is for the cycle; trigger() and frozen() are for any thread; the rest is for one ordinary thread, while
+/// frozen() or while no cycle runs.
 class FlightRecorder {
  public:
-  /// Cycles that are kept, unless the constructor is told otherwise.
+  /// Default number of cycles stored.
   static constexpr std::size_t kCycles = 2048;
-  /// Of them, recorded after the trigger.
+  /// Number of these cycles that are recorded after the trigger.
   static constexpr std::size_t kCyclesAfter = 256;
 
-  /// One axis in one cycle; units as in snapshot::AxisSample.
+  /// Record of an axis in a cycle; units as in snapshot::AxisSample.
   struct AxisRecord {
     double target_position = 0.0;                                   ///< rad, or m for linear axes
     double actual_position = 0.0;                                   ///< rad, or m for linear axes
@@ -38,28 +38,28 @@ class FlightRecorder {
     snapshot::AxisState state = snapshot::AxisState::kUnavailable;  ///< CiA 402 state of the drive
   };
 
-  /// All memory is taken here.
+  /// Allocates all memory.
   explicit FlightRecorder(std::size_t axes, std::size_t cycles = kCycles);
 
-  /// Takes the record of a cycle; does nothing while frozen. \rtsafe
+  /// Records a cycle; does nothing while frozen. \rtsafe
   void record(const snapshot::LineSample& line, std::span<const Axis> axes) noexcept;
-  /// Lets the recording run on for kCyclesAfter cycles and then stand still. The first trigger counts. \rtsafe
+  /// Stops recording after kCyclesAfter further cycles. Only the first trigger counts. \rtsafe
   void trigger() noexcept { triggered_.store(true, std::memory_order_release); }
-  /// True once the records after a trigger are complete. \rtsafe
+  /// Whether the records after a trigger are complete. \rtsafe
   [[nodiscard]] bool frozen() const noexcept { return frozen_.load(std::memory_order_acquire); }
 
-  /// Cycles that are recorded, oldest first in write_csv().
+  /// Number of cycles recorded; write_csv() writes the oldest first.
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
-  /// How the columns of one axis are headed, and in which unit its positions are written.
+  /// Column headings of an axis, and the unit of its positions.
   struct AxisLabel {
-    std::string name;                                ///< of the axis
-    const trajectory::PositionUnit* unit = nullptr;  ///< the headings name it; null: rad or m, which they do not name
-    double increments_per_unit = 0.0;  ///< drive increments per rad or m, for columns of their own; 0: none
+    std::string name;                                ///< name of the axis
+    const trajectory::PositionUnit* unit = nullptr;  ///< unit, named in the headings; null: rad or m, not named
+    double increments_per_unit = 0.0;                ///< drive increments per rad or m, for additional columns; 0: none
   };
-  /// One row per cycle, one column per figure; `axes` has a label for each axis. The clock difference has a column
-  /// only if a clock was locked in one of the cycles. Increments stand behind everything else.
+  /// Writes one row per cycle and one column per figure; `axes` has a label for each axis. The clock difference has a
+  /// column only if a clock was locked in one of the cycles. Increments are the last columns.
   void write_csv(std::ostream& out, std::span<const AxisLabel> axes) const;
-  /// Forgets everything and records again.
+  /// Discards all records and starts recording again.
   void rearm() noexcept;
 
  private:

@@ -30,18 +30,18 @@ enum class MotionPhase : std::uint8_t {
   kEnabling,   ///< CiA 402 start-up of all axes
   kApproach,   ///< ramps from the actual positions to the first point of the path
   kFollowing,  ///< on the path
-  kHolding,    ///< end of the setpoints: the axes hold the last one
-  kStopping,   ///< ramp to standstill on request
+  kHolding,    ///< end of the setpoints: the axes hold the last setpoint
+  kStopping,   ///< stop ramp to standstill on request
   kDisabling,  ///< CiA 402 shut-down of all axes
-  kQuickStop,  ///< an axis failed or the communication did: all drives stop by their own quick stop
-  kWaiting,    ///< at rest on the path, or coming to rest there, until a missing axis is back
+  kQuickStop,  ///< an axis or the communication failed: all drives stop by their own quick stop
+  kWaiting,    ///< at rest on the path, or decelerating to it, until a missing axis is back
 };
 
-/// "following" and the like, for people. \rtsafe
+/// Display name of a phase, such as "following the path". \rtsafe
 [[nodiscard]] std::string_view to_text(MotionPhase phase) noexcept;
 
-/// Why the axes were stopped: by MotionPhase::kQuickStop, or for a position that cannot be true and for a following
-/// error by kStopping.
+/// Reason why the axes were stopped: by MotionPhase::kQuickStop, or by kStopping for an implausible position or a
+/// following error.
 struct MotionFailure {
   /// Kind of failure.
   enum class Cause : std::uint8_t {
@@ -51,21 +51,21 @@ struct MotionFailure {
     kCommunication,
     kEnableTimeout,
     kMasterAway,        ///< the master missed more periods than bad_cycle_limit
-    kPositionLeap,      ///< the actual position leapt; details in `position`, also for the next two
-    kPositionFrozen,    ///< the actual position stands while the axis is sent on
-    kPositionUnsteady,  ///< the actual position kept leaping, the axis could not be enabled
+    kPositionLeap,      ///< the actual position jumped; details in `position`, as for the next two
+    kPositionFrozen,    ///< the actual position is unchanged while the axis is commanded to move
+    kPositionUnsteady,  ///< the actual position kept jumping, so the axis could not be enabled
     kSetpoint,          ///< the source gave a setpoint beyond the limits of the axis, or not a finite number
     kTooFast,           ///< the axis exceeded its velocity limit under a source that gives torques
-    kFollowingError,    ///< beyond AxisConfig::following_error_window for too long; it is `following_error`
-    kOutsideRange,      ///< its way would leave AxisConfig::software_limits, to `reaches`
+    kFollowingError,    ///< beyond AxisConfig::following_error_window for too long; value in `following_error`
+    kOutsideRange,      ///< its motion would leave AxisConfig::software_limits; position in `reaches`
   };
-  Cause cause = Cause::kNone;  ///< kNone: there was no failure
-  std::uint16_t axis = 0;      ///< number of the axis, as given to the constructor; the first one where several failed
-  std::uint16_t status_word = 0;  ///< 6041h when it failed
-  std::uint16_t error_code = 0;   ///< 603Fh when it failed, if it is mapped; else 0
-  PositionFinding position{};     ///< what was wrong with the actual position, where that was the cause
-  double following_error = 0.0;   ///< rad or m, where that was the cause
-  double reaches = 0.0;           ///< kOutsideRange: where it would come, rad or m
+  Cause cause = Cause::kNone;     ///< kNone: there was no failure
+  std::uint16_t axis = 0;         ///< number of the axis, as given to the constructor; the first if several failed
+  std::uint16_t status_word = 0;  ///< 6041h at the failure
+  std::uint16_t error_code = 0;   ///< 603Fh at the failure if mapped; else 0
+  PositionFinding position{};     ///< details of an implausible actual position
+  double following_error = 0.0;   ///< rad or m, for kFollowingError
+  double reaches = 0.0;           ///< kOutsideRange: position that it would reach, rad or m
 };
 
 /// Participation of an axis in the motion. Other values than kPresent occur only for axes whose loss does not stop the
@@ -73,82 +73,82 @@ struct MotionFailure {
 enum class AxisPresence : std::uint8_t {
   kPresent,
   kMissing,    ///< no valid process data, or not in OP
-  kEnabling,   ///< its process data are valid again: its faults are reset, and it is enabled at its actual position
+  kEnabling,   ///< its process data are valid again: faults are reset, and it is enabled at its actual position
   kReturning,  ///< returns to the path within its limits
 };
 
-/// Why a source of setpoints was not taken.
+/// Reason why a source of setpoints was refused.
 enum class SourceRefusal : std::uint8_t {
-  kInMotion,   ///< sources change while the axes are without power, or hold the end of the one before
-  kWrongAxes,  ///< it moves another number of axes
+  kInMotion,   ///< sources change only while the axes are without power, or hold the end of the previous source
+  kWrongAxes,  ///< the source moves another number of axes
 };
 
-/// Moves all axes along a path together, or by another source of setpoints: enables them, approaches the path, follows
-/// it, and reacts to failures. One axis that fails stops all of them, because the path of several axes makes no sense
-/// without one of them; unless the axis is only missing (its slave is not there) and its LossPolicy says otherwise. It
-/// is enabled again when it is back, where it stands, and taken back onto the path within its limits. A drive that has
-/// a fault or switches off stops all in any case.
+/// Moves all axes together along a path, or by another source of setpoints: enables them, approaches the path, follows
+/// it, and reacts to failures. An axis that fails stops all axes, because a path of several axes makes no sense without
+/// one of them. If an axis is only missing (its slave is absent), its LossPolicy may say otherwise: when the axis is
+/// back, it is enabled at its position and returned to the path within its limits. A drive that has a fault or switches
+/// off stops all axes in any case.
 ///
-/// The time along the path, approach and stop is that for which the drives have been given setpoints: at most one
-/// period per cycle, none for periods that were missed and for cycles of which the working counters do not say that the
-/// drives have taken their outputs. A setpoint never leaps: drives without new setpoints go on at their last velocity
-/// for a little while and slow down then (trajectory::Coast), the motion goes on from the position that results and
-/// takes them back onto the path within their limits. The path then stays late, or catches up (LatePolicy).
+/// The time along path, approach and stop counts only periods for which the drives got setpoints: at most one period
+/// per cycle; none for missed periods, nor for cycles whose working counters do not confirm that the drives took their
+/// outputs. A setpoint never jumps: drives without new setpoints continue at their last velocity for a short time and
+/// then slow down (trajectory::Coast); the motion continues from the resulting position and returns the axes to the
+/// path within their limits. Then the path stays late, or catches up (LatePolicy).
 ///
-/// Commands come from any thread through atomics; everything else belongs to the cycle and is \rtsafe.
+/// Commands come from any thread through atomics; everything else is for the cycle and is \rtsafe.
 class Motion final : public MotionControl {
  public:
   /// Settings of the coordinated motion.
   struct Settings {
-    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the cycle
-    bool repeat = false;                                               ///< start over at the end of the path
-    /// The path begins at the positions at which the axes are enabled: its first point is mapped to them.
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< cycle time
+    bool repeat = false;                                               ///< restart at the end of the path
+    /// The path starts at the positions at which the axes are enabled: its first point is mapped to them.
     bool relative = false;
-    /// Cycles in a row without valid process data of an axis before all axes are stopped, and periods that the master
-    /// itself may miss. The drives' own watchdog is the second line of defence.
+    /// Consecutive cycles without valid process data of an axis after which all axes are stopped, and periods that the
+    /// master itself may miss. The drives' own watchdog is the second line of defence.
     std::uint32_t bad_cycle_limit = 8;
     LatePolicy late = LatePolicy::kStay;  ///< behaviour of a path that is late
     /// The setpoints of a path lead it by the dead time of each axis (dead_time_cycles(), PathLeads). A source of the
-    /// caller's looks ahead by itself, as far as it can.
+    /// caller looks ahead on its own, as far as it can.
     bool compensate_dead_time = false;
-    /// time limit until all axes are in Operation enabled, also for one that has returned
+    /// Time limit until all axes are in Operation enabled, also for an axis that has returned.
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};
-    /// time for the drives' own quick stop; then they are switched off
+    /// Time for the drives' own quick stop; then they are switched off.
     std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};
   };
 
   /// `path` has one axis for each of `axes`, in the same order.
-  /// @throws std::invalid_argument if their numbers differ, if a limit of an axis is not positive and finite (approach
-  /// and stop could not be planned then), if its process data lack what its mode needs (missing_objects()), or if an
-  /// axis in CST has no velocity gain.
+  /// @throws std::invalid_argument if their numbers differ, if a limit of an axis is not positive and finite (then
+  /// approach and stop could not be planned), if its process data lack objects of its mode (missing_objects()), or if
+  /// an axis in CST has no velocity gain.
   Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings settings);
   /// The same with another source than a path: as many axes as `axes`, in the same order. It must outlive the motion.
   Motion(std::vector<Axis> axes, SetpointSource& source, Settings settings);
 
-  // Commands, any thread.
-  /// Enable all axes (resetting faults first) and follow the path.
+  // Commands, for any thread.
+  /// Enables all axes (resetting faults first) and follows the path.
   void request_start() noexcept { command_.store(Command::kStart, std::memory_order_release); }
-  /// Bring all axes to standstill, then switch them off.
+  /// Brings all axes to standstill, then switches them off.
   void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
-  /// Takes another source, which must outlive the motion, at standstill and without a stop of the cycle: from the next
-  /// start on, or at once when the axes hold the end of the previous source; they approach its beginning. Errors: the
-  /// reason of the refusal; nothing has changed then. A command of another thread that starts the motion at the same
-  /// time has priority and the source is not taken: check using_source().
+  /// Changes to another source, which must outlive the motion, at standstill and without stopping the cycle: at the
+  /// next start, or at once if the axes hold the end of the previous source; then they approach its start. Error: the
+  /// reason of the refusal; nothing has changed then. If another thread starts the motion at the same time, the start
+  /// has priority and the source is not taken: check using_source().
   [[nodiscard]] tl::expected<void, SourceRefusal> use(SetpointSource& source) noexcept;
-  /// The current source of setpoints, also before the start. \rtsafe
+  /// The present source of setpoints, also before the start. \rtsafe
   [[nodiscard]] const SetpointSource& using_source() const noexcept {
     return *source_shared_.load(std::memory_order_acquire);
   }
-  /// The phase in the last cycle. \rtsafe
+  /// Phase as of the last cycle. \rtsafe
   [[nodiscard]] MotionPhase phase() const noexcept { return phase_shared_.load(std::memory_order_acquire); }
-  /// Presence of an axis by its number, in the last cycle. \rtsafe
+  /// Presence of an axis by its number, as of the last cycle. \rtsafe
   [[nodiscard]] AxisPresence presence(std::size_t axis) const noexcept {
     return presence_shared_[axis].load(std::memory_order_acquire);
   }
   /// The first failure since the last start; complete once phase() is kQuickStop, kDisabling or kIdle.
   [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
 
-  // The cycle's side. \rtsafe
+  // Functions for the cycle. \rtsafe
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
                    std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {}) noexcept override;
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept override;
@@ -163,7 +163,7 @@ class Motion final : public MotionControl {
   [[nodiscard]] std::span<const trajectory::AxisSetpoint> setpoints() const noexcept override { return setpoints_; }
 
  private:
-  /// Without a source yet.
+  /// Constructs a motion without a source.
   Motion(std::vector<Axis> axes, Settings settings);
 
   enum class Command : std::uint8_t { kNone, kStart, kStop };
@@ -171,34 +171,34 @@ class Motion final : public MotionControl {
   /// State of an axis that is or was unavailable.
   struct Absence {
     AxisPresence presence = AxisPresence::kPresent;
-    std::int64_t since = 0;  ///< cycle
-    bool braking = false;    ///< it was commanded to stop, and comes to rest before it is enabled again
+    std::int64_t since = 0;  ///< cycle in which `presence` changed
+    bool braking = false;    ///< the axis was commanded to stop, and comes to rest before it is enabled again
     WayBack way_back{};
   };
-  /// Which setpoints have reached the drive of an axis, and its way back onto the path behind a gap.
+  /// Setpoints that have reached the drive of an axis, and its return to the path after a gap.
   struct Supply {
     SetpointSupply given{};
-    bool beside_path = false;           ///< after a gap, until it is back on the path
-    std::optional<WayBack> way_back{};  ///< once setpoints reach the drive again
+    bool beside_path = false;           ///< after a gap, until the axis is back on the path
+    std::optional<WayBack> way_back{};  ///< return to the path, once setpoints reach the drive again
   };
 
-  /// The way to rest of an axis that coasted when it was enabled, before all are.
+  /// Stop of an axis that coasted when it was enabled, before all axes are enabled.
   struct Arrest {
-    std::optional<trajectory::StopProfile> stop{};  ///< from the setpoint with which it was enabled
-    std::int64_t given = 0;                         ///< periods since then for which setpoints were given
+    std::optional<trajectory::StopProfile> stop{};  ///< from the setpoint at which the axis was enabled
+    std::int64_t given = 0;                         ///< periods since then for which the drive got setpoints
   };
 
-  /// Positions that a source may lead to, with the way until the axis rests.
+  /// Positions that a source may lead to, including the stopping distance.
   struct Reach {
     double lowest = -std::numeric_limits<double>::infinity();
     double highest = std::numeric_limits<double>::infinity();
-    double way_per_square = 0.0;  ///< way to rest per velocity squared
+    double way_per_square = 0.0;  ///< stopping distance per velocity squared
   };
 
   void enter(MotionPhase phase, std::int64_t cycle) noexcept;
   [[nodiscard]] double seconds(std::int64_t cycles) const noexcept;
   [[nodiscard]] double elapsed_s(std::int64_t cycle) const noexcept { return seconds(cycle - phase_start_); }
-  /// The same in the time of the setpoints.
+  /// The same, counted in periods for which setpoints were generated.
   [[nodiscard]] double given_s() const noexcept { return seconds(given_ - phase_given_); }
   void obey(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
@@ -266,16 +266,16 @@ class Motion final : public MotionControl {
   std::vector<std::optional<trajectory::StartRamp>> ramps_;
   std::vector<std::optional<trajectory::StopProfile>> stops_;
   std::vector<trajectory::AxisSetpoint> source_start_;
-  std::vector<std::optional<double>> anchors_;  ///< relative paths: offset added to them, set when the axis is enabled
+  std::vector<std::optional<double>> anchors_;     ///< offset of a relative path, set when the axis is enabled
   std::vector<trajectory::AxisSetpoint> targets_;  ///< setpoints of the source
   std::vector<double> before_;  ///< positions of targets_ in the previous cycle, for the check of the source
-  std::vector<double> most_;    ///< highest velocities allowed for a source, by axis
-  std::vector<Reach> reaches_;  ///< where a source may lead, by axis
-  bool limited_ = false;        ///< some axis has software limits
-  std::vector<trajectory::PathExtent> extents_;  ///< of the path, if limited_
-  std::int64_t path_begin_ = 0;                  ///< in given periods
-  std::int64_t given_ = 0;                       ///< periods for which setpoints have been made since the start
-  std::int64_t phase_given_ = 0;                 ///< value of given_ when the phase began
+  std::vector<double> most_;    ///< velocity limits for a source, by axis
+  std::vector<Reach> reaches_;  ///< positions that a source may lead to, by axis
+  bool limited_ = false;        ///< an axis has software limits
+  std::vector<trajectory::PathExtent> extents_;  ///< extents of the path, if limited_
+  std::int64_t path_begin_ = 0;                  ///< start of the path, in given periods
+  std::int64_t given_ = 0;                       ///< periods since the start for which setpoints were generated
+  std::int64_t phase_given_ = 0;                 ///< value of given_ when the phase started
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
@@ -284,11 +284,11 @@ class Motion final : public MotionControl {
   std::vector<PositionWatch> position_watches_;
   std::vector<CoastWatch> coast_watches_;
   std::vector<FollowingErrorWatch> following_watches_;
-  std::vector<char> exchanged_;  ///< the position of the axis is of this cycle
-  std::vector<char> seen_;       ///< in the last cycle in which it was to be exchanged
+  std::vector<char> exchanged_;  ///< the position of the axis is from this cycle
+  std::vector<char> seen_;       ///< the last exchange that was due succeeded
   std::chrono::nanoseconds exchange_took_{};
   MotionPhase phase_ = MotionPhase::kIdle;
-  bool powered_ = false;  ///< in this phase the drives are given setpoints
+  bool powered_ = false;  ///< the drives get setpoints in this phase
   std::int64_t phase_start_ = 0;
   MotionFailure failure_;
   std::atomic<Command> command_{Command::kNone};

@@ -11,33 +11,33 @@
 
 namespace driveline::ecat_master {
 
-/// What moves the axes of a line in its cycle: all of them together along a path (Motion), or each by requests of its
-/// own (SingleAxes). All functions belong to the cycle: \rtsafe.
+/// Moves the axes of a line in its cycle: all together along a path (Motion), or each by its own requests (SingleAxes).
+/// All functions are for the cycle: \rtsafe.
 class MotionControl {
  public:
   virtual ~MotionControl() = default;
 
-  /// Reads the inputs of all axes. By slave position: `valid`, its process data are valid; `operational`, it also takes
-  /// its outputs, otherwise the axis is unavailable; `fresh`, its inputs are of this cycle and not of an earlier one in
-  /// which its group was due (empty: all are). `took`: time from the beginning of the cycle to the arrival of the
-  /// inputs.
+  /// Reads the inputs of all axes. Arguments by slave position: `valid`: its process data are valid; `operational`: it
+  /// also takes its outputs, otherwise the axis is unavailable; `fresh`: its inputs are from this cycle, not from an
+  /// earlier one in which its group was due (empty: all are fresh). `took`: time from the start of the cycle to the
+  /// arrival of the inputs.
   virtual void read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
                            std::span<const bool> operational, std::span<const bool> fresh,
                            std::chrono::nanoseconds took) noexcept = 0;
-  /// Advances the setpoints to grid cycle `cycle`, writes all outputs.
+  /// Advances the setpoints to grid cycle `cycle` and writes all outputs.
   virtual void update(std::int64_t cycle, std::span<std::byte> image) noexcept = 0;
-  /// To be called before the outputs of grid cycle `cycle` are sent when `missed` periods before it were skipped: the
-  /// outputs prepared for the first of them are replaced by setpoints that drives without setpoints since then can
-  /// follow. After too long an absence the axes are stopped.
+  /// To be called before the outputs of grid cycle `cycle` are sent if `missed` periods before it were skipped:
+  /// replaces the outputs prepared for the first of them by setpoints that the drives, which got none since then, can
+  /// follow. After too long an absence it stops the axes.
   virtual AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept = 0;
 
-  /// By how much a path is late; 0 without one.
+  /// Delay of the path; 0 without a path.
   [[nodiscard]] virtual std::chrono::nanoseconds path_late() const noexcept = 0;
-  /// Whether an axis has failed since the last start, or reset.
+  /// Whether an axis has failed since the last start or reset.
   [[nodiscard]] virtual bool failed() const noexcept = 0;
-  /// In the order of the line description.
+  /// The axes, in the order of the line description.
   [[nodiscard]] virtual std::span<const Axis> axes() const noexcept = 0;
-  /// Fills the sample of an axis but for cycle, time and axis number.
+  /// Fills the sample of an axis, except cycle, time and axis number.
   virtual void fill(std::size_t axis, snapshot::AxisSample& sample) const noexcept { axes()[axis].fill(sample); }
   /// The setpoints of the last update(), one for each axis.
   [[nodiscard]] virtual std::span<const trajectory::AxisSetpoint> setpoints() const noexcept = 0;

@@ -8,31 +8,31 @@
 
 namespace driveline::ecat_master {
 
-/// Dead-time compensation of a path: the setpoints of each axis lead the path by as much as its actual position lags
-/// behind its setpoints, so that all axes are where the path is, at the same instant, whatever their drives.
+/// Dead-time compensation of a path: the setpoints of each axis lead the path by the lag of its actual position behind
+/// its setpoints, so that all axes are on the path at the same instant, whatever their drives.
 ///
-/// The path is one motion that begins, waits and ends; what differs is when each axis is told of it. The axis with the
-/// longest lag is told first, and the path itself is where that axis is then: it begins that much later. So nothing
-/// leaps at the beginning, and the setpoints of the end are held until the last axis has arrived.
+/// The path is one motion that starts, waits and ends; the axes only get it at different times. The axis with the
+/// longest lag gets it first, and the path itself is at the actual position of that axis: it starts later by that lag.
+/// So nothing jumps at the start, and the setpoints at the end are held until the last axis has arrived.
 ///
-/// Memory is taken by the constructor; the rest is \rtsafe.
+/// The constructor allocates all memory; the rest is \rtsafe.
 class PathLeads {
  public:
-  /// `dead_times`, one for each axis, in cycles, 0 or more.
+  /// `dead_times`: for each axis, in cycles, 0 or more.
   explicit PathLeads(std::span<const double> dead_times);
 
-  /// The path stands at its beginning.
+  /// Resets the path to its start.
   void rewind() noexcept;
-  /// The time of this cycle at the axis that is told first.
+  /// Adds the path time of this cycle for the axis with the longest lag.
   void push(const trajectory::PathMoment& moment) noexcept;
-  /// The time so many cycles before that, up to longest().
+  /// Path time `behind_cycles` cycles earlier, up to longest().
   [[nodiscard]] trajectory::PathMoment at(double behind_cycles) const noexcept;
 
-  /// By how many cycles axes are told later than the first, rising, each number once.
+  /// Delays of axes relative to the first axis, in cycles, ascending, without duplicates.
   [[nodiscard]] std::span<const double> delays() const noexcept { return delays_; }
-  /// Number of the delay of an axis in delays(). Precondition: axis is one of those given.
+  /// Index in delays() of the delay of an axis. Precondition: `axis` is less than the number of axes.
   [[nodiscard]] std::size_t delay_of(std::size_t axis) const noexcept { return delay_of_[axis]; }
-  /// By how much the first axis leads the path, in cycles.
+  /// Lead of the first axis over the path, in cycles.
   [[nodiscard]] double longest() const noexcept { return longest_; }
 
  private:

@@ -15,8 +15,8 @@ namespace driveline::ecat_master {
 /// The setpoints of a path.
 class PathSource final : public SetpointSource {
  public:
-  /// `limits`, one for each axis of the path, apply when the path stops, and when it catches up. Evaluates the path at
-  /// some thousand points; for start-up. `dead_times`, in cycles and one for each axis: they are compensated
+  /// `limits`, one for each axis of the path, apply when the path stops and when it catches up. Evaluates the path at
+  /// some thousand points, so use it at start-up only. `dead_times`, in cycles and one for each axis, are compensated
   /// (PathLeads); empty: setpoints are those of the path at this instant.
   PathSource(trajectory::Interpolator path, std::span<const trajectory::AxisLimits> limits, LatePolicy late,
              std::span<const double> dead_times = {});
@@ -36,7 +36,7 @@ class PathSource final : public SetpointSource {
   trajectory::Interpolator path_;
   trajectory::PathClock clock_;
   std::optional<PathLeads> leads_;
-  std::vector<trajectory::AxisSetpoint> at_delay_;  ///< of all axes, at one of the delays
+  std::vector<trajectory::AxisSetpoint> at_delay_;  ///< setpoints of all axes at one of the delays
 };
 
 }  // namespace driveline::ecat_master

@@ -9,50 +9,51 @@
 
 namespace driveline::ecat_master {
 
-/// How a cycle waits for the answers to its frames.
+/// Method by which a cycle waits for the answers to its frames.
 enum class ReceiveStrategy : std::uint8_t {
-  kSpin,   ///< looks again and again from the sending on
-  kSleep,  ///< sleeps until shortly before the earliest return to be expected (ReceiveWait), then looks again and again
-  kBlock,  ///< sleeps in the port until a frame comes
+  kSpin,   ///< polls from the sending on
+  kSleep,  ///< sleeps until shortly before the earliest expected answer (ReceiveWait), then polls
+  kBlock,  ///< sleeps in the port until a frame arrives
 };
 
-/// Until when a cycle may sleep before it looks for its answers, so that it looks already when they come. Learns both:
-/// how soon they come, and how late this thread wakes. Belongs to one thread. All functions are \rtsafe.
+/// Computes how long a cycle may sleep before it polls for its answers, so that it is already polling when they arrive.
+/// Learns the return time of the answers and the wake-up latency of the thread. One thread; all functions are \rtsafe.
 ///
-/// A return that is shorter than expected counts at once, a longer one moves the expectation by 5 ns. When answers are
-/// there already although the thread wakes before they are expected, it is unknown how long: they are expected an
-/// eighth earlier than that.
+/// A return time that is shorter than expected counts at once; a longer one raises the expectation by 5 ns. If answers
+/// are already there although the thread woke before their expected time, their return time is unknown; then seven
+/// eighths of the time until the first poll are expected.
 class ReceiveWait {
  public:
-  /// No sleep shorter than this: going to sleep and waking up costs about as much. With the margin at the start answers
-  /// within 60 us are never slept for.
+  /// Shortest sleep: falling asleep and waking up cost about as much. With the initial margin, answers within 60 us
+  /// never cause a sleep.
   static constexpr std::chrono::nanoseconds kShortestSleep = std::chrono::microseconds{20};
-  /// How long it looks before the answer is expected, when it has woken as late as 99 of 100 times.
+  /// Time of polling before the expected answer when the thread wakes as late as its 99th percentile.
   static constexpr std::chrono::nanoseconds kLooksAhead = std::chrono::microseconds{5};
-  /// Time for waking up that is allowed for before anything has been learned: that of an idle virtual processor.
+  /// Wake-up latency assumed before anything has been learned: that of an idle virtual processor.
   static constexpr std::chrono::nanoseconds kFirstMargin = std::chrono::microseconds{35};
 
   /// `window`: longest wait for an answer.
   explicit constexpr ReceiveWait(std::chrono::nanoseconds window) noexcept
       : window_(window), margin_(std::max(kFirstMargin, window / 4), kFirstMargin) {}
 
-  /// When to wake for answers to frames that left at `sent`; none: they come too soon, or nothing is known of them.
+  /// Time to wake up for answers to frames sent at `sent`; none: they come too soon, or nothing is known about them.
   [[nodiscard]] constexpr std::optional<std::chrono::nanoseconds> wake_at(
       std::chrono::nanoseconds sent) const noexcept {
     const auto sleep = earliest_ - margin_.value() - kLooksAhead;
     if (sleep < kShortestSleep) return std::nullopt;
     return sent + sleep;
   }
-  /// The sleep until `target` has ended.
+  /// Records the end of a sleep until `target`.
   constexpr void woke(std::chrono::nanoseconds target, std::chrono::nanoseconds now) noexcept {
     margin_.observe(now - target);
   }
-  /// All answers have come, the last one `took` after the sending.
+  /// Records that all answers have arrived, the last one `took` after the sending.
   constexpr void returned(std::chrono::nanoseconds took) noexcept {
     earliest_ = earliest_ == kUnknown ? took : std::min(took, earliest_ + kUp);
     earliest_ = std::min(earliest_, window_);
   }
-  /// All answers were there at the first look behind a sleep, `after` the sending. A late wake-up says nothing of them.
+  /// Records that all answers were there at the first poll after a sleep, `after` the sending. A late wake-up proves
+  /// nothing.
   constexpr void were_there(std::chrono::nanoseconds after) noexcept {
     if (after < earliest_) earliest_ = after - after / kDownShare;
   }

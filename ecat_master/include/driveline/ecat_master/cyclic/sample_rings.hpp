@@ -6,14 +6,14 @@
 
 namespace driveline::ecat_master {
 
-/// Rings the cycle writes its samples to; both may be left out.
+/// Ring buffers to which the cycle writes its samples; null: none.
 struct SampleRings {
   rt::SpscRing<snapshot::LineSample>* lines = nullptr;  ///< one sample per sampled cycle
   rt::SpscRing<snapshot::AxisSample>* axes = nullptr;   ///< one per axis and sampled cycle
 };
 
-/// Writes a sample of each axis, of the cycle that `line` is of, into the ring: all of them, or none where there is not
-/// room for all. \rtsafe
+/// Writes a sample of each axis, for the cycle of `line`, into the ring: all samples, or none if they do not all fit.
+/// \rtsafe
 void publish(const MotionControl& motion, const snapshot::LineSample& line,
              rt::SpscRing<snapshot::AxisSample>& ring) noexcept;
 

@@ -9,38 +9,39 @@ namespace driveline::ecat_master {
 
 /// Input of a source of setpoints in a cycle.
 struct SetpointCycle {
-  /// Since SetpointSource::begin(), without the time for which the drives were given no setpoints.
+  /// Time since SetpointSource::begin(), without periods in which the drives got no setpoints.
   double time_s = 0.0;
-  std::span<const Axis> axes;  ///< their inputs() are those of this cycle
+  std::span<const Axis> axes;  ///< with the inputs() of this cycle
 };
 
-/// Where the setpoints of a Motion come from: a path, a task in the cycle, a stream. The motion brings the axes to
-/// where the source begins, asks it for one setpoint of every axis per cycle, keeps what it gives within the limits of
-/// the axes, and looks after drives, losses and stops.
+/// Source of the setpoints of a Motion: a path, a task in the cycle, a stream. The motion brings the axes to the start
+/// of the source, gets one setpoint per axis and cycle from it, keeps the setpoints within the limits of the axes, and
+/// supervises drives, losses and stops.
 ///
-/// All functions belong to the cycle: \rtsafe.
+/// All functions are for the cycle: \rtsafe.
 class SetpointSource {
  public:
   virtual ~SetpointSource() = default;
 
-  /// How many axes it moves. Any thread.
+  /// Number of axes that the source moves. Any thread.
   [[nodiscard]] virtual std::size_t axis_count() const noexcept = 0;
-  /// Back to the beginning. `first` holds where the axes stand; the source sets it to where they are to be at begin().
+  /// Resets the source to its start. `first` holds the present positions of the axes; the source sets it to those at
+  /// begin().
   virtual void rewind(std::span<trajectory::AxisSetpoint> first) noexcept = 0;
-  /// The axes are where rewind() wanted them, at standstill. `running` false: they stay there until run(true).
+  /// The axes are at standstill at the positions set by rewind(). `running` false: they stay there until run(true).
   virtual void begin(bool running) noexcept = 0;
-  /// Sets `setpoints`, which holds those that it gave in the previous cycle, to those of this cycle. False: these are
-  /// the last ones, the axes hold them.
+  /// Replaces `setpoints`, which contain those of the previous cycle, by those of this cycle. Returns false if these
+  /// are the last ones, which the axes then hold.
   [[nodiscard]] virtual bool next(const SetpointCycle& cycle,
                                   std::span<trajectory::AxisSetpoint> setpoints) noexcept = 0;
-  /// The axes do not follow the source any more: they were commanded to stop, have failed, or have reached the end.
+  /// The axes no longer follow the source: they were commanded to stop, have failed, or have reached the end.
   virtual void end() noexcept = 0;
-  /// Asks the source to come to rest because an axis is missing (false), or to go on (true). A source that cannot may
-  /// ignore it: the axes follow.
+  /// Asks the source to come to rest because an axis is missing (false), or to continue (true). A source that cannot
+  /// may ignore it: the axes follow anyway.
   virtual void run(bool running) noexcept = 0;
-  /// For `lost_s` seconds the drives were given no setpoints of this source.
+  /// For `lost_s` seconds the drives got no setpoints of this source.
   virtual void fall_behind(double lost_s) noexcept = 0;
-  /// By how much it is late; 0 for one that keeps no time. \rtsafe
+  /// Delay of the source, s; 0 if it keeps no time. \rtsafe
   [[nodiscard]] virtual double behind_s() const noexcept = 0;
 
  protected:

@@ -8,39 +8,39 @@
 
 namespace driveline::ecat_master {
 
-/// Which setpoints have reached the drive of an axis, and where it is without them. A plain value; everything but the
-/// constructor is \rtsafe.
+/// Tracks which setpoints have reached the drive of an axis, and where the axis is without them. A plain value;
+/// everything except the constructor is \rtsafe.
 class SetpointSupply {
  public:
   SetpointSupply() = default;
-  /// `period_s`: of the cycle.
+  /// `period_s`: cycle time.
   SetpointSupply(const AxisConfig& axis, double period_s);
 
-  /// Whether the drive has taken the outputs of this cycle, as far as its working counter tells.
+  /// Sets whether the drive took the outputs of this cycle, according to its working counter.
   void set_reached(bool reached) noexcept { reached_ = reached; }
-  /// set_reached() of this cycle.
+  /// Value of set_reached() in this cycle.
   [[nodiscard]] bool reached() const noexcept { return reached_; }
 
-  /// Once per cycle, behind set_reached(): the setpoint that was sent, and the mode that the drive is in.
+  /// To be called once per cycle, after set_reached(): the setpoint that was sent, and the mode of the drive.
   void note(const trajectory::AxisSetpoint& sent, cia402::Mode mode) noexcept;
-  /// The axis goes on from there, whatever has been sent before.
+  /// Continues from there, whatever was sent before.
   void start_from(const trajectory::AxisSetpoint& from) noexcept;
-  /// `missed` periods have passed in which nothing was sent, and the drive was in this mode.
+  /// Accounts for `missed` periods in which nothing was sent to a drive in this mode.
   void skip(std::int64_t missed, cia402::Mode mode) noexcept;
 
-  /// The next setpoint of a drive that may not have got the last one: continues from the position that it has reached
-  /// without it. If only the answer was lost, the drive has followed the setpoint that was sent: the step from that one
-  /// is within the limits, too. Where the master closes the loops it goes on from the last one that was sent, with the
-  /// velocity that the drive holds, or the acceleration by the torque that it holds: whether it has got the last one or
-  /// the one before, it is one step away, and the loops see where it is.
+  /// The next setpoint for a drive that may not have received the last one: continues from the position that the drive
+  /// has reached without it. If only the answer was lost, the drive has followed the last setpoint; the step from that
+  /// one is within the limits, too. If the master closes the loops, it continues from the last sent setpoint, with the
+  /// velocity that the drive holds, or the acceleration of the torque that it holds: whether the drive received the
+  /// last setpoint or the one before, it is one step away, and the loops see the actual position.
   [[nodiscard]] trajectory::AxisSetpoint bridge() const noexcept;
 
-  /// The last setpoint that left, in rad or m.
+  /// The last setpoint sent, rad or m.
   [[nodiscard]] double sent() const noexcept { return sent_; }
-  /// The velocity with which the drive goes on from it: that of the step to it, or which it holds in CSV and CST.
+  /// Velocity at which the drive continues from it: that of the step to it, or the velocity held in CSV and CST.
   [[nodiscard]] double sent_velocity() const noexcept { return sent_velocity_; }
 
-  /// A drive that gets nothing new holds its torque: the loops of the master answer late.
+  /// Whether a drive without new targets holds its torque, so that the loops of the master react late.
   [[nodiscard]] bool by_torque() const noexcept { return mode_ == cia402::Mode::kCyclicTorque; }
 
  private:

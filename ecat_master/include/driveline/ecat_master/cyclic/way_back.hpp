@@ -9,16 +9,16 @@
 
 namespace driveline::ecat_master {
 
-/// The way of an axis back to its setpoints behind a gap: as fast as its limits allow, but in CST gently, since there a
-/// leap of the acceleration is answered by the loops of the master some cycles late, and while its mode changes, which
-/// takes some of the acceleration as well. A plain value.
+/// Return of an axis to its setpoints after a gap, as fast as its limits permit. It is gentle in CST, where the loops
+/// of the master answer a jump of the acceleration some cycles late, and during a mode change, which also needs part of
+/// the acceleration. A plain value.
 class WayBack {
  public:
   WayBack() = default;
-  /// From the last setpoint that left.
+  /// Starts at the last setpoint sent.
   WayBack(const SetpointSupply& supply, const trajectory::AxisLimits& limits) noexcept
       : WayBack(supply.sent(), supply.sent_velocity(), supply.by_torque(), limits) {}
-  /// From this position (rad or m) and velocity, `gently` or not.
+  /// Starts at this position (rad or m) and velocity (rad/s or m/s), `gently` or not.
   WayBack(double position, double velocity, bool gently, const trajectory::AxisLimits& limits) noexcept
       : limits_(limits),
         gently_(gently),
@@ -26,7 +26,7 @@ class WayBack {
         deviation_(position, velocity, limits),
         last_{position, velocity} {}
 
-  /// The setpoint one step of `period_s` later, when that of the motion is `target`; gently from now on if the mode of
+  /// The setpoint one step of `period_s` later, if `target` is that of the motion; gentle from now on if the mode of
   /// the axis is `changing`. \rtsafe
   [[nodiscard]] trajectory::AxisSetpoint step(const trajectory::AxisSetpoint& target, double period_s,
                                               bool changing) noexcept {
@@ -37,11 +37,11 @@ class WayBack {
     last_ = gently_ ? deviation_.step(target, period_s) : rejoin_.step(target, period_s);
     return last_;
   }
-  /// Whether the last one was that of the motion itself. \rtsafe
+  /// Whether the last setpoint was that of the motion itself. \rtsafe
   [[nodiscard]] bool joined() const noexcept { return gently_ ? deviation_.joined() : rejoin_.joined(); }
 
  private:
-  /// Where the motion does not go on from the last step no axis could go with it.
+  /// Whether the motion jumps, so that no axis could follow it from the last step.
   [[nodiscard]] bool leaps(const trajectory::AxisSetpoint& target, double period_s) const noexcept {
     const double step = 0.5 * (target_.velocity + target.velocity) * period_s;
     return std::abs(target.position - target_.position - step) > limits_.max_acceleration * period_s * period_s;
@@ -51,7 +51,7 @@ class WayBack {
   bool gently_ = false;
   trajectory::Rejoin rejoin_{};
   trajectory::Deviation deviation_{};
-  trajectory::AxisSetpoint target_{};  ///< of the last step, which it made
+  trajectory::AxisSetpoint target_{};  ///< target of the last step
   trajectory::AxisSetpoint last_{};
 };
 

@@ -15,12 +15,12 @@
 
 namespace driveline::ecat_master {
 
-/// What is told of the outputs of moves (trajectory::PathMove::outputs), in the cycle in which the axes pass their
-/// places.
+/// Receiver of the outputs of moves (trajectory::PathMove::outputs), called in the cycle in which the axes pass the
+/// positions of the outputs.
 class PathOutputs {
  public:
   virtual ~PathOutputs() = default;
-  /// An output of a group changes. \rtsafe
+  /// Called when an output of a group changes. \rtsafe
   virtual void change(const trajectory::PathOutput& output) noexcept = 0;
 
  protected:
@@ -30,84 +30,86 @@ class PathOutputs {
   PathOutputs& operator=(const PathOutputs&) = default;
 };
 
-/// Some axes of a line that move together along paths.
+/// Configuration of a group: axes of a line that move together along paths.
 struct GroupConfig {
   std::string name;                 ///< for messages
-  std::vector<std::size_t> axes{};  ///< by their numbers, in the order of the coordinates; an axis is in one group
-  /// Memory of the path, of groups of up to trajectory::kMaxGroupAxes axes: see trajectory::ContourSettings::capacity.
+  std::vector<std::size_t> axes{};  ///< axis numbers in the order of the coordinates; an axis is in one group at most
+  /// Memory of the path for groups of up to trajectory::kMaxGroupAxes axes; see trajectory::ContourSettings::capacity.
   std::size_t capacity = 4096;
-  /// Time in which an axis without AxisConfig::max_jerk gets to its highest acceleration.
+  /// Time in which an axis without AxisConfig::max_jerk reaches its maximum acceleration, s.
   double jerk_time_s = 0.02;
-  /// Of a machine whose axes are not the coordinates of its moves: the axes are its joints, in its order, and what is
-  /// behind them. Up to trajectory::kMaxGroupAxes axes; must outlive the groups. Null: moves are in the positions of
-  /// the axes.
+  /// Kinematics of a machine whose axes are not the coordinates of its moves: the axes are its joints, in the order of
+  /// the machine, followed by axes that are both joint and coordinate. Up to trajectory::kMaxGroupAxes axes; must
+  /// outlive the groups. Null: moves are in axis positions.
   const trajectory::Kinematics* kinematics = nullptr;
-  trajectory::ToolLimits tool{};   ///< of the point on the path; with `kinematics` it needs a velocity limit
+  trajectory::ToolLimits tool{};   ///< limits of the point on the path; a velocity limit is required with `kinematics`
   PathOutputs* outputs = nullptr;  ///< must outlive the groups; null: moves with outputs are refused
 };
 
-/// Axes of a line that is commanded axis by axis (SingleAxes), moved together along paths: groups as PLCopen part 4 has
-/// them. An enabled group leads its axes, which are in SynchronizedMotion, also while they stand; they refuse requests
-/// of their own (AxisError::kInGroup), but a stop, a halt and the end of their power, which bring the group to rest
-/// first, and touch probes.
+/// Groups of axes that move together along paths, on a line with single axes (SingleAxes), according to PLCopen part 4.
+/// An enabled group leads its axes, which are in SynchronizedMotion, even at standstill. They refuse requests of their
+/// own (AxisError::kInGroup) except touch probes and a stop, a halt or a switch-off, which first bring the group to
+/// rest.
 ///
 /// A group of up to trajectory::kMaxGroupAxes axes follows lines, arcs and splines with rounded corners
-/// (trajectory::ContourPlanner). One of more axes, up to kMostAxes, follows straight lines, and stops between them.
+/// (trajectory::ContourPlanner). A larger group, up to kMostAxes axes, follows straight lines and stops between them.
 ///
-/// All axes keep their limits, of which a group uses somewhat less than all (kShareOfVelocity,
-/// kShareOfAcceleration): the rest is for axes that come back to the path after frames were lost. When an axis fails,
+/// All axes keep their limits. A group uses somewhat less than the full limits (kShareOfVelocity,
+/// kShareOfAcceleration); the rest is reserved for axes that return to the path after lost frames. If an axis fails,
 /// the others come to rest on the path, within their limits, and the group is in GroupErrorStop.
 ///
-/// Planning is done beside the cycle, in plan(): by a thread of its own (start_planning()), or by whoever owns the
-/// virtual time.
+/// Planning runs outside the cycle, in plan(): in a thread of this object (start_planning()), or called by the owner of
+/// the virtual time.
 class AxisGroups {
  public:
-  /// The most axes of a group.
+  /// Maximum number of axes in a group.
   static constexpr std::size_t kMostAxes = 128;
-  /// Moves of a group that may wait to be planned.
+  /// Maximum number of moves of a group that wait to be planned.
   static constexpr std::size_t kMostMoves = 256;
-  /// Of the velocity limits of the axes, that paths ask for at most.
+  /// Share of the velocity limits of the axes that paths use at most.
   static constexpr double kShareOfVelocity = 0.98;
-  /// The same of the acceleration.
+  /// Share of the acceleration limits of the axes that paths use at most.
   static constexpr double kShareOfAcceleration = 0.85;
 
-  /// Before the cycle starts; `axes` must outlive it, and it the cycle. The axes of groups have no other feed.
-  /// @throws std::invalid_argument, with a sentence that names group and axis: an axis that is not there, is twice in a
-  /// group or in two, or has limits that cannot be planned with; a group without axes, without a name, or with the name
-  /// of another one.
+  /// To be called before the cycle starts; `axes` must outlive this object, and this object the cycle. The axes of
+  /// groups must have no other feed.
+  /// @throws std::invalid_argument, with a sentence that names group and axis: an axis does not exist, is twice in a
+  /// group or in two groups, or has limits that cannot be planned with; or a group has no axes, no name, or the name of
+  /// another group.
   AxisGroups(SingleAxes& axes, std::vector<GroupConfig> groups, std::chrono::nanoseconds period);
   ~AxisGroups();
   AxisGroups(const AxisGroups&) = delete;
   AxisGroups& operator=(const AxisGroups&) = delete;
 
-  // Any thread but the cycle's.
-  /// As they were given.
+  // Functions for any thread except that of the cycle.
+  /// The configurations given to the constructor.
   [[nodiscard]] const std::vector<GroupConfig>& groups() const noexcept { return configs_; }
-  /// Hands a request to a group; it is taken in the next cycle. The number to ask report() with; 0: there is no such
-  /// group, or more requests than the cycle can take.
+  /// Queues a request to a group; the next cycle takes it. Returns the number for report(); 0: no such group, or the
+  /// queue is full.
   [[nodiscard]] std::uint64_t submit(std::size_t group, const GroupRequest& request);
-  /// Hands a move to a group, as submit(). Moves and requests are taken in the order in which they were handed over.
+  /// Queues a move of a group, as submit(). Moves and requests are taken in the order in which they were queued.
   [[nodiscard]] std::uint64_t move(std::size_t group, const GroupMove& move);
-  /// A path: several moves at once, all of which are taken, or none, with 0. The number of the first one; the others
-  /// count on. All but the last continue (GroupMove::continues), and all but the first are blended or, where they say
-  /// so, buffered. A path without end is handed over in parts, as there is room; `room()` moves at a time.
+  /// Queues several moves as one path: all of them, or none, then 0. Returns the number of the first move; the others
+  /// have consecutive numbers. Every move except the last continues (GroupMove::continues), and every move except the
+  /// first is blended or, if it says so, buffered. An endless path is queued in parts, up to room() moves at a time.
   [[nodiscard]] std::uint64_t move_path(std::size_t group, std::span<const GroupMove> moves);
-  /// So many moves would be taken now.
+  /// Number of moves that can be queued now.
   [[nodiscard]] std::size_t room(std::size_t group) const;
-  /// How far a request or a move is. A move is kActive from where it begins to where it ends; 4,096 of them are
-  /// remembered.
+  /// Progress of a request or a move. A move is kActive from its start to its end; the last 4,096 are remembered.
   [[nodiscard]] GroupRequestReport report(std::uint64_t request) const noexcept;
-  /// Why a move was refused, as a sentence without a full stop; empty: it was not, or more than 64 were since.
+  /// Reason why a move was refused, as a sentence without a full stop; empty if it was not, or after 64 further
+  /// refusals.
   [[nodiscard]] std::string refusal(std::uint64_t request) const;
-  /// State of a group as of the last cycle; its figures may be of two cycles. Of a group that there is not: disabled.
+  /// State of a group as of the last cycle; its values may come from two cycles. For a group that does not exist:
+  /// disabled.
   [[nodiscard]] GroupReport group_report(std::size_t group) const noexcept;
 
-  /// Plans what has been asked for, as far as there is room; to be called every few milliseconds, by one thread or
-  /// several. Allocates, and waits for submitting threads.
+  /// Plans the queued moves as far as the paths have space; to be called every few milliseconds, by one thread or
+  /// several. Allocates, and may block on submitting threads.
   void plan();
-  /// A thread of this object calls plan() from now on, until it is destroyed or stop_planning() is called.
+  /// Starts a thread of this object that calls plan() until this object is destroyed or stop_planning() is called.
   void start_planning(std::chrono::milliseconds interval = std::chrono::milliseconds{1});
-  /// Ends that thread. plan() may be called by others again.
+  /// Ends that thread. Then plan() may be called from outside again.
   void stop_planning();
 
  private:

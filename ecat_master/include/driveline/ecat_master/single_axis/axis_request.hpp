@@ -9,157 +9,157 @@
 
 namespace driveline::ecat_master {
 
-/// What is asked of a single axis, named after the function blocks of PLCopen motion control part 1. All but
-/// kRead... ones: reading needs no request.
+/// Commands to a single axis, named after the function blocks of PLCopen motion control part 1. The kRead... blocks are
+/// missing, because reading needs no request.
 enum class AxisCommand : std::uint8_t {
-  kPower,             ///< MC_Power: `on`, Operation enabled, or off; a moving axis comes to rest first
+  kPower,             ///< MC_Power: `on`, to Operation enabled, or off; a moving axis comes to rest first
   kReset,             ///< MC_Reset: leaves ErrorStop, resetting the fault of the drive
-  kHome,              ///< MC_Home: homing by the drive, by what is set in it (6098h, 6099h, 609Ah, 607Ch)
-  kStop,              ///< MC_Stop: to rest; other motion is refused until kReleaseStop
-  kReleaseStop,       ///< the stop request is withdrawn (MC_Stop with Execute false)
-  kHalt,              ///< MC_Halt: to rest; may be replaced by other motion
+  kHome,              ///< MC_Home: homing by the drive, as configured in it (6098h, 6099h, 609Ah, 607Ch)
+  kStop,              ///< MC_Stop: comes to rest; other motion is refused until kReleaseStop
+  kReleaseStop,       ///< withdraws the stop request (MC_Stop with Execute false)
+  kHalt,              ///< MC_Halt: comes to rest; may be replaced by other motion
   kMoveAbsolute,      ///< MC_MoveAbsolute: to the position `target`
-  kMoveRelative,      ///< MC_MoveRelative: by `target`, from the setpoint at its begin
-  kMoveAdditive,      ///< MC_MoveAdditive: by `target`, from the target of the motion before
+  kMoveRelative,      ///< MC_MoveRelative: by `target`, from the setpoint at its start
+  kMoveAdditive,      ///< MC_MoveAdditive: by `target`, from the target of the previous motion
   kMoveSuperimposed,  ///< MC_MoveSuperimposed: by `target`, on top of the motion under way
-  kMoveVelocity,      ///< MC_MoveVelocity: at the velocity `target`, for ever
-  kFollow,            ///< the setpoints of a SetpointFeed; `target` is not used
+  kMoveVelocity,      ///< MC_MoveVelocity: at the velocity `target`, until stopped
+  kFollow,            ///< follows the setpoints of a SetpointFeed; `target` is not used
   kTorque,            ///< MC_TorqueControl: with the torque `target`, no faster than `velocity`
-  kSetPosition,       ///< MC_SetPosition: the present setpoint is called `target` from now on
-  kSetOverride,       ///< MC_SetOverride: velocities times `target`, 0 to 2
-  kSetMode,           ///< cyclic mode, `mode`, without a step
-  kTouchProbe,        ///< MC_TouchProbe: records where the axis is at `trigger`, within the window if there is one
-  kAbortTrigger,      ///< MC_AbortTrigger: nothing is recorded any more
-  kHomeByProbe,       ///< homing by the master: as far as `distance` until `trigger`, whose place is called `target`
-  // Movements of the profile generator in the drive.
+  kSetPosition,       ///< MC_SetPosition: names the present setpoint `target`
+  kSetOverride,       ///< MC_SetOverride: scales velocities by `target`, 0 to 2
+  kSetMode,           ///< changes to the cyclic mode `mode`, bumpless
+  kTouchProbe,    ///< MC_TouchProbe: records the position of the axis at `trigger`, within the window if one is given
+  kAbortTrigger,  ///< MC_AbortTrigger: ends a touch probe request
+  kHomeByProbe,   ///< homing by the master: up to `distance` until `trigger`, whose position is named `target`
+  // Movements of the profile generator in the drive (all but kHaltSuperimposed).
   kDriveMoveAbsolute,  ///< to the position `target` (profile position mode)
-  kDriveMoveRelative,  ///< by `target`, from where the axis is
-  kDriveMoveVelocity,  ///< at the velocity `target`, for ever (profile velocity mode)
-  kHaltSuperimposed,   ///< MC_HaltSuperimposed: what is on top of a motion comes to rest, the motion goes on
-  kDriveRun,           ///< at the velocity `target`, for ever, by the ramp of the drive (velocity mode: U/f operation)
+  kDriveMoveRelative,  ///< by `target`, from the actual position
+  kDriveMoveVelocity,  ///< at the velocity `target`, until stopped (profile velocity mode)
+  kHaltSuperimposed,   ///< MC_HaltSuperimposed: the superimposed motion comes to rest, the motion below continues
+  kDriveRun,  ///< at the velocity `target`, until stopped, along the ramp of the drive (velocity mode: U/f operation)
 };
 
-/// Brings an axis to rest, or ends a stop: everybody may ask for it, and there is always room for it. \rtsafe
+/// Whether the command brings an axis to rest or ends a stop: any client may send it, and the queue reserves space for
+/// it. \rtsafe
 [[nodiscard]] constexpr bool stops_or_releases(AxisCommand command) noexcept {
   return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
 }
 
-/// A motion with a target, at which it ends. \rtsafe
+/// Whether the command is a motion that ends at a target position. \rtsafe
 [[nodiscard]] constexpr bool leads_to_position(AxisCommand command) noexcept {
   return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveRelative ||
          command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
 }
 
-/// Made by the drive itself, at a velocity. \rtsafe
+/// Whether the drive itself generates the motion, at a velocity. \rtsafe
 [[nodiscard]] constexpr bool runs_by_drive(AxisCommand command) noexcept {
   return command == AxisCommand::kDriveMoveVelocity || command == AxisCommand::kDriveRun;
 }
 
-/// Made by the drive itself, to a position. \rtsafe
+/// Whether the drive itself generates the motion, to a position. \rtsafe
 [[nodiscard]] constexpr bool positions_by_drive(AxisCommand command) noexcept {
   return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveRelative;
 }
 
-/// The mode of operation for that. \rtsafe
+/// Mode of operation for a motion that the drive generates. \rtsafe
 [[nodiscard]] constexpr cia402::Mode drive_mode(AxisCommand command) noexcept {
   if (positions_by_drive(command)) return cia402::Mode::kProfilePosition;
   return command == AxisCommand::kDriveRun ? cia402::Mode::kVelocity : cia402::Mode::kProfileVelocity;
 }
 
-/// How a motion follows the one before it (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
+/// How a motion follows the previous one (PLCopen part 1, 2.4.2 "Aborting versus buffered modes").
 enum class BufferMode : std::uint8_t {
-  kAborting,          ///< at once, replacing it and all that wait
-  kBuffered,          ///< when it is done
-  kBlendingLow,       ///< passing its end at the lower velocity of the two
-  kBlendingPrevious,  ///< at the velocity of the motion before
-  kBlendingNext,      ///< at its own velocity
+  kAborting,          ///< at once; replaces it and all waiting motions
+  kBuffered,          ///< when the previous motion is done
+  kBlendingLow,       ///< passes the end of the previous motion at the lower velocity of the two
+  kBlendingPrevious,  ///< at the velocity of the previous motion
+  kBlendingNext,      ///< at the velocity of this motion
   kBlendingHigh,      ///< at the higher velocity of the two
 };
 
-/// The end of the motion before is passed at a velocity. \rtsafe
+/// Whether the end of the previous motion is passed at a velocity. \rtsafe
 [[nodiscard]] constexpr bool blends(BufferMode mode) noexcept {
   return mode != BufferMode::kAborting && mode != BufferMode::kBuffered;
 }
 
-/// An axis with a modulo passes a place of the same name in every turn: to which of them a motion to a position goes
-/// (PLCopen part 1, MC_Direction). Counted from where it would come to rest if it braked now, so that it need not turn
-/// round.
+/// Which of the equivalent positions of an axis with a modulo a motion goes to (PLCopen part 1, MC_Direction). Counted
+/// from the position where the axis would come to rest if it braked now, so that it need not reverse.
 enum class MoveDirection : std::uint8_t {
-  kNone,      ///< the position itself, however many turns it is away
+  kNone,      ///< the position itself, regardless of the number of turns
   kShortest,  ///< the nearest
-  kPositive,  ///< the next on the way up
-  kNegative,  ///< the next on the way down
+  kPositive,  ///< the next one in positive direction
+  kNegative,  ///< the next one in negative direction
 };
 
-/// A request to an axis, in SI units: rad or m, Nm or N. Copied as bytes through rings.
+/// A request to an axis, in SI units: rad or m, Nm or N. Copied bytewise through ring buffers.
 struct AxisRequest {
-  AxisCommand command = AxisCommand::kHalt;        ///< what is asked
-  BufferMode buffer = BufferMode::kAborting;       ///< of motions; positions by the drive: kAborting, kBuffered
+  AxisCommand command = AxisCommand::kHalt;        ///< the command
+  BufferMode buffer = BufferMode::kAborting;       ///< for motions; positioning by the drive: kAborting, kBuffered
   MoveDirection direction = MoveDirection::kNone;  ///< kMoveAbsolute of an axis with AxisConfig::modulo
   bool on = true;                                  ///< kPower
-  std::int8_t mode = 8;       ///< kSetMode: 6060h, 8 to 10; 7 from 8, and back, where the drive has it
+  std::int8_t mode = 8;       ///< kSetMode: 6060h, 8 to 10; 7 only from 8 and back, if the drive has it
   double target = 0.0;        ///< position, distance, velocity, torque or factor
-  double velocity = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Others than 0 must not be above it
+  double velocity = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Must not exceed it
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: torque per second, 0: at once
   double deceleration = 0.0;  ///< likewise; 0: as `acceleration`
   double jerk = 0.0;          ///< rad/s^3 or m/s^3; 0: the limit of the axis
   ProbeTrigger trigger = ProbeTrigger::kFirstRising;  ///< kTouchProbe, kHomeByProbe
-  double window_first = 0.0;                          ///< kTouchProbe: positions at which an event counts
-  double window_last = 0.0;                           ///< the other end; the same: any position
-  double distance = 0.0;                              ///< kHomeByProbe, with the sign of the direction
+  double window_first = 0.0;                          ///< kTouchProbe: first end of the window in which an event counts
+  double window_last = 0.0;                           ///< other end of the window; equal ends: any position
+  double distance = 0.0;                              ///< kHomeByProbe, signed by the direction
 };
 static_assert(std::is_trivially_copyable_v<AxisRequest>);
 
-/// How far a request is. Done, Busy, Active, CommandAborted and Error of a function block follow from it.
+/// Progress of a request, from which Done, Busy, Active, CommandAborted and Error of a function block follow.
 enum class RequestPhase : std::uint8_t {
-  kUnknown,  ///< there was none of this number, or too many since
-  kWaiting,  ///< not taken yet, or buffered behind another motion: Busy
+  kUnknown,  ///< no request has this number, or too many have followed since
+  kWaiting,  ///< not taken yet, or buffered after another motion: Busy
   kActive,   ///< Busy and Active
-  kReached,  ///< in velocity or in torque, and still in control: Busy, Active and InVelocity
+  kReached,  ///< at its velocity or torque, and still in control: Busy, Active and InVelocity
   kDone,     ///< Done
-  kAborted,  ///< CommandAborted: another request, or a failure of the axis, has ended it
-  kError,    ///< Error, with a reason; nothing was moved by it, or what it moved has stopped
+  kAborted,  ///< CommandAborted: ended by another request, or by a failure of the axis
+  kError,    ///< Error, with a reason; it moved nothing, or its motion has stopped
 };
 
-/// Why a request was refused, or why an axis is in ErrorStop.
+/// Reason why a request was refused, or why an axis is in ErrorStop.
 enum class AxisError : std::uint8_t {
   kNone,
   kNotEnabled,      ///< the axis is Disabled
-  kErrorStop,       ///< it must be reset first
+  kErrorStop,       ///< the axis must be reset first
   kStopping,        ///< the stop request has not been withdrawn
   kNotFinite,       ///< a number is NaN or infinite, or a magnitude is negative
   kOverLimit,       ///< above a limit of the axis
-  kOutsideRange,    ///< the target, or the way to it, leaves the software limits
-  kBufferFull,      ///< too many motions wait
-  kNothingToDo,     ///< superimposed on nothing, released without a stop
-  kMode,            ///< the process data lack what the mode needs, or the command cannot be done in the present mode
+  kOutsideRange,    ///< the target, or the path to it, is outside the software limits
+  kBufferFull,      ///< too many motions are waiting
+  kNothingToDo,     ///< no motion to superimpose on, or no stop to release
+  kMode,            ///< the process data lack objects of the mode, or the command is not possible in the present mode
   kNoSuchMode,      ///< the drive does not have the mode (6502h)
-  kNotAtRest,       ///< homing begins at a standstill, and nothing else begins while it lasts
+  kNotAtRest,       ///< homing starts only at standstill, and nothing else starts during homing
   kModeTimeout,     ///< the drive has not changed its mode in time
   kEnableTimeout,   ///< the drive was not enabled in time
-  kResetTimeout,    ///< the fault of the drive stayed
+  kResetTimeout,    ///< the fault of the drive was not cleared in time
   kFault,           ///< the drive reports a fault
-  kLost,            ///< the slave is not there, has left OP, or the drive has left Operation enabled by itself
+  kLost,            ///< the slave is missing or has left OP, or the drive has left Operation enabled on its own
   kMasterAway,      ///< the master missed too many periods
-  kPosition,        ///< the actual position cannot be true (PositionWatch)
-  kHoming,          ///< the drive could not home
-  kHomingTimeout,   ///< the drive has not homed in time
-  kTooFast,         ///< faster than its limit under a torque
-  kFollowingError,  ///< beyond AxisConfig::following_error_window for too long
-  kFollowing,       ///< the setpoints of the source that it follows cannot be
+  kPosition,        ///< the actual position is implausible (PositionWatch)
+  kHoming,          ///< homing by the drive failed
+  kHomingTimeout,   ///< time-out of homing by the drive
+  kTooFast,         ///< above the velocity limit under torque control
+  kFollowingError,  ///< outside AxisConfig::following_error_window for too long
+  kFollowing,       ///< the setpoints of the followed source are invalid
   kProbeObjects,    ///< the process data lack the touch probe (60B8h, 60B9h, and 60BAh to 60BDh of its edge)
-  kProbe,           ///< the drive does not switch its touch probe on
-  kNoEdge,          ///< there was no event within the distance
-  kNoTarget,        ///< the drive has not taken its target
-  kDirection,       ///< a direction is for positions of an axis that has a modulo
-  kVelocityCount,   ///< 6042h cannot hold the velocity, or what it counts in (604Ch) is not known
+  kProbe,           ///< the drive does not arm its touch probe
+  kNoEdge,          ///< no event within the distance
+  kNoTarget,        ///< the drive does not accept its target
+  kDirection,       ///< a direction needs kMoveAbsolute of an axis with a modulo
+  kVelocityCount,   ///< 6042h cannot hold the velocity, or its unit (604Ch) is not known
   kTargetTimeout,   ///< the drive has not reached its target in time
-  kInGroup,         ///< the axis belongs to a group that is enabled (AxisGroups)
-  // Of a gantry.
-  kGantryFollower,  ///< its leader is commanded
-  kGantry,          ///< what would lead each axis by itself
-  kGantryPartner,   ///< the other axis has failed, or the pair has parted
-  kSkew,            ///< the pair is, or was, out of skew
+  kInGroup,         ///< the axis belongs to an enabled group (AxisGroups)
+  // Errors of a gantry.
+  kGantryFollower,  ///< the axis is a follower; requests go to its leader
+  kGantry,          ///< the request would move the axes of the pair independently
+  kGantryPartner,   ///< the other axis has failed, or the pair has separated
+  kSkew,            ///< the skew of the pair exceeds, or exceeded, its limit
 };
 
 /// States of an axis (PLCopen part 1, figure "FB state diagram").
@@ -174,17 +174,17 @@ enum class PlcopenState : std::uint8_t {
   kErrorStop,
 };
 
-/// "move_absolute" and the like, as requests are written. \rtsafe
+/// Name of a command as written in requests, such as "move_absolute". \rtsafe
 [[nodiscard]] std::string_view to_text(AxisCommand command) noexcept;
-/// "DiscreteMotion" and the like, as in the standard. \rtsafe
+/// Name of a state as in the standard, such as "DiscreteMotion". \rtsafe
 [[nodiscard]] std::string_view to_text(PlcopenState state) noexcept;
-/// "active" and the like. \rtsafe
+/// Name of a phase, such as "active". \rtsafe
 [[nodiscard]] std::string_view to_text(RequestPhase phase) noexcept;
-/// The reason as the end of a sentence: "the axis is disabled". \rtsafe
+/// The reason as the end of a sentence, such as "the axis is not enabled". \rtsafe
 [[nodiscard]] std::string_view to_text(AxisError error) noexcept;
-/// "shortest", "positive", "negative"; "none". \rtsafe
+/// "none", "shortest", "positive" or "negative". \rtsafe
 [[nodiscard]] std::string_view to_text(MoveDirection direction) noexcept;
-/// "aborting", "buffered", "blending_low" and so on. \rtsafe
+/// Name of a buffer mode, such as "aborting", "buffered" or "blending_low". \rtsafe
 [[nodiscard]] std::string_view to_text(BufferMode mode) noexcept;
 
 }  // namespace driveline::ecat_master

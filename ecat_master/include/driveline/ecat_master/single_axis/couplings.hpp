@@ -15,74 +15,75 @@
 
 namespace driveline::ecat_master {
 
-/// Electronic gears and cams between the axes of a line that are commanded one by one (SingleAxes): a slave follows the
-/// setpoints of its master, or a signal (MasterSignal), in SynchronizedMotion, within the limits of its own axis.
+/// Electronic gears and cams between individually commanded axes of a line (SingleAxes): a slave follows the setpoints
+/// of its master, or a signal (MasterSignal), in SynchronizedMotion, within the limits of its own axis.
 ///
-/// What is asked of a slave is a request of it (AxisCommand::kFollow): its number says how far it is. kReached: it is
-/// led by its master; whether it is in synchronism is told by report(). Another motion ends it (kAborted). It ends with
-/// kError, AxisError::kFollowing, and the slave comes to rest with the jerk of its axis, when the master fails or is
-/// switched off, and when it cannot be done (CouplingReport::refusal).
+/// A coupling is a request of its slave (AxisCommand::kFollow), whose number gives its progress. kReached: the master
+/// leads the slave; whether it is in synchronism is in report(). Another motion ends the request (kAborted). It ends
+/// with kError, AxisError::kFollowing, and the slave comes to rest with the jerk of its axis, if the master fails or is
+/// switched off, or if the coupling is not possible (Report::refusal).
 ///
-/// Positions are those of requests, AxisCommand::kSetPosition included: giving one of the two axes another position
-/// while it is coupled moves the slave to where the law has it then.
+/// Positions are request positions, with AxisCommand::kSetPosition: renaming the position of either axis while
+/// they are coupled moves the slave to the position that the law then gives.
 class Couplings {
  public:
-  /// Which axis follows which, by their numbers.
+  /// Master and slave of a coupling, by their axis numbers.
   struct Pair {
-    /// `master` that is none: `signal` alone leads.
+    /// `master` if only `signal` leads.
     static constexpr std::size_t kNoAxis = std::numeric_limits<std::size_t>::max();
 
-    std::size_t slave = 0;   ///< an axis has one master
-    std::size_t master = 0;  ///< may be the slave of another one
-    /// Leads instead of the setpoints of `master`: an encoder, or the actual position of that axis. It must outlive the
-    /// cycle. The slave is led by where it will be at the instant that a setpoint of this cycle is for: so much later
-    /// as the actual position of the slave lags behind its setpoints.
+    std::size_t slave = 0;   ///< each axis has at most one master
+    std::size_t master = 0;  ///< may itself be the slave of another axis
+    /// Signal that leads instead of the setpoints of `master`: an encoder, or the actual position of that axis. It must
+    /// outlive the cycle. Its position is extrapolated to the instant that a setpoint of this cycle is for: by the time
+    /// that the actual position of the slave lags behind its setpoints.
     MasterSignal* signal = nullptr;
-    double older_s = 0.0;  ///< so much older than the actual position of the slave is that of `signal`
-    trajectory::OnLoss on_loss = trajectory::OnLoss::kFollow;  ///< when synchronism is lost
+    double older_s = 0.0;  ///< age of `signal` relative to the actual position of the slave, s
+    trajectory::OnLoss on_loss = trajectory::OnLoss::kFollow;  ///< reaction when synchronism is lost
   };
 
-  /// What a slave does as of the last cycle.
+  /// State of a slave as of the last cycle.
   struct Report {
-    trajectory::CouplingState state = trajectory::CouplingState::kIdle;  ///< kIdle: not coupled; of the cycle before
-    trajectory::CouplingRefusal refusal = trajectory::CouplingRefusal::kNone;  ///< why it was not, the last time
-    std::uint32_t losses = 0;        ///< how often it could not stay in synchronism since it was coupled
-    double phase = 0.0;              ///< offset of its master, rad or m
-    bool phase_reached = false;      ///< it is the one that was asked for
-    bool phase_refused = false;      ///< the last one could not be
-    std::uint64_t phase_number = 0;  ///< of the last shift that the cycle has taken
-    double master = 0.0;             ///< where the master of one that is coupled is, rad or m, without the phase
+    trajectory::CouplingState state = trajectory::CouplingState::kIdle;  ///< as of the last cycle; kIdle: not coupled
+    trajectory::CouplingRefusal refusal = trajectory::CouplingRefusal::kNone;  ///< reason of the last refusal
+    std::uint32_t losses = 0;        ///< losses of synchronism since the slave was coupled
+    double phase = 0.0;              ///< offset of the master, rad or m
+    bool phase_reached = false;      ///< the requested offset is reached
+    bool phase_refused = false;      ///< the last shift was not possible
+    std::uint64_t phase_number = 0;  ///< number of the last shift that the cycle has taken
+    double master = 0.0;             ///< position of the master while coupled, rad or m, without the phase
   };
 
-  /// Before the cycle starts; `axes` must outlive it, and it the cycle. An axis in `pairs` as slave has no other feed.
+  /// To be called before the cycle starts; `axes` must outlive this object, and this object the cycle. A slave in
+  /// `pairs` must have no other feed.
   /// @throws std::invalid_argument, with a sentence that names the axes: an axis is coupled to itself, in a circle or
-  /// to two masters, or is not there.
+  /// to two masters, or does not exist.
   Couplings(SingleAxes& axes, std::span<const Pair> pairs, std::chrono::nanoseconds period);
   ~Couplings();
   Couplings(const Couplings&) = delete;
   Couplings& operator=(const Couplings&) = delete;
 
-  // Any thread. 0: the axis is no slave, or more was asked than the cycle can take. Of what is asked between two cycles
-  // the latest counts. A coupling that cannot be leaves a slave that is coupled as it was: Report::refusal tells.
-  /// MC_GearIn, MC_CamIn: at once. A slave that is coupled goes over from where it is. The cam of a law must outlive
-  /// the coupling.
+  // Any thread. Returns 0 if the axis is no slave, or if the cycle cannot take more requests. Of several requests
+  // between two cycles the latest counts. An impossible coupling leaves a coupled slave unchanged; see Report::refusal.
+  /// MC_GearIn, MC_CamIn: couples at once. A slave that is already coupled changes over from its present motion. The
+  /// cam of a law must outlive the coupling.
   [[nodiscard]] std::uint64_t engage(std::size_t slave, const trajectory::CouplingLaw& law,
                                      trajectory::CatchUp catch_up) noexcept;
-  /// MC_GearInPos, and a cam in the same way: in synchronism from a place of the master on.
+  /// MC_GearInPos, and the same for a cam: in synchronism from a given position of the master on.
   [[nodiscard]] std::uint64_t engage_at(std::size_t slave, const trajectory::CouplingLaw& law,
                                         const trajectory::Coupling::SyncPlace& place) noexcept;
-  /// MC_GearOut, MC_CamOut: on at the velocity of the setpoint, as AxisCommand::kMoveVelocity. To end it at rest ask
-  /// for AxisCommand::kHalt. 0 also where the slave is not coupled.
+  /// MC_GearOut, MC_CamOut: the slave continues at the velocity of its setpoint, as AxisCommand::kMoveVelocity. To end
+  /// at rest, send AxisCommand::kHalt. Returns 0 also if the slave is not coupled.
   [[nodiscard]] std::uint64_t disengage(std::size_t slave) noexcept;
-  /// MC_PhasingAbsolute: the master, as the slave sees it, is moved by `offset` (rad or m) from where it is, within
-  /// `limits`. A number for Report::phase_number, later ones are higher; 0: the axis is no slave. Without effect where
-  /// the slave is not coupled, or the limits cannot be.
+  /// MC_PhasingAbsolute: shifts the master, as the slave sees it, to `offset` (rad or m) from its position, within
+  /// `limits`. Returns a number for Report::phase_number, which rises with each shift; 0: the axis is no slave. Has no
+  /// effect if the slave is not coupled or the limits are invalid.
   [[nodiscard]] std::uint64_t shift_phase_to(std::size_t slave, double offset,
                                              const trajectory::ProfileLimits& limits) noexcept;
-  /// MC_PhasingRelative: the same by `distance` from the offset that there is when the cycle takes it.
+  /// MC_PhasingRelative: shifts by `distance` from the offset in force when the cycle takes the request.
   [[nodiscard]] std::uint64_t shift_phase_by(std::size_t slave, double distance,
                                              const trajectory::ProfileLimits& limits) noexcept;
-  /// All of an axis that is no slave is as of one that was never coupled.
+  /// State of a slave. For an axis that is no slave it is that of a slave never coupled.
   [[nodiscard]] Report report(std::size_t slave) const noexcept;
 
  private:
@@ -96,7 +97,7 @@ class Couplings {
                                           const trajectory::ProfileLimits& limits) noexcept;
 
   SingleAxes& axes_;
-  std::mutex door_;  ///< of ordering threads; the cycle never takes it
+  std::mutex door_;  ///< serialises requesting threads; the cycle never locks it
   std::vector<std::unique_ptr<Feed>> feeds_;
 };
 

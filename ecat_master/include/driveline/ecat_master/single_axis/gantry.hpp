@@ -14,57 +14,57 @@
 
 namespace driveline::ecat_master {
 
-/// What a gantry does, as seen by other threads.
+/// State of a gantry as seen by other threads.
 struct GantryReport {
-  bool formed = false;      ///< the follower goes with its leader
-  bool squaring = false;    ///< and is on its way to its offset
-  bool warned = false;      ///< the skew is beyond its warning
-  double skew = 0.0;        ///< difference of the actual positions less the offset in force; rad or m
-  double worst_skew = 0.0;  ///< the largest since it was enabled, with its sign
-  double stopped_at = 0.0;  ///< the skew of the last AxisError::kSkew
+  bool formed = false;      ///< the follower moves with its leader
+  bool squaring = false;    ///< the pair is formed, and the follower moves to its offset
+  bool warned = false;      ///< the skew exceeds its warning threshold
+  double skew = 0.0;        ///< difference of the actual positions minus the offset in force; rad or m
+  double worst_skew = 0.0;  ///< largest skew since the pair was enabled, signed; rad or m
+  double stopped_at = 0.0;  ///< skew at the last AxisError::kSkew, rad or m
 };
 
-/// A gantry pair: one axis for everyone who commands, by the requests of its leader. Both get the setpoint of the
-/// leader in the same cycle, are enabled, reset and switched off together, and stop together when one fails: by the
-/// same ramp where the drives can, else by their own quick stops. The skew is watched in every cycle.
+/// A gantry pair: two axes commanded as one, by requests to its leader. Both get the setpoint of the leader in the same
+/// cycle, and are enabled, reset and switched off together. If one fails, both stop together: by the same ramp if the
+/// drives can, else by their own quick stops. The skew is checked in every cycle.
 ///
-/// Belongs to the cycle; everything but the constructor is \rtsafe.
+/// Used by the cycle thread only; everything except the constructor is \rtsafe.
 class Gantry {
  public:
-  /// All must outlive it.
+  /// All references must outlive the gantry.
   Gantry(SingleAxis& leader, SingleAxis& follower, RequestTable& table, const GantrySettings& settings,
          double period_s);
 
-  /// Whether requests of this axis are for the gantry.
+  /// Whether the gantry handles requests to this axis.
   [[nodiscard]] bool has(std::size_t axis) const noexcept {
     return axis == settings_.leader || axis == settings_.follower;
   }
   /// The settings given to the constructor.
   [[nodiscard]] const GantrySettings& settings() const noexcept { return settings_; }
-  /// A request to one of its axes.
+  /// Takes a request to an axis of the pair.
   void take(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept;
-  /// What has become of both, once their cycle has begun.
+  /// Updates the state of the pair; to be called after begin_cycle() of both axes.
   void watch() noexcept;
-  /// The follower's part of the cycle, once its leader has its setpoint.
+  /// Computes the setpoint of the follower; to be called after that of its leader.
   void advance() noexcept;
-  /// Any thread.
+  /// State of the pair. Any thread.
   [[nodiscard]] GantryReport report() const noexcept;
 
  private:
   enum class Phase : std::uint8_t {
-    kApart,    ///< without power, or on the way to it
+    kApart,    ///< without power, or being enabled or switched off
     kJoining,  ///< both have power
     kFormed,
-    kDissolving,  ///< the leader comes to rest, and then both are switched off
+    kDissolving,  ///< the leader comes to rest, then both are switched off
   };
   enum class Homing : std::uint8_t {
     kNone,
-    kArming,     ///< both touch probes
-    kSearching,  ///< until both have seen their marks
-    kReturning,  ///< of the leader to its mark
+    kArming,     ///< both touch probes are being armed
+    kSearching,  ///< moving until both have detected their marks
+    kReturning,  ///< the leader returns to its mark
     kSquaring,
   };
-  /// Of one's own, to the axes.
+  /// Numbers of the requests that the gantry itself sent to its axes.
   struct Pair {
     std::uint64_t leader = 0;
     std::uint64_t follower = 0;
@@ -98,8 +98,8 @@ class Gantry {
   GantrySettings settings_;
   double period_s_;
   trajectory::ProfileLimits squaring_;
-  std::optional<double> square_at_;  ///< difference of a square pair; none: not known yet
-  SetpointGenerator offset_{};       ///< in force: setpoint of the follower less that of the leader
+  std::optional<double> square_at_;  ///< follower minus leader position when square; none: not known yet
+  SetpointGenerator offset_{};       ///< offset in force: setpoint of the follower minus that of the leader
   Phase phase_ = Phase::kApart;
   Homing homing_ = Homing::kNone;
   AxisRequest homing_request_{};
@@ -107,12 +107,12 @@ class Gantry {
   double worst_skew_ = 0.0;
   double stopped_at_ = 0.0;
   bool warned_ = false;
-  bool failed_ = false;  ///< both are in ErrorStop, or on their way there
-  // Of users; 0: there is none.
+  bool failed_ = false;  ///< both are in ErrorStop, or stopping
+  // Numbers of user requests; 0: none.
   std::uint64_t power_request_ = 0;
   std::uint64_t reset_request_ = 0;
   std::uint64_t home_request_ = 0;
-  // Of its own.
+  // Numbers of the gantry's own requests.
   Pair powers_{};
   Pair resets_{};
   Pair probes_{};

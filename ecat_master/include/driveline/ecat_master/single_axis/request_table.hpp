@@ -8,43 +8,43 @@
 
 namespace driveline::ecat_master {
 
-/// A request on its way to the cycle.
+/// A request in the queue to the cycle.
 struct NumberedRequest {
-  std::uint64_t id = 0;    ///< RequestTable::add()
+  std::uint64_t id = 0;    ///< number from RequestTable::add()
   std::uint32_t axis = 0;  ///< number of the axis
-  AxisRequest request{};   ///< what is asked
+  AxisRequest request{};   ///< the request
 };
 
-/// How far a request is, and why it failed.
+/// Progress of a request, and why it failed.
 struct RequestReport {
   RequestPhase phase = RequestPhase::kUnknown;
-  AxisError error = AxisError::kNone;  ///< of kError, and of kAborted by a failure of the axis
+  AxisError error = AxisError::kNone;  ///< reason for kError, and for kAborted after a failure of the axis
 
-  /// Nothing more will happen to it. \rtsafe
+  /// Whether the request has ended. \rtsafe
   [[nodiscard]] constexpr bool over() const noexcept {
     return phase == RequestPhase::kDone || phase == RequestPhase::kAborted || phase == RequestPhase::kError;
   }
 };
 
-/// The last requests and how far each is, read by any thread while the cycle writes. Everything is \rtsafe.
+/// Progress of the last requests, read by any thread while the cycle writes. Everything is \rtsafe.
 class RequestTable {
  public:
-  /// Requests that are remembered.
+  /// Number of requests remembered.
   static constexpr std::size_t kRemembered = 4096;
 
-  /// Number of a new request, from 1 on; it waits. Any thread.
+  /// Returns the number of a new request, from 1 on; its phase is kWaiting. Any thread.
   [[nodiscard]] std::uint64_t add() noexcept {
     const auto id = next_.fetch_add(1, std::memory_order_relaxed);
     set(id, {RequestPhase::kWaiting, AxisError::kNone});
     return id;
   }
-  /// The cycle's side.
+  /// Stores the progress of a request; cycle thread only.
   void set(std::uint64_t id, RequestReport report) noexcept {
     const auto coded = id << 16U | std::uint64_t{static_cast<std::uint8_t>(report.phase)} << 8U |
                        static_cast<std::uint8_t>(report.error);
     slots_[id % kRemembered].store(coded, std::memory_order_release);
   }
-  /// kUnknown for one that was never there, or is too old. Any thread.
+  /// Progress of a request; kUnknown if it never existed or is too old. Any thread.
   [[nodiscard]] RequestReport report(std::uint64_t id) const noexcept {
     const auto coded = slots_[id % kRemembered].load(std::memory_order_acquire);
     if (id == 0 || coded >> 16U != id) return {};

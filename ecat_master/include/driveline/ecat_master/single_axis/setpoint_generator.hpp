@@ -8,29 +8,29 @@
 
 namespace driveline::ecat_master {
 
-/// The setpoints of one axis in time: to a position, at a velocity, to rest. A new aim begins with the state of the
-/// last setpoint, so nothing leaps. Everything is \rtsafe; a plain value.
+/// Generates the setpoints of an axis over time: to a position, at a velocity, or to rest. A new aim starts from the
+/// last setpoint, so that nothing jumps. Everything is \rtsafe; a plain value.
 class SetpointGenerator {
  public:
   /// The last setpoint: position, velocity and acceleration.
   [[nodiscard]] const trajectory::AxisSetpoint& state() const noexcept { return state_; }
-  /// Goes on from there, at its velocity, until there is a new aim.
+  /// Continues from `state`, at its velocity, until a new aim is given.
   void start_from(const trajectory::AxisSetpoint& state) noexcept;
 
-  /// To a position, which is passed at the velocity of `to`, in the shortest time. False: it cannot be planned; the aim
-  /// stays as it was.
+  /// Moves to a position in the shortest time, passing it at the velocity of `to`. Returns false if that cannot be
+  /// planned; then the aim is unchanged.
   [[nodiscard]] bool to_position(const trajectory::AxisSetpoint& to, const trajectory::ProfileLimits& limits) noexcept;
-  /// To a velocity, and on at it. False as above.
+  /// Moves to a velocity and holds it. Returns false as to_position().
   [[nodiscard]] bool to_velocity(double velocity, const trajectory::ProfileLimits& limits) noexcept;
 
-  /// What follows the way to the aim that was given last, beginning where that ends; another aim takes it away.
+  /// Sets the profile that follows at the end of the present one; another aim discards it.
   void go_on_with(const trajectory::Profile& next) noexcept { next_ = next; }
-  /// Something follows, and has not begun.
+  /// Whether a following profile is set and has not started.
   [[nodiscard]] bool goes_on() const noexcept { return next_.has_value(); }
 
-  /// The setpoint one step later. \rtsafe
+  /// Returns the setpoint one period later. \rtsafe
   const trajectory::AxisSetpoint& advance(double period_s) noexcept;
-  /// The aim is reached, that of what follows, if there is something. \rtsafe
+  /// Whether the aim is reached, including that of a following profile. \rtsafe
   [[nodiscard]] bool finished() const noexcept { return !next_ && profile_.finished(elapsed_s_); }
 
  private:

@@ -18,77 +18,78 @@
 
 namespace driveline::ecat_master {
 
-/// What an axis does, as seen by other threads. Positions as its requests count them (AxisCommand::kSetPosition).
+/// State of an axis as seen by other threads. Positions are those of requests (AxisCommand::kSetPosition).
 struct AxisReport {
   PlcopenState state = PlcopenState::kDisabled;
-  AxisError error = AxisError::kNone;  ///< of ErrorStop
-  std::uint16_t error_code = 0;        ///< 603Fh when it failed
+  AxisError error = AxisError::kNone;  ///< reason for ErrorStop
+  std::uint16_t error_code = 0;        ///< 603Fh at the failure
   std::int8_t mode = 0;                ///< 6061h
   double setpoint = 0.0;               ///< rad or m
-  double position = 0.0;               ///< actual one
-  double velocity = 0.0;               ///< actual one
-  double torque = 0.0;                 ///< actual one, Nm or N
+  double position = 0.0;               ///< actual position, rad or m
+  double velocity = 0.0;               ///< actual velocity, rad/s or m/s
+  double torque = 0.0;                 ///< actual torque, Nm or N
   double override_factor = 1.0;        ///< AxisCommand::kSetOverride
-  double recorded_position = 0.0;      ///< by AxisCommand::kTouchProbe, as of that time; rad or m
-  std::uint64_t recorded_request = 0;  ///< number of the request that has recorded it; 0: none
-  double position_offset = 0.0;        ///< these positions are those of the drive plus this
+  double recorded_position = 0.0;  ///< position recorded by AxisCommand::kTouchProbe, named as at that time; rad or m
+  std::uint64_t recorded_request = 0;  ///< number of the request that recorded it; 0: none
+  double position_offset = 0.0;        ///< these positions minus those of the drive, rad or m
 };
 
-/// Each axis of a line by itself, commanded by requests. One axis that fails does not stop the others.
+/// The axes of a line as single axes, each commanded by its own requests. A failing axis does not stop the others.
 ///
-/// The demand of a drive obeys the limits of its axis whatever is asked and whatever fails; positions advance only for
-/// cycles in which the drive was given its setpoint.
+/// The demand to a drive obeys the limits of its axis whatever is requested and whatever fails; positions advance only
+/// in cycles in which the drive received its setpoint.
 class SingleAxes final : public MotionControl {
  public:
   /// Settings of all axes.
   using Settings = SingleAxis::Settings;
 
-  /// @throws std::invalid_argument if a limit of an axis is not positive and finite, or its process data lack what its
-  /// mode needs.
+  /// @throws std::invalid_argument if a limit of an axis is not positive and finite, or its process data lack objects
+  /// of its mode.
   SingleAxes(std::vector<Axis> axes, Settings settings);
   ~SingleAxes() override;
   SingleAxes(const SingleAxes&) = delete;
   SingleAxes& operator=(const SingleAxes&) = delete;
 
-  /// Axes that may follow `feed`, by their numbers, in its order: what AxisCommand::kFollow means for them. Before the
-  /// cycle starts; it must outlive this object.
-  /// @throws std::invalid_argument if there is another number of axes than the feed has, no such axis, or one that has
-  /// a feed.
+  /// Sets which axes may follow `feed`, by their numbers, in the order of the feed: this feed is the source for
+  /// AxisCommand::kFollow. To be called before the cycle starts; the feed must outlive this object.
+  /// @throws std::invalid_argument if the number of axes differs from that of the feed, or if an axis does not exist or
+  /// already has a feed.
   void add_feed(SetpointFeed& feed, std::vector<std::size_t> axes);
-  /// Makes two axes one: requests of the leader move both, those of the follower are refused. Before the cycle starts.
-  /// @throws std::invalid_argument for an axis that there is not, or that has a feed or is in a gantry already.
+  /// Combines two axes: requests to the leader move both, requests to the follower are refused. To be called before the
+  /// cycle starts.
+  /// @throws std::invalid_argument if an axis does not exist, or already has a feed or belongs to a gantry.
   void add_gantry(const GantrySettings& settings);
-  /// A signal that is to be read in every cycle, before any feed is asked. Likewise.
+  /// Adds a signal that is read in every cycle, before any feed. To be called before the cycle starts.
   void add_signal(MasterSignal& signal) { signals_.push_back(&signal); }
 
   // Any thread.
-  /// Hands a request to an axis; it is taken in the next cycle. The number to ask report() with; 0: there is no such
-  /// axis, or more requests than the cycle can take; halts and stops have room of their own.
+  /// Queues a request to an axis; the next cycle takes it. Returns the number for report(); 0: no such axis, or the
+  /// queue is full. Halts and stops have reserved space.
   [[nodiscard]] std::uint64_t submit(std::size_t axis, const AxisRequest& request) noexcept;
-  /// How far a request is.
+  /// Progress of a request.
   [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
-  /// State of an axis as of the last cycle; its figures may be of two cycles.
+  /// State of an axis as of the last cycle; its values may come from two cycles.
   [[nodiscard]] AxisReport axis_report(std::size_t axis) const noexcept;
-  /// The gantry that an axis belongs to, by its number; none: it is a single axis.
+  /// Number of the gantry that an axis belongs to; none: it is a single axis.
   [[nodiscard]] std::optional<std::size_t> gantry_of(std::size_t axis) const noexcept;
-  /// What add_gantry() was called with, in its order.
+  /// Settings of a gantry, in the order of add_gantry().
   [[nodiscard]] const GantrySettings& gantry_settings(std::size_t gantry) const noexcept {
     return gantries_[gantry]->settings();
   }
-  /// Of gantry_of(); as of the last cycle.
+  /// State of a gantry (gantry_of()) as of the last cycle.
   [[nodiscard]] GantryReport gantry_report(std::size_t gantry) const noexcept { return gantries_[gantry]->report(); }
-  /// Gantries that there are.
+  /// Number of gantries.
   [[nodiscard]] std::size_t gantries() const noexcept { return gantries_.size(); }
 
-  // The cycle's side. \rtsafe
-  /// submit() for the cycle itself: tasks.
+  // Functions for the cycle thread. \rtsafe
+  /// submit() for tasks of the cycle itself.
   std::uint64_t submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept;
-  /// AxisCommand::kFollow, by the feed of the axis itself: SetpointFeed::take() is not asked. The number of the
+  /// AxisCommand::kFollow, sent by the feed of the axis itself, without SetpointFeed::take(). Returns the number of the
   /// request.
   std::uint64_t follow_in_cycle(std::size_t axis) noexcept;
-  /// Of a request that the feed has taken: for the axis after all.
+  /// Passes a request that the feed has taken on to the axis.
   void pass_on_in_cycle(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
-  /// Of a request that the feed has taken: how far it is.
+  /// Reports the progress of a request that the feed has taken.
   void finish_in_cycle(std::uint64_t request, RequestReport report) noexcept { table_.set(request, report); }
   /// One axis, for tasks of the cycle.
   [[nodiscard]] const SingleAxis& axis(std::size_t number) const noexcept { return single_[number]; }
@@ -112,7 +113,7 @@ class SingleAxes final : public MotionControl {
     std::vector<char> joined{};
   };
 
-  /// Which feed an axis may follow, and its number in it.
+  /// The feed that an axis may follow, and the number of the axis in it.
   struct FeedPlace {
     SetpointFeed* feed = nullptr;
     std::size_t place = 0;
@@ -131,16 +132,16 @@ class SingleAxes final : public MotionControl {
   double period_s_;
   std::chrono::nanoseconds took_{};
   std::vector<trajectory::AxisSetpoint> setpoints_;
-  std::vector<char> led_;  ///< by a feed, in this cycle
+  std::vector<char> led_;  ///< led by a feed in this cycle
   RequestTable table_;
-  std::mutex door_;  ///< of submitting threads; the cycle never takes it
+  std::mutex door_;  ///< serialises submitting threads; the cycle never locks it
   rt::SpscRing<NumberedRequest> requests_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;
-  std::vector<FeedPlace> feed_of_;  ///< by axis
+  std::vector<FeedPlace> feed_of_;  ///< by axis number
   std::vector<std::unique_ptr<Gantry>> gantries_;
   std::vector<MasterSignal*> signals_;
-  std::size_t turn_ = 0;  ///< axis that is asked first whether it is due
+  std::size_t turn_ = 0;  ///< first axis to check for due() in the next cycle
 };
 
 }  // namespace driveline::ecat_master

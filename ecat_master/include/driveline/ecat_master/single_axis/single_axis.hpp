@@ -22,108 +22,110 @@
 
 namespace driveline::ecat_master {
 
-/// One axis that is commanded by itself: the states of PLCopen part 1, its requests, and the setpoints that follow from
-/// them. Belongs to the cycle; everything but the constructor is \rtsafe.
+/// A single axis that is commanded on its own: the states of PLCopen part 1, its requests, and the resulting setpoints.
+/// Used by the cycle thread only; everything except the constructor is \rtsafe.
 ///
-/// In each cycle: read_inputs(), begin_cycle(), plan_in_turn() if it is due(), take() for each request, advance(),
+/// Sequence in each cycle: read_inputs(), begin_cycle(), plan_in_turn() if due(), take() for each request, advance(),
 /// write_outputs().
 class SingleAxis {
  public:
   /// Settings of all axes.
   struct Settings {
-    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< of the cycle
-    /// Cycles in a row without valid process data of the axis before it is stopped, and periods that the master itself
-    /// may miss.
+    std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< cycle time
+    /// Number of consecutive cycles without valid process data after which the axis is stopped, and of periods that the
+    /// master itself may miss.
     std::uint32_t bad_cycle_limit = 8;
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};   ///< until Operation enabled
     std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};  ///< for the drive's own quick stop
-    std::chrono::nanoseconds reset_timeout = std::chrono::seconds{2};    ///< until the fault is gone
-    std::chrono::nanoseconds mode_timeout = std::chrono::seconds{1};     ///< until 6061h shows another mode
-    std::chrono::nanoseconds homing_timeout = std::chrono::minutes{2};   ///< until the drive has found its home
-    std::chrono::nanoseconds target_timeout = std::chrono::minutes{2};   ///< until it is at a target it goes to itself
+    std::chrono::nanoseconds reset_timeout = std::chrono::seconds{2};    ///< until the fault is cleared
+    std::chrono::nanoseconds mode_timeout = std::chrono::seconds{1};     ///< until 6061h shows the new mode
+    std::chrono::nanoseconds homing_timeout = std::chrono::minutes{2};   ///< for homing by the drive
+    std::chrono::nanoseconds target_timeout = std::chrono::minutes{2};   ///< for positioning by the drive
   };
 
-  /// Motions that may wait behind the one under way, and movements of the drive behind the one that it holds.
+  /// Motions that may wait for the one under way, and movements of the drive that may wait for the one it executes.
   static constexpr std::size_t kWaiting = 8;
 
   /// `axis` and `table` must outlive it.
   SingleAxis(Axis& axis, RequestTable& table, const Settings& settings);
 
-  /// See MotionControl::read_inputs(); of this axis.
+  /// See MotionControl::read_inputs(); for this axis.
   void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept;
-  /// What has become of the setpoint of the last cycle, and of the drive. `took`: the exchange.
+  /// Evaluates the effect of the last setpoint and the state of the drive. `took`: duration of the exchange.
   void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
-  /// A motion has to be planned, and nothing is lost but time if that is done in a later cycle.
+  /// Whether a motion needs planning; doing that in a later cycle only delays it.
   [[nodiscard]] bool due() const noexcept { return due_ != Due::kNone; }
-  /// What is due().
+  /// Plans the motion that is due().
   void plan_in_turn() noexcept;
-  /// A request of this cycle.
+  /// Takes a request in this cycle.
   void take(std::uint64_t id, const AxisRequest& request) noexcept;
-  /// The axis has a feed that it may follow, and that keeps its software limits or not. Before the cycle starts.
+  /// Gives the axis a feed to follow; `keeps_range`: the feed keeps the software limits. To be called before the cycle
+  /// starts.
   void set_fed(bool keeps_range) noexcept {
     fed_ = true;
     fed_in_range_ = keeps_range;
   }
-  /// set_fed() was called.
+  /// Whether set_fed() was called.
   [[nodiscard]] bool fed() const noexcept { return fed_; }
-  /// It goes with the leader of a gantry, which gives it the setpoints that it follows. Before the cycle starts.
+  /// Makes the axis the follower of a gantry, whose leader provides its setpoints. To be called before the cycle
+  /// starts.
   void set_in_formation() noexcept { fed_ = in_formation_ = true; }
-  /// set_in_formation() was called.
+  /// Whether set_in_formation() was called.
   [[nodiscard]] bool in_formation() const noexcept { return in_formation_; }
-  /// Both inputs and position are of this cycle.
+  /// Whether both inputs and position are from this cycle.
   [[nodiscard]] bool exchanged() const noexcept { return exchanged_; }
-  /// It is where the setpoints are that it follows, and not on its way there.
+  /// Whether the axis is at the setpoints that it follows, and no longer moving towards them.
   [[nodiscard]] bool led_exactly() const noexcept { return follows() && rejoin_.joined() && !beside_; }
-  /// On its way to rest by its setpoints, to be switched off then.
+  /// Whether the axis comes to rest by its setpoints, to be switched off then.
   [[nodiscard]] bool comes_to_rest() const noexcept { return power_ == Power::kResting; }
-  /// Its setpoints move it no more.
+  /// Whether the setpoints no longer move the axis.
   [[nodiscard]] bool at_rest_without_setpoints() const noexcept { return !powered(); }
-  /// By a ramp of the setpoint: the drive itself may be well. Then it is switched off.
+  /// Stops the axis by a ramp of the setpoint, because its drive may be in order, and then switches it off.
   void stop_by_ramp(AxisError error) noexcept;
-  /// The other axis of its gantry has failed, and comes to rest by a ramp, or by its drive.
+  /// Stops the axis because the other axis of its gantry has failed: by a ramp, or by its drive.
   void stop_with_partner(bool by_ramp) noexcept;
-  /// Positions of requests are those of the drive plus this.
+  /// Sets the offset that is added to drive positions to get request positions, rad or m.
   void set_position_offset(double offset) noexcept { offset_ = offset; }
-  /// The same, as homing has found it.
+  /// Sets that offset as found by homing.
   void set_home(double offset) noexcept {
     offset_ = offset;
     homed_ = snapshot::AxisHomed::kYes;
   }
-  /// Whether it follows its feed.
+  /// Whether the axis follows its feed.
   [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
-  /// The setpoint of this cycle. `fed`: that of the feed, null: it has ended, or is not followed.
+  /// Computes the setpoint of this cycle. `fed`: setpoint of the feed; null: the feed has ended, or is not followed.
   void advance(const trajectory::AxisSetpoint* fed) noexcept;
-  /// Control word, mode and targets of this cycle.
+  /// Writes control word, mode and targets of this cycle.
   void write_outputs(std::span<std::byte> image) noexcept;
   /// See MotionControl::resume().
   AbsenceEffect resume(std::int64_t cycle, std::int64_t missed) noexcept;
 
-  /// Of the last cycle.
+  /// PLCopen state as of the last cycle.
   [[nodiscard]] PlcopenState state() const noexcept { return state_; }
-  /// Whether a request has had it homed.
+  /// Whether a request has homed the axis.
   [[nodiscard]] snapshot::AxisHomed homed() const noexcept { return homed_; }
-  /// Why it is in ErrorStop.
+  /// Reason for ErrorStop.
   [[nodiscard]] AxisError error() const noexcept { return error_; }
-  /// 603Fh at that time.
+  /// 603Fh at the time of the error.
   [[nodiscard]] std::uint16_t error_code() const noexcept { return error_code_; }
-  /// The last setpoint, as the drive counts.
+  /// The last setpoint, in drive positions.
   [[nodiscard]] const trajectory::AxisSetpoint& setpoint() const noexcept { return setpoint_; }
-  /// What requests call a position is that of the drive plus this (AxisCommand::kSetPosition).
+  /// Request position minus drive position (AxisCommand::kSetPosition), rad or m.
   [[nodiscard]] double position_offset() const noexcept { return offset_; }
-  /// Where AxisCommand::kTouchProbe has recorded the axis last, as requests call positions, and its number; 0: never.
+  /// Position last recorded by AxisCommand::kTouchProbe, in request positions, and the number of its request; 0: never.
   struct Recorded {
     double position = 0.0;
     std::uint64_t request = 0;
   };
-  /// The last one. \rtsafe
+  /// The last recorded position. \rtsafe
   [[nodiscard]] const Recorded& recorded() const noexcept { return recorded_; }
-  /// What is on top of the setpoints that it follows (AxisCommand::kMoveSuperimposed), rad or m.
+  /// Position of the superimposed motion on the followed setpoints (AxisCommand::kMoveSuperimposed), rad or m.
   [[nodiscard]] double on_top() const noexcept { return on_top_.state().position; }
-  /// AxisCommand::kSetOverride.
+  /// Velocity factor set by AxisCommand::kSetOverride.
   [[nodiscard]] double override_factor() const noexcept { return override_; }
-  /// How often the way of a motion has been planned, which is what takes time in a cycle.
+  /// Number of times that a motion has been planned, which is the time-consuming part of a cycle.
   [[nodiscard]] std::uint64_t planned() const noexcept { return planned_; }
-  /// The drive as an axis.
+  /// The axis in the process image.
   [[nodiscard]] const Axis& axis() const noexcept { return *axis_; }
 
  private:
@@ -135,44 +137,44 @@ class SingleAxis {
     kQuickStop,  ///< by the drive
     kDisabling,
   };
-  /// How far a movement is that the drive makes itself: homing, or one of its profile generator.
+  /// Progress of a movement that the drive generates itself: homing, or by its profile generator.
   enum class ByDrive : std::uint8_t {
     kNone,
-    kEntering,  ///< the drive gets into its mode
+    kEntering,  ///< the drive changes to the mode of the movement
     kRunning,
-    kAttained,     ///< home was found; the new zero has to be seen in the positions
+    kAttained,     ///< home was found; the new zero must appear in the positions
     kInterrupted,  ///< the drive brakes
-    kLeaving,      ///< the drive gets back into the mode before
+    kLeaving,      ///< the drive changes back to the previous mode
   };
-  /// How far homing by the master is.
+  /// Progress of homing by the master.
   enum class Search : std::uint8_t {
     kNone,
-    kArming,     ///< the touch probe has to be on first
-    kSearching,  ///< on its way, until the event or the end of the distance
-    kReturning,  ///< to the place of the event
+    kArming,     ///< waiting until the touch probe is armed
+    kSearching,  ///< moving until the event or the end of the distance
+    kReturning,  ///< returning to the position of the event
   };
-  /// What is to be planned when the axis has its turn.
+  /// Planning that is pending until the axis has its turn.
   enum class Due : std::uint8_t {
     kNone,
-    kNext,     ///< the motion under way has ended, the next one begins
+    kNext,     ///< the motion under way has ended, the next one starts
     kPassage,  ///< the end of the motion under way may be passed at a velocity
   };
-  /// What leads an axis under kTorque.
+  /// Source of the motion under kTorque.
   enum class Torque : std::uint8_t {
     kNone,
-    kEntering,  ///< setpoints, to rest, until the drive is in CST
-    kLed,       ///< the torque alone
+    kEntering,  ///< setpoints, until the drive is in CST
+    kLed,       ///< the torque only
   };
-  /// A motion that was taken.
+  /// A motion that the axis has taken.
   struct Move {
     std::uint64_t id = 0;
     AxisRequest request{};
-    double target = 0.0;  ///< of a motion to a position, as the drive counts; set when it begins
+    double target = 0.0;  ///< target position, in drive positions; set at the start
   };
   /// How the end of a motion is passed.
   struct Passage {
-    double velocity = 0.0;         ///< with its sign
-    trajectory::Profile way_on{};  ///< of the next motion from there, to rest
+    double velocity = 0.0;         ///< signed, rad/s or m/s
+    trajectory::Profile way_on{};  ///< profile of the next motion from there, to rest
   };
 
   // Requests.
@@ -250,7 +252,7 @@ class SingleAxis {
   void begin_next() noexcept;
   [[nodiscard]] Move take_waiting() noexcept;
 
-  // What the drive does by itself.
+  // Movements that the drive generates itself.
   void enter(ByDrive phase) noexcept;
   void start_by_drive(std::uint64_t id, AxisCommand command, cia402::Mode mode) noexcept;
   void start_homing() noexcept;
@@ -265,7 +267,7 @@ class SingleAxis {
   void end_by_drive() noexcept;
   void drop_by_drive(AxisError error) noexcept;
   [[nodiscard]] std::chrono::nanoseconds time_since(std::int64_t cycle) const noexcept;
-  /// The setpoints of the master have no effect.
+  /// Whether the drive generates the motion and the setpoints of the master have no effect.
   [[nodiscard]] bool drive_moves() const noexcept {
     return by_drive_ > ByDrive::kEntering && by_drive_ < ByDrive::kLeaving;
   }
@@ -304,7 +306,7 @@ class SingleAxis {
   [[nodiscard]] bool change_mode(cia402::Mode mode) noexcept;
   void advance_mode() noexcept;
   void judge_mode() noexcept;
-  /// From interpolated position there is no way but to CSP.
+  /// From interpolated position the drive can change to CSP only.
   [[nodiscard]] bool mode_may_change() const noexcept {
     return !changing_mode_ && axis_->mode() != cia402::Mode::kInterpolatedPosition;
   }
@@ -329,68 +331,68 @@ class SingleAxis {
   CoastWatch coast_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
-  trajectory::Rejoin rejoin_{};        ///< to the setpoints of a feed, or of two motions
-  SetpointGenerator on_top_{};         ///< of the motion under way: a way, from 0
-  double on_top_velocity_ = 0.0;       ///< it may have
-  bool superimposed_ = false;          ///< there is one
-  bool held_back_ = false;             ///< the velocity below is less than wanted, for what is on top
-  std::optional<WayBack> way_back_{};  ///< once setpoints reach the drive again
+  trajectory::Rejoin rejoin_{};        ///< return to the setpoints of a feed, or of two motions
+  SetpointGenerator on_top_{};         ///< distance of the superimposed motion, starts at 0
+  double on_top_velocity_ = 0.0;       ///< velocity that on_top_ may have, rad/s or m/s
+  bool superimposed_ = false;          ///< a superimposed motion is active
+  bool held_back_ = false;             ///< the velocity below is reduced for the superimposed motion
+  std::optional<WayBack> way_back_{};  ///< return after a gap, once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
-  double step_velocity_ = 0.0;  ///< of the step to it
+  double step_velocity_ = 0.0;  ///< velocity of the last step to setpoint_, rad/s or m/s
   PlcopenState state_ = PlcopenState::kDisabled;
   AxisError error_ = AxisError::kNone;
   std::uint16_t error_code_ = 0;
   Power power_ = Power::kOff;
   std::int64_t cycle_ = 0;
-  std::int64_t power_since_ = 0;  ///< cycle
-  std::int64_t reset_since_ = 0;  ///< cycle
-  std::int64_t mode_since_ = 0;   ///< cycle
+  std::int64_t power_since_ = 0;  ///< cycle in which power_ changed
+  std::int64_t reset_since_ = 0;  ///< cycle of the reset request
+  std::int64_t mode_since_ = 0;   ///< cycle of the mode request
   cia402::Mode mode_before_ = cia402::Mode::kCyclicPosition;
-  bool changing_mode_ = false;                 ///< from one cyclic mode to another
-  bool eased_ = false;                         ///< eases() of the last cycle
-  std::optional<cia402::Mode> return_mode_{};  ///< to which homing or torque gives the drive back
+  bool changing_mode_ = false;                 ///< changing from a cyclic mode to another
+  bool eased_ = false;                         ///< eases() in the last cycle
+  std::optional<cia402::Mode> return_mode_{};  ///< mode to restore after homing or torque control
   ByDrive by_drive_ = ByDrive::kNone;
   AxisCommand drive_command_ = AxisCommand::kHome;
-  trajectory::AxisSetpoint drive_target_{};  ///< of its profile generator
+  trajectory::AxisSetpoint drive_target_{};  ///< target of the drive's profile generator
   ProfileHandshake profile_{};
   HomingHandshake handshake_{};
-  std::int64_t drive_since_ = 0;  ///< cycle, of the phase, or of a target of several
-  std::int64_t given_since_ = 0;  ///< cycle, of the last target
-  std::int64_t still_since_ = 0;  ///< cycle
-  double still_place_ = 0.0;      ///< of the axis, since then
+  std::int64_t drive_since_ = 0;  ///< cycle in which the phase, or the present target of several, started
+  std::int64_t given_since_ = 0;  ///< cycle in which the last target was given
+  std::int64_t still_since_ = 0;  ///< cycle since which the axis has been at rest
+  double still_place_ = 0.0;      ///< position since still_since_
   Torque torque_ = Torque::kNone;
-  std::int64_t torque_since_ = 0;  ///< cycle
-  double torque_nm_ = 0.0;         ///< of the ramp, Nm or N
+  std::int64_t torque_since_ = 0;  ///< cycle in which the change to CST started
+  double torque_nm_ = 0.0;         ///< torque of the ramp, Nm or N
   double torque_top_ = 0.0;        ///< velocity above which the axis is braked, rad/s or m/s
-  double acceleration_ = 0.0;      ///< measured
-  double velocity_before_ = 0.0;   ///< measured
+  double acceleration_ = 0.0;      ///< measured acceleration, filtered
+  double velocity_before_ = 0.0;   ///< measured velocity of the previous exchange
   double too_fast_s_ = 0.0;
   std::uint32_t bad_cycles_ = 0;
-  std::uint32_t cycles_at_rest_ = 0;  ///< in Power::kResting
-  bool exchanged_ = false;            ///< the position is of this cycle
-  bool seen_ = false;                 ///< in the last cycle in which it was to be exchanged
-  bool beside_ = false;               ///< after a gap, until it is back where the generator is
-  bool fed_ = false;                  ///< set_fed()
-  bool fed_in_range_ = false;         ///< likewise
-  bool in_formation_ = false;         ///< set_in_formation()
+  std::uint32_t cycles_at_rest_ = 0;  ///< cycles at rest in Power::kResting
+  bool exchanged_ = false;            ///< the position is from this cycle
+  bool seen_ = false;                 ///< the last exchange that was due succeeded
+  bool beside_ = false;               ///< after a gap, until setpoint_ is back at the generator
+  bool fed_ = false;                  ///< set by set_fed()
+  bool fed_in_range_ = false;         ///< set by set_fed()
+  bool in_formation_ = false;         ///< set by set_in_formation()
   double offset_ = 0.0;
   snapshot::AxisHomed homed_ = snapshot::AxisHomed::kUnknown;
   double override_ = 1.0;
   double last_target_ = 0.0;
-  std::optional<double> run_velocity_{};  ///< of kMoveVelocity on its way to the end of the range
-  // 0: there is none.
+  std::optional<double> run_velocity_{};  ///< velocity of a kMoveVelocity towards the end of the range
+  // Numbers of requests; 0: none.
   std::uint64_t power_request_ = 0;
   std::uint64_t reset_request_ = 0;
   std::uint64_t mode_request_ = 0;
   std::uint64_t drive_request_ = 0;
-  std::uint64_t drive_next_ = 0;  ///< the drive holds its target, and begins when the one under way is reached
+  std::uint64_t drive_next_ = 0;  ///< target that the drive holds and starts when the present one is reached
   std::uint64_t superimposed_request_ = 0;
   std::uint64_t probe_request_ = 0;
-  AxisRequest probed_{};          ///< what it has asked for
-  std::int64_t probe_since_ = 0;  ///< cycle
+  AxisRequest probed_{};          ///< the request of probe_request_
+  std::int64_t probe_since_ = 0;  ///< cycle in which the probe was armed
   Recorded recorded_{};
   Search search_ = Search::kNone;
-  double home_ = 0.0;  ///< place of the event that it has searched for, as the drive counts
+  double home_ = 0.0;  ///< position of the event found by the search, in drive positions
   std::optional<Move> active_{};
   std::array<Move, kWaiting> waiting_{};
   std::size_t waiting_count_ = 0;
