@@ -8,7 +8,7 @@
 namespace driveline::wire {
 
 /// States of the EtherCAT state machine as coded in AL control and AL status (ETG.1000.6 5.3.1). Other values may
-/// arrive from the wire and are kept.
+/// arrive from the wire and are retained.
 enum class AlState : std::uint8_t {
   kNone = 0,
   kInit = 1,
@@ -46,7 +46,7 @@ enum class AlState : std::uint8_t {
 /// AL control register 0x0120 (ETG.1000.6 Table 9): requested state, error acknowledge, request for the device
 /// identification value.
 struct AlControl {
-  AlState state = AlState::kInit;  ///< wanted state
+  AlState state = AlState::kInit;  ///< requested state
   bool acknowledge = false;        ///< bit 4: acknowledges the error that the slave reports
   bool request_id = false;         ///< bit 5: asks for the explicit device identification (ETG.1020)
 
@@ -64,8 +64,8 @@ struct AlControl {
 
 /// AL status register 0x0130 (ETG.1000.6 Table 10): actual state, error indication, identification value loaded.
 struct AlStatus {
-  AlState state = AlState::kInit;  ///< state the slave is in
-  bool error = false;              ///< bit 4: the last change failed, the AL status code tells why
+  AlState state = AlState::kInit;  ///< current state of the slave
+  bool error = false;              ///< bit 4: the last state change failed; the AL status code tells why
   bool id_loaded = false;          ///< bit 5: the AL status code register holds the device identification
 
   /// As register 0x0130. \rtsafe

@@ -13,14 +13,14 @@ struct DlStatus {
   /// One port of the slave controller.
   struct Port {
     bool link = false;           ///< physical link detected
-    bool loop_closed = true;     ///< frames are turned round at this port
+    bool loop_closed = true;     ///< frames return at this port
     bool communication = false;  ///< stable communication established
     constexpr bool operator==(const Port&) const = default;
   };
   bool pdi_operational = false;          ///< bit 0: EEPROM loaded, the application has access
   bool pdi_watchdog_ok = false;          ///< bit 1: the application's watchdog has not expired
   bool enhanced_link_detection = false;  ///< bit 2
-  std::array<Port, 4> ports{};           ///< by their number
+  std::array<Port, 4> ports{};           ///< indexed by port number
 
   /// As register 0x0110. \rtsafe
   [[nodiscard]] constexpr std::uint16_t raw() const noexcept {
