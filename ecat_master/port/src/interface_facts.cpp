@@ -22,7 +22,7 @@ namespace driveline::port {
 
 namespace {
 
-/// Queries the driver of one interface (ethtool).
+/// Queries the driver of an interface (ethtool).
 class Driver {
  public:
   Driver(int socket, const std::string& name) : socket_(socket) {

@@ -13,7 +13,7 @@ struct XdpRefusal {
   int error_number = 0;
 };
 
-/// The XDP program that hands the EtherCAT frames of one receive queue to an AF_XDP socket and passes all others to the
+/// The XDP program that hands the EtherCAT frames of a receive queue to an AF_XDP socket and passes all others to the
 /// kernel. A link attaches it to an interface; the kernel removes it when this object is destroyed or its process ends.
 class XdpProgram {
  public:

@@ -5,7 +5,7 @@
 
 namespace driveline::wire {
 
-/// Loop setting of one port in DL control 0x0100, bits 8-15 (ETG.1000.4 Table 37).
+/// Loop setting of a port in DL control 0x0100, bits 8-15 (ETG.1000.4 Table 37).
 enum class LoopControl : std::uint8_t { kAuto = 0, kAutoClose = 1, kOpen = 2, kClosed = 3 };
 
 /// DL status register 0x0110 (ETG.1000.4 Table 39): PDI state and, per port, physical link, loop and communication.

@@ -37,9 +37,9 @@ class EoeFragmenter {
   }
   /// Whether no fragment is left. \rtsafe
   [[nodiscard]] constexpr bool done() const noexcept { return rest_.empty(); }
-  /// Writes the next fragment, header included, into `out`, the service data of one mailbox message; returns its
-  /// length. Returns 0 when done, when `out` has no room for a block, or when the frame would take more than 64
-  /// fragments. \rtsafe
+  /// Writes the next fragment, header included, into `out`, the service data of a mailbox message; returns its length.
+  /// Returns 0 when done, when `out` has no room for a block, or when the frame would take more than 64 fragments.
+  /// \rtsafe
   [[nodiscard]] constexpr std::size_t next(std::span<std::byte> out) noexcept {
     const auto most = fragment_size(out.size());
     if (rest_.empty() || most == 0 || number_ > 63) return 0;
@@ -78,7 +78,7 @@ struct EoeAssembly {
   constexpr bool operator==(const EoeAssembly&) const = default;
 };
 
-/// Assembles Ethernet frames from the EoE fragments of one sender. A fragment that does not continue the frame in
+/// Assembles Ethernet frames from the EoE fragments of a single sender. A fragment that does not continue the frame in
 /// progress costs only that frame. No allocation.
 class EoeAssembler {
  public:

@@ -11,16 +11,16 @@
 /// where the standard leaves the details to the controller.
 namespace driveline::wire {
 
-/// Access of one side (EtherCAT or PDI) to a register.
+/// Access rights of EtherCAT or PDI to a register.
 enum class RegisterAccess : std::uint8_t { kNone, kRead, kWrite, kReadWrite, kReadClearOnWrite };
 
-/// A register, or an array of equal registers with `stride` bytes between their starts. T is the type of one element.
+/// A register, or an array of equal registers with `stride` bytes between their starts. T is the element type.
 template <typename T>
 struct Register {
   std::uint16_t address;             ///< address of the first element
   std::string_view name;             ///< as in the ESC data sheet
-  RegisterAccess ecat;               ///< what the master may do
-  RegisterAccess pdi;                ///< what the slave's application may do
+  RegisterAccess ecat;               ///< access rights of the master
+  RegisterAccess pdi;                ///< access rights of the slave's application
   T reset;                           ///< value after power-on
   std::string_view source;           ///< document and table
   std::uint16_t count = 1;           ///< number of elements
@@ -215,11 +215,11 @@ inline constexpr U8 kUserRam{0x0F80, "user RAM", A::kReadWrite, A::kReadWrite, 0
 /// A row of the register table, with the type of the register reduced to its size.
 struct RegisterRow {
   std::uint16_t address = 0;                    ///< address of the first element
-  std::uint16_t size = 0;                       ///< bytes of one element
+  std::uint16_t size = 0;                       ///< bytes per element
   std::uint16_t count = 1;                      ///< number of elements
   std::uint16_t stride = 0;                     ///< bytes from one element to the next
-  RegisterAccess ecat = RegisterAccess::kNone;  ///< what the master may do
-  RegisterAccess pdi = RegisterAccess::kNone;   ///< what the slave's application may do
+  RegisterAccess ecat = RegisterAccess::kNone;  ///< access rights of the master
+  RegisterAccess pdi = RegisterAccess::kNone;   ///< access rights of the slave's application
   std::uint64_t reset = 0;                      ///< value after power-on
   std::string_view name;                        ///< as in the ESC data sheet
   std::string_view source;                      ///< document and table
