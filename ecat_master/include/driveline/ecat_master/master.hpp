@@ -140,7 +140,7 @@ class Master {
   /// While the cycle runs with clocks: dc::ClockWatch::remeasure_delays() with the slaves in their current order on the
   /// line. Errors: those of that function, those of the bus.
   [[nodiscard]] Result<void> remeasure_delays();
-  /// While the cycle runs with clocks: the synchronization of the cycle, else null.
+  /// While the cycle runs with clocks: the synchronisation of the cycle, else null.
   [[nodiscard]] dc::ClockFollower* clock_follower() noexcept { return follower_.get(); }
   /// While the cycle runs: its core, else null.
   [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }

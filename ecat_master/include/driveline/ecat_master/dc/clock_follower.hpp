@@ -21,7 +21,7 @@ struct ReferenceClock {
   std::uint16_t working_counter = 0;  ///< expected working counter of a drift datagram that all clocks have processed
 };
 
-/// Synchronizes the cycle with the reference clock: makes the drift datagram of each cycle and computes the shift of
+/// Synchronises the cycle with the reference clock: makes the drift datagram of each cycle and computes the shift of
 /// the grid from its answer. In bus shift mode the master sends the reference clock a time in every second cycle:
 /// without LineClocks::time it is the master's time, and the grid does not shift; with LineClocks::time it is that
 /// time, and the grid still follows the reference clock. If that time jumps by more than any clock drifts, the drives

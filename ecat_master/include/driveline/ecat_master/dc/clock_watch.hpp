@@ -69,7 +69,7 @@ class ClockWatch {
   ClockWatch(Bus& bus, std::span<const SlaveRef> slaves, const LineClocks& clocks, ClockFollower& follower)
       : ClockWatch(bus, slaves, clocks, follower, Settings{}) {}
 
-  /// For the clocks of a ring: keeps both parts synchronized while the ring is open. `ring` must outlive the watch.
+  /// For the clocks of a ring: keeps both parts synchronised while the ring is open. `ring` must outlive the watch.
   void use_ring(port::RedundantPort& ring) noexcept { ring_ = &ring; }
 
   /// Checks all clocks once; call it every few milliseconds.

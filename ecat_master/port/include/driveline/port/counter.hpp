@@ -5,7 +5,7 @@
 
 namespace driveline::port {
 
-/// Counts events in one thread; any thread may read the count. The count synchronizes no other data, hence relaxed.
+/// Counts events in one thread; any thread may read the count. The count synchronises no other data, hence relaxed.
 class Counter {
  public:
   /// Only one thread at a time may call this, so that a load and a store suffice. \rtsafe
