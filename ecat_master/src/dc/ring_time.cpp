@@ -37,7 +37,6 @@ Result<void> ClockWatch::watch_ring() {
     return {};
   }
   if (*behind <= clocks_.reference) {
-    // No slave in front of the break follows the time: check_plan() refuses a reference with such slaves in front of
     // No slave in front of the break follows the time: choose_reference() refuses a reference with such slaves in
     // front.
     ring_->route_time({RedundantPort::TimeRoute::Leader::kSecondary, std::nullopt, status.primary_slaves});

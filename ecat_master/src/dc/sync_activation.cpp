@@ -50,7 +50,7 @@ class Activation {
     return difference(earliest_start(), *then) > nanoseconds{0};
   }
 
-  /// Stops the signals of the slaves that were to be activated; a slave that is gone needs nothing.
+  /// Stops the signals of the slaves that were to be activated; a missing slave needs no stop.
   [[nodiscard]] Result<void> stop() {
     std::vector<std::array<std::byte, 2>> data(slaves_.size());
     std::vector<Request> requests;

@@ -15,7 +15,7 @@ constexpr auto kLeaveTime = std::chrono::milliseconds{100};
 /// Slaves that answer an error reply with an error reply do so within this time.
 constexpr auto kEchoTime = std::chrono::milliseconds{20};
 
-/// Expected messages that justify reading ahead whatever the current state.
+/// Number of expected messages that always causes a read ahead.
 constexpr std::size_t kMany = 2;
 
 constexpr std::uint16_t bit_of(wire::MailboxType type) {

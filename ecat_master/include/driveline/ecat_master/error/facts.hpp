@@ -110,7 +110,7 @@ struct PlaceUnknown {
   std::uint32_t returned = 0;  ///< number of new slaves that may be one of them
 };
 
-// EEPROMs; `word` is an address in words.
+// EEPROMs; `word` is a word address.
 
 /// The EEPROM interface stays busy.
 struct SiiBusy {
@@ -194,9 +194,9 @@ struct SdoSize {
 
 /// The slave refused a file.
 struct FileRefused {
-  wire::FoeError code{};  ///< why, by the slave
+  wire::FoeError code{};  ///< reason reported by the slave
 };
-/// Another packet of a file came than the awaited one.
+/// Another packet of a file arrived than the expected one.
 struct FilePacket {
   std::uint32_t expected = 0;  ///< number of the expected packet
   std::uint32_t received = 0;  ///< number of the received packet
@@ -238,7 +238,7 @@ struct SoeOther {
   SoeDatum asked{};     ///< requested operation datum
   SoeDatum answered{};  ///< operation datum in the answer
 };
-/// The number of fragments to come in a fragment does not continue that of the previous fragment.
+/// A fragment announces a number of further fragments that does not match the previous fragment.
 struct SoeFragments {
   SoeDatum datum{};            ///< operation datum being read
   std::uint16_t expected = 0;  ///< expected number of fragments to come

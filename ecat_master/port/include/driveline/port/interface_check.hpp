@@ -35,7 +35,7 @@ struct InterfaceFacts {
   std::vector<std::string> ip_addresses;  ///< IPv4 and IPv6 addresses of the interface, as text
 };
 
-/// Asks the kernel about the interface `name`. Needs no privileges; not for the cycle.
+/// Reads the settings of the interface `name` from the kernel. Needs no privileges; not for the cycle.
 /// Errors: kInvalidName, kNoSuchInterface, kNotEthernet, kSystem.
 [[nodiscard]] tl::expected<InterfaceFacts, PortError> read_interface_facts(const std::string& name);
 

@@ -14,9 +14,9 @@ namespace driveline::port {
 struct RingStatus {
   /// What the frames of the last exchange show about the ring.
   enum class State : std::uint8_t {
-    kUnknown,  ///< no frame has come back yet
+    kUnknown,  ///< no frame has returned yet
     kClosed,   ///< frames arrive at the other end
-    kOpen,     ///< frames come back to the end that sent them
+    kOpen,     ///< frames return to the end that sent them
   };
   State state = State::kUnknown;  ///< closed, open (broken) or not known yet
   /// While open: number of slaves between the primary interface and the break, and between the break and the secondary

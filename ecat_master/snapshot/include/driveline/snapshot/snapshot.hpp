@@ -37,7 +37,7 @@ enum class PlcopenState : std::uint8_t {
 /// Whether the axis has been homed in this run.
 enum class AxisHomed : std::uint8_t {
   kUnknown,  ///< no homing in this run; the drive may still know its position
-  kNo,       ///< homing is under way, or has failed
+  kNo,       ///< homing is in progress, or has failed
   kYes,      ///< homed in this run
 };
 

@@ -79,7 +79,7 @@ struct SdoHeader {
   std::uint8_t subindex = 0;               ///< sub-index of the entry; 0 or 1 with complete access
   std::array<std::byte, 4> data{};         ///< size of the object, or the value of an expedited transfer
 
-  static constexpr std::uint8_t kSizeIndicated = 0x01;   ///< command bit 0: `data` tells the size
+  static constexpr std::uint8_t kSizeIndicated = 0x01;   ///< command bit 0: `data` holds the size
   static constexpr std::uint8_t kExpedited = 0x02;       ///< command bit 1: `data` is the value
   static constexpr std::uint8_t kCompleteAccess = 0x10;  ///< command bit 4: all sub-indices
 
@@ -132,12 +132,12 @@ struct SdoSegmentHeader {
   std::uint8_t unused = 0;     ///< 0..7, bytes of a 7-byte segment without data
   bool last = false;           ///< bit 0: no further segment
 
-  /// As the command byte. \rtsafe
+  /// The command byte. \rtsafe
   [[nodiscard]] constexpr std::uint8_t raw() const noexcept {
     return static_cast<std::uint8_t>((unsigned{specifier} << 5) | (toggle ? 0x10U : 0U) | ((unused & 7U) << 1) |
                                      (last ? 1U : 0U));
   }
-  /// From the command byte. \rtsafe
+  /// Decodes the command byte. \rtsafe
   [[nodiscard]] static constexpr SdoSegmentHeader from_raw(std::uint8_t raw) noexcept {
     return {static_cast<std::uint8_t>(raw >> 5), (raw & 0x10) != 0, static_cast<std::uint8_t>((raw >> 1) & 7U),
             (raw & 1) != 0};

@@ -34,7 +34,7 @@ struct EtherCatHeader {
 struct DatagramAddress {
   std::uint32_t raw = 0;  ///< ADP in the lower word, ADO in the upper one; or a logical address
 
-  /// ADP (auto-increment position, station address) and ADO (memory offset).
+  /// Address from ADP (auto-increment position, station address) and ADO (memory offset).
   [[nodiscard]] static constexpr DatagramAddress physical(std::uint16_t adp, std::uint16_t ado) noexcept {
     return {static_cast<std::uint32_t>(adp) | (static_cast<std::uint32_t>(ado) << 16)};
   }
@@ -42,7 +42,7 @@ struct DatagramAddress {
   [[nodiscard]] static constexpr DatagramAddress position(std::uint16_t position, std::uint16_t ado) noexcept {
     return physical(static_cast<std::uint16_t>(0U - position), ado);
   }
-  /// For LRD, LWR and LRW. \rtsafe
+  /// Logical address, for LRD, LWR and LRW. \rtsafe
   [[nodiscard]] static constexpr DatagramAddress logical(std::uint32_t address) noexcept { return {address}; }
   /// Position or station address. \rtsafe
   [[nodiscard]] constexpr std::uint16_t adp() const noexcept { return static_cast<std::uint16_t>(raw & 0xFFFF); }

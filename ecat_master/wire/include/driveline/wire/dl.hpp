@@ -22,7 +22,7 @@ struct DlStatus {
   bool enhanced_link_detection = false;  ///< bit 2
   std::array<Port, 4> ports{};           ///< indexed by port number
 
-  /// As register 0x0110. \rtsafe
+  /// The value of register 0x0110. \rtsafe
   [[nodiscard]] constexpr std::uint16_t raw() const noexcept {
     unsigned value = (pdi_operational ? 1U : 0U) | (pdi_watchdog_ok ? 2U : 0U) | (enhanced_link_detection ? 4U : 0U);
     for (unsigned i = 0; i < 4; ++i) {
@@ -32,7 +32,7 @@ struct DlStatus {
     }
     return static_cast<std::uint16_t>(value);
   }
-  /// From register 0x0110. \rtsafe
+  /// Decodes register 0x0110. \rtsafe
   [[nodiscard]] static constexpr DlStatus from_raw(std::uint16_t raw) noexcept {
     DlStatus status;
     status.pdi_operational = (raw & 1U) != 0;

@@ -62,11 +62,11 @@ struct EoeFragment {
   std::uint8_t blocks = 0;  ///< 0..63; first fragment: size of the frame in blocks; other fragments: offset in blocks
   std::uint8_t frame = 0;   ///< 0..15; number of the frame, modulo 16
 
-  /// As EoeHeader::value. \rtsafe
+  /// Encodes the fields as EoeHeader::value. \rtsafe
   [[nodiscard]] constexpr std::uint16_t value() const noexcept {
     return static_cast<std::uint16_t>((number & 0x3FU) | ((blocks & 0x3FU) << 6) | ((frame & 0x0FU) << 12));
   }
-  /// From EoeHeader::value. \rtsafe
+  /// Decodes EoeHeader::value. \rtsafe
   [[nodiscard]] static constexpr EoeFragment from_value(std::uint16_t value) noexcept {
     return {static_cast<std::uint8_t>(value & 0x3FU), static_cast<std::uint8_t>((value >> 6) & 0x3FU),
             static_cast<std::uint8_t>(value >> 12)};

@@ -44,9 +44,9 @@ struct FoeBusy {
   std::uint16_t done = 0;    ///< progress so far
   std::uint16_t entire = 0;  ///< value at completion; 0: not known
 
-  /// As FoeHeader::value. \rtsafe
+  /// Encodes the fields as FoeHeader::value. \rtsafe
   [[nodiscard]] constexpr std::uint32_t value() const noexcept { return done | (std::uint32_t{entire} << 16); }
-  /// From FoeHeader::value. \rtsafe
+  /// Decodes FoeHeader::value. \rtsafe
   [[nodiscard]] static constexpr FoeBusy from_value(std::uint32_t value) noexcept {
     return {static_cast<std::uint16_t>(value & 0xFFFFU), static_cast<std::uint16_t>(value >> 16)};
   }

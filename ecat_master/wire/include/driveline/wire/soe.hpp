@@ -46,7 +46,7 @@ struct SoeElementSet {
   /// A set with one element.
   constexpr SoeElementSet(SoeElement element) noexcept  // NOLINT(google-explicit-constructor): an element is a set
       : bits(static_cast<std::uint8_t>(element)) {}
-  /// From the byte of a header.
+  /// The set in the element byte of a header.
   [[nodiscard]] static constexpr SoeElementSet of(std::uint8_t bits) noexcept {
     SoeElementSet set;
     set.bits = bits;

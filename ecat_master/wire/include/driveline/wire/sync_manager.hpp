@@ -18,13 +18,13 @@ struct SyncManagerControl {
   bool interrupt_pdi = false;                                    ///< bit 5: event for the application
   bool watchdog_trigger = false;                                 ///< bit 6: a write restarts the process data watchdog
 
-  /// As the control register. \rtsafe
+  /// The value of the control register. \rtsafe
   [[nodiscard]] constexpr std::uint8_t raw() const noexcept {
     return static_cast<std::uint8_t>((static_cast<unsigned>(mode) & 3U) |
                                      ((static_cast<unsigned>(direction) & 3U) << 2) | (interrupt_ecat ? 0x10U : 0U) |
                                      (interrupt_pdi ? 0x20U : 0U) | (watchdog_trigger ? 0x40U : 0U));
   }
-  /// From the control register. \rtsafe
+  /// Decodes the control register. \rtsafe
   [[nodiscard]] static constexpr SyncManagerControl from_raw(std::uint8_t raw) noexcept {
     return {static_cast<SyncManagerMode>(raw & 3), static_cast<SyncManagerDirection>((raw >> 2) & 3), (raw & 0x10) != 0,
             (raw & 0x20) != 0, (raw & 0x40) != 0};

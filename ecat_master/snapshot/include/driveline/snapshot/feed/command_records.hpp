@@ -56,7 +56,7 @@ struct CommandRecord {
 enum class CommandResult : std::uint32_t {
   kAccepted,  ///< the command is in progress; another answer follows
   kDone,      ///< the command has been completed
-  kRefused,   ///< the command had no effect
+  kRefused,   ///< the command was refused and had no effect
   kAborted,   ///< the command was accepted but not completed
 };
 
