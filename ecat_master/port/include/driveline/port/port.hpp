@@ -48,7 +48,7 @@ class Port {
   /// received. It may sleep: the cycle calls it only where it may sleep until its answer arrives. \rtsafe
   virtual bool wait_readable(std::chrono::nanoseconds deadline) noexcept = 0;
 
-  /// Send time stamp of the last frame that send() took; its launch time when it is held back. \rtsafe
+  /// Send time stamp of the last frame that send() accepted; its launch time when it is held back. \rtsafe
   [[nodiscard]] virtual std::chrono::nanoseconds last_send_time() const noexcept = 0;
 };
 
