@@ -2,25 +2,25 @@
 
 namespace driveline::slaves {
 
-/// I2t of a motor and the temperatures of motor and power stage, each a first-order lag of the squared current.
+/// Parameters of the temperatures of motor and power stage, each a first-order lag of the squared current.
 struct ThermalParameters {
-  double motor_time_constant_s = 600.0;      ///< of the windings
-  double motor_rise_k = 65.0;                ///< at rated current
-  double amplifier_time_constant_s = 120.0;  ///< of the power stage
-  double amplifier_rise_k = 30.0;            ///< at rated current
-  double ambient_c = 25.0;                   ///< temperature of both after a long time without current
+  double motor_time_constant_s = 600.0;      ///< time constant of the windings
+  double motor_rise_k = 65.0;                ///< temperature rise at rated current
+  double amplifier_time_constant_s = 120.0;  ///< time constant of the power stage
+  double amplifier_rise_k = 30.0;            ///< temperature rise at rated current
+  double ambient_c = 25.0;                   ///< temperature of motor and power stage after a long time without current
 };
 
-/// How the I2t monitoring counts (P 735).
+/// Parameters of the I2t monitoring (P 735).
 struct OverloadLimits {
   bool thermal = true;            ///< THERM: share of the rated thermal load; false: FREQ
   double time_constant_s = 60.0;  ///< THERM (P 733[7])
-  double rated = 1.0;             ///< FREQ: permitted current at and above `rated_hz`, in rated currents (P 733[0])
-  double standstill = 1.0;        ///< at 0 Hz (P 733[1])
+  double rated = 1.0;             ///< permitted current at 0 Hz (P 733[1])
+  double standstill = 1.0;        ///< permitted current at `middle_hz` (P 733[2], [3])
   double middle = 1.0;            ///< at `middle_hz` (P 733[2], [3])
   double middle_hz = 10.0;        ///< up to here the limit goes from `standstill` to `middle`, then to `rated`
   double rated_hz = 50.0;         ///< from here on the limit is `rated`
-  double rated_share = 1.0;       ///< rated current that the monitoring knows (P 457), of the motor's own
+  double rated_share = 1.0;       ///< rated current of the monitoring (P 457), as a share of the motor's
 };
 
 /// Motor and power stage as two masses that the squared current heats, and the overload monitoring of the drive.
