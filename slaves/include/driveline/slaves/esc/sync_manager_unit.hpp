@@ -51,7 +51,7 @@ class SyncManagerUnit {
   /// @}
 
   /// \name Buffer events
-  /// A buffer was opened or transferred, on a channel that latches its events (activation bits 6 and 7); true once per
+  /// An access has completed a buffer of a channel that latches its events (activation bits 6 and 7); true once per
   /// event.
   /// @{
 
