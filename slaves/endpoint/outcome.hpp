@@ -10,7 +10,7 @@ namespace driveline::endpoint {
 
 /// Why an end point cannot run.
 struct Failure {
-  std::string what;  ///< description of the failed action
+  std::string what;  ///< description of the failure
   int error = 0;     ///< errno of the system call; 0: not a system call
 };
 

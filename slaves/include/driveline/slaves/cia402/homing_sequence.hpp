@@ -30,7 +30,7 @@ class HomingSequence {
  public:
   /// State of the homing.
   enum class State : std::uint8_t {
-    kIdle,         ///< moving towards the home position
+    kIdle,         ///< not started
     kSearching,    ///< moving towards the home position
     kStopping,     ///< home position found, the axis decelerates
     kAttained,     ///< home position found, the axis is at standstill
