@@ -51,7 +51,7 @@ class AlStateMachine {
   [[nodiscard]] const SyncMargin& sync_margin() const noexcept { return synchronisation_.margin(); }
   /// Called after each regular step: checks for outputs or SYNC0 when a transition waits for them.
   void on_step(Nanoseconds now) noexcept;
-  /// The slave leaves its state on its own and reports the reason.
+  /// Leaves the state without a request of the master, and reports the reason.
   void fall_back(wire::AlState to, wire::AlStatusCode reason) noexcept;
 
   /// Returns the current state, not the requested one.

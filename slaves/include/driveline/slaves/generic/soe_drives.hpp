@@ -48,7 +48,7 @@ class SoeDrives final : public SoeTable {
   /// Called when no process data arrive any more: sets S-0-0011, S-0-0014 and S-0-0095, and sends the master an
   /// emergency of each drive. \rtsafe
   void communication_failed() noexcept;
-  /// Ends procedure commands that have taken their time. \rtsafe
+  /// Ends procedure commands whose duration has passed. \rtsafe
   void advance(std::chrono::nanoseconds now) noexcept;
 
  private:

@@ -41,7 +41,7 @@ class LineFaults {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
-  /// "nothing due", and "lasts until healed".
+  /// Time of an event that does not occur: nothing is due, or a fault lasts until healed.
   static constexpr Nanoseconds kNever = Nanoseconds::max();
   /// Maximum number of active faults.
   static constexpr std::size_t kMaxActive = 64;

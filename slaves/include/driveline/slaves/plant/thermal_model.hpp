@@ -15,9 +15,9 @@ struct ThermalParameters {
 struct OverloadLimits {
   bool thermal = true;            ///< THERM: share of the rated thermal load; false: FREQ
   double time_constant_s = 60.0;  ///< THERM (P 733[7])
-  double rated = 1.0;             ///< permitted current at 0 Hz (P 733[1])
-  double standstill = 1.0;        ///< permitted current at `middle_hz` (P 733[2], [3])
-  double middle = 1.0;            ///< at `middle_hz` (P 733[2], [3])
+  double rated = 1.0;             ///< FREQ: permitted current at and above `rated_hz`, in rated currents (P 733[0])
+  double standstill = 1.0;        ///< permitted current at 0 Hz (P 733[1])
+  double middle = 1.0;            ///< permitted current at `middle_hz` (P 733[2], [3])
   double middle_hz = 10.0;        ///< up to here the limit goes from `standstill` to `middle`, then to `rated`
   double rated_hz = 50.0;         ///< from here on the limit is `rated`
   double rated_share = 1.0;       ///< rated current of the monitoring (P 457), as a share of the motor's

@@ -29,7 +29,7 @@ class ModeControl {
   void select() noexcept;
   /// Returns the active mode, 6061h.
   [[nodiscard]] OperationMode mode() const noexcept { return mode_; }
-  /// Whether 6060h accepts the mode; this includes kNone. \rtsafe
+  /// Whether 6060h accepts this mode of CiA 402; kNone is accepted. \rtsafe
   [[nodiscard]] static bool supported(OperationMode mode) noexcept;
 
   /// Returns the source of the setpoints for the motion. \rtsafe
