@@ -8,17 +8,17 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// Modes that show ROT_0 in status bit 14 (MSD manual Tables 12.5, 12.14, 12.18-12.24).
+/// Whether the mode shows ROT_0 in status bit 14 (MSD manual Tables 12.5, 12.14, 12.18-12.24).
 bool shows_standstill(OperationMode mode) noexcept {
   return mode != OperationMode::kNone && mode != OperationMode::kVelocity && mode != OperationMode::kProfileVelocity;
 }
 
-/// Modes that show "axis synchronised" in status bit 15 (MSD manual 12.3).
+/// Whether the mode shows "axis synchronised" in status bit 15 (MSD manual 12.3).
 bool shows_synchronism(OperationMode mode) noexcept {
   return mode >= OperationMode::kInterpolatedPosition;
 }
 
-/// Modes that show the following error in status bit 13 (MSD manual Table 11.9).
+/// Whether the mode shows the following error in status bit 13 (MSD manual Table 11.9).
 bool shows_following_error(OperationMode mode) noexcept {
   return mode == OperationMode::kProfilePosition || mode == OperationMode::kCyclicSynchronousPosition;
 }

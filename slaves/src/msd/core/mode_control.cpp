@@ -153,7 +153,8 @@ void ModeControl::step_profile_position(const Conditions& conditions, Motion& mo
   if (setpoint || (resume && handshake_.busy())) motion.move_to(target_, profile_limits(motion));
 }
 
-/// "Updates cyclically the objects listed in the table" (MSD manual 12.2.3): target, limit and ramps.
+/// Applies changes of target, limit and ramps: "Updates cyclically the objects listed in the table" (MSD
+/// manual 12.2.3).
 void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
   const auto wanted = dictionary_->get(kValue.target_velocity);
   const double most = value(kValue.max_profile_velocity);

@@ -57,7 +57,7 @@ std::int64_t Motion::position() const noexcept {
   return position_at(motor_.encoder_count());
 }
 
-/// Position units to radians of the motor shaft.
+/// Converts position units to radians of the motor shaft.
 double Motion::to_rad(double position) const noexcept {
   return position * settings_.scaling.position_rad + static_cast<double>(zero_) * motor_.radians_per_increment();
 }

@@ -22,7 +22,7 @@ constexpr EntryRow parameter(std::uint16_t number, std::uint8_t subindex, std::u
   return element(p(number), subindex, access, value, name, range, unit, source);
 }
 
-/// Rows of the motor data.
+/// Returns a row of the motor data.
 template <typename T>
 constexpr EntryRow motor_data(std::uint16_t number, Slot<T> value, std::string_view name, RowRange range,
                               std::string_view unit, std::string_view source) {

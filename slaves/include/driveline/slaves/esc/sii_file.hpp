@@ -36,7 +36,7 @@ struct SiiFileError {
 ///
 ///     SiiFile file("drive1.sii");
 ///     SlaveOptions options;
-///     options.sii_image = *file.load();  // empty when there is no file yet: the device's own
+///     options.sii_image = *file.load();  // empty without a file: the device's own content
 ///     Slave slave(std::make_unique<MsdDrive>(), options);
 ///     ...
 ///     if (const auto saved = file.save(slave.esc().sii()); !saved) complain(describe(saved.error()));

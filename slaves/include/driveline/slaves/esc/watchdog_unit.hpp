@@ -54,7 +54,7 @@ class WatchdogUnit {
   [[nodiscard]] bool pdi_expired() const noexcept { return pdi_expired_; }
   /// @}
 
-  /// A write to one of the two counters clears both.
+  /// Clears both counters; called after a write to either of them.
   void clear_counters() noexcept;
 
  private:

@@ -7,7 +7,7 @@
 
 namespace driveline::slaves::msd {
 
-/// Four PDOs per direction, eight objects and eight bytes each (MSD manual 8.3.3, 9.1).
+/// PDO limits: four PDOs per direction, eight objects and eight bytes each (MSD manual 8.3.3, 9.1).
 inline constexpr PdoLimits kPdoLimits{};
 
 /// Returns the object dictionary of a variant: one table for SDO, SDO information, PDO mapping, ESI, SII.

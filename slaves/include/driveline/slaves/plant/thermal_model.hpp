@@ -23,28 +23,30 @@ struct OverloadLimits {
   double rated_share = 1.0;       ///< rated current of the monitoring (P 457), as a share of the motor's
 };
 
-/// Motor and power stage as two masses that the squared current heats, and the overload monitoring of the drive.
+/// Temperatures of motor and power stage, two masses heated by the squared current, and the drive's overload
+/// monitoring.
 class ThermalModel {
  public:
-  /// Cold: both at ambient temperature, integrator at 0. Impossible values are replaced by the nearest possible ones.
+  /// Starts cold: both at ambient temperature, integrator at 0. Impossible values are replaced by the nearest possible
+  /// ones.
   explicit ThermalModel(const ThermalParameters& parameters = {}) noexcept;
 
-  /// `step_s` with this current, in rated currents, at this electrical frequency. \rtsafe
+  /// Runs a step of `step_s` with this current, in rated currents, at this electrical frequency. \rtsafe
   void step(double current, double frequency_hz, const OverloadLimits& limits, double step_s) noexcept;
-  /// As after a long time without current. \rtsafe
+  /// Resets to the state after a long time without current. \rtsafe
   void reset() noexcept;
 
-  /// Ambient temperature; motor and drive follow with their time constants. \rtsafe
+  /// Sets the ambient temperature; motor and power stage follow with their time constants. \rtsafe
   void set_ambient(double celsius) noexcept;
-  /// Temperature of that air. \rtsafe
+  /// Returns the ambient temperature in degrees Celsius. \rtsafe
   [[nodiscard]] double ambient_c() const noexcept { return parameters_.ambient_c; }
 
-  /// Integrator in percent: THERM 100 % after a long time at rated current, trips at 110 %; FREQ 100 % is the trip
-  /// point, 150 % of the permitted current for 120 s (Device Help). \rtsafe
+  /// Returns the integrator in percent: THERM 100 % after a long time at rated current, trips at 110 %; FREQ 100 % is
+  /// the trip point, 150 % of the permitted current for 120 s (Device Help). \rtsafe
   [[nodiscard]] double overload_percent() const noexcept { return overload_percent_; }
-  /// Temperature of the windings in degrees Celsius. \rtsafe
+  /// Returns the temperature of the windings in degrees Celsius. \rtsafe
   [[nodiscard]] double motor_c() const noexcept { return motor_c_; }
-  /// Temperature of the power stage in degrees Celsius. \rtsafe
+  /// Returns the temperature of the power stage in degrees Celsius. \rtsafe
   [[nodiscard]] double amplifier_c() const noexcept { return amplifier_c_; }
 
  private:

@@ -13,7 +13,7 @@ namespace driveline::slaves::msd {
 /// Why a file is not a firmware of a drive.
 enum class FirmwareError : std::uint8_t {
   kNoHeader,  ///< it does not start like a firmware, or ends within its header
-  kProduct,   ///< it is for another drive
+  kProduct,   ///< the firmware is for another drive
   kLength,    ///< the content is longer or shorter than the header states
   kChecksum,  ///< the content is damaged
   kTooOld,    ///< older than any version of this drive
