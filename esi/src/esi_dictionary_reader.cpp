@@ -139,8 +139,7 @@ class DictionaryReader {
     return behind;
   }
 
-  /// Places the entries from `first` on one after the other, starting at bit `offset`; the preceding entry ends at
-  /// `behind`.
+  /// Places the entries from `first` on one after the other from bit `offset`; the preceding entry ends at `behind`.
   static void place(Object& object, std::size_t first, std::uint32_t offset, std::uint32_t& behind) {
     for (std::size_t i = first; i < object.entries.size(); ++i) {
       ObjectEntry& entry = object.entries[i];
@@ -151,8 +150,7 @@ class DictionaryReader {
     }
   }
 
-  /// Adds the elements of an array type from sub-index `first` (or its LBound, if higher); returns the next free
-  /// sub-index.
+  /// Adds the elements of an array type from sub-index `first` (or its LBound, if higher); returns the next sub-index.
   std::uint32_t add_elements(pugi::xml_node user, const ResolvedType& type, std::uint32_t first, Object& object,
                              pugi::xml_node flags = {}) {
     const auto info = type.array.child("ArrayInfo");

@@ -12,8 +12,7 @@ namespace {
 
 constexpr std::uint32_t kFirstElementBit = 16;  ///< sub-index 0 has 8 bits, followed by 8 unused bits
 
-/// Form of an object in the file: a variable, an array type if all elements are alike, or else a structure of
-/// sub-indices.
+/// Form of an object in the file: a variable, an array type (elements all alike), or a structure of sub-indices.
 enum class Shape { kVariable, kArray, kRecord };
 
 /// Whether two elements may belong to the same array: they may differ only in name, values and bit offset.

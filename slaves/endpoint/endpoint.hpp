@@ -25,8 +25,7 @@ class Endpoint {
   Endpoint(const Endpoint&) = delete;  // the web server refers to the state of this object
   Endpoint& operator=(const Endpoint&) = delete;
 
-  /// Runs until the other end of the socket is closed. An error, also sent to the other end, is the reason why it
-  /// cannot run.
+  /// Runs until the other end of the socket is closed. The error, also sent to the other end, states why it cannot run.
   [[nodiscard]] Outcome<void> run();
 
  private:

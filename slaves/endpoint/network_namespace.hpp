@@ -8,9 +8,8 @@ namespace driveline::endpoint {
 /// else inside a user namespace if the kernel allows it. The process must have a single thread.
 [[nodiscard]] Outcome<void> enter_own_network();
 
-/// Drops all privileges except CAP_NET_ADMIN, which is limited to the new network namespace and needed when the master
-/// sets another address. Changes the user from root to nobody, and prevents programs started by it from gaining
-/// privileges.
+/// Drops all privileges except CAP_NET_ADMIN, which is limited to the new network namespace and needed to change the
+/// address; a root process becomes user 65534. Programs that it starts cannot gain privileges.
 [[nodiscard]] Outcome<void> drop_privileges();
 
 }  // namespace driveline::endpoint

@@ -33,8 +33,7 @@ void HomingSequence::plan_limit(bool on) noexcept {
   add(1, Until::kInactive, true);
 }
 
-/// Methods 3, 4 and 19, 20 (mirrored: 5, 6, 21, 22): the switch is active in the whole range on the positive side of
-/// its edge.
+/// Methods 3, 4 and 19, 20 (mirrored: 5, 6, 21, 22): a switch that is active on the whole positive side of its edge.
 void HomingSequence::plan_half(int variant, bool on, bool index) noexcept {
   if (variant == 0) {  // home at the inactive side of the edge
     if (!on) add(1, Until::kActive, false);

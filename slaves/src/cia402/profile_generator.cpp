@@ -35,8 +35,8 @@ struct ProfileGenerator::Plan {
   }
   void cruise(double duration_s) noexcept { add(duration_s, 0.0, 0.0); }
 
-  /// Changes the speed to `v`, with zero acceleration at the end. Passes standstill only if the initial acceleration
-  /// forces it.
+  /// Changes the speed to `v` with zero final acceleration. Passes standstill only if the initial acceleration forces
+  /// it.
   void change_speed(double v, double limit, double jerk_time_s) noexcept {
     if (!(jerk_time_s > 0.0)) {
       const double change = v - end.velocity;

@@ -138,8 +138,7 @@ bool DistributedClock::write_registers(Side side, std::size_t address, std::span
   if (!present_ || data.empty()) return false;
   bool any = false;
   const auto touches = [&](const auto& r) { return overlaps(address, data.size(), r.address, sizeof(r.reset)); };
-  // A write to the receive times does not store data: it requests to latch them. The system time is compared, not
-  // stored.
+  // Writes to the receive times only request to latch them. The system time is compared, not stored.
   if (side == Side::kEcat && address <= reg::kReceiveTimePort.address) {
     latch_requested_ = true;
     any = true;

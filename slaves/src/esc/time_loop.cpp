@@ -13,8 +13,7 @@ namespace {
 constexpr double kProportional = 40e-9;
 constexpr double kShare = 0.005;
 constexpr double kMaxShare = 0.25;
-/// A proportional correction ends after kHold, and after kHoldPeriods periods, so that rare reference times do not
-/// overshoot.
+/// A proportional correction ends after kHold and kHoldPeriods periods, so that rare reference times do not overshoot.
 constexpr std::int64_t kHold = 10'000'000;
 constexpr std::int64_t kHoldPeriods = 4;
 /// Differences beyond these limits, absolute and per nanosecond since the last reference time, are not drift: a clock
@@ -25,8 +24,7 @@ constexpr double kOffsetShare = 2e-3;
 constexpr int kCounterMargin = 0x7F;
 constexpr int kMinStart = 0x80;
 constexpr int kDefaultDepth = 12;
-/// Iterations of the inversion: the rate differs from 1 by less than 1e-3, so each multiplies the error by that: enough
-/// for kReach.
+/// Iterations of the inversion: the rate error is below 1e-3, and each multiplies the error by it: enough for kReach.
 constexpr int kInverseRounds = 8;
 
 double rate_of(int counter, int start) noexcept {

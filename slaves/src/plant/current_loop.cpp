@@ -34,8 +34,7 @@ double CurrentLoop::loss_w() const noexcept {
   return 1.5 * parameters_.resistance_ohm * (d_a_ * d_a_ + q_a_ * q_a_);
 }
 
-/// In reality the diodes extinguish the current of the windings within fractions of a millisecond; here it is 0 at
-/// once.
+/// In reality the diodes extinguish the current within fractions of a millisecond; here it is 0 at once.
 void CurrentLoop::open_circuit() noexcept {
   d_a_ = q_a_ = 0.0;
   d_v_ = q_v_ = 0.0;

@@ -9,8 +9,8 @@
 
 namespace driveline::esi {
 
-/// Converts hexBinary text to bytes (two digits per byte, either case, white space between digits ignored). Returns
-/// nullopt for any other text.
+/// Converts hexBinary text (two digits per byte, either case, white space ignored) to bytes; nullopt for any other
+/// text.
 [[nodiscard]] std::optional<std::vector<std::byte>> parse_hex(std::string_view text);
 
 /// Converts bytes to upper-case hexBinary text.

@@ -10,8 +10,7 @@
 
 namespace driveline::slaves {
 
-/// Direction and number of a signal of a device. The machine around the device sets the inputs, the device sets the
-/// outputs.
+/// Direction and number of a signal. The machine around the device sets the inputs, the device sets the outputs.
 struct SignalPlace {
   /// Direction, seen from the device.
   enum class Way : std::uint8_t { kInput, kOutput };

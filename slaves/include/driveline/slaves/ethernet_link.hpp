@@ -15,13 +15,11 @@ class EthernetLink {
   virtual ~EthernetLink() = default;
   /// Sends a frame from the master to the device. False: the queue is full, the frame is lost. \rtsafe
   [[nodiscard]] virtual bool send(std::span<const std::byte> frame) noexcept = 0;
-  /// Writes the next frame from the device to the master into `out`; returns its length, 0: none. A frame longer than
-  /// `out` is lost. \rtsafe
+  /// Writes the next frame to the master into `out`; returns its length, 0: none. A longer frame is lost. \rtsafe
   [[nodiscard]] virtual std::size_t receive(std::span<std::byte> out) noexcept = 0;
   /// Sets all addresses of the device; it has no address where the parameter is empty. \rtsafe
   virtual void set_address(const wire::EoeIpParameters& address) noexcept = 0;
-  /// Sets the state of the port, which is up while the mailbox runs. Frames that wait when it goes down are discarded.
-  /// \rtsafe
+  /// Sets the port's link, which is up while the mailbox runs. Waiting frames are discarded when it goes down. \rtsafe
   virtual void set_link(bool up) noexcept = 0;
 };
 

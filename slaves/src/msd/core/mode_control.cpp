@@ -79,8 +79,7 @@ MotionSource ModeControl::source(const Conditions& conditions) const noexcept {
   return MotionSource::kNone;
 }
 
-/// Returns the reaction of 605Dh while halted: 0 torque off, 1 slow down ramp, 2 quick stop ramp, 3 current limit, 4
-/// voltage limit.
+/// 605Dh, reaction to halt: 0 torque off, 1 slow down ramp, 2 quick stop ramp, 3 current limit, 4 voltage limit.
 MotionCommand ModeControl::command(const Conditions& conditions) const noexcept {
   const bool halt = conditions.enabled && has_halt(mode_) && (conditions.control_word & control_word::kHalt) != 0;
   if (!halt) return MotionCommand::kFollow;
@@ -153,8 +152,7 @@ void ModeControl::step_profile_position(const Conditions& conditions, Motion& mo
   if (setpoint || (resume && handshake_.busy())) motion.move_to(target_, profile_limits(motion));
 }
 
-/// Applies changes of target, limit and ramps: "Updates cyclically the objects listed in the table" (MSD
-/// manual 12.2.3).
+/// "Updates cyclically the objects listed in the table" (MSD manual 12.2.3): applies target, limit and ramps.
 void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
   const auto wanted = dictionary_->get(kValue.target_velocity);
   const double most = value(kValue.max_profile_velocity);

@@ -196,8 +196,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   steps_since_sample_ = since;
 }
 
-/// The measured speed lags by its filter. If the current position setpoint implies nearly the same speed, that speed is
-/// used.
+/// The measured speed lags by its filter. If the position setpoint implies nearly the same speed, that is used.
 double Motion::speed_towards_setpoint(double speed, std::uint32_t since) const noexcept {
   const auto target = settings_.range.destination(position(), setpoints_.position, PositionRange::Direction::kShortest);
   const double steps = position_.periods_ahead() * settings_.steps_per_setpoint - since;
@@ -250,8 +249,7 @@ double Motion::follow_torque() noexcept {
   return controller_.step({Loop::kTorque, 0.0, 0.0, torque});
 }
 
-/// The profile generator uses its own speed and acceleration as feed-forward (Device Help 8: the generator provides the
-/// pre-control).
+/// The profile generator feeds forward its own speed and acceleration (Device Help 8: it gives the pre-control).
 double Motion::follow_profile_position() noexcept {
   const double reference_rad = generator_.state().position;
   generator_.step(kControlStepS);

@@ -7,8 +7,7 @@
 
 namespace driveline::slaves {
 
-/// Inputs of homing in one control cycle. Positions are in encoder increments and increase in the positive direction of
-/// the axis.
+/// Inputs of homing in one control cycle. Positions are in encoder increments in the positive direction of the axis.
 struct HomingInputs {
   bool negative_limit = false;              ///< limit switch at the negative end is active
   bool positive_limit = false;              ///< limit switch at the positive end is active

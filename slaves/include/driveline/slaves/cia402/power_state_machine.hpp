@@ -19,8 +19,7 @@ enum class PowerState : std::uint8_t {
   kFault = 8,
 };
 
-/// Returns bits 0..3, 5 and 6 of the status word for a state (MSD manual Table 11.8; bit 5 is 0 where it is
-/// irrelevant).
+/// Returns bits 0..3, 5 and 6 of the status word (MSD manual Table 11.8; bit 5 is 0 where it is irrelevant).
 [[nodiscard]] constexpr std::uint16_t status_bits(PowerState state) noexcept {
   switch (state) {
     case PowerState::kNotReadyToSwitchOn:

@@ -16,8 +16,7 @@ struct ProfileLimits {
   friend bool operator==(const ProfileLimits&, const ProfileLimits&) = default;
 };
 
-/// State of a movement: position in the caller's unit (the drive uses increments or revolutions) and its time
-/// derivatives.
+/// State of a movement: position in the caller's unit (drive: increments or revolutions) and its time derivatives.
 struct ProfileState {
   double position = 0.0;      ///< in units
   double velocity = 0.0;      ///< in units/s
@@ -32,8 +31,7 @@ struct ProfileState {
 /// zero acceleration.
 class ProfileGenerator {
  public:
-  /// Sets the state without a movement; a movement that starts before the next step() takes over its acceleration.
-  /// \rtsafe
+  /// Sets the state without a movement; a movement started before the next step() continues its acceleration. \rtsafe
   void reset(const ProfileState& state) noexcept;
   /// Starts a movement to standstill at `position`. \rtsafe
   void move_to(double position, const ProfileLimits& limits) noexcept;

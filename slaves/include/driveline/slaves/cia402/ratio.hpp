@@ -16,9 +16,7 @@ class Ratio {
   /// they do, which no factor group of practical size needs. \rtsafe
   [[nodiscard]] static Ratio of(Wide numerator, Wide divisor) noexcept;
 
-  /// Returns value * numerator / divisor, rounded to the nearest whole number, halves away from zero; limited to 64
-  /// bits.
-  /// \rtsafe
+  /// Returns value * numerator / divisor, rounded, halves away from zero; limited to 64 bits. \rtsafe
   [[nodiscard]] std::int64_t apply(std::int64_t value) const noexcept;
   /// \rtsafe
   [[nodiscard]] Ratio inverse() const noexcept;
@@ -47,8 +45,7 @@ class PositionRange {
 
   /// Creates the full 32-bit range.
   constexpr PositionRange() noexcept = default;
-  /// Creates the range from `minimum` to `maximum`, which wraps around; the 32-bit range unless minimum < maximum.
-  /// \rtsafe
+  /// Creates the range `minimum` to `maximum`, which wraps around; 32-bit range unless minimum < maximum. \rtsafe
   PositionRange(std::int32_t minimum, std::int32_t maximum) noexcept;
 
   /// Whether the range is smaller than 32 bits, so that wrap() does more than truncate. \rtsafe

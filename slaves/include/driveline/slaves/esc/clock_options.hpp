@@ -5,8 +5,7 @@
 
 namespace driveline::slaves {
 
-/// Oscillator of an emulated slave, and its deviation from the line's clock. Deterministic: equal options give equal
-/// times.
+/// Oscillator of an emulated slave, with its deviation from the line's clock. Equal options give equal times.
 struct ClockOptions {
   std::chrono::nanoseconds start{0};  ///< local time at power-on
   double drift_ppm = 0.0;             ///< rate error of the oscillator, positive: too fast; within ±500

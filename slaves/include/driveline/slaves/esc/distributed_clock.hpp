@@ -38,8 +38,7 @@ class DistributedClock {
 
   /// Starts the clock at `now`.
   void power_on(Nanoseconds now) noexcept;
-  /// Whether there is a clock. Without one, its registers read 0 and writes to them do not increment the working
-  /// counter.
+  /// Whether there is a clock. Without one, its registers read 0 and do not accept writes.
   [[nodiscard]] bool present() const noexcept { return present_; }
 
   /// Returns the local time, in steps of the oscillator. Not truncated to 32 bits.

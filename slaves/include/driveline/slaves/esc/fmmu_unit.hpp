@@ -36,8 +36,7 @@ class FmmuUnit {
   [[nodiscard]] unsigned count() const noexcept { return count_; }
   /// Resets to the power-on state: nothing is mapped.
   void reset() noexcept { rebuild(); }
-  /// Handles an ECAT write to configuration registers at `address` (0x0600 and up); returns true when at least one byte
-  /// was accepted.
+  /// Handles an ECAT write to configuration registers (0x0600 and up); returns whether a byte was accepted.
   bool write_registers(std::size_t address, std::span<const std::byte> data) noexcept;
 
   /// Whether any mapped bit lies in the `length` bytes from `logical` on.

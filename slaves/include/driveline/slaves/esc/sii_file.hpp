@@ -50,8 +50,7 @@ class SiiFile {
 
   /// Returns the path that was passed to the constructor.
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
-  /// Returns the content; empty when the file does not exist. Refuses an empty file and a file that is longer than any
-  /// EEPROM.
+  /// Returns the content; empty when there is no file. Refuses an empty file and a file longer than any EEPROM.
   [[nodiscard]] tl::expected<std::vector<std::byte>, SiiFileError> load() const;
   /// Writes the content if it has changed since the last save() (or since the slave was created); returns whether it
   /// has. The file is replaced completely or not at all.

@@ -31,8 +31,7 @@ class SiiInterface {
   /// Power-on: loads the configuration area, including the alias address.
   void reset() noexcept;
 
-  /// Handles a write of either side to registers at `address`; returns true when at least one byte was accepted.
-  /// Commands start at once.
+  /// Handles a write of either side; returns whether a byte was accepted. Commands start at once.
   bool write_registers(Side side, std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   /// Completes a command whose time has passed; to be called before the registers are read.
   void refresh(Nanoseconds now) noexcept {

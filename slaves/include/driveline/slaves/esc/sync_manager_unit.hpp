@@ -61,14 +61,12 @@ class SyncManagerUnit {
   bool take_pdi_buffer_event() noexcept { return std::exchange(pdi_buffer_event_, false); }
   /// @}
 
-  /// Handles an ECAT write to configuration registers at `address` (0x0800 and up); returns true when at least one byte
-  /// was accepted.
+  /// Handles an ECAT write to configuration registers (0x0800 and up); returns whether a byte was accepted.
   bool write_registers(std::size_t address, std::span<const std::byte> data) noexcept;
 
   /// Returns the channel as configured by the master.
   [[nodiscard]] wire::SyncManagerChannel channel(unsigned n) const noexcept;
-  /// Whether the channel is enabled by the master, not deactivated by the application, and its buffers lie inside the
-  /// memory.
+  /// Whether the master has enabled and the application not deactivated the channel, and its buffers lie in memory.
   [[nodiscard]] bool operational(unsigned n) const noexcept { return channels_[n].usable; }
 
   /// \name Application side
@@ -80,13 +78,11 @@ class SyncManagerUnit {
   [[nodiscard]] std::uint32_t write_count(unsigned n) const noexcept { return channels_[n].writes; }
   /// Returns the time when the last of them was complete.
   [[nodiscard]] Nanoseconds last_write(unsigned n) const noexcept { return channels_[n].last_write; }
-  /// Returns the mailbox message that take() would return; empty when there is none. The master cannot change it
-  /// before.
+  /// Returns the mailbox message that take() would return; empty: none. The master cannot change it before.
   [[nodiscard]] std::span<const std::byte> waiting_mail(unsigned n) const noexcept;
   /// Takes the newest buffer; empty when there is none. Valid until the next access of the master.
   [[nodiscard]] std::span<const std::byte> take(unsigned n) noexcept;
-  /// Returns the buffer for the next data to the master; empty when the channel is not operational or its mailbox is
-  /// full.
+  /// Returns the buffer for the next data to the master; empty: channel not operational or mailbox full.
   [[nodiscard]] std::span<std::byte> begin_publish(unsigned n) noexcept;
   /// Transfers the buffer of begin_publish() to the master.
   void end_publish(unsigned n) noexcept;

@@ -27,8 +27,7 @@ struct ScriptedInput {
 struct GenericOptions {
   std::uint32_t serial_number = 0;     ///< 0: serial number of the description
   std::vector<std::byte> sii_image{};  ///< EEPROM content; empty: made from the description
-  /// The controller has a clock. Controllers of the ET1100 class have it even in devices without DC modes; it is used
-  /// to measure the frame path.
+  /// The controller has a clock, like the ET1100 class even in devices without DC modes; it measures the frame path.
   bool distributed_clock = true;
   bool loop_back = true;                ///< inputs repeat outputs
   std::vector<ScriptedInput> inputs{};  ///< inputs that follow a script; the others repeat outputs or stay 0

@@ -32,11 +32,9 @@ class SoeDrives final : public SoeTable {
   /// `count`: 1 to kMaxDrives.
   explicit SoeDrives(std::size_t count, ProcessData process_data = ProcessData::kNone);
 
-  /// Returns the size in bytes of the MDTs of all drives: for each drive its master control word and the data in
-  /// S-0-0024. \rtsafe
+  /// Returns the bytes of the MDTs of all drives: for each, its master control word and the data in S-0-0024. \rtsafe
   [[nodiscard]] std::size_t outputs_size() noexcept;
-  /// Returns the size in bytes of the ATs of all drives: for each drive its drive status word and the data in S-0-0016.
-  /// \rtsafe
+  /// Returns the bytes of the ATs of all drives: for each, its drive status word and the data in S-0-0016. \rtsafe
   [[nodiscard]] std::size_t inputs_size() noexcept;
   /// Receives the MDTs of all drives in order; a drive follows its commands at once. \rtsafe
   void write_outputs(std::span<const std::byte> data) noexcept;

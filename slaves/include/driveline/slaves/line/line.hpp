@@ -65,15 +65,13 @@ class Line final : public port::Port {
     Nanoseconds fault_delay{0};  ///< additional delay by a fault
     bool duplicated = false;     ///< by a fault: the frame leaves twice
   };
-  /// Passes a frame through all slaves, in place, starting at `now` (slaves are advanced to it). \rtsafe if
-  /// Slave::advance is.
+  /// Passes a frame through all slaves, in place; advances them to `now`. \rtsafe if Slave::advance is.
   std::optional<Passage> process(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
   /// Passes a frame through all slaves like process(), but the caller advances the slaves. \rtsafe
   std::optional<Passage> pass(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
   /// Runs the slaves up to `now` while no frames arrive.
   void advance(Nanoseconds now);
-  /// Runs `count` slaves from `first` on up to `now`; all slaves when a fault is due. For callers that have other work
-  /// to do in between.
+  /// Runs `count` slaves from `first` on up to `now`, all when a fault is due. For callers with other work in between.
   void advance_some(std::size_t first, std::size_t count, Nanoseconds now);
 
   /// Returns the number of slaves, powered or not. \rtsafe

@@ -37,13 +37,11 @@ class LineEnd final : public port::Port {
     std::chrono::nanoseconds arrival{0};
   };
 
-  /// Returns the slot for the next frame to arrive; nullptr when the pool is exhausted. The line fills it, then calls
-  /// commit().
+  /// Returns the slot for the next frame to arrive; nullptr: pool exhausted. The line fills it, then calls commit().
   [[nodiscard]] Slot* next_slot() noexcept;
   void commit(std::size_t length, std::chrono::nanoseconds arrival) noexcept;
   void release_held() noexcept;
-  /// Returns when a frame sent now starts on the wire, after previously sent frames. Reserves the wire for its
-  /// duration.
+  /// Returns when a frame sent now starts on the wire, after earlier frames. Reserves the wire for its duration.
   [[nodiscard]] std::chrono::nanoseconds occupy(std::chrono::nanoseconds now, std::chrono::nanoseconds byte_time,
                                                 std::size_t bytes) noexcept;
 

@@ -5,8 +5,7 @@
 
 namespace driveline::slaves {
 
-/// Converts an AL state to the access phase of a dictionary, whose values are accessible by mailbox in PREOP, SAFEOP
-/// and OP. \rtsafe
+/// Converts an AL state to an access phase: mailbox access is possible in PREOP, SAFEOP and OP. \rtsafe
 [[nodiscard]] constexpr AccessPhase access_phase(wire::AlState state) noexcept {
   switch (state) {
     case wire::AlState::kPreOp:

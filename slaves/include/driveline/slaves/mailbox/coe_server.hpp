@@ -26,8 +26,7 @@ class CoeServer : public MailboxProtocol {
   /// Uses the default options.
   CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner) : CoeServer(dictionary, owner, Options{}) {}
 
-  /// Queues an emergency for the master; when the queue is full, the oldest is dropped and counted.
-  /// \rtsafe
+  /// Queues an emergency for the master; a full queue drops and counts the oldest. \rtsafe
   void raise(const wire::Emergency& emergency) noexcept;
   /// Returns the number of emergencies dropped because the master fetched too late. \rtsafe
   [[nodiscard]] std::uint64_t lost_emergencies() const noexcept { return lost_; }

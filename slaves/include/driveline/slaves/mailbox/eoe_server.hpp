@@ -37,8 +37,7 @@ class EoeServer final : public MailboxProtocol {
   /// Sets the device's addresses after each restart().
   explicit EoeServer(const wire::EoeIpParameters& factory) noexcept : factory_(factory), address_(factory) {}
 
-  /// Connects the network at the port and sets its addresses and link state; it must outlive this or be replaced; null:
-  /// none.
+  /// Connects the network at the port, which must outlive this or be replaced; null: none. Sets its addresses and link.
   void connect(EthernetLink* link) noexcept;
   /// Resets to the state after power-on: factory address, no filter, link down. \rtsafe
   void restart() noexcept;

@@ -50,8 +50,7 @@ class SoeTable : public SoeParameters {
  protected:
   /// Called when the master starts a procedure command. Unless refused, the command is in progress until end_command().
   [[nodiscard]] virtual SoeAnswer<void> start_command(std::uint8_t drive, wire::Idn idn) = 0;
-  /// Checks a value whose length, limits and write protection are valid; of a list, its content without the list
-  /// header.
+  /// Checks a value with valid length, limits and write protection; of a list, its content without the list header.
   [[nodiscard]] virtual SoeAnswer<void> check_value(std::uint8_t /*drive*/, wire::Idn /*idn*/,
                                                     std::span<const std::byte> /*value*/) {
     return {};

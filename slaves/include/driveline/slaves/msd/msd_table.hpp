@@ -18,8 +18,7 @@ inline constexpr PdoLimits kPdoLimits{};
 
 /// Returns the description for ESI and SII, made from the table.
 [[nodiscard]] esi::DeviceDescription device_description(Variant variant = Variant::kMsd);
-/// Returns the description for an EEPROM: without the objects, since creating their list takes longer than creating a
-/// drive.
+/// Returns the description for an EEPROM: without the objects, whose list takes longer to create than a drive.
 [[nodiscard]] esi::DeviceDescription eeprom_description(Variant variant);
 
 /// Returns the description for ESI files: with mappings for the modes of operation, as proposals for configuration

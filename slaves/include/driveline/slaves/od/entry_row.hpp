@@ -54,8 +54,7 @@ struct EntryRow {
   double minimum = -std::numeric_limits<double>::infinity();  ///< infinite: the limit of the data type
   double maximum = std::numeric_limits<double>::infinity();   ///< infinite: the limit of the data type
   std::string_view unit{};  ///< text for display, reported by SDO information; empty: none
-  /// Initial value of a row that is stored as bytes, or of a 64-bit number that is not exact in a double (its eight
-  /// bytes).
+  /// Initial value of a row stored as bytes, or of a 64-bit number that is not exact in a double (its eight bytes).
   std::string_view text{};
   std::uint16_t string_length = 0;  ///< rows stored as bytes: declared length; shorter contents are padded with zeros
   std::uint16_t record_type = 0;    ///< data type index of a RECORD (ETG.1000.6 Table 64), first row
@@ -115,8 +114,7 @@ struct EntryRow {
   return is_string(row.type) ? row.string_length : byte_size(row.type);
 }
 
-/// Returns the number of bits that the row occupies in process data and complete access. A BOOLEAN has one bit
-/// (ETG.1020, base data types).
+/// Returns the bits of the row in process data and complete access. A BOOLEAN has one (ETG.1020, base data types).
 [[nodiscard]] constexpr std::size_t bit_size(const EntryRow& row) noexcept {
   if (row.bit_length != 0) return row.bit_length;
   if (row.type == esi::DataType::kBoolean) return 1;
@@ -124,8 +122,7 @@ struct EntryRow {
   return field != 0 ? field : 8 * byte_size(row);
 }
 
-/// Returns `number` as the raw 64 bits of a value of `type`: two's complement, sign extended, or the IEEE 754 bits of a
-/// REAL.
+/// Returns `number` as raw 64 bits of `type`: two's complement, sign extended, or the IEEE 754 bits of a REAL.
 [[nodiscard]] std::uint64_t raw_from_number(esi::DataType type, double number) noexcept;
 /// Returns the number that a raw value represents.
 [[nodiscard]] double number_from_raw(esi::DataType type, std::uint64_t raw) noexcept;

@@ -18,8 +18,7 @@ struct ParameterFileError {
 /// Numbers are decimal, strings are quoted. Aliases appear once.
 [[nodiscard]] std::string write_parameters(const ObjectDictionary& dictionary);
 
-/// Sets the parameters in `text`. Changes nothing when a line is refused (no such object, not a stored parameter, out
-/// of range).
+/// Sets the parameters in `text`; none when a line is refused (no such object, not a stored parameter, out of range).
 [[nodiscard]] tl::expected<void, ParameterFileError> read_parameters(std::string_view text,
                                                                      ObjectDictionary& dictionary);
 

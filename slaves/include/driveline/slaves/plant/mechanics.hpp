@@ -41,8 +41,7 @@ class Mechanics {
 
   /// Runs one step with this torque at the rotor. \rtsafe
   void step(double torque_nm, bool brake_closed) noexcept;
-  /// Sets an additional torque at the rotor, like that of a weight: a positive value pulls in negative direction.
-  /// \rtsafe
+  /// Sets an additional torque at the rotor, like that of a weight: positive pulls in negative direction. \rtsafe
   void set_load(double torque_nm) noexcept;
   /// Blocks or releases the rotor. \rtsafe
   void set_blocked(bool blocked) noexcept;

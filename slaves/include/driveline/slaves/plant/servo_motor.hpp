@@ -41,8 +41,7 @@ struct MotorParameters {
   double coulomb_friction_nm = 0.03;                    ///< dry friction of the rotor
   double torque_lag_s = 1.5e-4;                         ///< time constant of the current loop
   double rated_speed_rad_s = 100.0 * std::numbers::pi;  ///< 3000 rev/min; determines the rated frequency
-  /// 6000 rev/min: mechanical limit. The drive observes it (6080h); voltage and load determine how fast the shaft can
-  /// turn.
+  /// 6000 rev/min: mechanical limit. The drive observes it (6080h); voltage and load limit the actual speed.
   double max_speed_rad_s = 200.0 * std::numbers::pi;
   std::uint32_t encoder_increments = 1U << 20U;  ///< per revolution, quadrature counted
   double brake_torque_nm = 0.0;                  ///< torque of the closed holding brake; 0: no brake
@@ -72,8 +71,7 @@ class ServoMotor {
   /// Starts at rest at `position_rad`; `step_s`: length of every step(), above 0. `parameters` are sanitized().
   ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept;
 
-  /// Runs one step with this torque setpoint (limited to torque_range(); a value that is not finite counts as 0).
-  /// \rtsafe
+  /// Runs one step with this torque setpoint, limited to torque_range(); a non-finite value counts as 0. \rtsafe
   void step(double torque_setpoint_nm, bool brake_closed = false) noexcept;
   /// Selects voltages (true) or torque setpoints (false) as the input. Voltages act on the windings even if these are
   /// not simulated otherwise. Torque and speed continue without a jump. \rtsafe
@@ -130,8 +128,7 @@ class ServoMotor {
   }
   /// Returns the count at this position, without noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
-  /// Returns the count that is the zero point after power-on of an encoder that knows only `encoder_turns` turns.
-  /// \rtsafe
+  /// Returns the count that is 0 after power-on for an encoder that knows only `encoder_turns` turns. \rtsafe
   [[nodiscard]] std::int64_t power_on_origin() const noexcept;
   /// Returns the resolution of the encoder. \rtsafe
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }

@@ -23,12 +23,10 @@ struct OverloadLimits {
   double rated_share = 1.0;       ///< rated current of the monitoring (P 457), as a share of the motor's
 };
 
-/// Temperatures of motor and power stage, two masses heated by the squared current, and the drive's overload
-/// monitoring.
+/// Temperatures of motor and power stage, two masses heated by the squared current, and overload monitoring.
 class ThermalModel {
  public:
-  /// Starts cold: both at ambient temperature, integrator at 0. Impossible values are replaced by the nearest possible
-  /// ones.
+  /// Starts cold: at ambient temperature, integrator at 0. Impossible values become the nearest possible ones.
   explicit ThermalModel(const ThermalParameters& parameters = {}) noexcept;
 
   /// Runs a step of `step_s` with this current, in rated currents, at this electrical frequency. \rtsafe

@@ -38,8 +38,7 @@ class VoltageFrequency {
   void configure(const VoltageFrequencyParameters& parameters) noexcept { parameters_ = parameters; }
   /// Returns the voltage amplitude for a frequency of either sign. \rtsafe
   [[nodiscard]] double characteristic_v(double electrical_rad_s) const noexcept;
-  /// Starts with the characteristic's voltage at `angle_rad`; the vector changes to it from the present vector without
-  /// a jump. \rtsafe
+  /// Starts with the characteristic's voltage at `angle_rad`; changes to it from `in_force` without a jump. \rtsafe
   void start(const VoltageVector& in_force, double angle_rad, double electrical_rad_s) noexcept;
   /// Runs one step at this frequency and returns its voltage. \rtsafe
   [[nodiscard]] VoltageVector step(double electrical_rad_s, const PhaseCurrents& currents) noexcept;

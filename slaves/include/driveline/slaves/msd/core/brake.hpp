@@ -9,8 +9,7 @@
 
 namespace driveline::slaves::msd {
 
-/// The motor brake: opens while its output is energised, regardless of the function of this output (P 125), with the
-/// delays P 213 and P 214.
+/// The motor brake: opens while its output is energised by any function (P 125), with the delays P 213 and P 214.
 class Brake {
  public:
   /// Dictionary and terminals must outlive this. Starts closed, without a running delay.

@@ -105,8 +105,7 @@ class DriveCore final : private MachineEvents {
   void set_isdsh(bool on) noexcept { set_input(Input::kIsdsh, on); }
   /// Switches the mains: DC link voltage of MsdParameters, or 0 V. \rtsafe
   void set_dc_link(bool present) noexcept { set_dc_link_voltage(present ? mains_volts_ : 0.0); }
-  /// Forces the DC link voltage in V; below P 701[12] it is an undervoltage. Negative values and NaN count as 0.
-  /// \rtsafe
+  /// Forces the DC link voltage in V; below P 701[12]: undervoltage. Negative values and NaN count as 0. \rtsafe
   void set_dc_link_voltage(double volts) noexcept { protection_.force_voltage(volts); }
   /// Schedules a change of an input at this time of the line's clock, also between control cycles: touch probes latch
   /// the position of the axis at that time. Changes take effect in order of time; returns false when too many changes

@@ -64,8 +64,7 @@ class Motion {
   /// Starts at rest at `initial_position_rad`, with command kOff; parameters as in ServoMotor.
   Motion(const MotorParameters& motor, double initial_position_rad) noexcept;
 
-  /// Applies new settings from the next control cycle on, also in motion.
-  /// \rtsafe
+  /// Applies new settings from the next control cycle on, also in motion. \rtsafe
   void configure(const MotionSettings& settings) noexcept;
   /// Sets new setpoints of the bus; the setpoint of the active source starts a segment of its interpolation. \rtsafe
   void set(const Setpoints& setpoints) noexcept;
@@ -87,8 +86,7 @@ class Motion {
   void step(bool brake_closed) noexcept;
   /// Power-on of an encoder that does not know all turns: positions are relative to its start position. \rtsafe
   void restart_encoder() noexcept;
-  /// Sets the DC link voltage; see ServoMotor::set_dc_link_voltage().
-  /// \rtsafe
+  /// Sets the DC link voltage; see ServoMotor::set_dc_link_voltage(). \rtsafe
   void set_dc_link_voltage(double volts) noexcept { motor_.set_dc_link_voltage(volts); }
   /// Returns the motor, for external influences. \rtsafe
   [[nodiscard]] ServoMotor& motor() noexcept { return motor_; }
@@ -149,8 +147,7 @@ class Motion {
   [[nodiscard]] bool limited() const noexcept {
     return limited_ || controller_.limited() || (by_frequency_ && frequency_control_.limited());
   }
-  /// Returns the distance of actual position or speed from the source's setpoint, in its units; 0 in torque control.
-  /// \rtsafe
+  /// Returns the distance of position or speed from the source's setpoint, in its units; 0 in torque control. \rtsafe
   [[nodiscard]] double distance_to_target() const noexcept;
   /// Whether the last setpoints arrived at the times that the interpolation expects. \rtsafe
   [[nodiscard]] bool synchronised() const noexcept;

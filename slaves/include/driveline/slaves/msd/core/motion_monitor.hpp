@@ -22,8 +22,7 @@ class MotionMonitor {
   /// Power-on. \rtsafe
   void reset() noexcept { following_error_ = false; }
 
-  /// Runs one process data cycle of the following error monitoring; returns true while it is too large for too long.
-  /// \rtsafe
+  /// Runs one process data cycle; returns true while the following error is too large for too long. \rtsafe
   [[nodiscard]] bool step_following_error() noexcept;
   /// Returns the result of the last step_following_error(). \rtsafe
   [[nodiscard]] bool following_error() const noexcept { return following_error_; }
@@ -39,8 +38,7 @@ class MotionMonitor {
   void restart_rhythm() noexcept { rhythm_ = {}; }
   /// Whether setpoints arrive in another cycle than configured, or the configured cycle is invalid. \rtsafe
   [[nodiscard]] bool wrong_cycle() const noexcept;
-  /// Whether setpoints with wrong_cycle() are followed. Modes with the internal profile generator need no cycle.
-  /// \rtsafe
+  /// Whether setpoints with wrong_cycle() are followed; the internal profile generator needs no cycle. \rtsafe
   [[nodiscard]] bool follows_wrong_cycle() const noexcept;
 
  private:

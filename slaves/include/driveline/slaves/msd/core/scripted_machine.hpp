@@ -29,8 +29,7 @@ class ScriptedMachine {
   ScriptedMachine(const MsdParameters& parameters, const Terminals& terminals, const ServoMotor& motor,
                   MachineEvents& events);
 
-  /// Starts the scripts and reports their first values at once. `cycle_end`: end of the control cycle that starts.
-  /// \rtsafe
+  /// Starts the scripts and reports their first values. `cycle_end`: end of the control cycle that starts. \rtsafe
   void start(std::chrono::nanoseconds now, std::chrono::nanoseconds cycle_end) noexcept;
   /// Reports the switches that the shaft has passed. \rtsafe
   void pass_switches() noexcept {

@@ -26,8 +26,8 @@ struct FirmwareVersion {
   friend constexpr auto operator<=>(const FirmwareVersion&, const FirmwareVersion&) = default;
   /// Formats the version as "4.15-02". Not for use in the cycle.
   [[nodiscard]] std::string text() const;
-  /// Parses "4.15-02", with or without a leading V: up to 255, then two digits, then two digits. Returns nullopt for
-  /// other formats.
+  /// Parses "4.15-02", with or without a leading V: up to 255, then twice two digits. Returns nullopt for other
+  /// formats.
   [[nodiscard]] static std::optional<FirmwareVersion> parse(std::string_view text);
 };
 
