@@ -28,9 +28,8 @@ struct TrackerSettings {
 ///   range. It moves again when a measurement is more than twice the noise away from there. So noise does not move it,
 ///   and it does not creep.
 /// * A missing measurement, or a measurement farther from the last one than the axis can have moved, is bridged with
-/// the
-///   estimated velocity and acceleration. After more than `most_missing` of them in a row the object is lost, and the
-///   tracker restarts with the next measurement.
+///   the estimated velocity and acceleration. After more than `most_missing` of them in a row the object is lost, and
+///   the tracker restarts with the next measurement.
 ///
 /// A plain value; everything is \rtsafe.
 class PositionTracker {
