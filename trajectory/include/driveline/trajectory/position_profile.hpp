@@ -13,11 +13,11 @@
 
 namespace driveline::trajectory {
 
-/// Plans the fastest motion of an axis from any state to a position, velocity and acceleration. If the start is
-/// outside the limits, the axis is first brought back inside as fast as possible, and then takes the fastest motion
-/// that stays inside. With an infinite jerk limit the accelerations at both ends are ignored. The target must be inside
-/// the limits, and so must the motion before and after it: with a target acceleration a < 0, velocity + a^2 / (2 jerk)
-/// <= max_velocity. Bounded cost, no allocation. \rtsafe
+/// Plans the fastest motion of an axis from any state to a position, velocity and acceleration. If the start is outside
+/// the limits, the axis is first brought back inside as fast as possible, and then takes the fastest motion that stays
+/// inside. With an infinite jerk limit the accelerations at both ends are ignored. The target must be inside the
+/// limits, and so must the motion before and after it: with a target acceleration a < 0, velocity + a^2 / (2 jerk) <=
+/// max_velocity. Bounded cost, no allocation. \rtsafe
 [[nodiscard]] tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, const AxisSetpoint& to,
                                                                    const ProfileLimits& limits) noexcept;
 
