@@ -12,7 +12,7 @@ namespace driveline::bridge::clients {
 
 /// A growing file that always consists of complete pieces: a piece that does not fit is removed again, and the space
 /// for the end of the file is reserved on the disk from the start. Until take_place() its name ends in `.part`, so that
-/// an existing file of the final name is not lost for nothing.
+/// an existing file of the final name is not lost if nothing is recorded.
 class RecordingFile {
  public:
   /// Creates the file. Failure: it exists and `force` is not set (status 2), another recorder is writing it, or it

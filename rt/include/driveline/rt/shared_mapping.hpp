@@ -40,7 +40,6 @@ inline SharedRegionError call_failed(const char* call) {
 
 /// Size of a region in bytes, rounded up to whole pages. With at most 2^30 records of at most 2^32 bytes nothing
 /// overflows.
-/// nothing overflows.
 inline std::uint64_t bytes_of(const SharedLayout& layout) {
   const std::uint64_t words = kRecordsWord + layout.capacity * slot_words(layout.form, layout.record_bytes);
   const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));

@@ -29,7 +29,7 @@ namespace driveline::trajectory {
 
 /// Reaction to a motion that would leave a range of positions.
 enum class OutOfRange : std::uint8_t {
-  kRefuse,  ///< refuse: there is no profile
+  kRefuse,  ///< return an error
   /// The axis is stopped instead, as fast as possible, and Profile::end() is not the target. An axis that is too fast
   /// for the range leaves it nevertheless.
   kBrake,

@@ -28,9 +28,8 @@ enum class Synchronisation : std::uint8_t {
 
 /// Result of planning several axes.
 struct SynchronisedPlan {
-  Synchronisation synchronisation =
-      Synchronisation::kNone;  ///< kTime instead of a requested kPhase if there is no straight line
-  double duration_s = 0.0;     ///< duration of the slowest axis
+  Synchronisation synchronisation = Synchronisation::kNone;  ///< kTime instead of kPhase if there is no straight line
+  double duration_s = 0.0;                                   ///< duration of the slowest axis
 
   /// Compares all fields. \rtsafe
   friend bool operator==(const SynchronisedPlan&, const SynchronisedPlan&) noexcept = default;
