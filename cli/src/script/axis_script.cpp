@@ -203,7 +203,7 @@ Outcome<void> AxisScript::ask(runtime::GroupDoor& door, const Step& step) {
   return told(groups_.ask(door, step.line, *step.group, step.group_request));
 }
 
-/// A request that a later request of the script has ended is over; one that another caller has ended is a failure.
+/// A request that a later request of the script has ended is over; if another caller has ended it, that is a failure.
 Outcome<void> AxisScript::look_at_requests(const runtime::AxisDoor& door) {
   for (auto& made : made_) {
     if (made.over && !made.last) continue;

@@ -76,7 +76,7 @@ std::optional<ScriptGroups::Trouble> ScriptGroups::give_moves(runtime::GroupDoor
   return std::nullopt;
 }
 
-/// Requests numbered between those of one path may belong to other callers.
+/// Requests numbered between those of a path may belong to other callers.
 std::optional<ScriptGroups::Trouble> ScriptGroups::look_at(const runtime::GroupDoor& door, Made& made) const {
   for (; made.last != 0 && made.first <= made.last; ++made.first) {
     const auto progress = door.progress(made.group, made.first);
