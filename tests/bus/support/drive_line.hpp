@@ -50,7 +50,7 @@ class DriveLine {
 /// How the drives of a line are operated.
 struct RunOptions {
   nanoseconds period = microseconds{125};
-  ecat_master::ReceiveStrategy receive{};  ///< how the cycle waits for the answers
+  ecat_master::ReceiveStrategy receive{};  ///< waiting strategy of the cycle for its answers
   ecat_master::cia402::Mode mode = ecat_master::cia402::Mode::kCyclicPosition;
   bool repeat = false;
   bool relative = false;  ///< the path is relative to the initial positions

@@ -31,7 +31,7 @@ class PassingPort : public port::Port {
 using SourceAddress = std::array<std::byte, 6>;
 [[nodiscard]] SourceAddress source_of(std::span<const std::byte> frame) noexcept;
 
-/// Reproducible chance: a call returns true with a probability of one in `one_in`, without a pattern that the master's
+/// Reproducible chance: a call returns true with the probability 1 / `one_in`, without a pattern that the master's
 /// own sequences could match.
 class Chance {
  public:
