@@ -1,4 +1,5 @@
-// What does a whole cycle cost (receive, axes, interpolation, send, slaves, plant), and what the master's part alone?
+// Measures the cost of a whole cycle (receive, axes, interpolation, send, slaves, plant) and of the master's part
+// alone.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -21,13 +22,13 @@ using namespace driveline::bench;
 using std::chrono::nanoseconds;
 
 constexpr int kCycles = 40'000;
-constexpr double kWholeAimUs = 40.0;    // 32 axes
+constexpr double kWholeAimUs = 40.0;    // for 32 axes
 constexpr double kMasterAimNs = 150.0;  // per axis
 constexpr std::size_t kWholeAimAxes = 32;
 constexpr auto kWakeAhead = std::chrono::microseconds{25};
 
-/// Runs cycles and measures them by turns: one as a whole, with nothing measured inside, the next with the time inside
-/// the port taken out.
+/// Runs cycles and measures them alternately: one as a whole, without measuring inside, the next one without the time
+/// inside the port.
 class CycleMeter {
  public:
   CycleMeter(ecat_master::CyclicCore& core, TimedPort& port, int cycles)
@@ -54,7 +55,7 @@ class CycleMeter {
     armed_.store(false, std::memory_order_release);
   }
 
-  /// Measures until there is enough. Any thread.
+  /// Measures until there are enough samples. Any thread.
   void arm() noexcept { armed_.store(true, std::memory_order_release); }
   [[nodiscard]] bool done() const noexcept { return !armed_.load(std::memory_order_acquire); }
 
@@ -69,7 +70,7 @@ class CycleMeter {
   std::atomic<bool> armed_{false};
 };
 
-/// One cycle after the other on virtual time, in the caller's thread.
+/// Runs cycles back to back on virtual time, in the caller's thread.
 class BackToBackRunner final : public ecat_master::CycleRunner {
  public:
   BackToBackRunner(CycleMeter& meter, rt::Clock& clock, LineRig& rig)
@@ -94,7 +95,7 @@ class BackToBackRunner final : public ecat_master::CycleRunner {
   Rests rests_;
 };
 
-/// Every 125 us in a real-time thread, asleep in between, while the caller's thread empties the rings.
+/// Runs a cycle every 125 us in a real-time thread that sleeps in between, while the caller's thread empties the rings.
 class PacedRunner final : public ecat_master::CycleRunner, private rt::RealtimeTask {
  public:
   PacedRunner(CycleMeter& meter, rt::Clock& clock, LineRig& rig)
@@ -133,10 +134,10 @@ struct Figures {
   std::size_t image_bytes = 0;
 };
 
-/// Brings a line up with a runner of this kind and measures it.
+/// Brings up a line with a runner of this type and measures it.
 template <typename Runner>
 Figures measure(rt::Clock& clock, std::size_t axes, int cycles) {
-  // Skipped periods count on the path, so there is some to spare.
+  // Skipped periods consume the path, so it is twice as long as needed.
   LineRig rig(clock, axes, 2 * cycles * LineRig::kPeriod + std::chrono::seconds{2});
   std::unique_ptr<CycleMeter> meter;
   rig.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
@@ -150,7 +151,7 @@ Figures measure(rt::Clock& clock, std::size_t axes, int cycles) {
   return {summarize(meter->whole_ns), summarize(meter->master_ns), rig.master().image().outputs().size()};
 }
 
-/// The baseline: outputs copied into a frame, inputs copied out of it. ns per cycle.
+/// The baseline: copies outputs into a frame and inputs out of it. ns per cycle.
 Baseline copy_process_image(std::size_t bytes, int count) {
   constexpr int kBatch = 64;
   std::vector<std::byte> outputs(bytes, std::byte{0x5A});
@@ -190,8 +191,8 @@ void measure_all(const Options& options) {
     const auto figures = measure<BackToBackRunner>(virtual_time, axes, cycles);
     const auto floor = copy_process_image(figures.image_bytes, cycles / 10);
     add(report, "back_to_back", axes, figures, floor);
-    // The cycle takes the last processor. Bringing a hundred simulated drives up takes half of another: on a shared
-    // processor it may never end, because the drives' firmware must run on meanwhile.
+    // The cycle uses the last processor. Bringing up a hundred simulated drives needs half of another one: on a shared
+    // processor it may never complete, because the firmware of the drives must run meanwhile.
     claim_cpu(std::max(0, last_cpu() - 1));
     rt::MonotonicClock real_time;
     const auto paced =

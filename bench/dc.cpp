@@ -14,7 +14,7 @@ namespace {
 using namespace driveline;
 using namespace driveline::bench;
 
-/// Time after which the loops have settled: the steady state is measured.
+/// The loops have settled after this time, so that the steady state is measured.
 constexpr nanoseconds kSettle = 3s;
 constexpr nanoseconds kMeasured = 10s;
 constexpr double kPeakAimNs = 40.0;
@@ -43,7 +43,7 @@ void add_rows(Report& report, const Scenario& scenario, const std::string& name,
     report.add({name, "frame_phase_error", "ns", summarize(run.phase()), std::nullopt, std::nullopt});
 }
 
-/// A tree: every third slave carries a branch of two.
+/// A tree: every third slave has a branch of two slaves.
 slaves::Wiring branches(std::size_t count) {
   slaves::Wiring wiring(count);
   wiring.connect_master(slaves::MasterPort::kPrimary, {0, 0}, 25ns);
@@ -64,7 +64,7 @@ std::vector<Scenario> scenarios() {
     plain.name = fmt::format("line_{}", count);
     plain.slaves = count;
     plain.aims = count <= 64;
-    // A frame needs a microsecond for each slave there and back: not to be had in 125 us.
+    // A frame needs about a microsecond per slave for both directions: too long for a period of 125 us.
     if (count > 64) plain.period = 250us;
     list.push_back(plain);
   }
@@ -108,7 +108,7 @@ void measure(const Options& options) {
     run.measure(measured, scenario.slaves);
     add_rows(report, scenario, scenario.name, run);
     if (!scenario.name.starts_with("ring")) continue;
-    // All 64 against the reference clock, including those behind the break, which get their time over the other
+    // Compare all 64 with the reference clock, including those behind the break, which get their time over the other
     // interface.
     ClockRig broken(scenario);
     static_cast<void>(broken.start());

@@ -1,4 +1,4 @@
-// What does one simulated drive with its plant cost in a cycle of 125 us, and how much memory does it take?
+// Measures what a simulated drive with its plant costs in a cycle of 125 us, and how much memory it uses.
 #include <fmt/format.h>
 #include <numbers>
 
@@ -19,12 +19,12 @@ using namespace driveline;
 using namespace driveline::bench;
 
 constexpr int kCycles = 160'000;
-constexpr int kBatch = 8;  ///< cycles measured at a time where there is one drive
+constexpr int kBatch = 8;  ///< cycles per sample for a single drive
 constexpr double kDriveAimNs = 400.0;
 constexpr double kHundredDrivesAimUs = 60.0;
 constexpr double kStateAimKib = 64.0;
 
-/// The baseline: two steps of cascade and motor alone. ns per 125 us.
+/// The baseline: two steps of controllers and motor alone. ns per 125 us.
 Baseline plant_alone(int cycles) {
   slaves::ServoMotor motor({}, slaves::msd::kControlStepS, 0.0);
   slaves::ServoController controller({}, slaves::msd::kControlStepS);
@@ -45,8 +45,8 @@ Baseline plant_alone(int cycles) {
   return {"controller_and_motor_alone", summarize(std::move(samples))};
 }
 
-/// The drives of a line that follow a path in CSP with cubic spline, served without slave controllers: outputs handed
-/// over, two control steps, inputs fetched.
+/// The drives of a line that follow a path in CSP with a cubic spline, without slave controllers: takes outputs,
+/// executes two control steps, returns inputs.
 class Drives {
  public:
   explicit Drives(std::size_t count, int cycles)
@@ -54,14 +54,14 @@ class Drives {
     rig_.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
       return std::make_unique<ecat_master::InlineRunner>(core, clock_);
     });
-    // Cycle numbers and time go on where the runner left them.
+    // Continue with the cycle number and time of the runner.
     cycle_ = static_cast<std::int64_t>(rig_.master().core()->cycles());
     time_ = clock_.now();
     std::fill_n(valid_.get(), count, true);
   }
 
-  /// ns per cycle for all drives, `batch` cycles measured at a time: one drive takes little more than the resolution
-  /// of the clock. The master makes the setpoints beforehand; in CSP they do not depend on what the drives answer.
+  /// ns per cycle for all drives, with `batch` cycles per sample: a single drive takes little more than the resolution
+  /// of the clock. The master computes the setpoints in advance; in CSP they do not depend on the drives' inputs.
   Summary measure(int cycles, std::size_t batch) {
     std::vector<std::vector<std::byte>> outputs(batch);
     std::vector<double> samples;
@@ -102,7 +102,7 @@ class Drives {
   std::chrono::nanoseconds time_{};
 };
 
-/// Heap and objects of one of many, in KiB; `make` makes one.
+/// Heap and size per object in KiB, averaged over many; `make` creates an object.
 template <typename Make>
 Summary state_kib(Make make) {
   constexpr std::size_t kMany = 100;

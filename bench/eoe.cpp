@@ -1,4 +1,4 @@
-// What does TCP/IP to the drives reach over EoE, and what does it cost the cycle?
+// Measures the throughput of TCP/IP to the drives over EoE, and its cost for the cycle.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,13 +34,13 @@ using namespace driveline::bench;
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-constexpr double kInProcessAim = 0.8;  ///< of the arithmetic limit, one drive
+constexpr double kInProcessAim = 0.8;  ///< share of the arithmetic limit, for a drive
 constexpr double kVethAim = 0.5;
-constexpr double kCostAim = 1.05;                            ///< p99.9 of the cycle cost with load over that without
-constexpr std::size_t kMailbox = slaves::msd::kMailboxSize;  ///< either way
+constexpr double kCostAim = 1.05;                            ///< p99.9 of the cycle cost with load over the one without
+constexpr std::size_t kMailbox = slaves::msd::kMailboxSize;  ///< in either direction
 constexpr int kPairs = 20;
 
-/// The drives at the far end of a cable.
+/// Serves the drives at the far end of a cable.
 class ServedDrives {
  public:
   ServedDrives(const EoeLine::Settings& settings, const std::string& interface)
@@ -75,21 +75,22 @@ class ServedDrives {
   rt::RealtimeThread thread_;
 };
 
-/// Whole mailboxes that the acyclic frames of a cycle carry: a datagram each, which is not divided between frames.
+/// Number of whole mailboxes that the acyclic frames of a cycle carry: a datagram each, which is not split across
+/// frames.
 double mailboxes_per_cycle(std::size_t acyclic_bytes) {
   using ecat_master::AcyclicChannel;
   constexpr std::size_t kDatagram = kMailbox + wire::DatagramHeader::kOverhead;
   const auto in_frame = (std::min(acyclic_bytes, port::kMaxFrameBytes) - wire::kDatagramsOffset) / kDatagram;
-  // A frame that is too long for a cycle is saved up for.
+  // A frame that is too long for one cycle is sent once enough cycles have saved up time for it.
   if (in_frame == 0) return static_cast<double>(acyclic_bytes) / (wire::kDatagramsOffset + kDatagram);
   const auto frame = wire::kDatagramsOffset + in_frame * kDatagram + wire::kPreambleFcsGap;
   const auto frames = std::min(AcyclicChannel::kMostFrames, (acyclic_bytes + wire::kPreambleFcsGap) / frame);
   return static_cast<double>(frames * in_frame);
 }
 
-/// The fastest that the echo can be, in ms per MiB of all drives together: a segment of 1448 bytes is a frame of 1514,
-/// which takes as many fragments as fit blocks of 32 bytes into the mailbox. Either mailbox of a drive carries one a
-/// cycle, and both ways of all drives share what the cycle carries.
+/// Lower limit of the echo time, in ms per MiB of all drives together: a segment of 1448 bytes is a frame of 1514,
+/// which is split into fragments of as many blocks of 32 bytes as fit into the mailbox. Each mailbox of a drive carries
+/// a fragment per cycle, and both directions of all drives share the acyclic capacity of the cycle.
 double limit_ms_per_mib(const EoeLine::Settings& settings, std::size_t acyclic_bytes) {
   constexpr double kSegment = 1448.0;
   constexpr double kFrame = 1514.0;
@@ -106,8 +107,8 @@ std::string case_of(const EoeLine::Settings& settings) {
                      settings.drives, settings.drives == 1 ? "" : "s");
 }
 
-/// The time that one MiB takes, in ms. `one_drive`: what it takes with one drive, which several are not to exceed;
-/// none: there is one.
+/// Returns the time for a MiB, in ms. `one_drive`: this time with a single drive, the aim for several drives; none:
+/// there is a single drive.
 double measure_speed(Report& report, const EoeLine::Settings& settings, std::optional<double> one_drive,
                      const Options& options) {
   EoeLine line(settings);
@@ -131,14 +132,14 @@ double p999(std::vector<double> samples) {
   return summarize(std::move(samples)).p999;
 }
 
-/// Periods that wake-ups so late have skipped.
+/// Periods that wake-ups with these latencies have skipped.
 double missed_periods(const std::vector<double>& wake_ups_ns, nanoseconds period) {
   double missed = 0.0;
   for (const double late_ns : wake_ups_ns) missed += std::floor(late_ns / static_cast<double>(period.count()));
   return missed;
 }
 
-/// Windows with and without load by turns, in one run.
+/// Alternates windows with and without load in a single run.
 void measure_cost(Report& report, const EoeLine::Settings& settings, const Options& options) {
   EoeLine line(settings);
   std::vector<std::string> addresses;
@@ -179,7 +180,7 @@ void measure_cost(Report& report, const EoeLine::Settings& settings, const Optio
       {name, "missed_periods_more_lower_end_of_95_interval", "1", {cost_ratios.size(), more, more, more, more}, 0.0});
 }
 
-/// The build has the drives' end point one folder above the benchmarks; beside them when it is installed.
+/// The build puts the drives' end point one folder above the benchmarks; an installation, beside them.
 void find_end_point() {
   std::error_code error;
   const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();

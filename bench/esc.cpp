@@ -1,5 +1,5 @@
-// What do emulated slaves cost per frame? Frames addressed to no slave, to all slaves, and process data, for 1 to 256
-// slaves on a line, nothing else in the loop.
+// Measures the cost of emulated slaves per frame: frames addressed to no slave, to all slaves, and process data, for 1
+// to 256 slaves on a line, with nothing else in the loop.
 #include <fmt/format.h>
 #include <algorithm>
 #include <cstring>
@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 using wire::Command;
 using wire::DatagramAddress;
 
-constexpr std::uint16_t kProcessData = 23;  // bytes each way
+constexpr std::uint16_t kProcessData = 23;  // bytes in each direction
 constexpr std::uint16_t kOutputs = 0x1400;
 constexpr std::uint16_t kInputs = 0x1800;
 constexpr std::uint16_t kStation = 0x1001;
@@ -62,7 +62,7 @@ class IdleDevice final : public slaves::Device {
   void advance(std::chrono::nanoseconds) noexcept override {}
   std::chrono::nanoseconds process_data_period() const noexcept override { return 125us; }
 
-  unsigned published = 0;  ///< times that the inputs were asked for
+  unsigned published = 0;  ///< number of requests for the inputs
 
  private:
   slaves::DeviceProfile profile_;
@@ -70,14 +70,14 @@ class IdleDevice final : public slaves::Device {
 
 using Frame = std::vector<std::byte>;
 
-/// Frames of one pass, with their expected effects, which are checked.
+/// The frames of a pass, and their expected effects, which are checked.
 struct Work {
   std::vector<Frame> frames;
-  std::vector<unsigned> working_counters;  ///< of each frame, per pass
-  std::chrono::nanoseconds period{};       ///< between passes on the line's clock; 0: the devices stand still
+  std::vector<unsigned> working_counters;  ///< increment by each frame, per pass
+  std::chrono::nanoseconds period{};       ///< between passes on the clock of the line; 0: the devices do not run
 };
 
-/// The working counter of the only datagram of a frame, behind its data; a short frame is padded behind that.
+/// The working counter of the only datagram of a frame, after its data; a short frame is padded after it.
 unsigned working_counter(const Frame& frame) {
   constexpr std::size_t kLength = wire::kDatagramsOffset + 6;
   const std::span bytes(frame);
@@ -86,7 +86,7 @@ unsigned working_counter(const Frame& frame) {
       bytes.subspan(wire::kDatagramsOffset + wire::DatagramHeader::kSize + length).first<2>());
 }
 
-/// A line in OP with one process image of all slaves, cut into as many frames as it needs.
+/// A line in OP with one process image of all slaves, split into as many frames as needed.
 class IdleLine {
  public:
   explicit IdleLine(std::size_t count) : line_(clock_, make_slaves(count)), count_(count) { start_up(); }
@@ -104,7 +104,7 @@ class IdleLine {
     return {frame.begin(), frame.end()};
   }
 
-  /// LRW frames that cover the process data of every slave once.
+  /// LRW frames that together cover the process data of every slave once.
   [[nodiscard]] Work process_data(std::chrono::nanoseconds period) const {
     constexpr std::size_t kPerFrame = wire::kMaxDatagramData / (2 * kProcessData);
     Work work{{}, {}, period};
@@ -112,12 +112,12 @@ class IdleLine {
       const std::size_t slaves = std::min(kPerFrame, count_ - first);
       work.frames.push_back(make_frame(Command::kLrw, DatagramAddress::logical(logical(first)),
                                        Frame(slaves * 2 * kProcessData, std::byte{0x5A})));
-      // A slave that is written counts 2 in an LRW, one that is read 1 (ETG.1000.4 5.4.1.2).
+      // In an LRW, a written slave adds 2 and a read one 1 (ETG.1000.4 5.4.1.2).
       work.working_counters.push_back(3 * static_cast<unsigned>(slaves));
     }
     return work;
   }
-  /// One frame that reads the AL status, answered by `slaves` of them.
+  /// A frame that reads the AL status, and is answered by `slaves` slaves.
   [[nodiscard]] static Work al_status(Command command, std::uint16_t station, std::size_t slaves) {
     const Frame two_bytes(2);
     return {{make_frame(command, DatagramAddress::physical(station, 0x0130), two_bytes)},
@@ -125,13 +125,13 @@ class IdleLine {
             0ns};
   }
 
-  /// How often each device was asked for its inputs.
+  /// Number of requests for its inputs, of each device.
   [[nodiscard]] std::vector<unsigned> published() const {
     std::vector<unsigned> counts;
     for (const auto* device : devices_) counts.push_back(device->published);
     return counts;
   }
-  /// Throws std::runtime_error.
+  /// Throws std::runtime_error unless all slaves are in OP.
   void check_op() {
     for (std::size_t i = 0; i < count_; ++i) {
       if (line_.slave(i).state() == wire::AlState::kOp) continue;
@@ -157,7 +157,7 @@ class IdleLine {
   void send(Command command, std::uint16_t adp, std::uint16_t ado, std::span<const std::byte> data) {
     auto frame = make_frame(command, DatagramAddress::physical(adp, ado), data);
     line_.process(frame, clock_.now());
-    clock_.advance(1ms);  // the frame needs its time to the last slave
+    clock_.advance(1ms);  // the frame needs this time to reach the last slave
     line_.advance(clock_.now());
   }
   void set_sync_manager(unsigned n, const wire::SyncManagerChannel& channel) {
@@ -196,25 +196,25 @@ class IdleLine {
   std::size_t count_;
 };
 
-/// Passes `work` and checks every pass: all frames came back with the expected working counters, and inputs were
-/// published as often as the line's time requires.
+/// Passes `work` and checks every pass: all frames have returned with the expected working counters, and the inputs
+/// were published as often as the time of the line requires.
 class Passes {
  public:
   Passes(IdleLine& line, Work work) : line_(line), work_(std::move(work)), published_(line.published()) {}
 
-  /// The measured part.
+  /// The measured part: passes the frames once.
   void pass() {
     line_.pass(work_.period);
     for (auto& frame : work_.frames) back_ += line_.line().process(frame, line_.now()) ? 1 : 0;
     ++done_;
   }
-  /// After any number of passes. Throws std::runtime_error.
+  /// Checks the passes since the last check. Throws std::runtime_error.
   void check() {
     if (back_ != done_ * work_.frames.size()) {
       throw std::runtime_error(fmt::format("{} of {} frames came back", back_, done_ * work_.frames.size()));
     }
     for (std::size_t i = 0; i < work_.frames.size(); ++i) {
-      // It is not cleared between passes, so it counts on with 16 bits.
+      // The counter is not cleared between passes, so it accumulates modulo 2^16.
       const auto expected = (before_[i] + work_.working_counters[i] * (done_ - checked_)) & 0xFFFFU;
       const auto found = working_counter(work_.frames[i]);
       if (found != expected) throw std::runtime_error(fmt::format("working counter {}, expected {}", found, expected));
@@ -222,7 +222,7 @@ class Passes {
     }
     checked_ = done_;
   }
-  /// At the end. A slave that has left OP does not come back by itself, so looking once is enough.
+  /// Checks the line at the end. A slave that has left OP does not return to it, so a single check is enough.
   void check_line() {
     line_.check_op();
     const auto published = line_.published();
@@ -245,7 +245,7 @@ class Passes {
   std::size_t back_ = 0;
 };
 
-/// ns per pass of `work`. Passes that are short against the resolution of the clock are measured several at a time.
+/// ns per pass of `work`. Passes that are short compared with the resolution of the clock are measured in batches.
 Summary measure(IdleLine& line, const Work& work, int rounds, int batch) {
   constexpr int kWarmUp = 32;
   std::vector<double> samples;
@@ -265,7 +265,7 @@ Summary measure(IdleLine& line, const Work& work, int rounds, int batch) {
   return summarize(std::move(samples));
 }
 
-/// The baseline: the bytes of the frames copied once. ns per slave.
+/// The baseline: copies the bytes of the frames once. ns per slave.
 Baseline copy_frames(const std::vector<Frame>& frames, int rounds, double slaves) {
   constexpr int kBatch = 64;
   Frame copy(port::kMaxFrameBytes);
@@ -304,7 +304,7 @@ void measure_line(Report& report, std::size_t count, const Options& options) {
   add("brd", IdleLine::al_status(Command::kBrd, 0, count), {});
   add("fprd_elsewhere", IdleLine::al_status(Command::kFprd, 0x0BAD, 0), kElsewhereAimNs);
   add("lrw_23_23", line.process_data(0ns), kLrwAimNs);
-  // Outputs handed to the device and inputs published before every frame, as in a running line.
+  // Outputs are handed to the devices and inputs published before every frame, as in a running line.
   add("lrw_23_23_and_hand_over", line.process_data(125us), {});
   const double mib = static_cast<double>(resident_bytes()) / (1024.0 * 1024.0);
   report.add({fmt::format("{}_slaves", count),

@@ -1,6 +1,6 @@
-// Which way does an axis go in each homing method, and how long does it take? Every method from three start positions,
-// by the simulated drive itself on virtual time. With --figures as CSV: method, start, time, position, speed; and where
-// it found home. docs/figures/homing.py draws it.
+// How does an axis move in each homing method, and how long does it take? Runs every method from three start positions,
+// on the simulated drive on virtual time. With --figures writes a CSV: method, start, time, position, speed, and the
+// home position. docs/figures/homing.py draws it.
 #include <fmt/format.h>
 
 #include <array>
@@ -24,16 +24,16 @@ using std::chrono::nanoseconds;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
-// The machine, in revolutions of the motor; docs/figures/homing.py draws the same.
-constexpr double kLimit = 4.3;    ///< limit switches from here on outwards
-constexpr double kEdge = 1.4;     ///< reference switch of methods 3-6 from here on outwards
-constexpr double kCamLeft = 0.6;  ///< cam of methods 7-14
+// The machine, in revolutions of the motor; docs/figures/homing.py draws the same machine.
+constexpr double kLimit = 4.3;    ///< limit switches from here outwards
+constexpr double kEdge = 1.4;     ///< reference switch of methods 3 to 6 from here outwards
+constexpr double kCamLeft = 0.6;  ///< cam of methods 7 to 14
 constexpr double kCamRight = 1.7;
 constexpr double kIncrements = 1048576.0;
 constexpr auto kSample = std::chrono::milliseconds{5};
 constexpr auto kLongest = std::chrono::seconds{60};
 
-/// A drive in PREOP that is commanded by SDOs alone.
+/// A drive in PREOP that is commanded by SDOs only.
 class Drive {
  public:
   explicit Drive(const slaves::msd::MsdParameters& parameters) : drive_(parameters) {
@@ -41,7 +41,7 @@ class Drive {
     pass(std::chrono::milliseconds{5});
     static_cast<void>(drive_.transition(wire::AlState::kInit, wire::AlState::kPreOp));
   }
-  /// Expedited download; false when it is refused.
+  /// Expedited download; false: it was refused.
   bool write(std::uint16_t index, std::uint8_t subindex, std::uint32_t value, unsigned size) {
     std::array<std::byte, 512> mailbox{};
     const std::span bytes(mailbox);
@@ -83,7 +83,7 @@ slaves::msd::MsdParameters machine(int method, double start) {
   return parameters;
 }
 
-/// Left of the switch, on it, right of it; as far as the method has them.
+/// Start positions left of the switch, on it and right of it, as far as the method has these sides.
 std::array<double, 3> starts(int method) {
   const int number = without_index(method);
   if (number == 1) return {-4.45, -1.7, 2.4};
@@ -97,7 +97,7 @@ std::uint32_t per_second(double revolutions) {
   return static_cast<std::uint32_t>(revolutions * kIncrements);
 }
 
-/// Everything but the method's own way: two speeds, one acceleration, inputs, operation enabled in mode 6.
+/// Sets up everything except the motion: two speeds, an acceleration, inputs, operation enabled in mode 6.
 bool prepare(Drive& drive, int method) {
   bool good = drive.write(0x2065, 0, 6, 2) && drive.write(0x2066, 0, 5, 2) && drive.write(0x2067, 0, 10, 2) &&
               drive.write(0x6098, 0, static_cast<std::uint8_t>(method), 1) &&
@@ -110,10 +110,10 @@ bool prepare(Drive& drive, int method) {
   return good;
 }
 
-/// Writes the way of the axis to a file.
+/// Writes the motion of the axis to a file.
 class Curve {
  public:
-  /// Empty: nowhere.
+  /// `folder`: empty: nothing is written.
   explicit Curve(const std::string& folder) {
     if (folder.empty()) return;
     out_.open(folder + "/homing.csv");
@@ -128,7 +128,7 @@ class Curve {
   std::ofstream out_;
 };
 
-/// One run; how long it took in ms. Throws when homing was not attained.
+/// Executes a method once; returns its duration in ms. Throws if homing is not attained.
 double run_method(int method, std::size_t number, double start, Curve& curve) {
   Drive drive(machine(method, start));
   const auto where = fmt::format("method {} from {} revolutions", method, start);
@@ -139,7 +139,7 @@ double run_method(int method, std::size_t number, double start, Curve& curve) {
     curve.line(fmt::format("{},{},{:.3f},{:.4f},{:.3f},", method, number, std::chrono::duration<double>(time).count(),
                            model.position_rad() / kTurn, model.velocity_rad_s() / kTurn));
     if ((model.status() & kAttained) == kAttained) {
-      // Zero is at home, so the position shown gives the place of home.
+      // The drive's zero is at home, so the displayed position gives the position of home.
       const std::int32_t shown = model.dictionary().get(slaves::msd::kValue.position_actual);
       const double home = model.position_rad() / kTurn - shown / kIncrements;
       curve.line(fmt::format("{},{},,,,{:.6f}", method, number, home));

@@ -1,5 +1,5 @@
-// How punctual is a cycle of 125 us: its wake-up, the sending of its frame, and the frame's arrival as the other side
-// sees it? Against a bare loop and against cyclictest, in turns on one processor, idle and under load.
+// How punctual is a cycle of 125 us: its wake-up, the sending of its frame, and the frame's arrival at the other end?
+// Compared with a bare loop and with cyclictest, in turns on one processor, idle and under load.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -40,21 +40,21 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kPeriod = 125us;
 constexpr double kPeriodUs = 125.0;
-/// Of each way of waiting, in one turn: half a second, so that a disturbance of the machine meets all of them.
+/// Cycles of each method of waiting per turn: half a second, so that a disturbance of the machine affects all methods.
 constexpr int kCyclesPerTurn = 4'000;
-/// Each way in each state of the machine, unless --duration says otherwise.
+/// Duration of each method in each state of the machine, unless --duration is given.
 constexpr double kSeconds = 20.0;
 constexpr double kSecondsInShort = 8.0;
-/// Cycles at the start of a turn that do not count: until caches are warm, and the timer knows what a wake-up takes.
+/// Cycles at the start of a turn that do not count: until caches are warm and the timer has learned the wake-up time.
 constexpr int kWarmUp = 200;
-/// What a master of one drive sends, padded to the least that Ethernet carries.
+/// Size of the frame of a master with one drive, padded to the Ethernet minimum.
 constexpr std::size_t kFrameBytes = 60;
-/// In the data of the frame, behind its headers.
+/// Offsets in the frame's data, after its headers.
 constexpr std::size_t kWayAt = 26;
 constexpr std::size_t kTurnAt = 28;
 constexpr std::size_t kInstantAt = 32;
 
-/// `kBareLoopAhead` wakes as long before the instant as the cycle does, and spins until then.
+/// `kBareLoopAhead` wakes up as long before the instant as the cycle does, and spins until then.
 enum class Way : std::uint8_t { kBareLoop, kBareLoopAhead, kCycle, kCycleAsleep };
 constexpr std::array kWays = {Way::kBareLoop, Way::kBareLoopAhead, Way::kCycle, Way::kCycleAsleep};
 
@@ -63,20 +63,20 @@ const char* name_of(Way way) {
   return kNames[static_cast<std::size_t>(way)];
 }
 
-/// Median of the cycle's wake-up over that of the bare loop with the same lead.
+/// Aim: median of the cycle's wake-up latency over that of the bare loop with the same lead.
 constexpr double kWakeAim = 1.1;
-/// 99 % of the cycle's send times over 99 % of the wake-ups of the bare loop.
+/// Aim: 99 % of the cycle's send times over 99 % of the wake-up latencies of the bare loop.
 constexpr double kSendAim = 0.5;
 
-/// One cycle of a turn.
+/// The measurements of a cycle of a turn.
 struct Moment {
-  std::int64_t instant = 0;  ///< of the grid
-  std::int64_t missed = 0;   ///< instants just before
-  nanoseconds late{};        ///< of the wake-up, from the first that was missed
-  nanoseconds sent{};        ///< the same of the frame, when it was handed to the kernel
+  std::int64_t instant = 0;  ///< number of the instant on the grid
+  std::int64_t missed = 0;   ///< number of instants missed just before
+  nanoseconds late{};        ///< latency of the wake-up, from the first missed instant
+  nanoseconds sent{};        ///< time until the frame was handed to the kernel, from the same instant
 };
 
-/// A frame that is addressed to nobody: who gets it counts it.
+/// A broadcast frame; its receiver records the arrival.
 class Frame {
  public:
   explicit Frame(Way way) {
@@ -97,7 +97,7 @@ class Frame {
   std::array<std::byte, kFrameBytes> bytes_{};
 };
 
-/// What the kernel counts of the thread of the cycle (getrusage(2)).
+/// Resource use of the thread of the cycle, counted by the kernel (getrusage(2)).
 struct ThreadUse {
   std::int64_t page_faults = 0;
   std::int64_t sleeps = 0;  ///< voluntary context switches
@@ -109,18 +109,18 @@ ThreadUse use_of_thread() noexcept {
   return {usage.ru_minflt + usage.ru_majflt, usage.ru_nvcsw};
 }
 
-/// The latest wake-up of the cycle so far, and whom its processor went to from the instant on.
+/// The latest wake-up of the cycle so far, and the threads that ran on its processor from the instant on.
 struct LatestWakeUp {
-  nanoseconds instant{};  ///< the first one that was missed
+  nanoseconds instant{};  ///< the first missed instant
   nanoseconds wake{};
   std::array<rt::CpuSwitch, 16> switches{};  ///< newest first
   std::size_t count = 0;
 };
 
-/// Takes the turns of all ways of waiting, one after the other, when it is told to; its thread lives for all of them.
+/// Takes a turn of each method of waiting, one after the other, on request; its thread lives until all turns are done.
 class Turns final : public rt::RealtimeTask {
  public:
-  /// `log`: of the processor that this is to run on; none: not to be had.
+  /// `log`: of the processor of this task; null: not available.
   Turns(port::Port& port, const std::string& interface, const rt::SwitchLog* log) : port_(port), log_(log) {
     socket_.bind_to(interface);
     for (auto& moments : moments_) moments.resize(kCyclesPerTurn);
@@ -136,24 +136,24 @@ class Turns final : public rt::RealtimeTask {
       done_.release();
     }
   }
-  /// Another thread: one turn of each.
+  /// Takes one turn of each method. Called by another thread.
   void take(std::uint32_t turn) {
     turn_ = turn;
     go_.release();
     done_.acquire();
     if (failed_sends_ > 0) throw std::runtime_error("a frame could not be sent");
   }
-  /// Wakes the task, so that it sees that it is to stop.
+  /// Wakes the task, so that it notices the stop request.
   void leave() { go_.release(); }
   [[nodiscard]] const std::vector<Moment>& moments(Way way) const { return moments_[static_cast<std::size_t>(way)]; }
-  /// Of the last turn of Way::kCycle.
+  /// Resource use of the last turn of Way::kCycle.
   [[nodiscard]] const ThreadUse& use() const noexcept { return use_; }
-  /// Of all turns of Way::kCycle; with a log.
+  /// The latest wake-up of all turns of Way::kCycle; needs a log.
   [[nodiscard]] const LatestWakeUp& latest() const noexcept { return latest_; }
 
  private:
   std::vector<Moment>& moments_of(Way way) noexcept { return moments_[static_cast<std::size_t>(way)]; }
-  /// The floor: clock_nanosleep to absolute times, awake from `lead` before them on, and a frame.
+  /// The floor: clock_nanosleep to absolute times, awake from `lead` before them, then sends a frame.
   void bare_loop(Way way, nanoseconds lead) noexcept {
     Frame frame(way);
     auto next = clock_.now() + 4 * kPeriod;
@@ -173,7 +173,7 @@ class Turns final : public rt::RealtimeTask {
       next += (missed + 1) * kPeriod;
     }
   }
-  /// The cycle timer and the port of the master, the frame first of all, as the cycle does it.
+  /// Uses the cycle timer and the port of the master, and sends the frame first, as the cycle does.
   void through_timer(Way way, rt::CycleTimer& timer) noexcept {
     Frame frame(way);
     timer.start(clock_.now() + 4 * kPeriod);
@@ -203,7 +203,7 @@ class Turns final : public rt::RealtimeTask {
   LatestWakeUp latest_;
   PacketSocket socket_;
   rt::MonotonicClock clock_;
-  rt::CycleTimer ahead_{clock_, kPeriod, std::nullopt};  ///< as `run` has it
+  rt::CycleTimer ahead_{clock_, kPeriod, std::nullopt};  ///< as in `run`
   rt::CycleTimer asleep_{clock_, kPeriod};               ///< with wake_ahead_us = 0
   std::array<std::vector<Moment>, kWays.size()> moments_;
   ThreadUse use_;
@@ -213,7 +213,7 @@ class Turns final : public rt::RealtimeTask {
   std::binary_semaphore done_{0};
 };
 
-/// Ends the task whatever comes: its thread waits for a turn.
+/// Ends the task in any case, because its thread waits for a turn.
 struct Leaving {
   rt::RealtimeThread& thread;
   Turns& turns;
@@ -223,8 +223,7 @@ struct Leaving {
   }
 };
 
-/// A frame at the other end of the cable, stamped by the kernel when it came in; how late it is looked at does not
-/// matter.
+/// A frame at the other end of the cable, time-stamped by the kernel on arrival, so the receiver may read it late.
 struct Arrival {
   Way way{};
   std::uint32_t turn = 0;
@@ -232,8 +231,8 @@ struct Arrival {
   nanoseconds time{};
 };
 
-/// The distances of the frames of each way. The other side does not know the grid: what it can see is the distance of
-/// two frames.
+/// The distances between frames of each method. The receiver does not know the grid, only the distance between two
+/// frames.
 class Distances {
  public:
   void add(const Arrival& arrival) {
@@ -244,7 +243,7 @@ class Distances {
     }
     before = arrival;
   }
-  /// How far from the period they are.
+  /// Deviations of the distances from the period.
   [[nodiscard]] const DelayHistogram& off(Way way) const { return off_[static_cast<std::size_t>(way)]; }
 
  private:
@@ -253,7 +252,7 @@ class Distances {
                                                    DelayHistogram(kPeriodUs), DelayHistogram(kPeriodUs)};
 };
 
-/// The other end of the cable, on another processor.
+/// The receiver at the other end of the cable, on another processor.
 class Receiver {
  public:
   explicit Receiver(const std::string& interface) : socket_(PacketSocket::Look::kSleeps) {
@@ -265,7 +264,7 @@ class Receiver {
     socket_.bind_to(interface);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
   }
-  /// Of all frames, when no more are on their way.
+  /// Distances of all frames; waits for frames in flight.
   const Distances& finish() {
     std::this_thread::sleep_for(100ms);
     thread_.request_stop();
@@ -304,31 +303,31 @@ class Receiver {
   std::jthread thread_;
 };
 
-/// Figures of one turn, ns.
+/// Figures of a turn, in ns.
 struct TurnFigures {
   Summary wake;
   Summary send;
 };
 
-/// What was measured of one way.
+/// The measurements of a method.
 struct Delays {
   DelayHistogram wake{kPeriodUs};
   DelayHistogram send{kPeriodUs};
-  std::int64_t missed = 0;  ///< periods
-  TurnFigures last;         ///< turn
+  std::int64_t missed = 0;  ///< missed periods
+  TurnFigures last;         ///< figures of the last turn
 };
 
-/// The ways of one state of the machine, and how the turns of the cycle compare with those of others.
+/// All methods in a state of the machine, and the ratios of the cycle's turns to those of the others.
 struct State {
   std::array<Delays, kWays.size()> ways;
   bool with_cyclictest = true;
   Delays cyclictest;
   ThreadUse use;
-  std::vector<RanInstead> ran_instead;                  ///< at the latest wake-up of the cycle, until it ran
-  std::array<RatioTurns, kWays.size()> wake_over_bare;  ///< medians, of each way
+  std::vector<RanInstead> ran_instead;                  ///< during the latest wake-up of the cycle, until it ran
+  std::array<RatioTurns, kWays.size()> wake_over_bare;  ///< ratios of medians, of each method
   std::array<RatioTurns, kWays.size()> send_over_bare;
-  RatioTurns wake_over_ahead;  ///< of the cycle and the bare loop with the same lead, medians
-  RatioTurns send_over_wake;   ///< of the cycle and the bare loop, 99 %
+  RatioTurns wake_over_ahead;  ///< medians, cycle over the bare loop with the same lead
+  RatioTurns send_over_wake;   ///< 99 %, cycle over bare loop
   RatioTurns p999_over_cyclictest;
   RatioTurns max_over_cyclictest;
 
@@ -349,7 +348,7 @@ void add_moments(Delays& to, const std::vector<Moment>& moments) {
   to.last = {summarize(std::move(wake)), summarize(std::move(send))};
 }
 
-/// False: it is not installed.
+/// False: cyclictest is not installed.
 bool add_cyclictest(Delays& to) {
   const auto latencies_ns = run_cyclictest(
       {.period = 125us, .cpu = last_cpu(), .priority = rt::RealtimeConfig{}.priority.value(), .loops = kCyclesPerTurn});
@@ -363,7 +362,7 @@ bool add_cyclictest(Delays& to) {
   return true;
 }
 
-/// The ratios of the turn that was taken last.
+/// Adds the ratios of the last turn.
 void compare_turn(State& state) {
   const auto& bare = state.of(Way::kBareLoop).last;
   for (const auto way : kWays) {
@@ -379,7 +378,7 @@ void compare_turn(State& state) {
   state.max_over_cyclictest.add(cycle.wake.max, state.cyclictest.last.wake.max);
 }
 
-/// The threads that had the processor from the instant to the wake-up, oldest first.
+/// The threads that ran on the processor from the instant to the wake-up, oldest first.
 std::vector<RanInstead> who_ran(const LatestWakeUp& latest) {
   std::vector<RanInstead> threads;
   auto end = latest.wake;
@@ -424,7 +423,7 @@ void report_ways(Report& report, const std::string& name, const State& state, co
   }
 }
 
-/// What is aimed at, one row each.
+/// Reports the aims, one row each.
 void report_aims(Report& report, const std::string& name, const State& state) {
   const auto case_name = name + "_cycle";
   const auto& cycle = state.of(Way::kCycle);
@@ -448,7 +447,7 @@ void report_aims(Report& report, const std::string& name, const State& state) {
                 Baseline{against, missed}});
   }
   report.add({case_name, "page_faults", "1", just(static_cast<double>(state.use.page_faults), n), 0.0});
-  // Its own sleep is one of each cycle at most.
+  // The cycle's own sleep is at most one switch per cycle.
   const auto sleeps = static_cast<double>(state.use.sleeps) / static_cast<double>(n);
   report.add({case_name, "voluntary_switches_per_cycle", "1", just(sleeps, n), 1.0});
 }
@@ -463,7 +462,7 @@ void note_who_ran(Report& report, const std::string& name, const LatestWakeUp& l
                           name, static_cast<double>((latest.wake - latest.instant).count()) / 1000.0, list));
 }
 
-/// All ways in turns for `seconds` each; the machine is in state `name`.
+/// Measures all methods in turns for `seconds` each; the machine is in state `name`.
 void measure_state(Report& report, const VethPair& cable, const std::string& name, double seconds) {
   rt::MonotonicClock clock;
   auto port = port::RawSocketPort::open({.interface = cable.near}, clock);
@@ -504,8 +503,8 @@ void measure_state(Report& report, const VethPair& cable, const std::string& nam
   report_aims(report, name, *state);
 }
 
-/// Arithmetic on every processor, system calls, memory, network, disk. As ordinary work, which a real-time thread goes
-/// before.
+/// Load by arithmetic on every processor, system calls, memory, network and disk. It runs with ordinary priority, below
+/// real-time threads.
 std::unique_ptr<ChildProgram> start_stress() {
   return ChildProgram::start({"stress-ng",   "--quiet",    "--cpu",       "0",      "--switch",  "1",     "--vm",
                               "1",           "--vm-bytes", "64M",         "--sock", "1",         "--hdd", "1",
@@ -513,7 +512,7 @@ std::unique_ptr<ChildProgram> start_stress() {
 }
 
 void measure_under_load(Report& report, const VethPair& cable, double seconds) {
-  // First, while the machine has time for its start.
+  // Start this first, while the machine has time for it.
   const auto neighbour = NeighbourLine::start();
   if (!neighbour) fmt::print(stderr, "jitter: no DDS and EoE traffic in the load: setpriv or ping is not installed\n");
   const auto stress = start_stress();

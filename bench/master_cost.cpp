@@ -1,5 +1,5 @@
-// What does the master's cycle (send, receive, decode) cost on a packet socket, against loops that only send and
-// receive the same frames? All over the same virtual cable, in turns; a minimal responder spins at its other end.
+// What does the master's cycle (send, receive, decode) cost on a packet socket, compared with loops that only send and
+// receive the same frames? All use the same virtual cable, in turns; a minimal responder spins at its other end.
 #include <fmt/format.h>
 #include <sys/socket.h>
 #include <algorithm>
@@ -29,7 +29,7 @@ using ecat_master::CyclicCore;
 using ecat_master::ProcessImage;
 
 constexpr int kCycles = 60'000;
-/// So few in a row that a disturbance of the machine affects all loops alike.
+/// So short that a disturbance of the machine affects all loops alike.
 constexpr int kCyclesPerRound = 500;
 constexpr int kWarmUp = 20;
 /// Aims: median and 99.9 % of the master's cycle over those of the bare loop on the same kind of socket, with a receive
@@ -38,10 +38,10 @@ constexpr double kAim = 1.05;
 constexpr double kAimP999 = 1.2;
 constexpr std::size_t kBytesPerAxis = 19;
 constexpr double kLostNs = 5e6;
-/// More cycles of a round than this without all their frames: the figures would be those of the machine's other work.
+/// With more incomplete cycles per round than this, the figures would show the machine's other work.
 constexpr int kMostLostPerRound = 25;
 
-/// Answers as a line in OP would, with as little as that takes: working counters and AL status bytes.
+/// Answers like a line in OP, with minimal effort: sets working counters and AL status bytes.
 class Responder {
  public:
   Responder(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
@@ -70,8 +70,8 @@ class Responder {
   std::jthread thread_;
 };
 
-/// Reads the status word, mode and position of every axis and writes a control word and a target, as an application
-/// with handles does.
+/// Reads status word, mode and position of every axis and writes control word and target, like an application with
+/// handles.
 class Decoder final : public ecat_master::CycleTask {
  public:
   explicit Decoder(const ProcessImage& image) {
@@ -86,7 +86,7 @@ class Decoder final : public ecat_master::CycleTask {
     const auto inputs = now.inputs;
     const auto valid = now.valid;
     const auto outputs = now.outputs;
-    // Locals, because a store to a byte may alias any member.
+    // Use locals, because a store to a byte may alias any member.
     const std::span<const AxisEntries> axes(axes_);
     std::uint64_t stale = 0;
     for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -117,12 +117,12 @@ ProcessImage make_image(std::size_t axes) {
   return ProcessImage::lay_out(demands).value();
 }
 
-/// Cycles of a loop that checks nothing until the responder is there.
+/// Runs cycles of a loop that checks nothing until the responder answers.
 template <typename Loop>
 void settle_bare(Loop& loop) {
   constexpr int kPatience = 400;
   for (int i = 0; i < kPatience; ++i) {
-    // Asleep, because the responder begins on the processor of the thread that made it.
+    // Sleep, because the responder starts on the processor of the thread that created it.
     std::this_thread::sleep_for(1ms);
     loop.drain();
     if (loop.cycle() < kLostNs) return;
@@ -130,7 +130,7 @@ void settle_bare(Loop& loop) {
   throw std::runtime_error("the responder does not answer");
 }
 
-/// The baseline: send all frames, spin until as many have come back.
+/// The baseline: sends all frames, then spins until as many have returned.
 class BareLoop {
  public:
   BareLoop(const std::string& interface, const std::vector<CyclicFrame>& frames) : frames_(frames) {
@@ -148,7 +148,7 @@ class BareLoop {
   }
   void settle() { settle_bare(*this); }
   void check() const noexcept {}
-  /// Frames that came too late: the next cycle would take them for its own and look short.
+  /// Discards frames that come too late: the next cycle would take them for its own and appear short.
   void drain() {
     for (const double until = now_ns() + kLostNs; now_ns() < until;) {
       keep(recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC));
@@ -161,7 +161,7 @@ class BareLoop {
   std::array<std::byte, port::kMaxFrameBytes> buffer_;
 };
 
-/// The same with a receive ring that is shared with the kernel: no system call to receive.
+/// The same with a receive ring that is shared with the kernel: receives without a system call.
 class RingLoop {
  public:
   RingLoop(const std::string& interface, const std::vector<CyclicFrame>& frames)
@@ -172,7 +172,7 @@ class RingLoop {
     const double begin = now_ns();
     for (const auto& frame : frames_) keep(send(socket_.get(), frame.bytes.data(), frame.bytes.size(), 0));
     for (std::size_t back = 0; back < frames_.size();) {
-      // Into the program's memory, as recv() does it: the ring has the bytes where the other processor wrote them.
+      // Copy into the program's memory, as recv() does: the bytes in the ring are in the cache of the other processor.
       if (ring_.take_into(buffer_)) {
         keep(buffer_[0]);
         ++back;
@@ -195,7 +195,7 @@ class RingLoop {
   std::array<std::byte, port::kMaxFrameBytes> buffer_;
 };
 
-/// The master's cycle on the raw socket port.
+/// The cycle of the master on the raw socket port.
 class MasterLoop {
  public:
   MasterLoop(const std::string& interface, const ProcessImage& image) : decoder_(image), port_(open(interface)) {
@@ -208,13 +208,13 @@ class MasterLoop {
   }
   double cycle() {
     const double begin = now_ns();
-    // When it woke up the cycle is told by its timer.
+    // On a running line the cycle timer provides the wake-up time.
     const std::chrono::nanoseconds wake{static_cast<std::int64_t>(begin)};
     core_->cycle({cycle_++, wake, wake, 0});
     return now_ns() - begin;
   }
-  void drain() noexcept {}  // numbers its frames, and takes none for another
-  /// Checks that it read what the responder wrote: wrong frames do not show in the figures.
+  void drain() noexcept {}  // the master numbers its frames and detects late ones
+  /// Checks that the cycle has read the responder's values, because wrong frames do not show in the figures.
   void check() const {
     const auto& statistics = core_->statistics();
     if (statistics.wkc_errors > 0) {
@@ -222,7 +222,7 @@ class MasterLoop {
           fmt::format("{} frames of the master came back with wrong working counters", statistics.wkc_errors));
     }
   }
-  /// Cycles until the responder answers like a line.
+  /// Runs cycles until the responder answers like a line.
   void settle() {
     constexpr int kPatience = 400;
     for (int i = 0; i < kPatience; ++i) {
@@ -247,7 +247,7 @@ class MasterLoop {
   std::int64_t cycle_ = 0;
 };
 
-/// One round of a loop made for this round only, so that no other socket receives its frames.
+/// Runs a round of a loop created for this round only, so that no other socket receives its frames.
 template <typename Make>
 void round_of(const Make& make, TurnSamples& turns) {
   auto loop = make();
@@ -265,7 +265,7 @@ void round_of(const Make& make, TurnSamples& turns) {
   turns.add_turn(samples);
 }
 
-/// ns per cycle of the three loops.
+/// The samples of the three loops, in ns per cycle.
 struct Samples {
   TurnSamples master;
   TurnSamples bare;

@@ -1,5 +1,5 @@
-// Motion along geometric paths: how fast is the look-ahead, what does the cycle's part take, and how much longer than
-// necessary is a motion?
+// Motion along geometric paths: the speed of the look-ahead, the cost of the cycle's part, and by how much a motion
+// exceeds the minimum duration.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -34,7 +34,7 @@ void must(const tl::expected<void, PathMoveError>& added) {
   if (!added) throw std::runtime_error(added.error().reason);
 }
 
-/// A million segments of 0.1 mm on three axes; the follower makes room in between, and is not measured.
+/// A million segments of 0.1 mm on three axes; the follower, which is not measured, makes room in between.
 void measure_look_ahead(Report& report, const Options& options) {
   constexpr int kFull = 1'000'000;
   constexpr int kBlock = 500;
@@ -59,20 +59,20 @@ void measure_look_ahead(Report& report, const Options& options) {
     planner.flush();
     costs.push_back((now_ns() - begin) / kBlock);
   }
-  constexpr double kAim = 1000.0;  // a million segments in a second
+  constexpr double kAim = 1000.0;  // a million segments per second
   report.add({"short_segments_3_axes", "cost_per_segment", "ns", summarize(std::move(costs)), kAim});
 }
 
-/// A machine with kinematics that goes from place to place and round again.
+/// A machine with kinematics that visits positions in a closed round.
 struct Machine {
   std::string name;
   const Kinematics& kinematics;
   GroupAxisLimits joints;
   double tool_velocity;
-  std::vector<PathMove> round;  ///< ends where it begins
+  std::vector<PathMove> round;  ///< ends at its start
 };
 
-/// The cycle's part with the inverse of the kinematics, and what a move costs the planner.
+/// The cost of the cycle's part with the inverse kinematics, and of a move in the planner.
 void measure_machine(Report& report, const Options& options, const Machine& machine) {
   ContourSettings settings;
   settings.axes = machine.kinematics.joints().size();
@@ -105,7 +105,7 @@ void measure_machine(Report& report, const Options& options, const Machine& mach
   report.add({"moves_of_a_" + machine.name, "cost_per_move", "ns", summarize(std::move(planning))});
 }
 
-/// Picks and places of a delta and a SCARA.
+/// Pick-and-place motions of a delta and a SCARA robot.
 void measure_machines(Report& report, const Options& options) {
   constexpr double kTolerance = 0.015;
   const RotaryDeltaKinematics delta({0.2, 0.045, 0.25, 0.6});
@@ -128,7 +128,7 @@ void measure_machines(Report& report, const Options& options) {
                     line_to({0.35, 0.2, 0.0, 0.5}, kTolerance), line_to({0.4, -0.15, 0.0, 0.0}, kTolerance)}});
 }
 
-/// A path of a group of six with lines, arcs and blends, and an operator who does not let go of the knobs.
+/// A path of a group of six axes with lines, arcs and blends, while an operator keeps changing the override.
 void measure_cycle(Report& report, const Options& options) {
   const auto settings = settings_of(6);
   ContourTrack track(settings, {});
@@ -152,7 +152,7 @@ void measure_cycle(Report& report, const Options& options) {
     const auto setpoint = follower.step();
     const double cost = std::max(0.0, now_ns() - begin - reading);
     keep(setpoint);
-    // A group that is held has less to do.
+    // A held group has less to do.
     if (!setpoint.at_rest) costs.push_back(cost);
   }
   constexpr double kAim = 2000.0;
@@ -186,7 +186,7 @@ double percent_above(double duration_s, double other_s) {
   return 100.0 * (duration_s / other_s - 1.0);
 }
 
-/// How good is the numeric optimum? On straight lines, where the least duration is known: T = acceleration / jerk.
+/// How good is the numeric optimum? On straight lines the minimum duration is known: T = acceleration / jerk.
 void judge_optimum(Report& report, const ContourSettings& settings) {
   const auto& [velocity, acceleration, jerk, lowest, highest] = settings.limits[0];
   const double rise_s = acceleration / jerk;

@@ -1,5 +1,5 @@
-// How long does a frame take from a master's port to the other end of a cable and back, against a bare loop on the same
-// kind of socket? Every way has a cable of its own and takes its turn on the same processor.
+// How long does a frame take from a master's port to the other end of a cable and back, compared with a bare loop on
+// the same kind of socket? Every method has a cable of its own and takes its turn on the same processor.
 #include <fmt/format.h>
 #include <sys/socket.h>
 #include <algorithm>
@@ -29,20 +29,20 @@ using namespace driveline;
 using namespace driveline::bench;
 
 constexpr int kFrames = 20'000;
-/// So few in a row that a disturbance of the machine meets all ways alike.
+/// So short that a disturbance of the machine affects all methods alike.
 constexpr int kFramesPerTurn = 100;
 constexpr int kWarmUp = 20;
 constexpr double kLostNs = 1e9;
-/// Median of a port over that of the bare loop on the same kind of socket.
+/// Aim: median of a port over that of the bare loop on the same kind of socket.
 constexpr double kPortAim = 1.05;
-/// Median of a port that has more than a packet socket over that of the bare loop on one.
+/// Aim: median of a port with more than a packet socket over that of the bare loop on a packet socket.
 constexpr double kFasterAim = 0.9;
-/// With their headers: the least that Ethernet carries, one drive with mailboxes, the process data of thirty, the most.
+/// Sizes with headers: the Ethernet minimum, a drive with mailboxes, process data of thirty drives, the maximum.
 constexpr std::array<std::size_t, 4> kFrameBytes = {60, 256, 1024, 1514};
-/// In the frame, behind its headers: the number of the round trip.
+/// Offset of the number of the round trip, after the headers.
 constexpr std::size_t kNumberAt = 30;
 
-/// What every way sends: addressed to all, so that the other end takes it.
+/// The frame that all methods send: broadcast, so that the other end accepts it.
 class Frame {
  public:
   explicit Frame(std::size_t bytes) : bytes_(bytes) {
@@ -55,7 +55,7 @@ class Frame {
     bytes_[kNumberAt] = static_cast<std::byte>(number);
     return bytes_;
   }
-  /// Whether this is the answer to the frame that was numbered last.
+  /// Whether this is the answer to the last numbered frame.
   [[nodiscard]] bool is_answer(std::span<const std::byte> answer) const noexcept {
     return answer.size() == bytes_.size() && answer[kNumberAt] == bytes_[kNumberAt] &&
            answer[6] == (bytes_[6] | std::byte{0x02});
@@ -65,18 +65,18 @@ class Frame {
   std::vector<std::byte> bytes_;
 };
 
-/// One way of sending a frame and getting it back.
+/// A method of sending a frame and receiving it back.
 class Way {
  public:
   Way() = default;
   Way(const Way&) = delete;
   Way& operator=(const Way&) = delete;
   virtual ~Way() = default;
-  /// Sends `frame`, spins until something has come in, and returns that; empty: nothing did, or it was not sent.
+  /// Sends `frame`, spins until a frame comes in, and returns that; empty: none came in, or `frame` was not sent.
   virtual std::span<const std::byte> exchange(std::span<const std::byte> frame) noexcept = 0;
 };
 
-/// send() and recv(), which a master cannot do without where it has a plain packet socket.
+/// send() and recv(), the minimum for a master on a plain packet socket.
 class PlainLoop final : public Way {
  public:
   explicit PlainLoop(const std::string& interface) { socket_.bind_to(interface); }
@@ -114,7 +114,7 @@ class RingLoop final : public Way {
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
 };
 
-/// An AF_XDP socket, frames copied by the kernel.
+/// An AF_XDP socket; the kernel copies the frames.
 class BareXdp final : public Way {
  public:
   explicit BareXdp(const std::string& interface) : loop_(interface) {}
@@ -131,7 +131,7 @@ class BareXdp final : public Way {
   XdpLoop loop_;
 };
 
-/// A port as the master has it.
+/// A port as the master uses it.
 class ThroughPort final : public Way {
  public:
   explicit ThroughPort(std::unique_ptr<port::Port> port) : port_(std::move(port)) {}
@@ -162,14 +162,14 @@ std::unique_ptr<Way> raw_port(const std::string& interface, bool ring) {
 }
 
 std::unique_ptr<Way> xdp_port(const std::string& interface) {
-  // No pair of virtual interfaces has zero copy.
+  // Pairs of virtual interfaces do not support zero copy.
   auto port = port::XdpPort::open(
       {.interface = interface, .first = port::XdpMode::kNative, .last = port::XdpMode::kNative}, port_clock());
   if (!port) throw std::runtime_error(port.error().message);
   return std::make_unique<ThroughPort>(std::move(*port));
 }
 
-/// A kind of socket, bare and through the port that uses it. A further kind is one entry more.
+/// A kind of socket, bare and through the port that uses it. To add a kind, add an entry.
 struct Kind {
   const char* name;
   const char* bare_name;
@@ -177,7 +177,7 @@ struct Kind {
   std::unique_ptr<Way> (*make_port)(const std::string& interface);
 };
 
-/// The first one is the packet socket that the others are to be faster than.
+/// The first one is the packet socket; the aim is that the others are faster.
 constexpr std::array kKinds = {
     Kind{"packet_socket", "bare_packet_socket_loop",
          [](const std::string& interface) -> std::unique_ptr<Way> { return std::make_unique<PlainLoop>(interface); },
@@ -190,20 +190,20 @@ constexpr std::array kKinds = {
          [](const std::string& interface) { return xdp_port(interface); }},
 };
 
-/// Why the last of them cannot be measured here; empty: it can.
+/// Why AF_XDP, the last kind, cannot be measured here; empty: it can.
 std::string no_af_xdp(const std::string& interface) {
   const auto port = port::XdpPort::open(
       {.interface = interface, .first = port::XdpMode::kNative, .last = port::XdpMode::kNative}, port_clock());
   return port ? std::string{} : port.error().message;
 }
 
-/// The other ends of all cables, on a processor of their own: sends back what comes in at the one whose turn it is.
+/// The other ends of all cables, on a processor of their own: returns the frames of the cable that takes its turn.
 class Responder {
  public:
   explicit Responder(const std::vector<VethPair>& cables) : sockets_(cables.size()) {
     for (std::size_t i = 0; i < cables.size(); ++i) sockets_[i].bind_to(cables[i].far);
     thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
-    // Asleep, because the responder begins on the processor of the thread that made it.
+    // Sleep, because the responder starts on the processor of the thread that created it.
     while (!ready_.load(std::memory_order_acquire)) std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
   void listen_at(std::size_t cable) noexcept { cable_.store(cable, std::memory_order_release); }
@@ -228,7 +228,7 @@ class Responder {
   std::jthread thread_;
 };
 
-/// A way with its cable, and what was measured of it, in ns.
+/// A method with its cable and its measurements, in ns.
 struct Contestant {
   std::unique_ptr<Way> way;
   std::size_t cable = 0;
@@ -252,7 +252,8 @@ void take_turn(Contestant& contestant, Responder& responder, Frame& frame) {
 
 using Contestants = std::vector<Contestant>;
 
-/// All ways in turns with frames of this size: bare loop and port of the first kind, of the second, and so on.
+/// Measures all methods in turns with frames of this size: bare loop and port of the first kind, of the second, and so
+/// on.
 Contestants compare(std::span<const Kind> kinds, const std::vector<VethPair>& cables, std::size_t bytes, int frames) {
   Contestants contestants;
   for (const auto& kind : kinds) {
@@ -309,7 +310,7 @@ void measure_all(const Options& options) {
   }
   std::span<const Kind> kinds = kKinds;
   if (obstacle.empty()) {
-    // The others are measured all the same.
+    // The other kinds are measured all the same.
     obstacle = no_af_xdp(cables.front().near);
     if (!obstacle.empty()) kinds = kinds.first(kKinds.size() - 1);
     claim_cpu(std::max(0, last_cpu() - 1));

@@ -1,5 +1,5 @@
-// How many axes can a line have? What the master's part of a cycle costs and takes in memory for 1 to 256 axes at cycle
-// times of 62.5 us to 4 ms, and what the wire allows.
+// How many axes can a line have? Measures time and memory of the master's part of a cycle for 1 to 256 axes at cycle
+// times of 62.5 us to 4 ms, and computes the limit of the wire.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -28,15 +28,15 @@ using std::chrono::nanoseconds;
 
 constexpr std::array<std::size_t, 9> kAxes = {1, 2, 4, 8, 16, 32, 64, 128, 256};
 constexpr std::array<double, 7> kCyclesUs = {62.5, 125, 250, 500, 1000, 2000, 4000};
-/// Of each number of axes and cycle time.
+/// For each number of axes and cycle time.
 constexpr int kCycles = 1000;
 constexpr int kWarmUp = 10;
-/// Axes beyond which the wire is not asked.
+/// Largest number of axes for which the wire time is computed.
 constexpr std::size_t kMostOnTheWire = 1024;
 constexpr double kNsPerUs = 1000.0;
 
-/// Cycles at instants of the wall, asleep in between, while the line lives on virtual time: a cycle finds its caches as
-/// one of a real line does, however long the simulated drives took for the one before.
+/// Runs cycles at instants of real time, asleep in between, while the line runs on virtual time: a cycle finds the same
+/// caches as on a real line, however long the simulated drives took for the previous one.
 class WallPace final : public ecat_master::CycleRunner {
  public:
   WallPace(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
@@ -53,8 +53,8 @@ class WallPace final : public ecat_master::CycleRunner {
   }
   void stop() override {}
 
-  /// The master's part of so many cycles, one every `cycle_ns`, in ns. Where the drives take longer than that, cycles
-  /// follow without a pause.
+  /// Costs of the master's part in `cycles` cycles, one every `cycle_ns`, in ns. If the drives take longer than that,
+  /// the cycles follow without a pause.
   std::vector<double> measure(double cycle_ns, int cycles) {
     std::vector<double> costs_ns;
     double next_ns = now_ns() + cycle_ns;
@@ -88,14 +88,14 @@ class WallPace final : public ecat_master::CycleRunner {
   Rests rests_;
 };
 
-/// What so many axes cost.
+/// The cost of a number of axes.
 struct Line {
   std::size_t axes = 0;
   std::vector<Summary> master_ns{};  ///< by cycle time
-  double heap_kib = 0.0;             ///< of the master
+  double heap_kib = 0.0;             ///< heap of the master
 };
 
-/// Process data of one drive.
+/// Process data sizes of a drive, in bytes.
 struct DriveBytes {
   std::size_t outputs = 0;
   std::size_t inputs = 0;
@@ -123,10 +123,10 @@ Line measure_line(std::size_t axes, int cycles, DriveBytes& bytes) {
   return line;
 }
 
-/// What a cycle of such drives takes on a line of 100 Mbit/s, in us.
+/// The time of a cycle on a line of 100 Mbit/s, in us.
 struct OnTheWire {
   double frames_us = 0.0;  ///< with preamble, FCS and gap
-  double way_us = 0.0;     ///< of the last frame through all slaves and cables, as simulated lines have them
+  double way_us = 0.0;     ///< delay of the last frame through all slaves and cables, as on simulated lines
 
   [[nodiscard]] double total_us() const noexcept { return frames_us + way_us; }
 };
@@ -137,7 +137,7 @@ OnTheWire on_the_wire(std::size_t axes, DriveBytes bytes) {
   demand.al_status = true;
   const auto image = ProcessImage::lay_out(std::vector(axes, demand));
   if (!image) throw std::runtime_error(ecat_master::describe(image.error()));
-  // Ports that no cable leaves are closed.
+  // Close the ports without a cable.
   const auto wiring = slaves::Wiring::line(axes, slaves::LineOptions{}.cable_delay);
   std::vector<slaves::SlavePorts> ports(axes);
   for (std::size_t slave = 0; slave < axes; ++slave) {
@@ -151,7 +151,7 @@ OnTheWire on_the_wire(std::size_t axes, DriveBytes bytes) {
           static_cast<double>(path.delay().count()) / kNsPerUs};
 }
 
-/// The most axes of 1 to `most` that fit, where more axes never take less; 0: not even one.
+/// The largest number of axes from 1 to `most` that fits, for a monotonic `fits`; 0: not even one fits.
 template <typename Fits>
 std::size_t most_that_fit(std::size_t most, const Fits& fits) {
   std::size_t low = 0;
@@ -167,7 +167,7 @@ std::size_t most_that_fit(std::size_t most, const Fits& fits) {
   return low;
 }
 
-/// What the master's part takes in 99 of 100 cycles, in us, on the straight lines between the numbers measured.
+/// Cost of the master's part in 99 of 100 cycles, in us, linearly interpolated between the measured numbers of axes.
 double master_us(const std::vector<Line>& lines, std::size_t cycle, std::size_t axes) {
   const auto cost = [cycle](const Line& line) { return line.master_ns[cycle].p99 / kNsPerUs; };
   const auto above = std::find_if(lines.begin(), lines.end(), [axes](const Line& line) { return line.axes >= axes; });

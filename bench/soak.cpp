@@ -1,5 +1,5 @@
-// Does a line run for hours as it does in its first minute? Wake-up, cost of the cycle, missed periods and memory in
-// windows of time, with how much the last third of them differs from the first.
+// Does a line run for hours as well as in its first minute? Records wake-up latency, cycle cost, missed periods and
+// memory in windows of time, and compares the last third of them with the first.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <algorithm>
@@ -31,18 +31,18 @@ constexpr std::size_t kAxes = 8;
 constexpr double kSeconds = 600.0;
 constexpr double kSecondsInShort = 30.0;
 constexpr double kPeriodUs = 125.0;
-/// The same number however long it takes: so is the memory of this program.
+/// Independent of the duration, so that the memory of this program is, too.
 constexpr int kWindows = 60;
 constexpr auto kPath = 2s;
 constexpr double kMib = 1024.0 * 1024.0;
 
-/// What happened in one window.
+/// The measurements of a window.
 struct Window {
   DelayHistogram wake{kPeriodUs};
   DelayHistogram cost{kPeriodUs};
-  std::int64_t missed = 0;                ///< periods
-  std::int64_t page_faults = 0;           ///< of the thread of the cycle, since it began
-  std::int64_t involuntary_switches = 0;  ///< the same
+  std::int64_t missed = 0;                ///< missed periods
+  std::int64_t page_faults = 0;           ///< since the start of the thread of the cycle
+  std::int64_t involuntary_switches = 0;  ///< since the start of the thread of the cycle
 
   void reset() noexcept {
     wake.reset();
@@ -51,7 +51,7 @@ struct Window {
   }
 };
 
-/// The cycle of 125 us as `run` has it. Notes what happens in one of two windows while the other is looked at.
+/// The cycle of 125 us as in `run`. Records into one of two windows while the caller reads the other one.
 class Cycling final : public ecat_master::CycleRunner, private rt::RealtimeTask {
  public:
   Cycling(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
@@ -71,8 +71,8 @@ class Cycling final : public ecat_master::CycleRunner, private rt::RealtimeTask 
     thread_.join();
   }
 
-  /// Begins a new window and returns the one before, which stays until the next call. Throws Disturbed when the cycle
-  /// does not go on.
+  /// Starts a new window and returns the previous one, which is valid until the next call. Throws Disturbed if the
+  /// cycle has stopped.
   const Window& turn_over() {
     const int before = noted_in_.load(std::memory_order_relaxed);
     windows_[static_cast<std::size_t>(1 - before)].reset();
@@ -118,17 +118,17 @@ class Cycling final : public ecat_master::CycleRunner, private rt::RealtimeTask 
   rt::CycleTimer timer_;
   rt::RealtimeThread thread_;
   std::array<Window, 2> windows_;
-  std::atomic<int> note_in_{0};   ///< the caller's wish
-  std::atomic<int> noted_in_{0};  ///< what the cycle does
+  std::atomic<int> note_in_{0};   ///< window requested by the caller
+  std::atomic<int> noted_in_{0};  ///< window used by the cycle
 };
 
-/// Everything, and its course over time.
+/// The whole measurement, and its course over time.
 struct Soak {
   DelayHistogram wake{kPeriodUs};
   DelayHistogram cost{kPeriodUs};
   Course wake_course;
   Course cost_course;
-  Course memory_course;  ///< MiB
+  Course memory_course;  ///< in MiB
   Course missed_course;
   std::int64_t missed = 0;
   std::int64_t page_faults = 0;
@@ -165,7 +165,7 @@ void tell(double passed_s, double seconds, const Window& window, double mib) {
              window.missed, mib);
 }
 
-/// As long as asked for, with a line for each window.
+/// Runs for `seconds`, and prints a line per window.
 std::unique_ptr<Soak> soak_for(double seconds) {
   rt::MonotonicClock clock;
   LineRig rig(clock, kAxes, kPath);
@@ -175,7 +175,7 @@ std::unique_ptr<Soak> soak_for(double seconds) {
     cycling = runner.get();
     return runner;
   });
-  // At the end of their path the axes hold, for as long as it takes.
+  // At the end of their path the axes hold their positions for any time.
   while (rig.motion().phase() == ecat_master::MotionPhase::kFollowing) rig.master().pass(10ms);
   auto soak = std::make_unique<Soak>();
   const auto first = cycling->turn_over();
@@ -201,7 +201,7 @@ std::unique_ptr<Soak> soak_for(double seconds) {
   return soak;
 }
 
-/// How a course goes on: the last third of its windows against the first.
+/// Reports the drift of a course: the last third of its windows compared with the first.
 void report_drift(Report& report, const char* metric, const char* unit, const std::vector<double>& course) {
   const auto third = course.size() / 3;
   const std::vector<double> first(course.begin(), course.begin() + static_cast<std::ptrdiff_t>(third));

@@ -1,4 +1,4 @@
-// How long does a line take from the first frame until all of its drives are in OP?
+// Measures the time from the first frame until all drives of a line are in OP.
 #include <fmt/format.h>
 
 #include <atomic>
@@ -25,12 +25,12 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kPeriod = std::chrono::milliseconds{1};
 constexpr int kRuns = 10;
-/// For 2.7 s in all. Linux takes 50 ms of a second from a thread in SCHED_FIFO where others wait for its processor, and
-/// 256 drives leave little of theirs: such a start is slow, and no failure.
+/// Retries for 2.7 s. Linux takes 50 ms of every second from a SCHED_FIFO thread if other threads wait for its
+/// processor, and 256 drives leave little of the rest: such a start is slow, but no failure.
 constexpr int kFrameRetries = 8;
-constexpr double kVethAimMs = 1000.0;  // 64 drives
+constexpr double kVethAimMs = 1000.0;  // for 64 drives
 constexpr std::size_t kAimDrives = 64;
-constexpr double kMemoryAimMib = 64.0;  // 256 slaves
+constexpr double kMemoryAimMib = 64.0;  // for 256 slaves
 constexpr std::size_t kMostDrives = 256;
 
 std::unique_ptr<slaves::Line> make_line(rt::Clock& clock, std::size_t count) {
@@ -38,20 +38,20 @@ std::unique_ptr<slaves::Line> make_line(rt::Clock& clock, std::size_t count) {
                                         kNoDelays);
 }
 
-/// A start may fail because the machine was busy for longer than a frame or mailbox is waited for. When every start
+/// A start may fail because the machine was busy for longer than the time-out of a frame or mailbox. If every start
 /// fails, the error of the last one is reported.
 void require(const ecat_master::Result<void>& done) {
   if (!done) throw Disturbed(ecat_master::describe(done.error()));
 }
 
-/// Milliseconds of the parts of one start, and what the master's side took in memory.
+/// Durations of the parts of a start in milliseconds, and memory of the master.
 struct Start {
   double discovery = 0.0;
   double to_safe_op = 0.0;
   double to_op = 0.0;
   double memory_mib = 0.0;
   double discovery_frames = 0.0;
-  double process_mib = 0.0;  ///< with the simulated line, where that is in the same process
+  double process_mib = 0.0;  ///< including the simulated line, if it is in the same process
   [[nodiscard]] double total() const noexcept { return discovery + to_safe_op + to_op; }
 };
 
@@ -90,12 +90,12 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
   return start;
 }
 
-/// The drives at the far end of a cable, in a thread of their own.
+/// Serves the drives at the far end of a cable, in a thread of their own.
 class Server {
  public:
   Server(slaves::Line& line, port::Port& port, rt::Clock& clock)
       : thread_([&, this](const std::stop_token& stop) { serve(stop, line, port, clock); }) {
-    // The drives' time runs since they were made: they must have caught up before a master starts.
+    // The drives' time runs from their creation, so they must have caught up before a master starts.
     const auto patience = clock.now() + std::chrono::seconds{5};
     while (!ready_.load(std::memory_order_acquire)) {
       if (clock.now() > patience) throw Disturbed("the drives take longer than the time that they live through");
@@ -166,7 +166,7 @@ Start start_over(const VethPair& cable, rt::Clock& clock, std::size_t drives) {
   return start_line(*master_port, clock, drives);
 }
 
-/// As many starts as were asked for, each of them valid.
+/// Repeats a start `runs` times until each of them is valid.
 template <typename Make>
 std::vector<Start> repeat(const std::string& what, int runs, const Make& make) {
   fmt::print(stderr, "startup: {} ...\n", what);

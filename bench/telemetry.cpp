@@ -1,4 +1,4 @@
-// What do readers of the telemetry receive of every cycle at 8 kHz, and what does telemetry cost the cycle?
+// Do readers of the telemetry receive every cycle at 8 kHz, and what does telemetry cost the cycle?
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ constexpr double kPercent = 0.01;
 constexpr double kCostAim = 105.0;        // %, upper end of the interval
 constexpr double kLatencyAimUs = 2000.0;  // p99, with batches of a millisecond
 constexpr double kBridgeAimMib = 128.0;
-constexpr double kRunAimMib = 48.0;  // 8 axes
+constexpr double kRunAimMib = 48.0;  // for 8 axes
 constexpr double kSampleAimNs = 20.0;
 constexpr std::size_t kFewAxes = 8;
 
@@ -41,7 +41,7 @@ int pairs_of(const Options& options) {
   return options.quick || options.shorter ? kPairsInShort : kPairs;
 }
 
-/// The same number for all percentiles.
+/// A summary with the same value for all percentiles.
 Summary just(double value, std::size_t n) {
   return {n, value, value, value, value};
 }
@@ -60,7 +60,8 @@ std::vector<double> ratios(const std::vector<Pair>& pairs, const Figure& figure)
   return values;
 }
 
-/// A cost with over without: of all pairs, and as far as it may be, for all that they say.
+/// Reports the ratio of a cost with telemetry over the one without: the ratios of all pairs, and the upper end of their
+/// 95 % interval, which has the aim.
 void add_ratio(Report& report, const std::string& name, const char* what, const std::vector<double>& values,
                std::optional<double> aim) {
   report.add({name, fmt::format("{}_p999_with_over_without", what), "%", divided(summarize(values), kPercent)});
@@ -108,7 +109,7 @@ void add_received(Report& report, const std::string& name, const std::vector<Pai
   add("reader_cpu", "%", [](const auto& run) { return run.received->cpu_share / kPercent; });
 }
 
-/// Runs with and without by turns: neither is always the first.
+/// Alternates runs with and without; the order alternates, too.
 std::vector<Pair> measure_pairs(Report& report, TelemetryRuns& runs, const std::string& name, const TelemetryPlan& with,
                                 const TelemetryPlan& without, int count) {
   std::vector<Pair> pairs;
@@ -126,7 +127,7 @@ std::vector<Pair> measure_pairs(Report& report, TelemetryRuns& runs, const std::
         &repeated);
     fmt::print(stderr, "{}: {} of {} pairs\n", name, i + 1, count);
   }
-  // Runs that failed, because the machine was busy: what they would have said is missing in all figures.
+  // Runs that failed because the machine was busy are missing in all other figures.
   report.add({name, "pairs_repeated", "1", just(repeated, pairs.size())});
   return pairs;
 }
@@ -158,7 +159,7 @@ void measure_reader(Report& report, TelemetryRuns& runs, std::size_t axes, Telem
       axes == kFewAxes ? std::optional(kRunAimMib) : std::nullopt);
 }
 
-/// The bridge stops for two seconds, with a reader, against the same without.
+/// Stops the bridge for two seconds, with a reader, compared with a run without telemetry.
 void measure_stall(Report& report, TelemetryRuns& runs, const Options& options) {
   const auto name = fmt::format("{}_axes_bridge_stopped", kFewAxes);
   const TelemetryPlan without{.axes = kFewAxes, .reader = TelemetryReader::kFastDds, .duration = 4000ms};
@@ -172,7 +173,7 @@ void measure_stall(Report& report, TelemetryRuns& runs, const Options& options) 
   add_costs(report, name, pairs, kCostAim);
 }
 
-/// One cycle after the other, in the caller's thread.
+/// Runs cycles back to back in the caller's thread.
 class Cycles final : public ecat_master::CycleRunner {
  public:
   Cycles(ecat_master::CyclicCore& core, rt::Clock& clock, LineRig& rig)
@@ -195,7 +196,7 @@ class Cycles final : public ecat_master::CycleRunner {
   rt::CycleTimer timer_;
 };
 
-/// What the cycle does for the telemetry: the samples of its axes, in OP.
+/// Measures the telemetry part of the cycle: writing the samples of its axes, in OP.
 void measure_samples(Report& report, const Options& options) {
   constexpr int kBatch = 64;
   for (const std::size_t axes : {8U, 32U}) {

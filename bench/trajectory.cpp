@@ -1,4 +1,4 @@
-// What do setpoints cost: interpolating a path, and planning a time-optimal profile?
+// Measures the cost of setpoints: interpolating a path, and planning a time-optimal profile.
 #include <fmt/format.h>
 #include <stdexcept>
 

@@ -1,5 +1,5 @@
-// How long does a frame that a master sends to `driveline simulate` take to come back, against programs that only echo
-// it? Each behind a virtual cable of its own, in turns, on both kinds of socket: one read by a system call per frame
+// How long does a frame of a master take to `driveline simulate` and back, compared with programs that only echo it?
+// Each has a virtual cable of its own, in turns, on both kinds of socket: one with a system call per received frame
 // (recv) and one with a receive ring (PACKET_MMAP).
 #include <fmt/format.h>
 #include <poll.h>
@@ -36,22 +36,22 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
 constexpr int kFrames = 10'000;
-/// So few in a row that a disturbance of the machine affects all servers alike.
+/// So short that a disturbance of the machine affects all servers alike.
 constexpr int kFramesPerRound = 50;
 constexpr nanoseconds kPeriod = 250us;
-/// Of a round, until caches and the other processor are warm.
+/// Frames at the start of a round that do not count: until caches and the other processor are warm.
 constexpr int kWarmUp = 20;
 constexpr nanoseconds kLost = 1s;
-/// Median of the line over that of the echo on the same kind of socket.
+/// Aim: median of the line over that of the echo on the same kind of socket.
 constexpr double kAim = 1.2;
 constexpr int kTries = 50;
-/// For 2.7 s in all, while the line is brought up.
+/// Retries for 2.7 s, while the line is brought up.
 constexpr int kFrameRetries = 8;
 /// 6.5 s, in increments of 100 us (register 0x0420).
 constexpr std::uint16_t kWatchdog = 0xFFFF;
-/// Index of the first datagram: Ethernet and EtherCAT header, command.
+/// Offset of the index of the first datagram, after the Ethernet and EtherCAT headers and the command.
 constexpr std::size_t kIndex = 17;
-/// Set in the first octet of the source address by the first slave (ETG.1000.4 5.3.2).
+/// Offset of the source address; the first slave sets a bit in its first octet (ETG.1000.4 5.3.2).
 constexpr std::size_t kSource = 6;
 constexpr std::byte kBeenRound{0x02};
 
@@ -61,7 +61,7 @@ const char* name_of(Socket socket) {
   return socket == Socket::kRing ? "packet_mmap" : "recv";
 }
 
-/// The baseline: takes a frame, sets the bit that marks processed frames, sends it.
+/// The baseline: receives a frame, sets the bit that marks processed frames, sends it.
 class Echo final : public rt::RealtimeTask {
  public:
   Echo(const std::string& interface, Socket kind, bool busy)
@@ -82,7 +82,7 @@ class Echo final : public rt::RealtimeTask {
   }
 
  private:
-  /// recv() of the ring: the frame into our memory, asleep for 50 ms at most.
+  /// recv() for the ring: copies the frame into the program's memory; sleeps for 50 ms at most.
   ssize_t take() noexcept {
     auto frame = ring_->take();
     if (!frame && !busy_) {
@@ -135,14 +135,14 @@ class Drives {
         waiter_(port::FrameWaiter::open(*port_, nullptr).value()),
         server_(*line_, *port_, nullptr, clock, {busy, [this](nanoseconds deadline) { waiter_->wait(deadline); }}) {}
 
-  /// To OP; the frame that a master of this line sends in every cycle. Throws.
+  /// Brings the line to OP; returns the frame that a master of this line sends in every cycle. Throws.
   CyclicFrame bring_up(port::Port& master_port, rt::Clock& clock) {
     rt::RealtimeThread thread;
     start_realtime(thread, server_);
     ecat_master::Master::Settings patience;
     patience.exchange.retries = kFrameRetries;
     ecat_master::Master master(master_port, clock, patience);
-    // On a busy machine the line may be without its processor for longer than a frame is waited for.
+    // On a busy machine the line may have no processor for longer than the frame time-out.
     auto done = to_op(master, clock);
     for (int tries = 1; !done && tries < kTries; ++tries) done = to_op(master, clock);
     if (!done) throw std::runtime_error(ecat_master::describe(done.error()));
@@ -156,7 +156,7 @@ class Drives {
   ecat_master::Result<void> to_op(ecat_master::Master& master, rt::Clock& clock) {
     if (auto done = master.scan(); !done) return done;
     auto plans = runtime::make_slave_plans(config_);
-    // Between rounds the line gets no frames, for long on a busy machine; and drives require a watchdog.
+    // Between rounds the line gets no frames, possibly for long on a busy machine, but the drives require a watchdog.
     for (auto& plan : plans) plan.watchdog.process_data = kWatchdog;
     if (auto done = master.configure(std::move(plans)); !done) return done;
     ecat_master::CyclicCore::Settings settings;
@@ -178,7 +178,7 @@ class Drives {
   runtime::LineServer server_;
 };
 
-/// Checks a frame that has come back; throws when it is not the expected answer.
+/// Checks a frame that has returned; throws if it is not the expected answer.
 using Judge = std::function<void(const CyclicFrame& sent, std::span<const std::byte> answer)>;
 
 void must_be_echoed(const CyclicFrame& sent, std::span<const std::byte> answer) {
@@ -189,7 +189,7 @@ void must_be_echoed(const CyclicFrame& sent, std::span<const std::byte> answer) 
   }
 }
 
-/// AL status of all drives and working counters of all datagrams.
+/// Checks the AL status of all drives and the working counters of all datagrams.
 void must_be_from_op(const CyclicFrame& sent, std::span<const std::byte> answer) {
   if (answer.size() != sent.bytes.size()) throw std::runtime_error("the line changed the length of the frame");
   if (const auto* missing = sent.missing_in(answer)) {
@@ -199,7 +199,7 @@ void must_be_from_op(const CyclicFrame& sent, std::span<const std::byte> answer)
   }
 }
 
-/// A server, the near end of its cable, and what was measured of it.
+/// A server, the near end of its cable, and its measurements.
 struct Contestant {
   std::string name;
   rt::RealtimeTask& server;
@@ -208,11 +208,10 @@ struct Contestant {
   TurnSamples round_trips_ns{};
 };
 
-/// Sends frames every kPeriod and spins until each has come back; ns from send to receive. Nothing but the frame that
-/// was sent may come in.
+/// Sends a frame every kPeriod and spins until it has returned; ns from send to receive. No other frame may come in.
 void measure(Contestant& contestant, rt::Clock& clock, CyclicFrame frame, int frames) {
   auto& port = contestant.port;
-  // Remains of the bring-up or of a disturbed measurement.
+  // Discard remains of the bring-up or of a disturbed measurement.
   while (port.receive()) {
   }
   auto next = clock.now() + kPeriod;
@@ -220,7 +219,7 @@ void measure(Contestant& contestant, rt::Clock& clock, CyclicFrame frame, int fr
   for (int i = -kWarmUp; i < frames; ++i) {
     while (clock.now() < next) {
     }
-    // A master that was interrupted does not send in a hurry to catch up.
+    // An interrupted master does not send faster to catch up.
     next = clock.now() + kPeriod;
     frame.bytes[kIndex] = static_cast<std::byte>(i);
     if (port.send(frame.bytes) != port::SendStatus::kSent) throw std::runtime_error("a frame could not be sent");
@@ -246,7 +245,7 @@ void take_turn(Contestant& contestant, rt::Clock& clock, const CyclicFrame& fram
   thread.join();
 }
 
-/// Each server at a cable of its own.
+/// A cable for each server.
 struct Cables {
   VethPair echo;
   VethPair line;
@@ -256,7 +255,7 @@ struct Cables {
 struct Figures {
   Summary echo;
   Summary line;
-  RatioTurns ratios;  ///< of the medians, of each turn
+  RatioTurns ratios;  ///< ratios of the medians, per turn
 };
 
 Figures compare(const Cables& cables, Socket kind, std::size_t count, bool busy, const Options& options) {
@@ -285,7 +284,7 @@ void measure_case(Report& report, const Cables& cables, std::size_t count, bool 
     const Baseline floor{fmt::format("echo_{}{}", name_of(kind), busy ? "_spinning" : ""), figures.echo,
                          figures.ratios};
     report.add({name, "echo_round_trip", "ns", floor.figures});
-    // `simulate` uses a ring wherever the kernel has one.
+    // `simulate` uses a ring if the kernel has one.
     const auto aim = kind == Socket::kRing ? std::optional(kAim * floor.figures.p50) : std::nullopt;
     report.add({name, "round_trip", "ns", figures.line, aim, floor});
   }
@@ -299,7 +298,7 @@ void measure_all(const Options& options) {
   if (obstacle.empty() && !(echo && line))
     obstacle = "no veth pair: the kernel lacks the driver or `ip` is not installed";
   if (obstacle.empty()) {
-    // The master on a processor of its own, as a real one is: on that of the server it would be preempted by the
+    // The master gets a processor of its own, as a real one has: on the server's processor it would be preempted by the
     // answer, and starved by a server that spins.
     claim_cpu(std::max(0, last_cpu() - 1));
     for (const bool busy : {false, true}) {

@@ -1,4 +1,4 @@
-// How late does a real-time thread wake up on a grid of 125 us, and how much of that is caused by the cycle timer?
+// How late does a real-time thread wake up on a grid of 125 us, and which part of that is due to the cycle timer?
 #include <fmt/format.h>
 #include <cerrno>
 #include <ctime>
@@ -23,7 +23,7 @@ constexpr int kRounds = 10;
 /// Wake-ups at the start of a stretch that do not count.
 constexpr int kWarmUp = 20;
 
-/// The baseline: only clock_nanosleep to absolute times. The latency counts from the instant that was waited for.
+/// The baseline: clock_nanosleep to absolute times only. The latency counts from the requested instant.
 void sleep_alone(rt::MonotonicClock& clock, int count, std::vector<double>& latencies_ns) noexcept {
   auto next = clock.now() + 4 * kPeriod;
   for (int i = -kWarmUp; i < count; ++i) {
@@ -36,7 +36,7 @@ void sleep_alone(rt::MonotonicClock& clock, int count, std::vector<double>& late
   }
 }
 
-/// The same through the cycle timer. Skipped periods belong to the latency of the wake-up that came too late.
+/// The same with the cycle timer. Skipped periods are part of the latency of the wake-up that was late.
 void cycle_timer(rt::MonotonicClock& clock, nanoseconds wake_ahead, int count,
                  std::vector<double>& latencies_ns) noexcept {
   rt::CycleTimer timer(clock, kPeriod, wake_ahead);
@@ -48,7 +48,7 @@ void cycle_timer(rt::MonotonicClock& clock, nanoseconds wake_ahead, int count,
   }
 }
 
-/// Takes all ways of waiting in turns, so that a disturbance of the machine affects all alike.
+/// Takes all methods of waiting in turns, so that a disturbance of the machine affects all alike.
 class Waits final : public rt::RealtimeTask {
  public:
   explicit Waits(int wake_ups) : per_round_(wake_ups / kRounds) {
@@ -76,7 +76,7 @@ void measure_all(const Options& options) {
   start_realtime(thread, waits);
   thread.join();
   if (!options.histogram.empty()) {
-    // As the cycle of a line waits that sets no `wake_ahead_us`.
+    // The waiting of the cycle of a line without `wake_ahead_us`.
     write_latency_histogram(options.histogram, "cycle_timer", waits.timer_ns);
   }
   Report report("wake");

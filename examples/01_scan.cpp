@@ -1,4 +1,4 @@
-// Who is on the line? Without an argument three simulated drives, otherwise the network interface it names:
+// Lists the slaves of a line. Without an argument three simulated drives, otherwise the line on this network interface:
 //   01_scan eth1        (as root, or with CAP_NET_RAW)
 
 #include <cstdio>

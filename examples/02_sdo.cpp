@@ -1,4 +1,4 @@
-// Objects of a drive over CoE: one value read, one written, three read at the same time, and what a refusal looks like.
+// Objects of a drive over CoE: reads a value, writes one, reads three at the same time, and shows a refusal.
 
 #include <cstdio>
 #include <memory>
@@ -27,14 +27,14 @@ int main() {
     return 1;
   }
 
-  // Calls that wait. The value comes typed, its size is checked.
+  // Blocking calls. The value is typed, and its size is checked.
   ecat_master::CoeClient first(*master.mailbox(0));
   const auto status_word = first.upload_as<std::uint16_t>(0x6041, 0);
   const auto written = first.download_as<std::int8_t>(0x6060, 0, 8);  // mode of operation: cyclic synchronous position
   if (!status_word || !written) return 1;
   std::printf("slave 0: status word 0x%04X\n", *status_word);
 
-  // Transfers with many slaves travel together: start all, then fetch the results.
+  // Transfers with several slaves run in parallel: start all, then fetch the results.
   std::vector<ecat_master::SdoFuture> serial_numbers;
   for (std::uint16_t i = 0; i < 3; ++i) {
     serial_numbers.push_back(ecat_master::CoeClient(*master.mailbox(i)).start_upload({0x1018, 4}));
@@ -45,7 +45,7 @@ int main() {
     std::printf("serial number %u\n", wire::load_le<std::uint32_t>(*bytes));
   }
 
-  // Errors are values, with their facts; describe() makes the sentence.
+  // Errors are values with facts; describe() makes a sentence of them.
   const auto refused = first.download_as<std::uint16_t>(0x6041, 0, 0);
   if (refused) return 1;
   std::puts(ecat_master::describe(refused.error()).c_str());

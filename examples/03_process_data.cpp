@@ -1,5 +1,5 @@
-// Process data of one drive in every cycle: an application reads the status word and the position, and writes the
-// control word. Nothing moves; 05_csp.cpp does that.
+// Process data of a drive in every cycle: an application reads the status word and the position, and writes the control
+// word. Nothing moves; see 05_csp.cpp for that.
 
 #include <atomic>
 #include <cstdio>
@@ -14,7 +14,7 @@
 using namespace driveline;
 using namespace std::chrono_literals;
 
-/// Runs in the cycle: no allocation, no lock, no waiting. Entries are one load or store each.
+/// Runs in the cycle: no allocation, no lock, no waiting. Accessing an entry is a single load or store.
 class Application final : public ecat_master::CycleTask {
  public:
   using Word = ecat_master::PdoEntry<std::uint16_t>;
@@ -62,8 +62,8 @@ int main() {
     std::puts(ecat_master::describe(done.error()).c_str());
     return 1;
   }
-  // Entries are looked up once, by the names of slave and object; the handles are for the cycle. Addresses work as well
-  // ("x.6041h"), upper and lower case are the same. The error for an unknown name lists the existing ones.
+  // Entries are looked up once, by the names of slave and object; the cycle uses the handles. Addresses work as well
+  // ("x.6041h"), and case does not matter. The error for an unknown name lists the existing ones.
   const ecat_master::ProcessVariables variables(master.slaves(), master.image());
   const auto control_word = variables.entry<std::uint16_t>("x.controlword");
   const auto status_word = variables.entry<std::uint16_t>("x.statusword");

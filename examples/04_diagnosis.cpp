@@ -1,4 +1,4 @@
-// Where is the bad cable? The master reads the error counters of all slaves and computes the place.
+// Locates a bad cable: the master reads the error counters of all slaves and computes its position.
 
 #include <cstdio>
 #include <memory>
@@ -23,7 +23,7 @@ int main() {
     return 1;
   }
 
-  // The cable in front of slave 2 damages the next three frames. They are repeated, so the work goes on.
+  // The cable before slave 2 damages the next three frames. They are repeated, so operation continues.
   slaves::Fault fault;
   fault.kind = slaves::FaultKind::kDamage;
   fault.slave = 2;

@@ -1,4 +1,4 @@
-// One simulated drive on virtual time: from first frame to OP, ten revolutions, and back to INIT.
+// One simulated drive on virtual time: from the first frame to OP, ten revolutions, and back to INIT.
 // With a RawSocketPort, a MonotonicClock and a RealtimeRunner the same calls drive a real line.
 
 #include <cstdio>
@@ -21,7 +21,7 @@ int main() {
   const auto& drive = static_cast<slaves::msd::MsdDrive&>(slaves.front()->device()).core();
   slaves::Line line(clock, std::move(slaves));
 
-  // Identity of the slave, its start-up SDOs, and the objects that are exchanged.
+  // Identity of the slave, its start-up SDOs, and the objects to exchange.
   ecat_master::AxisConfig config;
   config.name = "x";
   const runtime::DeviceRegistry devices;

@@ -1,7 +1,7 @@
-// The MSD drives on a network interface: from first frame to OP, every axis turns so far and back, and down again.
-//   06_interface eth1            the axes are switched on and hold the place where they stand
-//   06_interface eth1 0.5        half a turn of the motors and back, in four seconds
-// As root or with CAP_NET_RAW, CAP_SYS_NICE and CAP_IPC_LOCK. Ctrl-C stops the axes on a ramp. Without hardware:
+// The MSD drives on a network interface: from the first frame to OP, every axis turns forth and back, then shutdown.
+//   06_interface eth1            the axes are enabled and hold their positions
+//   06_interface eth1 0.5        half a turn of the motors forth and back, in four seconds
+// As root or with CAP_NET_RAW, CAP_SYS_NICE and CAP_IPC_LOCK. Ctrl-C stops the axes with a ramp. Without hardware:
 //   scripts/veth.sh up && driveline simulate --config line8-nic.toml --iface dl-line &  06_interface dl-master 0.5
 
 #include <csignal>
@@ -33,7 +33,7 @@ int fail(const std::string& sentence) {
   return 1;
 }
 
-/// From where the axes stand: `revolutions` there in two seconds, and back.
+/// Relative to the present positions: `revolutions` forth in two seconds, and back.
 tl::expected<trajectory::Interpolator, std::string> make_path(std::size_t axes, double revolutions) {
   trajectory::PathBuilder builder;
   for (std::size_t i = 0; i < axes; ++i) {
@@ -48,7 +48,8 @@ tl::expected<trajectory::Interpolator, std::string> make_path(std::size_t axes, 
   return trajectory::Interpolator::clamped_spline(*builder.build());
 }
 
-/// Without revolutions the axes hold their place until Ctrl-C. An axis that fails stops all of them.
+/// Whether the motion continues. Without revolutions the axes hold their positions until Ctrl-C. An axis that fails
+/// stops all of them.
 bool goes_on(ecat_master::MotionPhase phase, double revolutions) {
   using Phase = ecat_master::MotionPhase;
   if (phase == Phase::kHolding) return revolutions == 0.0;
@@ -75,7 +76,7 @@ int main(int argc, char** argv) {
   for (const int number : {SIGINT, SIGTERM}) std::signal(number, [](int) { interrupted = 1; });
 
   rt::MonotonicClock clock;
-  const auto lock = port::InterfaceLock::take(argv[1]);  // an interface has one master
+  const auto lock = port::InterfaceLock::take(argv[1]);  // an interface has a single master
   if (!lock) return fail(std::string(argv[1]) + " has a master already");
   const auto port = port::RawSocketPort::open({argv[1]}, clock);
   if (!port) return fail(port.error().message);
@@ -83,7 +84,7 @@ int main(int argc, char** argv) {
   if (const auto found = master.scan(); !found) return fail(ecat_master::describe(found.error()));
 
   const runtime::DeviceRegistry devices;
-  // One axis per drive. The limits are those of its machine, not of the motor.
+  // One axis per drive. The limits are those of the machine, not of the motor.
   std::vector<ecat_master::AxisConfig> configs;
   std::vector<ecat_master::SlavePlan> plans;
   for (const auto& slave : master.slaves()) {
@@ -115,7 +116,7 @@ int main(int argc, char** argv) {
   cycle.period = kPeriod;
   cycle.receive_window = kPeriod * 8 / 10;
   rt::RealtimeConfig realtime;
-  realtime.policy = rt::RealtimePolicy::kDegrade;  // kEnforce refuses to start where one of these is not in effect
+  realtime.policy = rt::RealtimePolicy::kDegrade;  // kEnforce refuses to start if a setting is not in effect
   const auto started = master.start_cycle(&motion, {}, cycle, [&](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::RealtimeRunner>(core, clock, realtime, 0us);
   });
@@ -126,7 +127,7 @@ int main(int argc, char** argv) {
 
   motion.request_start();
   using Phase = ecat_master::MotionPhase;
-  for (int i = 0; i < 100 && motion.phase() == Phase::kIdle; ++i) master.pass(10ms);  // the next cycle obeys
+  for (int i = 0; i < 100 && motion.phase() == Phase::kIdle; ++i) master.pass(10ms);  // takes effect in the next cycle
   while (interrupted == 0 && goes_on(motion.phase(), revolutions)) master.pass(50ms);
   motion.request_stop();
   for (int i = 0; i < 100 && motion.phase() != Phase::kIdle; ++i) master.pass(50ms);

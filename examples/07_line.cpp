@@ -1,5 +1,5 @@
-// A drive line out of its description: brought up, run along its path, supervised and taken down by the library, as
-// `driveline run` does. This program adds consumers for every sample of every cycle and for events.
+// A drive line from its description: brought up, moved along its path, supervised and shut down by the library, as in
+// `driveline run`. This program adds consumers for every sample of every cycle and for events.
 //   07_line line8.toml            the simulated line of the description, on virtual time
 //   07_line line8.toml eth1       the same axes on a network interface, in real time
 
@@ -17,7 +17,7 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// Remembers the highest torque of every axis. Runs on an ordinary thread: it may be slow, the cycle does not wait.
+/// Records the highest torque of every axis. Runs on an ordinary thread: it may be slow, the cycle does not wait.
 class HighestTorques final : public snapshot::SampleConsumer {
  public:
   explicit HighestTorques(std::size_t axes) : highest_(axes) {}
@@ -27,14 +27,14 @@ class HighestTorques final : public snapshot::SampleConsumer {
       highest_[sample.axis] = std::max(highest_[sample.axis], std::abs(sample.actual_torque));
     }
   }
-  /// Nm or N. After the run.
+  /// Highest torque in Nm or N. To be called after the run.
   [[nodiscard]] double of(std::size_t axis) const { return highest_[axis]; }
 
  private:
   std::vector<double> highest_;
 };
 
-/// Prints events, and passes Ctrl-C on.
+/// Prints events, and turns Ctrl-C into a stop request.
 class Console final : public runtime::Observer {
  public:
   explicit Console(runtime::Line& line) : line_(line) {}

@@ -1,5 +1,5 @@
-// A controller of one's own in the 125 us cycle: spring and damper hold an axis to a place that swings to and fro, by
-// torque alone (CST), first at 1 kHz, then in every cycle. Everything else is what any line has: bring-up, limits,
+// A custom controller in the 125 us cycle: spring and damper pull an axis to an oscillating target, by torque alone
+// (CST), first at 1 kHz, then in every cycle. Everything else is the same as for any line: bring-up, limits,
 // supervision, flight recorder, telemetry for DDS clients, shutdown. Ctrl-C ends it.
 //   08_own_controller own_controller.toml            a simulated drive, on virtual time
 //   08_own_controller own_controller.toml eth1       a drive on a network interface, in real time
@@ -22,7 +22,7 @@ constexpr double kRunSeconds = 4.0;
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// Belongs to the cycle once the line runs; its figures are read when it has ended.
+/// Belongs to the cycle while the line runs; its results are read afterwards.
 class Spring final : public runtime::Task {
  public:
   runtime::Result<void> prepare(const runtime::TaskSetup& setup) override {
@@ -42,12 +42,12 @@ class Spring final : public runtime::Task {
     const double goal = rest_ + 0.5 * (1.0 - std::cos(angle));
     const double goal_velocity = 0.5 * std::numbers::pi * std::sin(angle);
     const double torque = kStiffness * (goal - actual.position) + kDamping * (goal_velocity - actual.velocity);
-    // In CST the torque is all that moves the axis; its place is told so that telemetry shows where it is.
+    // In CST only the torque moves the axis; the position is passed on so that telemetry shows it.
     axis_.drive->command({actual.position, actual.velocity, 0.0, torque});
     worst_ = std::max(worst_, std::abs(goal - actual.position));
   }
 
-  /// Farthest from the place where it was to be, rad.
+  /// Largest distance from the target, rad.
   [[nodiscard]] double worst() const noexcept { return worst_; }
 
  private:
@@ -81,7 +81,7 @@ double us(std::chrono::nanoseconds time) {
   return std::chrono::duration<double, std::micro>(time).count();
 }
 
-/// One run with the controller in every `divider`-th cycle.
+/// Runs the line once, with the controller in every `divider`-th cycle.
 int run(const char* file, const runtime::Line::Options& options, std::uint32_t divider) {
   const auto opened = runtime::Line::from_file(file, options);
   if (!opened) return fail(runtime::describe(opened.error()));
@@ -110,7 +110,7 @@ int run(const char* file, const runtime::Line::Options& options, std::uint32_t d
   const auto& task = report->tasks[0].figures;
   std::printf("every %u cycles: %llu calls, %.4f rad off at most\n", divider,
               static_cast<unsigned long long>(task.calls), spring.worst());
-  // On virtual time nothing takes any.
+  // On virtual time calls take no time.
   if (!options.virtual_time) {
     std::printf("  a call takes %.1f us at the median, %.1f us at most\n", us(task.cost.percentile(0.5)),
                 us(task.cost.max()));

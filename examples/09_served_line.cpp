@@ -1,6 +1,7 @@
-// A simulated line with a device of one's own: a water tank with a valve and a level sensor, known to line descriptions
-// as model = "tank". A family says which keys it has and what it simulates; one registration makes it part of any line.
-//   09_served_line tank.toml            the line in this process, on virtual time: a task keeps the level
+// A simulated line with a custom device: a water tank with a valve and a level sensor, which line descriptions select
+// by model = "tank". A family defines its keys and its simulation; a single registration makes it available in any
+// line.
+//   09_served_line tank.toml            the line in this process, on virtual time: a task controls the level
 //   09_served_line tank.toml eth1       serves the line on a network interface, to any EtherCAT master, until Ctrl-C
 
 #include <algorithm>
@@ -21,14 +22,14 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr std::uint32_t kVendor = 0xE000'0001;  // not one of the ETG's
+constexpr std::uint32_t kVendor = 0xE000'0001;  // not assigned by the ETG
 constexpr std::uint32_t kProduct = 1;
 constexpr std::uint16_t kOutputs = 0x1000;  // physical addresses of the process data
 constexpr std::uint16_t kInputs = 0x1100;
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// What the EEPROM of the device tells a master: two process data objects, no mailbox.
+/// The content of the device's EEPROM: two process data objects, no mailbox.
 esi::DeviceDescription description(const runtime::DevicePlace& place) {
   using Use = esi::SyncManager::Use;
   esi::DeviceDescription device;
@@ -64,7 +65,7 @@ slaves::DeviceProfile make_profile(const esi::DeviceDescription& device) {
   return profile;
 }
 
-/// Water runs in through the valve, and out through a hole.
+/// Water flows in through the valve, and out through a hole.
 class Tank final : public slaves::Device {
  public:
   Tank(const runtime::DevicePlace& place, double area_m2, double level_m)
@@ -77,7 +78,7 @@ class Tank final : public slaves::Device {
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState, wire::AlState) noexcept override {
     return wire::AlStatusCode::kNoError;
   }
-  /// Whatever the reason: without a master the valve closes.
+  /// Closes the valve for any reason, because there is no master.
   void fall_back(wire::AlState, wire::AlState, wire::AlStatusCode) noexcept override { valve_ = 0.0; }
   void write_outputs(std::size_t, std::span<const std::byte> data) noexcept override {
     valve_ = std::min<double>(wire::load_le<std::uint16_t>(data), 1000.0) / 1000.0;
@@ -85,7 +86,7 @@ class Tank final : public slaves::Device {
   void read_inputs(std::size_t, std::span<std::byte> data) noexcept override {
     wire::store_le(data, std::bit_cast<std::uint32_t>(static_cast<float>(level_)));
   }
-  /// Switched on: the time since it was off is none in which water ran.
+  /// Starts without outputs; no water flowed while the supply was off.
   void restart() override {
     valve_ = 0.0;
     last_.reset();
@@ -109,7 +110,7 @@ class Tank final : public slaves::Device {
   std::optional<std::chrono::nanoseconds> last_;
 };
 
-/// The tank of one [[slave]], as the line description has it.
+/// The tank of a [[slave]], as configured in the line description.
 class TankDevice final : public runtime::SlaveDevice {
  public:
   TankDevice(double area_m2, double level_m) : area_(area_m2), level_(level_m) {}
@@ -134,7 +135,7 @@ class TankFamily final : public runtime::DeviceFamily {
   }
 };
 
-/// Opens the valve in proportion to what is missing, and sums up what stays missing.
+/// A PI controller: opens the valve in proportion to the missing level and its integral.
 class KeepsLevel final : public runtime::Task {
  public:
   runtime::Result<void> prepare(const runtime::TaskSetup& setup) override {

@@ -1,8 +1,8 @@
-// A program of its own that moves two axes of a running line: sines at 1 kHz, or as many setpoints per second as it is
-// told, through shared memory. It needs the headers of the stream and links nothing (share/driveline/stream_client of
-// the installation).
+// A separate program that moves two axes of a running line through shared memory: sines at 1 kHz, or at the given
+// number of setpoints per second. It needs the headers of the stream and links no library
+// (share/driveline/stream_client of the installation).
 //   driveline run --config stream.toml              in one terminal: the axes wait
-//   10_stream_client /tmp/driveline-stream.sock x y 5        in another one: five seconds of it
+//   10_stream_client /tmp/driveline-stream.sock x y 5        in another one: for five seconds
 //   10_stream_client /tmp/driveline-stream.sock x y 5 8000
 
 #include <algorithm>
@@ -23,8 +23,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto kPause = 1ms;        // until it looks again
-constexpr auto kLead = 8ms;         // how far the setpoints are ahead of the line: what this program may be late
+constexpr auto kPause = 1ms;        // interval of polling
+constexpr auto kLead = 8ms;         // lead of the setpoints over the line: how late this program may be
 constexpr double kSwing = 0.5;      // rad
 constexpr double kFrequency = 0.5;  // Hz
 
@@ -33,7 +33,7 @@ int fail(const std::string& sentence) {
   return 1;
 }
 
-/// Until both axes have power; none: they do not get it.
+/// Waits until both axes have power; none: they do not get it.
 std::optional<stream::StatusRecord> wait_for_power(stream::Client& client) {
   for (int i = 0; i < 5000; ++i, std::this_thread::sleep_for(1ms)) {
     client.heartbeat();
@@ -61,7 +61,7 @@ int main(int count, char** arguments) {
   for (std::chrono::nanoseconds time{0}; time < duration;) {
     const auto status = client.status();
     if (!status || status->state >= stream::SessionState::kEnding || !client.connected()) break;
-    // The line says where it is on our time axis: so nothing drifts, whatever the clocks do.
+    // The line reports its time on the time axis of this program, so nothing drifts, whatever the clocks do.
     const bool streaming = status->state == stream::SessionState::kStreaming;
     const std::chrono::nanoseconds now{streaming ? status->stream_ns : status->newest_ns};
     for (; time - now < kLead && time < duration; time += step) {

@@ -1,12 +1,12 @@
-/* Prints where the axes of a line are, as it comes over DDS: cyclone_dds_subscriber [DOMAIN [SAMPLES]]. With Cyclone DDS; the types are
- * what `idlc driveline.idl` makes. Links nothing of driveline. */
+/* Prints the positions of the axes of a line, received over DDS: cyclone_dds_subscriber [DOMAIN [SAMPLES]]. Uses
+ * Cyclone DDS; `idlc driveline.idl` generates the types. Links nothing of driveline. */
 #include <dds/dds.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "driveline.h"
 
-/* A line publishes on loopback unless told otherwise. On other interfaces the defaults of Cyclone DDS do. */
+/* By default a line publishes on loopback. On other interfaces the defaults of Cyclone DDS are sufficient. */
 static const char kLoopback[] =
     "<Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
     "<AllowMulticast>false</AllowMulticast></General>"
@@ -21,8 +21,8 @@ int main(int argc, char** argv) {
   const dds_entity_t topic =
       dds_create_topic(participant, &driveline_telemetry_AxisTelemetry_desc, "driveline/axis_telemetry", NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0); /* as the writer is */
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 16);          /* of each axis */
+  dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0); /* like the writer */
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 16);          /* samples of each axis */
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
   dds_delete_qos(qos);
   if (reader < 0) {

@@ -1,5 +1,5 @@
-// Prints where the axes of a line are, as it comes over DDS: fast_dds_subscriber [DOMAIN [SAMPLES]]. With Fast DDS;
-// the types are what `fastddsgen driveline.idl` makes. Links nothing of driveline.
+// Prints the positions of the axes of a line, received over DDS: fast_dds_subscriber [DOMAIN [SAMPLES]]. Uses Fast DDS;
+// `fastddsgen driveline.idl` generates the types. Links nothing of driveline.
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
 #include <cstdio>
@@ -19,7 +19,7 @@ using driveline::telemetry::AxisTelemetry;
 int main(int argc, char** argv) {
   const auto domain = static_cast<unsigned>(argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 0);
   auto samples = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 1000;
-  // A line publishes on loopback unless told otherwise, and Fast DDS does not look there by itself.
+  // By default a line publishes on loopback, which Fast DDS does not use on its own.
   DomainParticipantQos qos;
   const auto loopback = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   loopback->interfaceWhiteList = {"127.0.0.1"};
@@ -31,8 +31,8 @@ int main(int argc, char** argv) {
   type.register_type(participant);
   auto* const topic = participant->create_topic("driveline/axis_telemetry", type.get_type_name(), TOPIC_QOS_DEFAULT);
   auto* const subscriber = participant->create_subscriber(SUBSCRIBER_QOS_DEFAULT);
-  DataReaderQos reader_qos;                           // best effort, as the writer is
-  reader_qos.resource_limits().max_instances = 1024;  // axes; 10 by default
+  DataReaderQos reader_qos;                           // best effort, like the writer
+  reader_qos.resource_limits().max_instances = 1024;  // axes; the default is 10
   reader_qos.resource_limits().max_samples = 1024 * reader_qos.resource_limits().max_samples_per_instance;
   auto* const reader = subscriber->create_datareader(topic, reader_qos);
   if (reader == nullptr) return EXIT_FAILURE;

@@ -104,7 +104,7 @@ std::string ChildProgram::finish() {
 std::optional<ProcessUse> use_of(pid_t process) {
   const auto folder = std::filesystem::path("/proc") / std::to_string(process);
   const auto line = first_line(folder / "stat");
-  // proc(5): the name, in parentheses, may hold anything; utime and stime are fields 14 and 15.
+  // proc(5): the name, in parentheses, may contain any character; utime and stime are fields 14 and 15.
   const auto name_end = line.rfind(')');
   if (name_end == std::string::npos) return std::nullopt;
   std::istringstream fields(line.substr(name_end + 1));

@@ -11,11 +11,11 @@
 
 namespace driveline::bench {
 
-/// Another program, found along PATH unless its name is a path. It ends with this object (SIGTERM).
+/// Another program, searched in PATH unless its name is a path. The destructor ends it (SIGTERM).
 class ChildProgram {
  public:
-  /// Starts it; its stdout and stderr are kept. Null: there is no such program. Throws std::runtime_error when there is
-  /// but it cannot be started.
+  /// Starts the program and stores its stdout and stderr. Null: there is no such program. Throws std::runtime_error if
+  /// it exists but cannot be started.
   [[nodiscard]] static std::unique_ptr<ChildProgram> start(std::vector<std::string> words);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
@@ -23,9 +23,9 @@ class ChildProgram {
 
   [[nodiscard]] pid_t id() const noexcept { return process_; }
   void signal(int number) const noexcept;
-  /// It has ended by itself; does not wait.
+  /// Whether the program has ended on its own; does not wait.
   [[nodiscard]] bool has_ended() noexcept;
-  /// Waits for its end; its stdout. Throws std::runtime_error with the last line of its stderr when it failed.
+  /// Waits for its end and returns its stdout. Throws std::runtime_error with the last line of its stderr if it failed.
   [[nodiscard]] std::string finish();
 
  private:
@@ -39,16 +39,16 @@ class ChildProgram {
   std::optional<int> status_;
 };
 
-/// What a process has used so far.
+/// Resources that a process has used so far.
 struct ProcessUse {
-  double cpu_s = 0.0;     ///< of all its threads
-  double peak_mib = 0.0;  ///< most memory that was resident
+  double cpu_s = 0.0;     ///< CPU time of all its threads
+  double peak_mib = 0.0;  ///< peak resident memory
 };
 
 /// Nothing: there is no such process.
 [[nodiscard]] std::optional<ProcessUse> use_of(pid_t process);
 
-/// A child of `parent` whose name begins so; 0: there is none. Linux keeps 15 bytes of a name.
+/// A child of `parent` whose name starts with `name`; 0: there is none. Linux stores 15 bytes of a name.
 [[nodiscard]] pid_t child_named(pid_t parent, const std::string& name);
 
 }  // namespace driveline::bench

@@ -10,7 +10,7 @@
 namespace driveline::bench {
 namespace {
 
-/// One CSV file.
+/// A CSV file with a curve.
 class Curve {
  public:
   Curve(const std::string& folder, const std::string& name, const std::string& header) : out_(folder + "/" + name) {
@@ -27,7 +27,7 @@ class Curve {
   std::ofstream out_;
 };
 
-/// The controller alone, from one percent of the period off and a reference clock that is 50 ppm fast.
+/// The controller alone, starting with an error of 1 % of the period and a reference clock that is 50 ppm fast.
 void write_lock_in(const std::string& folder) {
   for (const auto period : {125us, 250us, 1000us, 4000us, 10000us}) {
     Curve curve(folder, fmt::format("lock_in_{}.csv", period.count()), "ms,percent of the period,locked");
@@ -49,7 +49,7 @@ double seconds_since(nanoseconds begin, nanoseconds now) {
   return static_cast<double>((now - begin).count()) * 1e-9;
 }
 
-/// The largest true distance of any SYNC0 from the reference's, every few cycles, with one disturbance each.
+/// The largest true distance of any SYNC0 from that of the reference, every few cycles, for one disturbance each.
 void write_disturbances(const std::string& folder) {
   struct Case {
     std::string name;
@@ -84,7 +84,7 @@ void write_disturbances(const std::string& folder) {
   }
 }
 
-/// Least and greatest of what came since the last row.
+/// Least and greatest value since the last row.
 struct Span {
   double least = std::numeric_limits<double>::infinity();
   double greatest = -std::numeric_limits<double>::infinity();
@@ -95,8 +95,8 @@ struct Span {
   }
 };
 
-/// SYNC0 of `shown` against that of slave `reference`, around an event after 0.2 s: least and greatest of every 16
-/// cycles, so that none is lost.
+/// SYNC0 of `shown` relative to that of slave `reference`, around an event after 0.2 s: least and greatest of every 16
+/// cycles, so that no extreme is lost.
 void write_event(const std::string& folder, const std::string& name, ClockRig& rig, std::size_t reference,
                  const std::vector<std::size_t>& shown, nanoseconds duration, const std::function<void()>& event) {
   std::string header = "s";
@@ -120,7 +120,7 @@ void write_event(const std::string& folder, const std::string& name, ClockRig& r
   }
 }
 
-/// The reference clock is alone on one branch and loses its supply.
+/// The reference clock is alone on a branch and loses its supply.
 void write_takeover(const std::string& folder) {
   Scenario scenario;
   scenario.slaves = 6;
@@ -139,7 +139,8 @@ void write_takeover(const std::string& folder) {
   write_event(folder, "takeover.csv", rig, 2, {3, 4, 5}, 2s, [&rig] { rig.line().set_power(1, false); });
 }
 
-/// A ring of 16 with speeds that wander, open in front of slave 8; with and without the lead of the second interface.
+/// A ring of 16 slaves with drifting frequencies, opened before slave 8; with and without the lead of the second
+/// interface.
 void write_broken_ring(const std::string& folder) {
   for (const bool led : {true, false}) {
     Scenario scenario;

@@ -31,15 +31,15 @@ struct Scenario {
   std::size_t slaves = 2;
   nanoseconds period = 125us;
   std::function<slaves::Wiring(std::size_t)> wiring = [](std::size_t n) { return slaves::Wiring::line(n, 25ns); };
-  double ppm = 100.0;  ///< of the oscillators, either way
+  double ppm = 100.0;  ///< range of the oscillators' deviations, plus and minus
   double temperature_ppm_per_s = 0.0;
-  nanoseconds jitter = 0ns;  ///< of receive times
+  nanoseconds jitter = 0ns;  ///< jitter of receive times
   bool wake_jitter = false;
-  double loss = 0.0;                       ///< share of the frames
-  bool aims = false;                       ///< those for 64 slaves hold
+  double loss = 0.0;                       ///< share of lost frames
+  bool aims = false;                       ///< the aims for 64 slaves apply
   bool ring = false;                       ///< the master is at both ends
-  bool led = true;                         ///< and leads both parts of an open ring
-  std::optional<std::uint16_t> reference;  ///< none: the first
+  bool led = true;                         ///< the master leads both parts of an open ring
+  std::optional<std::uint16_t> reference;  ///< position of the reference clock; none: the first slave
 };
 
 /// A device without an application.
@@ -65,17 +65,17 @@ class ClockOnly final : public slaves::Device {
   slaves::DeviceProfile profile_;
 };
 
-/// Wakes late as a measured histogram says.
+/// A clock that wakes up late, distributed like a measured histogram.
 class LateClock final : public rt::Clock {
  public:
-  /// `histogram`: null, on time.
+  /// `histogram`: null: always on time.
   LateClock(rt::VirtualClock& inner, const LatencyHistogram* histogram) : inner_(inner), histogram_(histogram) {}
   [[nodiscard]] nanoseconds now() const noexcept override { return inner_.now(); }
   void sleep_until(nanoseconds deadline) noexcept override {
     wanted_ = deadline;
     inner_.sleep_until(deadline + (histogram_ == nullptr ? nanoseconds{0} : histogram_->draw(random_)));
   }
-  /// When the last sleep was to end: the grid instant of the cycle.
+  /// The end of the last sleep as requested: the grid instant of the cycle.
   [[nodiscard]] nanoseconds wanted() const { return wanted_; }
   void spin() noexcept override { inner_.spin(); }
 
@@ -86,7 +86,7 @@ class LateClock final : public rt::Clock {
   std::mt19937 random_{11};
 };
 
-/// Loses frames, and notes when the cyclic ones are sent.
+/// Loses frames, and records when the cyclic ones are sent.
 class BenchPort final : public port::Port {
  public:
   BenchPort(slaves::Line& line, double loss) : line_(line), loss_(loss) {}
@@ -113,7 +113,7 @@ class BenchPort final : public port::Port {
   std::mt19937 random_{13};
 };
 
-/// One line of clocks under a cycling master, with its true times.
+/// A line of clocks with a cycling master, and its true times.
 class ClockRig {
  public:
   explicit ClockRig(const Scenario& scenario)
@@ -127,7 +127,7 @@ class ClockRig {
     if (scenario.ring && scenario.led) master_.use_ring(ring_);
   }
 
-  /// Time from the first cycle to OP, lock of cycle and clocks included.
+  /// Time from the first cycle to OP, including the lock of cycle and clocks.
   nanoseconds start() {
     check(master_.scan());
     ecat_master::dc::ClockPlan plan;
@@ -135,7 +135,7 @@ class ClockRig {
     plan.frame_lead = plan.period / 2;
     plan.reference = scenario_.reference;
     for (std::size_t i = 0; i < scenario_.slaves; ++i) {
-      // Slaves in front of the reference clock cannot follow it.
+      // Slaves before the reference clock cannot follow it.
       if (i < scenario_.reference.value_or(0)) {
         plan.slaves.emplace_back();
       } else {
@@ -164,7 +164,7 @@ class ClockRig {
   [[nodiscard]] double sync0_ahead(std::size_t slave, std::size_t reference = 0) {
     return static_cast<double>(off_beat(last_pulse(slave) - last_pulse(reference)).count());
   }
-  /// How late the last cyclic frame was, as the reference clock counts, in ns.
+  /// Lateness of the last cyclic frame by the reference clock, in ns.
   [[nodiscard]] double arrival_error() {
     const auto& clocks = *master_.clocks();
     const auto arrival = system_time(clock_of(0), port_.cyclic_sent + way_to_reference_);
@@ -177,7 +177,7 @@ class ClockRig {
     if (!line_.break_cable({scenario_.slaves / 2 - 1, 1})) throw std::runtime_error("no cable to break");
   }
 
-  /// One cycle, with a look after the clocks every five milliseconds, as `run` has it.
+  /// Runs a cycle, and polls the clock supervision every five milliseconds, as `run` does.
   void cycle() {
     master_.pass(nanoseconds{1});
     if (clock_.now() < next_look_) return;
@@ -189,7 +189,7 @@ class ClockRig {
     while (clock_.now() < end) cycle();
   }
 
-  /// Runs for `duration` and measures: every slave's SYNC0 against that of the reference clock, and the frames.
+  /// Runs for `duration` and measures every slave's SYNC0 against that of the reference clock, and the frames.
   void measure(nanoseconds duration, std::size_t slaves) {
     const auto end = clock_.now() + duration;
     for (int number = 0; clock_.now() < end; ++number) {
@@ -203,7 +203,7 @@ class ClockRig {
 
   [[nodiscard]] const std::vector<double>& sync0() const { return sync0_; }
   [[nodiscard]] const std::vector<double>& phase() const { return phase_; }
-  /// The same had the frames been sent when they should.
+  /// The same without the deviation of the sending from the grid.
   [[nodiscard]] const std::vector<double>& grid_phase() const { return grid_phase_; }
   [[nodiscard]] const BenchPort& port() const { return port_; }
 
@@ -241,8 +241,8 @@ class ClockRig {
     return static_cast<std::uint64_t>(clock.system_time(time).count());
   }
 
-  /// How far from the nearest multiple of the period. The bench judges the master, so it does not count with the
-  /// master's own arithmetic; 64 bits of mantissa hold every number of nanoseconds.
+  /// Distance from the nearest multiple of the period. The bench judges the master, so it must not use the master's own
+  /// arithmetic; 64 bits of mantissa represent every number of nanoseconds.
   [[nodiscard]] nanoseconds off_beat(nanoseconds distance) const {
     const auto rest =
         std::remainder(static_cast<long double>(distance.count()), static_cast<long double>(scenario_.period.count()));
@@ -253,7 +253,7 @@ class ClockRig {
     return std::abs(static_cast<double>(off_beat(error).count()));
   }
 
-  /// Slaves by position, and the true way to the reference clock.
+  /// Finds the slaves by position, and the true delay to the reference clock.
   void find_ways() {
     std::vector<slaves::SlavePorts> ports(scenario_.slaves);
     for (std::size_t i = 0; i < ports.size(); ++i) {
@@ -267,7 +267,7 @@ class ClockRig {
     way_to_reference_ = path.steps().front().time;
   }
 
-  /// The true distance of the last SYNC0 of every slave from that of the reference.
+  /// Records the true distances of the last SYNC0 of all slaves from that of the reference.
   void measure_sync0(std::size_t slaves) {
     const auto reference = last_pulse(0);
     for (std::size_t i = 1; i < slaves; ++i) {

@@ -11,10 +11,10 @@
 namespace driveline::bench {
 namespace {
 
-/// Of its histogram; a latency beyond that is counted, too, but only the largest is told.
+/// Size of its histogram; cyclictest counts longer latencies, but reports only the largest of them.
 constexpr int kHistogramUs = 20'000;
 
-/// The number at the beginning of `text`; none: it begins with something else.
+/// The number at the start of `text`; none: it starts with something else.
 std::optional<long> leading_number(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
   long value = 0;
@@ -23,7 +23,7 @@ std::optional<long> leading_number(std::string_view text) {
   return value;
 }
 
-/// The number behind `title`, when the line begins with that.
+/// The number after `title`, if the line starts with that.
 std::optional<long> titled(std::string_view line, std::string_view title) {
   if (!line.starts_with(title)) return std::nullopt;
   return leading_number(line.substr(title.size()));

@@ -11,8 +11,8 @@
 namespace driveline::bench {
 namespace {
 
-/// Where a number of microseconds lies among bins that keep its five bits behind the leading one; continuous, as that
-/// of rt::Histogram.
+/// Bin of a number of microseconds, with the five bits after the leading one as resolution; bins are contiguous, as in
+/// rt::Histogram.
 constexpr std::size_t octave_bin(std::uint64_t us) noexcept {
   const auto shift = static_cast<std::size_t>(std::bit_width(us)) - 6;
   return shift * 32 + static_cast<std::size_t>(us >> shift);

@@ -28,12 +28,12 @@ constexpr std::string_view compiler() {
 #endif
 }
 
-/// What processors have done so far, in seconds of one processor.
+/// Work of the processors so far, in seconds of a single processor.
 struct ProcessorTime {
-  double passed_s = 0.0;  ///< on the wall
+  double passed_s = 0.0;  ///< real time
   double busy_s = 0.0;    ///< all processors, by any program
   double own_s = 0.0;     ///< this program and the tools that it has called
-  double stolen_s = 0.0;  ///< wanted, and kept by the host
+  double stolen_s = 0.0;  ///< requested, but withheld by the host
 };
 
 double seconds_of(const rusage& usage) {
@@ -43,7 +43,7 @@ double seconds_of(const rusage& usage) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-/// First line of /proc/stat (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal, in ticks.
+/// Reads the first line of /proc/stat (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal, in ticks.
 ProcessorTime processor_time() {
   ProcessorTime time;
   std::timespec now{};
@@ -78,12 +78,12 @@ std::string today() {
   return std::strftime(text, sizeof text, "%Y-%m-%d", &parts) > 0 ? text : "";
 }
 
-/// Hundredths of a processor are as fine as ticks allow.
+/// Rounds to hundredths of a processor, the resolution of ticks.
 double hundredths(double load) {
   return std::max(0.0, std::round(load * 100.0) / 100.0);
 }
 
-/// The first line of a file of the kernel; empty when there is no such file.
+/// The first line of a file of the kernel; empty: there is no such file.
 std::string first_line(const std::string& file) {
   std::ifstream stream(file);
   std::string line;
@@ -101,7 +101,7 @@ std::string interface_text(const port::InterfaceFacts& facts) {
                             waits.adaptive ? ", adaptive" : "");
 }
 
-/// Those with a device behind them.
+/// The network interfaces with a device.
 const std::vector<std::string>& network_cards() {
   static const std::vector<std::string> kCards = [] {
     std::vector<std::string> cards;
@@ -130,7 +130,7 @@ Environment environment() {
   uname(&system);
   result.kernel = system.release;
   result.kernel_build = system.version;
-  // Behind the two dashes stands what init is told.
+  // The arguments after the two dashes are for init.
   result.kernel_options = first_line("/proc/cmdline");
   result.kernel_options.resize(std::min(result.kernel_options.find(" -- "), result.kernel_options.size()));
   result.cpu = "unknown";

@@ -14,7 +14,7 @@ namespace driveline::bench {
 namespace {
 
 constexpr auto kPatience = std::chrono::seconds{60};
-/// 6.5 s, in increments of 100 us: a busy machine is no reason for the drives to leave OP.
+/// 6.5 s, in increments of 100 us: a busy machine must not make the drives leave OP.
 constexpr std::uint16_t kWatchdog = 65000;
 
 }  // namespace
@@ -77,7 +77,7 @@ EoeLine::EoeLine(const Settings& settings) {
 EoeLine::~EoeLine() {
   stop_.store(true);
   thread_.join();
-  std::error_code ignored;  // others may have something in it
+  std::error_code ignored;  // the folder may contain files of other programs
   std::filesystem::remove(line_->config().output.directory, ignored);
 }
 

@@ -12,35 +12,35 @@
 
 namespace driveline::bench {
 
-/// A line of simulated drives, each with its own network stack behind its EoE port, that runs in threads of its own
-/// while the caller talks TCP/IP to the drives. In a network namespace of the process.
+/// A line of simulated drives, each with its own network stack behind its EoE port. It runs in its own threads while
+/// the caller talks TCP/IP to the drives. Needs a network namespace of the process.
 class EoeLine final : private runtime::Observer, private snapshot::SampleConsumer {
  public:
-  /// Where the drives are, and how many.
+  /// Location and number of the drives.
   struct Settings {
     std::size_t drives = 1;
     std::chrono::nanoseconds period = std::chrono::microseconds{125};
-    std::string interface;  ///< that leads to the drives; empty: they are in this process
+    std::string interface;  ///< interface that leads to the drives; empty: they are in this process
   };
 
-  /// Brings the line up; returns when it is in OP and every drive answers. Throws std::runtime_error when that fails.
+  /// Brings up the line; returns when it is in OP and every drive answers. Throws std::runtime_error on failure.
   explicit EoeLine(const Settings& settings);
   EoeLine(const EoeLine&) = delete;
   EoeLine& operator=(const EoeLine&) = delete;
   ~EoeLine() override;
 
-  /// Description of such a line, for the process that serves it, too.
+  /// Description of such a line, also for the process that serves it.
   [[nodiscard]] static runtime::LineConfig describe(const Settings& settings);
   /// Address of a drive: 192.168.38.5 and so on.
   [[nodiscard]] static std::string address(std::size_t drive);
 
-  /// Takes down what was recorded of the cycles since the last call: cost in ns.
+  /// Returns the costs of the cycles since the last call, in ns.
   [[nodiscard]] std::vector<double> take_costs();
-  /// The same for the wake-up latencies.
+  /// Returns the wake-up latencies of the cycles since the last call, in ns.
   [[nodiscard]] std::vector<double> take_wake_ups();
   /// Bytes of a cycle that are left for acyclic frames.
   [[nodiscard]] std::size_t acyclic_bytes() const noexcept { return acyclic_bytes_.load(); }
-  /// Throws Disturbed when the line has left OP.
+  /// Throws std::runtime_error if the line has ended.
   void check() const;
 
  private:
@@ -56,7 +56,7 @@ class EoeLine final : private runtime::Observer, private snapshot::SampleConsume
   std::atomic<bool> in_op_{false};
   std::atomic<bool> ended_{false};
   std::atomic<std::size_t> acyclic_bytes_{0};
-  mutable std::mutex mutex_;  ///< of what follows
+  mutable std::mutex mutex_;  ///< protects the following members
   std::vector<double> costs_;
   std::vector<double> wake_ups_;
   std::string failure_;

@@ -30,7 +30,7 @@ using trajectory::StreamMethod;
 
 constexpr double kCycleS = 125e-6;
 constexpr int kCyclesPerPoint = 8;
-constexpr int kCyclesAtATime = 64;  ///< cycles measured at a time: one takes less than the clock resolves
+constexpr int kCyclesAtATime = 64;  ///< cycles per sample: a single one takes less than the clock resolves
 constexpr int kMeasurements = 4000;
 constexpr int kPoints = 2000;
 constexpr std::uint64_t kSeed = 20260716;
@@ -38,7 +38,7 @@ constexpr double kCubicAimNs = 3.0;
 constexpr double kOtherAimNs = 6.0;
 constexpr std::size_t kAimedAxes = 32;
 
-/// Small steps of all axes, so that the limits of a stream are kept.
+/// Moves all axes in small steps, within the limits of a stream.
 class Walk {
  public:
   explicit Walk(std::size_t axes) : engine_(kSeed), positions_(axes), velocities_(axes) {}
@@ -92,12 +92,12 @@ Summary measure(std::size_t axes, int batches, Cycle cycle) {
   return divided(summarize(std::move(samples)), static_cast<double>(axes));
 }
 
-/// The time along the path, which starts over.
+/// The time along the path, which is repeated.
 double path_time_s(int cycle) {
   return cycle % ((kPoints - 1) * kCyclesPerPoint) * kCycleS;
 }
 
-/// The floor: cubics of the same number of axes and segments.
+/// The floor: cubics with the same numbers of axes and segments.
 Baseline bare_cubics(std::size_t axes, int batches) {
   std::vector<double> coefficients(static_cast<std::size_t>(kPoints) * 4 * axes);
   std::mt19937_64 engine(kSeed);
@@ -128,7 +128,7 @@ bool is_cubic(StreamMethod method) {
   return method == StreamMethod::kHermite || method == StreamMethod::kCubic || method == StreamMethod::kBSpline;
 }
 
-/// Of interpolation alone.
+/// Aim of the interpolation alone.
 template <typename Method>
 std::optional<double> aim_of(Method method, std::size_t axes) {
   if (axes != kAimedAxes) return std::nullopt;
@@ -144,7 +144,7 @@ Summary path_cost(const trajectory::Path& path, InterpolationMethod method, int 
   });
 }
 
-/// Setpoints of a stream, made beforehand: there and back, so that none leaps when they start over.
+/// Precomputed setpoints of a stream: forth and back, so that repeating them causes no step.
 class StreamedWalk {
  public:
   explicit StreamedWalk(std::size_t axes) : setpoints_(kMade, std::vector<trajectory::StreamPoint>(axes)) {
@@ -158,7 +158,7 @@ class StreamedWalk {
     }
   }
 
-  /// Those of a cycle; none: no new ones come in it.
+  /// The setpoints that arrive in a cycle; null: none arrive.
   [[nodiscard]] const std::vector<trajectory::StreamPoint>* of(int cycle) const {
     if (cycle % kCyclesPerPoint != 0) return nullptr;
     return &setpoints_[static_cast<std::size_t>(cycle / kCyclesPerPoint) % kMade];
@@ -169,12 +169,12 @@ class StreamedWalk {
   std::vector<std::vector<trajectory::StreamPoint>> setpoints_;
 };
 
-/// Setpoints that the curve is behind those that come in.
+/// Delay of the curve behind the arriving setpoints, in s.
 double delay_s(StreamMethod method) {
   return static_cast<double>(facts_of(method).delay + 1) * kCyclesPerPoint * kCycleS;
 }
 
-/// The curve alone: new setpoints taken in, coefficients and evaluation; nothing is checked and no limits are kept.
+/// The curve alone: accepts new setpoints, computes coefficients and evaluates; without checks and limits.
 Summary curve_cost(StreamMethod method, std::size_t axes, int batches) {
   constexpr std::size_t kRoom = 16;
   trajectory::StreamCurve curve(method, axes, kRoom, kCyclesPerPoint * kCycleS);
@@ -192,7 +192,7 @@ Summary curve_cost(StreamMethod method, std::size_t axes, int batches) {
   return cost;
 }
 
-/// All of it: setpoints checked, joined, and followed within the limits.
+/// The complete stream: setpoints are checked, joined, and followed within the limits.
 Summary stream_cost(StreamMethod method, std::size_t axes, int batches) {
   trajectory::StreamSettings settings;
   settings.method = method;

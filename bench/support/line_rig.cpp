@@ -18,10 +18,10 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Cycles the telemetry rings hold.
+/// Cycles that the telemetry rings hold.
 constexpr std::size_t kRingCycles = 512;
 
-/// Half a second of 125 us: a shorter absence of the machine shows in the figures and does not end the measurement.
+/// Half a second at 125 us: a shorter absence of the machine shows in the figures, but does not end the measurement.
 constexpr std::uint32_t kBadCycleLimit = 4000;
 
 template <typename T>

@@ -17,32 +17,32 @@ inline constexpr slaves::LineOptions kNoDelays{.delays = {std::chrono::nanosecon
                                                .cable_delay = std::chrono::nanoseconds{0},
                                                .byte_time = std::chrono::nanoseconds{0}};
 
-/// A line of so many MSD drives, each of them an axis.
+/// A line of `axes` MSD drives, each of them an axis.
 [[nodiscard]] runtime::LineConfig describe_line(std::size_t axes, std::chrono::nanoseconds period);
 
-/// A line of simulated MSD drives in this process and the master that runs them, put together by the runtime as it
-/// does a line description, every axis on its own sine. Frames take no time on the wire: only computing is measured.
+/// A line of simulated MSD drives in this process and the master that runs them, composed by the runtime as from a line
+/// description, every axis on its own sine. Frames take no time on the wire: only computing is measured.
 class LineRig {
  public:
   static constexpr std::chrono::nanoseconds kPeriod = std::chrono::microseconds{125};
 
   LineRig(rt::Clock& clock, std::size_t axes, std::chrono::nanoseconds path_duration);
 
-  /// Takes the line to OP and all axes onto the path; cycles are run by what `make_runner` makes, which must leave the
-  /// rings to drain(). Throws std::runtime_error when that fails.
+  /// Takes the line to OP and all axes onto the path. The runner from `make_runner` runs the cycles and must leave the
+  /// rings to drain(). Throws std::runtime_error on failure.
   void bring_up(const ecat_master::Master::MakeRunner& make_runner);
   /// Empties the telemetry rings, as their reader would. One thread.
   void drain();
-  /// Throws Disturbed when the axes have left the path or process data have been lost since bring_up(): the figures
-  /// would not be valid. On virtual time nothing can disturb it, so a retry is useless. Only while no cycle runs.
+  /// Throws Disturbed if the axes have left the path or process data have been lost since bring_up(): the figures would
+  /// be invalid. On virtual time nothing can disturb it, so a retry is useless. Only while no cycle runs.
   void check();
 
   [[nodiscard]] TimedPort& port() noexcept { return port_; }
   [[nodiscard]] slaves::Line& line() noexcept { return line_; }
   [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
   [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
-  /// What the master and everything behind it has allocated since this line was made, in bytes, its path apart; with
-  /// what the drives have on account of their start. Of a program of one thread.
+  /// Memory in bytes that the master and the objects behind it have allocated since this line was created, without its
+  /// path but with what the drives have allocated at their start. For single-threaded programs.
   [[nodiscard]] std::size_t heap_of_master() const;
 
  private:
@@ -52,7 +52,7 @@ class LineRig {
   std::chrono::nanoseconds path_duration_;
   runtime::LineConfig config_;
   slaves::Line line_;
-  std::size_t heap_of_line_;  ///< and of all before
+  std::size_t heap_of_line_;  ///< heap in use after the line was created
   std::size_t heap_of_path_ = 0;
   TimedPort port_;
   rt::SpscRing<snapshot::LineSample> line_ring_;

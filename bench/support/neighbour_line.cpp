@@ -35,13 +35,13 @@ std::filesystem::path programs() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }
 
-/// Words in front of a program that keep it from being a real-time one.
+/// Prefixes a command line so that the program cannot become a real-time one.
 std::vector<std::string> as_ordinary_work(std::vector<std::string> words) {
   words.insert(words.begin(), {"setpriv", "--bounding-set", "-sys_nice", "--inh-caps", "-sys_nice"});
   return words;
 }
 
-/// Packets that have come out of an interface of this network namespace; 0: there is no such interface.
+/// Packets received from an interface of this network namespace; 0: there is no such interface.
 std::uint64_t received_by(std::string_view interface) {
   ifaddrs* first = nullptr;
   if (getifaddrs(&first) != 0) return 0;
@@ -83,7 +83,7 @@ NeighbourLine::~NeighbourLine() {
 
 void NeighbourLine::write_description() const {
   std::ofstream out(folder_ / "line.toml");
-  // Ordinary work on a busy machine: nothing that is late ends it.
+  // Ordinary work on a busy machine: no delay ends it.
   fmt::print(out,
              "[line]\nname = \"neighbour\"\ncycle_us = 1000\n[bus]\nmax_lost_ms = 10000\n[realtime]\npolicy = "
              "\"degrade\"\nlock_memory = false\ncpu_latency_us = -1\n[eoe]\ninterface = \"{}\"\naddress = "
@@ -121,7 +121,7 @@ std::unique_ptr<NeighbourLine> NeighbourLine::start() {
 void NeighbourLine::must_go_on() {
   for (auto* program : {reader_.get(), run_.get(), pings_.get()}) {
     if (program == nullptr || !program->has_ended()) continue;
-    static_cast<void>(program->finish());  // throws, with the reason, when it has failed
+    static_cast<void>(program->finish());  // throws, with the reason, if it has failed
     throw std::runtime_error("a program of the neighbouring line has ended before the measurement");
   }
 }

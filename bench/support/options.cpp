@@ -25,7 +25,7 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  // As `driveline run` does: what is measured is the program, not how long a processor takes to wake.
+  // As `driveline run` does: measure the program, not the wake-up time of an idle processor.
   rt::CpuLatencyHold awake;
   if (const auto item = awake.request(std::chrono::microseconds{0}); !item.ok) {
     fmt::print(stderr, "{}: {} requested, {} in effect: {}\n", item.name, item.requested, item.effective, item.remedy);

@@ -5,17 +5,17 @@
 
 namespace driveline::bench {
 
-/// The command line of every program here.
+/// The command line of every benchmark.
 struct Options {
   bool json = false;      ///< one JSON document instead of a table
-  bool quick = false;     ///< a tenth of the measurements: to see that it works
-  bool shorter = false;   ///< so much that a report of all programs is done within ten minutes: mostly a third
+  bool quick = false;     ///< a tenth of the measurements: for checking that the program works
+  bool shorter = false;   ///< fewer measurements, mostly a third: a report of all programs takes ten minutes at most
   std::string figures;    ///< folder for the curves behind the pictures of the documents, instead of a report
-  double duration_s = 0;  ///< how long each way is measured; 0: as the program likes (jitter, soak)
-  std::string histogram;  ///< file that the measured histogram is written to
+  double duration_s = 0;  ///< duration of each method; 0: default of the program (jitter, soak)
+  std::string histogram;  ///< file for the measured histogram
   /// Scales a number of measurements.
   [[nodiscard]] int count(int full) const noexcept { return quick ? full / 10 : shorter ? full / 3 : full; }
-  /// How long to measure, in s: as asked for, else in full, `in_short` or a tenth of that.
+  /// Duration of the measurement in s: as requested, else `full`, `in_short` or a tenth of that.
   [[nodiscard]] double duration(double full, double in_short) const noexcept {
     if (duration_s > 0.0) return duration_s;
     return quick ? in_short / 10 : shorter ? in_short : full;
@@ -25,12 +25,12 @@ struct Options {
 /// Exit status of a program that cannot measure everything here; ctest takes it for "skipped".
 constexpr int kSkippedStatus = 77;
 
-/// The machine lacks something the measurement needs. Thrown after the report of what could be measured.
+/// The machine lacks something that the measurement needs. Thrown after the report of the other measurements.
 struct Skipped : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs the program: reads the command line, calls `measure` with it and turns what that throws into a sentence on
+/// Runs the program: reads the command line, calls `measure` with it and turns its exceptions into a sentence on
 /// stderr. Returns the exit status: 0 done, 1 failed, 2 bad usage, kSkippedStatus.
 int run(int argc, char** argv, const char* question, void (*measure)(const Options& options));
 

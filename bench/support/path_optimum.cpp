@@ -7,17 +7,17 @@
 #include <span>
 #include <utility>
 
-// The motion along a stretch without stops is t -> u -> s. u is a parameter of the path, s(u) is given: the length of
-// the path, but near a stop s is of the third degree in u, as it is in time at constant jerk. W(u) = (du/dt)^2 is
-// looked for, a spline of second degree with continuous first derivative. With the derivatives q', q'', q''' of the
-// place of an axis by u,
+// The motion along a stretch without stops is t -> u -> s. u is a parameter of the path, and s(u) is given: the length
+// of the path, but near a stop s is cubic in u, as it is in time at constant jerk. The unknown is W(u) = (du/dt)^2, a
+// quadratic spline with continuous first derivative. With the derivatives q', q'', q''' of the position of an axis by
+// u,
 //   velocity      q' sqrt(W)
 //   acceleration  q' W'/2 + q'' W
 //   jerk          sqrt(W) (q' W''/2 + 3/2 q'' W' + q''' W)
 //   duration      integral of du / sqrt(W).
-// The duration is made small by a method of interior points: Newton's method on the duration and the logarithms of what
-// is left of every limit, which is given less and less weight. Only the jerk is not convex in W; its second derivative
-// is left out (Gauss-Newton), which changes the way to the optimum and not the place.
+// An interior-point method minimises the duration: Newton's method on the duration plus the logarithms of the remaining
+// part of every limit, whose weight decreases. Only the jerk is not convex in W; its second derivative is omitted
+// (Gauss-Newton), which changes the steps to the optimum but not its position.
 
 namespace driveline::bench {
 namespace {
@@ -27,10 +27,10 @@ using trajectory::GroupVector;
 using trajectory::PathGeometry;
 using trajectory::ShapedPiece;
 
-constexpr std::size_t kCoefficients = 3;  ///< of the spline on an interval
+constexpr std::size_t kCoefficients = 3;  ///< coefficients of the spline on an interval
 using Coefficients = std::array<double, kCoefficients>;
 
-/// A stretch between two stops.
+/// The pieces of a stretch between two stops.
 using Pieces = std::span<const ShapedPiece>;
 
 /// s and its derivatives by u.
@@ -38,16 +38,16 @@ struct Place {
   double s, first, second, third;
 };
 
-/// s is of the third degree, in two halves, until it has covered `kNearStop` at either end.
+/// The function s(u): cubic, in two halves, until it has covered `kNearStop` at either end.
 class Parameter {
  public:
   explicit Parameter(double length) : length_(length), near_(std::min(kNearStop, 0.5 * length)) {}
 
   [[nodiscard]] double near() const { return near_; }
   [[nodiscard]] double end() const { return length_ + 2.0 * near_; }
-  /// Of a place that is not near a stop.
+  /// The parameter u of a position that is not near a stop.
   [[nodiscard]] double of(double s) const { return s + near_; }
-  /// `middle` of the interval in question: derivatives of third degree jump at their ends.
+  /// `middle`: of the interval in question, because third derivatives jump at its ends.
   [[nodiscard]] Place at(double u, double middle) const {
     if (middle > 0.5 * end()) {
       const auto back = rise(end() - u, end() - middle);
@@ -73,10 +73,10 @@ class Parameter {
   double near_;
 };
 
-/// What is known of a place of the path, by u.
+/// Geometry and spline values at a point of the path, by u.
 struct Point {
   std::size_t interval = 0;
-  double weight = 0.0;  ///< in the integral
+  double weight = 0.0;  ///< weight in the integral
   Coefficients value{}, slope{}, bend{};
   GroupVector first{}, second{}, third{};
 };
@@ -87,7 +87,7 @@ struct Problem {
   std::vector<Point> points;
 };
 
-/// Ends of the intervals: dense where the path is bent or near a stop, wider with the distance from there.
+/// Ends of the intervals: dense where the path is curved or near a stop, wider with the distance from there.
 std::vector<double> knots_of(Pieces pieces, const Parameter& parameter, double length, int fineness) {
   constexpr int kNearStop = 16;
   constexpr double kFinest = 1e-4;
@@ -122,7 +122,7 @@ std::vector<double> knots_of(Pieces pieces, const Parameter& parameter, double l
           double distance = length;
           for (const auto& [from, to] : bent) distance = std::min(distance, std::max({0.0, from - s, s - to}));
           const double ahead = high - s;
-          // Towards the end of the line intervals become shorter again.
+          // Towards the end of the line the intervals become shorter again.
           const double step = std::clamp(kGrowth * std::min(distance, 0.93 * ahead), kFinest, kCoarsest);
           s = step * 1.5 > ahead ? high : s + step;
           divide(parameter.of(s), 1.0);
@@ -154,7 +154,7 @@ void evaluate_splines(const std::vector<double>& knots, std::size_t k, double u,
   point.bend[1] = -point.bend[0] - point.bend[2];
 }
 
-/// `weights`: of as many even places from end to end of an interval.
+/// `weights`: of equidistant points on an interval, including both ends.
 Problem problem_of(Pieces pieces, std::size_t axes, int fineness, std::span<const double> weights) {
   double length = 0.0;
   for (const auto& shaped : pieces) length += shaped.piece.length();
@@ -193,13 +193,13 @@ double product(const Coefficients& row, const double* unknowns) {
   return row[0] * unknowns[0] + row[1] * unknowns[1] + row[2] * unknowns[2];
 }
 
-/// A share of a limit that is used, and how it changes with the coefficients.
+/// The used share of a limit, and its gradient by the coefficients.
 struct Use {
   double value;
   Coefficients gradient;
 };
 
-/// Calls `take` with each share of a limit at a place: squares of velocities (of one sign), accelerations and jerks.
+/// Calls `take` with each used share at a point: squares of velocities (without sign), accelerations and jerks.
 template <typename Take>
 void for_each_use(const Point& point, const double* x, const ContourSettings& settings, const Take& take) {
   const double value = product(point.value, x);
@@ -230,14 +230,14 @@ void for_each_use(const Point& point, const double* x, const ContourSettings& se
   }
 }
 
-/// A symmetric matrix with two diagonals beside its own, and a right side.
+/// A symmetric matrix with two diagonals on either side of the main one, and a right-hand side.
 struct Banded {
   explicit Banded(std::size_t n) : rows(n), right(n, 0.0) {}
 
-  std::vector<Coefficients> rows;  ///< the diagonal and the two behind it
+  std::vector<Coefficients> rows;  ///< the diagonal and the two after it
   std::vector<double> right;
 
-  /// By L D L^T; the matrix is lost. The solution is in `right`.
+  /// Solves by L D L^T, which destroys the matrix. The solution is in `right`.
   void solve() {
     const std::size_t n = rows.size();
     for (std::size_t k = 0; k < n; ++k) {
@@ -254,7 +254,7 @@ struct Banded {
   }
 };
 
-/// Duration and barrier; infinite where a limit is not kept.
+/// Duration and barrier; infinite if a limit is exceeded.
 double cost_of(const Problem& problem, const std::vector<double>& x, const ContourSettings& settings, double weight) {
   double total = 0.0;
   for (const auto& point : problem.points) {
@@ -272,7 +272,7 @@ double cost_of(const Problem& problem, const std::vector<double>& x, const Conto
   return total;
 }
 
-/// One step of Newton; false: there is nothing to gain any more.
+/// One Newton step; false: no further improvement.
 bool improve(const Problem& problem, std::vector<double>& x, const ContourSettings& settings, double weight,
              double& cost) {
   Banded system(problem.unknowns);
@@ -316,7 +316,7 @@ bool improve(const Problem& problem, std::vector<double>& x, const ContourSettin
   return false;
 }
 
-/// The duration, after all of it has been slowed down so much that every limit is kept at every point.
+/// The duration after slowing down the whole motion until every limit is kept at every point.
 double duration_of(const Problem& problem, const std::vector<double>& x, const ContourSettings& settings) {
   double duration_s = 0.0;
   double slower = 0.0;
@@ -324,7 +324,7 @@ double duration_of(const Problem& problem, const std::vector<double>& x, const C
     const double* const there = &x[point.interval];
     duration_s += point.weight / std::sqrt(product(point.value, there));
     for_each_use(point, there, settings, [&](const Use& use, double degree) {
-      // The first one is the square of a velocity.
+      // The first share is the square of a velocity.
       slower = std::max(slower, std::pow(std::abs(use.value), 1.0 / std::max(2.0, degree)));
     });
   }
@@ -334,7 +334,7 @@ double duration_of(const Problem& problem, const std::vector<double>& x, const C
 double achieved_on(Pieces pieces, const ContourSettings& settings, int fineness) {
   constexpr std::array<double, 3> kSimpson{1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0};
   const auto problem = problem_of(pieces, settings.axes, fineness, kSimpson);
-  // So slow that half of every limit is left.
+  // Start so slowly that half of every limit remains.
   double most = HUGE_VAL;
   std::vector<double> x(problem.unknowns, 1.0);
   for (const auto& point : problem.points) {
@@ -375,7 +375,7 @@ Grid grid_of(Pieces pieces) {
     const double length = shaped.piece.length();
     const int count = static_cast<int>(std::clamp(length / kStep, 60.0, 20'000.0));
     for (int k = 0; k < count; ++k) {
-      // Both ends of a piece are looked at from within: curvatures that jump are on the right side.
+      // Sample inside the piece, so that curvatures that jump at its ends are on the correct side.
       grid.points.push_back(shaped.piece.at(length * (k + 0.5) / count));
       grid.steps.push_back(length / count);
     }
@@ -383,7 +383,7 @@ Grid grid_of(Pieces pieces) {
   return grid;
 }
 
-/// The range of accelerations along the path at the square of a speed; empty (low > high) where the speed is too high.
+/// The range of accelerations along the path at the square of a speed; empty (low > high): the speed is too high.
 std::pair<double, double> range_at(const PathGeometry& point, double speed2, const ContourSettings& settings) {
   std::pair<double, double> range{-1e12, 1e12};
   for (std::size_t i = 0; i < settings.axes; ++i) {
@@ -402,7 +402,7 @@ std::pair<double, double> range_at(const PathGeometry& point, double speed2, con
   return range;
 }
 
-/// Backwards, the highest speed from which the rest can be done; forwards, as fast as this allows.
+/// Backwards: the highest speed at each point from which the rest is feasible; forwards: as fast as this allows.
 double bound_on(Pieces pieces, const ContourSettings& settings) {
   constexpr int kBisections = 45;
   const auto grid = grid_of(pieces);

@@ -7,18 +7,17 @@
 
 namespace driveline::bench {
 
-/// How fast a path can be gone through at all, found by means that have nothing in common with the planner but the
-/// geometry. The least duration lies between the two.
+/// Bounds of the minimum duration of a path, found by methods that share only the geometry with the planner. The
+/// minimum is between the two.
 struct PathOptimum {
-  /// Duration of a motion that keeps the limits of velocity, acceleration and jerk of every axis wherever it was looked
-  /// at (16 places on each of the intervals of the grid): the best that a numeric optimisation has found. Not proven to
-  /// be the least.
+  /// Duration of a motion that keeps the limits of velocity, acceleration and jerk of every axis at all checked points
+  /// (16 on each interval of the grid): the best that numeric optimisation has found. Not proven to be minimal.
   double achieved_s = 0.0;
-  /// Nothing is faster: the least duration when jerk costs nothing, on a grid of 20 um.
+  /// Lower bound: the minimum duration without a jerk limit, on a grid of 20 um.
   double bound_s = 0.0;
 };
 
-/// Of a path of axes without kinematics, whose tool has no limits of its own. `fineness`: so many times as many places.
+/// For a path of axes without kinematics, whose tool has no limits. `fineness`: factor for the number of intervals.
 [[nodiscard]] PathOptimum path_optimum(const std::vector<trajectory::ShapedPiece>& pieces,
                                        const trajectory::ContourSettings& settings, int fineness = 1);
 

@@ -24,13 +24,13 @@ constexpr std::size_t kShort = 1'000'000;
 constexpr std::size_t kQuick = 100'000;
 constexpr std::size_t kProblemsAtATime =
     64;                               ///< problems that are also timed together, without reading the clock in between
-constexpr std::size_t kSlowest = 16;  ///< problems that are planned again, to tell them from disturbances
+constexpr std::size_t kSlowest = 16;  ///< slowest problems, planned again to distinguish them from disturbances
 constexpr int kRepetitions = 101;
 constexpr std::size_t kMostAxes = 7;
 constexpr double kKept = 1e-12;
 constexpr double kMet = 1e-9;
 
-/// SplitMix64: fast, and the same everywhere.
+/// SplitMix64: fast, and the same on every machine.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) noexcept : state_(seed) {}
@@ -49,13 +49,13 @@ class Dice {
   std::uint64_t state_;
 };
 
-/// Between any two states, one in ten from outside the limits; every second one ends at rest.
+/// A motion between random states, one in ten from outside the limits; every second one ends at rest.
 AxisMotion random_motion(Dice& dice) noexcept {
   AxisMotion motion;
   ProfileLimits& limits = motion.limits;
   limits = {dice.real(0.1, 12.0), -dice.real(0.1, 12.0), dice.real(0.1, 12.0), -dice.real(0.1, 12.0),
             dice.real(0.1, 12.0)};
-  // An acceleration leads to velocities that are up to half as much outside.
+  // For starts outside, the acceleration leads to velocities up to half as much outside the limits.
   const double reach = dice.one_in(10.0) ? 1.5 : 1.0;
   const double start = reach * dice.real(limits.min_velocity, limits.max_velocity);
   const double hardest = std::sqrt(2.0 * limits.max_jerk * (reach * limits.max_velocity - start));
@@ -66,7 +66,7 @@ AxisMotion random_motion(Dice& dice) noexcept {
   motion.to = {dice.real(-4.0, 4.0), 0.0, 0.0};
   if (!dice.one_in(2.0)) {
     const double velocity = 0.99 * dice.real(limits.min_velocity, limits.max_velocity);
-    // What an acceleration of the end may be: it comes from, and leads to, velocities inside the limits.
+    // Bounds of the final acceleration: it comes from, and leads to, velocities inside the limits.
     const double most = 0.99 * std::sqrt(2.0 * limits.max_jerk * (velocity - limits.min_velocity));
     const double least = -0.99 * std::sqrt(2.0 * limits.max_jerk * (limits.max_velocity - velocity));
     motion.to.velocity = velocity;
@@ -86,8 +86,8 @@ bool is_inside(const AxisMotion& motion) noexcept {
          motion.from.acceleration >= motion.limits.min_acceleration;
 }
 
-/// Whether the phases lead from one end to the other within the limits, by the states at their ends and where the
-/// acceleration passes through zero between them.
+/// Whether the phases lead from start to end within the limits, checked at their ends and where the acceleration
+/// crosses zero between them.
 bool is_right(const AxisMotion& motion, const Profile& profile) noexcept {
   const ProfileLimits& limits = motion.limits;
   const AxisSetpoint last = profile.evaluate(std::nextafter(profile.duration_s(), 0.0));
@@ -105,7 +105,7 @@ bool is_right(const AxisMotion& motion, const Profile& profile) noexcept {
   }
   const auto phases = profile.phases();
   const double noise = 1e-14 * (speed + push * duration_s);
-  // What the last digit of a time is to the acceleration.
+  // Effect of the last digit of a time on the acceleration.
   const double swing = 4e-16 * duration_s * limits.max_jerk;
   for (std::size_t i = 0; i < phases.size(); ++i) {
     const Profile::Phase& phase = phases[i];
@@ -236,7 +236,7 @@ class Planning {
     slowest_.resize(std::min(slowest_.size(), kSlowest));
   }
 
-  /// What was slow for good is slow again.
+  /// Plans the slowest problems again: only problems that are really slow stay slow.
   void repeat_slowest() {
     for (const auto& [cost_ns, problem] : slowest_) {
       std::vector<double> again_ns;

@@ -10,7 +10,7 @@
 namespace driveline::bench {
 namespace {
 
-/// Above the kernel's own helpers of ordinary priority, below the interrupt threads of a PREEMPT_RT kernel (50).
+/// Above ordinary kernel threads, below the interrupt threads of a PREEMPT_RT kernel (50).
 constexpr int kPriority = 20;
 
 }  // namespace

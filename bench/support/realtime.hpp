@@ -4,22 +4,21 @@
 
 namespace driveline::bench {
 
-/// Starts `task` in a real-time thread as `driveline run` would: SCHED_FIFO, the last CPU, memory locked. Settings that
-/// are not in effect are named on stderr. Throws std::runtime_error when the thread cannot be created.
+/// Starts `task` in a real-time thread as `driveline run` would: SCHED_FIFO, the last CPU, memory locked. Names
+/// settings that are not in effect on stderr. Throws std::runtime_error if the thread cannot be created.
 void start_realtime(rt::RealtimeThread& thread, rt::RealtimeTask& task);
 
-/// The calling thread on processor `cpu` and nowhere else, in SCHED_FIFO, ahead of ordinary work, which would otherwise
-/// be measured as well. Both are read back; a setting that is not in effect is named on stderr. Threads that it creates
-/// inherit both.
+/// Pins the calling thread to processor `cpu`, in SCHED_FIFO, above ordinary work, which would otherwise be measured as
+/// well. Reads both back, and names a setting that is not in effect on stderr. Threads that it creates inherit both.
 void claim_cpu(int cpu);
 [[nodiscard]] int last_cpu() noexcept;
 
-/// Rests of a thread in SCHED_FIFO that would never sleep: Linux stops one that takes more than 0.95 s of a second, for
-/// the rest of it and in the middle of whatever is measured (sched(7), sched_rt_runtime_us), and on a machine with few
-/// processors others have to get their turn.
+/// Rests for a SCHED_FIFO thread that would never sleep: Linux stops a thread that takes more than 0.95 s of a second
+/// for the rest of it, in the middle of a measurement (sched(7), sched_rt_runtime_us), and on a machine with few
+/// processors other threads need their turn.
 class Rests {
  public:
-  /// Sleeps when a rest is due; true if it has slept, so that the next measurement starts with cold caches.
+  /// Sleeps if a rest is due; true: it has slept, so the next measurement starts with cold caches.
   bool take_when_due(double now_ns) noexcept;
 
  private:

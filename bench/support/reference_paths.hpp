@@ -7,7 +7,7 @@
 
 namespace driveline::bench {
 
-/// A path by which motions are compared, as fast as the axes can.
+/// A path for comparing motions, with the axes' limits.
 struct ReferencePath {
   std::string name;
   trajectory::GroupVector start{};

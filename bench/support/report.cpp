@@ -48,10 +48,10 @@ nlohmann::ordered_json to_json(const Course& course) {
           {"max", all_rounded(course.max)}};
 }
 
-/// How sure the ratio is, by the turns.
+/// The confidence interval of the ratio, from the turns.
 nlohmann::ordered_json to_json(const RatioTurns& ratios) {
   const auto interval = ratios.interval_95();
-  // Four digits that count: the lower end of few turns is small, and never nothing.
+  // Four significant digits: with few turns, the lower end is small, but never zero.
   const auto digits = [](double value) {
     const double scale = std::pow(10.0, 3.0 - std::floor(std::log10(value)));
     return std::round(value * scale) / scale;

@@ -13,8 +13,8 @@ struct Disturbed : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// `measure()`, once more where it was disturbed, three times at most; says so on stderr, and counts it in `repeated`.
-/// The exception of the last attempt is passed on. Other errors are not retried.
+/// Calls `measure()`, and repeats it if it was disturbed, with three attempts at most; reports this on stderr and
+/// counts it in `repeated`. The exception of the last attempt is passed on. Other errors are not retried.
 template <typename Measure>
 auto undisturbed(std::string_view what, const Measure& measure, int* repeated = nullptr) {
   constexpr int kTries = 3;

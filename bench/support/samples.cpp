@@ -19,9 +19,9 @@ Summary summarize(std::vector<double> samples) {
 
 namespace {
 
-/// Student's t for 97.5 % of so many values, two at least.
+/// Student's t for 97.5 % of `values` values, at least two.
 double students_t(std::size_t values) {
-  // By degrees of freedom from 1.
+  // By degrees of freedom, from 1.
   static constexpr std::array kQuantiles{12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23,
                                          2.20,  2.18, 2.16, 2.14, 2.13, 2.12, 2.11, 2.10, 2.09, 2.09};
   if (values < 2) throw std::invalid_argument("an interval takes two values or more");
@@ -50,7 +50,7 @@ Interval interval_95(const std::vector<double>& ratios) {
   return turns.interval_95();
 }
 
-// Welford's way: mean and squares as they are after each value.
+// Welford's method: updates mean and squares with each value.
 void RatioTurns::add(double figure, double floor) {
   if (!(figure > 0.0 && floor > 0.0)) return;
   const double logarithm = std::log(figure / floor);

@@ -15,7 +15,7 @@ struct Summary {
   double max = 0.0;
 };
 
-/// All zero for no samples.
+/// All zero if there are no samples.
 [[nodiscard]] Summary summarize(std::vector<double> samples);
 
 /// A mean with its 95 % interval.
@@ -25,38 +25,38 @@ struct Interval {
   double high = 0.0;
 };
 
-/// Of so many ratios (positive, at least two; std::invalid_argument): their geometric mean, by Student's t over their
+/// Geometric mean of ratios (positive, at least two; std::invalid_argument), with its interval by Student's t on their
 /// logarithms.
 [[nodiscard]] Interval interval_95(const std::vector<double>& ratios);
 
-/// Upper end of that interval.
+/// Upper end of the interval of interval_95().
 [[nodiscard]] double upper_95(const std::vector<double>& ratios);
 
-/// The mean of the differences of pairs (two at least, as many of the one as of the other) with its 95 % interval.
+/// The mean of the differences of pairs (at least two, with equal sizes) with its 95 % interval.
 [[nodiscard]] Interval mean_difference_95(const std::vector<double>& values, const std::vector<double>& others);
 
-/// Ratios of turns, however many, in memory that does not grow.
+/// Ratios of any number of turns, in constant memory.
 class RatioTurns {
  public:
-  /// The ratio of two figures of one turn; nothing where one of them is not above zero.
+  /// Adds the ratio of two figures of a turn; ignored unless both are positive.
   void add(double figure, double floor);
   [[nodiscard]] std::size_t turns() const noexcept { return turns_; }
-  /// As that of the free function; of two turns at least.
+  /// Like the free function; needs at least two turns.
   [[nodiscard]] Interval interval_95() const;
 
  private:
   std::size_t turns_ = 0;
-  double mean_ = 0.0;     ///< of the logarithms
-  double squares_ = 0.0;  ///< of their distances from it
+  double mean_ = 0.0;     ///< mean of the logarithms
+  double squares_ = 0.0;  ///< sum of their squared distances from the mean
 };
 
-/// What was measured of one way in turns with others.
+/// The measurements of a method that takes turns with others.
 class TurnSamples {
  public:
-  /// One turn; not empty.
+  /// Adds the samples of a turn; not empty.
   void add_turn(const std::vector<double>& samples);
   [[nodiscard]] const std::vector<double>& all() const noexcept { return all_; }
-  /// Of each turn.
+  /// The median of each turn.
   [[nodiscard]] const std::vector<double>& medians() const noexcept { return medians_; }
 
  private:
@@ -64,7 +64,7 @@ class TurnSamples {
   std::vector<double> medians_;
 };
 
-/// The median of each turn of the one over that of the other in the same turn; both have as many turns.
+/// The medians of each turn over the floor's medians of the same turn; both have the same number of turns.
 [[nodiscard]] RatioTurns ratios_by_turn(const std::vector<double>& medians, const std::vector<double>& floor);
 
 /// The summary of the samples divided by `divisor` (> 0).

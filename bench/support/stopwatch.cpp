@@ -8,7 +8,7 @@ namespace driveline::bench {
 namespace {
 
 double measure_reading() {
-  // In batches, because the clock may be coarser than a reading is long.
+  // Measure in batches, because the clock may be coarser than the duration of a reading.
   constexpr int kBatches = 200;
   constexpr int kReadings = 200;
   std::vector<double> samples;

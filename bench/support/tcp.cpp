@@ -43,7 +43,7 @@ FileDescriptor connect_echo(const std::string& address) {
   return socket;
 }
 
-/// RFC 1071.
+/// Internet checksum (RFC 1071).
 std::uint16_t checksum(const std::array<std::uint8_t, 64>& packet) {
   std::uint32_t sum = 0;
   for (std::size_t i = 0; i < packet.size(); i += 2) sum += std::uint32_t{packet[i]} << 8 | packet[i + 1];
@@ -84,7 +84,7 @@ std::vector<double> ping(const std::string& address, int count) {
     for (bool back = false; !back;) {
       pollfd readable{socket.get(), POLLIN, 0};
       if (::poll(&readable, 1, 5000) <= 0) throw Disturbed("a ping to " + address + " stayed away");
-      // Behind the IP header of 20 bytes; other answers and requests come in here, too.
+      // After the IP header of 20 bytes; other answers and requests arrive here, too.
       std::array<std::uint8_t, 256> answer{};
       const auto size = ::recv(socket.get(), answer.data(), answer.size(), 0);
       back = size >= 28 && answer[20] == ICMP_ECHOREPLY && answer[26] == packet[6] && answer[27] == packet[7];

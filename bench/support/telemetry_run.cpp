@@ -23,24 +23,24 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLook{50};          // at the processes
-constexpr milliseconds kDiscovery{300};    // for a reader to be there before the line
+constexpr milliseconds kLook{50};          // interval of reading the processes
+constexpr milliseconds kDiscovery{300};    // lead of a reader before the line
 constexpr milliseconds kBeforeStall{800};  // from the first sight of the bridge
 constexpr milliseconds kStall{2000};
 constexpr double kNsPerUs = 1000.0;
 
-/// What a process takes, by looks at it.
+/// Resource use of a process, by repeated readings.
 class Watched {
  public:
   void look(pid_t process) {
     const auto use = process == 0 ? std::nullopt : use_of(process);
     if (!use) return;
-    // A process that is about to end has no memory any more.
+    // A process that is about to end reports no memory.
     peak_mib_ = std::max(peak_mib_, use->peak_mib);
     looks_.push_back({std::chrono::steady_clock::now(), use->cpu_s});
   }
-  /// Of one processor, in that while of this length (of two looks at least) in which it took most: when a line runs,
-  /// and not while it is found, brought up and ended.
+  /// Largest share of a processor in any interval of this length (with at least two readings): that is while the line
+  /// runs, not while it is discovered, brought up and ended.
   [[nodiscard]] double cpu_share(milliseconds length) const {
     double most = 0.0;
     for (std::size_t first = 0, last = 0; last < looks_.size(); ++last) {
@@ -68,7 +68,7 @@ std::unique_ptr<ChildProgram> started(const std::vector<std::string>& words) {
   return program;
 }
 
-/// Stops the bridge once, and lets it go on.
+/// Stops the bridge once, and lets it continue.
 class Stall {
  public:
   void look(pid_t bridge) {
@@ -113,7 +113,7 @@ TelemetryFigures figures_of(const std::string& text) {
   return figures;
 }
 
-/// A path of 20 seconds at 100 Hz, of which a run takes what it needs.
+/// A path of 20 seconds at 100 Hz; a run uses as much as it needs.
 void write_path(const std::filesystem::path& file, std::size_t axes) {
   constexpr int kPathPoints = 2000;
   constexpr double kStep = 0.01;
@@ -196,7 +196,7 @@ TelemetryFigures TelemetryRuns::measure(const TelemetryPlan& plan) {
   auto figures = figures_of(report);
   figures.run_mib = line.peak_mib();
   figures.bridge_mib = bridge.peak_mib();
-  // Most of the time in which the line ran; looks are not made to the instant.
+  // Most of the time in which the line ran, because the readings are not exactly on time.
   const auto most = plan.duration * 3 / 4;
   figures.bridge_cpu_share = bridge.cpu_share(most);
   if (reader) {

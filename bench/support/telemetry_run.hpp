@@ -8,41 +8,41 @@
 
 namespace driveline::bench {
 
-/// Who reads the telemetry of a run.
+/// The reader of the telemetry of a run.
 enum class TelemetryReader : std::uint8_t { kFastDds, kCyclone };
 
-/// A run of `driveline` on a simulated line, in a process of its own, on paths that keep all axes moving.
+/// A run of `driveline` on a simulated line, in its own process, on paths that keep all axes moving.
 struct TelemetryPlan {
   std::size_t axes = 8;
   bool telemetry = true;
   std::optional<TelemetryReader> reader;  ///< another process on this machine, over UDP
   std::chrono::milliseconds duration{3000};
-  bool stall = false;  ///< the bridge is stopped (SIGSTOP) for two seconds of it
+  bool stall = false;  ///< the bridge is stopped (SIGSTOP) for two seconds
 };
 
-/// What a reader has received of the batches with every cycle.
+/// The batches with every cycle, as a reader has received them.
 struct ReceivedTelemetry {
   double cycles = 0.0;
   double lost_batches = 0.0;
-  double skipped_cycles = 0.0;     ///< between two that it has received; of lost batches, or lost before DDS
+  double skipped_cycles = 0.0;     ///< between two received cycles: in lost batches, or lost before DDS
   std::vector<double> latency_us;  ///< p50, p99, p99.9 and maximum: from the instant of a cycle until it was read
-  double cpu_share = 0.0;          ///< of one processor, while the line ran
+  double cpu_share = 0.0;          ///< share of a processor while the line ran
 };
 
-/// What a run says of itself, and what its processes took.
+/// Figures from the report of a run, and resources of its processes.
 struct TelemetryFigures {
   double cycle_cost_p999_us = 0.0;
   double wake_latency_p999_us = 0.0;
   double missed_periods = 0.0;
   double published = 0.0;
   double dropped = 0.0;
-  double run_mib = 0.0;           ///< most resident memory
-  double bridge_mib = 0.0;        ///< the same
-  double bridge_cpu_share = 0.0;  ///< of one processor, while the line ran
+  double run_mib = 0.0;           ///< peak resident memory
+  double bridge_mib = 0.0;        ///< peak resident memory
+  double bridge_cpu_share = 0.0;  ///< share of a processor while the line ran
   std::optional<ReceivedTelemetry> received;
 };
 
-/// The line descriptions of such runs, in a folder that ends with this object, and the programs beside this one.
+/// The line descriptions of such runs, in a folder that the destructor removes, and the programs beside this one.
 class TelemetryRuns {
  public:
   TelemetryRuns();
@@ -50,7 +50,7 @@ class TelemetryRuns {
   TelemetryRuns& operator=(const TelemetryRuns&) = delete;
   ~TelemetryRuns();
 
-  /// One run, from start to end. Throws Disturbed when the run failed: on a busy machine the master is away too long.
+  /// Executes a run. Throws Disturbed if it failed: on a busy machine the master is away too long.
   [[nodiscard]] TelemetryFigures measure(const TelemetryPlan& plan);
 
  private:

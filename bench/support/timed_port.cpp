@@ -10,7 +10,7 @@ void TimedPort::reset(bool measure) noexcept {
   calls_ = 0;
 }
 
-// A call takes two readings of the clock. One of them falls between the two instants that were read, the other outside.
+// A call reads the clock twice. One of the readings is between the two instants, the other one outside.
 double TimedPort::inside_ns() const noexcept {
   return measured_ns_ - calls_ * reading_cost_ns();
 }

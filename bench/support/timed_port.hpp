@@ -4,16 +4,16 @@
 
 namespace driveline::bench {
 
-/// A port that can measure the time spent inside the port behind it.
+/// A port that can measure the time spent inside the underlying port.
 class TimedPort final : public port::Port {
  public:
   explicit TimedPort(port::Port& inner) noexcept : inner_(inner) {}
 
-  /// Starts from zero, measuring or not.
+  /// Resets the times to zero, and starts or stops measuring.
   void reset(bool measure) noexcept;
-  /// Since reset(), the readings of the clock taken out.
+  /// Time since reset(), without the readings of the clock.
   [[nodiscard]] double inside_ns() const noexcept;
-  /// What measuring has cost the caller outside of inside_ns().
+  /// The cost of measuring for the caller outside of inside_ns().
   [[nodiscard]] double overhead_ns() const noexcept;
 
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;

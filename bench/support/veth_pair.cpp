@@ -11,7 +11,7 @@ namespace driveline::bench {
 
 namespace {
 
-/// Being root of a user namespace of one's own is enough for network namespaces and interfaces.
+/// Root in a user namespace is sufficient for network namespaces and interfaces.
 bool become_root_of_user_namespace() {
   const auto user = getuid();
   const auto group = getgid();

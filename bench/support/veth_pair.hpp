@@ -5,12 +5,12 @@
 
 namespace driveline::bench {
 
-/// Moves the process into a network namespace of its own, so that interfaces can be made without touching the
-/// machine's. Works as root, and without where the kernel allows user namespaces. To be called before any thread is
-/// made: later ones are born into the namespace. Returns why it does not work, or an empty string.
+/// Moves the process into a private network namespace, so that interfaces can be created without touching those of the
+/// machine. Works for root, and for other users if the kernel allows user namespaces. To be called before any thread is
+/// created: only later threads inherit the namespace. Returns why it failed, or an empty string.
 [[nodiscard]] std::string enter_private_network();
 
-/// Takes the loopback interface of that network into service, for programs that talk to themselves.
+/// Brings up the loopback interface of that network, for programs that talk to themselves.
 void raise_loopback();
 
 /// Two network interfaces joined by a virtual cable.
@@ -18,7 +18,7 @@ struct VethPair {
   std::string near;
   std::string far;
 };
-/// Makes such a pair; nothing when the kernel or `ip` cannot.
+/// Creates such a pair; nothing: the kernel or `ip` cannot.
 [[nodiscard]] std::optional<VethPair> make_veth_pair(const std::string& name);
 
 }  // namespace driveline::bench

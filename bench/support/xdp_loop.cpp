@@ -16,7 +16,7 @@ constexpr std::uint32_t kSlots = 64;  // of each queue
 constexpr std::uint32_t kFrameBytes = 2048;
 constexpr std::uint32_t kFrames = 64;
 constexpr std::size_t kMemoryBytes = std::size_t{kFrames} * kFrameBytes;
-/// The frame to send from; all others are there to receive into.
+/// Address of the frame for sending; all other frames are for receiving.
 constexpr std::uint64_t kSendAddress = std::uint64_t{kFrames - 1} * kFrameBytes;
 
 [[noreturn]] void fail(const char* what) {

@@ -12,20 +12,20 @@
 
 namespace driveline::bench {
 
-/// A bare loop on an AF_XDP socket that copies, as XdpPort has it where no driver helps: one frame on its way at a
-/// time, two frames of memory to receive into. The program at the interface is that of the port; its set-up is not
-/// what is measured.
+/// A bare loop on an AF_XDP socket in copy mode, like XdpPort without driver support: one frame in flight at a time,
+/// two frames of memory for receiving. The XDP program at the interface is that of the port, because its set-up is not
+/// measured.
 class XdpLoop {
  public:
-  /// On queue 0 of `interface`, native. Throws std::runtime_error.
+  /// On queue 0 of `interface`, in native mode. Throws std::runtime_error.
   explicit XdpLoop(const std::string& interface);
   XdpLoop(const XdpLoop&) = delete;
   XdpLoop& operator=(const XdpLoop&) = delete;
   ~XdpLoop();
 
-  /// False: the kernel does not take it.
+  /// False: the kernel does not accept the frame.
   [[nodiscard]] bool send(std::span<const std::byte> frame) noexcept;
-  /// A frame that has come in, valid until the next call; none: not yet.
+  /// The next received frame, valid until the next call; none: there is none yet.
   [[nodiscard]] std::optional<std::span<const std::byte>> take() noexcept;
 
  private:
@@ -46,7 +46,7 @@ class XdpLoop {
   Queue completed_;
   Queue received_;
   Queue sending_;
-  std::optional<std::uint64_t> held_;  ///< address of the frame that was taken last
+  std::optional<std::uint64_t> held_;  ///< address of the last received frame
   std::optional<port::XdpProgram> program_;
 };
 

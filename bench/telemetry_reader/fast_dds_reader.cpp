@@ -1,4 +1,4 @@
-// Reads the batches of a line on the loopback interface with Fast DDS until SIGTERM, then prints what it has received.
+// Reads the telemetry batches of a line on the loopback interface with Fast DDS until SIGTERM, then prints statistics.
 //
 //   fast_dds_reader DOMAIN
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>

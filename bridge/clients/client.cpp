@@ -12,7 +12,7 @@
 namespace driveline::bridge::clients {
 namespace {
 
-/// "event" of "driveline/v1/event".
+/// Last part of a topic name: "event" for "driveline/v1/event".
 std::string_view short_name(std::string_view topic) {
   return topic.substr(topic.rfind('/') + 1);
 }

@@ -10,42 +10,42 @@
 
 namespace driveline::bridge::clients {
 
-/// The commands; the exit status when nothing failed.
+/// Prints samples. Returns the exit status if nothing failed.
 [[nodiscard]] Outcome<int> echo(const Options& options);
-/// Likewise.
+/// Records samples to a file. Returns the exit status if nothing failed.
 [[nodiscard]] Outcome<int> record(const Options& options);
-/// Likewise.
+/// Shows a line on the terminal. Returns the exit status if nothing failed.
 [[nodiscard]] Outcome<int> top(const Options& options);
-/// Likewise.
+/// Draws curves of a recording. Returns the exit status if nothing failed.
 [[nodiscard]] Outcome<int> plot(const Options& options);
 
-/// What the commands share.
+/// Helpers of the commands.
 
 using Clock = std::chrono::steady_clock;
 
-/// How long one wait for samples takes at most; a signal is heeded behind it.
+/// Longest single wait for samples; signals are checked after it.
 inline constexpr std::chrono::milliseconds kWait{50};
 
-/// A point in time so many seconds from now.
+/// The point in time `seconds` from now.
 [[nodiscard]] Clock::time_point after(double seconds);
 
-/// Topics by their names; the `driveline/` in front, with or without version, may be left out. Failure: status 2, names
-/// those that there are.
+/// Finds topics by their names; the prefix `driveline/`, with or without the version, may be omitted. Failure: status
+/// 2; the text lists the known topics.
 [[nodiscard]] Outcome<std::vector<const Topic*>> select_topics(const std::vector<std::string>& names);
 
-/// Samples that cannot be decoded: what a writer of another version, or of bad intent, sends. The first one is told on
-/// stderr, their number in the end.
+/// Reports samples that cannot be decoded, from a writer of another version or a malicious one. The first one is
+/// reported on stderr at once, their number at the end.
 class LeftOut {
  public:
-  /// Of the command of that name.
+  /// `command`: name used in the messages.
   explicit LeftOut(std::string_view command) : command_(command) {}
   LeftOut(const LeftOut&) = delete;
   LeftOut& operator=(const LeftOut&) = delete;
   ~LeftOut();
 
-  /// One more, and why.
+  /// Counts a sample; the reason of the first one is reported.
   void add(std::string_view topic, std::string_view reason);
-  /// How many.
+  /// Number of samples.
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
 
  private:
@@ -53,7 +53,7 @@ class LeftOut {
   std::uint64_t count_ = 0;
 };
 
-/// Writes to stdout. Failure: it cannot be written.
+/// Writes to stdout. Failure: stdout cannot be written to.
 [[nodiscard]] Outcome<void> print(std::string_view text);
 
 }  // namespace driveline::bridge::clients

@@ -11,7 +11,7 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr std::size_t kPieceSize = 1U << 16;  // bytes of rows, about
+constexpr std::size_t kPieceSize = 1U << 16;  // approximate number of bytes of rows per write
 
 class CsvRecording final : public Recording {
  public:

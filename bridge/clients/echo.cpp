@@ -8,7 +8,7 @@
 namespace driveline::bridge::clients {
 namespace {
 
-/// Prints samples until there were enough.
+/// Prints samples until the requested number is reached.
 class Echo {
  public:
   explicit Echo(const Options& options) : options_(options) {}

@@ -13,7 +13,7 @@ void Gaps::add(Bytes sample) {
   if (counters_.size() >= kMostCounters && !counters_.contains(*who)) return;
   const auto [found, first] = counters_.try_emplace(*who);
   auto& counter = found->second;
-  // One that does not go on has begun anew, or comes again: its writer was started again.
+  // A counter that does not increase restarted or repeats, because its writer was restarted.
   if (!first && *count > counter.last) ++counter.steps[*count - counter.last];
   counter.last = *count;
   if (counter.steps.size() <= kMostSteps) return;
@@ -22,7 +22,7 @@ void Gaps::add(Bytes sample) {
   counter.steps.erase(longest);
 }
 
-/// A topic that counts its own samples counts each of them.
+/// Usual step of a counter: 1 if the topic counts its own samples.
 std::uint64_t Gaps::usual_step(const Counter& counter) const noexcept {
   return topic_->counter_of.empty() ? 1 : counter.steps.begin()->first;
 }

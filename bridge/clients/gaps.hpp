@@ -9,37 +9,37 @@
 
 namespace driveline::bridge::clients {
 
-/// Counts the samples of a topic that are missing, by the field that counts them (Topic::counter). Counters that go by
-/// steps, as the cycles of decimated samples do, are counted by the smallest step that was seen; of more than
-/// kMostSteps different ones the long ones by what was the smallest by then.
+/// Counts the missing samples of a topic by its counter field (Topic::counter). Counters that advance in steps, such as
+/// the cycles of decimated samples, are evaluated by the smallest step seen. If more than kMostSteps different steps
+/// occur, the longest ones are evaluated by the smallest step seen up to then.
 class Gaps {
  public:
-  /// Steps that are remembered, of each who counts.
+  /// Maximum number of different steps stored per counter.
   static constexpr std::size_t kMostSteps = 64;
-  /// Who counts is remembered of so many.
+  /// Maximum number of counters stored.
   static constexpr std::size_t kMostCounters = 1024;
 
-  /// Of a topic, which stays where it is.
+  /// `topic` must outlive it.
   explicit Gaps(const Topic& topic) : topic_(&topic) {}
 
-  /// The next sample that came.
+  /// Evaluates the next received sample.
   void add(Bytes sample);
-  /// Samples missing between those that came.
+  /// Number of samples missing between the received ones.
   [[nodiscard]] std::uint64_t missing() const noexcept;
-  /// The topic counts its samples.
+  /// Whether the topic counts its samples.
   [[nodiscard]] bool counted() const noexcept { return !topic_->counter.empty(); }
 
  private:
   struct Counter {
     std::uint64_t last = 0;
-    std::map<std::uint64_t, std::uint64_t> steps;  ///< how often each step was
-    std::uint64_t settled = 0;                     ///< missing in steps that are not remembered
+    std::map<std::uint64_t, std::uint64_t> steps;  ///< number of occurrences of each step
+    std::uint64_t settled = 0;                     ///< missing samples of steps no longer stored
   };
 
   [[nodiscard]] std::uint64_t usual_step(const Counter& counter) const noexcept;
 
   const Topic* topic_;
-  std::map<std::uint64_t, Counter> counters_;  ///< by who counts
+  std::map<std::uint64_t, Counter> counters_;  ///< by the value of Topic::counter_of
 };
 
 }  // namespace driveline::bridge::clients

@@ -1,5 +1,5 @@
-// A line seen over DDS: what reads packets of a network stays out of the process that holds the line, and out of the
-// program that starts this one.
+// driveline-dds: shows and records a line over DDS. A separate program, so that code that reads network packets stays
+// out of the process that runs the line, and out of the program that starts this one.
 
 #include <fmt/format.h>
 

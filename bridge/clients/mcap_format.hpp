@@ -7,13 +7,13 @@
 #include <string_view>
 #include <vector>
 
-/// The parts of a MCAP file (mcap.dev/spec, version 0): magic bytes, and records of an opcode, a length and a content.
-/// All numbers are in little endian, a string has its length in 32 bits in front.
+/// Elements of an MCAP file (mcap.dev/spec, version 0): magic bytes, and records of an opcode, a length and a content.
+/// All numbers are little-endian; a string is preceded by its length in 32 bits.
 namespace driveline::bridge::clients::mcap {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
 
-/// Of a record (only those that recordings have).
+/// Opcode of a record (only those used in recordings).
 enum class Opcode : std::uint8_t {
   kHeader = 0x01,
   kFooter = 0x02,
@@ -28,43 +28,43 @@ enum class Opcode : std::uint8_t {
   kDataEnd = 0x0F,
 };
 
-/// CRC-32 of zlib and Ethernet (polynomial 04C11DB7h, reflected), over several pieces.
+/// CRC-32 of zlib and Ethernet (polynomial 04C11DB7h, reflected), computed over several pieces.
 class Crc {
  public:
-  /// The next piece.
+  /// Processes the next piece.
   void add(std::span<const std::uint8_t> bytes) noexcept;
-  /// Of all pieces so far.
+  /// CRC of all pieces so far.
   [[nodiscard]] std::uint32_t value() const noexcept { return ~state_; }
 
  private:
   std::uint32_t state_ = 0xFFFF'FFFF;
 };
 
-/// Bytes to which fields and records are added.
+/// Buffer to which fields and records are appended.
 class Writer {
  public:
   Writer() { bytes_.reserve(kUsualSize); }
 
-  /// In as many bytes as the type has.
+  /// Appends a number in as many bytes as its type has.
   template <class Number>
   void number(Number value) {
     for (std::size_t i = 0; i < sizeof(Number); ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
   }
-  /// With its length in front.
+  /// Appends a string preceded by its length.
   void string(std::string_view text) {
     number(static_cast<std::uint32_t>(text.size()));
     bytes_.insert(bytes_.end(), text.begin(), text.end());
   }
-  /// As they are.
+  /// Appends bytes unchanged.
   void bytes(std::span<const std::uint8_t> more) { bytes_.insert(bytes_.end(), more.begin(), more.end()); }
 
-  /// Begins a record; where it began is for end().
+  /// Starts a record; returns its start for end().
   [[nodiscard]] std::size_t begin(Opcode opcode) {
     number(static_cast<std::uint8_t>(opcode));
     number(std::uint64_t{0});
     return bytes_.size();
   }
-  /// Enters the length of the record that began there.
+  /// Enters the length of the record that started at `begun`.
   void end(std::size_t begun) { put(begun - 8, std::uint64_t{bytes_.size() - begun}); }
 
   /// Overwrites a number.
@@ -73,10 +73,10 @@ class Writer {
     for (std::size_t i = 0; i < sizeof(Number); ++i) bytes_[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
   }
 
-  /// All of it.
+  /// All bytes so far.
   [[nodiscard]] const std::vector<std::uint8_t>& content() const noexcept { return bytes_; }
-  [[nodiscard]] std::size_t size() const noexcept { return bytes_.size(); }  ///< bytes
-  /// Takes all away.
+  [[nodiscard]] std::size_t size() const noexcept { return bytes_.size(); }  ///< size in bytes
+  /// Removes all bytes.
   void clear() noexcept { bytes_.clear(); }
 
  private:

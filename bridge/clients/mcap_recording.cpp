@@ -35,21 +35,21 @@ namespace {
 using mcap::Opcode;
 using mcap::Writer;
 
-constexpr std::size_t kChunkSize = 1U << 18;  // bytes of records, about
+constexpr std::size_t kChunkSize = 1U << 18;  // approximate number of bytes of records per chunk
 constexpr std::string_view kLibrary = "driveline";
-constexpr std::uint64_t kChunkIndexSize = 73;         // of its record, without the message indices
-constexpr std::uint64_t kMessageIndexEntrySize = 10;  // in it
+constexpr std::uint64_t kChunkIndexSize = 73;         // size of the record without the message indices
+constexpr std::uint64_t kMessageIndexEntrySize = 10;  // size per message index in the chunk index
 
 using Times = std::pair<std::uint64_t, std::uint64_t>;  // log time of a message, and offset in its chunk
 
-/// What the summary says of a chunk.
+/// Summary of a chunk.
 struct ChunkEntry {
   std::uint64_t first_ns;
   std::uint64_t last_ns;
   std::uint64_t at;
   std::uint64_t length;
-  std::uint64_t size;                              ///< of its records
-  std::map<std::uint16_t, std::uint64_t> indices;  ///< where the message index of a channel is
+  std::uint64_t size;                              ///< size of its records
+  std::map<std::uint16_t, std::uint64_t> indices;  ///< file offset of the message index per channel
   std::uint64_t indices_length;
 };
 
@@ -62,12 +62,12 @@ class McapRecording final : public Recording {
     Writer head;
     head.bytes(mcap::kMagic);
     const auto header = head.begin(Opcode::kHeader);
-    head.string("");  // no profile: times and topics mean what the schemas say
+    head.string("");  // no profile: the schemas define times and topics
     head.string(kLibrary);
     head.end(header);
     add_schemas(head);
     add_channels(head);
-    constexpr std::uint64_t kOffsetOfChunkIndices = 26;  // in the summary, as soon as there are any
+    constexpr std::uint64_t kOffsetOfChunkIndices = 26;  // size in the summary, once there are any
     end_size_ = end_of_file().size() + kOffsetOfChunkIndices;
     return add_piece(head);
   }
@@ -97,7 +97,7 @@ class McapRecording final : public Recording {
     if (chunk_.size() == 0) return {};
     Writer piece;
     auto entry = add_chunk(piece);
-    // The summary gets longer by the entry of this chunk.
+    // The entry of this chunk lengthens the summary.
     const std::uint64_t longer = kChunkIndexSize + kMessageIndexEntrySize * entry.indices.size();
     end_size_ += longer;
     chunks_.push_back(std::move(entry));
@@ -124,7 +124,8 @@ class McapRecording final : public Recording {
   std::uint64_t size() const noexcept override { return file_.size(); }
 
  private:
-  static std::uint16_t id_of(std::size_t number) { return static_cast<std::uint16_t>(number + 1); }  // 0 is no schema
+  // 0 means no schema
+  static std::uint16_t id_of(std::size_t number) { return static_cast<std::uint16_t>(number + 1); }
 
   void begin_chunk() {
     chunk_.clear();
@@ -133,7 +134,8 @@ class McapRecording final : public Recording {
     chunk_last_ns_ = 0;
   }
 
-  /// Behind it the summary has room, whose size is kept rather than made anew with every chunk: it grows with each.
+  /// Appends a piece and reserves space for the summary after it. The size of the summary is tracked, because building
+  /// the summary for every chunk would take longer with each chunk.
   Outcome<void> add_piece(const Writer& piece) {
     if (auto done = file_.add(piece.content(), end_size_); !done) return done;
     data_crc_.add(piece.content());
@@ -163,7 +165,7 @@ class McapRecording final : public Recording {
     }
   }
 
-  /// The chunk and its message indices.
+  /// Writes the chunk and its message indices.
   ChunkEntry add_chunk(Writer& to) const {
     ChunkEntry entry{chunk_first_ns_, chunk_last_ns_, file_.size(), 0, chunk_.size(), {}, 0};
     mcap::Crc crc;
@@ -231,14 +233,14 @@ class McapRecording final : public Recording {
     to.end(statistics);
   }
 
-  /// Everything behind the last chunk: end of the data, summary, footer.
+  /// Everything after the last chunk: end of the data, summary, footer.
   std::vector<std::uint8_t> end_of_file() const {
     Writer end;
     const auto data_end = end.begin(Opcode::kDataEnd);
     end.number(data_crc_.value());
     end.end(data_end);
     const auto summary_at = end.size();
-    std::vector<std::array<std::uint64_t, 3>> groups;  // opcode, begin, length
+    std::vector<std::array<std::uint64_t, 3>> groups;  // opcode, start, length
     const auto group = [&](Opcode opcode, auto add_records) {
       const auto begin = end.size();
       add_records();
@@ -264,7 +266,7 @@ class McapRecording final : public Recording {
     end.number(std::uint64_t{file_.size() + offsets_at});
     end.number(std::uint32_t{0});
     end.end(footer);
-    // Of the summary and the footer up to this field.
+    // CRC of the summary and of the footer up to this field.
     const auto crc_at = end.size() - sizeof(std::uint32_t);
     mcap::Crc crc;
     crc.add(std::span(end.content()).subspan(summary_at, crc_at - summary_at));
@@ -275,15 +277,15 @@ class McapRecording final : public Recording {
 
   RecordingFile file_;
   std::vector<const Topic*> topics_;
-  std::vector<std::uint64_t> written_;  ///< samples by topic
-  std::vector<std::uint64_t> waiting_;  ///< of them in the chunk that is being made
+  std::vector<std::uint64_t> written_;  ///< number of samples per topic
+  std::vector<std::uint64_t> waiting_;  ///< number of samples per topic in the unfinished chunk
   mcap::Crc data_crc_;
   std::vector<ChunkEntry> chunks_;
-  std::uint64_t end_size_ = 0;  // of the end of the file, were it to end now
+  std::uint64_t end_size_ = 0;  // size of the end of the file if it ended now
   std::uint64_t first_ns_ = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t last_ns_ = 0;
   Writer chunk_;
-  std::map<std::uint16_t, std::vector<Times>> indices_;  ///< of the chunk that is being made, by channel
+  std::map<std::uint16_t, std::vector<Times>> indices_;  ///< message times of the unfinished chunk, per channel
   std::uint64_t chunk_first_ns_ = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t chunk_last_ns_ = 0;
 };

@@ -18,10 +18,10 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr std::uint64_t kMostDomain = 232;  // RTPS 2.2, 9.6.1: beyond it the ports leave 16 bits
+constexpr std::uint64_t kMostDomain = 232;  // RTPS 2.2, 9.6.1: with a higher domain the ports exceed 16 bits
 constexpr double kMostSeconds = 1e7;
 
-/// IPv4 addresses of this machine by the names of their interfaces.
+/// IPv4 addresses of this machine, with the names of their interfaces.
 std::vector<std::pair<std::string, std::string>> own_interfaces() {
   std::vector<std::pair<std::string, std::string>> found;
   ifaddrs* first = nullptr;
@@ -41,7 +41,7 @@ bool is_address(const std::string& text) {
   return inet_pton(AF_INET, text.c_str(), &parsed) == 1;
 }
 
-/// One option and where it goes.
+/// Parses the command line option by option.
 class Reader {
  public:
   Reader(int count, const char* const* words) : words_(words, words + count) {}
@@ -128,7 +128,8 @@ class Reader {
     return {};
   }
 
-  /// Names of interfaces become their addresses. Fast DDS drops an address that the machine has not, and carries on.
+  /// Replaces names of interfaces by their addresses. Checks them because Fast DDS silently drops an address that the
+  /// machine does not have.
   Outcome<void> resolve() {
     options_.place.domain = static_cast<std::uint32_t>(domain_.value_or(0));
     for (const auto& peer : options_.place.peers) {
@@ -145,7 +146,7 @@ class Reader {
     return {};
   }
 
-  /// Fast DDS says nothing of use about a file that it cannot read.
+  /// Checks the security files, because Fast DDS gives no useful message about a file that it cannot read.
   [[nodiscard]] Outcome<void> look_for_keys() const {
     if (options_.place.security.empty()) return {};
     for (const auto* name : kSecurityFiles) {

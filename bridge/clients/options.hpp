@@ -8,41 +8,41 @@
 
 namespace driveline::bridge::clients {
 
-/// Why a command ends: its exit status, and one sentence.
+/// Reason why a command fails: its exit status, and one sentence.
 struct Failure {
   int status;  ///< 1: the operation failed; 2: the command line is wrong
   std::string text;
 };
 template <typename T>
 using Outcome = tl::expected<T, Failure>;
-/// The operation failed.
+/// Creates a failure of the operation.
 [[nodiscard]] inline tl::unexpected<Failure> failed(std::string text) {
   return tl::unexpected(Failure{1, std::move(text)});
 }
-/// The command line is wrong.
+/// Creates a failure for a wrong command line.
 [[nodiscard]] inline tl::unexpected<Failure> misused(std::string text) {
   return tl::unexpected(Failure{2, std::move(text)});
 }
 
-/// What a folder of DDS Security has, as scripts/dds-keys.sh makes it.
+/// Files in a DDS Security folder, as created by scripts/dds-keys.sh.
 inline constexpr const char* kSecurityFiles[] = {"identity_ca.pem",    "certificate.pem", "private_key.pem",
                                                  "permissions_ca.pem", "governance.p7s",  "permissions.p7s"};
 
-/// Where a line is looked for.
+/// Where to look for a line.
 struct Place {
   std::uint32_t domain = 0;
   std::vector<std::string> interfaces;  ///< IPv4 addresses; empty: all
   std::vector<std::string> peers;       ///< IPv4 addresses of machines that multicast does not reach
   std::string partition;
-  std::string security;  ///< folder of the six files of DDS Security; empty: without
+  std::string security;  ///< folder with the six files of DDS Security; empty: no security
 
-  [[nodiscard]] std::string text() const;  ///< "domain 3 on 127.0.0.1"
+  [[nodiscard]] std::string text() const;  ///< e.g. "domain 3 on 127.0.0.1"
 };
 
 /// The command line of driveline-dds.
 struct Options {
   std::string command;   ///< echo, record, plot, top
-  std::string argument;  ///< what stands without an option: a topic, a recording
+  std::string argument;  ///< argument without an option: a topic, a recording
   Place place;
   std::vector<std::string> topics;
   std::vector<std::string> axes;
@@ -57,7 +57,7 @@ struct Options {
   bool help = false;
 };
 
-/// Reads it; addresses of interfaces are looked up.
+/// Parses the command line; resolves names of interfaces to addresses.
 [[nodiscard]] Outcome<Options> read_options(int count, const char* const* words);
 
 extern const char* const kHelp;

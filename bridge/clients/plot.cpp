@@ -15,15 +15,15 @@
 namespace driveline::bridge::clients {
 namespace {
 
-// Of a picture, in dots.
+// Dimensions of a picture in pixels.
 constexpr double kWidth = 760;
-constexpr double kPanelHeight = 110;  // of each of the two of an axis
-constexpr double kSpacing = 55;       // between them: tics, and what the curves are
+constexpr double kPanelHeight = 110;  // of each of the two panels of an axis
+constexpr double kSpacing = 55;       // between panels: tics and legend
 constexpr double kAbove = 40;
 constexpr double kBelow = 62;
-constexpr double kLineHeight = 16;         // of the sentence of an event
-constexpr std::size_t kIntervals = 1500;   // more than the picture has dots
-constexpr std::size_t kLongestText = 110;  // of an event
+constexpr double kLineHeight = 16;         // text line of an event
+constexpr std::size_t kIntervals = 1500;   // more than the picture has pixels
+constexpr std::size_t kLongestText = 110;  // characters of an event's text
 constexpr std::string_view kBatch = "driveline/v1/axis_batch";
 constexpr std::string_view kAxis = "driveline/axis_telemetry";
 constexpr std::string_view kEvent = "driveline/v1/event";
@@ -33,14 +33,14 @@ struct Point {
   double target;
   double actual;
   double error;
-  double demand;  ///< of the drive (6062h); not a number: it is not known
+  double demand;  ///< demand of the drive (6062h); NaN: unknown
 };
 
 struct Axis {
   std::string name;
-  std::string unit = "rad or m";  // until its kind is known
-  std::vector<Point> points;      ///< of every cycle
-  std::vector<Point> thinned;     ///< of the samples in between
+  std::string unit = "rad or m";  // until the kind of the axis is known
+  std::vector<Point> points;      ///< every cycle, from batches
+  std::vector<Point> thinned;     ///< decimated samples
 };
 
 struct Mark {
@@ -48,7 +48,7 @@ struct Mark {
   std::string text;
 };
 
-/// What a picture is made of.
+/// Data of a picture.
 class Curves {
  public:
   void add(const Recorded& recorded) {
@@ -62,8 +62,8 @@ class Curves {
     }
   }
 
-  /// Axes by their numbers, with the points that they are drawn of: every cycle, or where no batches were recorded the
-  /// samples in between.
+  /// Returns the axes by number, with the points to draw: every cycle, or the decimated samples if no batches were
+  /// recorded.
   [[nodiscard]] std::map<std::uint64_t, Axis> take_axes() {
     for (auto& [number, axis] : axes_) {
       if (axis.name.empty()) axis.name = fmt::format("axis {}", number);
@@ -73,7 +73,7 @@ class Curves {
     return std::move(axes_);
   }
 
-  /// Events with the time of the line at which they were; those before and behind the recording are left out.
+  /// Events with their line time; events before and after the recording are omitted.
   [[nodiscard]] std::vector<std::pair<std::int64_t, std::string>> events() const {
     std::vector<std::pair<std::int64_t, std::string>> found;
     for (const auto& mark : marks_) {
@@ -85,7 +85,7 @@ class Curves {
 
  private:
   static Point point(const Value& sample, std::int64_t time_ns) {
-    const auto* const demand = sample.find("demand_position");  // samples in between have none
+    const auto* const demand = sample.find("demand_position");  // decimated samples have none
     return {time_ns, sample.find("target_position")->number(), sample.find("actual_position")->number(),
             sample.find("following_error")->number(),
             demand == nullptr ? std::numeric_limits<double>::quiet_NaN() : demand->number()};
@@ -116,10 +116,10 @@ class Curves {
 
   std::map<std::uint64_t, Axis> axes_;
   std::vector<Mark> marks_;
-  std::map<std::int64_t, std::int64_t> times_;  ///< of the line, by the time of day
+  std::map<std::int64_t, std::int64_t> times_;  ///< line time by wall-clock time
 };
 
-/// A quoted string of gnuplot: texts come from recordings, and must not end the string and inject commands.
+/// Quotes a string for gnuplot: texts come from recordings, and must not end the string and inject commands.
 std::string in_quotes(std::string_view text) {
   std::string safe = "'";
   for (const char c : visible(text)) {
@@ -129,7 +129,8 @@ std::string in_quotes(std::string_view text) {
   return safe + "'";
 }
 
-/// The first point of each interval, and those with its least and greatest following error: no peak is lost.
+/// Reduces the points to the first one of each interval and those with its least and greatest following error, so that
+/// no peak is lost.
 std::vector<Point> reduced(const std::vector<Point>& points, std::int64_t begin_ns, std::int64_t end_ns) {
   const auto width = std::max<std::int64_t>((end_ns - begin_ns) / static_cast<std::int64_t>(kIntervals), 1);
   std::vector<Point> kept;
@@ -191,7 +192,7 @@ class Picture {
     return text + "END\n";
   }
 
-  /// A line for each event, in every panel, with its number.
+  /// A vertical line for each event, with its number, in every panel.
   [[nodiscard]] std::string arrows() const {
     std::string text;
     for (std::size_t i = 0; i < events_.size(); ++i) {
@@ -203,7 +204,7 @@ class Picture {
     return text;
   }
 
-  /// What the numbers mean, below the last panel.
+  /// Texts of the numbered events, below the last panel.
   [[nodiscard]] std::string sentences(double height) const {
     std::string text;
     for (std::size_t i = 0; i < events_.size(); ++i) {
@@ -217,11 +218,11 @@ class Picture {
     return text;
   }
 
-  /// `below`: what stands below the second of them.
+  /// The two panels of an axis; `below` follows the second panel of the last axis.
   [[nodiscard]] std::string panels(std::size_t i, const std::string& below) const {
     const auto& axis = axes_[i];
     auto text = fmt::format("set ylabel {}\n", in_quotes(fmt::format("{} in {}", axis.name, axis.unit)));
-    // The actual position upon a broad and pale band: where both are the same both can be seen.
+    // Draws the actual position over a broad pale band, so that both are visible where they coincide.
     const bool demands = std::any_of(axis.points.begin(), axis.points.end(),
                                      [](const Point& point) { return !std::isnan(point.demand); });
     text += fmt::format(
@@ -239,7 +240,7 @@ class Picture {
   std::int64_t end_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// The axes that are asked for, in that order; all without a name.
+/// The requested axes in that order; all axes if no name is given.
 Outcome<std::vector<Axis>> select_axes(std::map<std::uint64_t, Axis> axes, const std::vector<std::string>& names) {
   std::vector<Axis> chosen;
   std::string known;
@@ -258,7 +259,7 @@ Outcome<std::vector<Axis>> select_axes(std::map<std::uint64_t, Axis> axes, const
 
 Outcome<void> run_gnuplot(const std::string& script) {
   constexpr int kNoProgram = 127 << 8;
-  auto* const pipe = ::popen("exec gnuplot 2>/dev/null", "w");  // these words alone; names stand in the script
+  auto* const pipe = ::popen("exec gnuplot 2>/dev/null", "w");  // fixed words; names occur only in the script
   if (pipe == nullptr) return failed("gnuplot cannot be started");
   std::fwrite(script.data(), 1, script.size(), pipe);
   const int status = ::pclose(pipe);
@@ -285,7 +286,7 @@ Outcome<int> plot(const Options& options) {
   if (output.starts_with('|')) output.insert(0, "./");  // gnuplot would start a program
   std::error_code ignored;
   if (std::filesystem::equivalent(output, name, ignored)) return misused(fmt::format("{}: is the recording", output));
-  // gnuplot goes on when it cannot write.
+  // Check here: gnuplot continues when it cannot write.
   auto* const file = std::fopen(output.c_str(), "w");
   if (file == nullptr || std::fclose(file) != 0) return failed(fmt::format("{}: cannot be written", output));
   if (auto done = run_gnuplot(Picture(std::move(*chosen), curves.events()).script(output)); !done) {

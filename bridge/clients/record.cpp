@@ -12,11 +12,11 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr double kPatienceSeconds = 10;  // for a line
-/// What a power failure or a kill costs at most.
+constexpr double kPatienceSeconds = 10;  // longest wait for a line
+/// Longest time of samples that a power failure or a kill loses.
 constexpr std::chrono::seconds kFlushPeriod{1};
 
-/// On a secured line those that every reader may have: commands are for those who command.
+/// All topics; on a secured line without the topics of commands, which not every reader may read.
 std::vector<const Topic*> all_topics(bool secured) {
   std::vector<const Topic*> all;
   for (const auto& topic : topics()) {
@@ -25,7 +25,7 @@ std::vector<const Topic*> all_topics(bool secured) {
   return all;
 }
 
-/// Takes samples into a file, and counts.
+/// Writes samples to a file, and counts them.
 class Recorder {
  public:
   Recorder(const Options& options, std::vector<const Topic*> chosen, Subscription subscription,
@@ -81,7 +81,7 @@ class Recorder {
     }
     const auto finished = recording_->finish();
     if (outcome_) outcome_ = finished;
-    // What is in the file is told also when not everything is.
+    // Print the summary even if recording failed.
     if (auto told = print(options_.json ? json() : table()); !told) return tl::unexpected(told.error());
     if (outcome_) return 0;
     return failed(fmt::format("{}; what was recorded before is in it", outcome_.error().text));

@@ -20,7 +20,7 @@ namespace {
 
 using mcap::Opcode;
 
-/// A file in memory for as long as this lives.
+/// A file mapped into memory during the lifetime of this object.
 class MappedFile {
  public:
   static Outcome<MappedFile> open(const std::string& name) {
@@ -52,7 +52,7 @@ class MappedFile {
   std::size_t size_;
 };
 
-/// Fields from the front of a record; nothing once it was too short.
+/// Reads fields from the front of a record; returns nothing once the record was too short.
 class Fields {
  public:
   explicit Fields(Bytes bytes) : rest_(bytes) {}
@@ -85,13 +85,13 @@ class RecordingReader {
  public:
   explicit RecordingReader(const std::function<void(const Recorded&)>& take) : take_(take) {}
 
-  /// Records one behind the other. Failure: a sentence without the name of the file.
+  /// Reads consecutive records. Failure: a sentence without the name of the file.
   Outcome<void> records(Bytes bytes) {
     while (!ended_) {
       Fields head(bytes);
       const auto opcode = static_cast<Opcode>(head.number(1));
       const auto content = head.bytes(head.number(8));
-      if (!head.good()) return {};  // cut off here, or the end
+      if (!head.good()) return {};  // truncated here, or the end
       bytes = head.rest();
       if (auto done = record(opcode, Fields(content)); !done) return done;
     }
@@ -132,7 +132,7 @@ class RecordingReader {
     const auto number = fields.number(2);
     const auto schema = fields.number(2);
     const auto* const topic = find_topic(fields.string());
-    if (topic == nullptr) return {};  // of somebody else
+    if (topic == nullptr) return {};  // topic of another program
     if (schemas_[schema] != topic->text) {
       return failed(fmt::format("{} was recorded from a line of another version", topic->name));
     }

@@ -8,34 +8,35 @@
 
 namespace driveline::bridge::clients {
 
-/// A file of samples.
+/// A file of recorded samples.
 class Recording {
  public:
   virtual ~Recording() = default;
-  /// There is something to record: the file gets its name. Failure: as of RecordingFile::take_place().
+  /// Gives the file its final name once there is something to record. Failure: see RecordingFile::take_place().
   [[nodiscard]] virtual Outcome<void> take_place() = 0;
-  /// Adds a sample; one that cannot be decoded and would have to be is left out, and told. Failure: the file cannot get
-  /// longer; it is to be finished then, and holds what was added before.
+  /// Adds a sample. A sample that must be decoded but cannot be is omitted and reported. Failure: the file cannot grow;
+  /// call finish() then; the samples added before remain in it.
   [[nodiscard]] virtual Outcome<void> add(const Sample& sample) = 0;
-  /// Writes what waits. Failure: as of add().
+  /// Writes buffered samples. Failure: see add().
   [[nodiscard]] virtual Outcome<void> flush() = 0;
   /// Completes the file.
   [[nodiscard]] virtual Outcome<void> finish() = 0;
-  /// Takes the file away.
+  /// Deletes the file.
   virtual void remove() noexcept = 0;
-  /// Samples that are in the file, by topic in the order of their selection.
+  /// Number of samples in the file, per topic in the order of selection.
   [[nodiscard]] virtual const std::vector<std::uint64_t>& written() const noexcept = 0;
-  [[nodiscard]] virtual std::uint64_t size() const noexcept = 0;  ///< bytes
+  [[nodiscard]] virtual std::uint64_t size() const noexcept = 0;  ///< size of the file in bytes
 };
 
-/// By the end of its name: .mcap or .csv. Failure: another end, or the file.
+/// Creates a recording; the file name extension selects the format, .mcap or .csv. Failure: another extension, or the
+/// file cannot be created.
 [[nodiscard]] Outcome<std::unique_ptr<Recording>> create_recording(const std::string& name, bool force,
                                                                    const std::vector<const Topic*>& chosen);
 
-/// As MCAP, in chunks, with indices and checksums.
+/// Creates an MCAP recording, in chunks, with indices and checksums.
 [[nodiscard]] Outcome<std::unique_ptr<Recording>> create_mcap(const std::string& name, bool force,
                                                               const std::vector<const Topic*>& chosen);
-/// As a table of one topic.
+/// Creates a CSV recording: the table of a topic.
 [[nodiscard]] Outcome<std::unique_ptr<Recording>> create_csv(const std::string& name, bool force, const Topic& topic);
 
 }  // namespace driveline::bridge::clients

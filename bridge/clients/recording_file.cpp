@@ -27,12 +27,12 @@ Outcome<RecordingFile> RecordingFile::create(const std::string& name, bool force
   struct stat status = {};
   const bool there = ::stat(name.c_str(), &status) == 0;
   if (there && !force) return exists(name);
-  // A pipe or a device is written to where it is.
+  // A pipe or a device is written to directly.
   const bool in_place = there && !S_ISREG(status.st_mode);
   auto part = in_place ? std::string{} : name + ".part";
   const int file = ::open(in_place ? name.c_str() : part.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
   if (file < 0) return cannot_be();
-  // One that was left behind by a recorder which was killed has no owner. That of another one stays.
+  // A file left behind by a killed recorder is not locked. A locked file belongs to a running recorder and stays.
   if (!in_place && ::flock(file, LOCK_EX | LOCK_NB) != 0) {
     ::close(file);
     return failed(fmt::format("{}: another recorder is about to write it", name));
@@ -45,7 +45,7 @@ Outcome<RecordingFile> RecordingFile::create(const std::string& name, bool force
 Outcome<void> RecordingFile::take_place() {
   if (part_.empty()) return {};
   int done = ::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, name_.c_str(), force_ ? 0U : RENAME_NOREPLACE);
-  // Not every file system knows the flag.
+  // Some file systems do not support the flag.
   if (done != 0 && errno == EINVAL && !force_) {
     done = ::access(name_.c_str(), F_OK) == 0 ? (errno = EEXIST, -1) : ::rename(part_.c_str(), name_.c_str());
   }
@@ -75,7 +75,7 @@ Outcome<void> RecordingFile::add(const std::vector<std::uint8_t>& piece, std::ui
 Outcome<void> RecordingFile::finish(const std::vector<std::uint8_t>& piece) {
   auto written = write(piece);
   struct stat status = {};
-  // Only of a file on a disk something was kept free.
+  // Space was reserved only for a regular file.
   const bool regular = ::fstat(file_, &status) == 0 && S_ISREG(status.st_mode);
   if (regular && ::ftruncate(file_, static_cast<off_t>(size_)) != 0 && written) written = cannot(errno);
   if (::close(std::exchange(file_, -1)) != 0 && written) written = cannot(errno);
@@ -93,7 +93,7 @@ Outcome<void> RecordingFile::reserve(std::uint64_t bytes) {
     return cannot(EFBIG);
   }
   const int done = ::fallocate(file_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(size_), static_cast<off_t>(bytes));
-  // Some file systems, and what is no file, keep nothing free: there a full disk is noticed when it is written to.
+  // Some file systems, and files that are not regular, reserve nothing: there a full disk shows only when writing.
   if (done == 0 || (errno != ENOSPC && errno != EDQUOT && errno != EFBIG)) return {};
   return cannot(errno);
 }
@@ -105,7 +105,7 @@ Outcome<void> RecordingFile::write(const std::vector<std::uint8_t>& piece) {
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int error = written < 0 ? errno : EIO;
-      // Half a piece is worth nothing: the file ends with the last whole one.
+      // Remove the incomplete piece: the file ends with the last complete one.
       if (::ftruncate(file_, static_cast<off_t>(size_)) == 0) ::lseek(file_, static_cast<off_t>(size_), SEEK_SET);
       return cannot(error);
     }

@@ -10,31 +10,31 @@
 
 namespace driveline::bridge::clients {
 
-/// A file that gets longer, and of which whole pieces are there whatever happens: a piece that does not fit is taken
-/// back, and what the end of the file needs is kept free on the disk from the beginning. Up to take_place() it has
-/// `.part` behind its name, so that one of that name which is there is not lost for nothing.
+/// A growing file that always consists of complete pieces: a piece that does not fit is removed again, and the space
+/// for the end of the file is reserved on the disk from the start. Until take_place() its name ends in `.part`, so that
+/// an existing file of the final name is not lost if nothing is recorded.
 class RecordingFile {
  public:
-  /// Makes the file. Failure: it exists and `force` is not given (status 2), another recorder makes it, or it cannot be
-  /// made.
+  /// Creates the file. Failure: it exists and `force` is not set (status 2), another recorder is writing it, or it
+  /// cannot be created.
   [[nodiscard]] static Outcome<RecordingFile> create(const std::string& name, bool force);
-  /// Takes the file over.
+  /// Takes over the file.
   RecordingFile(RecordingFile&& other) noexcept;
   RecordingFile& operator=(RecordingFile&&) = delete;
   ~RecordingFile();
 
-  /// From now on it has its name; with `force` in the place of another one. Failure: it is there by now, or cannot be
-  /// replaced.
+  /// Gives the file its final name; with `force` it replaces an existing file. Failure: a file of that name exists by
+  /// now, or cannot be replaced.
   [[nodiscard]] Outcome<void> take_place();
-  /// Adds a piece, behind which `end_size` bytes have room on the disk. Failure: no room; the file is as it was.
+  /// Appends a piece and reserves `end_size` bytes on the disk after it. Failure: no space; the file is unchanged.
   [[nodiscard]] Outcome<void> add(const std::vector<std::uint8_t>& piece, std::uint64_t end_size);
-  /// Adds the last piece and gives back what was kept free.
+  /// Appends the last piece and releases the reserved space.
   [[nodiscard]] Outcome<void> finish(const std::vector<std::uint8_t>& piece);
-  /// Takes the file away, if it has not taken its place: nothing is in it.
+  /// Deletes the file if take_place() has not succeeded: nothing is in it.
   void remove() noexcept;
 
-  [[nodiscard]] std::uint64_t size() const noexcept { return size_; }  ///< bytes
-  /// As it was made.
+  [[nodiscard]] std::uint64_t size() const noexcept { return size_; }  ///< size of the file in bytes
+  /// Final name of the file, as passed to create().
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
  private:
@@ -45,7 +45,7 @@ class RecordingFile {
   [[nodiscard]] tl::unexpected<Failure> cannot(int error) const;
 
   std::string name_;
-  std::string part_;  ///< its name up to take_place(); empty: it has its own
+  std::string part_;  ///< temporary name until take_place(); empty: the file has its final name
   int file_ = -1;
   bool force_ = false;
   std::uint64_t size_ = 0;

@@ -29,14 +29,14 @@ using eprosima::fastrtps::rtps::SerializedPayload_t;
 
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr const char* kDiscoveryMulticast = "239.255.0.1";  // RTPS 2.2, 9.6.1.4.1
-constexpr std::uint32_t kParticipantsPerPeer = 16;          // of one machine found without multicast
+constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants per machine found without multicast
 constexpr std::uint32_t kReceiveBuffer = 8 * 1024 * 1024;   // bytes; the kernel may give less (net.core.rmem_max)
-constexpr std::int32_t kHistory = 4096;                     // samples per instance that wait for us
-constexpr std::uint32_t kLargestSample = 65536;             // bytes: as much as a datagram holds
+constexpr std::int32_t kHistory = 4096;                     // samples per instance that wait to be taken
+constexpr std::uint32_t kLargestSample = 65536;             // bytes: the size of the largest datagram
 
 using RawSample = std::vector<std::uint8_t>;
 
-/// A type of which only name and key are known: its samples are their bytes.
+/// A type of which only the name and the key are known; its samples are raw bytes.
 class RawType final : public dds::TopicDataType {
  public:
   explicit RawType(const Topic& topic) : structure_(topic.structure) {
@@ -46,7 +46,8 @@ class RawType final : public dds::TopicDataType {
     m_isGetKeyDefined = std::any_of(fields.begin(), fields.end(), [](const Field& field) { return field.key; });
   }
 
-  bool serialize(void* /*data*/, SerializedPayload_t* /*payload*/) override { return false; }  // nothing is written
+  // this type is never written
+  bool serialize(void* /*data*/, SerializedPayload_t* /*payload*/) override { return false; }
 
   bool deserialize(SerializedPayload_t* payload, void* data) override {
     static_cast<RawSample*>(data)->assign(payload->data, payload->data + payload->length);
@@ -71,8 +72,8 @@ class RawType final : public dds::TopicDataType {
   const StructType* structure_;
 };
 
-/// Fast DDS writes its log to stdout, which belongs to the samples; and what it says about single messages of others is
-/// nothing that a user could do something about.
+/// Fast DDS writes its log to stdout, which carries the samples. Its warnings about single messages of other
+/// participants are of no use to the user, so only errors are logged, to stderr.
 void log_errors_to_stderr() {
   auto consumer = std::make_unique<dds::StdoutErrConsumer>();
   consumer->stderr_threshold(dds::Log::Kind::Info);
@@ -88,7 +89,7 @@ Locator_t locator_of(const std::string& address) {
   return locator;
 }
 
-/// The plug-ins of the specification, which the packaged Fast DDS has built in.
+/// Adds the plug-ins of the DDS Security specification, which the packaged Fast DDS has built in.
 void add_keys(dds::DomainParticipantQos& qos, const std::string& folder) {
   const std::string authentication = "dds.sec.auth.builtin.PKI-DH.";
   const std::string access = "dds.sec.access.builtin.Access-Permissions.";
@@ -208,7 +209,7 @@ std::size_t Subscription::take(std::chrono::milliseconds limit, const std::funct
   const auto seconds = static_cast<std::int32_t>(limit.count() / 1000);
   const auto rest_ns = static_cast<std::uint32_t>(limit.count() % 1000) * 1'000'000U;
   entities_->waitset.wait(active, eprosima::fastrtps::Duration_t(seconds, rest_ns));
-  // Fast DDS hands them out instance by instance.
+  // Fast DDS returns the samples instance by instance.
   std::vector<Arrival> arrivals;
   for (const auto& [topic, reader] : entities_->readers) {
     Arrival next{topic, {}, 0, 0};

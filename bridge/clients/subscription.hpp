@@ -12,28 +12,28 @@
 
 namespace driveline::bridge::clients {
 
-/// A sample as it came: nothing decoded, nothing converted.
+/// A sample as received: not decoded, not converted.
 struct Sample {
   const Topic* topic;
   Bytes bytes;                ///< CDR with its encapsulation header
-  std::int64_t received_ns;   ///< since 1970-01-01 UTC
-  std::int64_t published_ns;  ///< likewise, by the clock of the writer
+  std::int64_t received_ns;   ///< time of reception in ns since 1970-01-01 UTC
+  std::int64_t published_ns;  ///< time of publication in ns since 1970-01-01 UTC, by the writer's clock
 };
 
-/// Readers of topics. They know no type but bytes: what the writer has serialised is what arrives here.
+/// Readers of topics. They treat all types as bytes, so samples arrive as the writer has serialised them.
 class Subscription {
  public:
-  /// Joins the domain. The readers of `chosen` find their writers from here on.
+  /// Joins the domain. From here on the readers of `chosen` find their writers.
   [[nodiscard]] static Outcome<Subscription> create(const Place& place, std::span<const Topic* const> chosen);
   ~Subscription();
-  /// Takes the readers over.
+  /// Takes over the readers.
   Subscription(Subscription&& other) noexcept;
   Subscription& operator=(Subscription&&) = delete;
 
-  /// Waits for samples, up to `limit`, and hands out all that are there, in the order of their arrival.
-  /// The bytes are gone when `take` returns. How many there were.
+  /// Waits for samples, up to `limit`, and passes all available ones to `take`, in the order of their arrival. The
+  /// bytes are invalid after `take` returns. Returns the number of samples.
   std::size_t take(std::chrono::milliseconds limit, const std::function<void(const Sample&)>& take);
-  /// Writers of this topic that are there now.
+  /// Number of writers of this topic at present.
   [[nodiscard]] int writers(const Topic& topic) const;
 
  private:

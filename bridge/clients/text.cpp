@@ -8,7 +8,7 @@
 namespace driveline::bridge::clients {
 namespace {
 
-/// Bytes of the UTF-8 character at the beginning (RFC 3629, section 4); 0: it is none.
+/// Number of bytes of the UTF-8 character at the start (RFC 3629, section 4); 0: invalid.
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
   const auto follows = [&](std::size_t i, unsigned from = 0x80, unsigned to = 0xBF) {
@@ -28,14 +28,14 @@ std::size_t utf8_length(std::string_view text) {
   return 0;
 }
 
-/// A character of up to 0x9F that is told to a terminal and not shown (C0, DEL, C1).
+/// Whether a character up to 0x9F controls a terminal instead of being shown (C0, DEL, C1).
 bool controls(std::string_view character) {
   const auto first = static_cast<unsigned char>(character[0]);
   if (character.size() == 1) return first < 0x20 || first == 0x7F;
   return character.size() == 2 && first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0;
 }
 
-/// `text` with every byte of a control character, and of what is no UTF-8, by `escape`.
+/// `text` with every byte of a control character or of invalid UTF-8 replaced by `escape`.
 template <class Escape>
 std::string escaped(std::string_view text, Escape escape) {
   std::string safe;
@@ -57,7 +57,7 @@ std::string real_text(double value, std::string_view not_a_number) {
   return fmt::format("{}", value);
 }
 
-/// Of what is no string.
+/// Text of a value that is not a string.
 std::string number_text(const Value& value, std::string_view not_a_number) {
   if (const auto* truth = std::get_if<bool>(&value.scalar)) return *truth ? "true" : "false";
   if (const auto* real = std::get_if<double>(&value.scalar)) return real_text(*real, not_a_number);
@@ -69,7 +69,7 @@ bool is_string(const Value& value) {
   return std::holds_alternative<std::string_view>(value.scalar);
 }
 
-/// What YAML would not take as it stands is in the quotes of JSON, which it takes.
+/// Text that YAML would not accept unquoted is quoted as JSON, which YAML accepts.
 std::string yaml_scalar(const Value& value) {
   if (!is_string(value)) return value.text().empty() ? number_text(value, ".nan") : std::string(value.text());
   const auto text = value.text();
@@ -102,7 +102,7 @@ void add_yaml_field(const Value& value, std::size_t depth, std::string& to) {
   }
 }
 
-/// The fields of a structure; the first one stands where `to` ends.
+/// Appends the fields of a structure; the first one follows at the end of `to`.
 void add_yaml(const Value& value, std::size_t depth, std::string& to) {
   bool first = true;
   for (const auto& part : value.parts) {
@@ -137,7 +137,8 @@ std::string csv_text(std::string_view text) {
   return quoted + '"';
 }
 
-/// Cells of a value, a comma behind each. A sequence is one cell, its elements separated by spaces, strings as JSON.
+/// Appends the cells of a value, each followed by a comma. A sequence is one cell, its elements separated by spaces,
+/// strings as JSON.
 void add_cells(const Value& value, std::string& to) {
   if (value.sequence) {
     std::string cell;
@@ -170,7 +171,7 @@ void add_columns(const StructType& structure, const std::string& prefix, std::ve
 
 const Field& field_of(const StructType& structure, std::string_view name) {
   std::size_t i = 0;
-  while (structure.fields[i].name != name) ++i;  // make_topics.py has looked that it is there
+  while (structure.fields[i].name != name) ++i;  // make_topics.py has checked that the field exists
   return structure.fields[i];
 }
 
@@ -183,7 +184,7 @@ std::string visible(std::string_view text) {
 std::string json_string(std::string_view text) {
   std::string safe = "\"";
   for (const char c : escaped(text, [](unsigned char byte) { return std::string{'\1', static_cast<char>(byte)}; })) {
-    // What had to be escaped comes behind a control character of its own, which no escaped text contains otherwise.
+    // Escaped bytes are marked by a preceding control character, which escaped text cannot contain otherwise.
     if (!safe.empty() && safe.back() == '\1') {
       safe.pop_back();
       safe += fmt::format("\\u{:04X}", static_cast<unsigned char>(c));
@@ -238,7 +239,7 @@ std::string table_rows(const Topic& topic, const Value& sample, std::string_view
   for (const auto& row : sample.find(topic.rows)->parts) {
     if (partners != nullptr) {
       const auto index = row.find(topic.partner_index)->whole();
-      if (index >= partners->parts.size()) continue;  // no such sample is made
+      if (index >= partners->parts.size()) continue;  // the bridge never publishes such a sample
       text += common;
       add_cells(partners->parts[index], text);
     } else {

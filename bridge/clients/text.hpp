@@ -8,20 +8,20 @@
 
 namespace driveline::bridge::clients {
 
-/// A sample as `ros2 topic echo` would print it: YAML, a field per line.
+/// Formats a sample as YAML, one field per line, like `ros2 topic echo`.
 [[nodiscard]] std::string yaml_text(const Value& sample);
-/// A sample as JSON in one line. What is no number (NaN, infinity) is null; enumerations are their names.
+/// Formats a sample as JSON in one line. NaN and infinity become null; enumerations become their names.
 [[nodiscard]] std::string json_text(const Value& sample);
-/// A string of JSON with its quotes; bytes that are no UTF-8 are as U+00XX.
+/// Formats a JSON string with its quotes; bytes that are not UTF-8 become U+00XX.
 [[nodiscard]] std::string json_string(std::string_view text);
-/// Text for a terminal: nothing in it can control one. Control characters and what is no UTF-8 are as a backslash, x
-/// and two hexadecimal digits.
+/// Makes text safe for a terminal: control characters and invalid UTF-8 become a backslash, x and two hexadecimal
+/// digits.
 [[nodiscard]] std::string visible(std::string_view text);
 
-/// The columns of a topic in a table: fields in the order of the type, those of structures behind a dot; what belongs
-/// to a row of a sample with several (Topic::rows) has its own name.
+/// Column names of a topic in a table: fields in the order of the type, those of structures after a dot; row fields of
+/// a sample with several rows (Topic::rows) have their own names.
 [[nodiscard]] std::vector<std::string> table_columns(const Topic& topic);
-/// The rows of a sample; each begins with `head`, which is the text of the first cells with a comma behind each.
+/// Formats the rows of a sample; each starts with `head`, the text of the first cells with a comma after each.
 [[nodiscard]] std::string table_rows(const Topic& topic, const Value& sample, std::string_view head);
 
 }  // namespace driveline::bridge::clients

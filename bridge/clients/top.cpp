@@ -18,13 +18,14 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr double kPatienceSeconds = 10;  // for a line
+constexpr double kPatienceSeconds = 10;  // longest wait for a line
 constexpr double kPeriodSeconds = 0.5;
-constexpr double kRestPatienceSeconds = 2;  // of a page by itself, for axes and events when the line is there
+// for a single page: longest wait for axes and events after the line was found
+constexpr double kRestPatienceSeconds = 2;
 constexpr std::size_t kEvents = 8;
-constexpr std::chrono::seconds kSilence{2};  // status comes ten times in a second
+constexpr std::chrono::seconds kSilence{2};  // the status is published ten times per second
 
-/// A sample that stays.
+/// A stored sample.
 struct Kept {
   std::vector<std::uint8_t> bytes;
   Value value;  ///< its strings point into `bytes`
@@ -37,7 +38,7 @@ std::string mode_name(std::int64_t mode) {
   return found == kNames.end() ? fmt::format("{}", mode) : std::string(found->second);
 }
 
-/// "OPERATION ENABLED" of "AXIS_OPERATION_ENABLED".
+/// Returns e.g. "OPERATION ENABLED" for "AXIS_OPERATION_ENABLED".
 std::string state_name(const Value& state) {
   auto name = std::string(state.text().substr(std::min(state.text().find('_'), state.text().size() - 1) + 1));
   for (auto& c : name) {
@@ -51,7 +52,7 @@ std::string times(const Value& percentiles) {
   return fmt::format("p50 {:.1f} us, p99 {:.1f} us, max {:.1f} us", us("p50_ns"), us("p99_ns"), us("max_ns"));
 }
 
-/// What is known of a line, and its page.
+/// Present data of a line, and its page.
 class LinePage {
  public:
   void add(const Sample& sample) {
@@ -96,7 +97,7 @@ class LinePage {
   [[nodiscard]] std::uint64_t number(std::string_view name) const { return field(name).whole(); }
 
   void add_event(Kept event) {
-    // After a restart of the bridge the last ones come again; a new run has the same numbers at other times.
+    // After a restart of the bridge the last events arrive again; a new run has the same numbers at other times.
     const auto same = [&](const Kept& other) {
       const auto equal = [&](const char* field) {
         return other.value.find(field)->whole() == event.value.find(field)->whole();
@@ -151,14 +152,14 @@ class LinePage {
   bool other_version_ = false;
 };
 
-/// Prints pages one behind the other, on a terminal in the same place (ECMA-48 control sequences).
+/// Prints pages one after the other, on a terminal at the same position (ECMA-48 control sequences).
 class Screen {
  public:
   Outcome<void> show(const std::vector<std::string>& page) {
-    std::string text = terminal_ ? "\x1B[?7l\x1B[H" : "";  // no wrapping; begin at the top
+    std::string text = terminal_ ? "\x1B[?7l\x1B[H" : "";  // no wrapping; start at the top
     const auto rows = most_rows();
     for (std::size_t i = 0; i < page.size() && i < rows; ++i) text += page[i] + (terminal_ ? "\x1B[K\n" : "\n");
-    text += terminal_ ? "\x1B[J\x1B[?7h" : "\n";  // clear what is below
+    text += terminal_ ? "\x1B[J\x1B[?7h" : "\n";  // clear the rest
     return print(text);
   }
 

@@ -8,12 +8,12 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr std::size_t kHeader = 4;      // representation and options
+constexpr std::size_t kHeader = 4;      // bytes: representation and options
 constexpr std::size_t kKeyLength = 16;  // bytes
-/// More elements than any of our sequences has, and fewer than make a memory problem.
+/// Limit above the bounds of all sequences in use, and low enough not to exhaust the memory.
 constexpr std::uint32_t kMostElements = 1U << 20;
 
-/// Size of a scalar on the wire, and its alignment; 0 of what is no scalar.
+/// Size of a scalar on the wire, which is also its alignment; 0 if the kind is not a scalar.
 constexpr std::size_t size_of(Kind kind) noexcept {
   switch (kind) {
     case Kind::kBool:
@@ -38,7 +38,7 @@ constexpr std::size_t size_of(Kind kind) noexcept {
   return 0;
 }
 
-/// Walks through the bytes of a sample. Once something is wrong, everything is.
+/// Reads the bytes of a sample in order. After an error all further reads fail.
 class Decoder {
  public:
   explicit Decoder(Bytes sample) {
@@ -58,7 +58,7 @@ class Decoder {
     if (!field.sequence && field.count == 0) return element(field, to);
     to.sequence = true;
     const auto count = field.sequence ? unsigned_number(4) : field.count;
-    // Every element takes a byte at least: a wrong count is found before memory is taken for it.
+    // Every element takes at least one byte: this detects a wrong count before memory is allocated for it.
     if (count > kMostElements || count > data_.size() - at_) good_ = false;
     for (std::uint64_t i = 0; good_ && i < count; ++i) {
       auto& part = to.parts.emplace_back();
@@ -105,7 +105,7 @@ class Decoder {
     }
   }
 
-  /// Length with the zero behind it, characters, zero.
+  /// Format: length with the terminating zero, characters, zero.
   void string(Value& to) {
     const auto length = unsigned_number(4);
     if (!good_ || length == 0 || length > data_.size() - at_ || data_[at_ + length - 1] != 0) {

@@ -16,41 +16,41 @@ namespace driveline::bridge::clients {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// A decoded value. Strings point into the bytes that it was decoded from.
+/// A decoded value. Strings point into the bytes of the sample.
 struct Value {
   const Field* field = nullptr;  ///< null: a whole sample
   const StructType* structure = nullptr;
-  bool sequence = false;  ///< or an array
-  /// Of what is neither a structure nor a sequence; an enumeration has its number, an unknown one too.
+  bool sequence = false;  ///< a sequence or an array
+  /// Set if neither a structure nor a sequence; an enumeration has its number, even an unknown one.
   std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string_view> scalar;
-  std::vector<Value> parts;  ///< by field of a structure; elements of a sequence or an array
+  std::vector<Value> parts;  ///< fields of a structure, or elements of a sequence or an array
 
-  /// A field of a structure; null: there is none of that name.
+  /// Finds a field of a structure; null if there is none of that name.
   [[nodiscard]] const Value* find(std::string_view name) const noexcept;
-  /// Of a scalar; 0 of what is no number. An enumeration is its number.
+  /// Value of a scalar; 0 if it is not a number. An enumeration returns its number.
   [[nodiscard]] double number() const noexcept;
-  [[nodiscard]] std::uint64_t whole() const noexcept;  ///< as number(), negative ones in two's complement
-  /// Of a string, or the name of an enumeration's value; empty of anything else.
+  [[nodiscard]] std::uint64_t whole() const noexcept;  ///< like number(), negative values in two's complement
+  /// Text of a string, or name of an enumeration value; otherwise empty.
   [[nodiscard]] std::string_view text() const noexcept;
 };
 
-/// Bytes that are no sample of a type.
+/// Bytes that are not a sample of a type.
 struct NotDecoded {
-  std::size_t bytes;      ///< how many
-  std::string_view type;  ///< as ROS 2 has it
+  std::size_t bytes;      ///< number of bytes
+  std::string_view type;  ///< type name in ROS 2
 };
-/// As a sentence.
+/// The error as a sentence.
 [[nodiscard]] std::string describe(const NotDecoded& error);
 
-/// Decodes a sample: plain CDR behind its encapsulation header (RTPS 2.2, 10.2), in either byte order.
+/// Decodes a sample: plain CDR after its encapsulation header (RTPS 2.2, 10.2), in either byte order.
 [[nodiscard]] tl::expected<Value, NotDecoded> decode(const StructType& structure, Bytes sample);
 
-/// One whole number of a sample, by the name of a field, without the fields behind it; nothing where the sample is too
+/// Reads one integer field of a sample by name, without decoding the fields after it; nullopt if the sample is too
 /// short or has no such field.
 [[nodiscard]] std::optional<std::uint64_t> whole_field(const StructType& structure, Bytes sample,
                                                        std::string_view name);
 
-/// The key of a sample as RTPS compares it (RTPS 2.2, 9.6.3.8): its fields in big endian, filled up with zeros.
+/// Key of a sample as RTPS compares it (RTPS 2.2, 9.6.3.8): its key fields in big-endian order, padded with zeros.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> key_of(const StructType& structure, Bytes sample);
 
 }  // namespace driveline::bridge::clients

@@ -21,30 +21,30 @@
 namespace driveline::bridge {
 namespace {
 
-/// Cycles of one pass, so that status and counts are told in between.
+/// Maximum number of cycles per pass, so that status and counts are reported in between.
 constexpr int kCyclesPerPass = 512;
 /// Longest time between two passes over an empty feed: the process of the line wakes the bridge for every batch.
 constexpr std::chrono::milliseconds kPause{2};
-/// For what is left in the feed, and for subscribers to have it.
+/// Time limit for publishing the rest of the feed and for subscribers to receive it.
 constexpr unsigned kFarewellSeconds = 5;
-/// A process of the line that tells nothing for so long stands still: it does so every 50 ms.
+/// A process of the line that reports nothing for this long has stalled: it normally reports every 50 ms.
 constexpr std::chrono::seconds kStandsStill{1};
 /// Longest message to the supervisor.
 constexpr std::size_t kLongestMessage = 500;
-/// Said where shared memory takes system calls on files, and the kernel cannot say on which.
+/// Message for shared memory, which requires system calls on files, on a kernel that cannot restrict the files.
 constexpr std::string_view kNoLimits =
     "shared memory: this kernel has no Landlock (Linux 5.13), so the bridge may open all files of its user, not only "
     "those in /dev/shm";
-/// Bytes of profiles.
+/// Maximum size of profiles in bytes.
 constexpr std::size_t kMostProfiles = 1U << 20;
 
-/// Descriptors have names, which Fast DDS opens: the files themselves may be another user's.
+/// Paths to inherited descriptors, for Fast DDS to open: the files themselves may belong to another user.
 DdsSecurity security_of(int first) {
   const auto name = [first](int file) { return "/proc/self/fd/" + std::to_string(first + file); };
   return {name(0), name(1), name(2), name(3), name(4), name(5)};
 }
 
-/// All of a file; of one that is longer than profiles are, only so much that it is no XML any more.
+/// Content of a file. A file longer than allowed is truncated, so that it is not valid XML any more.
 std::string content_of(int descriptor) {
   std::string content(kMostProfiles, '\0');
   std::size_t length = 0;
@@ -105,7 +105,7 @@ std::string Bridge::set_up() {
   if (auto wrong = give_up_privileges(description.realtime_cpu, options_.user.value_or(Identity{})); !wrong.empty()) {
     return wrong;
   }
-  // After the change of user, which resets it.
+  // After the change of user, which resets this setting.
   if (options_.supervisor >= 0) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
   const bool shared_memory = description.shared_memory != 0;
   if (shared_memory) {
@@ -148,7 +148,7 @@ std::string Bridge::run() {
   return {};
 }
 
-/// True: there is more.
+/// Returns true if there is more to do.
 bool Bridge::pass() {
   take_status();
   take_events();
@@ -208,16 +208,16 @@ void Bridge::tell() {
                  .refused = told_before_.refused + refused});
 }
 
-/// The supervisor says nothing, but its side of the socket is closed in the end.
+/// Whether the supervisor has closed its side of the socket; it never sends anything.
 bool Bridge::told_to_end() const {
-  pollfd waiting{options_.supervisor, POLLIN, 0};  // a negative descriptor is passed over
+  pollfd waiting{options_.supervisor, POLLIN, 0};  // poll() ignores a negative descriptor
   if (::poll(&waiting, 1, 0) <= 0) return false;
   char ignored = 0;
   const auto length = ::recv(options_.supervisor, &ignored, sizeof(ignored), MSG_DONTWAIT);
   return length == 0 || (length < 0 && errno != EAGAIN && errno != EINTR);
 }
 
-/// The process of the line has ended without a word: subscribers are to know.
+/// The process of the line ended without a final status: publish one to the subscribers.
 void Bridge::end_without_line() {
   auto status = line_status(status_, feed_->description().period_ns);
   status.state = snapshot::LineState::kDown;

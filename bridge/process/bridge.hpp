@@ -17,13 +17,14 @@
 
 namespace driveline::bridge {
 
-/// Takes cycles out of a feed and hands them to DDS.
+/// Takes cycles out of a feed and publishes them over DDS.
 class Bridge {
  public:
   /// `stop`: set by a signal.
   Bridge(const Options& options, const std::atomic<bool>& stop) : options_(options), stop_(stop) {}
 
-  /// Gives up privileges, publishes until the feed, its supervisor or a signal ends it. What was wrong; empty: nothing.
+  /// Drops privileges, then publishes until the feed, the supervisor or a signal ends it. Returns an error message;
+  /// empty: success.
   [[nodiscard]] std::string run();
 
  private:
@@ -43,15 +44,15 @@ class Bridge {
   std::optional<snapshot::FeedConditionReader> condition_;
   std::optional<snapshot::FeedReturnWriter> return_;
   std::unique_ptr<DdsPublisher> publisher_;
-  std::unique_ptr<CommandRelay> commands_;  ///< none: it takes no commands
-  std::optional<FileLimits> files_;         ///< none: it opens no files at all
+  std::unique_ptr<CommandRelay> commands_;  ///< null: the bridge takes no commands
+  std::optional<FileLimits> files_;         ///< nullopt: the bridge cannot open files at all
   snapshot::FeedStatus status_;
   snapshot::DrainCounters counters_;
-  /// Counts of the bridge before this one, where nobody has added them up meanwhile: a supervisor does, and begins
-  /// anew.
+  /// Counts of the previous bridge that have not been accounted for yet. A supervisor accounts for them and resets
+  /// them.
   snapshot::FeedReturn told_before_;
   std::uint64_t beats_ = 0;
-  std::chrono::steady_clock::time_point line_alive_at_{};  ///< when its process was seen to go on
+  std::chrono::steady_clock::time_point line_alive_at_{};  ///< time of the last sign of life of the line's process
 };
 
 }  // namespace driveline::bridge

@@ -7,9 +7,9 @@
 namespace driveline::bridge {
 namespace {
 
-/// Of one call, either way.
+/// Maximum number of records per call in either direction.
 constexpr int kMostAtOnce = 256;
-/// Of setpoints, in one call.
+/// Maximum number of setpoint batches per call.
 constexpr int kMostBatches = 16;
 
 tl::expected<rt::SharedMapping, snapshot::FeedError> map_region(const char* name, int descriptor,
@@ -68,7 +68,7 @@ void CommandRelay::serve() {
 
 void CommandRelay::serve_streams() {
   for (int i = 0; i < kMostBatches && streams_->take(batch_); ++i) {
-    // What finds no room is missing by its number, and counted there.
+    // Setpoints that do not fit are detected and counted by the line as missing numbers.
     for (const auto& setpoint : batch_) static_cast<void>(setpoint_writer_.try_push(setpoint));
   }
   snapshot::StreamReport report;

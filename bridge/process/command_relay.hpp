@@ -16,21 +16,20 @@
 
 namespace driveline::bridge {
 
-/// Carries commands and setpoints from DDS into shared memory, and what becomes of them back. Belongs to one thread.
+/// Passes commands and setpoints from DDS to shared memory, and answers and reports back. Belongs to one thread.
 class CommandRelay {
  public:
-  /// `descriptor`: of the region of the commands; those of their answers, of setpoints, and of reports about streams
-  /// have the next numbers. They remain the caller's.
-  /// `publisher` must outlive it. Errors: a region is not of this version, or
-  /// DDS refuses.
+  /// `descriptor`: region of the commands; the regions of answers, setpoints and stream reports have the next three
+  /// numbers. They remain the caller's. `publisher` must outlive it. Errors: a region has another version, or DDS
+  /// refuses.
   [[nodiscard]] static tl::expected<std::unique_ptr<CommandRelay>, snapshot::FeedError> open(int descriptor,
                                                                                              DdsPublisher& publisher);
 
-  /// All that is there now, as far as it is not too much for one time.
+  /// Passes on what is available now, up to a limit per call.
   void serve();
 
  private:
-  /// What the process of the line shares.
+  /// Regions shared with the process of the line.
   struct Regions {
     rt::SharedMapping commands;
     rt::SharedMapping answers;

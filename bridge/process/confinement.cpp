@@ -18,7 +18,7 @@ namespace {
 
 constexpr rlim_t kMostMemory = 256U << 20;
 constexpr rlim_t kMostFiles = 64;
-/// Of the threads of Fast DDS, which would have 8 MiB each.
+/// Stack size for threads of Fast DDS, which would have 8 MiB each.
 constexpr std::size_t kThreadStack = 512 * 1024;
 
 std::string failed(const char* what) {
@@ -34,7 +34,7 @@ void become_ordinary(int realtime_cpu) {
   if (CPU_COUNT(&cpus) > 0) static_cast<void>(::sched_setaffinity(0, sizeof(cpus), &cpus));
 }
 
-/// Root becomes somebody else. Anybody else stays who he is: that is no privilege.
+/// Changes root to `identity`. Any other user stays unchanged, because it has no such privilege.
 std::string give_up_user(const Identity& identity) {
   if (::geteuid() != 0 && ::getuid() != 0) return {};
   const auto& [user, group] = identity;
@@ -77,7 +77,7 @@ void make_thread_stacks_small() {
 std::string give_up_privileges(int realtime_cpu, Identity identity) {
   become_ordinary(realtime_cpu);
   for (unsigned capability = 0; ::prctl(PR_CAPBSET_READ, capability) >= 0; ++capability) {
-    // The bounding set can be made smaller by CAP_SETPCAP alone; without, there is nothing to be gained from it.
+    // Dropping from the bounding set requires CAP_SETPCAP; without it there is nothing to gain from dropping.
     static_cast<void>(::prctl(PR_CAPBSET_DROP, capability));
   }
   if (auto wrong = give_up_user(identity); !wrong.empty()) return wrong;

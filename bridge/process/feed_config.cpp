@@ -9,7 +9,7 @@ namespace {
 using snapshot::FeedRateKind;
 using snapshot::FeedTopic;
 
-/// The shortest; a description may say anything.
+/// Lower bound of a period; a description may contain any value.
 constexpr std::int64_t kLeastPeriodNs = 1'000'000;
 
 class Rates {
@@ -20,7 +20,7 @@ class Rates {
   void clear_if_off(FeedTopic topic, std::string& name) const {
     if (off(topic)) name.clear();
   }
-  /// Every n-th cycle, and whether only what has changed.
+  /// Every n-th cycle, and whether to publish only changes.
   [[nodiscard]] SampleRate cycles_or(FeedTopic topic, std::uint32_t otherwise) const {
     const auto& rate = of(topic);
     if (rate.kind == FeedRateKind::kOnChange) return {1, true};

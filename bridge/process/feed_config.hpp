@@ -5,7 +5,7 @@
 
 namespace driveline::bridge {
 
-/// What a publisher of this line is to do.
+/// Configuration of the publisher of a line, from the description of its feed.
 [[nodiscard]] DdsConfig config_of(const snapshot::FeedDescription& description);
 
 }  // namespace driveline::bridge

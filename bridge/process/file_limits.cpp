@@ -1,4 +1,4 @@
-// Which files a bridge with shared memory may open: those in /dev/shm, by Landlock (Linux 5.13, landlock(7)).
+// Restricts a bridge with shared memory to files in /dev/shm, by Landlock (Linux 5.13, landlock(7)).
 #include <fcntl.h>
 #include <linux/landlock.h>
 #include <sys/syscall.h>
@@ -15,8 +15,8 @@ namespace {
 
 constexpr const char* kSharedFolder = "/dev/shm";
 
-/// All rights of the first version, and those that a later one has added, by its number less one. What is not among
-/// them no ruleset withholds; the header may be older than the kernel, and the other way round.
+/// Rights that each Landlock version can restrict, indexed by version - 1. Numeric values are used because the header
+/// may be older than the kernel, or newer. A ruleset cannot restrict other rights.
 constexpr std::uint64_t kFirstRights = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1U) - 1U;
 constexpr std::uint64_t kRefer = 1U << 13U;
 constexpr std::uint64_t kTruncate = 1U << 14U;
@@ -25,7 +25,7 @@ constexpr std::array<std::uint64_t, 5> kKnownRights{
     kFirstRights, kFirstRights | kRefer, kFirstRights | kRefer | kTruncate, kFirstRights | kRefer | kTruncate,
     kFirstRights | kRefer | kTruncate | kDeviceCommands};
 
-/// Of the files there: segments, ports, and their locks.
+/// Rights on the files in /dev/shm: segments, ports, and their locks.
 constexpr std::uint64_t kRightsThere = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_WRITE_FILE |
                                        LANDLOCK_ACCESS_FS_READ_DIR | LANDLOCK_ACCESS_FS_MAKE_REG |
                                        LANDLOCK_ACCESS_FS_REMOVE_FILE | kTruncate;
@@ -44,7 +44,7 @@ class Descriptor {
   int number_;
 };
 
-/// 0: the kernel has none, or it is switched off.
+/// Landlock version of the kernel; 0: not available, or disabled.
 std::size_t landlock_version() {
   const long version = ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
   return version > 0 ? static_cast<std::size_t>(version) : 0;

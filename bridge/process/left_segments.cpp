@@ -15,7 +15,7 @@
 namespace driveline::bridge {
 namespace {
 
-/// A segment is a file of this name and 16 hexadecimal digits; its lock has the same name, and `_el` behind it.
+/// A segment is a file with this prefix and 16 hexadecimal digits; its lock has the same name followed by `_el`.
 constexpr std::string_view kSegmentPrefix = "fastrtps_";
 constexpr std::size_t kSegmentDigits = 16;
 constexpr std::string_view kLockSuffix = "_el";
@@ -36,7 +36,7 @@ std::vector<std::filesystem::path> segments_in(const std::filesystem::path& fold
   return segments;
 }
 
-/// Who makes a segment takes its lock before: where there is a segment whose lock is free, he is dead.
+/// A process locks its segment before it creates it, so a segment whose lock is free belongs to a dead process.
 bool remove_if_left(const std::filesystem::path& segment) {
   struct stat facts {};
   if (::lstat(segment.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode) || facts.st_uid != ::geteuid()) return false;

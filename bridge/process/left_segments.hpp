@@ -5,8 +5,8 @@
 
 namespace driveline::bridge {
 
-/// Removes the segments of Fast DDS in `folder` whose processes have died, as far as they belong to this user: a bridge
-/// that is killed leaves one, and the next one makes another. How many there were.
+/// Removes the Fast DDS segments of dead processes in `folder`, as far as they belong to this user: a bridge that is
+/// killed leaves one behind, and the next one creates another. Returns their number.
 std::size_t remove_left_segments(const std::filesystem::path& folder = "/dev/shm");
 
 }  // namespace driveline::bridge

@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A region of the feed among the descriptors of a process: what FeedWriter and BridgeSupervisor call it.
+/// A region of the feed among the descriptors of a process, with the name given by FeedWriter and BridgeSupervisor.
 struct Region {
   std::string_view name;
   int flags;
 };
 
-/// In the order of `--feed-fd`, then `--condition-fd` and `--return-fd`, which is there for the bridge of a service.
+/// In the order of `--feed-fd`, then `--condition-fd` and `--return-fd`, which exists for the bridge of a service.
 constexpr std::array<Region, 6> kRegions{{{"description", O_RDONLY},
                                           {"status", O_RDONLY},
                                           {"cycles", O_RDONLY},
@@ -30,14 +30,14 @@ constexpr std::array<Region, 6> kRegions{{{"description", O_RDONLY},
                                           {"service", O_RDWR}}};
 constexpr std::size_t kConditionRegion = 4;
 constexpr std::size_t kCountsRegion = 5;
-/// First of the descriptors that the regions get here. A process that has just begun has none so high.
+/// First descriptor for the regions in this process. A process that has just started has none this high.
 constexpr int kFirstDescriptor = 40;
 
-/// The links of memfds begin and end so (proc(5)).
+/// Prefix and suffix of the link targets of memfds (proc(5)).
 constexpr std::string_view kPrefix = "/memfd:driveline-feed-";
 constexpr std::string_view kSuffix = " (deleted)";
 
-/// Position in kRegions of what the link of a descriptor leads to; kRegions.size(): nothing of a feed.
+/// Index in kRegions of the target of a descriptor's link; kRegions.size(): not a region of a feed.
 std::size_t region_of(const std::string& target) {
   const std::string_view text = target;
   std::size_t at = 0;
@@ -47,7 +47,7 @@ std::size_t region_of(const std::string& target) {
   return at;
 }
 
-/// False: it cannot be opened; errno tells why.
+/// Returns false if it cannot be opened; errno has the reason.
 bool open_at(const fs::path& link, int flags, int wanted) {
   const int opened = ::open(link.c_str(), flags | O_CLOEXEC);
   if (opened < 0) return false;
@@ -81,7 +81,7 @@ std::string take_feed_of_process(Options& options) {
   }
   options.feed = kFirstDescriptor;
   options.condition = kFirstDescriptor + static_cast<int>(kConditionRegion);
-  // Beside a bridge that `run` has started itself, there is none: the counts are that one's.
+  // If `run` has started a bridge itself, there is no such region: the counts belong to that bridge.
   if (found[kCountsRegion]) options.counts = kFirstDescriptor + static_cast<int>(kCountsRegion);
   return {};
 }

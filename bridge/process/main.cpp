@@ -1,5 +1,5 @@
-// Telemetry over DDS in a process of its own: what reads packets of a network stays out of the process that holds the
-// line, and has nothing that could hurt it.
+// driveline-bridge: publishes telemetry over DDS in a separate process, so that code that reads network packets stays
+// out of the process that runs the line, and has no access that could harm the line.
 
 #include <unistd.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 std::atomic<bool> stop{false};
 
-/// For the last samples; a library that is stuck by then is ended by SIGALRM.
+/// Time limit in s for the last samples; a library that is stuck is then ended by SIGALRM.
 constexpr unsigned kFarewellSeconds = 5;
 
 void request_stop(int /*signal*/) {
@@ -43,11 +43,11 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGTERM, request_stop);
-  // Ctrl-C of a terminal is for the process that holds the line; by hand it is for this one.
+  // Ctrl-C on a terminal is meant for the process that runs the line, unless this process was started by hand.
   std::signal(SIGINT, options.supervisor >= 0 ? SIG_IGN : request_stop);
   const auto wrong = driveline::bridge::Bridge(options, stop).run();
   if (wrong.empty()) return 0;
-  // A supervisor tells it in its own words.
+  // With a supervisor, the supervisor reports the error.
   if (options.supervisor < 0) std::fprintf(stderr, "driveline-bridge: %s\n", wrong.c_str());
   return 1;
 }

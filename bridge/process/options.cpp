@@ -29,10 +29,10 @@ const char* const kHelp =
 
 namespace {
 
-/// The highest number of a user or a group. The one after it means none.
+/// Highest user or group number. The next one means "none".
 constexpr unsigned kLastNumber = 0xFFFF'FFFEU;
 
-/// All of `text`; none: it is no number of a user or a group, or that of root.
+/// Parses all of `text`; nullopt if it is not a user or group number, or is that of root.
 std::optional<unsigned> number_of(std::string_view text) {
   unsigned value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -42,7 +42,7 @@ std::optional<unsigned> number_of(std::string_view text) {
   return value;
 }
 
-/// Of "1000:1000".
+/// Parses e.g. "1000:1000".
 std::optional<Identity> identity_of(std::string_view text) {
   const auto colon = text.find(':');
   if (colon == std::string_view::npos) return std::nullopt;

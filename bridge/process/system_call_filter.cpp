@@ -1,5 +1,6 @@
-// The system calls of a bridge that publishes: what Fast DDS does with sockets and time, memory, and the end. Nothing
-// that opens a file (but for shared memory, where it is asked for), starts a program, or reaches another process.
+// System call filter of a publishing bridge: allows what Fast DDS does with sockets and time, memory, and the shutdown.
+// Refuses everything that opens a file (except for shared memory, if requested), starts a program, or accesses another
+// process.
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -30,7 +31,7 @@ constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
 #endif
 
 constexpr unsigned kAllowed[] = {
-    // sockets that are there, or that Fast DDS opens for a subscriber that has come
+    // sockets that exist, or that Fast DDS opens for a new subscriber
     SYS_sendto,
     SYS_sendmsg,
     SYS_recvfrom,
@@ -59,7 +60,7 @@ constexpr unsigned kAllowed[] = {
     SYS_sched_yield,
     SYS_restart_syscall,
     SYS_setitimer,
-    // its messages, and descriptors it has
+    // messages, and existing descriptors
     SYS_read,
     SYS_readv,
     SYS_write,
@@ -67,7 +68,7 @@ constexpr unsigned kAllowed[] = {
     SYS_fcntl,
     SYS_fstat,
     SYS_lseek,
-    // memory; executable one is refused below
+    // memory; executable memory is refused below
     SYS_brk,
     SYS_munmap,
     SYS_mremap,
@@ -88,12 +89,12 @@ constexpr unsigned kAllowed[] = {
     SYS_uname,
     SYS_sysinfo,
     SYS_getrusage,
-    // signals to itself: abort(); those of others are refused below
+    // signals to itself: abort(); signals to other processes are refused below
     SYS_rt_sigaction,
     SYS_rt_sigprocmask,
     SYS_rt_sigreturn,
     SYS_sigaltstack,
-    // the end
+    // shutdown
     SYS_exit,
     SYS_exit_group,
 #ifdef __x86_64__
@@ -105,8 +106,8 @@ constexpr unsigned kAllowed[] = {
 #endif
 };
 
-/// What shared memory takes beside: a port that is opened when its reader has come, made again where its reader has
-/// died, and removed; the mutex of its name, which glibc makes under another one first. What is mapped is no file here.
+/// Additional calls for shared memory: opening a port for a new reader, recreating it after its reader has died, and
+/// removing it; and its named mutex, which glibc first creates under another name. Mapped memory needs no file here.
 constexpr unsigned kAllowedOnFiles[] = {
     SYS_openat, SYS_ftruncate, SYS_fchmod, SYS_flock, SYS_newfstatat, SYS_linkat, SYS_unlinkat,
 #ifdef __x86_64__
@@ -114,7 +115,7 @@ constexpr unsigned kAllowedOnFiles[] = {
 #endif
 };
 
-/// Nobody calls these by mistake.
+/// Calls that never occur by mistake: they end the process.
 constexpr unsigned kFatal[] = {
     SYS_execve,      SYS_execveat,     SYS_ptrace, SYS_process_vm_readv, SYS_process_vm_writev,
     SYS_init_module, SYS_finit_module, SYS_bpf,    SYS_perf_event_open,  SYS_mount,
@@ -127,7 +128,7 @@ using Program = std::vector<sock_filter>;
 constexpr unsigned field(std::size_t offset) {
   return static_cast<unsigned>(offset);
 }
-/// The lower half of an argument, which is all of what is compared here.
+/// Lower half of an argument, sufficient for all comparisons here.
 constexpr unsigned argument(std::size_t index) {
   return field(offsetof(seccomp_data, args) + index * sizeof(std::uint64_t));
 }
@@ -138,13 +139,13 @@ void load(Program& program, unsigned offset) {
 void answer(Program& program, unsigned value) {
   program.push_back(BPF_STMT(BPF_RET | BPF_K, value));
 }
-/// If the loaded value is `value`: `result`.
+/// Returns `result` if the loaded value is `value`.
 void answer_if(Program& program, unsigned value, unsigned result) {
   program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, 1));
   answer(program, result);
 }
 
-/// System call `number`: allowed if argument `index` has one of these values, refused otherwise.
+/// System call `number`: allowed if argument `index` has one of `values`, otherwise refused.
 template <std::size_t kCount>
 void allow_values(Program& program, unsigned number, std::size_t index, const std::array<unsigned, kCount>& values) {
   program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 2 + 2 * kCount));
@@ -172,7 +173,7 @@ Program make_program(bool shared_memory) {
   answer(program, SECCOMP_RET_KILL_PROCESS);
   load(program, field(offsetof(seccomp_data, nr)));
   for (const unsigned number : kFatal) answer_if(program, number, SECCOMP_RET_KILL_PROCESS);
-  // glibc takes clone() where there is no clone3(), whose flags a filter cannot see.
+  // glibc falls back to clone() without clone3(), whose flags a filter cannot read.
   answer_if(program, SYS_clone3, SECCOMP_RET_ERRNO | ENOSYS);
   for (const unsigned number : kAllowed) answer_if(program, number, SECCOMP_RET_ALLOW);
   if (shared_memory) {
@@ -182,11 +183,11 @@ Program make_program(bool shared_memory) {
   allow_bits(program, SYS_mmap, 2, kExecutable, false);
   allow_bits(program, SYS_mprotect, 2, kExecutable, false);
   allow_values(program, SYS_socket, 0, std::array<unsigned, 2>{AF_INET, AF_NETLINK});
-  // Of sockets, and of a log that may be a terminal, into which TIOCSTI would type.
+  // For sockets; and for a log that may be a terminal, where TIOCSTI would inject input.
   allow_values(
       program, SYS_ioctl, 1,
       std::array<unsigned, 7>{TCGETS, FIONBIO, FIONREAD, SIOCGIFCONF, SIOCGIFFLAGS, SIOCGIFADDR, SIOCGIFINDEX});
-  allow_values(program, SYS_prlimit64, 0, std::array{0U});  // its own
+  allow_values(program, SYS_prlimit64, 0, std::array{0U});  // only its own limits
   allow_values(program, SYS_tgkill, 0, std::array{self});
   allow_values(program, SYS_kill, 0, std::array{self});
   answer(program, kDeny);
@@ -199,7 +200,7 @@ std::string filter_system_calls(bool shared_memory) {
   if (kSanitized) return {};
   auto instructions = make_program(shared_memory);
   const sock_fprog program{static_cast<unsigned short>(instructions.size()), instructions.data()};
-  // For all threads: those of Fast DDS run already.
+  // For all threads, because the threads of Fast DDS are already running.
   const long done = ::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &program);
   if (done != 0) return std::string{"system calls cannot be filtered: "} + std::strerror(errno);
   return {};

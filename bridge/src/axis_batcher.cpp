@@ -44,7 +44,7 @@ telemetry::AxisBatch* AxisBatcher::add(const snapshot::AxisSample& sample) {
   telemetry::AxisBatch* ended = group_ && *group_ != sample.cycle / cycles_ ? flush() : nullptr;
   group_ = sample.cycle / cycles_;
   if (filter_.takes(sample)) append(sample);
-  // The last sample of the last cycle: nothing else belongs to this batch.
+  // The last sample of the last cycle completes the batch.
   const bool whole = sample.cycle % cycles_ == cycles_ - 1 && sample.axis + 1U == axes_;
   return whole && ended == nullptr ? flush() : ended;
 }
@@ -58,7 +58,7 @@ void AxisBatcher::append(const snapshot::AxisSample& sample) {
     time.wall_time_ns(sample.time_ns + wall_offset_ns_);
     if (cycles.size() < cycles_) cycles.push_back(time);
   }
-  // A feed that says otherwise than it should loses samples.
+  // An inconsistent feed loses samples.
   if (filling_.samples().size() < kMostSamples) filling_.samples().push_back(values_of(sample, cycles.size() - 1));
 }
 

@@ -10,20 +10,20 @@
 
 namespace driveline::bridge {
 
-/// Puts those samples of axes that are to be published together to batches of whole cycles. A batch begins at a cycle
-/// whose number the number of cycles in a batch divides, so that batches are alike whatever comes late.
+/// Combines the selected axis samples into batches of whole cycles. A batch starts at a cycle number that is a multiple
+/// of the number of cycles per batch, so that batches are aligned whatever arrives late.
 class AxisBatcher {
  public:
   explicit AxisBatcher(const DdsConfig& config);
 
-  /// Adds a sample; samples come by cycle. Returns the batch before it when that ends with it, valid until the next
-  /// call; null: none does.
+  /// Adds a sample; samples must arrive in order of cycles. Returns the batch that ends with or before this sample,
+  /// valid until the next call; null if there is none.
   [[nodiscard]] telemetry::AxisBatch* add(const snapshot::AxisSample& sample);
-  /// The batch as far as it is, and a new one begins; null: it is empty.
+  /// Returns the batch as far as it is filled, and starts a new one; null if it is empty.
   [[nodiscard]] telemetry::AxisBatch* flush();
-  /// By the clock of the machine, minus the master's clock; for the samples that follow.
+  /// Sets the wall clock minus the master's clock, for the following samples.
   void set_wall_offset(std::int64_t offset_ns) noexcept { wall_offset_ns_ = offset_ns; }
-  /// Cycles in a batch.
+  /// Number of cycles per batch.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
 
  private:
@@ -33,7 +33,7 @@ class AxisBatcher {
   std::size_t axes_;
   SampleFilter filter_;
   std::int64_t wall_offset_ns_ = 0;
-  std::optional<std::uint64_t> group_;  ///< of the batch that is being filled: cycle number by number of cycles
+  std::optional<std::uint64_t> group_;  ///< batch being filled: cycle number divided by cycles per batch
   telemetry::AxisBatch filling_;
   telemetry::AxisBatch done_;
 };

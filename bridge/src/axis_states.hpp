@@ -13,8 +13,8 @@
 
 namespace driveline::bridge {
 
-/// Publishes what the axes do, each when that has changed: as it is at the end of a pass, because an axis may change in
-/// every cycle. Digital inputs alone are published less often.
+/// Publishes the states of the axes when they change: the state at the end of a pass, because an axis may change in
+/// every cycle. Changes of only digital inputs are published less often.
 class AxisStates {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -22,27 +22,27 @@ class AxisStates {
   /// `entities` must outlive it.
   AxisStates(const DdsConfig& config, DdsEntities& entities);
 
-  /// The next sample of an axis.
+  /// Stores the next sample of an axis.
   void add(const snapshot::AxisSample& sample) {
     if (sample.axis < axes_.size()) {
       axes_[sample.axis].newest = sample;
       axes_[sample.axis].seen = true;
     }
   }
-  /// Who commands the axes.
+  /// Sets the owners of the axes.
   void set_owners(const std::vector<snapshot::FeedOwner>& owners);
-  /// By the clock of the machine, minus the master's clock; for the samples that follow.
+  /// Sets the wall clock minus the master's clock, for the following samples.
   void set_wall_offset(std::int64_t offset_ns) noexcept { wall_offset_ns_ = offset_ns; }
-  /// Publishes what has changed.
+  /// Publishes the axes that have changed.
   void publish(Time now);
 
  private:
   struct Axis {
     snapshot::AxisSample newest;
     std::string owner;
-    bool seen = false;  ///< there is a sample
-    bool told = false;  ///< `message` was published
-    Time at;            ///< when
+    bool seen = false;  ///< a sample has arrived
+    bool told = false;  ///< `message` has been published
+    Time at;            ///< time of the last publication
     telemetry::AxisStatus message;
   };
 

@@ -12,7 +12,7 @@ namespace {
 
 using Check = tl::expected<void, DdsError>;
 
-constexpr std::uint32_t kMaxDomain = 232;  // RTPS 2.2, 9.6.1: beyond it the ports leave 16 bits
+constexpr std::uint32_t kMaxDomain = 232;  // RTPS 2.2, 9.6.1: with a higher domain the ports exceed 16 bits
 
 Check check_name(const std::string& name, std::optional<std::size_t> axis) {
   if (name.empty() || name.size() > kMaxNameLength) {
@@ -48,7 +48,7 @@ std::vector<std::string> own_addresses() {
   return addresses;
 }
 
-/// Fast DDS 2.9 drops an interface it does not find, and with the last one all its transport, and carries on.
+/// Fast DDS 2.9 silently drops an interface that it does not find, and with the last one its whole transport.
 Check check_own(const std::vector<std::string>& interfaces) {
   const std::vector<std::string> own = own_addresses();
   for (const std::string& address : interfaces) {

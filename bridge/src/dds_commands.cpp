@@ -25,13 +25,13 @@ using snapshot::CommandResult;
 
 constexpr std::int32_t kCommandHistory = 512;
 constexpr std::int32_t kAnswerHistory = 256;
-/// Commands that take() passes over at most.
+/// Maximum number of samples that take() skips per call.
 constexpr int kMostLooks = 512;
 constexpr double kRefusalsPerSecond = 100.0;
-/// Bytes of a GUID that are its participant's (RTPS 2.2, 8.2.4.2).
+/// Bytes of a GUID that identify its participant (RTPS 2.2, 8.2.4.2).
 constexpr std::size_t kPrefixBytes = 12;
 
-/// Reliable, and what finds no room waits at its writer, which is slowed down by it.
+/// Reliable; a command without room waits at its writer, which is slowed down.
 dds::DataReaderQos command_reader_qos() {
   dds::DataReaderQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -45,7 +45,8 @@ dds::DataReaderQos command_reader_qos() {
   return qos;
 }
 
-/// Reliable, but nobody is waited for. The last answers are kept: a client may command before his reader is found here.
+/// Reliable, but the writer never waits for readers. The last answers are stored: a client may send a command before
+/// its reader has been discovered here.
 dds::DataWriterQos answer_writer_qos() {
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -157,7 +158,7 @@ void DdsCommands::refuse(const snapshot::CommandRecord& record) {
   answer.client = record.client;
   answer.axis = record.axis;
   answer.number = record.number;
-  answer.lease = record.lease;  // nothing has happened to it
+  answer.lease = record.lease;  // the lease is unchanged
   answer.result = static_cast<std::uint32_t>(CommandResult::kRefused);
   answer.text.set("too many: the line has no room for more commands");
   this->answer(answer);

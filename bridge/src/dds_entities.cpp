@@ -31,8 +31,8 @@ using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr const char* kDiscoveryMulticast = "239.255.0.1";  // RTPS 2.2, 9.6.1.4.1
-constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants of one machine found without multicast
-const Duration_t kFarewell{0, 300'000'000};                 // how long the last status may take to arrive
+constexpr std::uint32_t kParticipantsPerPeer = 16;          // participants per machine found without multicast
+const Duration_t kFarewell{0, 300'000'000};                 // longest wait for delivery of the last status
 
 Locator_t peer_locator(const std::string& address) {
   Locator_t locator;  // port 0: Fast DDS fills in the discovery ports of the domain
@@ -46,7 +46,7 @@ bool reaches_loopback(const DdsConfig& config) {
          std::find(config.interfaces.begin(), config.interfaces.end(), kLoopback) != config.interfaces.end();
 }
 
-/// Nobody is found but by the server.
+/// Configures discovery by the server only.
 void ask(const DdsDiscoveryServer& server, eprosima::fastrtps::rtps::DiscoverySettings& discovery) {
   eprosima::fastrtps::rtps::RemoteServerAttributes asked;
   asked.ReadguidPrefix(eprosima::fastdds::rtps::DEFAULT_ROS2_SERVER_GUIDPREFIX);
@@ -57,7 +57,7 @@ void ask(const DdsDiscoveryServer& server, eprosima::fastrtps::rtps::DiscoverySe
   discovery.m_DiscoveryServers.push_back(asked);
 }
 
-/// In the partition of the line, or, what ROS 2 reads, in the default one.
+/// Creates a publisher in the partition of the line, or in the default partition for topics of ROS 2.
 dds::Publisher* create_publisher(dds::DomainParticipant& participant, const std::string& partition) {
   auto qos = dds::PUBLISHER_QOS_DEFAULT;
   if (!partition.empty()) qos.partition().push_back(partition.c_str());
@@ -68,7 +68,7 @@ bool of_ros2(TopicId topic) {
   return topic == TopicId::kDiagnostics || topic == TopicId::kJoints;
 }
 
-/// The plug-ins of the specification, which the packaged Fast DDS has built in.
+/// Adds the plug-ins of the DDS Security specification, which the packaged Fast DDS has built in.
 void add_security(dds::DomainParticipantQos& qos, const DdsSecurity& files) {
   const std::string authentication = "dds.sec.auth.builtin.PKI-DH.";
   const std::string access = "dds.sec.access.builtin.Access-Permissions.";
@@ -92,7 +92,7 @@ dds::DomainParticipantQos participant_qos(const DdsConfig& config) {
   }
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList = config.interfaces;
-  udp->non_blocking_send = true;  // rather lose a best-effort sample than wait for a full socket
+  udp->non_blocking_send = true;  // losing a best-effort sample is better than waiting for a full socket
   udp->maxInitialPeersRange = kParticipantsPerPeer;
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(udp);
@@ -155,7 +155,8 @@ dds::DataWriter* create_writer(dds::DomainParticipant& participant, dds::Publish
 tl::expected<DdsEntities, DdsError> DdsEntities::create(const DdsConfig& config) {
   static std::once_flag once;
   std::call_once(once, log_to_stderr);
-  // Before there is a participant: what Fast DDS logs meanwhile is about the profiles, not about the network.
+  // Load the profiles before creating the participant: errors that Fast DDS logs meanwhile concern the profiles, not
+  // the network.
   auto profiles = QosProfiles::load(config);
   if (!profiles) {
     return tl::unexpected(std::move(profiles).error());
@@ -239,7 +240,7 @@ bool DdsEntities::has_readers(TopicId topic) const {
 }
 
 void DdsEntities::wait_for_readers() {
-  // Those whose last sample tells how a line was in the end; the first has the longest way.
+  // Topics whose last sample shows the final state of the line; the first one takes longest.
   for (const TopicId topic :
        {TopicId::kStatus, TopicId::kEvent, TopicId::kSlave, TopicId::kStatistics, TopicId::kAxisStatus}) {
     if (dds::DataWriter* writer = writers_[static_cast<std::size_t>(topic)]; writer != nullptr) {

@@ -20,7 +20,7 @@ namespace driveline::bridge {
 
 class QosProfiles;
 
-/// The DDS entities of one publisher, deleted in order by the destructor.
+/// The DDS entities of a publisher, deleted in order by the destructor.
 class DdsEntities {
  public:
   /// Creates participant, topics and writers for a checked configuration.
@@ -30,15 +30,16 @@ class DdsEntities {
       : participant_(std::exchange(other.participant_, nullptr)), writers_(other.writers_) {}
   DdsEntities& operator=(DdsEntities&&) = delete;
 
-  /// False when DDS refuses the sample, or there is no such topic. `message`: of the type of the topic.
+  /// Publishes a message. Returns false if DDS refuses it, or there is no such topic. `message`: of the type of the
+  /// topic.
   bool write(TopicId topic, void* message);
 
-  /// Somebody reads the topic.
+  /// Whether the topic has a matched reader.
   [[nodiscard]] bool has_readers(TopicId topic) const;
-  /// Of the entities.
+  /// Participant of the entities.
   [[nodiscard]] eprosima::fastdds::dds::DomainParticipant& participant() noexcept { return *participant_; }
 
-  /// Waits, for a fraction of a second per topic at most, until every subscriber has the last status.
+  /// Waits, at most a fraction of a second per topic, until every subscriber has received the last status.
   void wait_for_readers();
 
  private:
@@ -49,7 +50,7 @@ class DdsEntities {
                                                 eprosima::fastdds::dds::Publisher& publisher);
 
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
-  std::array<eprosima::fastdds::dds::DataWriter*, kTopics> writers_{};  ///< by TopicId; null: there is no such topic
+  std::array<eprosima::fastdds::dds::DataWriter*, kTopics> writers_{};  ///< by TopicId; null: not published
 };
 
 }  // namespace driveline::bridge

@@ -32,7 +32,7 @@ std::int64_t now_ns(clockid_t clock) {
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
 }
 
-/// The clock of the machine minus the monotonic one, which is the master's.
+/// Wall clock minus the monotonic clock, which is the master's.
 std::int64_t wall_offset_ns() {
   return now_ns(CLOCK_REALTIME) - now_ns(CLOCK_MONOTONIC);
 }
@@ -71,7 +71,7 @@ struct DdsPublisher::State {
 
   const DdsConfig config;
   DdsEntities entities;
-  // Used by the drain thread only.
+  // Used only by the drain thread.
   std::vector<telemetry::AxisTelemetry> axis_messages;
   AxisBatcher batcher;
   SampleFilter axis_filter;
@@ -83,7 +83,7 @@ struct DdsPublisher::State {
   SteadyTime next_diagnostics = SteadyTime::min();
   telemetry::LineStatus status_message;
   bool stalled = false;
-  std::uint64_t statistics_told = 0;  ///< number of those that were published last
+  std::uint64_t statistics_told = 0;  ///< number of the last published statistics
   SteadyTime next_status = SteadyTime::min();
   std::uint64_t refused = 0;
   // Read by any thread.

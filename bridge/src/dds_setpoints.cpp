@@ -25,10 +25,10 @@ using snapshot::StreamReport;
 
 constexpr std::int32_t kSetpointHistory = 64;
 constexpr std::int32_t kStatusHistory = 32;
-/// Bytes of a GUID that are its participant's (RTPS 2.2, 8.2.4.2).
+/// Bytes of a GUID that identify its participant (RTPS 2.2, 8.2.4.2).
 constexpr std::size_t kGuidPrefixBytes = 12;
 
-/// Reliable, and what finds no room waits at its writer.
+/// Reliable; a batch without room waits at its writer.
 dds::DataReaderQos setpoint_reader_qos() {
   dds::DataReaderQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -42,7 +42,7 @@ dds::DataReaderQos setpoint_reader_qos() {
   return qos;
 }
 
-/// Reliable, but nobody is waited for; what was is of no use.
+/// Reliable, but the writer never waits for readers; old samples are of no use.
 dds::DataWriterQos status_writer_qos() {
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -62,7 +62,7 @@ dds::Topic* stream_topic(dds::DomainParticipant& participant, const dds::TypeSup
   return participant.create_topic(name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
 }
 
-/// What all setpoints of a batch have.
+/// The fields that all setpoints of a batch share.
 StreamedSetpoint head_of(const commands::SetpointBatch& batch, const dds::SampleInfo& info) {
   StreamedSetpoint head;
   const auto writer = eprosima::fastrtps::rtps::iHandle2GUID(info.publication_handle);
@@ -137,7 +137,7 @@ bool DdsSetpoints::take(std::vector<StreamedSetpoint>& setpoints) {
     if (state_->gate.take(head.participant, now)) setpoints.push_back(setpoint_of(head, number, setpoint));
     ++number;
   }
-  // Only what is more than its setpoints.
+  // Pass on the kind only if the batch carries more than setpoints.
   const bool more = batch.kind() != commands::SETPOINTS_GO || batch.setpoints().empty();
   if (!more || !state_->gate.take(head.participant, now)) return true;
   head.kind = static_cast<std::uint32_t>(batch.kind());

@@ -69,7 +69,7 @@ unsigned errors_of(const snapshot::FeedSlave& slave) {
   return sum;
 }
 
-/// What is wrong with a slave; empty: nothing.
+/// Describes what is wrong with a slave; empty: nothing.
 std::string trouble_of(const snapshot::FeedSlave& slave) {
   if (slave.answers == 0) return slave.hot_connect != 0 ? "is not connected" : "does not answer";
   if (slave.al_error != 0) return al_state_word(slave.al_state) + " with an error: " + text(slave.al_text);

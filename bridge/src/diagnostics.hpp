@@ -15,25 +15,25 @@ namespace driveline::bridge {
 
 /// The DDS topic of the ROS 2 topic `diagnostics`.
 inline constexpr const char* kDiagnosticsTopic = "rt/diagnostics";
-/// What a writer of this type tells in its USER_DATA (REP 2016); scripts/ros2_type_hash.py computes it.
+/// USER_DATA of a writer of this type (REP 2016); computed by scripts/ros2_type_hash.py.
 inline constexpr const char* kDiagnosticsTypeHash =
     "typehash=RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e;";
 
 /// Level of a DiagnosticStatus of ROS 2.
 enum class DiagnosticLevel : std::uint8_t { kOk, kWarn, kError, kStale };
 
-/// Puts what is known of a line together to a DiagnosticArray of ROS 2: the line, its slaves, its axes.
+/// Combines the state of a line, its slaves and its axes into a DiagnosticArray of ROS 2.
 class Diagnostics {
  public:
   explicit Diagnostics(const DdsConfig& config);
 
-  /// The newest sample of an axis.
+  /// Stores the newest sample of an axis.
   void add(const snapshot::AxisSample& sample) {
     if (sample.axis < axes_.size()) axes_[sample.axis] = sample;
   }
-  /// The slaves, and who commands the axes.
+  /// Sets the condition of the slaves and the owners of the axes.
   void set(const snapshot::FeedCondition& condition) { condition_ = condition; }
-  /// The message as of now, at so many nanoseconds since 1970-01-01 UTC; valid until the next call.
+  /// Builds the present message; `wall_time_ns` since 1970-01-01 UTC. Valid until the next call.
   [[nodiscard]] diagnostic_msgs::msg::dds_::DiagnosticArray_* message(const snapshot::LineStatus& line,
                                                                       std::int64_t wall_time_ns);
 
@@ -46,8 +46,8 @@ class Diagnostics {
   [[nodiscard]] Status begin(const std::string& what, DiagnosticLevel level, const std::string& text) const;
 
   std::string line_;
-  std::vector<std::string> names_;          ///< of the axes
-  std::vector<snapshot::AxisSample> axes_;  ///< newest samples; before the first one the axis is unavailable
+  std::vector<std::string> names_;          ///< names of the axes
+  std::vector<snapshot::AxisSample> axes_;  ///< newest samples; an axis without a sample is unavailable
   snapshot::FeedCondition condition_;
   diagnostic_msgs::msg::dds_::DiagnosticArray_ message_;
 };

@@ -8,7 +8,7 @@
 namespace driveline::bridge {
 namespace {
 
-// The enumerations are cast, not mapped: both sides list the same states in the same order.
+// Enumerations are cast, not mapped: both sides list the same states in the same order.
 template <class Here, class OnTheWire>
 constexpr bool same(Here here, OnTheWire on_the_wire) {
   return static_cast<std::uint32_t>(here) == static_cast<std::uint32_t>(on_the_wire);

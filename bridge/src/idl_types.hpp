@@ -12,10 +12,10 @@
 /// Conversion of snapshot records to the types of the IDL.
 namespace driveline::bridge {
 
-/// A message for one axis with all that never changes filled in.
+/// Creates a message for one axis with all constant fields filled in.
 [[nodiscard]] telemetry::AxisTelemetry axis_message(std::uint16_t axis, const AxisInfo& info);
 
-/// Fills in what a sample has and both AxisTelemetry and AxisValues tell.
+/// Fills in the values of a sample that AxisTelemetry and AxisValues share.
 template <class Message>
 void set_values(Message& message, const snapshot::AxisSample& sample) {
   message.axis(sample.axis);
@@ -32,28 +32,28 @@ void set_values(Message& message, const snapshot::AxisSample& sample) {
   message.following_error(sample.following_error);
 }
 
-/// Object 60FDh as it goes out: 0 where it is not mapped.
+/// Published value of object 60FDh: 0 if it is not mapped.
 [[nodiscard]] inline std::uint32_t inputs_of(const snapshot::AxisSample& sample) noexcept {
   return sample.digital_inputs < 0 ? 0 : static_cast<std::uint32_t>(sample.digital_inputs);
 }
 
-/// Fills in the values of a sample of the axis; leaves its name and kind as they are.
+/// Fills in the values of a sample; leaves the name and kind of the axis unchanged.
 void set_sample(telemetry::AxisTelemetry& message, const snapshot::AxisSample& sample);
 
-/// Fills in state, figures and faults of the line.
+/// Fills in state, key figures and faults of the line.
 void set_status(telemetry::LineStatus& message, const snapshot::LineStatus& status);
 
 /// Fills in the values of the newest cycle.
 void set_cycle(telemetry::LineStatus& message, const snapshot::LineSample& sample);
 
-/// Statistics of a cycle of that period.
+/// Creates the statistics message for a cycle of that period.
 [[nodiscard]] telemetry::CycleStatistics statistics_message(const snapshot::CycleStatistics& statistics,
                                                             std::int64_t period_ns);
 
-/// Slave number `position`.
+/// Creates the message of the slave at `position`.
 [[nodiscard]] telemetry::Slave slave_message(const snapshot::FeedSlave& slave, std::size_t position);
 
-/// How the slaves hang together.
+/// Creates the message of the connections between the slaves.
 [[nodiscard]] telemetry::Topology topology_message(const snapshot::FeedCondition& condition);
 
 }  // namespace driveline::bridge

@@ -6,7 +6,7 @@
 namespace driveline::bridge {
 namespace {
 
-/// What ROS 2 tools expect of joint states; a robot's usual rate.
+/// Usual period of joint states in ROS 2.
 constexpr std::chrono::milliseconds kPeriod{10};
 constexpr std::int64_t kSecond = 1'000'000'000;
 

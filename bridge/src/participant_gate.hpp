@@ -9,16 +9,16 @@
 
 namespace driveline::bridge {
 
-/// Lets so many commands of each participant through in a second, so that none takes the room of the others.
+/// Rate limiter per participant, so that no participant uses up the capacity of others.
 class ParticipantGate {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// All positive. `most`: participants that are remembered; what is there beyond shares the room of one.
+  /// All values are positive. `most`: number of participants counted separately; further ones share one allowance.
   ParticipantGate(double per_second, double at_once, std::size_t most) noexcept
       : per_second_(per_second), at_once_(at_once), most_(most) {}
 
-  /// One more of that participant. False: it is too much.
+  /// Counts a command of that participant. Returns false if it exceeds the rate.
   [[nodiscard]] bool take(const snapshot::CommandParticipant& participant, Time now) {
     auto& place = place_of(participant, now);
     const double seconds = std::max(0.0, std::chrono::duration<double>(now - place.last).count());
@@ -38,7 +38,7 @@ class ParticipantGate {
   Place& place_of(const snapshot::CommandParticipant& participant, Time now) {
     if (const auto found = places_.find(participant); found != places_.end()) return found->second;
     if (places_.size() >= most_) {
-      // Those who have all of their room again have nothing that must be remembered.
+      // Participants whose allowance is full again need not be stored.
       std::erase_if(places_, [&](const auto& entry) {
         return std::chrono::duration<double>(now - entry.second.last).count() * per_second_ >= at_once_;
       });

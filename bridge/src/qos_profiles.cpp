@@ -32,7 +32,7 @@ class Listener final : public dds::LogConsumer {
   }
 };
 
-/// Of a topic, in all of its instances: the bridge has 256 MiB for all of them.
+/// Maximum number of stored samples per topic, over all instances: the bridge has 256 MiB for all topics.
 constexpr std::int64_t kMostKeptSamples = 1'000'000;
 
 DdsBadProfiles bad(const DdsConfig& config, int line, std::string reason) {
@@ -51,7 +51,7 @@ std::string listed_topics(const std::vector<std::string>& topics) {
   return text;
 }
 
-/// Of XML that is none; tinyxml2 has a name for it.
+/// Error text for invalid XML, from the error name of tinyxml2.
 std::string xml_error(const tinyxml2::XMLDocument& document) {
   std::string name = document.ErrorName();
   constexpr std::string_view kPrefix = "XML_ERROR_";
@@ -61,7 +61,7 @@ std::string xml_error(const tinyxml2::XMLDocument& document) {
   return "is no XML: " + name;
 }
 
-/// <profiles>, which may be in <dds>.
+/// Finds <profiles>, which may be inside <dds>.
 const tinyxml2::XMLElement* profiles_of(const tinyxml2::XMLDocument& document) {
   const auto* root = document.RootElement();
   if (root != nullptr && std::string_view{root->Name()} == "dds") root = root->FirstChildElement("profiles");
@@ -159,7 +159,7 @@ tl::expected<dds::DataWriterQos, DdsError> QosProfiles::apply(dds::Publisher& pu
     return tl::unexpected(DdsBadProfiles{
         file_, found->second, "the durability of " + topic + " would need files: VOLATILE and TRANSIENT_LOCAL do not"});
   }
-  // What the bridge cannot do otherwise: it opens no file, and knows how many instances there are.
+  // Settings that the bridge cannot change: it opens no files, and the number of instances is fixed.
   qos.data_sharing().off();
   qos.endpoint().history_memory_policy = own.endpoint().history_memory_policy;
   qos.user_data() = own.user_data();

@@ -5,10 +5,10 @@
 namespace driveline::bridge {
 namespace {
 
-/// After which a sample is taken although it is like the one before: for who has come since.
+/// Time after which an unchanged sample is published again, for new subscribers.
 constexpr std::int64_t kRepeatAfterNs = 1'000'000'000;
 
-/// But for their cycles and times. By their bits: what is not a number is like itself.
+/// Whether two samples are equal except for cycle and time. Compares bits, so that NaN equals NaN.
 bool alike(const snapshot::AxisSample& a, snapshot::AxisSample b) {
   b.cycle = a.cycle;
   b.time_ns = a.time_ns;

@@ -9,13 +9,13 @@
 
 namespace driveline::bridge {
 
-/// Chooses the samples that a topic has. Samples come by cycle.
+/// Selects the samples that a topic publishes. Samples must arrive in order of cycles.
 class SampleFilter {
  public:
-  /// Of a line with so many axes.
+  /// `axes`: number of axes of the line.
   SampleFilter(SampleRate rate, std::size_t axes) : rate_(rate), last_(rate.on_change ? axes : 0) {}
 
-  /// Whether this one is among them; if so, the next ones are compared with it.
+  /// Whether to publish this sample; if so, later samples are compared with it.
   [[nodiscard]] bool takes(const snapshot::AxisSample& sample);
 
  private:
@@ -25,7 +25,7 @@ class SampleFilter {
   };
 
   SampleRate rate_;
-  std::vector<Taken> last_;  ///< by axis; none: all are taken
+  std::vector<Taken> last_;  ///< by axis; empty: no comparison
 };
 
 }  // namespace driveline::bridge

@@ -18,28 +18,29 @@ using rtps::LocatorList;
 
 constexpr std::uint32_t kSegment = 256 * 1024;  // bytes
 
-/// Ports are files of this name and the port's number.
+/// Prefix of the file of a port; the port number follows.
 constexpr const char* kPortFile = "/dev/shm/fastrtps_port";
 
-/// Whose the file is decides, not who may write to it: root may, but its own segment no other reader opens for writing.
+/// Checks the owner of the file, not who may write to it: root may write, but no other reader can open root's segment
+/// for writing.
 bool is_of_own_user(const Locator& port) {
   struct stat facts {};
   return ::lstat((kPortFile + std::to_string(port.port)).c_str(), &facts) == 0 && facts.st_uid == ::geteuid();
 }
 
-/// Does what the transport of Fast DDS does, but for what it knows of others and tells of itself.
+/// Wraps the transport of Fast DDS, but accepts only ports of the own user and announces no port.
 class OneWay final : public rtps::TransportInterface {
  public:
   explicit OneWay(std::unique_ptr<rtps::TransportInterface> transport)
       : TransportInterface(LOCATOR_KIND_SHM), transport_(std::move(transport)) {}
 
-  /// False: the reader has no such locator, and is sent to by another one.
+  /// Returns false for a reader without such a locator; samples reach it by another transport.
   bool transform_remote_locator(const Locator& remote, Locator& result) const override {
     return remote.kind == LOCATOR_KIND_SHM && is_of_own_user(remote) &&
            transport_->transform_remote_locator(remote, result);
   }
 
-  // Of this process there are no locators in shared memory.
+  // This process announces no locators in shared memory.
   bool getDefaultMetatrafficMulticastLocators(LocatorList& /*list*/, std::uint32_t /*port*/) const override {
     return true;
   }
@@ -94,7 +95,7 @@ class OneWay final : public rtps::TransportInterface {
   std::unique_ptr<rtps::TransportInterface> transport_;
 };
 
-/// Of its base, because a participant believes in shared memory by the type of a descriptor.
+/// Derives from the Fast DDS descriptor, because a participant detects shared memory by the type of the descriptor.
 struct OneWayDescriptor final : rtps::SharedMemTransportDescriptor {
   rtps::TransportInterface* create_transport() const override {
     return new OneWay(std::unique_ptr<rtps::TransportInterface>(SharedMemTransportDescriptor::create_transport()));

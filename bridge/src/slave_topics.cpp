@@ -9,7 +9,7 @@ namespace driveline::bridge {
 
 bool differ(snapshot::FeedSlave before, snapshot::FeedSlave now) noexcept {
   before.read_at_ns = now.read_at_ns = 0;
-  // The texts are the same to the last byte, because they are set with zeros behind them.
+  // Texts can be compared to the last byte, because they are padded with zeros.
   return std::memcmp(&before, &now, sizeof(now)) != 0;
 }
 

@@ -11,8 +11,7 @@
 
 namespace driveline::bridge {
 
-/// Publishes the slaves of a line, each when something of it has changed and now and then, and the topology when that
-/// has changed.
+/// Publishes each slave of a line when it changes and periodically, and the topology when it changes.
 class SlaveTopics {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -20,9 +19,9 @@ class SlaveTopics {
   /// `entities` must outlive it.
   SlaveTopics(const DdsConfig& config, DdsEntities& entities) : period_(config.slave_period), entities_(entities) {}
 
-  /// What is known of the slaves now.
+  /// Sets the present condition of the slaves.
   void set(const snapshot::FeedCondition& condition, Time now);
-  /// Publishes slaves that were not published for a period.
+  /// Publishes slaves that have not been published for a period.
   void repeat(Time now);
 
  private:
@@ -37,10 +36,10 @@ class SlaveTopics {
   DdsEntities& entities_;
   std::vector<Told> told_;  ///< by position
   std::vector<snapshot::FeedSlave> newest_;
-  std::optional<telemetry::Topology> topology_;  ///< as published
+  std::optional<telemetry::Topology> topology_;  ///< last published topology
 };
 
-/// Whether a slave is another than before, but for the time at which it was read.
+/// Whether a slave has changed, ignoring the time at which it was read.
 [[nodiscard]] bool differ(snapshot::FeedSlave before, snapshot::FeedSlave now) noexcept;
 
 }  // namespace driveline::bridge

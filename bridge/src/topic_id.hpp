@@ -23,12 +23,12 @@ enum class TopicId : std::uint8_t {
   kJoints
 };
 
-/// How many there are.
+/// Number of topics.
 inline constexpr std::size_t kTopics = static_cast<std::size_t>(TopicId::kJoints) + 1;
 
-/// Name of the DDS topic; empty: it is not published.
+/// Name of the DDS topic; empty: not published.
 [[nodiscard]] std::string name_of(TopicId topic, const DdsConfig& config);
-/// Names of all DDS topics of a line, also of those that are not published by themselves.
+/// Names of all DDS topics of a line; topics that are not published have their default names.
 [[nodiscard]] std::vector<std::string> all_topic_names(const DdsConfig& config);
 
 }  // namespace driveline::bridge

@@ -13,12 +13,12 @@ namespace {
 
 namespace dds = eprosima::fastdds::dds;
 
-/// A status is told ten times in a second, unless it is configured otherwise.
+/// Shortest deadline of the status, which is published ten times per second by default.
 constexpr std::chrono::seconds kLeastDeadline{1};
-constexpr std::int32_t kAxisHistory = 16;   // samples kept per axis
+constexpr std::int32_t kAxisHistory = 16;   // samples stored per axis
 constexpr std::int32_t kBatchHistory = 4;   // batches
 constexpr std::int32_t kRos2History = 10;   // messages
-constexpr std::int32_t kEventHistory = 64;  // as the IDL says
+constexpr std::int32_t kEventHistory = 64;  // as specified in the IDL
 
 /// Only the newest values matter: best effort, a short history per axis, allocated once.
 dds::DataWriterQos axis_writer_qos(std::size_t axes) {
@@ -36,10 +36,10 @@ dds::DataWriterQos axis_writer_qos(std::size_t axes) {
   return qos;
 }
 
-/// A late subscriber must get the newest sample of each instance, too: reliable, and that is kept.
+/// Reliable with stored samples: a late subscriber must also receive the newest sample of each instance.
 dds::DataWriterQos kept_writer_qos(std::size_t count) {
-  // One more than there can be: a history that is full (depth times instances) loses its oldest sample, of whatever
-  // instance, before Fast DDS 2.9 sees that the new one takes the place of another.
+  // One more than the number of instances: a full history (depth times instances) loses its oldest sample, of any
+  // instance, before Fast DDS 2.9 recognises that the new one replaces another.
   const auto instances = static_cast<std::int32_t>(std::max<std::size_t>(count, 1)) + 1;
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -54,7 +54,7 @@ dds::DataWriterQos kept_writer_qos(std::size_t count) {
   return qos;
 }
 
-/// A line that nobody tells of any more is noticed by a subscriber that asks for a deadline or for liveliness.
+/// A subscriber that requests a deadline or liveliness detects that a line is no longer reported.
 dds::DataWriterQos status_writer_qos(const DdsConfig& config) {
   auto qos = kept_writer_qos(1);
   const auto promised = std::max<std::chrono::nanoseconds>(kLeastDeadline, 3 * config.status_period);
@@ -66,14 +66,14 @@ dds::DataWriterQos status_writer_qos(const DdsConfig& config) {
   return qos;
 }
 
-/// The same for a message that may be long.
+/// Like kept_writer_qos(), for a message that may be long.
 dds::DataWriterQos kept_sequence_qos() {
   auto qos = kept_writer_qos(1);
   qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   return qos;
 }
 
-/// A batch is large, and the next one comes in a millisecond.
+/// A batch is large, and the next one follows within a millisecond.
 dds::DataWriterQos batch_writer_qos() {
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::BEST_EFFORT_RELIABILITY_QOS;
@@ -89,7 +89,7 @@ dds::DataWriterQos batch_writer_qos() {
   return qos;
 }
 
-/// What has happened is to be known to who comes later, too.
+/// Late subscribers must also receive past events.
 dds::DataWriterQos event_writer_qos() {
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
@@ -104,7 +104,7 @@ dds::DataWriterQos event_writer_qos() {
   return qos;
 }
 
-/// As writers of ROS 2 are by default: its readers are reliable, and do not match one that is not.
+/// Like the defaults of ROS 2 writers: ROS 2 readers are reliable, and match only reliable writers.
 dds::DataWriterQos ros2_writer_qos(const std::string& hash) {
   dds::DataWriterQos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;

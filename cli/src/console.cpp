@@ -13,14 +13,14 @@
 namespace driveline::cli {
 namespace {
 
-int stdout_error = 0;  ///< the first of stdout
+int stdout_error = 0;  ///< errno of the first failed write to stdout; 0: none failed
 
-// No fmt::print, which throws when the file is closed.
+// fmt::print() throws when the file is closed, so write with fwrite().
 bool write_console(std::FILE* file, std::string_view text) noexcept {
   return std::fwrite(text.data(), 1, text.size(), file) == text.size();
 }
 
-/// systemd.exec(5): device and inode of the stream in JOURNAL_STREAM.
+/// Whether JOURNAL_STREAM (systemd.exec(5)) names the device and inode of stderr.
 bool compare_stderr_with_the_journal() noexcept {
   const char* const stream = std::getenv("JOURNAL_STREAM");
   struct stat found = {};
@@ -40,7 +40,7 @@ void print_line(std::string_view text, Gravity gravity) noexcept {
     write_console(stderr, visible_text(text) + '\n');
     return;
   }
-  // The journal makes an entry of each line.
+  // The journal makes an entry of each line, so each one needs the prefix.
   const auto prefix = fmt::format("<{}>", static_cast<int>(gravity));
   std::string entries;
   while (!text.empty()) {
@@ -62,7 +62,7 @@ int finish_output() noexcept {
 }
 
 void ConsoleObserver::event(const runtime::Event& event) {
-  // For somebody who waits; a journal would be full of it.
+  // Progress is for a user at a terminal; it would flood a journal.
   if (event.is<runtime::events::Progress>() && stderr_is_the_journal()) return;
   const auto gravity = event.is_fault()                               ? Gravity::kError
                        : event.severity == runtime::Severity::kNotice ? Gravity::kNotice

@@ -3,7 +3,7 @@
 namespace driveline::cli {
 namespace {
 
-/// The option that overrides or avoids an error of this kind.
+/// Names the option that overrides or avoids an error of this kind; empty: there is none.
 std::string_view remedy(runtime::ErrorKind kind) {
   switch (kind) {
     case runtime::ErrorKind::kInterfaceBusy:
@@ -16,7 +16,7 @@ std::string_view remedy(runtime::ErrorKind kind) {
   }
 }
 
-/// Replaces names of settings by those of the command line's options.
+/// Describes the error with the names of command-line options instead of those of settings.
 std::string sentence_of(const runtime::Error& error) {
   if (error.place != "interface2") return runtime::describe(error).append(remedy(error.kind));
   return "--iface2: " + error.reason + " (--iface NAME)";

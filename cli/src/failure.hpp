@@ -10,7 +10,7 @@ namespace driveline::cli {
 /// Why a command ends: its exit status and one sentence for stderr.
 struct Failure {
   Failure(int exit_status, std::string sentence) : status(exit_status), text(std::move(sentence)) {}
-  /// Failure of the library, in the words of the command line.
+  /// Converts an error of the library, in the terms of the command line.
   Failure(const runtime::Error& error);  // NOLINT(google-explicit-constructor): errors pass through commands
 
   int status;
@@ -29,7 +29,7 @@ struct Failure {
 template <typename T>
 using Outcome = tl::expected<T, Failure>;
 
-/// Turns a result of the library into that of a command.
+/// Converts a result of the library into the outcome of a command.
 [[nodiscard]] inline Outcome<void> outcome(const runtime::Result<void>& result) {
   return result ? Outcome<void>{} : tl::unexpected(Failure(result.error()));
 }

@@ -6,7 +6,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Several times the largest stack use of any thread that was measured.
+/// Several times the largest stack use that was measured on any thread.
 constexpr rlim_t kLeastStackKib = 1024;
 
 }  // namespace

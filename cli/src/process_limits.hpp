@@ -5,7 +5,7 @@
 namespace driveline::cli {
 
 /// A sentence with the remedy when the stack limit (`ulimit -s`) is too low; else empty. The limit is the stack size of
-/// threads, so a low one ends the program in the middle of a run.
+/// new threads, so a limit that is too low ends the program in the middle of a run.
 [[nodiscard]] std::string too_little_stack();
 
 }  // namespace driveline::cli

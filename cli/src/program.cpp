@@ -20,14 +20,14 @@
 namespace driveline::cli {
 namespace {
 
-/// "driveline esi show"
+/// The command with its groups: "driveline esi show".
 std::string full_name(const CLI::App* app) {
   return app->get_parent() == nullptr ? app->get_name() : full_name(app->get_parent()) + " " + app->get_name();
 }
 
-/// The first word on the command line that does not belong there.
+/// The first word on the command line that the parser does not expect.
 std::string unexpected(const CLI::App* app, const std::vector<std::string>& words) {
-  // The value behind an unknown option is unexpected as well: name the option.
+  // The value after an unknown option is unexpected as well: name the option.
   const auto option = std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with('-'); });
   const auto& word = option == words.end() ? words.front() : *option;
   std::vector<std::string> known;
@@ -48,13 +48,13 @@ std::string unexpected(const CLI::App* app, const std::vector<std::string>& word
 
 std::string what_is_wrong(const CLI::App* program, const CLI::App* app, const CLI::Error& error) {
   std::string sentence = error.what();
-  // CLI11 reports a missing command of a group before an unknown word in its place: name the word.
+  // CLI11 reports a missing command of a group before it reports an unknown word at that position: name the word.
   const bool no_command =
       dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && app->get_require_subcommand_min() > 0;
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr || no_command) {
     if (const auto words = program->remaining(true); !words.empty()) return unexpected(app, words);
   }
-  // "--duration: 1 required TEXT missing"
+  // CLI11 writes "--duration: 1 required TEXT missing".
   const auto colon = sentence.find(": 1 required ");
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr && colon != std::string::npos) {
     return sentence.substr(0, colon) + " needs a value";
@@ -62,7 +62,7 @@ std::string what_is_wrong(const CLI::App* program, const CLI::App* app, const CL
   return sentence;
 }
 
-/// One sentence for any parse error, like the failures of the commands.
+/// One sentence for any parse error, in the style of the commands' failures.
 std::string failure_message(const CLI::App* program, const CLI::Error& error) {
   const auto* app = program;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
@@ -88,11 +88,11 @@ void declare(CLI::App& app, const Argument& argument) {
     option->option_text(argument.required ? " " : "(optional)");
   }
   if (argument.required) option->required();
-  // An option that may be given several times takes one value each time; the next word is not its own.
+  // A repeatable option takes one value each time; the next word does not belong to it.
   if (!argument.positional()) option->allow_extra_args(false);
 }
 
-/// Examples as they are typed, under the name that the command has here.
+/// The examples as typed, with `name` as the name of the command.
 std::string example_lines(const Command& command, std::string_view name) {
   std::string text = command.examples.empty() ? "" : "Examples:";
   std::string_view rest = command.examples;
@@ -111,7 +111,7 @@ struct Built {
   Execute execute;
 };
 
-/// `name`: as users type it, the command's name or its second one.
+/// `name`: the name that users type, either the command's own or its second one.
 void add_command(CLI::App& parent, const Command& command, std::string_view name, std::string_view group,
                  std::deque<Built>& built) {
   const auto last_word = name.substr(name.find(' ') + 1);
@@ -157,7 +157,8 @@ int execute_command(const Built& command) {
   return outcome.error().status;
 }
 
-/// Help and version on stdout; what is wrong with the command line, in which anything may stand, on stderr.
+/// Prints help and version on stdout, and complaints about the command line on stderr. A complaint quotes arbitrary
+/// words.
 int tell_parse_outcome(const CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream out;
   std::ostringstream complaint;
@@ -181,7 +182,7 @@ int run_program(int argc, const char* const* argv) {
   app.failure_message(failure_message);
   app.set_version_flag("--version", std::string(program_version()));
   app.footer("driveline COMMAND --help tells the options of a command and shows examples.");
-  // One at most: a word behind a command is its argument, even if it is the name of another command (`bench dc`).
+  // At most one command: words after a command are its arguments, even the name of another command (`bench dc`).
   app.require_subcommand(0, 1);
   std::deque<Built> built;
   add_commands(app, built);

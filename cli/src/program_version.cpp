@@ -1,4 +1,4 @@
-// In a file of its own: it is compiled anew with every commit.
+// In a file of its own, because it is recompiled with every commit.
 
 #include "program_version.hpp"
 

@@ -6,17 +6,17 @@
 
 namespace driveline::cli {
 
-/// "[#####.....]  50 %  10.0 of 20.0 KiB"; `total` 0, not known: "10.0 KiB".
+/// "[#####.....]  50 %  10.0 of 20.0 KiB"; with `total` 0 (unknown): "10.0 KiB".
 [[nodiscard]] std::string progress_text(std::size_t done, std::size_t total);
 
-/// How far something long is, on stderr, when that is a terminal; nothing of it stays behind.
+/// Shows the progress of a long operation on stderr, if that is a terminal. The destructor clears the bar.
 class ProgressBar {
  public:
   ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   ~ProgressBar();
-  /// Draws it anew, not more often than people can read.
+  /// Redraws the bar, at most every 100 ms.
   void show(std::size_t done, std::size_t total);
 
  private:

@@ -59,7 +59,7 @@ std::string drawn(std::string_view page, std::size_t rows, std::size_t columns) 
     bytes += text.substr(0, end == std::string_view::npos ? columns : std::min(end, columns));
     bytes += kClearLine;
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    // A line end behind the last row would scroll the page away.
+    // A line end after the last row would scroll the page.
     if (row + 1 < rows && !text.empty()) bytes += "\r\n";
   }
   bytes += kClearBelow;
@@ -74,7 +74,7 @@ TerminalPage::TerminalPage() {
   termios settings{};
   if (tcgetattr(STDIN_FILENO, &settings) == 0) {
     before_ = settings;
-    // Keys one by one without echo, Ctrl-C included, so that the program can restore the terminal.
+    // Read key by key without echo, Ctrl-C included, so that the program can restore the terminal.
     settings.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO | ISIG);
     settings.c_cc[VMIN] = 0;
     settings.c_cc[VTIME] = 0;

@@ -9,14 +9,14 @@
 
 namespace driveline::cli {
 
-/// A key as the pages know them.
+/// The keys that the pages react to.
 enum class Key : std::uint8_t { kNone, kQuit, kNext, kPrevious, kReset };
 
-/// The key in bytes from a terminal, which may hold several keys; the first known one counts. q, Escape and Ctrl-C
-/// quit; n, Tab, right and down go on; p, left and up go back.
+/// Decodes bytes from a terminal, which may hold several keys: returns the first known one. q, Escape and Ctrl-C quit;
+/// n, Tab, right and down show the next page, p, left and up the previous one; r is kReset.
 [[nodiscard]] Key key_of(std::string_view bytes) noexcept;
 
-/// The terminal at stdin and stdout as a page that is drawn again and again: the other screen, no cursor, keys without
+/// The terminal at stdin and stdout as a page that is redrawn repeatedly: alternate screen, no cursor, keys without
 /// Enter. The destructor restores the terminal.
 class TerminalPage {
  public:
@@ -28,17 +28,17 @@ class TerminalPage {
   TerminalPage& operator=(const TerminalPage&) = delete;
   ~TerminalPage();
 
-  /// Draws `text` over what was there; what does not fit is cut off.
+  /// Draws `text` over the previous page; text that does not fit is cut off.
   void show(std::string_view text);
-  /// Waits for a key; kNone after `timeout`. The end of the input quits.
+  /// Waits for a key; kNone after `timeout`. The end of the input is kQuit.
   [[nodiscard]] Key wait_for_key(std::chrono::milliseconds timeout);
 
  private:
   std::optional<termios> before_;
 };
 
-/// `page` as the bytes that draw it: from the top left corner, every line and the rest of the screen cleared; at most
-/// `rows` lines of `columns` characters. Control sequences in it are made visible.
+/// The bytes that draw `page` from the top left corner, clearing every line and the rest of the screen; at most `rows`
+/// lines of `columns` characters. Control sequences in `page` are made visible.
 [[nodiscard]] std::string drawn(std::string_view page, std::size_t rows, std::size_t columns);
 
 }  // namespace driveline::cli

@@ -46,8 +46,8 @@ Result<std::vector<AlReport>> collect_reports(Bus& bus, std::span<Request> reque
   return reports;
 }
 
-/// The change of state of one slave. Error indications are acknowledged first, by repeating the present state with the
-/// acknowledge bit (ETG.1000.6 5.3.1), and must be gone before the request: the old error could be mistaken for the
+/// The change of state of a slave. Error indications are acknowledged first, by repeating the current state with the
+/// acknowledge bit (ETG.1000.6 5.3.1), and must be cleared before the request: the old error could be mistaken for the
 /// answer to it.
 class Change {
  public:
@@ -59,11 +59,11 @@ class Change {
   [[nodiscard]] const Result<void>& result() const noexcept { return *result_; }
   void fail(const Error& error) { result_ = tl::unexpected(error); }
 
-  /// The slave has not answered a poll.
+  /// Counts a poll that the slave did not answer.
   void missed(std::uint16_t working_counter) {
     if (++missed_ >= kMissedPolls) fail(silent(slave_.position, working_counter));
   }
-  /// The next value for AL control; nothing: wait.
+  /// The next value for AL control; empty: wait.
   [[nodiscard]] std::optional<std::uint16_t> take(const AlReport& report, wire::AlState target,
                                                   std::chrono::nanoseconds now) {
     missed_ = 0;
@@ -81,8 +81,8 @@ class Change {
           return wire::AlControl{target, false, false}.raw();
         }
         if (late) refused();
-        // The controller of a slave without application copies AL control, acknowledge bit included, into AL status
-        // (ESC data sheet I, device emulation): what looks like an error without code goes away when the bit is not
+        // The controller of a slave without application copies AL control, including the acknowledge bit, into AL
+        // status (ESC data sheet I, device emulation): the apparent error without code disappears when the bit is not
         // written.
         if (phase_ == Phase::kAcknowledge && !copied_ && report.code == wire::AlStatusCode::kNoError) {
           copied_ = true;
@@ -120,7 +120,7 @@ class Change {
   std::optional<Result<void>> result_;
 };
 
-/// One poll of all open changes and what has to be written in answer to it.
+/// Polls all open changes once and writes the resulting AL control values.
 Result<void> advance(Bus& bus, std::span<Change*> open, wire::AlState target) {
   std::vector<Request> requests;
   std::vector<std::array<std::byte, kReportBytes>> data(open.size());

@@ -10,7 +10,7 @@
 
 namespace driveline::esi {
 
-/// Takes little-endian numbers and bytes from the front of a buffer. The caller has checked left() before.
+/// Takes little-endian numbers and bytes from the front of a buffer. Precondition of each read: left() is large enough.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes), size_(bytes.size()) {}

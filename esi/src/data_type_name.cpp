@@ -12,7 +12,7 @@ struct Row {
   DataType type;
 };
 
-/// The first row of a type has the name that is written.
+/// The writer uses the first row of a type.
 constexpr std::array kNames = {
     Row{"BOOL", DataType::kBoolean},        Row{"SINT", DataType::kInteger8},      Row{"INT", DataType::kInteger16},
     Row{"DINT", DataType::kInteger32},      Row{"LINT", DataType::kInteger64},     Row{"USINT", DataType::kUnsigned8},
@@ -36,7 +36,7 @@ std::string data_type_name(DataType type, std::uint32_t bit_length) {
   for (const Row& row : kNames) {
     if (row.type == type) return std::string(row.name);
   }
-  // Octet strings, and types that have no name: raw bytes.
+  // Octet strings and types without a name are raw bytes.
   return fmt::format("ARRAY [0..{}] OF BYTE", bytes == 0 ? 0 : bytes - 1);
 }
 

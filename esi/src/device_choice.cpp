@@ -9,7 +9,7 @@
 namespace driveline::esi {
 namespace {
 
-constexpr std::size_t kMaxListed = 20;  ///< devices in an error
+constexpr std::size_t kMaxListed = 20;  ///< devices that an error lists
 
 bool fits(const DeviceDescription& device, const DeviceChoice& choice) {
   const auto name = lower_case(choice.name);
@@ -26,7 +26,7 @@ std::string wanted(const DeviceChoice& choice) {
   return text;
 }
 
-/// Types with their product codes and revisions, one after the other.
+/// Lists types with their product codes and revisions.
 std::string listed(const std::vector<DeviceChoiceError::Candidate>& devices) {
   std::map<std::pair<std::string, std::uint32_t>, std::vector<std::uint32_t>> products;
   for (const auto& device : devices) products[{device.type, device.product_code}].push_back(device.revision);

@@ -8,7 +8,7 @@
 namespace driveline::esi {
 namespace {
 
-/// Lists of CiA 306-1: objects every device has, those of the manufacturer, all others.
+/// Object lists of CiA 306-1: objects that every device has, manufacturer-specific objects, all others.
 enum class ObjectList : unsigned char { kMandatory, kOptional, kManufacturer };
 
 ObjectList list_of(std::uint16_t index) noexcept {
@@ -20,7 +20,7 @@ bool is_text(DataType type) noexcept {
   return type == DataType::kVisibleString || type == DataType::kOctetString;
 }
 
-/// Little-endian hex digits, as descriptions have them, to a number of an EDS; empty stays empty.
+/// Converts little-endian hex digits of a description to an EDS number; empty stays empty.
 std::string number(const std::string& little_endian) {
   std::string text;
   for (std::size_t at = little_endian.size(); at >= 2; at -= 2) text += little_endian.substr(at - 2, 2);

@@ -8,7 +8,7 @@
 
 namespace driveline::esi {
 
-/// Objects of a Profile/Dictionary element, ascending by index; types are resolved by its DataTypes.
+/// Reads the objects of a Profile/Dictionary element, ascending by index; its DataTypes resolve the type names.
 [[nodiscard]] std::vector<Object> read_dictionary(XmlContext& context, pugi::xml_node dictionary);
 
 /// Appends the Dictionary element (DataTypes and Objects) to a Profile element.

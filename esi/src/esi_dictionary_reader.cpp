@@ -11,14 +11,14 @@ namespace {
 
 constexpr std::uint32_t kMaxSubindex = 255;
 constexpr std::uint32_t kMaxBits = 0xFFFF;
-constexpr std::uint32_t kMaxOffset = 0xFFFFF;  ///< of an object of 128 KiB
-constexpr std::uint32_t kFirstEntryBit = 16;   ///< sub-index 0 has 8 bits and is followed by 8 unused ones
+constexpr std::uint32_t kMaxOffset = 0xFFFFF;  ///< bits; the last offset in an object of 128 KiB
+constexpr std::uint32_t kFirstEntryBit = 16;   ///< sub-index 0 has 8 bits, followed by 8 unused bits
 
-/// The type that a name stands for.
+/// The type that a type name resolves to.
 struct ResolvedType {
   DataType type = DataType::kOctetString;
-  pugi::xml_node array;   ///< its DataType element, for an array of `type`
-  pugi::xml_node record;  ///< its DataType element, for a structure
+  pugi::xml_node array;   ///< DataType element of an array of `type`
+  pugi::xml_node record;  ///< DataType element of a structure
 };
 
 class DictionaryReader {
@@ -139,18 +139,18 @@ class DictionaryReader {
     return behind;
   }
 
-  /// The entries from `first` on lie one behind the other from bit `offset` on, the entry before them ends at `behind`.
+  /// Places the entries from `first` on one after the other from bit `offset`; the preceding entry ends at `behind`.
   static void place(Object& object, std::size_t first, std::uint32_t offset, std::uint32_t& behind) {
     for (std::size_t i = first; i < object.entries.size(); ++i) {
       ObjectEntry& entry = object.entries[i];
-      if (entry.subindex == 0) continue;  // always at 0
+      if (entry.subindex == 0) continue;  // always at bit 0
       if (offset != behind) entry.bit_offset = offset;
       behind = offset + entry.bit_length;
       offset = behind;
     }
   }
 
-  /// Adds the elements of an array type from sub-index `first` (or its LBound, if higher); returns the one behind.
+  /// Adds the elements of an array type from sub-index `first` (or its LBound, if higher); returns the next sub-index.
   std::uint32_t add_elements(pugi::xml_node user, const ResolvedType& type, std::uint32_t first, Object& object,
                              pugi::xml_node flags = {}) {
     const auto info = type.array.child("ArrayInfo");
@@ -185,11 +185,11 @@ class DictionaryReader {
     }
   }
 
-  /// A value as raw bytes: from hexBinary data as it is, from a number in the size of the entry, or from a text.
+  /// Returns a value as raw bytes in hex: hexBinary data unchanged, a number in the size of the entry, or a text.
   std::string value_hex(pugi::xml_node info, const std::string& kind, std::uint16_t bit_length) {
     const std::string data = kind + "Data";
     if (const auto node = info.child(data.c_str())) {
-      // Some vendors write numbers where the schema has hexBinary.
+      // Some vendors write numbers where the schema requires hexBinary.
       if (const auto bytes = parse_hex(node.text().get())) return to_hex(*bytes);
       return number_hex(node, bit_length);
     }
@@ -198,7 +198,7 @@ class DictionaryReader {
     return node ? number_hex(node, bit_length) : std::string{};
   }
 
-  /// A number as the raw bytes of an entry of `bit_length`; a note when it is none.
+  /// Returns a number as the raw bytes of an entry of `bit_length`, in hex; adds a note when the text is not a number.
   std::string number_hex(pugi::xml_node node, std::uint16_t bit_length) {
     const std::string text = XmlContext::text_of(node);
     const auto number = parse_number<std::uint64_t>(text);
@@ -224,8 +224,8 @@ class DictionaryReader {
     entry.maximum_hex = value_hex(info, "Max", entry.bit_length);
   }
 
-  /// Info of a variable describes itself. Other objects have a SubItem for each sub-index, in order; of a record some
-  /// may be missing, the name tells.
+  /// A variable has its values in its own Info. Other objects have a SubItem for each sub-index, in order; a record may
+  /// omit some, so its SubItems are matched by name.
   void read_infos(pugi::xml_node info, Object& object) {
     if (object.code == ObjectCode::kVariable) {
       read_values(info, object.entries.front());

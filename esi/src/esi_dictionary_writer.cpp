@@ -10,12 +10,12 @@
 namespace driveline::esi {
 namespace {
 
-constexpr std::uint32_t kFirstElementBit = 16;  ///< sub-index 0 has 8 bits and is followed by 8 unused ones
+constexpr std::uint32_t kFirstElementBit = 16;  ///< sub-index 0 has 8 bits, followed by 8 unused bits
 
-/// A variable, or a structure with the sub-indices; an array type needs elements that are all alike.
+/// Form of an object in the file: a variable, an array type (elements all alike), or a structure of sub-indices.
 enum class Shape { kVariable, kArray, kRecord };
 
-/// Elements of an array: the same in all but name, values and place.
+/// Whether two elements may belong to the same array: they may differ only in name, values and bit offset.
 bool alike(const ObjectEntry& a, const ObjectEntry& b) {
   return a.type == b.type && a.bit_length == b.bit_length && a.readable == b.readable && a.writable == b.writable &&
          a.rx_mappable == b.rx_mappable && a.tx_mappable == b.tx_mappable;

@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::size_t kConfigBytes = 14;      ///< ESC configuration area
 constexpr std::size_t kBootStrapBytes = 8;    ///< four words
-constexpr std::size_t kBootStrapOffset = 40;  ///< of the SII word 0x14
+constexpr std::size_t kBootStrapOffset = 40;  ///< byte offset of SII word 0x14
 constexpr std::uint32_t kMaxEntryBits = 255;
-constexpr std::uint32_t kMaxPdoBits = 8 * 1486;  ///< process data of a whole frame
+constexpr std::uint32_t kMaxPdoBits = 8 * 1486;  ///< longest process data in a frame
 
 template <typename T>
 struct Named {
@@ -25,7 +25,7 @@ struct Named {
   T value;
 };
 
-/// Names in ESI files differ in case from vendor to vendor.
+/// The case of names in ESI files varies between vendors.
 bool same_name(std::string_view a, std::string_view b) {
   return lower_case(a) == lower_case(b);
 }
@@ -92,7 +92,7 @@ class EsiReader {
     }
     for (const auto mode : node.child("Dc").children("OpMode")) device.dc_modes.push_back(read_dc_mode(mode));
     if (const auto slots = node.child("Slots")) context_.note(slots, "slots are not read");
-    // Files have either spelling.
+    // Both spellings occur in ESI files.
     const auto controller = node.child("ESC") ? node.child("ESC") : node.child("Esc");
     device.watchdogs.divider = optional_number<std::uint16_t>(controller, "Reg0400");
     device.watchdogs.pdi = optional_number<std::uint16_t>(controller, "Reg0410");
@@ -155,7 +155,7 @@ class EsiReader {
 
   void read_profile(pugi::xml_node node, DeviceDescription& device) {
     for (const auto profile : node.children("Profile")) {
-      // The profile of the device, or that of its first channel.
+      // The profile number of the device, or else of its first channel.
       const auto holder = profile.child("ProfileNo") ? profile : profile.child("ChannelInfo");
       if (device.device_profile == 0) device.device_profile = context_.child_number<std::uint16_t>(holder, "ProfileNo");
       if (const auto file = profile.child("DictionaryFile")) context_.note(file, "the dictionary is in another file");
@@ -164,7 +164,7 @@ class EsiReader {
     }
   }
 
-  /// The value of the name in the element's text; unused, with a note, when the name is not known.
+  /// Returns the value for the name in the element's text; an unknown name gives the unused value and adds a note.
   template <typename T, std::size_t N>
   T read_name(pugi::xml_node node, const std::array<Named<T>, N>& names) {
     const std::string text = XmlContext::text_of(node);
@@ -219,7 +219,8 @@ class EsiReader {
     if (entry.index != 0) entry.type = read_entry_type(node, entry.bit_length);
     entries.push_back(entry);
     if (bits <= kMaxEntryBits) return;
-    // Mapping objects and SII count the bits of an entry in a byte. The place of what follows is kept.
+    // Mapping objects and SII store the bit length of an entry in one byte. Gaps preserve the positions of later
+    // entries.
     if (bits > kMaxPdoBits) context_.fail(node, fmt::format("a PDO entry of {} bits", bits), "at most 11888 bits");
     context_.note(node, fmt::format("an entry of {} bits: the first {} of them, the rest a gap", bits, kMaxEntryBits));
     for (bits = std::min(bits, kMaxPdoBits) - kMaxEntryBits; bits > 0;) {
@@ -230,8 +231,8 @@ class EsiReader {
     }
   }
 
-  /// The base type of an entry. One that the file does not declare is a number of the entry's length, if there is such
-  /// a number.
+  /// Returns the base type of an entry. A type that the file does not declare becomes the unsigned number of the
+  /// entry's length, or raw bytes when there is no such number.
   DataType read_entry_type(pugi::xml_node node, std::uint8_t bit_length) {
     const auto type = node.child("DataType");
     const auto base = type ? data_type_of(XmlContext::text_of(type)) : std::nullopt;
@@ -280,7 +281,7 @@ class EsiReader {
     return mode;
   }
 
-  /// A sync manager of a mode: its times are passed over, its PDOs are not. Without PDOs the default assignment stays.
+  /// Reads a sync manager of a mode: its PDOs, but not its times. Without PDOs the default assignment applies.
   void read_assignment(pugi::xml_node node, DcOpMode& mode) {
     SmAssignment assignment;
     assignment.sync_manager = context_.attribute_number<std::uint8_t>(node, "No");
@@ -290,7 +291,7 @@ class EsiReader {
     if (!assignment.pdos.empty()) mode.assignments.push_back(std::move(assignment));
   }
 
-  /// The EEPROM is described by its parts, or there is the complete image in Data.
+  /// Reads the EEPROM, which is described by its parts or given as the complete image in Data.
   void read_eeprom(pugi::xml_node node, DeviceDescription& device) {
     const std::string image = context_.child_hex(node, "Data");
     const std::string config = image.empty() ? context_.child_hex(node, "ConfigData") : image;

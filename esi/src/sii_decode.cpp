@@ -38,7 +38,7 @@ void read_header(ByteReader& in, SiiImage& image) {
   in.read(image.version);
 }
 
-/// Decodes the content of one category; positions in errors are relative to the image.
+/// Decodes the content of a category; offsets in errors are relative to the image.
 class CategoryDecoder {
  public:
   CategoryDecoder(SiiCategoryType type, std::span<const std::byte> bytes, std::size_t image_offset)

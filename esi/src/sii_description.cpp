@@ -7,14 +7,14 @@
 namespace driveline::esi {
 namespace {
 
-constexpr std::size_t kMaxCount = 255;  ///< counts and lengths are single bytes
+constexpr std::size_t kMaxCount = 255;  ///< largest count and length, both single bytes
 constexpr std::uint32_t kSizeUnit = 128;
 constexpr std::uint32_t kMaxSizeWord = 0xFFFF;
 constexpr std::size_t kPorts = 4;
 
 // --- description to SII -----------------------------------------------------------------------------------------
 
-/// Collects texts and numbers them, equal texts once.
+/// Collects texts and numbers them; equal texts share a number.
 class TextTable {
  public:
   std::uint8_t number(std::string_view text) {
@@ -167,7 +167,7 @@ std::vector<SiiDcMode> make_dc_modes(const std::vector<DcOpMode>& modes, TextTab
   return list;
 }
 
-/// Smallest EEPROM of at least `wanted` bytes, doubled until `content` bytes fit, as the size word has it.
+/// Returns the size word of an EEPROM with at least `wanted` bytes, doubled until `content` bytes fit.
 std::uint16_t make_size_word(std::uint32_t wanted, std::size_t content) {
   std::uint64_t units = std::max<std::uint64_t>((std::uint64_t{wanted} + kSizeUnit - 1) / kSizeUnit, 1);
   while (units * kSizeUnit < content) units *= 2;
@@ -220,7 +220,7 @@ void read_fmmus(const SiiImage& image, DeviceDescription& device) {
   const auto* fmmus = image.find<SiiFmmus>(SiiCategoryType::kFmmu);
   if (fmmus == nullptr) return;
   for (const std::uint8_t use : fmmus->uses) device.fmmus.push_back(to_fmmu_use(use));
-  // The last byte may be there only to fill the word.
+  // The last byte may be padding to a whole word.
   if (!fmmus->uses.empty() && fmmus->uses.back() == 0xFF) device.fmmus.pop_back();
 }
 
@@ -237,7 +237,7 @@ void read_sync_managers(const SiiImage& image, DeviceDescription& device) {
   }
 }
 
-/// Devices may spread their PDOs over several categories of the same type.
+/// Devices may distribute their PDOs over several categories of the same type.
 std::vector<Pdo> read_pdos(const SiiImage& image, SiiCategoryType type) {
   std::vector<Pdo> pdos;
   for (const auto& category : image.categories) {
@@ -298,7 +298,7 @@ SiiImage make_sii(const DeviceDescription& device) {
   const auto add = [&image](SiiCategoryType type, SiiContent content) {
     image.categories.push_back({type, std::move(content)});
   };
-  // The string category comes first in the image and is complete last.
+  // The string category comes first in the image, but its content is complete only at the end.
   add(SiiCategoryType::kStrings, SiiStrings{});
   add(SiiCategoryType::kGeneral, make_general(device, texts));
   if (!device.fmmus.empty()) add(SiiCategoryType::kFmmu, make_fmmus(device.fmmus));

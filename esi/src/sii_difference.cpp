@@ -6,7 +6,7 @@
 namespace driveline::esi {
 namespace {
 
-/// Collects what differs.
+/// Collects the differences.
 class Comparison {
  public:
   void number(std::string what, std::uint64_t found, std::uint64_t planned, int digits) {
@@ -68,7 +68,7 @@ void compare_general(Comparison& to, const SiiImage& found, const SiiImage& plan
   to.number("physical ports", has->physical_ports, wants->physical_ports, 4);
 }
 
-/// FMMU uses without the padding behind them.
+/// Returns the FMMU uses without the padding at the end.
 std::vector<std::uint8_t> uses_of(const SiiImage& image) {
   const auto* fmmus = image.find<SiiFmmus>(SiiCategoryType::kFmmu);
   std::vector<std::uint8_t> uses = fmmus == nullptr ? std::vector<std::uint8_t>{} : fmmus->uses;
@@ -98,7 +98,7 @@ void compare_channels(Comparison& to, const SiiImage& found, const SiiImage& pla
   };
   for (std::size_t i = 0; i < std::min(count(has), count(wants)); ++i) {
     auto channel = (*has)[i];
-    channel.status = (*wants)[i].status;  // without meaning in an EEPROM
+    channel.status = (*wants)[i].status;  // meaningless in an EEPROM
     if (channel != (*wants)[i]) to.add(fmt::format("sync manager {}", i), text(channel), text((*wants)[i]));
   }
 }
@@ -108,7 +108,7 @@ std::string entry_text(const SiiImage& image, const SiiPdoEntry& entry) {
                      image.text(entry.name_text));
 }
 
-/// The master may write the mapping (CoE details: PDO configuration).
+/// Whether the master may write the mapping (CoE details: PDO configuration).
 bool maps_over_coe(const SiiImage& image) {
   const auto* general = image.find<SiiGeneral>(SiiCategoryType::kGeneral);
   return general != nullptr && (general->coe_details & SiiGeneral::kCoePdoConfig) != 0;
@@ -119,7 +119,7 @@ void compare_pdo(Comparison& to, std::string_view name, const SiiImage& found, c
   to.text(fmt::format("{}, name", name), found.text(has.name_text), planned.text(wants.name_text));
   to.number(fmt::format("{}, sync manager", name), has.sync_manager, wants.sync_manager, 2);
   to.number(fmt::format("{}, flags", name), has.flags, wants.flags, 4);
-  // An EEPROM may leave open what is mapped into a PDO that the master fills; the file then has a proposal.
+  // An EEPROM may leave the mapping of a PDO open when the master writes it; the file then only proposes a mapping.
   if (has.entries.empty() && maps_over_coe(planned)) return;
   if (has.entries.size() != wants.entries.size()) {
     to.add(fmt::format("{}, entries", name), fmt::format("{}", has.entries.size()),

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::byte kErased{0xFF};
 
-/// Writes the content of one category.
+/// Encodes the content of a category.
 class CategoryEncoder {
  public:
   explicit CategoryEncoder(ByteWriter& out) : out_(out) {}

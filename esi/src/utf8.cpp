@@ -8,11 +8,11 @@ namespace {
 
 struct Sequence {
   std::size_t length;  ///< bytes
-  char32_t first;      ///< bits of the first byte
+  char32_t first;      ///< payload bits of the first byte
   char32_t smallest;   ///< smallest code point that needs this length
 };
 
-/// Length of the sequence that `lead` starts; 0 when none starts so.
+/// Returns length and first bits of the sequence that starts with `lead`; length 0 when `lead` cannot start a sequence.
 Sequence sequence_of(std::uint8_t lead) {
   if (lead < 0x80) return {1, lead, 0};
   if ((lead & 0xE0U) == 0xC0U) return {2, lead & 0x1FU, 0x80};
@@ -57,8 +57,8 @@ void append_point(std::string& text, char32_t point) {
   }
 }
 
-/// UTF-16 without its byte order mark; `high`: position of the high byte in a unit. What is no character becomes the
-/// replacement character.
+/// Converts UTF-16 without byte order mark; `high` is the position of the high byte in a code unit. Invalid units
+/// become the replacement character.
 std::string from_utf16(std::string_view text, std::size_t high) {
   constexpr char32_t kReplacement = 0xFFFD;
   const auto unit = [&](std::size_t at) -> char32_t {

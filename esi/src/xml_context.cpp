@@ -7,8 +7,8 @@
 namespace driveline::esi {
 namespace {
 
-constexpr std::size_t kMaxNotes = 200;  ///< a file with more is told so once
-constexpr std::size_t kMaxQuoted = 60;  ///< longest piece of the file in a message
+constexpr std::size_t kMaxNotes = 200;  ///< limit; the next note says that more are omitted
+constexpr std::size_t kMaxQuoted = 60;  ///< longest excerpt of the file in a message
 constexpr std::string_view kWhiteSpace = " \t\r\n";
 constexpr std::uint32_t kEnglish = 1033;
 
@@ -21,7 +21,7 @@ std::string shortened(std::string text) {
   return text;
 }
 
-/// Name of the element, with its number among the siblings of the same name when there are several.
+/// Returns the name of the element, with its number among siblings of the same name when there are several.
 std::string step_of(pugi::xml_node node) {
   std::size_t number = 1;
   for (auto before = node.previous_sibling(node.name()); before; before = before.previous_sibling(node.name())) {

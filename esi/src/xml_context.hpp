@@ -16,10 +16,11 @@
 
 namespace driveline::esi {
 
-/// Reads typed values out of XML elements and remembers where they were: the first error, and notes.
+/// Reads typed values from XML elements and records the first error and the notes with their positions.
 ///
-/// A value that cannot be read becomes its default and the first such failure is kept; the reader runs on and asks once
-/// at the end. So the readers need no error handling of their own; they have no effects outside until then.
+/// A value that cannot be read becomes its default, and the first such failure is stored; the reader continues and
+/// checks for an error once at the end. So the readers need no error handling of their own, as they have no side
+/// effects before that check.
 class XmlContext {
  public:
   XmlContext(std::string_view text, std::string_view file_name);
@@ -30,25 +31,26 @@ class XmlContext {
   [[nodiscard]] const std::optional<EsiError>& error() const { return error_; }
   [[nodiscard]] std::vector<EsiNote> take_notes() { return std::move(notes_); }
 
-  /// Number in `text`: decimal, #x or 0x hexadecimal; `fallback` and an error when it is none or out of range.
+  /// Returns the number in `text`: decimal, or hexadecimal with #x or 0x. Returns `fallback` and stores an error when
+  /// the text is not a number or out of range.
   template <typename T>
   [[nodiscard]] T number(pugi::xml_node node, std::string_view text, T fallback);
-  /// Number of the child element; `fallback` when there is no such child.
+  /// Returns the number in the child element, `fallback` when there is no such child.
   template <typename T>
   [[nodiscard]] T child_number(pugi::xml_node parent, const char* child, T fallback = 0);
   template <typename T>
   [[nodiscard]] T attribute_number(pugi::xml_node node, const char* attribute, T fallback = 0);
-  /// Boolean attribute; missing is false, a number other than 0 true.
+  /// Returns a Boolean attribute; a missing attribute is false, a non-zero number is true.
   [[nodiscard]] bool attribute_flag(pugi::xml_node node, const char* attribute);
-  /// Boolean attribute that may be a register value, whose bit 0 counts then.
+  /// Returns a Boolean attribute that may also be a register value, in which case bit 0 decides.
   [[nodiscard]] bool attribute_bit(pugi::xml_node node, const char* attribute);
 
-  /// Text of an element without white space around it.
+  /// Returns the text of an element without surrounding white space.
   [[nodiscard]] static std::string text_of(pugi::xml_node node);
   [[nodiscard]] static std::string child_text(pugi::xml_node parent, const char* child);
-  /// Text of the child element in English (LcId 1033) if there are several, else of the first.
+  /// Returns the text of the child element, the English one (LcId 1033) if there are several, else the first.
   [[nodiscard]] std::string localized_text(pugi::xml_node parent, const char* child);
-  /// hexBinary content of the child element in upper case; empty when there is no such child.
+  /// Returns the hexBinary content of the child element in upper case; empty when there is no such child.
   [[nodiscard]] std::string child_hex(pugi::xml_node parent, const char* child);
 
  private:
@@ -61,13 +63,13 @@ class XmlContext {
   std::vector<EsiNote> notes_;
 };
 
-/// ASCII letters in lower case.
+/// Converts ASCII letters to lower case.
 [[nodiscard]] std::string lower_case(std::string_view text);
 
-/// Text without white space at both ends.
+/// Removes white space at both ends of the text.
 [[nodiscard]] std::string_view trimmed(std::string_view text);
 
-/// Value of a decimal, #x or 0x number that fits into T; nothing else may be in the text.
+/// Returns the value of a decimal, #x or 0x number that fits into T; nullopt when the text contains anything else.
 template <typename T>
 [[nodiscard]] std::optional<T> parse_number(std::string_view text) {
   text = trimmed(text);

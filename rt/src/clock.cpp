@@ -18,15 +18,15 @@ std::chrono::nanoseconds MonotonicClock::now() const noexcept {
 
 void MonotonicClock::sleep_until(std::chrono::nanoseconds deadline) noexcept {
   if (deadline <= std::chrono::nanoseconds::zero()) {
-    return;  // before the epoch, which the kernel would refuse as invalid
+    return;  // before the epoch; the kernel would refuse such a time
   }
   const std::timespec time = to_timespec(deadline);
   int result = 0;
   do {
     result = clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr);  // the error is returned, not in errno
   } while (result == EINTR);
-  // No error is possible here by the manual; should a sandbox forbid the call, the promise "not before the deadline"
-  // still holds.
+  // By the manual no error is possible here; if a sandbox forbids the call, the promise "not before the deadline" must
+  // still hold.
   while (result != 0 && now() < deadline) {
     spin();
   }
@@ -40,7 +40,8 @@ void MonotonicClock::spin() noexcept {
 #endif
 }
 
-/// Half a turn is how late the instant is seen: the last turns only read the clock, for a pause takes as long as that.
+/// The instant is detected half an iteration late on average, so the last iterations only read the clock: a pause takes
+/// as long as a reading.
 std::chrono::nanoseconds MonotonicClock::spin_until(std::chrono::nanoseconds instant) noexcept {
   constexpr std::chrono::nanoseconds kWithoutPause = std::chrono::microseconds{1};
   while (now() + kWithoutPause < instant) spin();

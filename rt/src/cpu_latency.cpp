@@ -34,7 +34,7 @@ CpuLatencyHold::~CpuLatencyHold() {
 
 RealtimeItem CpuLatencyHold::request(std::chrono::microseconds limit, const std::string& device) {
   release();
-  // The kernel takes and gives 32 bits of its own byte order.
+  // The kernel takes and returns 32 bits in native byte order.
   const auto wanted_us =
       static_cast<std::int32_t>(std::clamp<std::int64_t>(limit.count(), 0, std::numeric_limits<std::int32_t>::max()));
   RealtimeItem item{.name = kLatencyName, .requested = at_most(wanted_us), .effective = {}, .remedy = {}};

@@ -9,9 +9,9 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-// 16 parts awake owe one part of sleep: 94.1 % of the CPU, below the 95 % at which Linux stops the thread.
+// 16 parts awake require one part of sleep: 94.1 % of the CPU, below the 95 % at which Linux stops the thread.
 constexpr int kAwakePerRest = 16;
-// From so many periods awake on it is worth a system call to ask whether the thread was running at all.
+// Number of periods awake from which a system call is worthwhile to find out whether the thread was running at all.
 constexpr int kLongAwake = 2;
 
 }  // namespace
@@ -54,7 +54,7 @@ CycleStart CycleTimer::wait_next() noexcept {
   slept_ = false;
   const nanoseconds wake = clock_.spin_until(next_ - early_);
 
-  // Looked at after the sleep, so that periods lost by a late wake-up count like those lost by a long cycle. 0 for a
+  // Computed after the sleep, so that periods lost by a late wake-up count like those lost by a long cycle. 0 for a
   // thread that is early.
   const std::int64_t missed = (wake - next_) / period_;
   const CycleStart start{next_cycle_ + missed, next_ + missed * period_, wake, missed};
@@ -66,7 +66,7 @@ CycleStart CycleTimer::wait_next() noexcept {
 
 nanoseconds CycleTimer::shift_phase(nanoseconds shift) noexcept {
   const nanoseconds limit = period_ / 2;
-  // Compared against the room that is left, so that no sum can overflow.
+  // Clamp to the remaining room, so that no sum can overflow.
   const nanoseconds accepted = std::clamp(shift, -limit - pending_shift_, limit - pending_shift_);
   pending_shift_ += accepted;
   phase_shift_ += accepted;
@@ -77,7 +77,7 @@ void CycleTimer::sleep_towards_next() noexcept {
   const nanoseconds now = clock_.now();
   owe_rest(now - awake_since_);
 
-  // What was learned never takes the sleep that is owed, which would be paid by a whole period.
+  // The learned margin never shortens the sleep that is owed; otherwise a whole period would be skipped to pay for it.
   const nanoseconds due = next_ - early_;
   const nanoseconds lead =
       wake_ahead_.value_or(std::max(nanoseconds::zero(), std::min(margin_.value(), due - now - rest_debt_)));
@@ -89,13 +89,13 @@ void CycleTimer::sleep_towards_next() noexcept {
   }
   clock_.sleep_until(target);
   awake_since_ = clock_.now();
-  // A thread that did not sleep did not wake either.
+  // Without a sleep there was no wake-up to measure.
   if (target > now) margin_.observe(awake_since_ - target);
   rest_debt_ = std::max(nanoseconds::zero(), rest_debt_ - (awake_since_ - now));
 }
 
-/// A thread that was stopped or pushed off its CPU owes nothing for that: the periods it missed are late enough without
-/// a rest behind them.
+/// Adds the sleep owed for the time `awake`. A thread that was stopped or preempted owes nothing for that time: it is
+/// late enough without an additional rest.
 void CycleTimer::owe_rest(nanoseconds awake) noexcept {
   rest_debt_ += awake / kAwakePerRest;
   awake_unproven_ += awake;

@@ -31,7 +31,7 @@ nanoseconds Histogram::percentile(double quantile) const noexcept {
   for (std::size_t i = 0; i < kBuckets; ++i) {
     passed += counts_[i];
     if (static_cast<double>(passed) >= rank) {
-      // The buckets hold integers lower .. upper - 1. The limits sharpen the first and the last occupied bucket.
+      // A bucket holds the integers lower .. upper - 1. min_ and max_ narrow the first and the last occupied bucket.
       const nanoseconds middle = (lower_bound(i) + lower_bound(i + 1) - nanoseconds{1}) / 2;
       return std::clamp(middle, min_, max_);
     }

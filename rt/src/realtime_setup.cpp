@@ -33,7 +33,7 @@ std::string kib(std::uint64_t value) {
   return std::to_string(value) + " KiB";
 }
 
-/// A number of /proc/self/status, such as that of "VmLck:"; 0 if it is missing.
+/// A number in /proc/self/status, such as "VmLck:"; 0 if it is missing.
 std::uint64_t status_value(const std::string& key, int base = 10) {
   std::ifstream status{"/proc/self/status"};
   for (std::string line; std::getline(status, line);) {
@@ -44,8 +44,8 @@ std::uint64_t status_value(const std::string& key, int base = 10) {
   return 0;
 }
 
-// A limit that leaves less room than this above what is mapped now is treated as a refusal: memory that is mapped later
-// counts against it, too, and the next thread stack or heap extension would fail in the middle of the run.
+// A limit that leaves less room than this above the memory mapped now is treated as a refusal: memory that is mapped
+// later also counts, and the next thread stack or heap extension would fail in the middle of the run.
 constexpr std::uint64_t kLockHeadroomKib = 64 * 1024;
 
 /// The limit on locked memory if it is too tight for this process.
@@ -111,8 +111,8 @@ RealtimeItem lock_memory(bool requested) {
   std::optional<std::uint64_t> tight_limit_kib;
   if (requested) {
     tight_limit_kib = tight_memlock_limit_kib();
-    // Future mappings are locked as they are touched (ONFAULT): what the cycle uses is touched beforehand, and a stack
-    // of 8 MiB for every helper thread of a library does not have to be resident.
+    // Lock future mappings only when they are touched (ONFAULT): the cycle's memory is touched beforehand, and the 8
+    // MiB stacks of library helper threads need not be resident.
     if (tight_limit_kib) {
       item.error_number = ENOMEM;
     } else if (mlockall(MCL_CURRENT) != 0 || mlockall(MCL_FUTURE | MCL_ONFAULT) != 0) {
@@ -137,12 +137,12 @@ RealtimeItem keep_heap(bool requested) {
     return item;
   }
   const bool accepted = mallopt(M_TRIM_THRESHOLD, -1) == 1 && mallopt(M_MMAP_MAX, 0) == 1;
-  // malloc has no read-back for its options. A block far above the default mmap threshold shows the effect of one of
-  // them: it must not become a mapping of its own.
+  // malloc cannot report its options. Allocating a block far above the default mmap threshold checks the effect of one
+  // option: the block must not become a mapping of its own.
   constexpr std::size_t kLargeBlockBytes = 4 * 1024 * 1024;
   const std::size_t mappings = mallinfo2().hblks;
   void* block = std::malloc(kLargeBlockBytes);
-  asm volatile("" : : "g"(block) : "memory");  // or the compiler removes the pair
+  asm volatile("" : : "g"(block) : "memory");  // keeps the compiler from removing the pair
   item.ok = accepted && block != nullptr && mallinfo2().hblks <= mappings;
   std::free(block);
   item.effective = item.ok ? "kept in the process" : "returned to the kernel when freed";
@@ -172,8 +172,8 @@ RealtimeItem prefault_stack() {
   auto* const first = static_cast<volatile std::uint8_t*>(lowest);
   const std::size_t in_use_from =
       static_cast<std::size_t>(static_cast<volatile std::uint8_t*>(__builtin_frame_address(0)) - first) / page;
-  // From the page below this frame downwards, as a stack grows. Each byte is written back as it was read, so that
-  // nothing can be damaged.
+  // From the page below this frame downwards, as a stack grows. Writing back each byte as it was read cannot damage
+  // anything.
   for (std::size_t i = in_use_from; i-- > 0;) {
     first[i * page] = first[i * page];
   }
@@ -195,7 +195,7 @@ RealtimeItem prefault_stack() {
 
 RealtimeItem set_timer_slack(std::chrono::nanoseconds slack) {
   RealtimeItem item = item_of("timer slack", "at most " + std::to_string(slack.count()) + " ns");
-  // 0 would mean "the default of the process", so it is not passed on.
+  // 0 would select the default of the process, so it is not passed on.
   if (slack.count() < 1) {
     item.error_number = EINVAL;
   } else if (prctl(PR_SET_TIMERSLACK, static_cast<unsigned long>(slack.count()), 0, 0, 0) != 0) {

@@ -5,15 +5,16 @@
 
 #include "driveline/rt/realtime_report.hpp"
 
-/// The single steps of the real-time set-up. Each one sets, reads back what is in effect, and reports.
+/// The individual steps of the real-time set-up. Each one makes a setting, reads back the value in effect, and reports
+/// it.
 namespace driveline::rt::setup {
 
-/// Locks the memory of the process: what is mapped now is brought into memory at once and stays, later mappings stay
-/// once touched.
+/// Locks the memory of the process: current mappings are brought into memory at once and stay there; later mappings
+/// stay once they are touched.
 [[nodiscard]] RealtimeItem lock_memory(bool requested);
 
-/// Keeps freed heap memory in the process and serves large blocks from the heap, so that memory once brought in is
-/// used again instead of being given back and faulted in anew.
+/// Retains freed heap memory in the process and serves large blocks from the heap, so that resident memory is reused
+/// instead of being returned and faulted in again.
 [[nodiscard]] RealtimeItem keep_heap(bool requested);
 
 /// Brings the whole stack of the calling thread (created by pthread_create) into memory.
@@ -28,7 +29,7 @@ namespace driveline::rt::setup {
 /// Gives the calling thread a SCHED_FIFO priority.
 [[nodiscard]] RealtimeItem set_scheduler(std::optional<int> priority);
 
-/// The report on a thread that could not be created.
+/// The report item for a thread that could not be created.
 [[nodiscard]] RealtimeItem no_thread(int error_number);
 
 }  // namespace driveline::rt::setup

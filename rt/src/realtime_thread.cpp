@@ -15,16 +15,16 @@
 
 namespace driveline::rt {
 
-/// Everything the starter and the thread share; lives until the thread has been joined.
+/// State shared by the starting thread and the real-time thread; lives until the real-time thread has been joined.
 struct RealtimeThread::Launch {
   RealtimeConfig config;
   RealtimeTask* task = nullptr;
   std::stop_source stop;
   pthread_t thread{};
   RealtimeReport report;        // written by the thread until the set-up is done, then read by the starter
-  std::promise<bool> will_run;  // the set-up is done; whether the task runs
-  CpuLatencyHold latency;       // ends when the thread has been joined
-  std::promise<void> end;       // the task has ended
+  std::promise<bool> will_run;  // set when the set-up is done: whether the task will run
+  CpuLatencyHold latency;       // released after the thread has been joined
+  std::promise<void> end;       // set when the task has ended
   std::future<void> ended = end.get_future();
 
   int create() noexcept;
@@ -50,7 +50,7 @@ int RealtimeThread::Launch::create() noexcept {
   }
   error = pthread_attr_setstacksize(&attributes, rounded_stack_size(config.stack_bytes));
   if (error == 0) {
-    // A new thread inherits the signal mask.
+    // A new thread inherits the signal mask, so block all signals meanwhile.
     sigset_t all;
     sigset_t before;
     sigfillset(&all);
@@ -68,11 +68,11 @@ void* RealtimeThread::Launch::enter(void* launch) noexcept {
 }
 
 void RealtimeThread::Launch::live() noexcept {
-  pthread_setname_np(pthread_self(), config.name.substr(0, 15).c_str());  // cosmetic
+  pthread_setname_np(pthread_self(), config.name.substr(0, 15).c_str());  // only for display
   report.settings.push_back(setup::prefault_stack());
   report.settings.push_back(setup::pin_to_cpu(config.cpu));
-  // After the slow steps, so that they do not run with a real-time priority, and before the timer slack, which newer
-  // kernels change together with the scheduling class.
+  // Set the scheduler after the slow steps, so that they do not run with a real-time priority, and before the timer
+  // slack, which newer kernels change together with the scheduling class.
   report.settings.push_back(setup::set_scheduler(config.priority));
   report.settings.push_back(setup::set_timer_slack(config.timer_slack));
 

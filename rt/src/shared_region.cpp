@@ -52,7 +52,7 @@ tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::st
     return Failure{call_failed("memfd_create")};
   }
   SharedRegion region{descriptor, layout};
-  // Sizes and allocates: a lack of memory is an error here instead of a SIGBUS later.
+  // Sets the size and allocates: a lack of memory is an error here instead of a SIGBUS later.
   if (::fallocate(descriptor, 0, 0, static_cast<off_t>(bytes)) != 0) {
     return Failure{call_failed("fallocate")};
   }

@@ -10,7 +10,7 @@ std::atomic<bool> stop_flag{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "used in a signal handler");
 
 extern "C" void on_stop_signal(int signal) {
-  // The program is ending already: the user does not want to wait for it.
+  // A second signal: the program is already shutting down and the user does not want to wait.
   if (stop_flag.exchange(true)) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);

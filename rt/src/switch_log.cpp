@@ -17,9 +17,9 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kHeaderBytes = 4096;  // a page of facts in front of the records
+constexpr std::size_t kHeaderBytes = 4096;  // page of metadata before the records
 constexpr std::size_t kRecordBytes = 1U << 16;
-/// Of a record of a switch: the thread before or behind it, and then what every record ends with.
+/// Offsets in a switch record: the previous or next thread, followed by the fields that end every record.
 constexpr std::size_t kSampleAt = sizeof(perf_event_header) + 2 * sizeof(std::uint32_t);
 constexpr std::size_t kThreadAt = kSampleAt + sizeof(std::uint32_t);
 constexpr std::size_t kTimeAt = kSampleAt + 2 * sizeof(std::uint32_t);
@@ -35,7 +35,7 @@ perf_event_attr switches_of_a_cpu() noexcept {
   what.sample_type = PERF_SAMPLE_TID | PERF_SAMPLE_TIME;
   what.use_clockid = 1;
   what.clockid = CLOCK_MONOTONIC;
-  // Newest record first, the oldest overwritten.
+  // The kernel writes the newest record first and overwrites the oldest.
   what.write_backward = 1;
   return what;
 }
@@ -43,7 +43,8 @@ perf_event_attr switches_of_a_cpu() noexcept {
 template <typename T>
 T value_at(const std::byte* records, std::size_t at) noexcept {
   T value{};
-  // Records have a multiple of eight bytes and so lie across the end of the memory between fields only.
+  // The size of a record is a multiple of eight bytes, so a record wraps around the end of the memory only between
+  // fields.
   std::memcpy(&value, records + at % kRecordBytes, sizeof value);
   return value;
 }
@@ -65,14 +66,14 @@ tl::expected<std::unique_ptr<SwitchLog>, SwitchLogError> SwitchLog::open(int cpu
   const auto descriptor = static_cast<int>(
       syscall(SYS_perf_event_open, &what, -1, cpu, -1, static_cast<unsigned long>(PERF_FLAG_FD_CLOEXEC)));
   if (descriptor < 0) return tl::unexpected(SwitchLogError{cpu, errno});
-  // Not writable: that is what lets the kernel overwrite the oldest.
+  // Map without PROT_WRITE: only then does the kernel overwrite the oldest records.
   void* memory = mmap(nullptr, kHeaderBytes + kRecordBytes, PROT_READ, MAP_SHARED, descriptor, 0);
   if (memory == MAP_FAILED) {
     const int error_number = errno;
     close(descriptor);
     return tl::unexpected(SwitchLogError{cpu, error_number});
   }
-  // Not make_unique: the constructor is private.
+  // Not make_unique, because the constructor is private.
   return std::unique_ptr<SwitchLog>{new SwitchLog{descriptor, static_cast<std::byte*>(memory)}};
 }
 
@@ -84,7 +85,7 @@ SwitchLog::~SwitchLog() {
 std::size_t SwitchLog::look(nanoseconds since, std::span<CpuSwitch> found) const noexcept {
   const auto& page = *reinterpret_cast<const perf_event_mmap_page*>(memory_);
   const std::byte* records = memory_ + kHeaderBytes;
-  // Falls with each record, from 0 on.
+  // Decreases from 0 with each record.
   const std::uint64_t head = __atomic_load_n(&page.data_head, __ATOMIC_ACQUIRE);
   const std::uint64_t written = std::min<std::uint64_t>(0 - head, kRecordBytes);
   std::size_t count = 0;

@@ -9,20 +9,20 @@
 
 namespace driveline::endpoint {
 
-/// What the end point knows.
+/// State of the end point.
 struct CockpitState {
   slaves::DeviceStatus device;
   slaves::EndpointAddress address;
-  bool link = false;                ///< frames pass
-  std::uint64_t frames_in = 0;      ///< from the master
-  std::uint64_t frames_out = 0;     ///< to the master
-  std::chrono::seconds running{0};  ///< since the end point was started
+  bool link = false;                ///< the link is up: frames pass
+  std::uint64_t frames_in = 0;      ///< frames from the master
+  std::uint64_t frames_out = 0;     ///< frames to the master
+  std::chrono::seconds running{0};  ///< time since the end point was started
 };
 
-/// The state as one JSON document. Keys stay the same, whatever the device; values it has not are left out of `values`
-/// and `parameters`.
+/// Formats the state as a JSON document. The keys are the same for all devices; `values` and `parameters` contain only
+/// what the device has.
 [[nodiscard]] std::string state_json(const CockpitState& state);
-/// The page that shows it, complete in itself: it reads /state.json again and again.
+/// Returns the self-contained page that displays the state: it reads /state.json periodically.
 [[nodiscard]] std::string_view cockpit_page() noexcept;
 
 }  // namespace driveline::endpoint

@@ -12,27 +12,27 @@
 
 namespace driveline::endpoint {
 
-/// TCP echo (RFC 862): sends back what comes.
+/// TCP echo (RFC 862): returns all received data.
 class EchoServer {
  public:
-  static constexpr std::uint16_t kPort = 7;            ///< of RFC 862
-  static constexpr std::size_t kMostConnections = 16;  ///< at once; further ones wait
+  static constexpr std::uint16_t kPort = 7;            ///< port of RFC 862
+  static constexpr std::size_t kMostConnections = 16;  ///< connections at the same time; further ones wait
 
   /// Listens on all addresses.
   [[nodiscard]] static Outcome<EchoServer> open();
 
-  /// Appends what it waits for.
+  /// Appends the descriptors to wait for.
   void wait_for(std::vector<pollfd>& descriptors) const;
-  /// Does what can be done without waiting.
+  /// Handles everything that is possible without waiting.
   void serve();
 
  private:
   explicit EchoServer(port::FileDescriptor listener) : listener_(std::move(listener)) {}
   struct Connection {
     port::FileDescriptor socket;
-    std::vector<std::byte> waiting;  ///< received, not sent back yet
+    std::vector<std::byte> waiting;  ///< received but not yet sent back
   };
-  /// False: it has ended.
+  /// Returns false when the connection has ended.
   [[nodiscard]] static bool serve(Connection& connection);
 
   port::FileDescriptor listener_;

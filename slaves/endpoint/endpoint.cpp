@@ -16,7 +16,7 @@ using slaves::EndpointMessage;
 using slaves::EndpointPacket;
 
 constexpr int kIdleMilliseconds = 1000;
-/// Frames in one direction before the other has its turn.
+/// Maximum number of frames in one direction before the other direction is served.
 constexpr int kBatch = 64;
 
 }  // namespace
@@ -105,7 +105,7 @@ void Endpoint::take(const EndpointPacket& packet) {
   }
 }
 
-/// A frame for which the simulation has no room is lost, as on any network.
+/// A frame that the simulation cannot accept is lost, as in any network.
 void Endpoint::forward_frames() {
   EndpointPacket packet;
   for (int i = 0; i < kBatch; ++i) {

@@ -16,22 +16,22 @@
 
 namespace driveline::endpoint {
 
-/// The IP stack of one device: frames between the socket to its simulation and the kernel's stack in a namespace of its
-/// own, and what listens there.
+/// The IP stack of a device: transfers frames between the socket to the device's simulation and the kernel's stack in a
+/// separate network namespace, and runs the servers there.
 class Endpoint {
  public:
-  /// Takes over `socket`, the end of a SOCK_SEQPACKET pair.
+  /// Takes ownership of `socket`, an end of a SOCK_SEQPACKET pair.
   explicit Endpoint(int socket) : socket_(socket) {}
-  Endpoint(const Endpoint&) = delete;  // the web server refers to the state in here
+  Endpoint(const Endpoint&) = delete;  // the web server refers to the state of this object
   Endpoint& operator=(const Endpoint&) = delete;
 
-  /// Runs until the other end of the socket is closed. Error: why it cannot run, told to the other end, too.
+  /// Runs until the other end of the socket is closed. The error, also sent to the other end, states why it cannot run.
   [[nodiscard]] Outcome<void> run();
 
  private:
   [[nodiscard]] Outcome<void> set_up();
   [[nodiscard]] Outcome<void> pump();
-  /// False: the other end is closed.
+  /// Returns false when the other end is closed.
   [[nodiscard]] bool take_messages();
   void take(const slaves::EndpointPacket& packet);
   void forward_frames();

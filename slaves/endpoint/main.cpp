@@ -1,5 +1,5 @@
-// The IP stack of one simulated device, in a process of its own: it is fed with Ethernet frames over a socket that it
-// inherits, and speaks ARP, ICMP, UDP, TCP, HTTP and echo.
+// The IP stack of a simulated device in a separate process: it exchanges Ethernet frames over an inherited socket, and
+// supports ARP, ICMP, UDP, TCP, HTTP and echo.
 
 #include <charconv>
 #include <csignal>
@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGINT, SIG_IGN);  // of a terminal: it ends with the socket
+  std::signal(SIGINT, SIG_IGN);  // from a terminal: the program ends with the socket instead
   driveline::endpoint::Endpoint endpoint(socket);
   const auto result = endpoint.run();
   if (result) return 0;

@@ -26,7 +26,7 @@ Outcome<void> write_file(const char* path, const std::string& text) {
   return {};
 }
 
-/// Root in there, whoever it is out here.
+/// Maps the user and group to root inside the new user namespace.
 Outcome<void> map_to_root(unsigned user, unsigned group) {
   return write_file("/proc/self/setgroups", "deny")
       .and_then([&] { return write_file("/proc/self/uid_map", "0 " + std::to_string(user) + " 1"); })
@@ -56,11 +56,11 @@ Outcome<void> enter_own_network() {
 
 Outcome<void> drop_privileges() {
   for (unsigned capability = 0; ::prctl(PR_CAPBSET_READ, capability) >= 0; ++capability) {
-    // The bounding set can be made smaller by CAP_SETPCAP alone; without, there is nothing to be gained from it.
+    // Only CAP_SETPCAP can reduce the bounding set; a process without it could gain nothing from the set.
     static_cast<void>(::prctl(PR_CAPBSET_DROP, capability));
   }
   if (::prctl(PR_SET_KEEPCAPS, 1) != 0) return failed("PR_SET_KEEPCAPS");
-  // In a user namespace of this process nobody is not mapped: it stays who it is out here.
+  // A user namespace of this process does not map kNobody: there the calls fail and the user does not change.
   static_cast<void>(::setgroups(0, nullptr));
   static_cast<void>(::setresgid(kNobody, kNobody, kNobody));
   static_cast<void>(::setresuid(kNobody, kNobody, kNobody));

@@ -4,12 +4,12 @@
 
 namespace driveline::endpoint {
 
-/// Moves this process into a network namespace of its own, which has nothing but a loopback interface. With
-/// CAP_SYS_ADMIN directly, else inside a user namespace where the kernel allows it. The process must have one thread.
+/// Moves this process into a new network namespace that has only a loopback interface: directly with CAP_SYS_ADMIN,
+/// else inside a user namespace if the kernel allows it. The process must have a single thread.
 [[nodiscard]] Outcome<void> enter_own_network();
 
-/// Gives up everything but CAP_NET_ADMIN, which in the own network namespace goes no further than this network and is
-/// needed when the master sets another address; becomes nobody if it was root; nothing that it starts gets more.
+/// Drops all privileges except CAP_NET_ADMIN, which is limited to the new network namespace and needed to change the
+/// address; a root process becomes user 65534. Programs that it starts cannot gain privileges.
 [[nodiscard]] Outcome<void> drop_privileges();
 
 }  // namespace driveline::endpoint

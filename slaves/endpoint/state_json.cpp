@@ -89,7 +89,7 @@ std::string state_json(const CockpitState& state) {
                                  {"values", values(state.device, DeviceStatus::Kind::kActual)},
                                  {"parameters", values(state.device, DeviceStatus::Kind::kParameter)},
                                  {"running_s", state.running.count()}};
-  // Names of devices may be in any encoding.
+  // Device names may have any encoding.
   return document.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 

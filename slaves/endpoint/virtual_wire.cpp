@@ -40,7 +40,7 @@ ifreq request_for(const char* name) {
   return request;
 }
 
-/// iproute2's `ip` with these arguments.
+/// Runs iproute2's `ip` with these arguments.
 Outcome<void> run_ip(std::initializer_list<const char*> arguments) {
   std::vector<std::string> words(arguments.begin(), arguments.end());
   words.insert(words.begin(), "ip");
@@ -59,7 +59,7 @@ Outcome<void> run_ip(std::initializer_list<const char*> arguments) {
   return tl::unexpected(Failure{"`" + text + "` failed"});
 }
 
-/// No addresses by themselves, and so no traffic that nobody asked for.
+/// Prevents automatic addresses, and thus unsolicited traffic.
 void switch_ipv6_off() noexcept {
   const FileDescriptor file{::open("/proc/sys/net/ipv6/conf/default/disable_ipv6", O_WRONLY | O_CLOEXEC)};
   if (file.valid()) static_cast<void>(::write(file.get(), "1", 1));
@@ -73,12 +73,12 @@ Outcome<void> take_up(int control, const char* name, int more_flags) {
   return {};
 }
 
-/// What the stack leaves to its network card, nobody would do here: check sums would be missing, and frames too long.
+/// There is no network card for the offloads of the stack: checksums would be missing and frames too long.
 Outcome<void> switch_offloads_off(int control) {
   for (const int command : {ETHTOOL_STXCSUM, ETHTOOL_STSO, ETHTOOL_SGSO, ETHTOOL_SGRO}) {
     ethtool_value value{static_cast<std::uint32_t>(command), 0};
     auto request = request_for(kStackEnd);
-    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the kernel takes whatever structure as a char*
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the kernel takes every structure as a char*
     request.ifr_data = reinterpret_cast<char*>(&value);
     if (::ioctl(control, SIOCETHTOOL, &request) == 0 || errno == EOPNOTSUPP) continue;
     return failed("offloads of the virtual interface cannot be switched off");
@@ -95,7 +95,7 @@ Outcome<FileDescriptor> open_packets() {
   address.sll_family = AF_PACKET;
   address.sll_protocol = htons(ETH_P_ALL);
   address.sll_ifindex = static_cast<int>(::if_nametoindex(kWireEnd));
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the sockets API wants it so
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the sockets API requires it
   if (::bind(packets.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     return failed("the packet socket cannot be bound");
   }
@@ -156,7 +156,7 @@ Outcome<VirtualWire> VirtualWire::open() {
       [&](FileDescriptor&& packets) { return VirtualWire(std::move(control), std::move(packets)); });
 }
 
-/// Setting the address takes the routes of the old one away.
+/// Setting the address removes the routes of the previous one.
 Outcome<void> VirtualWire::set_address(const EndpointAddress& address) {
   const int control = control_.get();
   if (is_set(address.mac)) {

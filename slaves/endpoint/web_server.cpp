@@ -13,8 +13,7 @@ constexpr unsigned kMostConnections = 32;
 constexpr unsigned kPatienceSeconds = 15;
 
 MHD_Result answer(MHD_Connection* connection, unsigned status, std::string_view content, const char* type) {
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): the library copies it before this returns, and writes
-  // nothing
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): the library copies the bytes and does not write them
   auto* bytes = const_cast<char*>(content.data());
   auto* response = MHD_create_response_from_buffer(content.size(), bytes, MHD_RESPMEM_MUST_COPY);
   if (response == nullptr) return MHD_NO;
@@ -27,7 +26,7 @@ MHD_Result answer(MHD_Connection* connection, unsigned status, std::string_view 
 
 MHD_Result handle(void* state, MHD_Connection* connection, const char* url, const char* method, const char* /*version*/,
                   const char* /*upload*/, std::size_t* upload_size, void** seen) {
-  // The library asks a first time before the rest of the request has come.
+  // The library calls a first time before the rest of the request has arrived.
   if (*seen == nullptr) {
     *seen = connection;
     return MHD_YES;
@@ -55,7 +54,7 @@ void WebServer::Stop::operator()(MHD_Daemon* daemon) const noexcept {
 }
 
 Outcome<WebServer> WebServer::open(const CockpitState& state) {
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): the library hands the pointer back and never writes there
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): the library returns the pointer and never writes there
   auto* context = const_cast<CockpitState*>(&state);
   auto* daemon = MHD_start_daemon(MHD_USE_EPOLL, kPort, nullptr, nullptr, &handle, context, MHD_OPTION_CONNECTION_LIMIT,
                                   kMostConnections, MHD_OPTION_CONNECTION_TIMEOUT, kPatienceSeconds, MHD_OPTION_END);

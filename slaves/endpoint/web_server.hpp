@@ -12,15 +12,15 @@ struct MHD_Daemon;
 
 namespace driveline::endpoint {
 
-/// HTTP at port 80: `/` the cockpit, `/state.json` the state. Runs in the thread that calls serve().
+/// HTTP on port 80: `/` is the cockpit page, `/state.json` the state. Runs in the thread that calls serve().
 class WebServer {
  public:
-  /// Shows `state` as it is when it is asked for, which must outlive the server.
+  /// Serves the current content of `state`, which must outlive the server.
   [[nodiscard]] static Outcome<WebServer> open(const CockpitState& state);
 
-  /// Appends what it waits for.
+  /// Appends the descriptors to wait for.
   void wait_for(std::vector<pollfd>& descriptors) const;
-  /// Does what can be done without waiting.
+  /// Handles everything that is possible without waiting.
   void serve();
 
  private:

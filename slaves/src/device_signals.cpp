@@ -9,7 +9,7 @@
 namespace driveline::slaves {
 namespace {
 
-constexpr std::size_t kMaxListed = 30;  ///< names in a sentence
+constexpr std::size_t kMaxListed = 30;  ///< names that a sentence lists
 
 std::string listed(const std::vector<std::string>& names) {
   const std::span shown{names.data(), std::min(names.size(), kMaxListed)};

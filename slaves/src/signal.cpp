@@ -9,7 +9,7 @@ namespace {
 
 using Steps = std::vector<Signal::Step>;
 
-/// The first step that lies behind `time`.
+/// Returns the first step after `time`.
 Steps::const_iterator step_after(const Steps& steps, Signal::Nanoseconds time) noexcept {
   return std::upper_bound(steps.begin(), steps.end(), time,
                           [](Signal::Nanoseconds t, const Signal::Step& step) { return t < step.at; });
@@ -22,7 +22,7 @@ double Signal::at(Nanoseconds time) const noexcept {
     const auto next = step_after(steps, time);
     return next == steps.begin() ? low : std::prev(next)->value;
   }
-  // The remainder is taken in whole nanoseconds: a script does not lose its phase after days.
+  // The remainder is computed in whole nanoseconds, so that a script keeps its phase for days.
   const double phase = static_cast<double>((time % period).count()) / static_cast<double>(period.count());
   switch (shape) {
     case Shape::kRamp:
@@ -44,7 +44,7 @@ std::optional<Signal::Nanoseconds> Signal::next_jump(Nanoseconds time) const noe
     return next == steps.end() ? std::nullopt : std::optional(next->at);
   }
   if (shape != Shape::kToggle) return std::nullopt;
-  // As at() has it: the second half begins where the phase reaches one half.
+  // Consistent with at(): the second half starts where the phase reaches one half.
   const auto begin = time - time % period;
   const auto middle = begin + (period + Nanoseconds{1}) / 2;
   return time < middle ? middle : begin + period;

@@ -34,7 +34,7 @@ TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
   EXPECT_EQ(operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kNone);
 }
 
-/// How late the frames of the cycle came at most while many registers were read, on a wire that takes its time.
+/// Largest delay of the frames of the cycle while many registers were read, on a wire of limited speed.
 struct Wire {
   nanoseconds alone{};
   nanoseconds busy{};
@@ -59,7 +59,7 @@ Wire read_registers_on_a_wire(std::size_t acyclic_bytes) {
   operation.master().pass(std::chrono::milliseconds{50});
   wire.alone = core.statistics().round_trip.max();
   count_anew();
-  // Together far more than a frame: the pages of FMMUs and sync managers of all drives.
+  // Together much more than a frame: the pages of FMMUs and sync managers of all drives.
   std::vector<std::array<std::byte, 128>> pages(drives.size());
   std::vector<ecat_master::Request> requests;
   for (std::size_t i = 0; i < drives.size(); ++i) {
@@ -78,7 +78,7 @@ TEST(AcyclicBudget, FramesOfTheCycleDoNotWaitForOthers) {
   EXPECT_EQ(wire.lost, 0U);
 }
 
-/// Shows the purpose of the budget, and that the test above has a wire with limited speed.
+/// Shows the effect of the budget, and that the wire in the previous test has a limited speed.
 TEST(AcyclicBudget, WithoutItTheyWait) {
   const auto wire = read_registers_on_a_wire(port::kMaxFrameBytes);
   EXPECT_TRUE(wire.busy > wire.alone || wire.lost > 0);
@@ -151,7 +151,7 @@ TEST(AcyclicWork, ReadsManyRegistersInAFewFrames) {
   for (const auto& report : *reports) EXPECT_EQ(report.status.state, wire::AlState::kOp);
 }
 
-/// How often a register is read with a datagram of its own (the first of its frame or any further).
+/// Number of reads of a register with a datagram of its own (the first of its frame or a later one).
 std::size_t reads_of(std::span<const std::byte> frame, std::uint16_t address) {
   std::size_t count = 0;
   auto cursor = wire::DatagramCursor::open(frame);
@@ -222,7 +222,7 @@ TEST(Emergencies, ArriveWithTheFaultThatCausedThem) {
   EXPECT_EQ(emergencies[0].message.error_register, 0x05) << "generic and voltage";
   ASSERT_EQ(sentence(operation.master().mailbox(0)->poll()), "");
   EXPECT_TRUE(operation.master().emergencies().take(0).empty());
-  // One that comes ahead of an SDO answer does not get in its way.
+  // An emergency ahead of an SDO answer must not disturb the transfer.
   drives.drive(1).set_dc_link(true);
   operation.run(milliseconds{300});
   operation.motion().request_start();

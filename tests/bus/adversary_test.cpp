@@ -1,6 +1,6 @@
-// An adversary between master and line: the master's own frames, changed at random, thousands of them, in between the
-// good ones. Whatever they do to the slaves, there is no lasting damage: no answer of another length, time goes on, and
-// after a power cycle a new start succeeds. Seeded; under the sanitizers every access counts.
+// An adversary between master and line inserts thousands of the master's own frames, randomly changed, between the good
+// ones. Whatever they do to the slaves, there is no lasting damage: no answer of another length, time advances, and
+// after a power cycle a new start succeeds. Seeded; with sanitizers every memory access is checked.
 #include <gtest/gtest.h>
 
 #include "drive_line.hpp"
@@ -68,7 +68,7 @@ void mutate(Bytes& frame, Random& random) {
   }
 }
 
-/// Sends a frame past the master and takes its reply from the line, which is as long, if there is one.
+/// Sends a frame past the master and takes its reply, if any, from the line; it must have the same length.
 void inject(slaves::Line& line, rt::VirtualClock& clock, Bytes frame) {
   const auto length = frame.size();
   const auto before = clock.now();
@@ -125,7 +125,7 @@ TEST_P(Adversary, ChangedFramesBetweenGoodOnesEndInAnErrorOrNot) {
                     {});
   for (int start = 0; start < kStarts; ++start) {
     LineOperation operation(drives, port);
-    // The master succeeds or reports the reason; it neither hangs nor takes garbage for success.
+    // The master succeeds or reports the reason; it neither hangs nor reports success for garbage.
     const auto begin = drives.clock.now();
     const auto done = operation.to_op();
     if (done) {

@@ -1,4 +1,4 @@
-// Axes of a line that move together along paths, and what the drives demand meanwhile.
+// Axes of a line that move together along paths, and the demands of the drives meanwhile.
 #include "driveline/ecat_master/group/axis_groups.hpp"
 
 #include <gtest/gtest.h>
@@ -117,7 +117,7 @@ TEST(AxisGroups, RefuseWhatTheirStateDoesNotAllow) {
   EXPECT_EQ(error_of_move(), GroupError::kStopping);
   EXPECT_EQ(error_of(GroupCommand::kHalt), GroupError::kStopping);
   EXPECT_EQ(error_of(GroupCommand::kDisable), GroupError::kStopping);
-  // Handed over at once, taken in that order.
+  // Submitted in the same cycle, executed in this order.
   const auto released = line.submit_to_group(GroupCommand::kReleaseStop);
   const auto moved = line.groups->move(0, line_to({0.2, 0.1}));
   EXPECT_EQ(line.finish_of_group(moved).phase, RequestPhase::kDone);
@@ -149,7 +149,7 @@ TEST(AxisGroups, RefuseMovesThatCannotBeWithASentence) {
   auto wide = line_to({1.0, 1.0});
   wide.target = {1.0, 1.0, 1.0};
   EXPECT_EQ(reason_of(wide), "the target has 3 values for 2 axes");
-  // The axes are where they were, and what is good is done. What follows a bad move is not.
+  // The axes have not moved. In a path the moves before a bad one are executed, those after it are not.
   EXPECT_EQ(line.group_state(), GroupState::kStandby);
   const std::vector<GroupMove> moves{line_to({0.1, 0.1}), line_to({kNan, 0.0}), line_to({0.5, 0.5})};
   const auto first = line.groups->move_path(0, moves);
@@ -176,7 +176,7 @@ TEST(AxisGroups, TheirAxesRefuseRequestsOfTheirOwn) {
   }
   EXPECT_EQ(line.ask(power(true), 1).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_state(), GroupState::kMoving);
-  // One that is in no group does what it likes.
+  // An axis outside all groups is not affected.
   EXPECT_EQ(line.ask(move(0.3), 2).phase, RequestPhase::kDone);
   line.expect_obedience();
 }
@@ -197,7 +197,7 @@ TEST(AxisGroups, AStopOfOneAxisStopsAllOnThePath) {
   EXPECT_EQ(line.group_state(), GroupState::kStandby);
   EXPECT_LT(from_line(line.place(), from, to), kExact);
   EXPECT_GT(apart(line.place(), to), 1.0);
-  // Stopped by one of them, the group is locked until that is released.
+  // A stop of an axis locks the group until the stop is released.
   moved = line.groups->move(0, line_to(to));
   line.cycles(400);
   EXPECT_EQ(line.ask(request(AxisCommand::kStop), 0).phase, RequestPhase::kDone);
@@ -207,7 +207,7 @@ TEST(AxisGroups, AStopOfOneAxisStopsAllOnThePath) {
   EXPECT_EQ(line.ask(request(AxisCommand::kReleaseStop), 0).phase, RequestPhase::kDone);
   EXPECT_EQ(line.ask(request(AxisCommand::kReleaseStop), 0).error, AxisError::kNothingToDo);
   EXPECT_EQ(line.group_state(), GroupState::kStandby);
-  // Without power at last: at rest, and out of the group.
+  // Finally power is switched off: the group comes to rest and releases its axes.
   ASSERT_NE(line.groups->move(0, line_to(to)), 0U);
   line.cycles(400);
   const auto off = line.submit(power(false), 0);
@@ -261,7 +261,7 @@ TEST(AxisGroups, BufferedMovesStopInBetweenAndBlendedOnesDoNot) {
     auto before = line.place();
     while (!line.groups->report(id).over()) {
       line.cycle();
-      // The nearest place may be between two cycles.
+      // The nearest position may be between two cycles.
       nearest = std::min(nearest, from_line({shift + 3.0, shift}, before, line.place()));
       before = line.place();
       const bool near = apart(line.place(), {shift + 3.0, shift}) < 0.5;
@@ -281,7 +281,7 @@ TEST(AxisGroups, BufferedMovesStopInBetweenAndBlendedOnesDoNot) {
   line.expect_obedience();
 }
 
-// Announced, and not handed over: the axes are not left in front of the end of their path.
+// A move was announced but not submitted: the axes still reach the end of their path.
 TEST(AxisGroups, AMoveThatWasAnnouncedAndDoesNotComeIsNotWaitedFor) {
   GroupLine line(2);
   line.take_axes();
@@ -407,7 +407,7 @@ TEST(AxisGroups, AfterAFailureAreResetAndEnabledAnew) {
   line.judges[2].expect_obedience();
 }
 
-// Paths of any length in bounded memory, handed over as there is room.
+// Paths of any length in bounded memory, submitted as there is room.
 TEST(AxisGroups, FollowAPathWithoutEnd) {
   GroupLine line(2, {{"plotter", {0, 1}, 256}});
   line.take_axes();
@@ -432,14 +432,14 @@ TEST(AxisGroups, FollowAPathWithoutEnd) {
   }
   EXPECT_EQ(line.group_phase(last), RequestPhase::kDone);
   EXPECT_LT(apart(line.place(), point(kMoves)), kExact);
-  // More at once than can wait is not taken in part.
+  // A path with more moves than can wait is refused as a whole.
   const std::vector<GroupMove> many(AxisGroups::kMostMoves + 1, line_to({1.0, 1.0}));
   EXPECT_EQ(line.groups->move_path(0, many), 0U);
   EXPECT_EQ(line.groups->room(0), AxisGroups::kMostMoves);
   line.expect_obedience();
 }
 
-// Given names by kSetPosition, the limits are where they were.
+// kSetPosition shifts the positions, but the limits stay where they were.
 TEST(AxisGroups, NoMoveLeavesTheSoftwareLimits) {
   auto options = single_options();
   options.software_limits = trajectory::PositionRange{-1.0, 1.0};
@@ -455,7 +455,7 @@ TEST(AxisGroups, NoMoveLeavesTheSoftwareLimits) {
   };
   EXPECT_EQ(reason_of(line_to({0.5, 11.1})), "axis 'axis1' would get to 11.1; its software limits are 9 and 11");
   EXPECT_EQ(reason_of(line_to({-1.1, 10.0})), "axis 'axis0' would get to -1.1; its software limits are -1 and 1");
-  // To the very end, and back on an arc that would lead beyond it.
+  // Up to the limit, and back on an arc that would exceed it.
   EXPECT_EQ(reason_of(line_to({1.0, 11.0}, 50.0)), "");
   EXPECT_LT(apart(line.place(), {1.0, 11.0}), kExact);
   GroupMove arc = line_to({0.0, 11.0});
@@ -469,7 +469,7 @@ TEST(AxisGroups, NoMoveLeavesTheSoftwareLimits) {
   line.expect_obedience();
 }
 
-// Made before the couplings: its setpoints are those of the same cycle.
+// The group is updated before the couplings, so its setpoints are those of the same cycle.
 TEST(AxisGroups, AnAxisOfAGroupIsTheMasterOfAGear) {
   GroupLine line(3, {{"pair", {0, 1}}});
   ecat_master::Couplings couplings(line.axes(), std::vector<ecat_master::Couplings::Pair>{{2, 0}}, kSinglePeriod);
@@ -486,7 +486,7 @@ TEST(AxisGroups, AnAxisOfAGroupIsTheMasterOfAGear) {
   }
   EXPECT_LT(worst, kExact);
   EXPECT_EQ(couplings.report(2).losses, 0U);
-  // A slave is led already.
+  // An axis that can be led by a coupling cannot join a group.
   try {
     const AxisGroups more(line.axes(), {{"slaves", {2}}}, kSinglePeriod);
     FAIL() << "it has a feed";

@@ -1,4 +1,4 @@
-// Axes of a path that coast when they are switched on: judged by what their drives demand.
+// Axes of a path that coast when they are switched on, judged by the demands of their drives.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 using ecat_master::MotionPhase;
 using slaves::msd::Fault;
 
-/// A path that is ended by a fault of the first axis, which coasts then, and is started again at once.
+/// A path that is ended by a fault of the first axis, which then coasts, and is restarted at once.
 class CoastingLine : public LateLine {
  public:
   explicit CoastingLine(const RunOptions& options = fast_path()) : LateLine(options, 2) {
@@ -24,7 +24,7 @@ class CoastingLine : public LateLine {
 
   [[nodiscard]] MotionPhase phase() { return operation.motion().phase(); }
   [[nodiscard]] double velocity() { return drives.drive(0).velocity_rad_s(); }
-  /// The target of the first drive (607Ah) beside where it is, in rad.
+  /// Distance of the target (607Ah) of the first drive from its actual position, in rad.
   [[nodiscard]] double told_beside() {
     const auto& values = drives.drive(0).dictionary();
     const auto target = values.get(slaves::msd::kValue.target_position);
@@ -51,20 +51,20 @@ class CoastingLine : public LateLine {
     fail();
     operation.motion().request_start();
   }
-  /// At more than half of its highest velocity.
+  /// Fails and restarts at more than half of the highest velocity.
   CoastingLine& started_fast() {
     cycles(400);
     for (int i = 0; i < 3000 && std::abs(velocity()) < 30.0; ++i) watched_cycle();
     fail_and_start();
     return *this;
   }
-  /// Of the first drive.
+  /// Number of cycles until the first drive has power.
   [[nodiscard]] int cycles_until_on() {
     int passed = 0;
     for (; passed < 100 && !drives.drive(0).power_on(); ++passed) watched_cycle();
     return passed;
   }
-  /// Of both axes; empty: nothing was wrong.
+  /// Findings of both axes; empty: none.
   [[nodiscard]] std::string finding() const { return watches_[0].finding() + watches_[1].finding(); }
 
  private:
@@ -74,7 +74,7 @@ class CoastingLine : public LateLine {
   std::vector<DemandWatch> watches_;
 };
 
-/// Frames are lost and periods missed from before the axis is switched on until it stands.
+/// Frames are lost and periods missed from before the axis is switched on until it is at standstill.
 TEST(CoastingPath, IsBrakedWithinItsLimitsBeforeThePathBegins) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     SCOPED_TRACE(seed);
@@ -109,7 +109,7 @@ TEST(CoastingPath, IsBrakedWithinItsLimitsBeforeThePathBegins) {
   }
 }
 
-/// An axis that is faster than its limit is not switched on.
+/// An axis that is faster than its limit is not switched on before it is slower.
 TEST(CoastingPath, FasterThanItsLimitIsSwitchedOnWhenItIsSlower) {
   CoastingLine line;
   line.cycles(400);
@@ -136,10 +136,10 @@ TEST(CoastingPath, FasterThanItsLimitIsSwitchedOnWhenItIsSlower) {
   EXPECT_LE(std::abs(line.velocity()), most);
 }
 
-/// The outputs with which an axis is switched on may have been made before the master was away, for a place where it
-/// was then. Judged by what its drive is told, which a simulated drive makes the best of.
+/// The outputs that switch the axis on may have been computed before the master was away, for the position at that
+/// time. Judged by the target sent to the drive, because a simulated drive tolerates a stale one.
 TEST(CoastingPath, IsToldWhereItIsThoughTheMasterWasAway) {
-  constexpr double kStale = 4.0;  // periods of its way; the master was away for seven
+  constexpr double kStale = 4.0;  // periods of motion; the master was away for seven
   for (int moment = 0; moment < 60; ++moment) {
     SCOPED_TRACE(moment);
     CoastingLine line;
@@ -160,7 +160,7 @@ TEST(CoastingPath, IsToldWhereItIsThoughTheMasterWasAway) {
   }
 }
 
-/// The drive is on, and nobody has heard of it; or it has not been told, and nobody knows.
+/// The drive is on but its answer is lost, or the command is lost and the master does not know.
 TEST(CoastingPath, IsCaughtThoughFramesAreLostWhenItIsSwitchedOn) {
   const int on = CoastingLine().started_fast().cycles_until_on();
   ASSERT_LT(on, 100);
@@ -184,7 +184,7 @@ TEST(CoastingPath, IsCaughtThoughFramesAreLostWhenItIsSwitchedOn) {
   }
 }
 
-/// Before the path has begun there is a following error, too.
+/// Following errors are also detected before the path has begun.
 TEST(CoastingPath, ThatDoesNotFollowWhileItIsBrakedIsAFollowingError) {
   auto options = CoastingLine::fast_path();
   options.following_error_window = 0.05;

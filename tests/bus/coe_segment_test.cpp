@@ -1,5 +1,5 @@
-// SDO transfers that take several mailboxes, and whole objects, between the master and an emulated device whose mailbox
-// holds 64 bytes.
+// SDO transfers that take several mailbox messages, and complete access, between the master and an emulated device
+// whose mailbox holds 64 bytes.
 #include <gmock/gmock.h>
 
 #include "driveline/slaves/generic/generic_device.hpp"
@@ -18,9 +18,9 @@ using Bytes = std::vector<std::byte>;
 
 constexpr std::size_t kTextBytes = 300;
 constexpr std::uint16_t kText = 0x2000;
-constexpr std::uint16_t kTexts = 0x3000;  ///< plus their length
+constexpr std::uint16_t kTexts = 0x3000;  ///< index of the first text; the length is added
 constexpr std::uint16_t kRecord = 0x2010;
-constexpr std::uint16_t kMailboxOut = 0x1000;  ///< of the master's requests
+constexpr std::uint16_t kMailboxOut = 0x1000;  ///< for the master's requests
 constexpr std::uint16_t kMailboxIn = 0x1080;
 constexpr std::size_t kMailboxBytes = 64;
 
@@ -28,14 +28,14 @@ std::uint32_t abort_code(const ecat_master::Error& error) {
   return static_cast<std::uint32_t>(std::get<facts::SdoAbort>(error.facts).code);
 }
 
-/// Lengths around what the first mailbox (48 bytes) and each segment (55) hold.
+/// Lengths around the capacities of the first message (48 bytes) and of each segment (55).
 bool borders(std::size_t length) {
   return length < 10 || (length > 40 && length < 60) || (length > 48 && (length - 48) % 55 < 3) ||
          (length > 48 && (length - 48) % 55 > 46);
 }
 
-/// A text of 300 bytes, others of all lengths that could matter, a record with a text in it, and one entry of process
-/// data in each direction.
+/// A text of 300 bytes, texts of all critical lengths, a record with a text in it, and an entry of process data in each
+/// direction.
 esi::DeviceDescription device_with(bool complete_access) {
   using esi::DataType;
   using Use = esi::SyncManager::Use;
@@ -94,7 +94,7 @@ Bytes text_of(std::size_t length) {
   return text;
 }
 
-/// As the device answers: its whole length, zeros behind the text.
+/// The answer of the device: its whole length, with zeros after the text.
 Bytes padded(std::size_t length) {
   auto text = text_of(length);
   text.resize(kTextBytes);
@@ -137,7 +137,7 @@ class CoeOfASmallMailbox : public testing::Test {
   void start() { start(*line); }
   CoeClient coe(std::uint16_t slave = 0) { return CoeClient(master->mailboxes(), slave); }
 
-  /// The text as the device has it, not as the master reads it.
+  /// The text as stored in the device, without a read by the master.
   Bytes inside() {
     Bytes text(kTextBytes);
     const auto length = inners[0]->dictionary().upload(kText, 0, slaves::AccessPhase::kConfiguring, text);
@@ -253,7 +253,7 @@ TEST_F(CoeOfASmallMailbox, AToggleThatDoesNotAlternateEndsTheTransferForBoth) {
   }
 }
 
-/// The toggle bit of the master's requests does not arrive as it was sent: the device aborts with 05030000h.
+/// The toggle bit of a request is changed on its way: the device aborts with 05030000h.
 TEST_F(CoeOfASmallMailbox, ADeviceThatSeesTheSameToggleTwiceAborts) {
   int segments = -1;
   ChangingPort port(*line,
@@ -319,7 +319,7 @@ TEST_F(CoeOfASmallMailbox, LostFramesAmidSegmentsCostNothingButTime) {
         const auto first = first_datagram(frame);
         const bool mailbox =
             first.ado == address && (first.command == wire::Command::kFprd || first.command == wire::Command::kFpwr);
-        // Every third one, with the initiate request and in between.
+        // Every third one, including the initiate request.
         return seen >= 0 && mailbox && ++seen % 3 == 0;
       });
       start(port);

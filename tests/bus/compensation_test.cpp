@@ -1,4 +1,4 @@
-// Pitch error and backlash: where the load is behind a screw that has both, and what the drives demand meanwhile.
+// Pitch error and backlash: the position of the load behind a screw with both, and the demands of the drives meanwhile.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using ecat_master::cia402::Mode;
 
 constexpr slaves::ScrewParameters kScrew{
     .wave_rad = 4e-3, .wave_length_rad = 6.0, .stretch = 1e-3, .backlash_rad = 0.02};
-/// What a drive leaves over at standstill, and more than that is a wrong compensation.
+/// Largest error of a drive at standstill; more than that is a wrong compensation.
 constexpr double kAtRest = 2e-3;
 /// The loops of the master in CST have no integral: dry friction leaves 0.03 Nm over 0.1 Nm s/rad and 20/s.
 constexpr double kAtRestByTorque = 0.016;
@@ -32,12 +32,12 @@ double at_rest(Mode mode) {
   return mode == Mode::kCyclicTorque ? kAtRestByTorque : kAtRest;
 }
 
-/// Where the loops of the master overshoot a little the shaft comes back, and the load does not: it is in the backlash.
+/// When the loops of the master overshoot a little, the shaft returns, but within the backlash the load does not.
 double shown_well(Mode mode) {
   return mode == Mode::kCyclicPosition ? 2e-4 : kAtRest;
 }
 
-/// As a laser measures it: the place of the shaft for each place of the load, less that.
+/// As measured by a laser: the difference between shaft and load for each position of the load.
 trajectory::CorrectionTable measured(double begin, double end) {
   const slaves::Screw screw(kScrew, 0.0);
   trajectory::CorrectionTable table;
@@ -81,7 +81,7 @@ class ScrewLine : public SingleLine {
   [[nodiscard]] double load() const { return screw_.load_rad(); }
   [[nodiscard]] double shown() { return axes().axis_report(0).position; }
   [[nodiscard]] const std::vector<double>& demanded() const { return demanded_; }
-  /// There, and at rest.
+  /// Moves to `target` and waits until the axis is at rest.
   void go(double target, double velocity = 20.0) {
     auto asked = move(target, velocity);
     asked.acceleration = asked.deceleration = 400.0;
@@ -133,7 +133,7 @@ TEST(Compensation, TheLoadIsOnTheSetpointsAlsoWhileItMoves) {
     double& worst = compensated ? with : without;
     double last = line.load();
     for (int i = 0; i < 6000; ++i) {
-      // The load of this cycle, and where its velocity gets it within the dead time of the drive: three cycles.
+      // The load of this cycle, moved on for the dead time of the drive: three cycles.
       const double setpoint_before = line.setpoint();
       line.cycle();
       const double velocity = (line.setpoint() - setpoint_before) / 125e-6;
@@ -151,7 +151,7 @@ TEST(Compensation, BacklashIsTakenUpInAMotionOfItsOwn) {
   const auto from = line.demanded().size();
   line.go(2.99);
   const auto& demanded = line.demanded();
-  // The way of the drive is that of the load and the backlash, and never goes back.
+  // The path of the drive is that of the load plus the backlash, and never reverses.
   EXPECT_NEAR(demanded[from] - demanded.back(), 0.01 + kScrew.backlash_rad, 2e-4);
   double fastest = 0.0;
   for (std::size_t i = from + 1; i < demanded.size(); ++i) {
@@ -163,7 +163,7 @@ TEST(Compensation, BacklashIsTakenUpInAMotionOfItsOwn) {
   line.expect_obedience();
 }
 
-// Whoever turns round again and again, while the backlash is taken up, loses frames and misses periods.
+// Repeated reversals while the backlash is taken up, lost frames and missed periods.
 TEST(Compensation, NoOrderOfEventsBreaksALimit) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
@@ -245,10 +245,10 @@ RunOptions homed_options() {
   return options;
 }
 
-// The table counts from a place that the drive knows only once it is homed.
+// The table refers to a position that the drive knows only after homing.
 TEST(Compensation, BeginsWithHomingWhereThatIsAskedFor) {
-  constexpr double kMark = 2.0;    // of the shaft, where the switch closes
-  constexpr double kBefore = 7.0;  // the shaft has turned before it has been switched on
+  constexpr double kMark = 2.0;    // position of the shaft where the switch closes
+  constexpr double kBefore = 7.0;  // the shaft has turned before it is switched on
   ScrewLine line(homed_options(), {{slaves::msd::Input::kIsd05, kMark, 3.5}}, kBefore);
   line.go(-1.0);
   EXPECT_NEAR(line.shaft(), -1.0, kAtRest) << "not before it";

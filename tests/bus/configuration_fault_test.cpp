@@ -30,8 +30,8 @@ TEST(PdoMappingTooLong, MayBeFollowedByAGoodOne) {
   DriveLine drives(2);
   LineOperation operation(drives);
   ASSERT_EQ(sentence(operation.master().scan()), "");
-  // Whatever has been exchanged before, the mailbox starts anew: one to nine entries written before the failure, so
-  // that every mailbox counter comes up.
+  // Whatever was exchanged before, the mailbox restarts: one to nine entries are written before the failure, so that
+  // every mailbox counter occurs.
   for (std::size_t entries = 0; entries < 9; ++entries) {
     auto plans = operation.plans();
     plans[0].startup_sdos.resize(std::min<std::size_t>(entries, plans[0].startup_sdos.size()));
@@ -118,7 +118,7 @@ ChangingPort::Change shorten_sync_manager(unsigned number) {
                       [](std::span<std::byte> data) { data[2] = std::byte{18}; });
 }
 
-/// configure(), and everything that the master reports about its failure.
+/// Runs configure() and returns everything that the master reports about its failure.
 std::string everything_about(LineOperation& operation, std::vector<ecat_master::SlavePlan> plans) {
   auto& master = operation.master();
   const auto done = master.configure(std::move(plans));
@@ -148,7 +148,7 @@ TEST(SyncManagerSize, ThatDisagreesWithTheOutputsIsNamedWithBothSizes) {
 
 TEST(RefusedTransition, NamesFmmusThatAreNotAsTheyWereWritten) {
   DriveLine drives(2);
-  // FMMU 1 maps the inputs: its length arrives as 7, the other settings as they are.
+  // FMMU 1 maps the inputs: its length is changed to 7, the other settings are not.
   ChangingPort port(drives.line(), change_write(0x0600, [](std::span<std::byte> data) { data[16 + 4] = std::byte{7}; }),
                     {});
   LineOperation operation(drives, port);
@@ -218,7 +218,7 @@ TEST(RefusedTransition, NamesMailboxesOfAnotherDevicesFile) {
   EXPECT_THAT(text, testing::StartsWith("slave 0: asked for PREOP, is in INIT + error, AL status code 0x0016"));
   EXPECT_THAT(text, testing::HasSubstr("; sync manager 0: start address is 0x1E00 by the description file, 0x1"));
   EXPECT_THAT(text, testing::HasSubstr("; sync manager 1: length is 64 by the description file, "));
-  // And without the file all is well again.
+  // Without the file the configuration succeeds.
   EXPECT_EQ(everything_about(operation, operation.plans()), "");
 }
 

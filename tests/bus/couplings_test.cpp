@@ -1,4 +1,4 @@
-// Gears and cams between axes that are commanded one by one, and what the drives demand meanwhile.
+// Gears and cams between axes that are commanded individually, and the demands of the drives meanwhile.
 #include "driveline/ecat_master/single_axis/couplings.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using trajectory::CouplingState;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kExact = 1e-10;
 
-/// A line of axes in operation, of which some follow others.
+/// A line of axes in operation, some of which follow others.
 class CoupledLine : public SingleLine {
  public:
   CoupledLine(std::size_t count, const std::vector<Couplings::Pair>& pairs)
@@ -43,7 +43,7 @@ class CoupledLine : public SingleLine {
     return std::abs(setpoint(slave) - law.at(setpoint(master)).position);
   }
   [[nodiscard]] CouplingState coupled(std::size_t slave = 1) const { return couplings.report(slave).state; }
-  /// Until it is in synchronism, or two seconds have passed.
+  /// Runs cycles until the slave is in synchronism, or for two seconds.
   void synchronise(std::size_t slave = 1) {
     for (int i = 0; i < 16000 && coupled(slave) != CouplingState::kInSync; ++i) cycle();
     ASSERT_EQ(coupled(slave), CouplingState::kInSync);
@@ -88,12 +88,12 @@ TEST(Couplings, AMovingMasterIsCaughtUpWithAndFollowedExactly) {
   EXPECT_LT(worst, kExact);
   EXPECT_EQ(line.couplings.report(1).losses, 0U);
   EXPECT_EQ(line.phase(id), RequestPhase::kReached);
-  // The axes themselves, too: both drives are as late.
+  // The actual positions match, too: both drives have the same delay.
   EXPECT_NEAR(line.axes().axis_report(1).position, law.at(line.axes().axis_report(0).position).position, 0.01);
   line.expect_obedience();
 }
 
-// A slave that is as quick as its master, which does all that it may, and then more than the slave can do by the ratio.
+// The slave is as fast as its master, which uses its full limits; then the ratio requires more than the slave can do.
 TEST(Couplings, AMasterMayAskForAllOfTheLimitsOfItsSlaveAndNoMore) {
   CoupledLine line(2, {{1, 0}});
   const auto law = line.gear(1, 1);
@@ -140,12 +140,12 @@ TEST(Couplings, ASlaveIsReleasedIntoItsVelocityAndToRest) {
   line.cycles(800);
   EXPECT_NEAR(line.setpoint(1) - from, -12.0 * 0.1, 1e-6);
   EXPECT_EQ(line.ask(request(AxisCommand::kHalt), 1).phase, RequestPhase::kDone);
-  // Coupled anew, and halted out of synchronism.
+  // Coupled again, then halted while in synchronism.
   ASSERT_NE(line.couplings.engage(1, law, CatchUp::kVelocity), 0U);
   line.synchronise();
   EXPECT_EQ(line.ask(request(AxisCommand::kHalt), 1).phase, RequestPhase::kDone);
   EXPECT_EQ(line.state(1), PlcopenState::kStandstill);
-  // There is nothing to be released any more.
+  // Nothing is left to be released.
   const double stands = line.setpoint(1);
   EXPECT_EQ(line.couplings.disengage(1), 0U);
   line.cycles(400);
@@ -164,7 +164,7 @@ TEST(Couplings, WhatASlaveCouldNotTakeIsForgotten) {
     EXPECT_EQ(line.finish(id).error, AxisError::kNotEnabled);
   }
   line.enable(1);
-  // To follow without saying what is not to take what was refused.
+  // A request to follow without a coupling must not reuse the refused one.
   EXPECT_EQ(line.ask(request(AxisCommand::kFollow), 1).error, AxisError::kFollowing);
   line.cycles(10);
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(line.couplings.shift_phase_to(1, 0.4, limits));
@@ -248,7 +248,7 @@ TEST(Couplings, ACircleOrASecondMasterIsRefusedWithASentence) {
   EXPECT_EQ(refusal_of(3, {{2, 1}, {1, 0}}), "");
 }
 
-// Given in the other order: a slave whose master is led itself is led behind it, in the same cycle.
+// Listed in reverse order: a slave whose master is a slave itself is updated after it, in the same cycle.
 TEST(Couplings, AChainMovesInTheSameCycle) {
   CoupledLine line(3, {{2, 1}, {1, 0}});
   const auto first = line.gear(1, 2, 0, 1);
@@ -280,7 +280,7 @@ TEST(Couplings, AMasterThatFailsBringsItsSlaveToRest) {
   EXPECT_EQ(line.state(1), PlcopenState::kStandstill);
   EXPECT_EQ(line.coupled(), CouplingState::kIdle);
   line.judges[1].expect_obedience();
-  // Without a master that moves by setpoints there is nothing to be coupled to.
+  // A master that does not move by setpoints cannot be coupled to.
   const auto again = line.couplings.engage(1, line.gear(1, 1), CatchUp::kPosition);
   EXPECT_EQ(line.finish(again).phase, RequestPhase::kError);
 }
@@ -312,7 +312,7 @@ TEST(Couplings, APeriodicCamAndAPhase) {
   line.expect_obedience();
 }
 
-// Frames get lost, and periods are missed, at any time: nothing leaps, and the slave is in synchronism again.
+// Frames are lost and periods missed at any time: no axis makes a step, and the slave returns to synchronism.
 TEST(Couplings, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
   std::mt19937_64 random(20240607);
   const auto any = [&random](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
@@ -327,7 +327,7 @@ TEST(Couplings, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
     line.cycles(2);
     for (int left = any(20, 400); left > 0; --left) {
       line.cycle();
-      // What its own limits make of a step is known a cycle later.
+      // The effect of the slave's limits on a step is known a cycle later.
       const bool told = line.coupled() == CouplingState::kInSync;
       if (told && told_before) told_wrong = std::max(told_wrong, apart_before);
       told_before = told;

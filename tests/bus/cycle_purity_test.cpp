@@ -61,7 +61,7 @@ class GuardedRunner final : public CycleRunner {
   Ledger& ledger_;
 };
 
-/// Takes the guard off while the simulated line works: its drives may allocate for mailboxes, the master may not.
+/// Suspends the guard while the simulated line works: its drives may allocate for mailboxes, the master may not.
 class UnguardedLine final : public PassingPort {
  public:
   UnguardedLine(port::Port& inner, Ledger& ledger) : PassingPort(inner), ledger_(ledger) {}
@@ -108,13 +108,13 @@ TEST_F(CyclePurity, TheMasterNeitherAllocatesNorLocksWhateverHappens) {
   operation.motion().request_start();
   ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
 
-  // Mailbox traffic beside the motion.
+  // Mailbox traffic during the motion.
   for (std::size_t i = 0; i < 300; ++i) {
     CoeClient coe(*operation.master().mailbox(i % 3));
     ASSERT_EQ(sentence(coe.upload(0x1008, 0)), "");
     ASSERT_EQ(sentence(coe.download_as<std::uint32_t>(0x6065, 0, 1'000'000)), "");
   }
-  // Single lost frames, then enough of them for a loss of communication, and back.
+  // Single lost frames, then enough of them for a loss of communication, and recovery.
   for (int i = 0; i < 20; ++i) {
     drives.line().drop_frames(1);
     operation.run(milliseconds{1});
@@ -125,14 +125,14 @@ TEST_F(CyclePurity, TheMasterNeitherAllocatesNorLocksWhateverHappens) {
   EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kCommunication);
   operation.motion().request_start();
   ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
-  // A drive fault, and back.
+  // A drive fault, and recovery.
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{400});
   EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kAxisFault);
   drives.drive(1).set_dc_link(true);
   operation.motion().request_start();
   ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
-  // A stop on request, and on again.
+  // A stop on request, and a restart.
   operation.motion().request_stop();
   ASSERT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
   operation.motion().request_start();
@@ -140,7 +140,7 @@ TEST_F(CyclePurity, TheMasterNeitherAllocatesNorLocksWhateverHappens) {
   // Missed periods.
   drives.clock.advance(milliseconds{3});
   operation.run(milliseconds{10});
-  // A drive without power, the motion stopped, acyclic work that fails.
+  // A drive without power, a stopped motion, failing acyclic transfers.
   drives.line().set_power(2, false);
   operation.run(milliseconds{100});
   EXPECT_FALSE(operation.master().al_status().has_value());
@@ -194,7 +194,7 @@ TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
   EXPECT_EQ(ledger.counts.total(), 0U);
 }
 
-// Planning beside the cycle allocates as it likes.
+// Planning outside the cycle may allocate.
 TEST_F(CyclePurity, GroupsFollowTheirPathsWithoutEither) {
   using ecat_master::AxisGroups;
   using ecat_master::GroupCommand;
@@ -303,7 +303,7 @@ TEST_F(CyclePurity, GroupsRecoveryRecordingAndTracingDoNotChangeThat) {
   for (int round = 0; round < 6; ++round) {
     operation.motion().request_start();
     ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2})) << round;
-    // The drive in the middle takes the last one along; both come back while the first keeps cycling.
+    // The middle drive disconnects the last one, too; both return while the first keeps cycling.
     drives.line().set_power(1, false);
     operation.run(milliseconds{100});
     supervisor.poll();
@@ -388,7 +388,7 @@ TEST_F(CyclePurity, ClocksThatAreFollowedLostAndFoundDoNotChangeThat) {
     drives.line().drop_frames(1);
   }
   ASSERT_EQ(sentence(watch.remeasure_delays(operation.master().topology())), "");
-  // Silence until the lock is lost, then back to it.
+  // No frames until the lock is lost, then recovery.
   drives.line().drop_frames(500);
   operation.run(milliseconds{80});
   EXPECT_FALSE(operation.master().clock_follower()->status().locked);
@@ -398,7 +398,7 @@ TEST_F(CyclePurity, ClocksThatAreFollowedLostAndFoundDoNotChangeThat) {
   EXPECT_EQ(ledger.counts.total(), 0U);
 }
 
-/// Asks for SDOs out of the cycle, one after the other, and looks whether they are there.
+/// Requests SDOs from within the cycle, one after the other, and checks whether they have ended.
 class AskingTask final : public ecat_master::CycleTask {
  public:
   using State = ecat_master::SdoRequest::State;
@@ -410,13 +410,13 @@ class AskingTask final : public ecat_master::CycleTask {
   }
   std::shared_ptr<ecat_master::SdoRequest> read;
   std::shared_ptr<ecat_master::SdoRequest> written;
-  std::shared_ptr<ecat_master::SdoRequest> refused;  ///< an object that is not there
+  std::shared_ptr<ecat_master::SdoRequest> refused;  ///< an object that does not exist
   std::uint64_t reads = 0;
   std::uint64_t writes = 0;
   std::uint64_t refusals = 0;
 
  private:
-  /// True: another one may be started.
+  /// True: the next request may be started.
   static bool look(const ecat_master::SdoRequest& request, std::uint64_t& ended) noexcept {
     const auto state = request.state();
     if (state == State::kPending || state == State::kBusy) return false;
@@ -424,7 +424,7 @@ class AskingTask final : public ecat_master::CycleTask {
       ++ended;
     return true;
   }
-  std::uint32_t value_ = 1'000'000;  ///< of the following error window
+  std::uint32_t value_ = 1'000'000;  ///< value of the following error window
 };
 
 TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {
@@ -433,7 +433,7 @@ TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {
   RunOptions options{.repeat = true};
   options.task = &task;
   options.amplitude_rad = 0.1;
-  // To target velocity (60FFh) and, at an odd bit, target torque (6071h) of drive 2, which it does not look at in CSP.
+  // Copies target velocity (60FFh) and, at an odd bit, target torque (6071h) of drive 2, which CSP ignores.
   options.copies = [](const ecat_master::Master& master) {
     const auto places = master.image().places();
     return std::vector<ecat_master::ProcessDataCopy>{

@@ -1,4 +1,4 @@
-// The phases of traced cycles are the cycle that the statistics speak of.
+// The phases of traced cycles must match the statistics of the cycle.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -31,7 +31,7 @@ class TracedLine : public testing::Test {
   void SetUp() override {
     std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "path.csv") << "time[s],x[rad]\n0,0\n0.2,1\n0.4,0\n";
-    // A lost frame makes its cycle wait for the answer in vain: one of the worst.
+    // After a lost frame its cycle waits in vain for the answer: one of the longest.
     std::ofstream(folder_ / "line.toml")
         << "[line]\ncycle_us = 1000\n[path]\nfile = \"path.csv\"\n[[slave]]\nname = \"x\"\n"
            "[[axis]]\nname = \"x\"\n[[fault]]\nat_ms = 100\nkind = \"drop\"\ncount = 1\n"

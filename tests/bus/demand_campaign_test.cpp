@@ -1,10 +1,10 @@
-// Random sequences of all requests, faults, lost frames and missed periods: what simulated drives demand of their
-// motors obeys the limits of their axes, whatever happens: also while an axis that coasts is switched on, and while its
-// mode changes. What drives are told is judged in tests/unit, without drives.
+// Random sequences of all requests, faults, lost frames and missed periods: the demands of simulated drives obey the
+// limits of their axes in any case, also while a coasting axis is switched on and while its mode changes. Commands to
+// drives are judged in tests/unit, without drives.
 //
-// Judged is (DemandWatch has the margins, and why there are any): 6062h where the drive follows positions, 606Bh where
-// it has power, and under a torque, where it demands no velocity, what the shaft does. Not judged is what nobody has
-// demanded: a motor without power, a stop with all the torque, and 606Bh of an axis that something holds fast.
+// Judged are (margins and their reasons: see DemandWatch): 6062h while the drive follows positions, 606Bh while it has
+// power, and in torque mode, without a velocity demand, the velocity of the shaft. Not judged is what is no demand: a
+// motor without power, a stop at full torque, and 606Bh of a blocked axis.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,16 +42,16 @@ using slaves::msd::MachineSwitch;
 using slaves::msd::Variant;
 
 constexpr std::size_t kAxes = 3;
-constexpr int kCycles = 8000;  ///< a second
+constexpr int kCycles = 8000;  ///< one second
 constexpr nanoseconds kPeriod = microseconds{125};
 constexpr trajectory::AxisLimits kLimits{50.0, 1000.0};
-constexpr std::size_t kCommands = static_cast<std::size_t>(AxisCommand::kDriveMoveVelocity) + 1;  ///< asked at random
+constexpr std::size_t kCommands = static_cast<std::size_t>(AxisCommand::kDriveMoveVelocity) + 1;  // for random requests
 constexpr std::size_t kAllCommands = static_cast<std::size_t>(AxisCommand::kDriveRun) + 1;
 static_assert(kAllCommands == kCommands + 2, "kHaltSuperimposed and kDriveRun have times of their own");
 constexpr double kMostLoad = 0.08;  ///< Nm
 constexpr double kTurn = 6.283185307179586;
 
-/// Jumps about, as no feed should.
+/// Makes random steps, which no feed should.
 class WildFeed final : public ecat_master::SetpointFeed {
  public:
   explicit WildFeed(unsigned seed) : random_(seed) {}
@@ -73,14 +73,14 @@ class WildFeed final : public ecat_master::SetpointFeed {
   std::array<trajectory::AxisSetpoint, 2> at_{};
 };
 
-/// How the line of a sequence is made.
+/// The configuration of the line of a sequence.
 struct Scene {
   RunOptions options;
   std::vector<MachineSwitch> switches;
   bool interpolates = false;  ///< 60C1h is mapped, instead of 6081h and 6083h
 };
 
-/// All that the requests need, in PDOs of at most 8 bytes each.
+/// All objects that the requests need, in PDOs of at most 8 bytes each.
 ecat_master::PdoConfiguration pdos(bool interpolates) {
   ecat_master::PdoConfiguration made{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
                                       {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
@@ -97,7 +97,7 @@ ecat_master::PdoConfiguration pdos(bool interpolates) {
   return made;
 }
 
-/// What a drive does by itself is set no harder than its axis may be moved; its slow down ramp is its own.
+/// Reactions of a drive on its own are set no harder than the limits of its axis; its slow down ramp is its own.
 Scene make_scene(std::mt19937& random, ecat_master::SetpointFeed& feed) {
   static constexpr std::array kMethods{24, 33, 34, 35, 37};
   static constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicPosition, Mode::kCyclicVelocity,
@@ -129,14 +129,14 @@ Scene make_scene(std::mt19937& random, ecat_master::SetpointFeed& feed) {
   return scene;
 }
 
-/// What the campaign has seen.
+/// Coverage of the campaign.
 struct Coverage {
   std::array<std::uint64_t, kAllCommands> taken{};  ///< requests that were not refused, by command
   std::array<std::uint64_t, 11> modes{};            ///< cycles of enabled drives, by 6061h
   std::uint64_t judged = 0;
 };
 
-/// One second of three axes.
+/// One second of motion of three axes.
 class Sequence {
  public:
   Sequence(unsigned seed, Coverage& coverage)
@@ -156,7 +156,7 @@ class Sequence {
     }
   }
 
-  /// What is wrong; empty: nothing.
+  /// The first finding; empty: there is none.
   [[nodiscard]] std::string execute() {
     if (const auto done = operation_.to_op(); !done) return sentence(done);
     for (int i = 0; i < 100; ++i) cycle();
@@ -193,14 +193,14 @@ class Sequence {
     for (std::size_t i = 0; i < kAxes; ++i) {
       watches_[i].look(drives_.clock.now());
       const auto& drive = drives_.drive(i);
-      // Negative ones, which are none of these, become large.
+      // Negative modes, which are not counted, become large.
       const auto mode = static_cast<unsigned char>(drive.dictionary().get(slaves::msd::kValue.mode_display));
       if (drive.power_on() && mode < coverage_.modes.size()) ++coverage_.modes[mode];
     }
   }
   void cycle() {
     operation_.cycle();
-    // To the same place within the period, in which no control step of the drives and no frame is due.
+    // Advance to a fixed point in the period at which neither a control step of the drives nor a frame is due.
     const auto place = drives_.clock.now() / kPeriod * kPeriod + microseconds{110};
     drives_.leave_alone(std::max(place - drives_.clock.now(), nanoseconds{0}));
     look();
@@ -223,7 +223,7 @@ class Sequence {
     cycle();
   }
 
-  /// A weight that the drive takes over from a brake, and leaves to it.
+  /// A weight that the drive takes over from a brake, and returns to it.
   void load() {
     constexpr double kStep = kMostLoad / 400;
     for (std::size_t i = 0; i < kAxes; ++i) {
@@ -234,7 +234,7 @@ class Sequence {
     }
   }
 
-  /// What may happen to a drive.
+  /// Random faults of a drive.
   void harm() {
     static constexpr std::array kFaults{Fault::kFollowingError, Fault::kMotorTemperature, Fault::kOvercurrent,
                                         Fault::kPositiveLimitSwitch, Fault::kAmplifierTemperature};
@@ -242,7 +242,7 @@ class Sequence {
     const auto axis = pick(kAxes);
     auto& drive = drives_.drive(axis);
     if (chance(3)) {
-      // Until it is free again, and has come to where it is told to be.
+      // Blocked for some cycles; not judged until it has reached its setpoint again.
       blocked_[axis] = 1 + static_cast<int>(pick(400));
       drive.set_machine_input(MachineInput::kAxisBlocked, 1.0);
       watches_[axis].disturb(drives_.clock.now() + blocked_[axis] * kPeriod + milliseconds{400});
@@ -257,7 +257,7 @@ class Sequence {
     return axes().submit(axis, request);
   }
 
-  /// Requests that begin at a standstill are rare among all, and so are axes that stand.
+  /// Requests that start at standstill are rare among all requests, and so are axes at standstill.
   [[nodiscard]] AxisCommand any_command(PlcopenState state) {
     static constexpr std::array kAtRest{AxisCommand::kHome, AxisCommand::kHomeByProbe, AxisCommand::kDriveMoveAbsolute,
                                         AxisCommand::kDriveMoveRelative, AxisCommand::kDriveMoveVelocity};
@@ -273,7 +273,7 @@ class Sequence {
     request.on = !chance(4);
     request.target = number(-30.0, 30.0);
     if (request.command == AxisCommand::kSetOverride) request.target = number(-0.1, 2.1);
-    // With its load it accelerates no harder than it may.
+    // With its load, the acceleration stays within the limits.
     if (request.command == AxisCommand::kTorque) request.target = number(-0.15, 0.15);
     request.mode = static_cast<std::int8_t>(7 + pick(4));
     request.trigger = std::array{ProbeTrigger::kFirstRising, ProbeTrigger::kFirstFalling, ProbeTrigger::kSecondRising,
@@ -292,7 +292,7 @@ class Sequence {
     keep_going();
   }
 
-  /// What is on top is halted now and then, by numbers of its own, so that seeds stay what they were.
+  /// Halts superimposed motions sometimes, with its own random numbers, so that existing seeds keep their sequences.
   void may_halt_on_top(std::size_t axis) {
     if (halts_() % 3 != 0) return;
     halt_axis_ = axis;
@@ -303,7 +303,7 @@ class Sequence {
     halt_at_ = -1;
   }
 
-  /// In velocity mode, by numbers of its own as well, from a standstill and on to another velocity.
+  /// Uses velocity mode, also with its own random numbers, from standstill and on to another velocity.
   void run_by_frequency() {
     const auto axis = runs_() % kAxes;
     AxisRequest request;
@@ -312,7 +312,7 @@ class Sequence {
     ran_ = {axes().submit(axis, request), now_, request.command};
   }
 
-  /// A campaign whose axes are off has nothing to judge.
+  /// Re-enables axes, because a campaign whose axes are off has nothing to judge.
   void keep_going() {
     const auto axis = pick(kAxes);
     const auto state = axes().axis_report(axis).state;
@@ -345,7 +345,7 @@ class Sequence {
   LineOperation operation_;
   std::vector<DemandWatch> watches_;
   std::array<double, kAxes> load_{};     ///< Nm
-  std::array<double, kAxes> carried_{};  ///< of it, now
+  std::array<double, kAxes> carried_{};  ///< present part of it, Nm
   std::array<int, kAxes> blocked_{};
   Asked asked_{};
   Asked halted_{};
@@ -357,20 +357,20 @@ class Sequence {
   bool lost_outwards_ = false;
 };
 
-/// A line for those who wait, where it takes long.
+/// Prints progress if there are many runs.
 void tell_progress(unsigned done, unsigned runs) {
   constexpr unsigned kMany = 2000;
   if (runs < kMany || done % (runs / 20) != 0) return;
   std::fprintf(stderr, "%u of %u sequences\n", done, runs);
 }
 
-/// Sequences in which all requests are seen.
+/// Number of sequences that cover all requests.
 constexpr unsigned kCovering = 60;
 
 TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
   const auto runs = environment("DRIVELINE_CAMPAIGN_RUNS", kCovering);
   const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
-  constexpr int kEnough = 20;  // that are told
+  constexpr int kEnough = 20;  // failures to report
   Coverage coverage;
   int failed = 0;
   for (unsigned seed = first; seed < first + runs && failed < kEnough; ++seed) {
@@ -387,19 +387,20 @@ TEST(DemandCampaign, DrivesDemandNoMoreThanTheirAxesMay) {
   EXPECT_GT(coverage.judged, std::uint64_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
 }
 
-/// Frames lost while an axis returned to its setpoints behind a change of its mode, a master away when a drive was to
-/// be told to change, drives that had made up for missing setpoints, periods missed and frames lost just when an axis
-/// that coasted was switched on (3367 to 16028, the last one in interpolated position mode; 17918), and a frame lost
-/// while an axis braked in CSV (30041). A motion on top of a velocity that was raised (10607 to 12231), and through a
-/// change of mode (16721), behind a gap as well (13163); periods missed in the first cycle of a change from CST
-/// (13489), and twice where a torque ended (103961); a mode that changes while an axis brakes to be switched off
-/// (102035). A frame lost while the sum of two motions asked for more acceleration than there is (7595).
-/// Frames lost in the first cycles of an axis that was switched on while it coasted, behind periods that were missed
-/// (42441), and a torque that ended long after a change of mode out of CSP had been cut off by a fault (83452).
-/// Periods missed when an axis that coasted was switched on in CSV, and in the cycles behind (3000182). A torque that
-/// ended in a cycle whose frame was lost, with periods missed behind it (3004887). An axis that had coasted and stood
-/// just when it was switched on, behind periods missed (4081424, 5075995). A motion asked for when a drive had just got
-/// into velocity mode, under a load (4191686).
+/// Seeds of former violations. Frames lost while an axis returned to its setpoints after a change of mode; a master
+/// away when a drive was to be told to change; drives that had extrapolated missing setpoints; periods missed and
+/// frames lost just when a coasting axis was switched on (3367 to 16028, the last one in interpolated position mode;
+/// 17918); a frame lost while an axis braked in CSV (30041).
+/// A motion superimposed on a velocity that was raised (10607 to 12231), also during a change of mode (16721), and
+/// after a gap (13163); periods missed in the first cycle of a change from CST (13489), and twice where a torque ended
+/// (103961); a change of mode while an axis braked to be switched off (102035). A frame lost while the sum of two
+/// motions required more acceleration than available (7595).
+/// Frames lost in the first cycles of an axis that was switched on while it coasted, after missed periods (42441), and
+/// a torque that ended long after a fault had cut off a change of mode out of CSP (83452). Periods missed when a
+/// coasting axis was switched on in CSV, and in the following cycles (3000182). A torque that ended in a cycle whose
+/// frame was lost, followed by missed periods (3004887). An axis that had coasted and stood still just when it was
+/// switched on, after missed periods (4081424, 5075995). A motion requested when a drive had just entered velocity
+/// mode, under a load (4191686).
 TEST(DemandCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   Coverage coverage;
   for (const unsigned seed :

@@ -1,4 +1,4 @@
-// Slaves that are configured by their ESI file; set-up side by side; ports that an earlier master has left closed.
+// Slaves that are configured by their ESI file; parallel set-up; ports that an earlier master has left closed.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -18,7 +18,7 @@ using ecat_master::Master;
 using ecat_master::SlavePlan;
 using wire::AlState;
 
-/// One device of terminals.xml, in the line and, perhaps edited, in the hand of the master.
+/// A device of terminals.xml on the line and, possibly edited, in the plan of the master.
 class DescriptionFile : public testing::Test {
  protected:
   using Edit = std::function<void(esi::DeviceDescription&)>;
@@ -62,7 +62,7 @@ TEST_F(DescriptionFile, StartUpCommandsWatchdogsAndAssignmentReachTheSlave) {
   CoeClient coe(*master->mailbox(0));
   EXPECT_EQ(coe.upload_as<std::uint16_t>(0x8000, 3).value(), 200);
   EXPECT_EQ(line->slave(0).esc().memory().get(wire::reg::kWatchdogTimeProcessData), 321);
-  // Two sync managers each way, each assigned by an object of its own.
+  // Two sync managers in each direction, each with an assignment object of its own.
   for (const auto& [assignment, pdo] : {std::pair<std::uint16_t, std::uint16_t>{0x1C12, 0x1600},
                                         {0x1C13, 0x1A00},
                                         {0x1C14, 0x1610},
@@ -138,8 +138,8 @@ TEST(ProcessDataSetup, TravelsForAllSlavesTogether) {
                         if ((byte(7) & 0x80U) == 0) break;
                         at += 12 + (byte(6) | (byte(7) & 0x07U) << 8);
                       }
-                      // Those of the clearing before are shorter by the data that are not zero; only the set-up is
-                      // counted.
+                      // Frames of the preceding clearing are shorter, without the data that are not zero; only the
+                      // set-up is counted.
                       if (fmmus && drives.state(0) == AlState::kPreOp) ++frames;
                     },
                     {});
@@ -155,7 +155,7 @@ TEST(PortsThatWereLeftClosed, AreOpenedBeforeSlavesAreCounted) {
   {
     Master predecessor(drives.line(), drives.clock);
     ASSERT_EQ(sentence(predecessor.scan()), "");
-    // Port 1 always closed (3 in bits 2 and 3), first far out, then near by: one hides the other.
+    // Port 1 always closed (3 in bits 2 and 3), first far away, then nearby: one hides the other.
     const std::array<std::byte, 1> closed{std::byte{0x0C}};
     ASSERT_EQ(sentence(predecessor.bus().write(predecessor.slaves()[2].info.ref, kLoopControl, closed)), "");
     ASSERT_EQ(sentence(predecessor.bus().write(predecessor.slaves()[0].info.ref, kLoopControl, closed)), "");

@@ -80,7 +80,7 @@ TEST(DiscoveryOfNothing, SaysSo) {
 
 TEST(DiscoveryOfNothing, WithoutSlavesThatAnswer) {
   DriveLine drives(1);
-  // Answers come back with a working counter of 0, as from a cable that leads back to the master.
+  // Answers return with a working counter of 0, as from a cable that leads back to the master.
   ChangingPort port(drives.line(), {},
                     [](std::span<std::byte> frame) { frame[16 + 10 + 1] = frame[16 + 10 + 2] = std::byte{0}; });
   Master master(port, drives.clock);
@@ -93,7 +93,7 @@ TEST(DiscoveryAfterAnotherMaster, TakesOverALineInOp) {
     LineOperation first(drives);
     ASSERT_EQ(sentence(first.to_op()), "");
     ASSERT_TRUE(drives.all_in(AlState::kOp));
-  }  // ends without a word to the drives
+  }  // the master ends without telling the drives
   Master second(drives.line(), drives.clock);
   ASSERT_EQ(sentence(second.scan()), "");
   EXPECT_EQ(second.slaves().size(), 3U);

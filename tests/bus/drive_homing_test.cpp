@@ -1,4 +1,4 @@
-// MC_Home: homing by the drives, from the master's side, with every method that the simulated drives have.
+// MC_Home: homing by the drives as seen by the master, with every method of the simulated drives.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -19,11 +19,11 @@ using slaves::msd::Variant;
 
 constexpr double kHomingTurn = 6.283185307179586;
 constexpr double kHomingEndless = std::numeric_limits<double>::infinity();
-constexpr double kHomingLimit = 4.3;     ///< revolutions: limit switches beyond, either way
-constexpr double kHomingEdge = 1.3;      ///< home switch of methods 3 to 6, from here on outwards
+constexpr double kHomingLimit = 4.3;     ///< revolutions: limit switches beyond, on either side
+constexpr double kHomingEdge = 1.3;      ///< home switch of methods 3 to 6, from here outwards
 constexpr double kHomingCamLeft = 0.6;   ///< cam of methods 7 to 14
 constexpr double kHomingCamRight = 1.7;  ///< its other end
-/// Away from the limit switches.
+/// An offset away from the limit switches.
 constexpr std::int32_t home_offset(int method) {
   return method == 2 || method == 18 ? -12345 : 12345;
 }
@@ -38,7 +38,7 @@ struct Homing {
 /// An edge is found within a control cycle of the slow search.
 constexpr double kEdgeTolerance = 1.5 * kSlowSearch * 62.5e-6;
 
-/// Where the methods of CiA 402 find home on this machine.
+/// Home positions of the methods of CiA 402 on this machine.
 const std::vector<Homing>& homings() {
   static const std::vector<Homing> kHomings{{1, -4.0},
                                             {2, 4.0},
@@ -70,7 +70,7 @@ const std::vector<Homing>& homings() {
                                             {30, kHomingCamLeft, kEdgeTolerance},
                                             {33, 0.0},
                                             {34, 1.0},
-                                            // Where it stands: the encoder's increments, and what the loop holds.
+                                            // At the present position, within increments and position loop errors.
                                             {35, 0.2, 1e-4},
                                             {37, 0.2, 1e-4}};
   return kHomings;
@@ -120,7 +120,7 @@ class HomingLine : public SingleLine {
   [[nodiscard]] double revolutions() { return drives.drive(0).position_rad() / kHomingTurn; }
   [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
   RequestReport home() { return finish(submit(request(AxisCommand::kHome)), 400'000); }
-  /// Until homing has made the axis move.
+  /// Starts homing and waits until the axis moves.
   std::uint64_t home_under_way() {
     const auto id = submit(request(AxisCommand::kHome));
     cycles(1000);
@@ -129,7 +129,7 @@ class HomingLine : public SingleLine {
     EXPECT_GT(std::abs(now().velocity), 1.0);
     return id;
   }
-  /// The axis is one that can be used.
+  /// Expects that the axis is usable.
   void expect_use() {
     cycles(100);
     EXPECT_EQ(now().mode, 8);
@@ -149,7 +149,7 @@ TEST_P(EveryHoming, MakesItsZeroThatOfTheAxis) {
   EXPECT_EQ(line.state(), PlcopenState::kStandstill);
   EXPECT_EQ(line.now().mode, 8);
   EXPECT_EQ(line.drives.drive(0).fault(), std::nullopt);
-  // Zero is home and offset, and what was called a position before is forgotten.
+  // Zero is home plus offset, and earlier positions are forgotten.
   const double zero = homing.home + home_offset(homing.method) / 1048576.0;
   EXPECT_NEAR(line.now().position / kHomingTurn, line.revolutions() - zero, homing.tolerance + 2e-5);
   EXPECT_NEAR(line.setpoint(), line.now().position, 1e-3);
@@ -233,7 +233,7 @@ TEST(DriveHoming, AStopInterruptsIt) {
   line.expect_obedience();
 }
 
-/// At every place of the sequence, also on the ways between the modes.
+/// At every point of the sequence, also during the changes of mode.
 TEST(DriveHoming, AStopAtAnyMomentLeavesTheAxisAtRest) {
   for (const int moment : {0, 1, 2, 5, 9, 10, 12, 14, 20, 40}) {
     SCOPED_TRACE(moment);

@@ -1,4 +1,4 @@
-// Profile position and profile velocity in the drives, from the master's side.
+// Profile position and profile velocity modes of the drives as seen by the master.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -225,7 +225,7 @@ TEST(DriveProfile, ATargetThatIsNotReachedInTimeStopsTheAxis) {
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
 }
 
-/// Hides bit 12 of the status word: a drive that takes no target.
+/// Hides bit 12 of the status word: a drive that accepts no target.
 class Deaf final : public ecat_master::CycleTask {
  public:
   void update(const ecat_master::TaskCycle& cycle) noexcept override { cycle.outputs[0] &= std::byte{0xEF}; }

@@ -1,4 +1,4 @@
-// Set of setpoints in profile position mode: the drive is given its next target while it moves (MSD manual 12.2.1).
+// Set of setpoints in profile position mode: the drive gets its next target while it moves (MSD manual 12.2.1).
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -116,7 +116,7 @@ TEST(SetpointSet, AStopAtAnyMomentEndsAllAndLeavesTheAxisAtRest) {
   }
 }
 
-/// Whether the drive moves, has arrived, or gets back into its cyclic mode.
+/// Whether the drive moves, has arrived, or returns to its cyclic mode.
 TEST(SetpointSet, OneThatComesLateIsReachedAllTheSame) {
   int cycles_of_first = 0;
   {

@@ -1,4 +1,4 @@
-// Velocity mode (U/f operation, MSD manual 12.2.2) in the drives, from the master's side.
+// Velocity mode (U/f operation, MSD manual 12.2.2) of the drives as seen by the master.
 #include <gmock/gmock.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Axes that turn on and on: positions begin anew, the axis does not notice.
+// Axes that turn endlessly: the positions of the drive wrap around, which must not affect the axis.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -22,7 +22,7 @@ void append(RunOptions& options, std::uint8_t subindex, std::int32_t value) {
   options.startup.push_back({0x607B, subindex, {bytes.begin(), bytes.end()}});
 }
 
-/// In CST the axis does what the loop of the master makes of the friction, too.
+/// In CST the motion of the axis includes the response of the master's loop to friction.
 AxisRequest soft(AxisRequest asked) {
   asked.acceleration = asked.deceleration = 600.0;
   return asked;
@@ -38,7 +38,7 @@ RunOptions endless(Mode mode, std::int32_t low, std::int32_t high) {
   return options;
 }
 
-/// What the drive tells of its position, and how often that began anew.
+/// Positions reported by the drive, and the number of their wrap-arounds.
 class Rounds {
  public:
   void look(SingleLine& line) {
@@ -86,7 +86,7 @@ TEST_P(EndlessAxis, TurnsOnOverThreeEndsOfItsRange) {
     EXPECT_LT(rounds.high(), low + kEndlessRange);
     EXPECT_EQ(line.ask(soft(request(AxisCommand::kHalt))).phase, RequestPhase::kDone);
     line.cycles(800);
-    // The way is that of the shaft, whatever the drive calls its places.
+    // The distance is that of the shaft, whatever positions the drive reports.
     EXPECT_GT(std::abs(line.setpoint() - from), 3.0 * kEndlessTurn);
     EXPECT_NEAR(line.drives.drive(0).position_rad() - shaft, line.setpoint() - from, 0.05);
     line.expect_obedience();
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(InEachMode, EndlessAxis,
                                   (std::get<1>(row.param) > 0.0 ? "Upwards" : "Downwards");
                          });
 
-/// It counts against its drive: ends are those of the drive.
+/// A reversed axis: the ends of the range are those of the drive.
 TEST(EndlessReversedAxis, TurnsOnOverThreeEndsOfItsRange) {
   for (const double direction : {1.0, -1.0}) {
     auto options = endless(Mode::kCyclicPosition, 0, kEndlessRange - 1);

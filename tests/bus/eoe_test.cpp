@@ -29,7 +29,7 @@ using ecat_master::MotionPhase;
 using Bytes = std::vector<std::byte>;
 using Frames = std::vector<Bytes>;
 
-/// The network behind a drive: sends back what it hears.
+/// The network behind a drive: returns every frame.
 struct Echo final : slaves::EthernetLink {
   bool send(std::span<const std::byte> frame) noexcept override {
     heard.emplace_back(frame.begin(), frame.end());
@@ -59,7 +59,7 @@ struct Echoes final : ecat_master::EoeReceiver {
   void receive(std::uint16_t position, std::span<const std::byte> frame) override {
     came[position].emplace_back(frame.begin(), frame.end());
   }
-  /// A frame of another length and with other bytes each time.
+  /// Sends a frame with another length and other bytes each time.
   void send() {
     for (auto& port : ports) {
       seed_ = seed_ * 1664525U + 1013904223U;
@@ -68,7 +68,7 @@ struct Echoes final : ecat_master::EoeReceiver {
       if (port->send(frame)) sent[port->position()].push_back(frame);
     }
   }
-  /// Steps the mailboxes until all is back, at most for `limit`.
+  /// Steps the mailboxes until all frames have returned, at most for `limit`.
   void await(std::chrono::nanoseconds limit, const rt::Clock& clock) {
     const auto end = clock.now() + limit;
     while (came != sent && clock.now() < end) master_.mailboxes().drive();
@@ -157,7 +157,7 @@ TEST(EoeOfALine, LetsAnSdoWaitForNoMoreThanTheFragmentsOnTheWire) {
   for (int i = 0; i < 60; ++i) echoes.send();
   for (int i = 0; i < 20; ++i) {
     for (int step = 0; step < i; ++step) operation.master().mailboxes().step();
-    // One fragment each way that is on the wire, and one each way in front of request and answer.
+    // One fragment in flight in each direction, and one in each direction before request and answer.
     EXPECT_LE(upload(), alone + 4) << i;
   }
   echoes.await(std::chrono::seconds{5}, drives.clock);

@@ -1,4 +1,4 @@
-// A line configured as an ESI-based master does it: from the ESI file alone.
+// A line configured as by an ESI-based master: from the ESI file alone.
 #include <gtest/gtest.h>
 
 #include "drive_line.hpp"
@@ -10,7 +10,7 @@ namespace {
 using slaves::msd::Variant;
 using wire::AlState;
 
-/// PDOs of the sync manager's direction that the mode assigns, with the contents that the file has for them.
+/// PDOs of the sync manager's direction that the mode assigns, with their contents in the file.
 std::vector<ecat_master::PdoMapping> mappings(const std::vector<esi::Pdo>& pdos, const esi::DcOpMode& mode) {
   std::vector<ecat_master::PdoMapping> result;
   for (const auto& assignment : mode.assignments) {

@@ -16,7 +16,7 @@ using wire::AlState;
 using wire::AlStatusCode;
 using Cause = MotionFailure::Cause;
 
-/// Three drives on their path, at speed.
+/// Three drives moving along their path.
 class InMotion : public testing::Test {
  protected:
   void start(std::size_t count = 3, const RunOptions& options = {}) {
@@ -28,7 +28,7 @@ class InMotion : public testing::Test {
     ASSERT_GT(std::abs(drives->drive(0).velocity_rad_s()), 1.0);
     visited.resize(count);
   }
-  /// Runs and notes which states the drives pass.
+  /// Runs and records the states that the drives pass.
   void watch(nanoseconds duration) {
     const auto end = drives->clock.now() + duration;
     while (drives->clock.now() < end) {
@@ -119,7 +119,7 @@ TEST_F(InMotion, ALastDriveWithoutPowerStopsTheOthers) {
   start();
   drives->line().set_power(2, false);
   watch(milliseconds{500});
-  // One LRW carries all three; its working counter does not tell which one is missing, but the status bytes do.
+  // One LRW carries all three; its working counter does not tell which drive is missing, but the status bytes do.
   EXPECT_EQ(operation->motion().failure().cause, Cause::kAxisLost);
   EXPECT_EQ(operation->motion().failure().axis, 2);
   EXPECT_EQ(operation->master().core()->al_status().slaves, 2);

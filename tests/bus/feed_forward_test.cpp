@@ -1,5 +1,5 @@
-// How far an axis is from its path with and without feed-forward and compensation of the dead time, and the load that a
-// test motion finds, on the simulated drive with friction and a weight.
+// Errors of an axis on its path with and without feed-forward and compensation of the dead time, and the load found by
+// a test motion, on the simulated drive with friction and a weight.
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -23,12 +23,12 @@
 namespace driveline::bus_test {
 namespace {
 
-/// What is behind the simulated shaft.
+/// The load on the simulated shaft.
 constexpr double kInertia = 6e-4;
 constexpr double kViscous = 2e-3;
 constexpr double kCoulomb = 0.15;
 constexpr double kGravity = 0.8;
-/// Before the path moves. Without a brake the weight has begun to fall when the drive gets power.
+/// Time before the path moves. Without a brake the weight has begun to fall when the drive gets power.
 constexpr int kRestMs = 400;
 constexpr std::size_t kCaughtMs = 300;
 
@@ -38,11 +38,11 @@ runtime::Line::Options on_virtual_time() {
   return options;
 }
 
-/// How far the axis is from the setpoint that its drive has followed, and from where the path is, once the weight has
-/// been caught.
+/// Errors of the axis from the setpoint that its drive has followed, and from the path, after the weight has been
+/// caught.
 class PathErrors final : public snapshot::SampleConsumer {
  public:
-  /// `lead`: cycles by which the setpoints lead the path.
+  /// `lead`: lead of the setpoints over the path, in cycles.
   explicit PathErrors(std::size_t lead) : lead_(lead) {}
   void lines(std::span<const snapshot::LineSample>) override {}
   void axes(std::span<const snapshot::AxisSample> samples) override {
@@ -73,7 +73,7 @@ class FeedForwardLine : public testing::Test {
     std::filesystem::create_directories(folder_);
     std::ofstream path(folder_ / "path.csv");
     path << "time[s],x[rad]\n";
-    // 1 kHz, from rest to rest, 24 rad/s and 395 rad/s^2 at most. Before that the drive gets hold of the weight.
+    // 1 kHz, from rest to rest, at most 24 rad/s and 395 rad/s^2. Before that the drive catches the weight.
     for (int i = -kRestMs; i <= 1000; ++i) {
       const double t = std::max(i, 0) / 1000.0;
       path << (i + kRestMs) / 1000.0 << ","
@@ -82,7 +82,7 @@ class FeedForwardLine : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// A line of one MSD; `path` and `axis` are further keys of these tables, `sdos` further tables of the slave.
+  /// A line with an MSD; `path` and `axis` are further keys of these tables, `sdos` further tables of the slave.
   [[nodiscard]] std::unique_ptr<runtime::Line> line(const std::string& path, const std::string& axis,
                                                     const std::string& sdos = {}) {
     const auto file = folder_ / "line.toml";
@@ -99,8 +99,8 @@ class FeedForwardLine : public testing::Test {
   }
 
   struct Errors {
-    double following = 0.0;  ///< RMS, rad
-    double path = 0.0;       ///< the same
+    double following = 0.0;  ///< RMS of the following error, rad
+    double path = 0.0;       ///< RMS of the path error, rad
   };
   [[nodiscard]] Errors run(const std::string& dead_time, const std::string& axis, const std::string& sdos = {},
                            std::size_t dead_cycles = 3) {
@@ -146,7 +146,7 @@ TEST_F(FeedForwardLine, BringsAnAxisNearerToItsPath) {
   }
 }
 
-/// In CSV the velocity, which is as late as bus and drive are, leaves over more than friction does.
+/// In CSV the velocity, delayed by bus and drive, causes more error than friction does.
 TEST_F(FeedForwardLine, HelpsWhereTheMasterClosesThePositionLoop) {
   for (const std::string mode : {"csv", "cst"}) {
     const auto axis = "mode = \"" + mode + "\"\nvelocity_gain = 0.1\nposition_tolerance = 1\n";
@@ -157,7 +157,7 @@ TEST_F(FeedForwardLine, HelpsWhereTheMasterClosesThePositionLoop) {
   }
 }
 
-/// These PDOs are the drive's, which maps nothing in them: that is known once it has been asked.
+/// These PDOs are fixed by the drive, which maps nothing in them: the master knows that only after reading them.
 TEST_F(FeedForwardLine, ADriveWithoutTheObjectIsRefused) {
   const auto running = line("", "gravity = 0.8\n", "[[slave.pdo]]\nindex = 0x1600\n[[slave.pdo]]\nindex = 0x1A00\n");
   const auto report = running->run();
@@ -217,7 +217,7 @@ TEST_F(FeedForwardLine, AxesOfDifferentDrivesAreAtTheSamePlaceAtTheSameInstant) 
   EXPECT_LT(distance("compensated"), 0.004);
 }
 
-/// Keeps what the axis does.
+/// Records position and torque of the axis.
 class Records final : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const snapshot::LineSample>) override {}

@@ -12,7 +12,7 @@ namespace {
 using ecat_master::FlightRecorder;
 using ecat_master::MotionPhase;
 
-/// A CSV file as columns of numbers by their names.
+/// A CSV file as columns of numbers by name.
 std::map<std::string, std::vector<double>> columns_of(const std::string& csv) {
   std::istringstream in(csv);
   std::string line;
@@ -97,7 +97,7 @@ TEST_F(Recording, KeepsWhatLedToAFaultAndWhatFollowed) {
   while ((state(fault) & 0x08U) == 0) ++fault;
   EXPECT_NEAR(static_cast<double>(FlightRecorder::kCycles - fault), static_cast<double>(FlightRecorder::kCyclesAfter),
               2.0);
-  // The other axes are told to stop one cycle later, and their targets are those of the drives.
+  // The other axes get the stop command a cycle later, and their targets are those of the drives.
   EXPECT_EQ(data.at("x.control_word")[fault - 2], 0x0F);
   EXPECT_EQ(data.at("x.control_word")[fault + 2], 0x02) << "quick stop";
   EXPECT_NEAR(data.at("x.target_position")[fault - 1], data.at("x.actual_position")[fault - 1], 0.05);

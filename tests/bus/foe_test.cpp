@@ -56,7 +56,7 @@ Bytes firmware(std::size_t program_bytes, Variant variant = Variant::kMsd) {
   return make_firmware(variant, kNewVersion, program);
 }
 
-/// Two drives whose files ask for a password.
+/// Two drives whose files require a password.
 struct FileLine {
   FileLine() : line(make()), master(*line, clock) {}
 
@@ -86,7 +86,7 @@ struct FileLine {
     ASSERT_EQ(sentence(change_state(master.bus(), refs, AlState::kInit, std::chrono::seconds{1})), "");
   }
   FoeClient foe() { return FoeClient(master.mailboxes(), 0); }
-  /// 100Ah, as the master reads it.
+  /// 100Ah, read by the master.
   std::string version() {
     to_pre_op();
     return text_of(CoeClient(master.mailboxes(), 0).upload(0x100A, 0).value());
@@ -239,7 +239,7 @@ TEST(FoeMailbox, AnSdoWaitsForTheFileAndBothAreRight) {
   EXPECT_EQ(sentence(file->result()), "");
 }
 
-/// The cycles of a packet are counted, so that the file need not be so long.
+/// Counts the cycles of a packet, so that the file can be short.
 TEST(FoeSpeed, FourMebibytesTakeLessThanFiveSecondsAt125Microseconds) {
   DriveLine drives(1);
   LineOperation operation(drives);
@@ -277,7 +277,7 @@ TEST(FoeLostFrames, OneInAHundredCostsNothingButTime) {
   }
 }
 
-/// A store with one file, and a server and a transfer that meet without a line.
+/// A store with one file; server and transfer communicate without a line.
 class OneFile final : public slaves::FileStore {
  public:
   slaves::FileAnswer<Bytes> read_file(const slaves::FileRequest&) override { return content; }
@@ -289,7 +289,7 @@ class OneFile final : public slaves::FileStore {
   Bytes content;
 };
 
-/// The number of mails to the slave, once the transfer is over.
+/// Number of messages to the slave until the transfer is over.
 std::size_t carry(FileTransfer& transfer, slaves::FoeServer& server, std::size_t room) {
   Bytes answer(room);
   std::size_t mails = 0;

@@ -1,5 +1,5 @@
-// The following error is what the master computes, in every mode and with any process data; the drive's own stands
-// beside.
+// The following error is computed by the master, in every mode and with any process data; the drive's own value is
+// recorded beside it.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -13,9 +13,9 @@ using ecat_master::MotionPhase;
 using ecat_master::cia402::Mode;
 using snapshot::AxisSample;
 
-/// A path that is quick enough for a wrong pairing of setpoint and position to show: 8 rad/s.
+/// A path fast enough to reveal a wrong pairing of setpoint and position: 8 rad/s.
 constexpr double kAmplitudeRad = 1.0;
-/// Setpoints are rounded to increments, positions and the drive's own figure as well.
+/// Setpoints are rounded to increments, and so are positions and the drive's own value.
 constexpr double kIncrementRad = 2.0 * 3.14159265 / 1048576.0;
 
 /// Samples of all axes while they were on the path.

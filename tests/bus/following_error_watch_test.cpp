@@ -1,4 +1,4 @@
-// Axes that fall behind their setpoints: watched by the master in every mode.
+// Axes that lag behind their setpoints are detected by the master in every mode.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// A slave that answers where another one should: the working counter is higher than it can be.
+// A slave that answers for another one: the working counter is higher than possible.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -15,8 +15,8 @@ using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using slaves::PowerState;
 
-/// Four drives on their path, in two groups: drives 0 and 2, drives 1 and 3. An unplanned FMMU of drive 1 puts two
-/// bytes of its own registers over the status word of drive 0.
+/// Four drives on their path, in two groups: drives 0 and 2, drives 1 and 3. An unplanned FMMU of drive 1 overwrites
+/// the status word of drive 0 with two bytes of its registers.
 class ForeignFmmu : public testing::Test {
  protected:
   static constexpr std::size_t kDrives = 4;
@@ -63,8 +63,7 @@ class ForeignFmmu : public testing::Test {
     }
     return sentences;
   }
-  /// No demand of a drive was further from the one before than its limits allow, and no status word was the foreign
-  /// one.
+  /// Expects that no demand of a drive changed more than its limits allow, and that no status word was the foreign one.
   void expect_no_leap() {
     const auto& limits = operation->motion().axes()[0].config().limits;
     std::array<double, kDrives> before{};

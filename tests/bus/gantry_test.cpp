@@ -1,4 +1,4 @@
-// Gantry pairs: one axis for everyone who commands, and where both shafts are.
+// Gantry pairs: a single axis for all callers, and the positions of both shafts.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -21,9 +21,9 @@ using ecat_master::ProbeTrigger;
 
 constexpr std::size_t kLeader = 0;
 constexpr std::size_t kFollower = 1;
-/// Where the drives stand at power-on: the second one a quarter of a rad below the first.
+/// Difference at power-on: the second drive is a quarter of a rad below the first.
 constexpr double kApart = -0.25;
-constexpr double kTrue = 2e-3;  // what a drive leaves over
+constexpr double kTrue = 2e-3;  // largest position error of a drive
 
 GantrySettings pair_settings() {
   GantrySettings settings;
@@ -73,7 +73,7 @@ class GantryLine : public SingleLine {
   void forget() { narrowest = widest = shaft(kFollower) - shaft(kLeader); }
   [[nodiscard]] double shaft(std::size_t axis) { return drives.drive(axis).position_rad(); }
   [[nodiscard]] GantryReport pair() { return axes().gantry_report(0); }
-  /// How far the shafts have been from this difference.
+  /// Deviation of the shafts from this difference.
   [[nodiscard]] double astray(double difference = kApart) const {
     return std::max(std::abs(narrowest - difference), std::abs(widest - difference));
   }
@@ -101,7 +101,7 @@ TEST(Gantry, BothAxesAreToldTheSameInTheSameCycle) {
   EXPECT_NEAR(line.shaft(kFollower), 6.0 + kApart, kTrue);
   EXPECT_LT(line.astray(), 5e-3);
   EXPECT_LT(std::abs(line.pair().worst_skew), 5e-3);
-  // The same place has the same name.
+  // Both axes report the same position.
   EXPECT_NEAR(line.axes().axis_report(kFollower).position, 6.0, kTrue);
   line.expect_obedience();
 }
@@ -122,7 +122,7 @@ TEST(Gantry, AreEnabledAndSwitchedOffTogether) {
   EXPECT_FALSE(line.powered(kLeader));
   EXPECT_FALSE(line.powered(kFollower));
   EXPECT_FALSE(line.pair().formed);
-  // While it comes to rest it may be enabled again.
+  // It may be enabled again while it comes to rest.
   line.join();
   line.submit(request(AxisCommand::kMoveVelocity, 20.0));
   line.cycles(1000);
@@ -173,7 +173,7 @@ TEST(Gantry, AFaultOfOneStopsBothInFormation) {
   }
 }
 
-// The drives are well: both are led to rest, by one ramp.
+// The drives have no fault: both are stopped by the same ramp.
 TEST(Gantry, APositionThatCannotBeTrueStopsBothByTheSameRamp) {
   for (const auto failing : {kLeader, kFollower}) {
     SCOPED_TRACE(failing);
@@ -251,7 +251,7 @@ TEST(Gantry, OutOfSkewItIsNotEnabledUnlessItIsToBeSquared) {
   line.expect_obedience();
 }
 
-// The switch is at the same place of both shafts: it is the mark of either axis.
+// The switch is at the same position of both shafts: it is the reference of either axis.
 TEST(Gantry, HomesTogetherAndIsSquareThen) {
   auto settings = pair_settings();
   settings.when_homed = true;
@@ -277,7 +277,7 @@ TEST(Gantry, HomesTogetherAndIsSquareThen) {
   line.cycles(1000);
   EXPECT_NEAR(line.shaft(kLeader), 7.0, 4e-3);
   EXPECT_LT(line.astray(settings.offset), 5e-3);
-  // A second time it stays as it is.
+  // A second homing changes nothing.
   ASSERT_EQ(line.finish(line.submit(move(98.0, 20.0)), 20'000).phase, RequestPhase::kDone);
   ASSERT_EQ(line.finish(line.submit(search), 60'000).phase, RequestPhase::kDone);
   line.cycles(1000);

@@ -1,5 +1,5 @@
-// Random sequences of requests to two groups and their axes, faults, lost frames and missed periods: what simulated
-// drives demand obeys the limits of their axes, whatever happens, and no request is forgotten.
+// Random sequences of requests to two groups and their axes, faults, lost frames and missed periods: the demands of
+// simulated drives obey the limits of their axes in any case, and every request ends.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -20,7 +20,7 @@ namespace {
 
 using slaves::msd::Fault;
 
-constexpr std::size_t kAxes = 12;  ///< 2 that follow contours, 9 that follow lines, and one by itself
+constexpr std::size_t kAxes = 12;  ///< 2 that follow contours, 9 that follow lines, and a single one
 constexpr std::size_t kContourAxes = 2;
 constexpr std::size_t kLineAxes = 9;
 constexpr int kCycles = 6000;
@@ -34,7 +34,7 @@ std::vector<GroupConfig> configs() {
   return {contour, lines};
 }
 
-/// What the campaign has seen.
+/// Coverage of the campaign.
 struct Coverage {
   std::array<std::uint64_t, kCommands> done{};  ///< requests by command
   std::array<std::uint64_t, 16> errors{};       ///< requests and moves by GroupError
@@ -43,7 +43,7 @@ struct Coverage {
   std::uint64_t judged = 0;
 };
 
-/// Most of them by positions.
+/// Options of a seed; mostly position modes.
 RunOptions options(unsigned seed) {
   auto made = single_options();
   if (seed % 4 == 2) made.mode = ecat_master::cia402::Mode::kCyclicVelocity;
@@ -58,7 +58,7 @@ class GroupSequence {
     for (std::size_t i = 0; i < kAxes; ++i) watches_.emplace_back(line_.drives.drive(i), kLimits);
   }
 
-  /// What is wrong; empty: nothing.
+  /// The first finding; empty: there is none.
   [[nodiscard]] std::string execute() {
     for (std::size_t group = 0; group < 2; ++group) submit(group, GroupCommand::kEnable);
     for (int i = 0; i < kCycles; ++i) {
@@ -113,13 +113,13 @@ class GroupSequence {
   }
   void ask() {
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-    // What ends a path is rare enough that paths are followed.
+    // Requests that end a path are rare, so that paths are followed.
     const auto any = static_cast<GroupCommand>(pick(kCommands));
     const bool ends = any == GroupCommand::kDisable || any == GroupCommand::kStop || any == GroupCommand::kHalt;
     const auto command = ends && !chance(4) ? GroupCommand::kSetOverride : any;
     submit(pick(2), command, chance(20) ? kNan : number(-0.1, 2.1));
   }
-  /// Also some that cannot be.
+  /// Submits a move, sometimes an invalid one.
   void move() {
     const auto group = pick(2);
     GroupMove move;
@@ -156,7 +156,7 @@ class GroupSequence {
     line_.drives.drive(pick(kAxes)).raise(kFaults[pick(kFaults.size())]);
   }
 
-  /// Groups that are disabled, or in GroupErrorStop, have nothing to judge.
+  /// Re-enables groups that are disabled or in GroupErrorStop, because these have nothing to judge.
   void keep_going() {
     if (!chance(50)) return;
     for (std::size_t axis = 0; axis < kAxes; ++axis) {
@@ -177,7 +177,7 @@ class GroupSequence {
     }
   }
 
-  /// Every request ends, be it by a stop of its group.
+  /// Checks that every request ends, if necessary by a stop of its group.
   [[nodiscard]] std::string come_to_an_end() {
     line_.lose_back = false;
     line_.lose_out = false;
@@ -214,7 +214,7 @@ class GroupSequence {
   int lost_ = 0;
 };
 
-/// Sequences in which everything is seen.
+/// Number of sequences that cover everything.
 constexpr unsigned kCovering = 16;
 
 TEST(GroupCampaign, DrivesDemandNoMoreThanTheirAxesMayAndEveryRequestEnds) {
@@ -222,7 +222,7 @@ TEST(GroupCampaign, DrivesDemandNoMoreThanTheirAxesMayAndEveryRequestEnds) {
   const auto first = environment("DRIVELINE_CAMPAIGN_SEED", 1);
   Coverage coverage;
   int failed = 0;
-  constexpr int kEnough = 20;  // that are told
+  constexpr int kEnough = 20;  // failures to report
   for (unsigned seed = first; seed < first + runs && failed < kEnough; ++seed) {
     GroupSequence sequence(seed, coverage);
     const auto finding = sequence.execute();

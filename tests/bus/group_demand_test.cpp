@@ -1,5 +1,5 @@
-// Groups of axes as their drives see them: what 6062h demands is on the path, and within the limits, whatever is asked
-// and whatever fails.
+// Groups of axes as seen by their drives: the demands (6062h) are on the path and within the limits, whatever is
+// requested and whatever fails.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,8 @@
 namespace driveline::bus_test {
 namespace {
 
-/// Targets are whole increments, 6e-6 rad: three axes are that far from the path, and the drives join them by splines.
+/// Targets are whole increments, 6e-6 rad, so three axes deviate that much from the path; the drives connect them by
+/// splines.
 constexpr double kOnPath = 2e-5;
 
 /// 6062h of a drive, rad.
@@ -32,7 +33,7 @@ GroupVector demands(GroupLine& line, std::size_t axes) {
   return made;
 }
 
-/// The geometric path of some moves, as points that are near to each other.
+/// The geometric path of some moves, as closely spaced points.
 class PointsOfPath {
  public:
   PointsOfPath(const GroupVector& start, const std::vector<GroupMove>& moves) {
@@ -53,7 +54,7 @@ class PointsOfPath {
 
   [[nodiscard]] double length() const { return length_; }
   [[nodiscard]] const GroupVector& end() const { return points_.back(); }
-  /// How far a place is from the path, `periods` later than the last one, and so not far from there.
+  /// Distance of a position from the path, `periods` after the last one, and therefore close to it.
   [[nodiscard]] double from_path(const GroupVector& at, std::size_t periods = 1) {
     const auto window = kWindow * periods;
     const auto first = near_ > window ? near_ - window : 0;
@@ -81,7 +82,7 @@ class PointsOfPath {
   double length_ = 0.0;
 };
 
-/// Lines with rounded and with sharp corners, arcs and splines, to and fro.
+/// Lines with rounded and with sharp corners, arcs and splines, forth and back.
 std::vector<GroupMove> random_path(std::mt19937_64& random, int count) {
   const auto number = [&random](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
   std::vector<GroupMove> moves;
@@ -102,7 +103,7 @@ std::vector<GroupMove> random_path(std::mt19937_64& random, int count) {
   return moves;
 }
 
-/// Velocity, acceleration and jerk of what the axes are told, by differences.
+/// Judges velocity, acceleration and jerk of the commanded positions, by differences.
 class ToldJudge {
  public:
   ToldJudge(double max_velocity, double max_acceleration, double max_jerk)
@@ -121,7 +122,7 @@ class ToldJudge {
     EXPECT_LE(worst_[1], 1.0) << "acceleration";
     EXPECT_LE(worst_[2], 1.01) << "jerk";
   }
-  /// It did something.
+  /// Largest used share of a limit, to show that the test is effective.
   [[nodiscard]] double used() const { return std::max({worst_[0], worst_[1], worst_[2]}); }
 
  private:
@@ -190,13 +191,13 @@ TEST(GroupDemand, HoldOverrideReverseAndResumeAtAThousandRandomTimesStayOnThePat
   line.expect_obedience();
 }
 
-/// Axes that make the same share of their way at the same time.
+/// The shares of their distances that the axes have covered; they must be equal at any time.
 struct Shares {
-  double apart = 0.0;  ///< the largest difference of two of them
+  double apart = 0.0;  ///< largest difference between two axes
   double mean = 0.0;
 };
 
-/// A group of axes along a straight line, each with a way of its own.
+/// A group of axes along a straight line, each with a distance of its own.
 class WideLine : public GroupLine {
  public:
   explicit WideLine(std::size_t axes) : GroupLine(axes) {
@@ -301,7 +302,7 @@ TEST(GroupDemand, ManyAxesAreHeldOverriddenAndReversedOnTheirLine) {
     told[i].expect_obedience();
   }
   line.expect_obedience();
-  // What they cannot do.
+  // Unsupported moves.
   const auto reason_of = [&line](const GroupMove& move) {
     const auto refused = line.groups->move(0, move);
     EXPECT_EQ(line.finish_of_group(refused).error, GroupError::kBadMove);
@@ -321,7 +322,7 @@ TEST(GroupDemand, ManyAxesAreHeldOverriddenAndReversedOnTheirLine) {
   EXPECT_EQ(reason_of(move), "a group of more than 8 axes moves along lines only");
 }
 
-// The inputs of one axis stay away: a slave without power.
+// The inputs of an axis fail, because its slave has no power.
 TEST(GroupDemand, ALostAxisStopsTheOthersOnThePath) {
   GroupLine line(3);
   line.take_axes();
@@ -346,9 +347,9 @@ TEST(GroupDemand, ALostAxisStopsTheOthersOnThePath) {
   line.judges[1].expect_obedience();
 }
 
-// Frames get lost, and periods are missed, at any time. The drives go on at the velocity that they have, and so does
-// the path: it is left by no more than what the axes turn or speed up by meanwhile, and until they are back, with what
-// the path leaves them of their acceleration. Without gaps it is kOnPath.
+// Frames are lost and periods missed at any time. The drives continue at their present velocity, and so does the path:
+// it is left by the change of direction and speed of the axes meanwhile, until they have returned with the remaining
+// acceleration. Without gaps the error is kOnPath.
 TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
   constexpr double kNear = 5e-3;
   for (const unsigned seed : {99U, 102U, 104U, 105U}) {

@@ -1,4 +1,4 @@
-// Groups whose axes are the joints of a machine, and outputs at places of their paths.
+// Groups whose axes are the joints of a machine, and outputs at positions on their paths.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using trajectory::ScaraKinematics;
 
 constexpr double kOnPath = 2e-5;  ///< m: whole increments of the joints, 6e-6 rad, on arms of 0.55 m
 
-/// Where the axes are told to be when an output changes.
+/// Records the setpoints of the axes when an output changes.
 class Noted final : public ecat_master::PathOutputs {
  public:
   void change(const trajectory::PathOutput& output) noexcept override {
@@ -30,7 +30,7 @@ class Noted final : public ecat_master::PathOutputs {
   int changes = 0;
 };
 
-/// Four axes that are the joints of a SCARA, its elbow to the left.
+/// Four axes that are the joints of a SCARA robot with its elbow to the left.
 class MachineLine : public GroupLine {
  public:
   MachineLine(const ScaraKinematics& scara, Noted* outputs, double elbow)
@@ -40,7 +40,7 @@ class MachineLine : public GroupLine {
     cycles(50);
     take_axes();
   }
-  /// Where the tool is demanded to be by the drives.
+  /// Position of the tool from the demands of the drives.
   [[nodiscard]] GroupVector tool() {
     GroupVector joints{};
     for (std::size_t i = 0; i < 4; ++i)
@@ -83,9 +83,9 @@ TEST(GroupMachine, ThePathIsThatOfTheToolAndTheLimitsAreThoseOfTheJoints) {
   EXPECT_LT(apart(line.tool(), to), kOnPath);
   EXPECT_EQ(outputs.changes, 1);
   EXPECT_EQ(outputs.last.output, 7U);
-  // In the cycle in which the axes have passed the place, as told one later: at 2 m/s 0.25 mm.
+  // The output changes in the cycle in which the axes pass the position, commanded a cycle later: 0.25 mm at 2 m/s.
   EXPECT_NEAR(changed_at, 0.1, 6e-4);
-  // A path that is left begins anew where the tool is.
+  // A new path starts where the tool is after the previous one was left.
   id = line.groups->move(0, line_to(from, 2.0));
   line.cycles(1000);
   const auto aborting = line.groups->move(0, line_to(to, 2.0));

@@ -19,7 +19,7 @@ using wire::AlState;
 using Kind = Difference::Kind;
 constexpr auto kNone = Difference::kNone;
 
-/// A slave named by a letter; its product is the letter, its serial number its place in the alphabet.
+/// A slave named by a letter; its product is the letter, its serial number its position in the alphabet.
 SlaveInfo found_one(char letter, std::uint16_t position) {
   SlaveInfo slave;
   slave.ref = {position, static_cast<std::uint16_t>(0x1001 + position)};
@@ -37,7 +37,7 @@ std::vector<SlaveInfo> found(std::string_view letters) {
   return line;
 }
 
-/// A dot is a slave that may be anything.
+/// A dot is a slave with any identity.
 std::vector<ExpectedSlave> planned(std::string_view letters) {
   std::vector<ExpectedSlave> plan;
   for (const char letter : letters) {
@@ -264,7 +264,7 @@ TEST(BadEeprom, WithAWrongChecksumIsNamedAndTheOthersAreFound) {
   EXPECT_EQ(master.slaves()[1].info.description.serial_number, 1001U) << "the content is shown all the same";
   EXPECT_FALSE(master.slaves()[0].info.problem);
   EXPECT_EQ(master.slaves()[2].info.description.serial_number, 1002U);
-  // With a plan and without: the error is about the EEPROM, not the identity or the time of a state change.
+  // With a plan and without: the error is about the EEPROM, not about the identity or a state change time-out.
   const auto wrong = describe(*master.slaves()[1].info.problem);
   EXPECT_EQ(sentence(master.configure({})), wrong);
   std::vector<ecat_master::SlavePlan> plans(3);
@@ -278,7 +278,7 @@ TEST(BadEeprom, WithAWrongChecksumIsNamedAndTheOthersAreFound) {
 
 TEST(BadEeprom, WithCategoriesThatLeadNowhereIsNamed) {
   EditedLine drives(2, [](std::size_t drive, auto& profile) {
-    // The first category claims to be as long as the format allows.
+    // The first category claims the maximum length of the format.
     if (drive == 0) profile.sii_image[2 * 0x41] = profile.sii_image[2 * 0x41 + 1] = std::byte{0x7F};
   });
   Master master(drives.line(), drives.clock);

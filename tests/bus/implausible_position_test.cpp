@@ -1,4 +1,4 @@
-// Drives with implausible actual positions: reaction of the master, and movement of the shaft meanwhile.
+// Drives with implausible actual positions: reaction of the master, and motion of the shaft meanwhile.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ void set(slaves::msd::DriveCore& drive, std::string_view input, double value) {
   drive.signals().set_signal(place->number, value);
 }
 
-/// A line in motion, with the behaviour of drive 1 from then on.
+/// A line in motion, and the behaviour of drive 1 from then on.
 class ImplausiblePosition : public testing::TestWithParam<Mode> {
  protected:
   ImplausiblePosition() : drives(2), operation(drives, RunOptions{.mode = GetParam(), .amplitude_rad = 6.0}) {}
@@ -35,7 +35,7 @@ class ImplausiblePosition : public testing::TestWithParam<Mode> {
     ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, seconds{2}));
     operation.run(milliseconds{80});
   }
-  /// One cycle. Speeds are those of the shaft.
+  /// Runs one cycle. Speeds are those of the shaft.
   void step() {
     operation.cycle();
     fastest_rad_s = std::max(fastest_rad_s, std::abs(liar().velocity_rad_s()));
@@ -114,7 +114,7 @@ TEST_P(ImplausiblePosition, IsNotThePlaceWhereAnAxisIsEnabled) {
   operation.run(milliseconds{20});
   const double place = liar().position_rad();
   operation.motion().request_start();
-  // Wrong on the way to Operation enabled, and right again before the axis is there.
+  // Wrong during the transition to Operation enabled, and correct again before the axis gets there.
   for (int i = 0; i < 1000 && operation.motion().axes()[1].inputs().state != AxisState::kReadyToSwitchOn; ++i) {
     operation.cycle();
   }
@@ -180,8 +180,8 @@ INSTANTIATE_TEST_SUITE_P(Modes, PlausiblePosition,
                          testing::Values(Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque),
                          [](const auto& row) { return std::string(to_text(row.param)); });
 
-/// New units count from the next start of the control on (MSD manual 10.3): the position leaps on the way to Operation
-/// enabled, and the shaft does not.
+/// New units take effect at the next start of the control (MSD manual 10.3): the position jumps during the transition
+/// to Operation enabled, but the shaft does not move.
 TEST(PlausibleFactors, MakeANewPlaceToBeEnabledAt) {
   DriveLine drives(2);
   LineOperation operation(drives, RunOptions{.relative = true});

@@ -156,7 +156,7 @@ TEST_P(Terminals, HandValuesToEachOther) {
   pass();
   EXPECT_EQ(entry<std::uint16_t>("iob.Actual word").get(inputs()), 0x1357);
   EXPECT_EQ(variables->bits("ioc.In 4").value().get(inputs()), 0x55U);
-  // Inputs of a slave that is gone stay as they were.
+  // Inputs of a missing slave keep their last values.
   entry<std::uint16_t>("ioa.Set word").set(outputs(), 0x2468);
   line->break_cable({0, 1});
   line->set_power(0, false);
@@ -224,7 +224,7 @@ TEST(SlaveWithoutLrw, IsToldByItsEepromAndGetsLwrAndLrd) {
   EXPECT_EQ(places[0].output_datagram, places[0].input_datagram);
   EXPECT_EQ(command_of(places[1].output_datagram), wire::Command::kLwr);
   EXPECT_EQ(command_of(places[1].input_datagram), wire::Command::kLrd);
-  // The plan goes before the EEPROM.
+  // The plan has priority over the EEPROM.
   std::vector<SlavePlan> plans(2);
   for (auto& plan : plans) plan.own_pdos = true;
   plans[0].lrw = false;

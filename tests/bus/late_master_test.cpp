@@ -1,4 +1,4 @@
-// Figures and motion with a late master and lost frames.
+// Statistics and motion with a late master and lost frames.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(operation.statistics().longest_absence, nanoseconds{0});
   const auto cycles = operation.statistics().cycles;
   operation.line_samples.clear();
-  // The next cycle is due in a period, less what is left of this one.
+  // The next cycle is due in a period, less the remainder of this one.
   const auto due = drives.clock.now() / kLatePeriod * kLatePeriod + kLatePeriod;
   const auto late = 6 * kLatePeriod + microseconds{20};
   drives.clock.advance(due + late - drives.clock.now());
@@ -46,8 +46,7 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(operation.line_samples[0].wake_latency_ns, late.count()) << "so it goes to DDS and the flight recorder";
 }
 
-/// Ends the counting as soon as it hears of an absence, before the cycle that was late is over: what a thread that
-/// watches the line may do.
+/// Ends the counting as soon as an absence is reported, before the late cycle is over, as a supervising thread may do.
 class EndsCountingAtOnce final : public ecat_master::CycleTask {
  public:
   void update(const ecat_master::TaskCycle&) noexcept override {
@@ -109,7 +108,7 @@ TEST(LateMotion, StaysLateByTheFramesThatWereLost) {
   }
 }
 
-/// The drives have setpoints although the master did not get their answer: its next setpoints follow on those.
+/// The drives have received setpoints although the master lost the answer: its next setpoints must continue from those.
 TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
   LateLine line;
   auto& samples = line.operation.axis_samples;
@@ -128,7 +127,8 @@ TEST(LateMotion, SetpointsBehindALostAnswerAreWithinTheLimits) {
   }
 }
 
-/// Stalls of every length that is bridged, at and between the instants of the grid, frames lost on the way out or back.
+/// Stalls of every length that is bridged, at and between the instants of the grid, with frames lost on the way out or
+/// back.
 TEST(LateMotion, DemandOfTheDriveObeysTheLimitsWhateverIsLate) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     SCOPED_TRACE(seed);
@@ -189,7 +189,8 @@ TEST(LateMotion, CatchesUpWithinTheLimitsWhereThatIsThePolicy) {
   line.expect_obedience();
 }
 
-/// A machine that is stopped between sending and the slaves' turn: the axis goes on meanwhile, and stops by itself.
+/// The machine is stopped between sending and the slaves' processing: the axis continues meanwhile, and then stops on
+/// its own.
 TEST(LateMotion, AnExchangeThatIsHeldUpIsAnAbsenceAndNoLeapOfTheAxis) {
   LateLine line;
   line.cycles(400);

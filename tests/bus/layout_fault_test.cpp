@@ -1,5 +1,5 @@
-// Every layout of the process image with single lost and late frames, recovery, the way back onto the path, mailboxes
-// beside the process data, and the flight recorder.
+// Every layout of the process image with single lost and late frames, recovery, the return to the path, mailboxes
+// during process data exchange, and the flight recorder.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using wire::AlState;
 
-/// Logical bytes that a frame carries, as its datagrams say.
+/// Logical addresses that a frame carries, according to its datagrams.
 struct LogicalRange {
   std::uint32_t first;
   std::uint32_t bytes;
@@ -115,7 +115,7 @@ TEST_P(EveryLayoutLoses, ExactlyTheSlavesOfTheFrameThatIsLost) {
 
 TEST_P(EveryLayoutLoses, NothingToAFrameThatComesLate) {
   bool armed = false;
-  // 2.4 cycles late: while a later frame is awaited.
+  // 2.4 cycles late, while a later frame is awaited.
   LatePort port(drives.line(), drives.clock, microseconds{300},
                 [&](std::uint64_t number) { return armed && number % 7 == 0; });
   auto run = options();
@@ -133,7 +133,7 @@ TEST_P(EveryLayoutLoses, NothingToAFrameThatComesLate) {
   EXPECT_EQ(operation->statistics().lost_frames, port.delayed());
   EXPECT_EQ(operation->statistics().stale_frames - stale, port.delayed()) << "none was taken for another";
   EXPECT_EQ(operation->statistics().wkc_errors, 0U);
-  // Old inputs that came back would throw the positions back by two cycles of motion (up to 2e-4 rad each).
+  // Stale inputs would throw the positions back by two cycles of motion (up to 2e-4 rad each).
   std::array<double, kDrives> last{};
   std::array<double, kDrives> step{};
   std::array<unsigned, kDrives> samples{};

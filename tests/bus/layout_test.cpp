@@ -22,7 +22,7 @@ TEST_P(EveryLayout, CarriesOutputsToTheDrivesAndInputsBack) {
   EXPECT_EQ(operation->statistics().wkc_errors, 0U);
   EXPECT_EQ(operation->statistics().lost_frames, 0U);
   for (std::size_t i = 0; i < kDrives; ++i) {
-    // The position in the master is that of the drive, apart from a few cycles of motion.
+    // The position in the master matches that of the drive, apart from a few cycles of motion.
     EXPECT_NEAR(operation->motion().axes()[i].inputs().position, drives.drive(i).position_rad(), 0.01) << i;
     EXPECT_NEAR(operation->motion().setpoints()[i].position, drives.drive(i).position_rad(), 0.02) << i;
     const auto report = core().slave_report(i);
@@ -75,7 +75,7 @@ TEST_P(EveryLayout, ADriveThatFallsOutOfOpIsNamedInTheNextExchange) {
   ecat_master::CyclicEvent event;
   while (core().take_event(event)) {
   }
-  // Without the knowledge of the supervision.
+  // The supervision does not know about this change.
   ecat_master::SlaveRef ref = operation->master().slaves()[2].info.ref;
   const auto value = wire::AlControl{AlState::kSafeOp, false, false}.raw();
   ASSERT_EQ(sentence(operation->master().bus().write(ref, wire::reg::kAlControl, value)), "");
@@ -94,7 +94,7 @@ TEST_P(EveryLayout, ADriveThatFallsOutOfOpIsNamedInTheNextExchange) {
   EXPECT_TRUE(named);
 }
 
-/// Changes the working counters of process data on their way back: too low, too high, and twice what they should be.
+/// Changes the working counters of process data on their way back: too low, too high, and doubled.
 TEST_P(EveryLayout, AWorkingCounterThatNobodyExplainsMakesNobodyValid) {
   int more = 0;
   ChangingPort port(drives.line(), {}, [&](std::span<std::byte> frame) {

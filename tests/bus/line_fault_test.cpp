@@ -122,7 +122,7 @@ TEST_F(LineFault, CorruptRequestsLeaveAWorkingLineBehind) {
   to_op();
   ASSERT_TRUE(inject({.kind = FaultKind::kCorrupt, .way = FaultWay::kOut, .count = 300, .seed = 5, .bits = 8}));
   operation->run(milliseconds{100});
-  // A new start succeeds whatever the flipped bits have written into the drives.
+  // A new start succeeds, whatever the flipped bits have written into the drives.
   static_cast<void>(operation->master().shut_down());
   LineOperation again(*drives);
   EXPECT_EQ(sentence(again.to_op()), "");
@@ -166,7 +166,7 @@ TEST_F(LineFault, ACableBreakCutsOffWhatLiesBehindUntilItHeals) {
   operation->run(milliseconds{5});
   EXPECT_EQ(operation->master().core()->al_status().slaves, 2);
   EXPECT_EQ(peek(1, reg::kLostLinkCounter, 1), 1);
-  // The same cable, named by its other end.
+  // The same cable, identified by its other end.
   EXPECT_TRUE(drives->line().heal({.kind = FaultKind::kCableBreak, .slave = 2, .port = 0}));
   operation->run(milliseconds{5});
   EXPECT_EQ(operation->master().core()->al_status().slaves, 4);
@@ -336,7 +336,7 @@ TEST_F(LineFault, AScriptBringsFaultsAtTheirTimes) {
   EXPECT_EQ(lost(), 0U);
   operation->run(milliseconds{20});
   EXPECT_EQ(lost(), 3U);
-  // What happened, and when.
+  // The fault event, with its time.
   slaves::FaultEvent event;
   std::vector<std::pair<FaultKind, nanoseconds>> seen;
   while (faults.next_event(event)) seen.emplace_back(event.fault.kind, event.time - begin);

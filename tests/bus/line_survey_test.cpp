@@ -1,4 +1,4 @@
-// Looking at a line, and writing EEPROMs, against the simulated controllers.
+// Surveying a line and writing EEPROMs, with the simulated controllers.
 #include "driveline/ecat_master/discovery/line_survey.hpp"
 
 #include <gmock/gmock.h>
@@ -122,7 +122,7 @@ TEST(EepromWrite, PowerCutAtAnyWordIsNoticedAtTheNextStart) {
   image.standard_mailbox.send_size = 256;
   const auto wanted = esi::encode_sii(image);
   const auto before = image_of(reference, 0);
-  // Words to write, marker and checksum included.
+  // Number of written words, including marker and checksum.
   for (std::size_t cut = 1; cut <= 6; ++cut) {
     DriveLine drives(1);
     ecat_master::DirectExchange exchange(drives.line(), drives.clock);
@@ -132,14 +132,14 @@ TEST(EepromWrite, PowerCutAtAnyWordIsNoticedAtTheNextStart) {
       return true;
     });
     const auto now = image_of(drives, 0);
-    if (now == wanted) continue;  // the cut came after the last word
+    if (now == wanted) continue;  // the power was cut after the last word
     ASSERT_FALSE(report);
     EXPECT_THAT(report.error().left, testing::Not(IsEmpty()));
     EXPECT_EQ(report.error().previous, before);
     drives.line().set_power(0, true);
     drives.leave_alone(milliseconds{10});
     EXPECT_FALSE(drives.slave(0).esc().sii().loaded()) << "a half image passed for a good one after word " << cut;
-    // And the master reports the checksum, whatever the cut has done to the identity.
+    // The master reports the wrong checksum, whatever the power cut has done to the identity.
     ecat_master::Master master(drives.line(), drives.clock);
     ASSERT_EQ(sentence(master.scan()), "");
     std::vector<ecat_master::SlavePlan> plans(1);

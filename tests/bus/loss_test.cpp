@@ -16,7 +16,7 @@ using Way = LossyPort::Way;
 
 class LostFrames : public testing::TestWithParam<Way> {};
 
-/// From the first frame to SAFEOP and back to INIT, with an SDO transfer on the way.
+/// From the first frame to SAFEOP and back to INIT, with an SDO transfer in between.
 std::string whole_way(DriveLine& drives, port::Port& port) {
   LineOperation operation(drives, port);
   if (const auto done = operation.to_safe_op(); !done) return sentence(done);
@@ -61,7 +61,7 @@ TEST_P(LostFrames, OneInFourIsMadeUpForWithSeveralDrives) {
   for (std::uint32_t seed = 1; seed <= 10; ++seed) {
     DriveLine drives(3);
     Chance chance(4, seed);
-    // At most four tries in a row are lost: after five the master gives up.
+    // At most four attempts in a row are lost, because the master fails after five.
     unsigned in_a_row = 0;
     LossyPort port(drives.line(), GetParam(), [&](auto, auto) {
       const bool lost = in_a_row < 3 && chance();
@@ -74,7 +74,7 @@ TEST_P(LostFrames, OneInFourIsMadeUpForWithSeveralDrives) {
 }
 
 TEST_P(LostFrames, ALossThatNeverLetsTheMailboxThroughEndsInATimeout) {
-  // Every third frame: out of phase with the retries at first, then in step with the repetition of a mailbox reply.
+  // Every third frame: initially out of phase with the retries, then in step with the repetition of a mailbox reply.
   for (std::uint64_t phase = 0; phase < 3; ++phase) {
     DriveLine drives(3);
     LossyPort port(drives.line(), GetParam(), [phase](auto number, auto) { return number % 3 == phase; });
@@ -105,7 +105,7 @@ TEST(LostFramesOfTheLine, TooManyAreAnErrorThatSaysHowOften) {
   EXPECT_EQ(sentence(master.scan()), "the line: no answer to a frame after 5 tries");
 }
 
-/// The n-th read of the drive's outgoing mailbox (0x1200) loses its answer when bit n is set.
+/// The n-th read of the drive's outgoing mailbox (0x1200) loses its answer if bit n is set.
 struct MailboxReplyLoss {
   unsigned pattern;
   unsigned reads = 0;
@@ -134,14 +134,14 @@ TEST_P(LostMailboxReply, IsRepeatedByTheDrive) {
   EXPECT_EQ(*vendor, 0x28U);
   EXPECT_EQ(port.lost(), static_cast<unsigned>(std::popcount(GetParam())));
   EXPECT_LT(drives.clock.now() - begin, milliseconds{500}) << "well before the mailbox time-out";
-  // Request and repetition are told apart: the next transfer gets its own answer.
+  // Request and repetition are distinguished: the next transfer gets its own answer.
   const auto product = coe.upload_as<std::uint32_t>(0x1018, 2);
   ASSERT_EQ(sentence(product), "");
   EXPECT_EQ(*product, slaves::msd::kProductCode);
 }
 
-// One; the mailbox's repetition too, once and more often. The frame itself is not repeated: the mail is asked for
-// again.
+// A single loss, then also losses of the mailbox's repetition. The frame itself is not repeated, but the message is
+// requested again.
 INSTANTIATE_TEST_SUITE_P(Patterns, LostMailboxReply, testing::Values(0b1U, 0b11U, 0b111U, 0b1111U, 0b11111U));
 
 TEST(LostMailboxRequestAcknowledge, DoesNotWriteTwice) {
@@ -185,7 +185,7 @@ TEST(LostCyclicFrames, CostTheirCycleAndNothingElse) {
 TEST(LateFrames, AreCountedAndNeverTakenForNewOnes) {
   DriveLine drives(1);
   bool armed = false;
-  // 2.4 cycles late: while a later frame is awaited.
+  // 2.4 cycles late, while a later frame is awaited.
   LatePort port(drives.line(), drives.clock, microseconds{300},
                 [&](std::uint64_t number) { return armed && number % 7 == 0; });
   LineOperation operation(drives, port);
@@ -218,7 +218,7 @@ TEST(LateFrames, AreCountedAndNeverTakenForNewOnes) {
 TEST(LateFrames, OfAcyclicWorkAreNotTakenForTheAnswerToTheRepetition) {
   DriveLine drives(2);
   Chance chance(4, 3);
-  // Later than the time-out of 2 ms: each such frame is repeated, and its answer comes while others are awaited.
+  // Later than the time-out of 2 ms: each such frame is repeated, and its answer arrives while others are awaited.
   LatePort port(drives.line(), drives.clock, microseconds{2300}, [&](std::uint64_t) { return chance(); });
   EXPECT_EQ(whole_way(drives, port), "");
   EXPECT_GT(port.delayed(), 50U);

@@ -15,7 +15,7 @@ using ecat_master::CoeClient;
 using ecat_master::Master;
 using Bytes = std::vector<std::byte>;
 
-/// A line in PREOP whose first drive sends mailboxes made by the test.
+/// A line in PREOP whose first drive sends mailbox messages made by the test.
 struct TalkingLine {
   TalkingLine() : drives(3), master(drives.line(), drives.clock) {
     EXPECT_EQ(sentence(master.scan()), "");
@@ -30,7 +30,7 @@ struct TalkingLine {
   Master master;
 };
 
-/// A mailbox without counter, so that it never passes for a repetition.
+/// A mailbox message without a counter, so that it is never taken for a repetition.
 Bytes mail(std::uint8_t type, std::initializer_list<unsigned> service) {
   Bytes bytes{static_cast<std::byte>(service.size()),
               std::byte{0},
@@ -199,7 +199,7 @@ TEST(RandomAnswers, NeverCrashOrHangTheMaster) {
 }
 
 TEST(LateAnswer, IsWaitedForAndWhenItIsTooLateNotTakenForAnother) {
-  // Answers are held back; what is asked meanwhile gets its own answer afterwards.
+  // Answers are held back; a request sent meanwhile gets its own answer afterwards.
   TalkingLine line;
   std::vector<Bytes> held;
   bool holding = true;
@@ -216,7 +216,7 @@ TEST(LateAnswer, IsWaitedForAndWhenItIsTooLateNotTakenForAnother) {
   EXPECT_EQ(*product, slaves::msd::kProductCode);
 }
 
-/// A wire with two masters: each receives the frames of the other, too.
+/// A wire with two masters: each of them also receives the frames of the other.
 class SharedWire {
  public:
   class End final : public PassingPort {
@@ -286,7 +286,7 @@ TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
   };
   live();
   ASSERT_EQ(supervisor.events(), 0U) << describe(supervisor.history().front());
-  // It looks.
+  // It only reads.
   ASSERT_EQ(sentence(second.peek_states()), "");
   live();
   ASSERT_EQ(supervisor.events(), 1U);
@@ -304,7 +304,7 @@ TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
   for (const auto& event : supervisor.history()) all += what_happened(event) + "\n";
   EXPECT_THAT(all, testing::ContainsRegex("among them BWR to AL control \\(0x0120\\); two masters disturb each other\n"
                                           "slave 0: left OP, is in INIT"));
-  // Each sentence once only.
+  // Each sentence is reported only once.
   ASSERT_TRUE(second.bus().broadcast_write(wire::reg::kAlControl.address, init));
   live();
   EXPECT_EQ(std::count_if(supervisor.history().begin(), supervisor.history().end(),
@@ -333,7 +333,7 @@ TEST(TwoMastersOnOneWire, AToolOfThisProgramIsNobodyToSpeakOfUntilItChangesState
   EXPECT_EQ(supervisor.events(), 0U);
   EXPECT_EQ(operation.master().core()->foreign_frames(), 0U);
   EXPECT_EQ(operation.master().core()->other_master().frames, 0U);
-  // Told apart as any two masters are.
+  // The tool is distinguished like any second master.
   EXPECT_GT(tool.exchange_statistics().frames_of_masters, 0U) << "it hears the master";
   // State changes of the line are reported, whichever program sends them.
   const auto init = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
@@ -361,7 +361,7 @@ TEST(TwoMastersOnOneWire, AMasterThatComesFindsOutWhoseTheLineIs) {
   EXPECT_EQ(driven->in_op, 0);
   EXPECT_TRUE(driven->heard);
   EXPECT_TRUE(drives.all_in(wire::AlState::kOp)) << "looking changes nothing";
-  // The first one is silent from now on, and the watchdogs of its drives run out.
+  // The first master is silent from now on, and the watchdogs of its drives expire.
   Master fourth(wire.b, drives.clock);
   const auto left = fourth.find_owner(kPatience);
   ASSERT_EQ(sentence(left), "");
@@ -374,7 +374,7 @@ TEST(TwoMastersOnOneWire, ALineThatWasLeftInOpIsNobodys) {
   LineOperation operation(drives, wire.a);
   ASSERT_EQ(sentence(operation.to_op()), "");
   Master other(wire.b, drives.clock);
-  // Drives without watchdog, and a first master that is silent.
+  // Drives without watchdog, and a silent first master.
   ASSERT_TRUE(other.bus().broadcast_write(wire::reg::kWatchdogTimeProcessData.address, std::array<std::byte, 2>{}));
   Master second(wire.b, drives.clock);
   const auto left = second.find_owner(milliseconds{150});
@@ -383,7 +383,7 @@ TEST(TwoMastersOnOneWire, ALineThatWasLeftInOpIsNobodys) {
   EXPECT_FALSE(left->heard);
 }
 
-/// Puts foreign frames between those of the line.
+/// Inserts foreign frames between those of the line.
 class NoisyPort final : public PassingPort {
  public:
   using PassingPort::PassingPort;
@@ -393,7 +393,7 @@ class NoisyPort final : public PassingPort {
     const auto kind = (calls_ / 2) % 4;
     if (kind >= 1) noise_[12] = std::byte{0x88};
     if (kind >= 1) noise_[13] = std::byte{0xA4};
-    // Of an unknown sender; with our instance but a number never sent; an empty frame.
+    // A frame of an unknown sender; a frame with this instance but a number never sent; an empty frame.
     if (kind >= 2) std::fill(noise_.begin() + 6, noise_.begin() + 12, std::byte{0});
     if (kind == 3) noise_.resize(14);
     ++frames;

@@ -25,7 +25,7 @@ struct OpenLine {
     EXPECT_EQ(sentence(master.enter_pre_op()), "");
   }
   CoeClient coe(std::size_t slave) { return CoeClient(master.mailboxes(), static_cast<std::uint16_t>(slave)); }
-  /// Serial numbers of all drives, asked for at the same time.
+  /// Requests the serial numbers of all drives at the same time.
   std::vector<SdoFuture> ask_all() {
     std::vector<SdoFuture> futures;
     for (std::size_t i = 0; i < drives.size(); ++i) futures.push_back(coe(i).start_upload({0x1018, 4, false}));
@@ -64,7 +64,7 @@ TEST(MailboxesOfManySlaves, ASilentOneDelaysNobody) {
   for (const std::size_t i : {0U, 1U, 2U, 4U, 6U, 7U}) EXPECT_EQ(sentence(futures[i].get()), "");
   EXPECT_LT(line.drives.clock.now() - begin, milliseconds{20});
   EXPECT_FALSE(futures[3].ready());
-  // Nor does it keep others from going on for as long as it is silent.
+  // A silent slave does not block others while it is silent.
   for (int round = 0; round < 20; ++round) ASSERT_EQ(sentence(line.coe(0).upload(0x1018, 1)), "");
   EXPECT_LT(line.drives.clock.now() - begin, milliseconds{200});
   EXPECT_EQ(sentence(futures[3].get()), "slave 3: no mailbox reply for object 1018h:04 within 2000 ms");

@@ -1,4 +1,4 @@
-// Encoders and actual positions as masters, judged by where the shafts of the simulated motors are at the same instant.
+// Encoders and actual positions as masters, compared with the positions of the simulated shafts at the same instant.
 #include "driveline/ecat_master/single_axis/master_signal.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using trajectory::CouplingState;
 
 constexpr double kPeriod = 125e-6;
 constexpr double kIncrement = 1.0 / kDemandIncrements;
-/// Of 6064h in the inputs of a drive.
+/// Offset of 6064h in the inputs of a drive.
 constexpr std::size_t kPositionOffset = 3;
 
 trajectory::TrackerSettings tracker_settings() {
@@ -75,7 +75,7 @@ class EncoderLine : public SingleLine {
     asked.jerk = 4000.0;
     ASSERT_NE(submit(asked, 1), 0U);
   }
-  /// By the positions that both drives have told with the same frame.
+  /// Difference between the positions that both drives have reported in the same frame.
   [[nodiscard]] double apart() {
     return std::abs(axes().axis_report(0).position - law.at(axes().axis_report(1).position).position);
   }
@@ -93,7 +93,7 @@ class EncoderLine : public SingleLine {
   CouplingLaw law;
 };
 
-// Followed as it is read, the slave would be three cycles and two filters late: 20 rad/s * 0.375 ms are 7.5 mrad.
+// Without prediction the slave would be three cycles and two filters late: 20 rad/s * 0.375 ms are 7.5 mrad.
 TEST(MasterSignal, ASlaveIsWhereItsEncoderIsAtTheSameInstant) {
   EncoderLine line;
   line.couple();
@@ -208,7 +208,7 @@ TEST(MasterSignal, ARelativePhaseCountsFromTheOneThatThereIs) {
   line.expect_obedience();
 }
 
-// The place where the entry begins anew is none of the axis.
+// The position where the entry wraps around means nothing to the axis.
 TEST(MasterSignal, GoesOnWhereTheEntryBeginsAnew) {
   MasterSignal::Encoder encoder;
   encoder.entry = ecat_master::PdoBits(0, 12);

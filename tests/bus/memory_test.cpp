@@ -37,10 +37,10 @@ TEST(MemoryOfTheMaster, StaysSmallWith256Drives) {
   ASSERT_TRUE(drives.all_in(wire::AlState::kOp));
   const auto bytes = heap_bytes() - before;
   RecordProperty("bytes", std::to_string(bytes));
-  // The aim is 64 MiB for everything (docs/benchmarks.md); the master and its plans take a little more than 3 of them.
+  // The aim is 64 MiB in total (docs/benchmarks.md); the master and its plans use a little more than 3 MiB of it.
   EXPECT_LT(bytes, 4 * kMebibyte);
   EXPECT_GT(bytes, kDrives * 1024) << "this is not what is meant to be counted";
-  // Nothing grows while it runs.
+  // Nothing grows during operation.
   master.pass(milliseconds{200});
   EXPECT_LE(heap_bytes() - before, bytes + 16 * 1024);
   EXPECT_EQ(sentence(master.shut_down()), "");

@@ -1,5 +1,5 @@
-// A line of a coupler, terminals with and without mailbox, a device with two sync managers each way, and a drive. No
-// PDOs are planned: every slave exchanges what its EEPROM assigns.
+// A line of a coupler, terminals with and without mailbox, a device with two sync managers in each direction, and a
+// drive. No PDOs are planned: every slave exchanges the PDOs that its EEPROM assigns.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -90,8 +90,8 @@ TEST_F(MixedLine, ExchangesWhatTheEepromsAssign) {
 }
 
 TEST_F(MixedLine, StartsAgainWhenControllersWithoutApplicationShowAnAcknowledge) {
-  // Such a controller copies AL control into AL status: after INIT with acknowledge, which every scan begins with, it
-  // shows an error that is none.
+  // A controller without application copies AL control into AL status: after INIT with acknowledge, which starts every
+  // scan, its error bit means nothing.
   ASSERT_EQ(sentence(master->scan()), "");
   EXPECT_TRUE(wire::AlStatus::from_raw(line->slave(0).esc().memory().get(wire::reg::kAlStatus)).error);
   to_op();

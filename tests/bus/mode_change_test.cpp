@@ -1,4 +1,4 @@
-// Changes of the cyclic mode while the axes move: judged by what the drives demand.
+// Changes of the cyclic mode while the axes move, judged by the demands of the drives.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -19,7 +19,7 @@ using ecat_master::Axis;
 using ecat_master::MotionFailure;
 using ecat_master::cia402::Mode;
 
-/// Leaves the old mode in the process data for so many cycles: a drive that takes its time.
+/// Keeps the old mode in the process data for some cycles, like a slow drive.
 class SlowMode final : public ecat_master::CycleTask {
  public:
   void update(const ecat_master::TaskCycle& cycle) noexcept override {
@@ -54,7 +54,7 @@ class ModeLine : public LateLine {
     return const_cast<Axis&>(operation.motion().axes()[0]);
   }
   void load(double torque_nm) { drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, torque_nm); }
-  /// Cycles until the drive shows the mode, at most `most`.
+  /// Changes the mode; returns the cycles until the drive shows it, at most `most`.
   int change(Mode mode, int most = 100) {
     EXPECT_TRUE(axis().set_mode(mode));
     EXPECT_EQ(axis().mode(), mode);
@@ -69,8 +69,8 @@ class ModeLine : public LateLine {
   }
 };
 
-/// What the feed-forward is: of the inertia alone, the same by a drive that adds offsets in every mode, of friction and
-/// a weight as well.
+/// The feed-forward: of the inertia only; the same with a drive that adds offsets in every mode; also of friction and a
+/// weight.
 enum class Feed : std::uint8_t { kInertia, kAdded, kLoad };
 
 struct Change {
@@ -85,7 +85,7 @@ TEST_P(EveryChange, LeavesTheDemandWithinTheLimits) {
   const auto& [from, to, feed] = GetParam();
   for (const double load_nm : {0.0, 0.3, -0.3}) {
     SCOPED_TRACE(load_nm);
-    // At standstill, at speed, at the top, in between.
+    // At standstill, at speed, at the peak, in between.
     for (const int place : {10, 150, 700, 1100, 1350, 1600, 1800, 2200, 2500, 2700}) {
       SCOPED_TRACE(place);
       auto options = offsets_added(ModeLine::fast_path(), feed == Feed::kAdded);
@@ -100,7 +100,7 @@ TEST_P(EveryChange, LeavesTheDemandWithinTheLimits) {
       line.cycles(3200 + place);
       for (auto& judge : line.judges) judge.forget();
       line.cycles(20);
-      // A drive is told when the axis does what it was told last: where that turns round, that takes some cycles.
+      // The drive is told to change when the axis follows its last setpoint: at a reversal that takes some cycles.
       EXPECT_LE(line.change(to), 60);
       line.cycles(2500);
       line.expect_obedience();
@@ -157,7 +157,7 @@ TEST(ModeChange, OfASlowDriveIsWithinTheLimitsMeanwhile) {
   }
 }
 
-/// When that is too long is for the caller to say, who takes the request back.
+/// The caller decides when it takes too long, and withdraws the request.
 TEST(ModeChange, ThatTheDriveNeverMakesCanBeTakenBack) {
   SlowMode slow;
   slow.slowness = 1'000'000;
@@ -177,7 +177,7 @@ TEST(ModeChange, ThatTheDriveNeverMakesCanBeTakenBack) {
   line.expect_obedience();
 }
 
-/// A drive may change in any cycle from the one on in which it is told.
+/// A drive may change in any cycle after it has received the command.
 TEST(ModeChange, TakenBackInTheCycleInWhichTheDriveMakesItIsWithinTheLimits) {
   constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   for (const auto from : kModes) {
@@ -204,7 +204,7 @@ TEST(ModeChange, TakenBackInTheCycleInWhichTheDriveMakesItIsWithinTheLimits) {
   }
 }
 
-/// The drive would begin with a position that was only expected, and then be told another one.
+/// The drive would start with a predicted position, and then get another one.
 TEST(ModeChange, WithAMasterThatIsAwayWhenItIsToldIsWithinTheLimits) {
   constexpr int kTold = 8;
   for (int moment = kTold - 3; moment < kTold + 4; ++moment) {
@@ -226,7 +226,7 @@ TEST(ModeChange, WithAMasterThatIsAwayWhenItIsToldIsWithinTheLimits) {
   }
 }
 
-/// In CST a drive goes on with the torque that it was told last, in CSV with the velocity, in CSP with the positions.
+/// During a gap a drive continues in CST with its last torque, in CSV with its velocity, in CSP with its positions.
 TEST(ModeChange, WithPeriodsMissedAtAnyMomentIsWithinTheLimits) {
   constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   for (const auto from : kModes) {
@@ -235,7 +235,7 @@ TEST(ModeChange, WithPeriodsMissedAtAnyMomentIsWithinTheLimits) {
       for (const double load_nm : {0.2, -0.2}) {
         for (const int periods : {4, 7}) {
           for (int moment = told - 8; moment < told + 12; moment += 3) {
-            // Where it brakes hard at speed, and where it is about to turn round.
+            // Where the axis brakes hard at speed, and where it is about to reverse.
             for (const int place : {3700, 4500}) {
               SCOPED_TRACE(testing::Message() << to_text(from) << " to " << to_text(to) << ", " << load_nm << " Nm, "
                                               << periods << " periods, " << moment << " cycles, at " << place);
@@ -261,7 +261,7 @@ TEST(ModeChange, WithPeriodsMissedAtAnyMomentIsWithinTheLimits) {
   }
 }
 
-/// Until the change is known to be over the drive is told where the axis gets to: further by what it went meanwhile.
+/// Until the change is known to be complete, the drive gets predicted positions, advanced by the motion meanwhile.
 TEST(ModeChange, GoesOnThroughPeriodsMissedByADriveThatHasJustGotIntoCsp) {
   auto options = ModeLine::fast_path();
   options.mode = Mode::kCyclicVelocity;
@@ -287,7 +287,7 @@ TEST(ModeChange, GoesOnThroughPeriodsMissedByADriveThatHasJustGotIntoCsp) {
   EXPECT_NEAR(lead(), before, std::abs(step));
 }
 
-/// Cycles of a line in which the master is away now and then, or frames are lost, never for longer than is bridged.
+/// Runs cycles in which the master is sometimes away, or frames are lost, never for longer than can be bridged.
 class Unsteady {
  public:
   Unsteady(ModeLine& line, std::mt19937& random) : line_(line), random_(random) {}
@@ -302,10 +302,10 @@ class Unsteady {
 
  private:
   static constexpr unsigned kOneIn = 100;
-  static constexpr unsigned kMost = 7;  ///< periods that are bridged
-  static constexpr int kBetween = 2;    ///< cycles until the next gap: two of them are not one
+  static constexpr unsigned kMost = 7;  ///< periods that can be bridged
+  static constexpr int kBetween = 2;    ///< cycles until the next gap, so that two gaps are not one
 
-  /// Frames first, then periods: it is one gap for the drives.
+  /// Loses frames, then misses periods: a single gap for the drives.
   void disturb() {
     const int periods = 1 + static_cast<int>(random_() % kMost);
     const int frames = random_() % 3 == 0 ? static_cast<int>(random_() % static_cast<unsigned>(periods + 1)) : 0;
@@ -318,8 +318,8 @@ class Unsteady {
   std::mt19937& random_;
 };
 
-/// Changes in any order, at any time, also before the one before is over, under a load that nobody knows, while periods
-/// are missed and frames are lost.
+/// Random changes at any time, also before the previous one has completed, under an unknown load, while periods are
+/// missed and frames are lost.
 void random_changes(unsigned seed) {
   constexpr std::array kModes{Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque};
   std::mt19937 random(seed);
@@ -354,14 +354,14 @@ TEST(ModeChangeCampaign, InAnyOrderAtAnyTimeLeavesTheDemandWithinTheLimits) {
   }
 }
 
-/// Frames lost when a drive in CST was to be told to change, of which it then had not heard (127, 318, 445, 690); a gap
-/// while the axis returned to its setpoints, whose own way back came on top (785); periods missed, behind a lost frame
-/// as well (1171), when a drive that had got into CSV held its velocity while its setpoints were still under way (885);
-/// answers lost while a drive that was still led by positions got into CST (119), and periods missed
-/// before, whose torque was that of a leap (3524); periods missed by a drive that had just got into CSP (9911, 11232),
-/// or that may have got into CSV without an answer that says so (3642, 4234, 10164, 10898), or in the first cycle of a
-/// change from CST (5758), or by a drive that had not heard that it was to get from CSV into CSP (13302, 14031); gaps
-/// just before and behind a change.
+/// Seeds of former violations. Frames lost when a drive in CST was to be told to change, so that it did not get the
+/// command (127, 318, 445, 690); a gap while the axis returned to its setpoints, on top of their own return to the path
+/// (785); periods missed, also after a lost frame (1171), when a drive that had entered CSV held its velocity while its
+/// setpoints were still in flight (885); answers lost while a drive that was still led by positions entered CST (119),
+/// and periods missed before, with the torque of a step (3524); periods missed by a drive that had just entered CSP
+/// (9911, 11232), or that may have entered CSV without an answer (3642, 4234, 10164, 10898), or in the first cycle of a
+/// change from CST (5758), or by a drive that had not got the command from CSV to CSP (13302, 14031); gaps just before
+/// and after a change.
 TEST(ModeChangeCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   for (const unsigned seed : {67U,   119U,  127U,  142U,  220U,  318U,  445U,   560U,   574U,   690U,   691U,
                               713U,  752U,  785U,  873U,  882U,  885U,  893U,   906U,   964U,   1171U,  3524U,

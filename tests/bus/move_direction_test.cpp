@@ -1,4 +1,4 @@
-// Positions of axes that come back to the same place after their modulo: the way that MC_Direction takes.
+// Positions of axes with a modulo: the direction selected by MC_Direction.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ class RoundLine : public SingleLine {
     enable();
     EXPECT_EQ(ask(move(0.0, 40.0)).phase, RequestPhase::kDone);
   }
-  /// How far it goes.
+  /// Returns the travelled distance.
   double way(double target, MoveDirection direction) {
     const double from = setpoint();
     EXPECT_EQ(ask(place(target, direction)).phase, RequestPhase::kDone);
@@ -71,7 +71,8 @@ TEST(MoveDirection, CountsFromTheNameThatThePlaceHasBeenGiven) {
   EXPECT_NEAR(line.axes().axis_report(0).setpoint, 1.5 + kModulo, kHair);
 }
 
-/// From any velocity, to any place, and with any braking: it does not turn round, but where it goes the other way.
+/// From any velocity, to any position, with any deceleration: it does not reverse, unless it already moves the other
+/// way.
 TEST(MoveDirection, OfAnAxisThatMovesIsKeptWithoutTurningRound) {
   std::mt19937 random(5);
   const auto number = [&random](double from, double to) { return std::uniform_real_distribution(from, to)(random); };

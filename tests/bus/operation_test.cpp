@@ -78,7 +78,7 @@ TEST(Operation, SixtyFourDrivesInOp) {
 
 TEST(Operation, MoreDrivesThanOneFrameHolds) {
   DriveLine drives(80);
-  // Half the delay of real controllers, or the answer would come after the end of a 125 us cycle.
+  // Half the delay of real controllers, or the answer would arrive after the end of a 125 us cycle.
   LineOperation operation(drives, RunOptions{.period = microseconds{250}});
   ASSERT_EQ(sentence(operation.to_op()), "");
   EXPECT_EQ(operation.master().image().datagrams().size(), 2U);
@@ -135,7 +135,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, Tracking,
                                          ModeCase{Mode::kCyclicTorque, microseconds{125}, 0.06, "Cst"}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-/// Runs all drives along the path to its end; how far axis 0 came at most.
+/// Runs all drives along the path to its end; returns the farthest position of axis 0.
 double peak_of_a_run(DriveLine& drives, const RunOptions& options) {
   LineOperation operation(drives, options);
   EXPECT_EQ(sentence(operation.to_motion()), "");
@@ -151,7 +151,7 @@ double peak_of_a_run(DriveLine& drives, const RunOptions& options) {
 }
 
 TEST(RelativePath, BeginsWhereTheAxesStand) {
-  // The path of the tests goes from 0.1 rad to 1.1 rad and back.
+  // The path of the tests leads from 0.1 rad to 1.1 rad and back.
   DriveLine drives(2);
   EXPECT_NEAR(peak_of_a_run(drives, {.relative = true}), 1.0, 0.02);
   EXPECT_NEAR(drives.drive(0).position_rad(), 0.0, 0.01);
@@ -189,7 +189,7 @@ TEST(BringUp, PassesEveryStateOfCia402) {
     for (const auto& sample : operation.axis_samples) {
       if (sample.axis == axis && (states.empty() || states.back() != sample.state)) states.push_back(sample.state);
     }
-    // The first cycles run in SAFEOP and have inputs already.
+    // The first cycles run in SAFEOP, but already have inputs.
     EXPECT_THAT(states, testing::ElementsAre(AxisState::kSwitchOnDisabled, AxisState::kReadyToSwitchOn,
                                              AxisState::kSwitchedOn, AxisState::kOperationEnabled))
         << "axis " << axis;
@@ -257,7 +257,7 @@ TEST(ShutDown, TheFirstSetpointOfTheStopIsAPeriodAheadOfTheLastOneOfThePath) {
   do {
     operation.cycle();
     const auto now = operation.motion().setpoints()[0];
-    // The position moves on by the mean of the two velocities; the end in the middle of a period leaves a remainder.
+    // The position advances by the mean of the two velocities; an end in the middle of a period leaves a remainder.
     EXPECT_NEAR(now.position - last.position, (now.velocity + last.velocity) / 2.0 * 125e-6, 1000.0 * 125e-6 * 125e-6)
         << "at " << last.velocity << " rad/s";
     last = now;
@@ -337,7 +337,7 @@ TEST(SlowSlaves, AreNamedWhenTheyAreTooSlow) {
             "slave 1: asked for OP, is in SAFEOP and did not change within 500 ms, AL status code 0x0000 (no error)");
 }
 
-/// All bytes of the samples of one run.
+/// The samples of a run, for a comparison of all bytes.
 std::vector<snapshot::AxisSample> recorded_run() {
   DriveLine drives(3);
   LineOperation operation(drives);

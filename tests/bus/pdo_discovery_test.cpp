@@ -81,7 +81,7 @@ TEST(OwnPdos, OfASlaveWithoutMailboxAreThoseOfItsEeprom) {
   EXPECT_TRUE(found.inputs.empty());
 }
 
-/// Plans of an axis whose PDOs are named without their objects.
+/// Plans of an axis whose PDOs are given without their objects.
 std::vector<ecat_master::SlavePlan> plans_by_index(const LineOperation& operation) {
   auto plans = operation.plans();
   for (auto& plan : plans) {
@@ -114,7 +114,7 @@ TEST(NamedPdos, WithoutObjectsAreTakenAsTheDriveHasMappedThem) {
     }
     EXPECT_EQ(master.image().places()[i].output_bytes, 19U);
   }
-  // It comes back with a mapping that is never written again: a drive may have it fixed.
+  // It returns with a mapping that is never written again, because a drive may have a fixed one.
   const auto script = ecat_master::coe_script(master.slaves()[0], AlState::kSafeOp);
   ASSERT_EQ(sentence(script), "");
   for (const auto& step : script->steps) {

@@ -1,4 +1,4 @@
-// A ring over two interfaces: a break anywhere costs at most what is under way.
+// A ring over two interfaces: a break anywhere costs at most the frames in flight.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ using State = port::RingStatus::State;
 
 constexpr std::size_t kDrives = 5;
 
-/// Five drives in a ring, at speed on their path.
+/// Five drives in a ring, moving along their path.
 class Ring : public testing::Test {
  protected:
   void start(const RunOptions& options = {}) {
@@ -31,7 +31,7 @@ class Ring : public testing::Test {
     ASSERT_TRUE(operation->run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
     operation->run(milliseconds{30});
   }
-  /// Cable number n lies before slave n; number kDrives leads back to the master.
+  /// Cable n precedes slave n; cable kDrives leads back to the master.
   void cut(std::size_t cable, bool broken = true) {
     const slaves::PortId end = cable == 0 ? slaves::PortId{0, 0} : slaves::PortId{cable - 1, 1};
     ASSERT_TRUE(drives.line().break_cable(end, broken));
@@ -144,7 +144,7 @@ TEST_F(Ring, HalfAnAnswerIsHandedOverInTimeWhenTheOtherHalfIsLost) {
   start();
   cut(3);
   operation->run(milliseconds{5});
-  // Frames that come back to the secondary end are lost from now on: slaves 0 to 2 must not suffer from it.
+  // Frames that return to the secondary end are lost from now on, which must not affect slaves 0 to 2.
   EXPECT_EQ(port.halves(), 0U);
   drives.line().drop_frames(1);
   operation->cycle();
@@ -154,7 +154,7 @@ TEST_F(Ring, HalfAnAnswerIsHandedOverInTimeWhenTheOtherHalfIsLost) {
   EXPECT_EQ(operation->motion().failure().cause, MotionFailure::Cause::kNone);
 }
 
-/// A half that is late says nothing about where the ring is broken; one that never comes does.
+/// A late half does not tell where the ring is broken; a missing half does.
 TEST_F(Ring, LateHalvesCutNobodyOffUntilThereAreSeveralInARow) {
   start();
   cut(3);
@@ -183,15 +183,15 @@ TEST_F(Ring, LateHalvesCutNobodyOffUntilThereAreSeveralInARow) {
   EXPECT_EQ(reached(), both) << "both halves again";
 }
 
-/// The two ends of a ring, with a moment between the two copies of a frame: one has passed the line when the moment
-/// comes, the other has not.
+/// The two ends of a ring, with an action between the two copies of a frame: one copy has passed the line, the other
+/// has not.
 class MomentBetween {
  public:
   MomentBetween(slaves::Line& line, rt::Clock& clock) : clock_(clock), line_(line) {}
 
   [[nodiscard]] port::Port& primary() noexcept { return primary_; }
   [[nodiscard]] port::Port& secondary() noexcept { return secondary_; }
-  /// In the next frame; afterwards the primary copy is the first again.
+  /// Applies to the next frame; afterwards the primary copy is the first again.
   void arrange(bool secondary_first, std::function<void()> moment) {
     secondary_first_ = secondary_first;
     moment_ = std::move(moment);
@@ -251,8 +251,8 @@ TEST_F(Ring, WhatMeetsABreakWithOneCopyOnlyIsMissedByOneSideForOneCycle) {
                           (secondary_first ? ", secondary copy first" : ", primary copy first");
         ends.arrange(secondary_first, [&] { cut(cable, breaks); });
         operation->cycle();
-        // The primary copy does the work as long as there is a way: it must not meet the open ring alone. Behind the
-        // last cable there is no slave.
+        // The primary copy is processed as long as it has a path, so it must not meet the open ring alone. There is no
+        // slave behind the last cable.
         const unsigned cost = breaks == secondary_first && cable < kDrives ? 1 : 0;
         EXPECT_EQ(operation->master().core()->bad_cycles(), cost) << what;
         for (int cycle = 0; cycle < 20; ++cycle) {

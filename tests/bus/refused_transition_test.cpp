@@ -28,11 +28,11 @@ std::string code_text(AlStatusCode code) {
   return "AL status code " + std::string(text) + " (" + std::string(meaning) + ")";
 }
 
-/// A way in which the master changes states, and the state that slave 1 refuses on it.
+/// A sequence of state changes by the master, and the state that slave 1 refuses in it.
 struct Way {
   const char* name;
   AlState refused;
-  const char* begins;  ///< the sentence
+  const char* begins;  ///< start of the sentence
   std::function<std::string(DriveLine&, LineOperation&, const std::function<void()>& refuse)> go;
 };
 
@@ -112,7 +112,7 @@ ChangingPort::Change at_sync_manager_2(const std::function<void(std::span<std::b
   return [act](std::span<std::byte> frame) {
     const auto first = first_datagram(frame);
     if (first.command != wire::Command::kFpwr || first.adp != 0x1001 || first.ado != 0x0810) return;
-    // As sent: it begins behind the Ethernet header, that of the frame and that of the datagram.
+    // Only for the write as sent: the data start after the headers of Ethernet, frame and datagram.
     if (first.data[6] != std::byte{0}) act(frame.subspan(26, first.data.size()));
   };
 }
@@ -151,7 +151,7 @@ TEST(RefusedTransition, NamesASyncManagerWithoutThreeBuffers) {
       "manager 2: control byte is 0x66 instead of 0x64");
 }
 
-/// The lengths agree with the PDOs, the place does not.
+/// The lengths match the PDOs, but the address does not.
 TEST(RefusedTransition, NamesASyncManagerInAnotherPlace) {
   DriveLine drives(2);
   ChangingPort port(drives.line(),

@@ -1,4 +1,4 @@
-// Axes that count against their drives: every figure has the other sign there, and the limits are those of the axis.
+// Reversed axes: every value has the opposite sign in the drive, and the limits are those of the axis.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ RunOptions reversed_options(Mode mode = Mode::kCyclicPosition) {
   return options;
 }
 
-/// In CST the axis does what the loop of the master makes of the friction, too.
+/// In CST the motion of the axis includes the response of the master's loop to friction.
 AxisRequest gentle(AxisRequest asked) {
   asked.acceleration = asked.deceleration = 600.0;
   return asked;
@@ -75,8 +75,8 @@ TEST_P(ReversedAxis, KeepsTheSoftwareLimitsAsItCounts) {
   line.expect_obedience();
 }
 
-/// 607Eh turns positions and velocities, and no torques: 6077h has the other sign. An axis that knows nothing of
-/// torques changes between CSP and CSV all the same, and gives its drive none.
+/// 607Eh reverses positions and velocities, but not torques: 6077h has the opposite sign. An axis without known torques
+/// still changes between CSP and CSV, and sends its drive no torque.
 TEST(TurnedDrive, ChangesFromCspToCsvUnderALoadLikeAnyOther) {
   for (const bool added : {false, true}) {
     for (const auto polarity : {std::uint8_t{0x00}, std::uint8_t{0xC0}}) {
@@ -161,7 +161,7 @@ TEST(ReversedDrive, ATorqueHasTheDirectionOfTheAxis) {
 
 TEST(ReversedDrive, AMeasuredTorqueHasTheSignOfTheAxis) {
   ReversedLine line;
-  // The drive holds this with as much torque in its positive direction.
+  // The drive holds this load with the same torque in its positive direction.
   line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.5);
   line.cycles(1600);
   EXPECT_GT(line.object(slaves::msd::kValue.torque_actual), 0);
@@ -187,7 +187,7 @@ TEST(ReversedDrive, ChangesItsModeWhileItMoves) {
 
 TEST(ReversedDrive, HomingIsThatOfTheDrive) {
   auto options = reversed_options();
-  // To the next index pulse in negative direction, of the drive.
+  // To the next index pulse in the negative direction of the drive.
   options.startup.push_back({0x6098, 0, {std::byte{33}}});
   ReversedLine line(options);
   EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 1.5)).phase, RequestPhase::kDone);

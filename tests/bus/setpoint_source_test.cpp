@@ -1,4 +1,4 @@
-// Setpoints of another source than a path: taken at standstill while the cycle runs, and believed within the limits.
+// Setpoints from another source than a path: accepted at standstill during the cycle, and only within the limits.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ using Setpoints = std::span<AxisSetpoint>;
 
 constexpr double kPeriodSeconds = 125e-6;
 
-/// Base of the tests' sources: they begin where the axes stand, and keep no time.
+/// Base of the tests' sources: they start at the positions of the axes, and have no time limit.
 class TestSource : public SetpointSource {
  public:
   explicit TestSource(std::size_t axes) : begin_(axes) {}
@@ -37,12 +37,12 @@ class TestSource : public SetpointSource {
   std::vector<AxisSetpoint> begin_;
 };
 
-/// Raised cosines of 2 rad and two seconds, for ever, with a wrong setpoint now and then.
+/// Endless raised cosines of 2 rad and two seconds, with an occasional wrong setpoint.
 class Swing final : public TestSource {
  public:
   using TestSource::TestSource;
   double wrong_at_s = std::numeric_limits<double>::infinity();
-  AxisSetpoint wrong{};  ///< added to that of axis 0 from then on
+  AxisSetpoint wrong{};  ///< added to the setpoint of axis 0 from then on
   int asked = 0;
 
   [[nodiscard]] bool next(const SetpointCycle& cycle, Setpoints setpoints) noexcept override {
@@ -59,13 +59,13 @@ class Swing final : public TestSource {
   }
 };
 
-/// A controller: springs and dampers that pull each axis to a place 1 rad from where it began, by torque alone.
+/// A controller: springs and dampers that pull each axis to a position 1 rad from its start, by torque only.
 class Spring final : public TestSource {
  public:
   using TestSource::TestSource;
   double stiffness = 0.5;     ///< Nm/rad
   double damping = 0.02;      ///< Nm s/rad
-  double least_torque = 0.0;  ///< Nm, on top of it
+  double least_torque = 0.0;  ///< Nm, in addition
 
   [[nodiscard]] bool next(const SetpointCycle& cycle, Setpoints setpoints) noexcept override {
     for (std::size_t i = 0; i < setpoints.size(); ++i) {
@@ -78,7 +78,7 @@ class Spring final : public TestSource {
   }
 };
 
-/// Largest step of the setpoints of an axis from one cycle to the next, and largest change of that.
+/// Largest step of the setpoints of an axis from one cycle to the next, and largest change of the step.
 std::pair<double, double> largest_steps(const std::vector<snapshot::AxisSample>& samples, std::uint16_t axis) {
   std::vector<double> targets;
   for (const auto& sample : samples) {

@@ -1,4 +1,4 @@
-// Axes commanded one by one: states and requests as PLCopen names them, and what the drives demand meanwhile.
+// Axes commanded individually: states and requests named as in PLCopen, and the demands of the drives meanwhile.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// To and fro, with up to 24 rad/s and 380 rad/s^2, wherever it begins.
+/// Forth and back, at up to 24 rad/s and 380 rad/s^2, from any start.
 class SwingFeed final : public ecat_master::SetpointFeed {
  public:
   [[nodiscard]] std::size_t axis_count() const noexcept override { return 1; }
@@ -208,13 +208,13 @@ TEST(SingleAxis, NineWaitingMotionsAreTooMany) {
   line.cycles(2);
   EXPECT_EQ(line.phase(waiting[7]), RequestPhase::kWaiting);
   EXPECT_EQ(line.axes().report(waiting[8]).error, AxisError::kBufferFull);
-  // An aborting motion takes all of them away.
+  // An aborting motion removes all waiting ones.
   line.submit(request(AxisCommand::kHalt));
   line.cycles(2);
   for (int i = 0; i < 8; ++i) EXPECT_EQ(line.phase(waiting[static_cast<std::size_t>(i)]), RequestPhase::kAborted);
 }
 
-/// The velocity with which the setpoint passes a position.
+/// The velocity at which the setpoint passes a position.
 double velocity_at(SingleLine& line, double place, std::uint64_t last) {
   double before = line.setpoint();
   while (!line.axes().report(last).over()) {
@@ -339,7 +339,7 @@ TEST(SingleAxis, RelativeAdditiveAndSuperimposedMotionsAddUp) {
   const double from = line.setpoint();
   EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 2.0)).phase, RequestPhase::kDone);
   EXPECT_NEAR(line.setpoint(), from + 2.0, 1e-12);
-  // From the target, not from where it is.
+  // Relative to the target, not to the present position.
   line.submit(move(from + 10.0, 20.0));
   line.cycles(400);
   EXPECT_EQ(line.ask(request(AxisCommand::kMoveAdditive, 1.0)).phase, RequestPhase::kDone);
@@ -442,9 +442,9 @@ TEST(SingleAxis, TooLongAnAbsenceOfTheMasterStopsIt) {
   EXPECT_EQ(line.axes().axis_report(0).error, AxisError::kMasterAway);
 }
 
-/// The outputs with which an axis is switched on may have been made before the master was away.
+/// The outputs that switch the axis on may have been computed before the master was away.
 TEST(SingleAxis, ThatCoastsIsToldWhereItIsThoughTheMasterWasAway) {
-  constexpr double kStale = 4.0;  // periods of its way; the master was away for seven
+  constexpr double kStale = 4.0;  // periods of motion; the master was away for seven
   int switched_on = 0;
   for (int moment = 0; moment < 60; ++moment) {
     SCOPED_TRACE(moment);
@@ -473,7 +473,7 @@ TEST(SingleAxis, ThatCoastsIsToldWhereItIsThoughTheMasterWasAway) {
   EXPECT_GT(switched_on, 2);
 }
 
-/// Its loops, which the master closes, answer late.
+/// The master closes its loops, with a delay.
 TEST(SingleAxis, FollowingInCstReturnsGentlyBehindAGap) {
   SwingFeed feed;
   auto options = single_options();
@@ -493,7 +493,7 @@ TEST(SingleAxis, FollowingInCstReturnsGentlyBehindAGap) {
     } else {
       line.stall(6);
     }
-    // The first step is from where the drive has got to by itself.
+    // The first step starts at the position that the drive has reached on its own.
     line.cycle();
     double before[] = {line.setpoint(), feed.at().position};
     line.cycle();

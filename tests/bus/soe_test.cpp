@@ -28,7 +28,7 @@ TEST(SoeOnTheLine, TheDescriptionSaysThatTheSlaveKnowsIt) {
 }
 
 TEST(SoeOnTheLine, ReadsTheListOfAllAndEverythingAboutEachInMailboxesOfAnySize) {
-  // The list has 4 + 20 bytes: two mails, one byte more than a mail, a mail, less than one.
+  // The list has 4 + 20 bytes: two messages, one byte more than a message, exactly one, less than one.
   for (const auto mailbox : std::array<std::uint16_t, 5>{22, 33, 34, 35, 128}) {
     SoeLine line(mailbox);
     ASSERT_EQ(line.to_pre_op(), "");
@@ -82,7 +82,7 @@ TEST(SoeOnTheLine, ACommandIsCarriedOutAndTellsIt) {
   EXPECT_THAT(describe(records[0]), HasSubstr("slave 0 drive 0: data state of S-0-0099 is 0x0003 (executed)"));
 }
 
-/// Text of `size` bytes, none like its neighbour.
+/// Text of `size` bytes; neighbouring bytes differ.
 Bytes text_of(std::size_t size) {
   Bytes text(size);
   for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<std::byte>('!' + i % 89);
@@ -208,7 +208,7 @@ TEST(SoeOnTheLine, LostFramesCostNothingButTime) {
   }
 }
 
-/// Without object dictionary and PDOs: its two drives choose their process data.
+/// Without object dictionary and PDOs: the drives themselves select their process data.
 esi::DeviceDescription drive_by_idn() {
   using Use = esi::SyncManager::Use;
   auto device = soe_device(128);

@@ -1,5 +1,5 @@
-// Setpoints out of another process, as axes of simulated drives follow them: whatever the client writes, and whenever
-// it dies, the drives demand nothing beyond the limits of their axes.
+// Setpoints from another process, followed by axes of simulated drives: whatever the client writes, and whenever it
+// dies, the demands of the drives stay within the limits of their axes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,7 +45,7 @@ using stream::StatusRecord;
 constexpr nanoseconds kStreamPeriod = microseconds{125};
 constexpr nanoseconds kKeepAlive = milliseconds{10};
 
-/// To axes that are made later.
+/// Forwards to axes that are created later.
 class LateDoor final : public runtime::StreamAxes {
  public:
   void lead_to(ecat_master::SingleAxes& axes) { door_.emplace(axes); }
@@ -69,7 +69,7 @@ RunOptions stream_options(ecat_master::CycleTask& task) {
   return options;
 }
 
-/// The other end of a session, without the socket.
+/// The client end of a session, without the socket.
 class FarEnd {
  public:
   explicit FarEnd(const StreamSession& session)
@@ -106,7 +106,7 @@ class FarEnd {
   std::uint64_t number = 0;
 };
 
-/// A line in OP whose axes may be streamed to.
+/// A line in OP whose axes accept streams.
 class StreamLine {
  public:
   explicit StreamLine(std::size_t axes = 2)
@@ -136,7 +136,7 @@ class StreamLine {
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
   }
-  /// `periods` go by without a cycle.
+  /// Lets `periods` pass without a cycle.
   void stall(int periods) {
     for (int i = 0; i < periods; ++i) {
       drives.leave_alone(kStreamPeriod);
@@ -148,7 +148,7 @@ class StreamLine {
   [[nodiscard]] PlcopenState state(std::size_t axis) { return operation.single_axes().axis_report(axis).state; }
   [[nodiscard]] double setpoint(std::size_t axis) { return operation.single_axes().axis_report(axis).setpoint; }
 
-  /// Somebody commands an axis from now on, whoever did up to now. The number of the lease.
+  /// Gives an axis to a new owner, taking it over if necessary. Returns the number of the lease.
   std::uint64_t take_over(std::size_t axis, const std::string& owner) {
     runtime::LeaseTerms terms;
     terms.owner = owner;
@@ -161,7 +161,7 @@ class StreamLine {
     request.target = target;
     ASSERT_NE(operation.single_axes().submit(axis, request), 0U);
   }
-  /// Lets a client in that takes its axes over from whoever has them.
+  /// Admits a client, which takes over its axes from any owner.
   void admit(std::size_t axes, trajectory::StreamMethod method) {
     std::vector<StreamSession::Member> members;
     for (std::size_t i = 0; i < axes; ++i) {
@@ -176,7 +176,7 @@ class StreamLine {
     client.emplace(*session);
     streamed = 0;
   }
-  /// Lets a client in, and switches its axes on.
+  /// Admits a client, and enables its axes.
   void let_in(std::size_t axes, trajectory::StreamMethod method = trajectory::StreamMethod::kHermite) {
     admit(axes, method);
     for (int i = 0; i < 8000; ++i) {
@@ -191,14 +191,14 @@ class StreamLine {
       start[axis] = setpoint(axis);
     }
   }
-  /// Until its axes are free.
+  /// Runs cycles until its axes are free.
   void see_out(int at_most = 4000) {
     for (int i = 0; i < at_most && hub.holds(*session); ++i) cycle();
     ASSERT_FALSE(hub.holds(*session));
     authority.release_all("stream");
     for (std::size_t i = 0; i < session->members().size(); ++i) EXPECT_EQ(state(i), PlcopenState::kStandstill);
   }
-  /// Raised cosines of 2 rad in 0.4 s, which none of the limits keeps from being followed.
+  /// Raised cosines of 2 rad in 0.4 s, within all limits.
   [[nodiscard]] SetpointRecord swing(nanoseconds time, std::size_t axes) const {
     constexpr double kOmega = 2.0 * std::numbers::pi / 0.4;
     const double angle = kOmega * std::chrono::duration<double>(time).count();
@@ -211,7 +211,7 @@ class StreamLine {
     }
     return record;
   }
-  /// Streams the swing for `count` cycles, a setpoint every `step` cycles.
+  /// Streams the motion for `count` cycles, a setpoint every `step` cycles.
   void stream_swing(int count, int step) {
     for (int i = 0; i < count; ++i, ++streamed) {
       if (streamed % step == 0) client->send(swing(streamed * kStreamPeriod, session->members().size()));
@@ -251,7 +251,7 @@ TEST_P(StreamRate, AxesFollowOnTime) {
   EXPECT_EQ(status.state, SessionState::kStreaming);
   EXPECT_EQ(status.starved + status.detours, 0U);
   for (const auto refused : status.refused) EXPECT_EQ(refused, 0U);
-  // The status is of the setpoints before.
+  // The status describes the previous setpoints.
   const auto expected = line.swing(nanoseconds{status.stream_ns} - kStreamPeriod, 2);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(line.state(i), PlcopenState::kSynchronizedMotion);
@@ -265,11 +265,11 @@ TEST_P(StreamRate, AxesFollowOnTime) {
   line.expect_obedience();
 }
 
-// 8 kHz, 1 kHz, and one that fits no grid.
+// 8 kHz, 1 kHz, and a rate that fits no grid.
 INSTANTIATE_TEST_SUITE_P(Rates, StreamRate, testing::Values(1, 8, 13));
 
-/// Where an axis is that comes after positions without velocities, by the law of docs/motion.md: it goes towards them
-/// with 50/s times the distance, but no faster than it can brake with a quarter of its acceleration.
+/// Position of an axis that follows positions without velocities, by the law of docs/motion.md: its velocity is 50/s
+/// times the distance, but never higher than it can brake with a quarter of its acceleration.
 double behind_the_swing(const StreamLine& line, nanoseconds time) {
   const double braking = 0.5 * LineOperation::axis(0, line.options).limits.max_acceleration;
   double position = line.start[0];
@@ -290,7 +290,7 @@ TEST_P(StreamMethods, NoneBreaksALimit) {
   line.stream_swing(3000, 8);
   EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion);
   const nanoseconds now{line.client->status().stream_ns};
-  // Steps that are held have no velocity: the axis comes after them.
+  // Held steps have no velocity, so the axis lags behind them.
   const double expected = GetParam() == trajectory::StreamMethod::kHold ? behind_the_swing(line, now)
                                                                         : line.swing(now, 1).targets[0].position;
   EXPECT_NEAR(line.setpoint(0), expected, 0.05);
@@ -309,7 +309,7 @@ TEST(Stream, JitterWithinTheDelayIsNotSeen) {
   std::mt19937_64 random(21);
   int sent = 0;
   for (int i = 0; i < 4000; ++i) {
-    // Up to 4 ms late, in lumps; the first one is on time.
+    // Up to 4 ms late, in bursts; the first one is on time.
     const int due = i / 8;
     const int late = static_cast<int>(random() % 5);
     for (; sent <= due - (sent == 0 ? 0 : late); ++sent) line.client->send(line.swing(milliseconds{sent}, 2));
@@ -408,7 +408,7 @@ TEST(Stream, ByHandAnAxisIsTakenOverInMotionAndGivenBack) {
     line.stream_swing(static_cast<int>(200 + random() % 1000), 8);
     ASSERT_EQ(line.state(0), PlcopenState::kSynchronizedMotion) << "round " << i;
     line.take_over(0, "hand");
-    // What he asks comes some cycles later, or before the stream has seen that it has lost the axis.
+    // The request of the new owner comes some cycles later, or before the stream has noticed the loss of the axis.
     line.stream_swing(static_cast<int>(random() % 4), 8);
     if (i % 2 == 0) {
       line.ask(0, AxisCommand::kMoveVelocity, i % 4 == 0 ? 10.0 : -10.0);
@@ -487,7 +487,7 @@ TEST(Stream, AClientThatDiesAtAnyTimeBreaksNoLimit) {
     if (death == 0) line.forget();
     const int step = death % 2 == 0 ? 1 : 8;
     line.stream_swing(static_cast<int>(random() % 400), step);
-    // Every other one has its connection seen to be gone, the rest is silent.
+    // For half of the clients the closed connection is noticed, the others are only silent.
     if (death % 4 < 2) line.session->request_end(EndReason::kGone);
     line.see_out();
     ASSERT_EQ(line.client->status().state, SessionState::kOver) << "death " << death;
@@ -505,7 +505,7 @@ TEST(Stream, NothingInItsMemoryBreaksALimit) {
   for (int i = 0; i < 20'000; ++i) {
     for (int k = 0; k < 20; ++k) words[random() % words.size()] = random();
     if (i % 3 != 0) {
-      // Records that are nearly right: setpoints of one axis, anywhere, with rising numbers and times.
+      // Almost correct records: setpoints of an axis at random positions, with increasing numbers and times.
       auto record = line.swing(i * kStreamPeriod, 1);
       record.kind = stream::RecordKind::kSetpoint;
       record.number = static_cast<std::uint64_t>(i) + 1;

@@ -1,4 +1,4 @@
-// MC_MoveSuperimposed and MC_HaltSuperimposed on motions that have no end, and what the drives demand meanwhile.
+// MC_MoveSuperimposed and MC_HaltSuperimposed on endless motions, and the demands of the drives meanwhile.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ AxisRequest on_top(double way, double velocity = 0.0) {
   return request(AxisCommand::kMoveSuperimposed, way, velocity);
 }
 
-/// An axis that runs.
+/// An axis moving at constant velocity.
 class RunningLine : public SingleLine {
  public:
   explicit RunningLine(double velocity, const RunOptions& options = single_options()) : SingleLine(1, options) {
@@ -27,7 +27,7 @@ class RunningLine : public SingleLine {
     running = submit(request(AxisCommand::kMoveVelocity, velocity));
     cycles(2000);
   }
-  /// Its setpoint after so many cycles without anything on top.
+  /// Its setpoint after `passed` cycles without a superimposed motion.
   [[nodiscard]] double without(double from, int passed, double velocity) const {
     return from + velocity * kCyclePeriodS * passed;
   }
@@ -104,7 +104,7 @@ TEST(Superimposed, KeepsItsShareOfTheLimitWhenTheVelocityIsRaised) {
   line.expect_obedience();
 }
 
-/// The motion below is planned anew, from where the axis is less what is on top.
+/// The underlying motion is replanned from the position of the axis without the superimposed part.
 TEST(Superimposed, GoesOnThroughAChangeOfModeBehindAGap) {
   for (const int after : {1, 2, 4}) {
     SCOPED_TRACE(after);
@@ -123,13 +123,13 @@ TEST(Superimposed, GoesOnThroughAChangeOfModeBehindAGap) {
     for (int i = 0; i < 8000 && !line.axes().report(id).over(); ++i, ++passed) line.cycle();
     EXPECT_EQ(line.phase(changed), RequestPhase::kDone);
     EXPECT_EQ(line.phase(id), RequestPhase::kDone);
-    // But for the cycles that the motion has waited.
+    // Except for the cycles in which the motion has waited.
     EXPECT_NEAR(line.setpoint(), line.without(from, passed, 20.0) - 8.0, 0.05);
     line.expect_obedience();
   }
 }
 
-/// There is room for what is on top once the motion below has slowed down, which it has not yet.
+/// The superimposed motion must wait for the underlying one to slow down.
 TEST(Superimposed, OnAVelocityThatSlowsDownTheSumKeepsTheLimits) {
   for (const bool lost : {false, true}) {
     RunningLine line(48.0);

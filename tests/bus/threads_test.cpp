@@ -1,6 +1,6 @@
-// The cycle in a thread of its own, and others beside it: transfers of several threads through the mailboxes and the
-// acyclic channel, supervision, commands to the motion. ThreadSanitizer looks at this program (.ci/run); so the threads
-// here do not synchronise with each other beyond what the master itself does.
+// The cycle in a thread of its own with others beside it: transfers of several threads through the mailboxes and the
+// acyclic channel, supervision, commands to the motion. ThreadSanitizer checks this program (.ci/run), so the threads
+// synchronise only through the master itself.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -24,8 +24,8 @@ using ecat_master::CycleRunner;
 using ecat_master::CyclicCore;
 using ecat_master::MotionPhase;
 
-/// Cycles in a thread on the virtual clock while a caller waits for time to pass, so that a busy machine only makes the
-/// test slower.
+/// Cycles in a thread on the virtual clock while a caller waits for time to pass, so a busy machine only slows down the
+/// test.
 class ThreadRunner final : public CycleRunner {
  public:
   ThreadRunner(CyclicCore& core, rt::Clock& clock)
@@ -75,12 +75,12 @@ class ThreadRunner final : public CycleRunner {
   std::jthread thread_;
 };
 
-/// On the path, or on the way to its beginning when it is over: it is repeated.
+/// On the path, or on the way back to its start, because it is repeated.
 bool under_way(MotionPhase phase) {
   return phase == MotionPhase::kFollowing || phase == MotionPhase::kApproach;
 }
 
-/// Writes and reads an object of one slave; how often what was read was what had been written.
+/// Writes and reads an object of a slave; returns how often the value matched.
 int transfers(ecat_master::MailboxEngine& engine, std::uint16_t slave, std::uint32_t first, int count) {
   int right = 0;
   for (int i = 0; i < count; ++i) {
@@ -132,7 +132,7 @@ TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
   operation.motion().request_start();
   ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
 
-  // One thread for each of three slaves; this one, which is the master's, supervises beside them.
+  // A thread for each of three slaves; this thread, the master's, supervises meanwhile.
   std::array<std::atomic<int>, 3> right{};
   std::atomic<int> running{3};
   std::vector<std::jthread> threads;
@@ -165,7 +165,7 @@ TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
   EXPECT_FALSE(operation.axis_samples.empty());
 }
 
-/// The network behind a drive: sends back the last frame that it has heard. Used by the cycle's thread alone.
+/// The network behind a drive: returns the last received frame. Used only by the thread of the cycle.
 struct Mirror final : slaves::EthernetLink {
   bool send(std::span<const std::byte> frame) noexcept override {
     size = frame.size();
@@ -183,7 +183,7 @@ struct Mirror final : slaves::EthernetLink {
   std::size_t size = 0;
 };
 
-/// Counts what comes back, whichever thread brings it.
+/// Counts the returned frames, from any thread.
 struct Counter final : ecat_master::EoeReceiver {
   void receive(std::uint16_t /*position*/, std::span<const std::byte> frame) override {
     right += frame.size() == 1000 && frame[999] == std::byte{0x5A} ? 1 : 0;
@@ -209,7 +209,7 @@ TEST(CycleInItsThread, CarriesEthernetFramesBesideTransfers) {
   auto& master = operation.master();
   ASSERT_EQ(sentence(master.go_operational()), "");
 
-  // One thread hands frames over, one steps the mailboxes, one transfers objects.
+  // One thread submits frames, one steps the mailboxes, one transfers objects.
   int right = 0;
   std::jthread sender([&] {
     const std::vector<std::byte> frame(1000, std::byte{0x5A});

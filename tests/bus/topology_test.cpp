@@ -20,13 +20,13 @@ using slaves::MasterPort;
 using slaves::PortId;
 using slaves::Wiring;
 
-/// The expected topology: for each slave (by its position on the line) the port of another that it is connected to.
+/// The expected topology: for each slave (by its position on the line) the port of the parent that it is connected to.
 struct Truth {
   std::map<std::uint16_t, std::optional<PortRef>> parents;
   std::map<std::uint16_t, std::uint8_t> entries;
 };
 
-/// Walks from the master outwards. `position` tells where on the line a slave of the wiring was found.
+/// Follows the wiring from the master. `position`: position on the line of each slave of the wiring.
 Truth truth_of(const Wiring& wiring, const std::vector<std::uint16_t>& position) {
   Truth truth;
   const auto first = *wiring.master(MasterPort::kPrimary);
@@ -45,7 +45,7 @@ Truth truth_of(const Wiring& wiring, const std::vector<std::uint16_t>& position)
   return truth;
 }
 
-/// Both interfaces of a ring as far as discovery needs them: out at the first, in at either.
+/// Both interfaces of a ring as far as discovery needs them: sends at the first, receives at either.
 class RingPort final : public PassingPort {
  public:
   explicit RingPort(slaves::Line& line) : PassingPort(line), far_(line.secondary()) {}
@@ -59,7 +59,7 @@ class RingPort final : public PassingPort {
   port::Port& far_;
 };
 
-/// Scans the line and compares what the master makes of it with the wiring.
+/// Scans the line and compares the topology found by the master with the wiring.
 Topology expect_found(const Wiring& wiring) {
   const auto count = wiring.slave_count();
   slaves::LineOptions options;
@@ -107,7 +107,7 @@ TEST(TopologyOnTheLine, Ring) {
 }
 
 Wiring star() {
-  // A junction with a drive at each of its three ports, two more behind the one at port 1.
+  // A junction with a drive at each of its three ports, two more behind the drive at port 1.
   Wiring wiring(6);
   wiring.connect_master(MasterPort::kPrimary, {0, 0}, kCable);
   wiring.connect({0, 3}, {1, 0}, kCable);
@@ -133,7 +133,7 @@ TEST(TopologyOnTheLine, InAndOutSwappedInTheMiddle) {
   wiring.connect({1, 0}, {2, 0}, kCable);
   wiring.connect({2, 1}, {3, 0}, kCable);
   const auto found = expect_found(wiring);
-  // The swapped slave processes the frame on its way back and so is the last of the line.
+  // The swapped slave processes the frame on its way back, so it is the last of the line.
   EXPECT_THAT(found.swapped(), testing::ElementsAre(3));
 }
 
@@ -155,7 +155,7 @@ TEST(TopologyOnTheLine, SwappedLastSlave) {
   EXPECT_THAT(expect_found(wiring).swapped(), testing::ElementsAre(2));
 }
 
-/// A random tree; one slave in four is swapped, and has a slave at its port 0 then.
+/// A random tree; one slave in four is swapped, and then has a slave at its port 0.
 Wiring random_tree(std::mt19937& random, std::size_t count) {
   Wiring wiring(count);
   wiring.connect_master(MasterPort::kPrimary, {0, 0}, kCable);
@@ -222,7 +222,7 @@ TEST(TopologyOfFacts, ClocksThatComeRoundChangeNothing) {
 }
 
 TEST(TopologyOfFacts, TooManyOpenPortsAreAnErrorWithTheSlave) {
-  // Two ports lead nowhere: no tree, and no ring either.
+  // Two ports lead nowhere, which is neither a tree nor a ring.
   const std::vector<SlavePortFacts> line{facts({0, 1, 3}), facts({0, 1})};
   EXPECT_EQ(sentence(build_topology(line)), "slave 1: its 2 open ports fit no tree of the slaves that answer");
 }

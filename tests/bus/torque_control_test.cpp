@@ -1,4 +1,4 @@
-// MC_TorqueControl and the software limits of axes that are commanded one by one.
+// MC_TorqueControl and the software limits of axes that are commanded individually.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ AxisRequest torque(double target, double velocity = 0.0, double ramp = 0.0) {
 TEST(TorqueControl, GivesTheTorqueThatIsAskedAndNoMore) {
   SingleLine line;
   line.enable();
-  // So much that the axis does not turn.
+  // A load that keeps the axis from turning.
   line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.5);
   line.cycles(800);
   const auto id = line.submit(torque(0.5, 0.0, 2.0));
@@ -68,7 +68,7 @@ TEST(TorqueControl, IsNoFasterThanItMay) {
     }
     EXPECT_GT(fastest, 8.0);
     EXPECT_LT(fastest, 10.2);
-    // The loops take it over as it moves.
+    // The loops take over the moving axis.
     EXPECT_EQ(line.ask(request(AxisCommand::kMoveVelocity, 20.0 * direction), 0).phase, RequestPhase::kReached);
     EXPECT_EQ(line.ask(request(AxisCommand::kHalt)).phase, RequestPhase::kDone);
     line.expect_obedience();
@@ -113,8 +113,8 @@ TEST(TorqueControl, OutOfAMotionAndIntoAnotherIsWithinTheLimits) {
   }
 }
 
-/// Per mille that the master asks of the drive at most while the axis moves as hard as it may in CST, and the most that
-/// the drive demands of its motor.
+/// Highest torque that the master requests in per mille, while the axis moves at its limits in CST, and highest torque
+/// demand of the drive.
 std::pair<int, int> most_torque(std::optional<double> limit) {
   auto options = single_options();
   options.max_torque = limit;
@@ -215,7 +215,7 @@ TEST(SoftwareLimits, TargetsBeyondThemAreRefused) {
   line.cycles(200);
   EXPECT_NEAR(line.setpoint(), 4.0, 1e-3);
   EXPECT_EQ(line.state(), PlcopenState::kStandstill);
-  // The drive's count is what they are about, whatever requests call it.
+  // The limits refer to the drive's positions, whatever the positions in requests are.
   EXPECT_EQ(line.ask(request(AxisCommand::kSetPosition, 100.0)).phase, RequestPhase::kDone);
   EXPECT_EQ(line.ask(move(100.9)).phase, RequestPhase::kDone);
   EXPECT_EQ(line.ask(move(101.1)).error, AxisError::kOutsideRange);

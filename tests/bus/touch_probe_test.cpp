@@ -18,7 +18,7 @@ using slaves::msd::Variant;
 
 constexpr double kProbeTurn = 6.283185307179586;
 constexpr double kProbeEndless = std::numeric_limits<double>::infinity();
-/// Where the switch at touch probe 1 (ISD05) closes and opens, and that of touch probe 2 (ISD06) closes; rad.
+/// Positions where the switch at touch probe 1 (ISD05) closes and opens, and that of touch probe 2 (ISD06) closes; rad.
 constexpr double kCloses = 2.0;
 constexpr double kOpens = 3.5;
 constexpr double kSecondCloses = 2.6;
@@ -71,7 +71,7 @@ class ProbeLine : public SingleLine {
   [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
 };
 
-/// What a control cycle of the drive, 62.5 us, and an increment are at the velocity of the tests.
+/// Motion within a control cycle of the drive, 62.5 us, plus an increment, at the velocity of the tests.
 constexpr double tolerance(double velocity) {
   return velocity * 62.5e-6 + 1e-4;
 }
@@ -224,7 +224,7 @@ TEST_P(EverySearch, ComesToRestAtItsHome) {
     line.cycles(100);
     for (auto& judge : line.judges) judge.forget();
     line.cycles(20);
-    // In CST the axis is judged by what it does.
+    // In CST the axis is judged by its actual motion.
     const double soft = mode == 10 ? 600.0 : 0.0;
     auto asked = search(ProbeTrigger::kFirstRising, 8.0, velocity, 50.0);
     asked.acceleration = soft;

@@ -1,4 +1,4 @@
-// Two masters in one program, each with a line of its own, both in motion at the same time.
+// Two masters in one program, each with its own line, both in motion at the same time.
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
@@ -23,7 +23,7 @@ TEST(TwoNetworks, RunSideBySide) {
   EXPECT_EQ(first.statistics().wkc_errors + second.statistics().wkc_errors, 0U);
   EXPECT_EQ(first.statistics().lost_frames + second.statistics().lost_frames, 0U);
   EXPECT_TRUE(first.run_until(MotionPhase::kHolding, std::chrono::seconds{2}));
-  // One goes down, the other does not notice.
+  // One is shut down, which must not affect the other.
   first.motion().request_stop();
   ASSERT_TRUE(first.run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
   EXPECT_EQ(sentence(first.master().shut_down()), "");

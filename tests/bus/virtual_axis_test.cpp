@@ -1,4 +1,4 @@
-// Axes without a drive: the states and requests of others, and masters of gears.
+// Axes without a drive: the same states and requests as others, also as masters of gears.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,12 +33,12 @@ RunOptions with_virtual_axis() {
   return options;
 }
 
-/// A drive, and an axis that has none.
+/// A drive, and an axis without one.
 class VirtualLine : public SingleLine {
  public:
   VirtualLine() : SingleLine(1, with_virtual_axis()) {}
 
-  /// One cycle, in which the setpoint of the virtual axis is looked at.
+  /// Runs a cycle and records the setpoint of the virtual axis.
   void watched_cycle() {
     cycle();
     places.push_back(setpoint(kVirtual));
@@ -46,7 +46,7 @@ class VirtualLine : public SingleLine {
   void watched_cycles(int count) {
     for (int i = 0; i < count; ++i) watched_cycle();
   }
-  /// By differences of its positions alone.
+  /// Checks the limits by differences of the positions alone.
   void expect_limits() const {
     double velocity = 0.0;
     double acceleration = 0.0;
@@ -149,7 +149,7 @@ TEST(VirtualAxis, GoesOnWithTheOthersBehindMissedPeriods) {
   EXPECT_NEAR(line.setpoint(kVirtual), before + 10.0 * kPeriod * 5.0, 10.0 * kPeriod * 0.01);
   line.cycles(100);
   EXPECT_EQ(line.state(kVirtual), PlcopenState::kContinuousMotion);
-  // More than axes are taken across.
+  // Longer than axes with drives can bridge.
   line.stall(20);
   line.cycles(10);
   EXPECT_EQ(line.state(kVirtual), PlcopenState::kErrorStop);

@@ -1,5 +1,5 @@
-// Motions that wait for the end of others, of many axes at once: how many are planned in a cycle, and what the drives
-// demand meanwhile.
+// Motions of many axes that wait for the end of others: number of plans per cycle, and the demands of the drives
+// meanwhile.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using testing::Le;
 constexpr std::size_t kMany = 64;
 constexpr std::uint64_t kPlansInACycle = 4;
 
-/// Axes that are enabled, with what is planned for them cycle by cycle.
+/// Enabled axes, and the number of their plans in each cycle.
 class ManyAxes {
  public:
   explicit ManyAxes(std::size_t count) : line(count) {
@@ -29,7 +29,7 @@ class ManyAxes {
     for (std::size_t i = 0; i < count; ++i) from.push_back(line.setpoint(i));
   }
 
-  /// To all axes in the same cycle: by `way` from where they were first.
+  /// Commands all axes in the same cycle: by `way` from their first positions.
   std::vector<std::uint64_t> ask_all(double way, double velocity, BufferMode buffer = BufferMode::kAborting) {
     std::vector<std::uint64_t> asked;
     for (std::size_t i = 0; i < from.size(); ++i)
@@ -45,7 +45,7 @@ class ManyAxes {
     return static_cast<std::size_t>(
         std::count_if(asked.begin(), asked.end(), [&](std::uint64_t id) { return line.phase(id) == phase; }));
   }
-  /// Until all are done; plans of each cycle.
+  /// Runs until all are done; returns the number of plans in each cycle.
   std::vector<std::uint64_t> finish(const std::vector<std::uint64_t>& asked) {
     std::vector<std::uint64_t> plans;
     for (int i = 0; i < 8000 && in_phase(asked, RequestPhase::kDone) < asked.size(); ++i) {
@@ -127,7 +127,7 @@ TEST(WaitingMotions, AMotionThatIsAskedForMeanwhileWaitsBehindThem) {
   many.line.expect_obedience();
 }
 
-/// What was planned for the end of the motion under way holds no more.
+/// The plan for the end of the present motion is no longer valid.
 TEST(WaitingMotions, ABlendedOneGoesWhereItsPositionIsCalledNow) {
   SingleLine line;
   line.enable();
@@ -162,7 +162,7 @@ TEST(WaitingMotions, ABlendedOneObeysAnOverrideThatComesBeforeIt) {
   line.expect_obedience();
 }
 
-/// The end is passed while nothing reaches the drive, or the master is away.
+/// The end is passed while no frame reaches the drive, or the master is away.
 TEST(WaitingMotions, ABlendedOneGoesOnBehindAGap) {
   for (const bool lost : {true, false}) {
     SingleLine line;

@@ -1,5 +1,5 @@
-// Ethernet over EtherCAT of a drive. Input: EoE services one after the other, each with its length in two bytes in
-// front; every second frame that they make comes back from the network.
+// Ethernet over EtherCAT of a drive. Input: consecutive EoE services, each after its length in two bytes; every second
+// frame that they contain is returned by the network.
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 namespace driveline::fuzz {
 namespace {
 
-/// Sends back what it gets, as long as it has room for it.
+/// Returns the received frames, as long as it has room for them.
 class Mirror final : public slaves::EthernetLink {
  public:
   bool send(std::span<const std::byte> frame) noexcept override {

@@ -44,7 +44,7 @@ void test_one_input(std::span<const std::byte> input) {
 std::vector<Bytes> seeds() {
   Bytes seed;
   auto device = slaves::msd::device_description();
-  // A few objects of each kind are enough; the whole dictionary would only make the fuzzer slow.
+  // A few objects of each kind are sufficient; the whole dictionary would only slow down the fuzzer.
   if (device.objects.size() > 6) device.objects.resize(6);
   for (const char c : esi::write_esi({device})) seed.push_back(static_cast<std::byte>(c));
   Bytes examples;

@@ -1,5 +1,5 @@
-// Files over EtherCAT, both ends. Input: FoE services one after the other, each with its length in two bytes in front.
-// They go to the drive in BOOT and in PREOP, and come to a master that reads a file and one that writes one.
+// File access over EtherCAT, both ends. Input: consecutive FoE services, each after its length in two bytes. They go to
+// the drive in BOOT and in PREOP, and to a master that reads a file or writes one.
 
 #include <algorithm>
 #include <array>
@@ -49,12 +49,12 @@ void talk_to_drive(std::span<const std::byte> input, wire::AlState state) {
     drive.advance(now);
   });
   if (drive.core().firmware() != firmware) std::abort();  // not before the restart
-  // What was taken for a parameter set must leave a drive that starts.
+  // An accepted parameter set must leave a drive that starts.
   drive.restart();
   drive.advance(now + std::chrono::milliseconds{5});
 }
 
-/// The master sends as long as it likes; what the input says comes back.
+/// The master sends as long as it needs; the input contains the answers.
 void talk_to_master(std::span<const std::byte> input, FileTransfer& transfer) {
   bool open = true;
   transfer.begin(0, {kRoom, kRoom});

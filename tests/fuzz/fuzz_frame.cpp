@@ -1,7 +1,7 @@
-// Frames of every kind of malformation through a line of a drive, a mixed device and two terminals. Input: pieces one
-// after the other; the slaves keep their state in between, and time goes on. A piece is a frame with its length in two
-// bytes in front, or, with bit 15 of these set, a well-formed access to registers: a fuzzer that has to guess whole
-// frames would not find errors deep in a slave.
+// Malformed frames of all kinds through a line of a drive, a mixed device and two terminals. Input: consecutive pieces;
+// the slaves keep their state in between, and time advances. A piece is a frame after its length in two bytes or, with
+// bit 15 of these set, a well-formed access to registers: a fuzzer that had to guess whole frames would not find errors
+// deep inside a slave.
 
 #include <memory>
 
@@ -25,7 +25,7 @@ std::unique_ptr<slaves::Line> make_line(rt::Clock& clock) {
     std::shared_ptr<const DeviceModel> device;
     slaves::generic::GenericOptions options;
   };
-  // Making an EEPROM image takes longer than many frames.
+  // Creating an EEPROM image takes longer than many frames.
   static const auto kModels = [] {
     std::vector<Model> models;
     for (const char* name : {"MX4", "DO4", "DI8"}) {
@@ -35,7 +35,7 @@ std::unique_ptr<slaves::Line> make_line(rt::Clock& clock) {
     }
     return models;
   }();
-  // Clocks as exact as the line's own would hide errors.
+  // Clocks as exact as that of the line would hide errors.
   slaves::SlaveOptions own;
   own.clock.drift_ppm = 50.0;
   own.clock.temperature_ppm_per_s = 1.0;
@@ -92,17 +92,17 @@ Bytes mailbox_start() {
   return input;
 }
 
-/// An access to registers: 11 bytes.
+/// A register access: 11 bytes.
 ///   0, 1   bits 0-12 address, bits 13-14 how the value counts, bit 15 set
 ///   2      bits 0-3 command, bits 4-7 its length in bytes
 ///   3-10   value
 enum class Value : std::uint8_t {
   kPlain,
-  kAheadOfTheClock,  ///< is added to the first slave's system time
-  /// That time and a power of two (bits 0-5 of the value), less the rest (bits 8-63); bit 6: that power less, and the
-  /// rest more. The edges of any range.
+  kAheadOfTheClock,  ///< added to the first slave's system time
+  /// That time plus a power of two (bits 0-5 of the value) minus the rest (bits 8-63); with bit 6: minus the power,
+  /// plus the rest. Tests the edges of any range.
   kEdgeOfTheClock,
-  kTimePasses,  ///< no access: so many nanoseconds, of 50 ms at most
+  kTimePasses,  ///< no access: this number of nanoseconds, at most 50 ms
 };
 constexpr std::size_t kAccessBytes = 11;
 constexpr std::uint16_t kAccessFlag = 0x8000;
@@ -119,8 +119,8 @@ void append_access(Bytes& input, wire::Command command, std::uint16_t address, s
   input.insert(input.end(), bytes.begin(), bytes.end());
 }
 
-/// SYNC0 and SYNC1 of all slaves as a master sets them up, reference times, time in between; then a start time at the
-/// edge of what a clock can hold.
+/// SYNC0 and SYNC1 of all slaves set up as by a master, reference times, time in between; then a start time at the edge
+/// of the clock's range.
 Bytes clock_set_up() {
   Bytes input;
   const auto write = [&input](const auto& r, std::uint64_t value, Value kind = Value::kPlain) {
@@ -152,7 +152,7 @@ Bytes clock_set_up() {
   return input;
 }
 
-/// One input on its way through a line.
+/// The execution of an input on a line.
 class FrameRun {
  public:
   void run(std::span<const std::byte> input) {
@@ -215,7 +215,7 @@ class FrameRun {
     check_clocks();
   }
 
-  /// With any register values a due pulse comes at its time, and time goes on.
+  /// Whatever the register values, a due pulse comes at its time, and time advances.
   void check_clocks() const {
     for (std::size_t i = 0; i < line_->size(); ++i) {
       const auto& clock = line_->slave(i).esc().clock();

@@ -1,5 +1,5 @@
-// What clients of the mailbox gateway send. Input: a first byte, how many bytes arrive at a time; then the bytes of a
-// TCP client. Its mails then go to an exchange with a slave that answers with them.
+// Bytes from clients of the mailbox gateway. Input: a first byte with the number of bytes that arrive at a time; then
+// the bytes of a TCP client. Its messages then go to an exchange with a slave that answers with them.
 
 #include <algorithm>
 
@@ -12,7 +12,7 @@ namespace {
 
 using ecat_master::MailboxDialogue;
 
-/// Each mail goes out as it has come in, and is taken as an answer of the slave.
+/// Sends each message as it was received, and processes it as an answer of the slave.
 void pass_on(const runtime::GatewayMail& mail) {
   const auto bytes = runtime::encode_gateway_mail(mail);
   const auto length = runtime::gateway_mail_length(bytes);

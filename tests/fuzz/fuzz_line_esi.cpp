@@ -1,4 +1,4 @@
-// ESI files that a line description names: read by the program, simulated, and used by the master to configure.
+// ESI files named by a line description: read by the program, simulated, and used by the master for the configuration.
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -39,7 +39,7 @@ class MemoryFile {
   int file_;
 };
 
-/// A line of this device. Its first input follows a script; a text that is none is refused.
+/// A line of this device. A script sets its first input; an invalid text is refused.
 std::string line_of(const esi::DeviceDescription& device, const std::string& file) {
   std::string text = "[line]\ncycle_us = 1000\n[bus]\nesi = [\"" + file + "\"]\n[[slave]]\nname = \"x\"\nesi = \"" +
                      file + "\"\nproduct_code = " + std::to_string(device.product_code) +

@@ -16,10 +16,10 @@
 namespace driveline::fuzz {
 namespace {
 
-/// Lines that would make the fuzzer slow are read and not built.
+/// Lines that would slow down the fuzzer are parsed, but not built.
 constexpr std::size_t kMaxSlaves = 10;
 constexpr int kCycles = 4;
-/// For mailboxes that never answer: each of the two seconds of a real line takes as many steps of the simulated one.
+/// For mailboxes that never answer: the two seconds of a real line would take too many steps of the simulated one.
 constexpr std::chrono::milliseconds kMailboxTimeout{5};
 
 void must_have_a_reason(const std::string& reason) {

@@ -6,14 +6,14 @@
 
 namespace driveline::fuzz {
 
-/// Reads a line description as the program does, with the files that it names, and does with it what `run` does up to
-/// some cycles: checks its path, builds the simulated line, configures it and exchanges process data, on virtual time.
-/// Aborts when something is refused without a reason. `name` stands for the file.
+/// Reads a line description as the program does, with the files that it names, and processes it like `run` up to some
+/// cycles: checks its path, builds the simulated line, configures it and exchanges process data, on virtual time.
+/// Aborts if anything is refused without a reason. `name`: file name of the description.
 void try_line(std::string_view toml, const std::filesystem::path& name);
 
 /// A line description of the examples.
 [[nodiscard]] std::string example_line(const std::string& name);
-/// Where they are.
+/// Folder of the examples.
 [[nodiscard]] std::filesystem::path examples();
 
 }  // namespace driveline::fuzz

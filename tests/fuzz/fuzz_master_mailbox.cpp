@@ -1,6 +1,6 @@
-// A slave that puts anything into its mailbox while the master reads and writes objects and sends and receives Ethernet
-// frames. Input: what the slave's input
-// mailbox holds at each read, pieces with their length in two bytes in front. When it runs out, nothing arrives.
+// A slave that puts arbitrary content into its mailbox while the master reads and writes objects and sends and receives
+// Ethernet frames. Input: the content of the slave's input mailbox at each read, in pieces after their length in two
+// bytes. When it runs out, nothing arrives.
 
 #include <algorithm>
 
@@ -18,7 +18,7 @@ using namespace ecat_master;
 
 constexpr MailboxWindow kWindow{0x1000, 128, 0x1080, 128};
 
-/// The other end of the mailbox: full as long as there is input.
+/// The slave end of the mailbox: full as long as there is input.
 class LyingSlave final : public DatagramExchange {
  public:
   explicit LyingSlave(std::span<const std::byte> input) : input_(input) {}
@@ -53,7 +53,7 @@ class LyingSlave final : public DatagramExchange {
   std::chrono::nanoseconds now_{0};
 };
 
-/// Takes frames, which must be of a length that EoE carries.
+/// Receives frames, whose length must be valid for EoE.
 class Network final : public EoeReceiver {
  public:
   void receive(std::uint16_t /*position*/, std::span<const std::byte> frame) override {
@@ -106,7 +106,7 @@ std::vector<Bytes> seeds() {
   constexpr std::uint8_t kLastSegment[] = {10, 0, 0, 0, 0, 0x43, 0, 0x30, 0x1D, 10, 0, 0, 0, 0, 0, 0};
   constexpr std::uint8_t kEmergency[] = {10, 0, 0, 0, 0, 0x53, 0, 0x10, 0x00, 0xFF, 0x11, 14, 1, 0, 0, 0};
   constexpr std::uint8_t kAbort[] = {10, 0, 0, 0, 0, 0x63, 0, 0x20, 0x80, 0x03, 0x20, 0, 0, 0, 2, 6};
-  // A frame of 40 bytes in two fragments, the answers to get IP and set IP, a fragment of a frame without beginning.
+  // A frame of 40 bytes in two fragments, the answers to get IP and set IP, a fragment without the start of its frame.
   constexpr std::uint8_t kHead[] = {36, 0,    0,    0, 0, 0x12, 0, 0, 0x80, 0x10, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11,
                                     12, 0x08, 0x06, 0, 0, 0,    0, 0, 0,    0,    0, 0, 0, 0, 0, 0, 0, 0, 0, 0,  0};
   constexpr std::uint8_t kTail[] = {12, 0, 0, 0, 0, 0x22, 0, 1, 0x41, 0x10, 1, 2, 3, 4, 5, 6, 7, 8};

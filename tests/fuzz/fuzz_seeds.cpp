@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kFramesPerInput = 100;
 constexpr std::size_t kMaxInputs = 10;
-constexpr std::uint16_t kMailboxOut = 0x1800;  ///< of the recorded drive
+constexpr std::uint16_t kMailboxOut = 0x1800;  ///< mailbox of the recorded drive
 constexpr const char* kCaptures[] = {"soem-sdinfo-akd.pcapng", "twincat-akd-nc-mode.pcapng"};
 
 void append(Bytes& input, std::span<const std::byte> piece) {
@@ -24,7 +24,7 @@ void append(Bytes& input, std::span<const std::byte> piece) {
   input.insert(input.end(), piece.begin(), piece.end());
 }
 
-/// The packets of a capture that a master sent: in replies the first slave has set bit 1 of the source address.
+/// The packets of a capture sent by a master: in replies the first slave has set bit 1 of the source address.
 std::vector<Bytes> requests(const char* name) {
   std::vector<Bytes> list;
   const auto file = replay::find_capture(name);
@@ -40,7 +40,7 @@ std::vector<Bytes> requests(const char* name) {
   return list;
 }
 
-/// What a frame asks for, without its data and its index.
+/// The commands and addresses of a frame, without data and index.
 std::string shape_of(const Bytes& frame) {
   std::string shape;
   auto cursor = wire::DatagramCursor::open(frame);
@@ -112,7 +112,7 @@ std::vector<Bytes> recorded_mailboxes() {
         const auto view = cursor->next();
         if (!view) break;
         if (view->header.command != wire::Command::kFpwr || view->header.address.ado() != kMailboxOut) continue;
-        // The mailbox is padded up to its end, which would only dilute the input.
+        // The mailbox is padded to its end, which would only dilute the input.
         const std::size_t used = view->data.size() < 2 ? 0 : 6U + wire::load_le<std::uint16_t>(view->data);
         append(input, view->data.first(std::min(used, view->data.size())));
       }

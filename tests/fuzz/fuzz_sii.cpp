@@ -1,4 +1,4 @@
-// EEPROM images. What decodes must encode to the same bytes, and run as a device or be refused with a reason.
+// EEPROM images. A decoded image must encode to the same bytes, and run as a device or be refused with a reason.
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,6 +1,6 @@
-// Mailboxes of every kind of malformation into a drive in PREOP, and into a device out of an ESI file: complete access,
-// PDOs that can be mapped and assigned, two sync managers each way. Input: mailboxes one after the other, each with its
-// length in two bytes in front; answers are fetched in between.
+// Malformed mailbox messages of all kinds for a drive in PREOP, and for a device from an ESI file: complete access,
+// PDOs that can be mapped and assigned, two sync managers in each direction. Input: consecutive messages, each after
+// its length in two bytes; answers are fetched in between.
 
 #include <array>
 
@@ -54,7 +54,7 @@ void talk(slaves::Device& device, std::span<const std::byte> input) {
   }
 }
 
-/// After any change of mapping and assignment process data must still work.
+/// After any change of mapping and assignment, process data must still work.
 void exchange(slaves::Device& device) {
   static_cast<void>(device.transition(wire::AlState::kPreOp, wire::AlState::kSafeOp));
   const auto& managers = device.profile().sync_managers;

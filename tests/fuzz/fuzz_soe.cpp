@@ -1,5 +1,5 @@
-// Servo profile over EtherCAT, both ends. Input: SoE services one after the other, each with its length in two bytes in
-// front. They go to a drive, and come to a master that reads, one that writes, and one that listens.
+// Servo profile over EtherCAT, both ends. Input: consecutive SoE services, each after its length in two bytes. They go
+// to a drive, and to a master that reads, writes or listens.
 
 #include <algorithm>
 #include <array>
@@ -39,7 +39,7 @@ void talk_to_drive(std::span<const std::byte> input) {
   for_each_service(input, [&](std::span<const std::byte> service) {
     const auto length = server.request({service, kRoom, wire::AlState::kPreOp}, answer);
     if (length && *length > answer.size()) std::abort();
-    // An answer has an end.
+    // An answer must end.
     std::size_t mails = 0;
     while (server.unsolicited(answer) != 0) {
       if (++mails > 100) std::abort();
@@ -47,12 +47,12 @@ void talk_to_drive(std::span<const std::byte> input) {
     now += std::chrono::milliseconds{1};
     drive.advance(now);
   });
-  // Whatever the lists name can be exchanged: at most a word and two long values of each drive.
+  // Whatever the lists contain can be exchanged: at most a word and two long values of each drive.
   std::array<std::byte, 20> process_data{};
   if (drive.outputs_size() > process_data.size() || drive.inputs_size() > process_data.size()) std::abort();
   drive.write_outputs(std::span(process_data).first(drive.outputs_size()));
   drive.read_inputs(process_data);
-  // Whatever was written lies within its limits.
+  // Any accepted value is within its limits.
   const auto gain = wire::load_le<std::uint16_t>(drive.find(0, {100})->value);
   if (gain < 1 || gain > 10000) std::abort();
 }

@@ -1,6 +1,6 @@
 // Runs a fuzz target without a fuzzer: the seeds, all their truncations up to a limit, and seeded random mutations.
 //   <target> [--mutations N] [--write DIR] [FILE ...]
-// --write stores the seeds for a fuzzer's corpus; FILEs are inputs that once were findings.
+// --write stores the seeds for a fuzzer's corpus; FILEs are inputs of former findings.
 
 #include <cstdio>
 #include <cstdlib>
@@ -39,7 +39,7 @@ Bytes read_file(const std::string& name) {
   return bytes;
 }
 
-/// One of the usual ways in which data are wrong: flipped bits, extreme values, missing, repeated or foreign bytes.
+/// A typical corruption: flipped bits, extreme values, missing, repeated or foreign bytes.
 Bytes mutate(Bytes bytes, std::mt19937_64& random) {
   const auto changes = 1 + random() % 6;
   for (std::uint64_t i = 0; i < changes && !bytes.empty(); ++i) {

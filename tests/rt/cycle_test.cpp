@@ -19,7 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-/// A cycle that uses every primitive of the room, on the real clock.
+/// A cycle that uses every primitive of this library, on the real clock.
 class WholeCycle final : public RealtimeTask {
  public:
   static constexpr int kCycles = 10'000;

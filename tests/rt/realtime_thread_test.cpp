@@ -102,14 +102,14 @@ struct SelfPortrait : RealtimeTask {
     sigset_t mask;
     pthread_sigmask(SIG_SETMASK, nullptr, &mask);
     sigterm_blocked = sigismember(&mask, SIGTERM) == 1;
-    if (!test::kSanitized) {  // a sanitizer keeps large data of its own at the top of every stack
+    if (!test::kSanitized) {  // a sanitizer stores large data of its own at the top of every stack
       const long before = faults();
       use_stack();
       faults_on_deep_stack = faults() - before;
     }
   }
 
-  /// Field of proc(5), "stat", counted from 1 as there.
+  /// Field of proc(5), "stat", counted from 1 as in that page.
   [[nodiscard]] int stat_field(int number) const {
     std::istringstream fields{stat};
     std::string field;
@@ -155,7 +155,7 @@ std::uint64_t vm_locked_kib() {
   return 0;
 }
 
-/// Asks for nothing that needs a privilege.
+/// A configuration that needs no privileges.
 RealtimeConfig modest() {
   RealtimeConfig config;
   config.priority.reset();
@@ -174,7 +174,7 @@ class PrivilegedRealtimeThreadTest : public testing::Test {
   void TearDown() override { munlockall(); }
 };
 
-/// Two threads of one priority on one CPU: each spins until the other has done its part.
+/// Two threads of equal priority on one CPU: each spins until the other has done its part.
 struct OneCpuForTwo {
   std::atomic<bool> other_ready = false;
   std::atomic<bool> waits = false;
@@ -390,11 +390,11 @@ struct UntilStopped : RealtimeTask {
   }
 };
 
-/// Open files of this process that lead to `file`.
+/// Number of open descriptors of this process that refer to `file`.
 int descriptors_of(const std::filesystem::path& file) {
   int found = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
-    std::error_code gone;  // the one of this iteration
+    std::error_code gone;  // for the descriptor of this iteration
     found += std::filesystem::read_symlink(entry, gone) == file ? 1 : 0;
   }
   return found;
@@ -490,7 +490,7 @@ TEST(RealtimeThread, DestructionStopsAndJoins) {
   EXPECT_TRUE(task.ended.load());
 }
 
-/// Ignores the stop until it is released.
+/// Ignores the stop request until it is released.
 struct Deaf : RealtimeTask {
   std::promise<void> release;
   void run(std::stop_token) noexcept override { release.get_future().wait(); }

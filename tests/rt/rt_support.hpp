@@ -19,11 +19,11 @@ inline constexpr bool kSanitized = false;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// Why this machine refuses a full real-time set-up; empty if it grants it. Asked of the kernel in a child process,
-/// without the code under test.
+/// Why this machine refuses a full real-time set-up; empty: it grants it. A child process asks the kernel without the
+/// code under test.
 std::string realtime_refusal();
 
-/// The setting of that name; fails the test if the report has none.
+/// The setting called `name`; fails the test if the report does not contain it.
 const RealtimeItem& setting(const RealtimeReport& report, const std::string& name);
 
 /// All lines of a report, for a failure message.

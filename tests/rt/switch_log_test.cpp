@@ -1,4 +1,4 @@
-// What the kernel tells of a processor on which two threads take turns.
+// Context switches reported by the kernel for a processor on which two threads take turns.
 #include "driveline/rt/switch_log.hpp"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ std::int32_t own_number() {
   return static_cast<std::int32_t>(syscall(SYS_gettid));
 }
 
-/// Keeps a processor busy under a name of its own.
+/// Keeps a processor busy in a thread with a name of its own.
 class BusyThread {
  public:
   explicit BusyThread(int cpu) : thread_([this, cpu](const std::stop_token& stop) { run(stop, cpu); }) {
@@ -65,7 +65,7 @@ TEST(SwitchLog, NamesTheThreadThatRanWhileThisOneSlept) {
     std::array<CpuSwitch, 64> found{};
     std::size_t count = 0;
     const auto before = clock.now();
-    // Until the other one got its turn: how soon that is the machine says.
+    // Until the other thread has got its turn, whose time depends on the machine.
     const auto saw_it = [&] {
       return std::any_of(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count),
                          [&](const CpuSwitch& one) { return one.thread == busy.number(); });
@@ -88,7 +88,7 @@ TEST(SwitchLog, NamesTheThreadThatRanWhileThisOneSlept) {
 TEST(SwitchLog, KeepsToTheRoomThatThereIs) {
   auto log = SwitchLog::open(some_cpu());
   if (!log) GTEST_SKIP() << log.error().message();
-  // More than the memory for them holds.
+  // More than the log's memory holds.
   for (int i = 0; i < 2000; ++i) std::this_thread::sleep_for(10us);
   std::array<CpuSwitch, 3> few{};
   EXPECT_LE((*log)->look(0ns, few), few.size());

@@ -10,7 +10,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Allocates or locks where the test wants it.
+/// Allocates or locks at a point chosen by the test.
 struct Wasteful final : CycleTask {
   void update(const TaskCycle& now) noexcept override {
     if (now.cycle == 1) memory = std::make_unique<int>(5);

@@ -14,8 +14,8 @@
 #include "driveline/rt/realtime_thread.hpp"
 #include "rt_support.hpp"
 
-/// The real-time set-up as an ordinary user meets it. Each case runs in a child process that has given up its
-/// privileges and sends back one text.
+/// The real-time set-up for an ordinary user. Each case runs in a child process that has dropped its privileges and
+/// returns a text.
 namespace driveline::rt {
 namespace {
 
@@ -23,7 +23,7 @@ using testing::HasSubstr;
 
 constexpr const char* kNotPossible = "not possible";
 
-/// Gives up root, capabilities and the limits that stand for them; leaves `memlock_bytes` of lockable memory.
+/// Drops root, capabilities and the corresponding limits; leaves `memlock_bytes` of lockable memory.
 /// @return whether the kernel now refuses what it should refuse.
 bool drop_privileges(rlim_t memlock_bytes) {
   constexpr unsigned kNobody = 65534;
@@ -71,7 +71,7 @@ struct Witness : RealtimeTask {
   void run(std::stop_token) noexcept override { policy = sched_getscheduler(0); }
 };
 
-/// Starts a thread with the whole set-up and describes what came of it.
+/// Starts a thread with the whole set-up and describes the result.
 std::string attempt(RealtimePolicy policy) {
   RealtimeConfig config;
   config.policy = policy;
@@ -130,7 +130,7 @@ TEST(UnprivilegedRealtimeThread, SufficientLimitLocksMemoryWithoutCapability) {
   EXPECT_THAT(text, testing::ContainsRegex("memory lock +ok +[1-9][0-9]* KiB of "));
 }
 
-// The reason for the headroom: under a limit that just fits, the kernel grants the lock and refuses later mappings.
+// The reason for the headroom: with a limit that just fits, the kernel grants the lock but refuses later mappings.
 TEST(UnprivilegedRealtimeThread, RefusedLockLeavesMappingsPossible) {
   const std::string text = as_nobody(kUsualLimit, [] {
     attempt(RealtimePolicy::kDegrade);

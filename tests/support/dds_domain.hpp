@@ -10,8 +10,8 @@
 
 namespace driveline::test {
 
-/// A domain of our own, away from Linux's ephemeral ports. Held by a locked file until this process ends, because the
-/// samples of another test program in the same domain would be counted as ours.
+/// A private DDS domain outside Linux's ephemeral ports. A locked file reserves it until this process ends, because
+/// samples of another test program in the same domain would be counted.
 inline std::uint32_t test_domain() {
   static const std::uint32_t kOurs = [] {
     constexpr std::uint32_t kFirst = 10;

@@ -12,7 +12,7 @@
 
 namespace driveline::test {
 
-/// A test with a folder of its own that goes away with it.
+/// A test with a folder of its own, which is removed at the end.
 class TemporaryDirectory : public testing::Test {
  protected:
   void SetUp() override {

@@ -7,7 +7,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Name of the time column.
+/// Reserved name of the time column.
 constexpr std::string_view kTimeName = "time";
 
 bool is_spelt_well(std::string_view name) {

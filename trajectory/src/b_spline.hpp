@@ -4,9 +4,9 @@
 
 namespace driveline::trajectory::segment_detail {
 
-/// A cubic B-spline at one of its knots: position and acceleration out of the control points before, at and after it,
+/// A cubic B-spline at one of its knots: position and acceleration from the control points before, at and after it,
 ///   position = at + weight_before * (before - at) + weight_after * (after - at)
-/// and the same for the acceleration without `at`.
+/// The acceleration has the same form without the first `at`.
 struct BSplineKnot {
   double weight_before;
   double weight_after;
@@ -14,7 +14,7 @@ struct BSplineKnot {
   double acceleration_after;
 };
 
-/// `knots`: two before it, itself, two after it; the first and the last knot of a curve are repeated. \rtsafe
+/// `knots`: two before it, the knot itself, two after it; the first and the last knot of a curve are repeated. \rtsafe
 inline BSplineKnot b_spline_knot(const std::array<double, 5>& knots) noexcept {
   const auto& [t0, t1, t2, t3, t4] = knots;
   // De Boor's algorithm at a knot.

@@ -11,10 +11,10 @@
 
 namespace driveline::trajectory {
 
-/// What is said of text that was written with another separator.
+/// Hint for text with another separator.
 inline constexpr std::string_view kCsvSeparator = "the separator is a comma, and numbers have a decimal point";
 
-/// Where something stands in a file; from 1, 0: does not apply.
+/// Position in a file, counted from 1; 0: does not apply.
 struct CsvPlace {
   std::size_t line = 0;
   std::size_t column = 0;
@@ -22,30 +22,30 @@ struct CsvPlace {
 
 /// One field of a row.
 struct CsvField {
-  std::string_view text;  ///< trimmed
-  std::size_t column;     ///< of its first character, from 1
+  std::string_view text;  ///< without surrounding blanks
+  std::size_t column;     ///< column of its first character, from 1
 };
 
-/// Without the blanks at its ends.
+/// `text` without surrounding blanks.
 [[nodiscard]] std::string_view csv_trimmed(std::string_view text);
 
-/// Walks through CSV text row by row; a row is a line that is neither blank nor a comment.
+/// Iterates over CSV text row by row; a row is a line that is neither blank nor a comment.
 class CsvRows {
  public:
-  /// Both must outlive it; `name` stands for the file in errors.
+  /// Both arguments must outlive it; `name` is the file name in errors.
   CsvRows(std::string_view text, std::string_view name);
 
-  /// To the next row. False: there is none.
+  /// Moves to the next row. Returns false if there is none.
   [[nodiscard]] bool next();
-  /// Of the present row.
+  /// Fields of the current row.
   [[nodiscard]] const std::vector<CsvField>& fields() const noexcept { return fields_; }
-  /// Number of the present row's line.
+  /// Line number of the current row.
   [[nodiscard]] std::size_t line() const noexcept { return line_; }
-  /// Semicolons or tabs where the commas should be, as spreadsheets write them where the decimal point is a comma.
+  /// Whether semicolons or tabs separate the fields, as in spreadsheets with decimal commas.
   [[nodiscard]] bool has_foreign_separator() const;
-  /// A field of the present row as a finite number.
+  /// Parses a field of the current row as a finite number.
   [[nodiscard]] tl::expected<double, PathError> number(const CsvField& field) const;
-  /// An error at a place of this file.
+  /// Creates an error at a position of this file.
   [[nodiscard]] tl::unexpected<PathError> refuse(CsvPlace place, std::string reason) const;
 
  private:
@@ -55,7 +55,7 @@ class CsvRows {
   std::vector<CsvField> fields_;
 };
 
-/// The text of a file of at most 128 MiB.
+/// Reads a text file of at most 128 MiB.
 [[nodiscard]] tl::expected<std::string, PathError> read_csv_text(const std::filesystem::path& file);
 
 }  // namespace driveline::trajectory

@@ -9,17 +9,17 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Share of the highest velocity for the way back, whatever the path leaves.
+/// Minimum share of the velocity limit for the return, regardless of the path.
 constexpr double kLeastVelocity = 0.01;
-/// Shares of the highest acceleration for it.
+/// Minimum and maximum share of the acceleration limit for the return.
 constexpr double kLeastReserve = 0.05;
 constexpr double kMostShare = 0.1;
-/// The same by which an axis that is faster than it may be is braked.
+/// Share of the acceleration limit for braking an axis that is too fast.
 constexpr double kTooFastShare = 0.4;
 
 }  // namespace
 
-/// From where the path was one step ago.
+/// Initialises the deviation relative to the path one step ago.
 void Deviation::begin(const AxisSetpoint& target, double period_s) noexcept {
   const double acceleration = std::clamp(target.acceleration, -limits_.max_acceleration, limits_.max_acceleration);
   const double before = target.velocity - acceleration * period_s;
@@ -42,13 +42,13 @@ AxisSetpoint Deviation::step(const AxisSetpoint& target, double period_s) noexce
   const double cut = target.velocity + deviation.velocity - last_velocity_;
   velocity_ = deviation.velocity - cut;
   position_ = deviation.position - cut * period_s;
-  // While it is cut, the path does not tell its acceleration.
+  // While the velocity is limited, the acceleration of the path does not apply.
   const double acceleration =
       std::abs(cut) > 0.0 ? (last_velocity_ - before) / period_s : target.acceleration + deviation.acceleration;
   return {target.position + position_, last_velocity_, acceleration, target.torque};
 }
 
-/// No faster than it may be, or than the path; an axis that is, gets slower.
+/// Limits the velocity to the axis limit or the velocity of the path; an axis that is faster slows down.
 double Deviation::allowed(double path, double deviation, double period_s) const noexcept {
   const double slower = std::abs(last_velocity_) - kTooFastShare * limits_.max_acceleration * period_s;
   const double most = std::max({limits_.max_velocity, std::abs(path), slower});

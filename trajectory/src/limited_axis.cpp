@@ -13,13 +13,13 @@ void LimitedAxis::rest_at(double position) noexcept {
   at_rest_ = true;
 }
 
-/// The nearest velocity of the next step that both limits allow.
+/// Limits the velocity of the next step to the nearest value within both limits.
 double LimitedAxis::limited_step(double step_velocity) const noexcept {
   const double slowed = std::clamp(step_velocity, step_velocity_ - most_change_, step_velocity_ + most_change_);
   return std::clamp(slowed, -limits_.motion.max_velocity, limits_.motion.max_velocity);
 }
 
-/// Up to the rounding of the positions.
+/// Whether a step to `position` keeps both limits, up to the rounding of positions.
 bool LimitedAxis::is_allowed(double position) const noexcept {
   constexpr double kRounding = 1e-9;
   constexpr double kUlps = 4.0 * std::numeric_limits<double>::epsilon();
@@ -37,7 +37,7 @@ AxisSetpoint LimitedAxis::take(const AxisSetpoint& next) noexcept {
   return last_;
 }
 
-/// As near to a position as one step goes.
+/// Moves as close to `position` as one step allows.
 AxisSetpoint LimitedAxis::take_nearest(double position) noexcept {
   const double velocity = limited_step(step_velocity_to(position));
   const bool at_limit = std::abs(velocity) >= limits_.motion.max_velocity;

@@ -1,4 +1,4 @@
-// Curves whose segments depend on a few points beside them.
+// Segment coefficients of curves that depend only on a few neighbouring points.
 #include <algorithm>
 
 #include "path_columns.hpp"
@@ -14,7 +14,8 @@ struct Derivatives {
   AxisColumn acceleration;
 };
 
-/// Those of the polynomial through the point and its nearest neighbours, `window` points in all, in Newton's form.
+/// Derivatives of the polynomial through the point and its nearest neighbours, `window` points in all, in Newton's
+/// form.
 Derivatives estimate(const Path& path, std::size_t point, std::size_t window) {
   const std::size_t count = std::min(window, path.points());
   const std::size_t before = count / 2;
@@ -40,7 +41,7 @@ Derivatives estimate(const Path& path, std::size_t point, std::size_t window) {
   return derivatives;
 }
 
-/// What the path gives; else standstill at its ends, and estimates in between.
+/// The derivatives that the path gives; otherwise standstill at its ends, and estimates in between.
 Derivatives derivatives_at(const Path& path, std::size_t point, std::size_t window) {
   const auto axes = to_index(path.axes().size());
   const bool is_end = point == 0 || point + 1 == path.points();
@@ -69,7 +70,7 @@ std::vector<double> osculating_segments(const Path& path, std::size_t columns, s
   return coefficients;
 }
 
-/// Position and how much it changes in `per(step)` seconds.
+/// Coefficients: position, and its change in `per(step)` seconds.
 template <typename Per>
 std::vector<double> two_columns(const Path& path, Per per) {
   const std::size_t axes = path.axes().size();

@@ -32,7 +32,7 @@ void require_valid(const Interpolator& interpolator, std::span<const AxisLimits>
   }
 }
 
-/// The value of the limited quantity in one sample.
+/// Value of the limited quantity in one sample.
 double demand(const AxisSetpoint& now, double previous_velocity, Quantity quantity, double period_s) {
   if (quantity == Quantity::kVelocity) {
     return now.velocity;
@@ -45,14 +45,14 @@ double limit_of(const AxisLimits& limits, Quantity quantity) {
   return quantity == Quantity::kVelocity ? limits.max_velocity : limits.max_acceleration;
 }
 
-/// Where positions jump, the velocity that a drive sees is the change from one sample to the next.
+/// If positions jump, the velocity that a drive sees is the change from one sample to the next.
 void set_mean_velocities(std::span<AxisSetpoint> now, std::span<const AxisSetpoint> previous, double period_s) {
   for (std::size_t i = 0; i < now.size(); ++i) {
     now[i].velocity = (now[i].position - previous[i].position) / period_s;
   }
 }
 
-/// Which limit is exceeded in one sample, if any.
+/// The limit that is exceeded in a sample, if any.
 std::optional<Quantity> find_excess(const AxisSetpoint& now, double previous_velocity, const AxisLimits& limits,
                                     double period_s) {
   for (const Quantity quantity : {Quantity::kVelocity, Quantity::kAcceleration}) {
@@ -82,7 +82,7 @@ tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std:
   std::vector<AxisSetpoint> previous(now.size());
   std::optional<LimitViolation> violation;
   const bool jumps = facts_of(interpolator.method()).continuity == Continuity::kNone;
-  // Multiplying instead of adding up keeps the grid exact; the last sample is the first one after the end.
+  // Multiplying instead of accumulating keeps the grid exact; the last sample is the first one after the end.
   for (double sample = 0.0;; sample += 1.0) {
     const double time_s = interpolator.start_s() + sample * period_s;
     interpolator.evaluate(time_s, now);
@@ -97,7 +97,7 @@ tl::expected<void, LimitViolation> check_limits(Interpolator& interpolator, std:
         violation->jumps = jumps;
       }
     }
-    // Axis and quantity are known; look for the largest value.
+    // Axis and quantity are known; find the largest value.
     if (violation) {
       const auto i = violation->axis_index;
       const double value = demand(now[i], previous[i].velocity, violation->quantity, period_s);

@@ -21,12 +21,12 @@ bool is_within(double value, double limit) {
   return std::abs(value) <= limit;
 }
 
-/// One of the values that a point has for an axis.
+/// One of the quantities that a point may have for an axis.
 struct PointValue {
   std::string_view name;
-  std::string_view per;  // behind the unit of the position
+  std::string_view per;  // suffix of the position unit
   double limit;
-  bool PathAxis::*given;  // null: always
+  bool PathAxis::*given;  // null: always given
 };
 
 constexpr PointValue kPositionValue{"position", "", kMaxPathPosition, nullptr};
@@ -57,7 +57,7 @@ tl::expected<void, PathError> check_values(std::span<const PathAxis> axes, std::
   return {};
 }
 
-/// One value per axis if one of them gives them, 0 for the others.
+/// Appends one value per axis if any axis gives the quantity, 0 for the other axes.
 void append_given(std::span<const PathAxis> axes, std::span<const double> values, const PointValue& value_kind,
                   std::vector<double>& all) {
   if (!gives_value(axes, value_kind)) return;

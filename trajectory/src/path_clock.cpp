@@ -7,7 +7,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// The ramp beyond full speed is that much less steep than the one up to it, which leaves room for the acceleration of
+/// Factor by which the ramp beyond full speed is less steep than the ramp up to it; leaves room for the acceleration of
 /// the path.
 constexpr double kGentle = 4.0;
 
@@ -35,7 +35,7 @@ void PathClock::start(double now_s, double path_s, bool running) noexcept {
   path_s_ = since_path_s_ = path_s;
 }
 
-/// Full catch-up rate as long as more time is lost than the ramp back to full speed, or one step, makes up for.
+/// Returns the full catch-up rate while more time is lost than the ramp back to full speed, or one step, makes up for.
 double PathClock::wanted_rate(double step) const noexcept {
   if (!running_) return 0.0;
   const double lead = rate_ - 1.0;
@@ -43,7 +43,7 @@ double PathClock::wanted_rate(double step) const noexcept {
   return behind_s_ > on_the_way_back ? catch_up_ : 1.0;
 }
 
-/// The rate changes at full speed: up to it the ramp is as steep as the limits allow, beyond it gentle.
+/// Moves the rate towards `goal`: below full speed the ramp is as steep as the limits allow, above it gentle.
 double PathClock::approached(double goal, double step) const noexcept {
   const bool beyond = rate_ > 1.0 || (rate_ == 1.0 && goal > 1.0);
   const double most = step / (beyond ? kGentle * ramp_s_ : ramp_s_);
@@ -87,12 +87,12 @@ double path_ramp_s(Interpolator path, std::span<const AxisLimits> limits) {
 
 double path_catch_up_rate(Interpolator path, std::span<const AxisLimits> limits, double ramp_s) {
   constexpr double kHighest = 1.25;
-  // Points that are held follow one another as fast as the limits just allow.
+  // Held points follow one another as fast as the limits allow, so there is no reserve.
   if (facts_of(path.method()).continuity == Continuity::kNone) return 1.0;
   const auto peaks = peaks_of(path, limits.size());
   double rate = kHighest;
   for (std::size_t i = 0; i < peaks.size(); ++i) {
-    // Straight lines: the velocity jumps at the points by what the limits just allow.
+    // Straight lines: the velocity jumps at the points by as much as the limits allow.
     if (peaks[i].velocity > 0.0 && peaks[i].acceleration == 0.0) return 1.0;
     if (peaks[i].velocity > 0.0) rate = std::min(rate, limits[i].max_velocity / peaks[i].velocity);
     const double left = limits[i].max_acceleration - peaks[i].velocity * kHighest / (kGentle * ramp_s);

@@ -8,7 +8,7 @@
 
 namespace driveline::trajectory::segment_detail {
 
-/// One value per axis.
+/// A vector with one value per axis.
 using AxisColumn = Eigen::VectorXd;
 
 inline Eigen::Index to_index(std::size_t value) {

@@ -10,14 +10,14 @@
 namespace driveline::trajectory {
 namespace {
 
-/// What a column holds.
+/// Meaning of a column.
 enum class ColumnKind { kTime, kPosition, kVelocity, kAcceleration };
 
 /// Unit of a column.
 struct Unit {
   ColumnKind holds = ColumnKind::kTime;
-  const PositionUnit* position = nullptr;  // of positions, and with /s and /s^2 of the others
-  double per_second = 0.0;                 // of the time: units per second
+  const PositionUnit* position = nullptr;  // unit of positions, with /s and /s^2 for the derivatives
+  double per_second = 0.0;                 // time unit: units per second
 };
 
 std::optional<Unit> find_unit(std::string_view name) {
@@ -40,21 +40,21 @@ std::optional<Unit> find_unit(std::string_view name) {
   return position == nullptr ? std::nullopt : std::optional(Unit{holds, position, 0.0});
 }
 
-/// "velocities".
+/// Returns "velocities" or "accelerations".
 std::string_view plural(ColumnKind holds) {
   return holds == ColumnKind::kVelocity ? "velocities" : "accelerations";
 }
 
-/// A column as the header row has it.
+/// A column as given in the header row.
 struct Heading {
   CsvPlace place;
   std::string_view name;
   std::string_view unit_name;
   Unit unit;
-  std::size_t axis = 0;  // number of its axis; none for the time
+  std::size_t axis = 0;  // index of its axis; unused for the time
 };
 
-// Walks through the text row by row; a row is a line that is neither blank nor a comment.
+// Parses the text row by row; a row is a line that is neither blank nor a comment.
 class CsvParser {
  public:
   CsvParser(std::string_view text, std::string_view name, bool needs_time)
@@ -178,7 +178,7 @@ class CsvParser {
     return {};
   }
 
-  /// Finds the axes of the columns with velocities and accelerations, which may stand before that of the positions.
+  /// Finds the axes of the columns with velocities and accelerations, which may precede the column of the positions.
   tl::expected<void, PathError> bind_derivatives() {
     for (auto heading = headings_.begin(); heading != headings_.end(); ++heading) {
       const ColumnKind holds = heading->unit.holds;
@@ -210,7 +210,7 @@ class CsvParser {
 
   tl::expected<void, PathError> read_row() {
     if (rows_.fields().size() != headings_.size()) {
-      // Too many fields come from decimal commas, a single one from another separator.
+      // Too many fields result from decimal commas, a single field from another separator.
       const bool foreign = rows_.fields().size() > headings_.size() || rows_.has_foreign_separator();
       return refuse({rows_.line(), 0}, "expected " + std::to_string(headings_.size()) +
                                            " fields as in the header, found " + std::to_string(rows_.fields().size()) +
@@ -249,7 +249,7 @@ class CsvParser {
   bool has_time_ = false;
   std::size_t points_ = 0;
   std::size_t axes_ = 0;
-  std::vector<double> positions_;  // of one point
+  std::vector<double> positions_;  // positions of one point
   std::vector<double> velocities_;
   std::vector<double> accelerations_;
   PathBuilder builder_;

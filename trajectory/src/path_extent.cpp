@@ -10,7 +10,7 @@ std::vector<PathExtent> path_extents(Interpolator& path, double period_s) {
     throw std::invalid_argument("the period must be positive and finite");
   std::vector<AxisSetpoint> now(path.axes().size());
   std::vector<PathExtent> extents;
-  // Multiplying instead of adding up keeps the grid exact; the last sample is the first one after the end.
+  // Multiplying instead of accumulating keeps the grid exact; the last sample is the first one after the end.
   for (double sample = 0.0;; sample += 1.0) {
     const double time_s = path.start_s() + sample * period_s;
     path.evaluate(time_s, now);

@@ -14,14 +14,14 @@ namespace {
 
 using Reason = ProfileError::Reason;
 
-/// Calls `use` with the planner of a task.
+/// Calls `use` with the planner for a task.
 template <typename Use>
 auto with_planner(const AxisTask& task, Use use) noexcept {
   return task.has_jerk_limit ? use(FrontierPlanner<JerkFrontier>(task.boundary, task.way, task.way_error))
                              : use(FrontierPlanner<TrapezoidFrontier>(task.boundary, task.way, task.way_error));
 }
 
-/// A profile that has the way back inside the limits alone. Profiles are large: this one is where it is returned from.
+/// A profile that contains only the motion back inside the limits. Profiles are large, so this one is built in place.
 tl::expected<Profile, ProfileError> begin(const AxisTask& task, const AxisSetpoint& from) noexcept {
   tl::expected<Profile, ProfileError> profile(tl::in_place, from);
   append_phases(*profile, task.brake.phases, task.scale);
@@ -36,9 +36,9 @@ void finish(tl::expected<Profile, ProfileError>& profile, const AxisSetpoint& to
   }
 }
 
-/// The least relative length of a gap between durations.
+/// Smallest relative length of a gap between durations.
 constexpr double kSmallestGap = 1e-8;
-/// More than the frontiers have, those that turn out to be no gaps included.
+/// Iteration limit above the number of gap ends of the frontiers, spurious ones included.
 constexpr int kMostEnds = 16;
 
 }  // namespace
@@ -110,7 +110,7 @@ tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpo
     double possible_s = planner.next_possible_s(0.0);
     durations.shortest_s_ = task->brake_s + possible_s;
     for (int i = 0; i < kMostEnds && durations.count_ < PossibleDurations::kMaxGaps; ++i) {
-      // At an end of a gap, rounding decides which side it is on.
+      // At an end of a gap, rounding decides on which side it lies.
       const double probe_s = possible_s * (1.0 + kSmallestGap);
       const double next_s = planner.next_impossible_s(probe_s);
       const double begin_s = next_s > probe_s ? next_s : possible_s;

@@ -12,7 +12,7 @@ AxisSetpoint state_in(const Profile::Phase& phase, double t) noexcept {
           phase.velocity + t * (phase.acceleration + t * phase.jerk / 2.0), phase.acceleration + t * phase.jerk};
 }
 
-/// When the velocity of a phase is zero, from its begin on; NaN or infinite where it never is.
+/// Times since the start of a phase at which its velocity is zero; NaN or infinite if there is none.
 std::array<double, 2> times_at_rest(const Profile::Phase& phase) noexcept {
   const double root = std::sqrt(phase.acceleration * phase.acceleration - 2.0 * phase.velocity * phase.jerk);
   const double q = -phase.acceleration - std::copysign(root, phase.acceleration);

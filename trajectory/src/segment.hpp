@@ -7,19 +7,19 @@
 
 #include "driveline/trajectory/setpoint.hpp"
 
-/// Segments of a curve between two instants, of all axes together. The coefficients of a segment are a structure of
-/// arrays: one column per power of the time since the segment's start, one row per axis.
+/// Segments of a curve between two instants, for all axes. The coefficients of a segment are a structure of arrays: one
+/// column per power of the time since the segment's start, one row per axis.
 namespace driveline::trajectory::segment_detail {
 
-/// Positions and their derivatives of all axes at one instant; pointers to one value per axis each.
+/// Positions and their derivatives of all axes at one instant; each pointer refers to one value per axis.
 struct Knot {
   const double* position;
   const double* velocity;
   const double* acceleration = nullptr;
 };
 
-/// The setpoints of the first out.size() axes at `t` after the segment's start; polynomials of degree kColumns - 1.
-/// `axes` is the length of a column. \rtsafe
+/// Evaluates the first out.size() axes at `t` after the segment's start; polynomials of degree kColumns - 1. `axes` is
+/// the length of a column. \rtsafe
 template <std::size_t kColumns>
 inline void evaluate_polynomial(const double* c, std::size_t axes, double t, std::span<AxisSetpoint> out) noexcept {
   const auto column = [c, axes](std::size_t power) { return c + power * axes; };
@@ -48,8 +48,8 @@ inline void evaluate_polynomial(const double* c, std::size_t axes, double t, std
   }
 }
 
-/// As evaluate_polynomial(); the columns are position and rise, which half a period of a cosine takes in `step`.
-/// \rtsafe
+/// Like evaluate_polynomial(); the columns are the position and the rise during half a period of a cosine of duration
+/// `step`. \rtsafe
 inline void evaluate_cosine(const double* c, std::size_t axes, double t, double step,
                             std::span<AxisSetpoint> out) noexcept {
   const double w = std::numbers::pi / step;
@@ -63,7 +63,7 @@ inline void evaluate_cosine(const double* c, std::size_t axes, double t, double 
   }
 }
 
-/// Straight line. \rtsafe
+/// Computes a straight line. \rtsafe
 inline void fill_line(double* c, std::size_t axes, double step, const double* from, const double* to) noexcept {
   for (std::size_t i = 0; i < axes; ++i) {
     c[i] = from[i];
@@ -71,7 +71,7 @@ inline void fill_line(double* c, std::size_t axes, double step, const double* fr
   }
 }
 
-/// The cubic with these positions and velocities at its ends. \rtsafe
+/// Computes the cubic with these positions and velocities at its ends. \rtsafe
 inline void fill_cubic(double* c, std::size_t axes, double step, const Knot& from, const Knot& to) noexcept {
   for (std::size_t i = 0; i < axes; ++i) {
     const double slope = (to.position[i] - from.position[i]) / step;
@@ -84,12 +84,12 @@ inline void fill_cubic(double* c, std::size_t axes, double step, const Knot& fro
   }
 }
 
-/// The polynomial of fifth degree with these positions, velocities and accelerations at its ends. \rtsafe
+/// Computes the fifth-degree polynomial with these positions, velocities and accelerations at its ends. \rtsafe
 inline void fill_quintic(double* c, std::size_t axes, double step, const Knot& from, const Knot& to) noexcept {
   for (std::size_t i = 0; i < axes; ++i) {
     const double v0 = from.velocity[i];
     const double a0 = from.acceleration[i];
-    // What the parabola of the start leaves to be done, as a velocity each.
+    // Remainders after the parabola of the start state, each as a velocity.
     const double rise = (to.position[i] - from.position[i]) / step - v0 - 0.5 * step * a0;
     const double gain = to.velocity[i] - v0 - step * a0;
     const double bend = step * (to.acceleration[i] - a0);
@@ -102,7 +102,7 @@ inline void fill_quintic(double* c, std::size_t axes, double step, const Knot& f
   }
 }
 
-/// The cubic with these positions and accelerations at its ends. \rtsafe
+/// Computes the cubic with these positions and accelerations at its ends. \rtsafe
 inline void fill_moments(double* c, std::size_t axes, double step, const Knot& from, const Knot& to) noexcept {
   for (std::size_t i = 0; i < axes; ++i) {
     const double here = from.acceleration[i];

@@ -88,7 +88,7 @@ StreamVerdict SetpointStream::judge_time(double time_s) const noexcept {
   return curve_.full() ? StreamVerdict::kOverrun : StreamVerdict::kAccepted;
 }
 
-/// `reached`: the curve reaches the present.
+/// `reached`: the curve extends to the present.
 StreamState SetpointStream::next_state(bool reached) noexcept {
   if (running_ && reached) {
     coasted_ = 0;

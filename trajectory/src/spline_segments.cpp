@@ -1,4 +1,4 @@
-// Cubic splines: the velocity and the acceleration are continuous at every point.
+// Segment coefficients of cubic splines: velocity and acceleration are continuous at every point.
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Index;
 
-/// One equation per knot for the second derivatives there, the "moments" of the spline:
+/// One equation per knot for the second derivatives, the "moments" of the spline:
 ///   lower * moment[k-1] + diagonal * moment[k] + upper * moment[k+1] = right
 struct Equation {
   double lower = 0.0;
@@ -23,7 +23,7 @@ struct Equation {
   AxisColumn right;
 };
 
-/// The velocity is continuous at an inner knot.
+/// Equation for continuous velocity at an inner knot.
 Equation inner_equation(const Path& path, std::size_t knot) {
   const double before = step_s(path, knot - 1);
   const double after = step_s(path, knot);
@@ -45,8 +45,8 @@ Equation clamped_end(const Path& path, const AxisColumn& velocity) {
   return {step, 2.0 * step, 0.0, 6.0 * (velocity - slope(path, last))};
 }
 
-/// Thomas algorithm. The matrix is the same for all axes and strictly diagonally dominant, so that no pivoting is
-/// needed; the axes are the rows of the result, the knots its columns.
+/// Thomas algorithm. The matrix is the same for all axes and strictly diagonally dominant, so no pivoting is needed;
+/// the axes are the rows of the result, the knots its columns.
 Eigen::MatrixXd solve_moments(const Path& path, const Equation& start, const Equation& end) {
   const std::size_t knots = path.points();
   Eigen::MatrixXd moments(to_index(path.axes().size()), to_index(knots));
@@ -90,20 +90,20 @@ std::vector<double> segments_of(const Path& path, const Eigen::MatrixXd& moments
   return coefficients;
 }
 
-/// The control point of an inner point of the path: the straight lines through the points at the mean of its knots.
-/// That is the point itself where the steps are equal, and keeps a straight line one where they are not.
+/// The control point of an inner point of the path: the straight lines through the points, evaluated at the mean of its
+/// knots. For equal steps that is the point itself; for other steps it keeps a straight line straight.
 AxisColumn control_point(const Path& path, std::size_t point) {
   const double shift = (step_s(path, point) - step_s(path, point - 1)) / 3.0;
   return column(path.positions(point)) + shift * slope(path, shift > 0.0 ? point : point - 1);
 }
 
-/// The curve at a point's time.
+/// The curve at the time of a point.
 struct CurvePoint {
   AxisColumn position;
   AxisColumn acceleration;
 };
 
-/// Control points around point k stand for the points k - 1, k and k + 1; the first and the last point are there twice.
+/// Control points around point k for the points k - 1, k and k + 1; the first and the last point are repeated.
 CurvePoint b_spline_point(const Path& path, std::size_t k) {
   const auto last = to_index(path.points()) - 1;
   const auto nearest = [last](Index point) { return static_cast<std::size_t>(std::clamp<Index>(point, 0, last)); };

@@ -14,13 +14,13 @@ struct Plan {
   double acceleration;
 };
 
-/// The time-optimal way of the pair (velocity, acceleration) to (0, 0) with limited acceleration and jerk, in a frame
-/// in which the velocity that remains when the acceleration is taken back at once, v + a|a| / (2 jerk), is not
-/// negative. Then the axis must be decelerated: down to -peak, hold, back to zero.
+/// Time-optimal motion from (velocity, acceleration) to (0, 0) with limited acceleration and jerk. The frame is chosen
+/// such that the velocity that remains when the acceleration is reduced at once, v + a|a| / (2 jerk), is not negative.
+/// Then the axis must decelerate: down to -peak, hold, back to zero.
 Plan plan_stop(double velocity, double acceleration, const StopLimits& limits) noexcept {
   const double deceleration = limits.max_deceleration;
   const double jerk = limits.max_jerk;
-  // Velocity to be taken away after the acceleration has fallen to zero on its way to -peak.
+  // Velocity to be removed after the acceleration has fallen to zero on its way to -peak.
   const double surplus = velocity + acceleration * acceleration / (2.0 * jerk);
   const bool reaches_limit = surplus >= deceleration * deceleration / jerk;
   const double peak = reaches_limit ? deceleration : std::sqrt(jerk * surplus);

@@ -9,7 +9,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Setpoints kept in front of the present segment.
+/// Number of setpoints stored before the current segment.
 constexpr std::uint64_t kHistory = 2;
 
 }  // namespace
@@ -64,7 +64,7 @@ void StreamCurve::add(double time_s, std::span<const StreamPoint> points) noexce
   if (end_ == kHistory + 2) extend_backwards();
 }
 
-/// The straight line between the first two setpoints comes from before.
+/// Extends the straight line between the first two setpoints into the past.
 void StreamCurve::extend_backwards() noexcept {
   for (std::uint64_t index = kHistory; index-- > 0;) {
     time_of(index) = 2.0 * time_of(index + 1) - time_of(index + 2);
@@ -99,7 +99,7 @@ void StreamCurve::estimate_velocities(std::uint64_t index, Row& velocities) noex
   }
 }
 
-/// As for a path: the straight lines through the setpoints at the mean of three knots.
+/// As for a path: evaluates the straight lines through the setpoints at the mean of three knots.
 StreamCurve::ControlPoints StreamCurve::control_points(std::uint64_t index) noexcept {
   const double before_s = time_of(index) - time_of(index - 1);
   const double after_s = time_of(index + 1) - time_of(index);
@@ -124,13 +124,13 @@ void StreamCurve::approximate(std::uint64_t index, Row& positions, Row& accelera
   }
 }
 
-/// What the method derives from several setpoints around one.
+/// Computes what the method derives from several setpoints around `index`.
 void StreamCurve::derive(std::uint64_t index, Ends& ends) noexcept {
   if (method_ == StreamMethod::kCubic) estimate_velocities(index, ends.derivatives);
   if (method_ == StreamMethod::kBSpline) approximate(index, ends.positions, ends.derivatives);
 }
 
-/// `next_one`: the segment before it ended where this one begins.
+/// `next_one`: the previous segment ended where this one starts.
 void StreamCurve::start_segment(bool next_one) noexcept {
   using segment_detail::Knot;
   const std::uint64_t next = segment_ + 1;

@@ -11,16 +11,16 @@ namespace {
 
 using Reason = ProfileError::Reason;
 
-/// Durations of axes that differ by less are the same.
+/// Relative difference below which durations are equal.
 constexpr double kSameDuration = 1e-12;
-/// How far, relative to what it is, a velocity or an acceleration may be beside the straight line.
+/// Relative deviation of a velocity or an acceleration from the straight line that counts as rounding.
 constexpr double kStraight = 1e-9;
 
 tl::unexpected<AxisProfileError> fail(std::size_t axis, const ProfileError& error) noexcept {
   return tl::unexpected(AxisProfileError{axis, error});
 }
 
-/// Every axis by itself; the result is the longest duration.
+/// Plans every axis separately; returns the longest duration.
 tl::expected<double, AxisProfileError> plan_each(std::span<const AxisMotion> axes,
                                                  std::span<Profile> profiles) noexcept {
   double longest_s = 0.0;
@@ -35,10 +35,10 @@ tl::expected<double, AxisProfileError> plan_each(std::span<const AxisMotion> axe
   return longest_s;
 }
 
-/// Makes each profile end at one time, which is a longer one where that is in a gap of an axis.
+/// Makes all profiles end at the same time, which is later if that time is in a gap of an axis.
 tl::expected<double, AxisProfileError> stretch_all(std::span<const AxisMotion> axes, std::span<Profile> profiles,
                                                    double duration_s) noexcept {
-  // Every wait passes a gap of one axis for good.
+  // Every wait skips a gap of an axis permanently.
   std::size_t waits = PossibleDurations::kMaxGaps * axes.size();
   std::size_t axis = 0;
   for (std::size_t agreed = 0; agreed < axes.size();) {
@@ -70,7 +70,7 @@ bool is_multiple(double value, double factor, double of) noexcept {
   return std::abs(value - expected) <= kStraight * std::max(std::abs(value), std::abs(expected));
 }
 
-/// The limits of an axis as limits of the one on the line, of which it moves `factor` times as far.
+/// Converts the limits of an axis that moves `factor` times as far into limits of the motion on the line.
 void tighten(ProfileLimits& line, const ProfileLimits& axis, double factor) noexcept {
   const bool turned = factor < 0.0;
   line.max_velocity = std::min(line.max_velocity, (turned ? axis.min_velocity : axis.max_velocity) / factor);
@@ -82,7 +82,7 @@ void tighten(ProfileLimits& line, const ProfileLimits& axis, double factor) noex
   line.max_jerk = std::min(line.max_jerk, axis.max_jerk / std::abs(factor));
 }
 
-/// All axes on a straight line; none if there is none, or no profile on it.
+/// Plans all axes on a straight line; nullopt if there is no straight line, or no profile on it.
 std::optional<double> plan_on_line(std::span<const AxisMotion> axes, std::span<Profile> profiles) noexcept {
   const AxisMotion& first = *std::max_element(axes.begin(), axes.end(), [](const AxisMotion& a, const AxisMotion& b) {
     return std::abs(way_of(a)) < std::abs(way_of(b));

@@ -8,7 +8,7 @@
 
 namespace driveline::trajectory {
 
-/// The shortest text that stands for a number, independent of the locale.
+/// The shortest text that represents a number exactly, in every locale.
 inline std::string to_text(double value) {
   std::array<char, 32> buffer{};
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
@@ -22,8 +22,8 @@ inline std::string to_short_text(double value) {
   return {buffer.data(), result.ptr};
 }
 
-/// Foreign text in quotes, cut to a readable length; what is not printable ASCII becomes '?', so that a message is
-/// one line of valid UTF-8 whatever the file holds.
+/// Quotes foreign text, cut to a readable length; bytes other than printable ASCII become '?', so that a message is a
+/// single line of valid UTF-8 whatever the file contains.
 inline std::string in_quotes(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string shown(text.substr(0, kLongest));

@@ -26,7 +26,7 @@ tl::expected<Profile, ProfileError> plan_to_velocity(const AxisSetpoint& from, d
   if (const auto task = prepare_task(from, to, limits); !task) {
     return tl::unexpected(task.error());
   }
-  // A velocity outside the limits needs no way back inside: the target is there.
+  // A velocity outside the limits need not be brought back inside: the target is there.
   ProfileLimits free = limits;
   free.max_velocity = std::numeric_limits<double>::infinity();
   free.min_velocity = -free.max_velocity;

@@ -21,7 +21,7 @@ json failure(const Failure& failure) {
   return {{"error", failure.text}, {"status", failure.status}};
 }
 
-/// Takes a word out of the line.
+/// Removes `word` from the words. Returns whether it was there.
 bool take_word(std::vector<std::string>& words, std::string_view word) {
   return std::erase(words, word) > 0;
 }
@@ -58,7 +58,7 @@ json AxisService::answer(Client& client, std::vector<std::string> words) {
   return order(client, *axes, std::move(words));
 }
 
-/// Nothing is asked for before the words have been understood for all axes.
+/// Submits nothing before the words have been parsed for all axes.
 json AxisService::order(Client& client, const std::vector<std::size_t>& axes, std::vector<std::string> words) {
   auto caller = client.caller;
   caller.take_over = take_word(words, "take-over");
@@ -113,7 +113,7 @@ json AxisService::progress(const Client& client) const {
   return {{"axes", std::move(rows)}};
 }
 
-/// The sentence about a request that has come to nothing; empty: it has not.
+/// Why the request failed, as a sentence; empty: it has not failed.
 std::string AxisService::failure_of(const Client& client, std::size_t axis,
                                     const runtime::AxisProgress& progress) const {
   const auto event_axis = runtime::events::event_axis(door_.axes()[axis]);

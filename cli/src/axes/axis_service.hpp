@@ -14,40 +14,40 @@
 
 namespace driveline::cli {
 
-/// Answers what clients at the control socket say behind the word "axis", one line of JSON each:
+/// Answers the commands of clients at the control socket that start with the word "axis", one line of JSON each:
 ///
-///     x move 90deg velocity=30deg/s    asks for a motion of axis x; "all" in its place asks all axes
-///     x move 90deg take-over           also if somebody else commands the axis
-///     progress                         how far the last request to each axis is; says that the client is there
-///     x status                         what the axis does
-///     x release                        gives the axis back
-///     detach                           the requests go on when the connection ends
+///     x move 90deg velocity=30deg/s  requests a motion of axis x; "all" instead of the name: of all axes
+///     x move 90deg take-over         also if another caller commands the axis
+///     progress                       progress of the last request to each axis; also a sign of life of the client
+///     x status                       state of the axis
+///     x release                      releases the axis
+///     detach                         the requests continue when the connection ends
 ///
-/// A client has the axes that he asks something of as long as he is connected and says something at least every
-/// kKeepAlive. The axes that he moves stop when he goes, unless he has detached. Belongs to the thread of the socket.
+/// A client owns the axes that it commands as long as it is connected and sends something at least every kKeepAlive.
+/// Axes that it moves are stopped when it disconnects, unless it has detached. Belongs to the thread of the socket.
 class AxisService {
  public:
-  /// How long a client may be silent.
+  /// Longest time between two commands of a client.
   static constexpr std::chrono::milliseconds kKeepAlive{500};
 
-  /// `door` must outlive it. `couplings`: gears and cams of its axes.
+  /// `door` must outlive this object. `couplings`: gears and cams of its axes.
   explicit AxisService(runtime::AxisDoor& door, runtime::CouplingPlan couplings = {})
       : door_(door), couplings_(std::move(couplings)) {}
 
-  /// The answer; {"error": sentence, "status": 1 or 2} when it cannot be done.
+  /// Executes a command and returns the answer; {"error": sentence, "status": 1 or 2} on failure.
   [[nodiscard]] std::string execute(const CommandSender& sender, std::string_view words);
-  /// The connection has ended.
+  /// Handles the end of a connection: releases the axes of its client.
   void gone(const CommandSender& sender);
-  /// Somebody was not let in.
+  /// Notes that a connection was refused, because its process belongs to another user.
   void refused(const CommandSender& sender);
-  /// To be called every few milliseconds.
+  /// Supervises the clients. To be called every few milliseconds.
   void watch() { door_.watch(); }
 
  private:
-  /// What a client has asked for.
+  /// The requests of a client.
   struct Client {
     runtime::AxisCaller caller;
-    std::map<std::size_t, std::uint64_t> requests;  ///< the last one of each axis
+    std::map<std::size_t, std::uint64_t> requests;  ///< number of the last request to each axis
     bool detached = false;
   };
 
@@ -63,7 +63,7 @@ class AxisService {
 
   runtime::AxisDoor& door_;
   runtime::CouplingPlan couplings_;
-  std::map<std::uint64_t, Client> clients_;  ///< by connection
+  std::map<std::uint64_t, Client> clients_;  ///< by number of the connection
 };
 
 }  // namespace driveline::cli

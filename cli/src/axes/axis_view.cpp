@@ -13,7 +13,7 @@
 namespace driveline::cli {
 namespace {
 
-/// 6061h is 0 until a mode is set.
+/// Name of the mode in 6061h, which is 0 until a mode is set.
 std::string_view mode_text(std::int8_t mode) {
   return mode == 0 ? "-" : to_text(static_cast<ecat_master::cia402::Mode>(mode));
 }
@@ -23,15 +23,15 @@ std::string number(const nlohmann::json& axis, std::string_view key, std::string
   return value == axis.end() ? "-" : fmt::format("{:.6g} {}", value->get<double>(), unit);
 }
 
-/// The place within the modulo, from 0 on, of a position that has gone on beyond it.
+/// The position within the modulo, in [0, modulo), of a position that may exceed it.
 double within(double position, double modulo) {
   const double rest = std::fmod(position, modulo);
   const double place = rest < 0.0 ? rest + modulo : rest;
-  // A rounding below zero would be a whole modulo above it.
+  // Rounding below zero would give a whole modulo.
   return place < modulo ? place : 0.0;
 }
 
-/// "372.5 deg", of an axis with a modulo "372.5 deg (12.5 of 360 deg)".
+/// The position as "372.5 deg"; for an axis with a modulo "372.5 deg (12.5 of 360 deg)".
 std::string place_text(const nlohmann::json& axis) {
   const auto unit = axis.at("unit").get<std::string>();
   auto place = number(axis, "position", unit);
@@ -40,7 +40,7 @@ std::string place_text(const nlohmann::json& axis) {
   return fmt::format("{} ({:.6g} of {})", place, modulo->get<double>(), number(axis, "modulo", unit));
 }
 
-/// "in synchronism with belt at 350 mm", and what else there is to say.
+/// State, master and master position of a coupling, then its phase and its losses of synchronism, if any.
 std::string coupling_text(const nlohmann::json& coupling) {
   const auto unit = coupling.at("master_unit").get<std::string>();
   auto line = fmt::format("{}: master {} at {}", coupling.at("state").get<std::string>(),

@@ -22,12 +22,12 @@ using ecat_master::BufferMode;
 using ecat_master::MoveDirection;
 using ecat_master::ProbeTrigger;
 
-/// A word behind the name of an axis.
+/// A verb: the word after the name of an axis.
 struct Verb {
   std::string_view name;
   AxisCommand command;
-  bool on = true;                 ///< kPower
-  std::string_view operand = "";  ///< what is expected behind it
+  bool on = true;                 ///< kPower: enable or disable
+  std::string_view operand = "";  ///< description of the operand that must follow; empty: none
 };
 
 constexpr std::array kVerbs = {
@@ -53,7 +53,7 @@ constexpr std::array kVerbs = {
     Verb{"drive-run", AxisCommand::kDriveRun, true, "a velocity"},
 };
 
-/// Everything that may stand before an equals sign, for hints.
+/// All words that may precede an equals sign, for hints.
 constexpr std::array<std::string_view, 12> kOptions{"velocity", "acceleration", "deceleration", "jerk", "buffer", "by",
                                                     "add",      "superimpose",  "direction",    "from", "to",     "at"};
 
@@ -61,7 +61,7 @@ constexpr std::array kBufferModes = {BufferMode::kAborting,     BufferMode::kBuf
                                      BufferMode::kBlendingLow,  BufferMode::kBlendingPrevious,
                                      BufferMode::kBlendingNext, BufferMode::kBlendingHigh};
 constexpr std::array kDirections = {MoveDirection::kShortest, MoveDirection::kPositive, MoveDirection::kNegative};
-/// Of movements of a drive, which stops at each of its targets.
+/// Buffer modes of moves by the drive, which stops at each of its targets.
 constexpr std::array kDriveBufferModes = {BufferMode::kAborting, BufferMode::kBuffered};
 
 std::string hint(std::string_view word, std::span<const std::string_view> known) {
@@ -69,13 +69,13 @@ std::string hint(std::string_view word, std::span<const std::string_view> known)
   return meant.empty() ? std::string{} : fmt::format("; did you mean {}?", meant);
 }
 
-/// By the setpoints of the master.
+/// Whether the master generates the setpoints of this motion.
 bool moves(AxisCommand command) {
   return command == AxisCommand::kMoveAbsolute || command == AxisCommand::kMoveVelocity ||
          command == AxisCommand::kTorque || command == AxisCommand::kHomeByProbe;
 }
 
-/// The ramps of velocity mode are set in the drive.
+/// Whether the drive follows its own ramps, which are set in velocity mode.
 bool ramps_by_drive(AxisCommand command) {
   return command == AxisCommand::kDriveMoveAbsolute || command == AxisCommand::kDriveMoveVelocity;
 }
@@ -84,15 +84,15 @@ bool probes(AxisCommand command) {
   return command == AxisCommand::kTouchProbe || command == AxisCommand::kHomeByProbe;
 }
 
-/// The event of a touch probe: "1 rising", in any order and with either left out, or "zero".
+/// Parses the event of a touch probe: "1 rising", in any order and with either word left out, or "zero".
 class TriggerReader {
  public:
-  /// False: it is no word of an event, or the second one of its kind.
+  /// False: the word does not describe an event, or is the second one of its kind.
   [[nodiscard]] bool read(std::string_view word) {
     if (word == "1" || word == "2" || word == "zero") return take(input_, word);
     return (word == "rising" || word == "falling") && take(edge_, word);
   }
-  /// None: the zero pulse has no edges.
+  /// None: an edge was given for the zero pulse, which has none.
   [[nodiscard]] std::optional<ProbeTrigger> trigger() const {
     const bool falling = edge_ == "falling";
     if (input_ == "zero") return edge_.empty() ? std::optional(ProbeTrigger::kZeroPulse) : std::nullopt;
@@ -111,7 +111,7 @@ class TriggerReader {
   std::string edge_;
 };
 
-/// Puts a request together, word by word.
+/// Builds a request word by word.
 class RequestReader {
  public:
   RequestReader(const AxisConfig& axis, const Verb& verb) : axis_(axis), verb_(verb) {
@@ -246,7 +246,7 @@ class RequestReader {
     return take(request_.target, Quantity::kPosition, value, "distance");
   }
 
-  /// One of several words, as the line calls them.
+  /// Returns the choice that `value` names.
   template <typename Choice>
   [[nodiscard]] Outcome<void> choose(std::span<const Choice> choices, std::string_view what, std::string_view value,
                                      Choice& to) {

@@ -7,14 +7,14 @@
 
 namespace driveline::cli {
 
-/// Who has sent a command.
+/// The sender of a command.
 struct CommandSender {
-  std::uint64_t connection = 0;  ///< of the socket, from 1 on; 0: stdin
+  std::uint64_t connection = 0;  ///< number of the connection to the socket, from 1; 0: stdin
   pid_t process = 0;
   uid_t user = 0;
 };
 
-/// As events and leases name him: "control socket 3 (process 123, user 1000)".
+/// The sender's name in events and leases: "control socket 3 (process 123, user 1000)".
 [[nodiscard]] std::string caller_name(const CommandSender& sender);
 
 }  // namespace driveline::cli

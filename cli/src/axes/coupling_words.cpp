@@ -24,8 +24,8 @@ using Kind = CouplingOrder::Kind;
 constexpr std::array<std::string_view, 5> kCouplingVerbs{"gear-in", "gear-out", "cam-in", "cam-out", "phase"};
 constexpr std::array<std::string_view, 9> kOrderOptions{"at", "over", "to",           "master",  "slave",
                                                         "by", "jerk", "acceleration", "velocity"};
-/// Limits of a phase that are not given: of those of the master, and what it takes to get to the velocity and to the
-/// acceleration.
+/// Default limits of a phase shift: the share of the master's velocity and acceleration limits, and acceleration per
+/// velocity and jerk per acceleration.
 constexpr double kPhaseShare = 0.1;
 constexpr double kPhaseRamps = 10.0;  // per s
 constexpr double kPhaseJerks = 50.0;  // per s
@@ -36,7 +36,7 @@ Kind kind_of(std::string_view verb) {
   return verb == "phase" ? Kind::kPhase : Kind::kOut;
 }
 
-/// An encoder as quantities need it.
+/// The encoder as an axis, for parsing quantities in its unit.
 AxisConfig as_axis(const runtime::EncoderConfig& encoder) {
   AxisConfig axis;
   axis.name = encoder.name;
@@ -47,7 +47,7 @@ AxisConfig as_axis(const runtime::EncoderConfig& encoder) {
   return axis;
 }
 
-/// "3/2" or "-2".
+/// Parses a whole number, as in the ratio "3/2" or "-2".
 std::optional<std::int64_t> whole_number(std::string_view text) {
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -55,7 +55,7 @@ std::optional<std::int64_t> whole_number(std::string_view text) {
   return value;
 }
 
-/// Puts an order together, word by word.
+/// Builds an order word by word.
 class OrderReader {
  public:
   OrderReader(const AxisConfig& slave, AxisConfig master, const runtime::CouplingPlan& plan,

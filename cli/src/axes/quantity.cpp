@@ -16,7 +16,7 @@
 namespace driveline::cli {
 namespace {
 
-/// A unit as it is written, and what makes the SI unit of it.
+/// A unit as it is written, and its factor to the SI unit.
 struct NamedUnit {
   std::string name;
   double factor = 1.0;
@@ -38,7 +38,7 @@ std::string_view per(Quantity quantity) {
   return "";
 }
 
-/// The first one is that of a number without a unit.
+/// The units that the quantity can have; the first one applies to a number without a unit.
 std::vector<NamedUnit> units_of(const ecat_master::AxisConfig& axis, Quantity quantity) {
   if (quantity == Quantity::kTorque) return {{axis.linear() ? "N" : "Nm"}};
   if (quantity == Quantity::kTorqueRate) return {{axis.linear() ? "N/s" : "Nm/s"}};

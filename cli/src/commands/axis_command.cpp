@@ -30,9 +30,9 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-/// How often the line is asked how far it is, which also tells it that this command is alive.
+/// How often the line is asked for progress; also a sign of life of this command.
 constexpr std::chrono::milliseconds kAskInterval{50};
-/// A command that takes longer tells how far it is.
+/// After this time the command starts to print its progress.
 constexpr std::chrono::seconds kSilence{2};
 constexpr std::chrono::seconds kTellInterval{1};
 
@@ -40,7 +40,7 @@ struct AxisOptions {
   std::string axis;
   std::string request;
   std::vector<std::string> operands;
-  /// "--velocity" and its like: what the line calls them, and their values.
+  /// Options such as "--velocity": their names in requests to the line, and their values.
   struct Setting {
     std::string_view name;
     std::optional<std::string> value{};
@@ -55,13 +55,13 @@ struct AxisOptions {
   bool json = false;
 };
 
-/// Goes on for ever, and moves the axis by itself.
+/// Whether the request moves a single axis until it is stopped.
 bool endless(std::string_view request) {
   return request == "jog" || request == "torque" || request == "drive-jog" || request == "drive-run" ||
          request == "gear-out" || request == "cam-out";
 }
 
-/// What the line is told: `x move 90deg velocity=30deg/s`.
+/// The command for the line: `axis x move 90deg velocity=30deg/s`.
 std::string order_of(const AxisOptions& options) {
   auto order = fmt::format("axis {} {}", quoted_word(options.axis), options.request);
   for (const auto& operand : options.operands) order += fmt::format(" {}", quoted_word(operand));
@@ -72,7 +72,7 @@ std::string order_of(const AxisOptions& options) {
   return order;
 }
 
-/// One request to axes of a running line, and what becomes of it.
+/// One request to axes of a running line, followed to its end.
 class AxisOrder {
  public:
   AxisOrder(const AxisOptions& options, CommandConnection connection)
@@ -96,7 +96,7 @@ class AxisOrder {
   }
   [[nodiscard]] bool homes() const { return options_.request == "home" || options_.request == "home-probe"; }
   [[nodiscard]] bool probes() const { return options_.request == "probe"; }
-  /// What ends it early. Homing is ended by a stop alone, which finish() withdraws.
+  /// The request that ends it early. Only a stop ends homing; finish() releases that stop.
   [[nodiscard]] std::string_view ending() const { return homes() ? "stop" : probes() ? "abort-probe" : "halt"; }
 
   [[nodiscard]] Outcome<json> ask(const std::string& command) {
@@ -109,7 +109,7 @@ class AxisOrder {
     return document;
   }
 
-  /// Until the request is over, and the axis rests again where it moved on and on.
+  /// Waits until the request is over; where the motion is endless, until the axis is at standstill again.
   [[nodiscard]] Outcome<int> follow() {
     for (;;) {
       auto progress = ask("axis progress");
@@ -198,7 +198,7 @@ Outcome<int> order_axis(const AxisOptions& options) {
   return AxisOrder(options, std::move(*connection)).execute(duration);
 }
 
-/// The requests that a line knows, and what this command adds.
+/// The requests that a line knows, and the additions of this command.
 std::vector<std::string_view> request_names() {
   std::vector<std::string_view> names{"status"};
   for (const auto verb : axis_verbs()) names.push_back(verb);

@@ -45,17 +45,17 @@ struct Options {
   bool list = false;
 };
 
-/// How much a program is to measure.
+/// The amount of measurements of a program.
 enum class Extent : std::uint8_t { kFull, kShort, kQuick };
 
-/// Where the build puts the programs of bench/: in a folder of that name beside this program.
+/// The build puts the programs of bench/ into a folder of that name beside this program.
 fs::path default_directory() {
   std::error_code error;
   const auto program = fs::read_symlink("/proc/self/exe", error);
   return error ? fs::path("bench") : program.parent_path() / "bench";
 }
 
-/// The programs in `directory`, by name.
+/// The programs in `directory`, sorted by name.
 Outcome<std::vector<fs::path>> find_programs(const fs::path& directory) {
   std::vector<fs::path> found;
   std::error_code error;
@@ -71,7 +71,7 @@ Outcome<std::vector<fs::path>> find_programs(const fs::path& directory) {
   return found;
 }
 
-/// The programs named on the command line; all when none is named.
+/// The programs named on the command line; all if none is named.
 Outcome<std::vector<fs::path>> select(const std::vector<fs::path>& programs, const std::vector<std::string>& names) {
   if (names.empty()) return programs;
   std::vector<fs::path> chosen;
@@ -91,13 +91,13 @@ Outcome<std::vector<fs::path>> select(const std::vector<fs::path>& programs, con
 /// Exit status of a program that cannot measure everything on this machine (bench/support/options.hpp).
 constexpr int kSkipped = 77;
 
-/// What a program printed on stdout, and whether it measured everything.
+/// Standard output of a program, and whether it measured everything.
 struct Output {
   std::string text;
   bool skipped = false;
 };
 
-/// Runs a program, which shares our stderr. Error: a sentence.
+/// Runs a program, which shares stderr with this one. Error: a sentence.
 tl::expected<Output, std::string> output_of(const fs::path& program, Extent extent) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) return tl::unexpected(std::string("no pipe to read from"));
@@ -131,7 +131,7 @@ tl::expected<Output, std::string> output_of(const fs::path& program, Extent exte
   return Output{std::move(text), code == kSkipped};
 }
 
-/// The content of a picture that was drawn; empty when it cannot be read.
+/// The content of a picture; empty: it cannot be read.
 std::string picture_in(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
@@ -167,7 +167,7 @@ Outcome<void> write_output(const fs::path& directory, const std::vector<json>& d
   return write("report.html", bench_html(documents, pictures));
 }
 
-/// The documents of a report.json, or of a folder in which each has a file of its own.
+/// Reads the documents of a report.json, or of a folder with one file per document.
 Outcome<std::vector<json>> read_bench_documents(const fs::path& where) {
   std::vector<fs::path> files;
   std::error_code error;
@@ -213,7 +213,7 @@ Outcome<int> compare_runs(const Options& options) {
 
 Outcome<int> bench(const Options& options) {
   if (options.compare) return compare_runs(options);
-  // All of them are for a report, which is to be done within ten minutes.
+  // A run of all programs is for a report, which must be complete within ten minutes.
   const auto extent = options.quick                            ? Extent::kQuick
                       : options.full || !options.names.empty() ? Extent::kFull
                                                                : Extent::kShort;

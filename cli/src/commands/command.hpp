@@ -12,7 +12,7 @@
 
 namespace driveline::cli {
 
-/// A value on the command line: its name in the help, and what completion offers for it.
+/// A value on the command line: its name in the help, and the source of its completions.
 struct Value {
   enum class Kind : std::uint8_t { kNone, kText, kFile, kFolder, kInterface, kChoice };
   Kind kind = Kind::kNone;
@@ -28,10 +28,10 @@ struct Value {
   }
 };
 
-/// Where a value is stored. An optional stays empty when the value is not given, a vector takes all that follow.
+/// Where a value is stored. An optional stays empty if the value is not given; a vector takes all values that follow.
 using Target = std::variant<bool*, std::string*, std::optional<std::string>*, std::vector<std::string>*>;
 
-/// An option, a flag (value kind none), or an argument by position (names without a dash).
+/// An option, a flag (value kind none), or a positional argument (names without a dash).
 struct Argument {
   std::string_view names;  ///< "-p,--position" or "INDEX"
   std::string_view help;
@@ -42,7 +42,7 @@ struct Argument {
   [[nodiscard]] bool positional() const noexcept { return !names.starts_with('-'); }
 };
 
-/// The arguments of one command, in the order of its help.
+/// The arguments of a command, in the order of its help.
 class Arguments {
  public:
   void flag(std::string_view names, bool& target, std::string_view help) {
@@ -64,20 +64,21 @@ class Arguments {
   std::vector<Argument> list_;
 };
 
-/// Runs a command once its arguments are filled in: exit status 0, or a Failure.
+/// Runs a command after its arguments have been filled in: exit status 0, or a Failure.
 using Execute = std::function<Outcome<int>()>;
 
-/// One row of the table of commands. Help, parsing and shell completion come from it and from what `prepare` declares.
+/// One row of the table of commands. Help, parsing and shell completion come from it and from the arguments that
+/// `prepare` declares.
 struct Command {
-  std::string_view name;   ///< of a command of a group: "esi show"
-  std::string_view also;   ///< a second name, that of the IgH tool; empty: none
+  std::string_view name;   ///< "run"; for a command of a group "esi show"
+  std::string_view also;   ///< a second name, from the IgH tool; empty: none
   std::string_view group;  ///< heading in the help
   std::string_view summary;
-  std::string_view examples;          ///< arguments behind the name of the program, one example per line
+  std::string_view examples;          ///< command lines without the name of the program, one per line
   Execute (*prepare)(Arguments& to);  ///< declares the arguments; null: the head of a group of commands
 };
 
-/// All commands, in the order of the help; the head of a group stands before its commands.
+/// All commands, in the order of the help; the head of a group precedes its commands.
 [[nodiscard]] std::span<const Command> commands();
 
 }  // namespace driveline::cli

@@ -21,7 +21,7 @@ using port::FileDescriptor;
 
 namespace {
 
-/// A piece of a path has many moves.
+/// Large enough for a piece of a path with many moves, bytes.
 constexpr std::size_t kLongestCommand = std::size_t{64} << 10;
 
 tl::expected<sockaddr_un, Failure> address_of(const std::string& path) {
@@ -34,7 +34,7 @@ tl::expected<sockaddr_un, Failure> address_of(const std::string& path) {
   return address;
 }
 
-/// The address family's own types go through a pointer to the generic one.
+/// Socket functions take a pointer to the generic address type.
 const sockaddr* generic(const sockaddr_un& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
 }
@@ -43,8 +43,8 @@ FileDescriptor make_socket(int flags = 0) {
   return FileDescriptor{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | flags, 0)};
 }
 
-/// What a system call answers when no signal interrupts it. A socket with a time limit is interrupted even by signals
-/// whose handlers restart system calls (signal(7)).
+/// Repeats a system call until no signal interrupts it. Calls on a socket with a time limit are interrupted even by
+/// signals whose handlers restart system calls (signal(7)).
 template <class Call>
 auto uninterrupted(Call call) {
   auto result = call();
@@ -57,7 +57,7 @@ bool connect_to(const FileDescriptor& socket, const sockaddr_un& address) {
          uninterrupted([&] { return ::connect(socket.get(), generic(address), sizeof address); }) == 0;
 }
 
-/// What has come; 0: the other end has hung up.
+/// Number of bytes received into `room`; 0: the other end has closed; negative: an error.
 ssize_t receive_some(int socket, std::span<char> room) {
   return uninterrupted([&] { return ::recv(socket, room.data(), room.size(), 0); });
 }
@@ -84,7 +84,7 @@ bool timed_out() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }
 
-/// Who is at the other end of a local socket.
+/// Credentials of the process at the other end of a local socket.
 std::optional<ucred> peer_of(int socket) {
   ucred peer{};
   socklen_t size = sizeof peer;
@@ -92,7 +92,7 @@ std::optional<ucred> peer_of(int socket) {
   return peer;
 }
 
-/// The error for a socket whose listener does not answer, with its process where the system tells it.
+/// The error for a listener that does not answer, with its process ID if the system provides it.
 tl::unexpected<Failure> silent(const std::string& path, std::string_view listener, int socket,
                                std::chrono::milliseconds patience) {
   const auto peer = peer_of(socket);
@@ -101,7 +101,7 @@ tl::unexpected<Failure> silent(const std::string& path, std::string_view listene
                             peer && peer->pid > 0 ? fmt::format(" (process {})", peer->pid) : ""));
 }
 
-/// The error for a socket that cannot be connected to, right after the attempt.
+/// The error for a failed attempt to connect; call it right after the attempt, while errno is valid.
 tl::unexpected<Failure> unreachable(const std::string& path, std::string_view listener, const FileDescriptor& socket,
                                     std::chrono::milliseconds patience) {
   if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), patience);
@@ -109,7 +109,7 @@ tl::unexpected<Failure> unreachable(const std::string& path, std::string_view li
                             std::strerror(errno), listener, path));
 }
 
-/// In the background of a terminal reading would stop the program.
+/// Reading from the terminal in the background would stop the program.
 bool may_read_stdin() {
   return isatty(STDIN_FILENO) == 0 || tcgetpgrp(STDIN_FILENO) == getpgrp();
 }
@@ -190,7 +190,7 @@ void CommandInput::read_stdin(CommandExecutor& executor) {
   if (typed_.size() > kLongestCommand) typed_.clear();
 }
 
-/// Those whose commands follow one another may be moving axes.
+/// Drops the oldest client that has not sent a repeatable command: other clients may be moving axes.
 bool CommandInput::make_room() {
   if (clients_.size() < kMaxClients) return true;
   const auto oldest = std::find_if(clients_.begin(), clients_.end(), [](const Client& one) { return !one.stays; });
@@ -225,7 +225,7 @@ void CommandInput::serve_clients(CommandExecutor& executor) {
     do {
       if (!client.answered && !client.waits) receive(client, executor);
       if (client.answered) send_answer(client);
-      // A further command may have come with the one before.
+      // A further command may have arrived with the previous one.
     } while (!client.gone && !client.answered && !client.waits && client.received.find('\n') != std::string::npos);
     if (client.gone && client.stays) executor.gone(client.sender);
   }

@@ -15,34 +15,34 @@
 
 namespace driveline::cli {
 
-/// What a command is answered with.
+/// The reply to a command.
 struct CommandReply {
-  std::string text;    ///< possibly several lines
-  bool stays = false;  ///< further commands may follow on the connection
-  bool later = false;  ///< supply() answers
+  std::string text;    ///< may have several lines
+  bool stays = false;  ///< the connection stays open for further commands
+  bool later = false;  ///< supply() will send the answer
 };
 
 /// Executes the commands of a CommandInput.
 class CommandExecutor {
  public:
   virtual ~CommandExecutor() = default;
-  /// A line from stdin or the socket.
+  /// Executes a line from stdin or the socket.
   [[nodiscard]] virtual CommandReply execute(const CommandSender& sender, std::string_view command) = 0;
-  /// A connection whose commands may follow one another has ended.
+  /// Handles the end of a connection that was open for further commands.
   virtual void gone(const CommandSender& sender) { static_cast<void>(sender); }
-  /// A process of another user wanted to connect, and was told so.
+  /// Handles a refused connection: its process belongs to another user and has been told so.
   virtual void refused(const CommandSender& sender) { static_cast<void>(sender); }
 };
 
-/// Commands for a program that is running: lines typed on stdin, and lines sent to a local socket, each answered there.
-/// A client that sends nothing, or does not read its answer, holds up neither other clients nor the program. At the
-/// socket the user of the program is heard, and root.
+/// Receives commands for a running program: lines typed on stdin, and lines sent to a local socket, each answered
+/// there. A client that sends nothing, or does not read its answer, delays neither other clients nor the program. The
+/// socket accepts only processes of the program's user and of root.
 class CommandInput {
  public:
-  /// Where commands come from.
+  /// The sources of commands.
   enum class Sources : std::uint8_t { kSocketAndStdin, kSocket };
 
-  /// Listens at the socket `path`; on stdin alone when it is empty. An old socket without a listener is replaced.
+  /// Listens at the socket `path`; on stdin alone if it is empty. A stale socket without a listener is replaced.
   [[nodiscard]] static Outcome<std::unique_ptr<CommandInput>> open(const std::string& path,
                                                                    Sources sources = Sources::kSocketAndStdin);
   CommandInput(const CommandInput&) = delete;
@@ -50,12 +50,13 @@ class CommandInput {
   /// Removes the socket.
   ~CommandInput();
 
-  /// Most clients at a time; a further one replaces the oldest of those who have been told nothing yet.
+  /// Most clients at a time; a new one replaces the oldest client whose connection is not kept open for further
+  /// commands.
   static constexpr std::size_t kMaxClients = 16;
 
-  /// Waits for commands up to `timeout` and executes those that arrive. Answers to stdin go to stderr.
+  /// Waits for commands up to `timeout` and executes the commands that arrive. Answers to stdin go to stderr.
   void run(std::chrono::milliseconds timeout, CommandExecutor& executor);
-  /// Answers a command that was to be answered later; a client that has gone is passed over.
+  /// Sends the answer to a command whose reply was `later`; ignored if the client has disconnected.
   void supply(std::uint64_t connection, std::string_view text, CommandExecutor& executor);
 
  private:
@@ -65,14 +66,14 @@ class CommandInput {
   void serve_clients(CommandExecutor& executor);
   [[nodiscard]] bool make_room();
 
-  /// A client at the socket: a command, then its answer, and again if it stays.
+  /// A client at the socket: sends a command, then receives the answer; repeatedly if it stays.
   struct Client {
     port::FileDescriptor socket;
     CommandSender sender;
-    std::string received;   ///< of the command
-    std::string answer;     ///< what is still to be sent
-    bool answered = false;  ///< it is to read
-    bool waits = false;     ///< for supply()
+    std::string received;   ///< bytes of the command so far
+    std::string answer;     ///< bytes still to be sent
+    bool answered = false;  ///< the answer is complete and is being sent
+    bool waits = false;     ///< until supply() provides the answer
     bool stays = false;
     bool gone = false;
   };
@@ -84,18 +85,18 @@ class CommandInput {
   std::vector<Client> clients_;  ///< in the order of connection
   std::uint64_t connections_ = 0;
   bool stdin_open_ = true;
-  std::string typed_;  ///< the beginning of a line
+  std::string typed_;  ///< incomplete line from stdin
 };
 
-/// The process that listens at a socket; none: nobody does.
+/// ID of the process that listens at a socket; none: no process listens.
 [[nodiscard]] std::optional<pid_t> listener_at(const std::string& path);
 
-/// A connection to the socket of a program, for one command after the other.
+/// A connection to the socket of a program, for any number of commands, one at a time.
 class CommandConnection {
  public:
-  /// Failure: nobody listens at `path`; `listener` is the program that should.
+  /// Failure: no process listens at `path`; `listener` is the program that should.
   [[nodiscard]] static Outcome<CommandConnection> open(const std::string& path, std::string_view listener);
-  /// Sends a command and waits for its answer of one line.
+  /// Sends a command and waits for its answer, a single line.
   [[nodiscard]] Outcome<std::string> ask(std::string_view command);
 
  private:
@@ -107,15 +108,15 @@ class CommandConnection {
   port::FileDescriptor socket_;
 };
 
-/// How long to wait for an answer at a socket: far longer than the longest line takes.
+/// Time-out for an answer at a socket: far longer than any line needs.
 inline constexpr std::chrono::milliseconds kAnswerPatience{10'000};
 
 /// Sends one command to the socket `path` of the program `listener` and returns the answer. Failure also: no answer
-/// within `patience`, from a program that is stopped or hangs.
+/// within `patience`, because the program is stopped or hangs.
 [[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
                                                 std::string_view listener,
                                                 std::chrono::milliseconds patience = kAnswerPatience);
-/// The same for a `simulate`, and prints the answer; one that begins with "error: " is a failure.
+/// The same for a `simulate`; prints the answer. An answer that starts with "error: " is a failure.
 [[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command);
 
 }  // namespace driveline::cli

@@ -14,7 +14,7 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_fault(Arguments& to);
 [[nodiscard]] Execute prepare_input(Arguments& to);
 
-// A line seen over DDS.
+// Commands for a line observed over DDS.
 [[nodiscard]] Execute prepare_echo(Arguments& to);
 [[nodiscard]] Execute prepare_record(Arguments& to);
 [[nodiscard]] Execute prepare_plot(Arguments& to);
@@ -47,7 +47,7 @@ namespace driveline::cli {
 [[nodiscard]] Execute prepare_sii_compare(Arguments& to);
 [[nodiscard]] Execute prepare_sii_alias(Arguments& to);
 
-// These work on files or the machine, not on a bus.
+// Commands that work on files or the machine, not on a bus.
 [[nodiscard]] Execute prepare_esi_generate(Arguments& to);
 [[nodiscard]] Execute prepare_esi_validate(Arguments& to);
 [[nodiscard]] Execute prepare_esi_show(Arguments& to);

@@ -13,7 +13,7 @@ std::string joined(const std::vector<std::string>& words, std::string_view separ
   return fmt::format("{}", fmt::join(words, separator));
 }
 
-/// "-p,--position" as two words.
+/// Splits "-p,--position" into its names.
 std::vector<std::string> names_of(const Argument& argument) {
   std::vector<std::string> names;
   std::string_view rest = argument.names;
@@ -40,10 +40,10 @@ std::string offer(const Value& value) {
     case Value::Kind::kNone:
       break;
   }
-  return ":";  // nothing to offer
+  return ":";  // no candidates
 }
 
-/// The branch of one command: values behind its options, then its options, then its positions.
+/// The case branch of a command: values of its options, then its options, then its positional arguments.
 std::string branch(std::string_view name, const Command& command) {
   Arguments arguments;
   const auto unused = command.prepare(arguments);
@@ -68,7 +68,7 @@ std::string branch(std::string_view name, const Command& command) {
   return text + position + "      ;;\n";
 }
 
-/// First words of the command line, and for each group its second words.
+/// First words of the command line, and the second words of each group.
 struct Words {
   std::vector<std::string> first = {"--help", "--version"};
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
@@ -121,7 +121,7 @@ std::string bash_completion() {
 
 namespace {
 
-/// A text inside single quotes of zsh, and inside the brackets of _arguments.
+/// Escapes a text for single quotes of zsh inside the brackets of _arguments.
 std::string zsh_text(std::string_view text) {
   std::string safe;
   for (const char c : text) {
@@ -135,7 +135,7 @@ std::string zsh_text(std::string_view text) {
   return safe;
 }
 
-/// What zsh offers for a value.
+/// The action of _arguments that completes a value.
 std::string zsh_action(const Value& value) {
   switch (value.kind) {
     case Value::Kind::kFile:
@@ -153,7 +153,7 @@ std::string zsh_action(const Value& value) {
   return " ";
 }
 
-/// The specifications of one argument for _arguments: one per name, each excluding the others.
+/// The specifications of an argument for _arguments: one per name, each excluding the others.
 std::string zsh_specs(const Argument& argument) {
   const auto value = argument.value.kind == Value::Kind::kNone
                          ? std::string()
@@ -182,7 +182,7 @@ std::string zsh_branch(std::string_view name, const Command& command) {
   return text + " ;;\n";
 }
 
-/// "name:summary" of the commands that stand behind `group`, or of the first words.
+/// "name:summary" of the commands of `group`, or of all first words if it is empty.
 std::string zsh_commands(std::string_view group) {
   std::string text;
   for (const auto& command : commands()) {

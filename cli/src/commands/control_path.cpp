@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view kSocketSuffix = ".socket";
 
-/// The name of a line as that of a file: letters, digits, '-', '_' and '.' but at the beginning, the rest as %XX.
+/// The name of a line as a file name: letters, digits, '-', '_', and '.' except at the start; other characters as %XX.
 std::string file_name(const std::string& line) {
   std::string name;
   for (const char c : line) {
@@ -95,7 +95,7 @@ std::string running_control(const std::string& config) {
     const auto running = running_lines();
     return running.size() == 1 ? running.front().string() : std::string{};
   }
-  // What is wrong with the file is told by who opens the line.
+  // Ignore errors in the file here: opening the line reports them.
   const auto read = runtime::load_line_config(config);
   if (!read) return {};
   const auto path = control_path(read->name);

@@ -25,7 +25,7 @@ using ecat_master::dc::DelayQuality;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// How often the differences are read.
+/// Interval between two readings of the clock differences.
 constexpr auto kReadInterval = milliseconds{5};
 constexpr double kDefaultSeconds = 3.0;
 /// Cycle of the master without a file: only the clocks depend on it, and its lock window, a hundredth of it, is wide
@@ -56,7 +56,7 @@ std::string_view to_text(DelayQuality quality) {
   return "-";
 }
 
-/// The clocks of a line in PREOP, kept together for a while and watched.
+/// Synchronises and observes the clocks of a line for some time, in PREOP or (--op) in OP.
 class ClockSession {
  public:
   ClockSession(runtime::Session& session, const DcOptions& options)
@@ -77,7 +77,7 @@ class ClockSession {
   }
 
  private:
-  /// A file sets the cycle for its drives, too.
+  /// A line description sets the cycle, because its drives need it.
   [[nodiscard]] nanoseconds period() const {
     return session_.has_config() ? session_.config().period : nanoseconds{kDefaultPeriod};
   }
@@ -149,8 +149,8 @@ class ClockSession {
     return {};
   }
 
-  /// Reads state and frequency of the cycle; the latter as an average, because the momentary one includes corrections
-  /// of the phase.
+  /// Reads state and frequency of the clock follower. The frequency is averaged, because its momentary value includes
+  /// corrections of the phase.
   void look() {
     status_ = master_.clock_follower()->status();
     if (!status_.locked) return;
@@ -273,7 +273,7 @@ class ClockSession {
   runtime::Session& session_;
   const DcOptions& options_;
   ecat_master::Master master_;
-  ecat_master::dc::ClockFollower::Status status_;  ///< at the last look
+  ecat_master::dc::ClockFollower::Status status_;  ///< at the last call of look()
   double ppm_sum_ = 0.0;
   std::uint64_t looks_locked_ = 0;
   std::string csv_;

@@ -9,11 +9,12 @@
 #include "commands/tool_options.hpp"
 #include "driveline/runtime/helper/helper_program.hpp"
 
-// A line seen over DDS. This program links no DDS: these commands hand their words to another one, driveline-dds.
+// Commands for a line observed over DDS. This program does not link DDS: the commands pass their arguments to the
+// program driveline-dds.
 namespace driveline::cli {
 namespace {
 
-/// The words behind the name of driveline-dds.
+/// The command line of driveline-dds.
 class DdsWords {
  public:
   explicit DdsWords(std::string_view command) : words_{"driveline-dds", std::string(command)} {}
@@ -29,7 +30,7 @@ class DdsWords {
   }
   void argument(const std::string& value) { words_.push_back(value); }
 
-  /// Goes on as driveline-dds; returns only when that cannot be.
+  /// Replaces this process by driveline-dds; returns only on failure.
   [[nodiscard]] Outcome<int> become() {
     const auto program = runtime::find_helper_program("driveline-dds", "DRIVELINE_DDS");
     if (!program) {
@@ -46,7 +47,7 @@ class DdsWords {
   std::vector<std::string> words_;
 };
 
-/// Where a line is looked for.
+/// The options that select where lines are looked for.
 struct DdsPlace {
   std::optional<std::string> domain;
   std::vector<std::string> interfaces;

@@ -16,7 +16,7 @@ using ecat_master::LineDiagnosis;
 
 struct DiagOptions {
   runtime::BusOptions bus;
-  std::string control;  ///< socket of a `run`; empty: the bus itself
+  std::string control;  ///< socket of a `run`; empty: read the bus directly
   bool clear = false;
   bool json = false;
 };
@@ -46,7 +46,7 @@ Outcome<int> diagnose_running(const DiagOptions& options, const std::string& pat
   return 0;
 }
 
-/// The socket of the run to ask; empty: the bus itself is looked at.
+/// The socket of the run to ask; empty: read the bus directly.
 Outcome<std::string> run_to_ask(const DiagOptions& options) {
   const bool of_bus = !options.bus.interface.empty();
   if (options.control.empty()) {

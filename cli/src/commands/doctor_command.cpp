@@ -22,7 +22,7 @@ struct DoctorOptions {
   bool json = false;
 };
 
-/// Who is examined: the thread that a run would have, and its interface.
+/// What is examined: the thread that a run would start, and its interface.
 struct Patient {
   rt::RealtimeConfig realtime;
   std::string interface;  ///< empty: none
@@ -48,13 +48,13 @@ Outcome<Patient> find_patient(const DoctorOptions& options) {
   return patient;
 }
 
-/// Ends at once: the set-up of its thread is what is looked at.
+/// Ends at once: only the set-up of its thread is of interest.
 class NoTask final : public rt::RealtimeTask {
  public:
   void run(std::stop_token /*stop*/) noexcept override {}
 };
 
-/// Sets a thread up as a run would, and tells what came of it.
+/// Sets up a thread as a run would, and reports the result of each setting.
 std::vector<rt::RealtimeItem> try_thread(rt::RealtimeConfig config) {
   config.policy = rt::RealtimePolicy::kDegrade;
   NoTask task;
@@ -76,7 +76,7 @@ std::vector<rt::RealtimeItem> try_thread(rt::RealtimeConfig config) {
   return items;
 }
 
-/// How busy the CPU is while nothing of ours runs.
+/// Measures the load of the CPU while this program sleeps.
 std::optional<rt::RealtimeItem> try_load(int cpu) {
   constexpr std::chrono::milliseconds kLook{1000};
   const auto source = rt::PlatformSource::this_machine();
@@ -102,7 +102,7 @@ Outcome<int> examine(const DoctorOptions& options) {
   if (cpu) {
     if (const auto load = try_load(*cpu)) items.push_back(*load);
   }
-  // Behind the load: it locks memory and starts a thread.
+  // After the load was measured, because this locks memory and starts a thread.
   auto of_machine = try_thread(patient->realtime);
   items.insert(items.begin(), std::make_move_iterator(of_machine.begin()), std::make_move_iterator(of_machine.end()));
   if (options.json) {

@@ -52,7 +52,7 @@ Outcome<int> print_once(DriveLink& link, std::size_t position, const DriveOption
   return 0;
 }
 
-/// The page, drawn again at every interval, until a key or a signal ends it.
+/// Redraws the page at every interval until a key or a signal ends it.
 class Pages {
  public:
   Pages(DriveLink& link, runtime::Session& session, std::size_t position, milliseconds interval)
@@ -85,7 +85,7 @@ class Pages {
 
  private:
   void acknowledge() {
-    if (!view_.trouble.empty()) return;  // no drive answers
+    if (!view_.trouble.empty()) return;  // there is no drive to acknowledge
     const auto done = link_.acknowledge(view_.position);
     note_ = done ? std::string() : "\n  " + done.error().text;
   }

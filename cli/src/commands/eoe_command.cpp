@@ -16,7 +16,7 @@ namespace {
 struct EoeOptions {
   runtime::BusOptions bus;
   SlaveSelection selection;
-  std::string control;  ///< socket of a `run`; empty: the slaves themselves are asked
+  std::string control;  ///< socket of a `run`; empty: ask the slaves directly
   bool force = false;
   bool json = false;
 };
@@ -31,7 +31,7 @@ Outcome<int> show_running(const EoeOptions& options, const std::string& path) {
   return 0;
 }
 
-/// The socket of the run to ask; empty: the bus itself is looked at.
+/// The socket of the run to ask; empty: read the bus directly.
 Outcome<std::string> run_to_ask(const EoeOptions& options) {
   const bool of_bus = !options.bus.interface.empty();
   if (options.control.empty()) {
@@ -44,7 +44,7 @@ Outcome<std::string> run_to_ask(const EoeOptions& options) {
   return options.control;
 }
 
-/// Asks one slave for the IP parameters that it has.
+/// Reads the IP parameters of a slave.
 EoeAddressView read_addresses(LineView& line, const SlaveView& view) {
   const auto position = view.slave.ref.position;
   EoeAddressView slave{position, view.name(), view.info.description.mailbox.eoe, {}, {}};

@@ -23,7 +23,7 @@ Outcome<esi::EsiFile> read_esi_file(const std::string& name) {
   return std::move(*file);
 }
 
-/// Every ESI command works on one path.
+/// Declares the single path that every ESI command takes.
 Execute with_path(Arguments& to, Value value, std::string_view help, Outcome<int> (*work)(const std::string&)) {
   auto path = std::make_shared<std::string>();
   to.required(path.get(), std::move(value), help);
@@ -35,7 +35,7 @@ struct GeneratedFile {
   std::string content;
 };
 
-/// A firmware for the simulated drive, one correction newer than its own.
+/// Generates a firmware for the simulated drive, with the next correction number of its version.
 std::string next_firmware(const slaves::msd::VariantFacts& facts) {
   constexpr std::size_t kProgramBytes = 4096;
   auto version = facts.firmware;

@@ -29,15 +29,15 @@ using ecat_master::FoeClient;
 struct FoeOptions {
   runtime::BusOptions bus;
   SlaveSelection selection;
-  std::string source;  ///< of the slave when it is read, of this machine when it is written
-  std::string target;  ///< the other way round; empty: not given
+  std::string source;  ///< file on the slave when reading, on this machine when writing
+  std::string target;  ///< the opposite; empty: not given
   std::string password;
   bool boot = false;
   bool force = false;
   bool json = false;
 };
 
-/// A slave whose mailbox is open. In BOOT for this command alone: goes back to INIT at its end.
+/// A slave whose mailbox is open. If this command took it to BOOT, leave() takes it back to INIT.
 class FileSlave {
  public:
   explicit FileSlave(std::unique_ptr<LineView> line) : line_(std::move(line)) {}
@@ -45,9 +45,9 @@ class FileSlave {
   FileSlave& operator=(const FileSlave&) = delete;
 
   [[nodiscard]] Outcome<void> open(const FoeOptions& options);
-  /// Out of BOOT, which restarts the slave.
+  /// Takes the slave from BOOT to INIT, which restarts it.
   [[nodiscard]] Outcome<void> leave();
-  /// Carries the transfer out; a signal ends it.
+  /// Waits for the end of the transfer; a signal aborts it.
   void wait(const std::shared_ptr<FileTransfer>& transfer);
 
   [[nodiscard]] LineView& line() noexcept { return *line_; }
@@ -85,8 +85,8 @@ Outcome<void> FileSlave::enter_boot(bool force) {
   return {};
 }
 
-/// The mailbox as whoever took the slave to BOOT has set it up. It drops a mail with the counter of the one before,
-/// which nobody here knows: a file without a name is asked for until there is an answer, whatever it says.
+/// Uses the mailbox as configured by the program that took the slave to BOOT. The slave drops a message with the
+/// counter of the previous one, which is unknown here: a file without a name is requested until any answer arrives.
 Outcome<void> FileSlave::use_boot() {
   constexpr int kRequests = 2;
   const auto window = read_mailbox_window(line_->bus(), slave_);
@@ -120,7 +120,7 @@ void FileSlave::wait(const std::shared_ptr<FileTransfer>& transfer) {
   }
 }
 
-/// What is checked before anything is opened.
+/// Checks all options before anything is opened.
 Outcome<std::uint32_t> check(const FoeOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   if (options.boot && !options.selection.chosen()) {

@@ -33,14 +33,14 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-/// How often the line is asked how far it is, which also tells it that this command is alive.
+/// How often the line is asked for progress; also a sign of life of this command.
 constexpr std::chrono::milliseconds kLookInterval{50};
-/// The same while it is given moves.
+/// The same while moves are being sent.
 constexpr std::chrono::milliseconds kGiveInterval{10};
-/// A command that takes longer tells how far it is.
+/// After this time the command starts to print its progress.
 constexpr std::chrono::seconds kQuietTime{2};
 constexpr std::chrono::seconds kTellAgain{1};
-/// Text of moves that is told at once; the line takes no longer commands than 64 KiB.
+/// Limit of the moves in one command, in bytes of JSON; the line accepts commands of up to 64 KiB.
 constexpr std::size_t kMostText = 48'000;
 constexpr std::size_t kMostMoves = 128;
 
@@ -58,12 +58,12 @@ struct GroupOptions {
   bool json = false;
 };
 
-/// Ends by itself, some time later.
+/// Whether the request is a motion that takes time and ends on its own.
 bool moves_group(std::string_view request) {
   return request.starts_with("move") || request.starts_with("arc") || request == "path";
 }
 
-/// What the line is told: `plotter move 90 20 feed=30mm/s`.
+/// The command for the line: `group plotter move 90 20 feed=30mm/s`.
 std::string order_of(const GroupOptions& options) {
   auto order = fmt::format("group {} {}", quoted_word(options.group), options.request);
   for (const auto& operand : options.operands) order += fmt::format(" {}", quoted_word(operand));
@@ -77,10 +77,10 @@ std::string order_of(const GroupOptions& options) {
   return order;
 }
 
-/// Lines typed while a motion is under way, none of which is waited for.
+/// Reads the lines that are typed during a motion, without waiting for them.
 class TypedLines {
  public:
-  /// The next whole line; none: there is none yet, or no more.
+  /// The next complete line; none: there is none yet, or stdin has ended.
   [[nodiscard]] std::optional<std::string> next() {
     read();
     const auto end = text_.find('\n');
@@ -92,7 +92,7 @@ class TypedLines {
 
  private:
   void read() {
-    // In the background of a terminal reading would stop the program.
+    // Reading from the terminal in the background would stop the program.
     if (!open_ || (isatty(STDIN_FILENO) != 0 && tcgetpgrp(STDIN_FILENO) != getpgrp())) return;
     pollfd request{STDIN_FILENO, POLLIN, 0};
     if (::poll(&request, 1, 0) <= 0) return;
@@ -106,7 +106,7 @@ class TypedLines {
   bool open_ = true;
 };
 
-/// One request to a group of a running line, and what becomes of it.
+/// One request to a group of a running line, followed to its end.
 class GroupOrder {
  public:
   GroupOrder(const GroupOptions& options, CommandConnection connection)
@@ -142,7 +142,7 @@ class GroupOrder {
     return ask(fmt::format("group {} {}", quoted_word(options_.group), words));
   }
 
-  /// All of it is checked before the first move is told to the line.
+  /// Checks the whole path before the first move is sent to the line.
   [[nodiscard]] Outcome<void> read_path() {
     if (options_.operands.size() != 1) return misused("path needs one file of moves");
     auto answer = ask_group("status");
@@ -156,7 +156,7 @@ class GroupOrder {
     return {};
   }
 
-  /// Tells the line as many of the next moves as it takes. A move that it refuses is told with its line of the file.
+  /// Sends the next moves, as many as the line takes. The failure of a refused move names its line in the file.
   [[nodiscard]] Outcome<void> give_moves() {
     while (given_ < path_.size()) {
       auto told = json::array();
@@ -182,7 +182,7 @@ class GroupOrder {
     return {};
   }
 
-  /// Until the request is over.
+  /// Waits until the request is over.
   [[nodiscard]] Outcome<int> follow() {
     for (;;) {
       if (!halted_) {
@@ -192,7 +192,7 @@ class GroupOrder {
       if (!progress) return tl::unexpected(progress.error());
       const auto& group = progress->at("groups").at(0);
       if (halted_) {
-        // The motion was ended by this command.
+        // This command has ended the motion.
         if (group.value("state", "") != "GroupMoving") return failed(fmt::format("interrupted: {}", group_line(group)));
       } else if (group.contains("failure")) {
         return failed(group.at("failure").get<std::string>());
@@ -214,7 +214,7 @@ class GroupOrder {
     return answer ? Outcome<void>{} : tl::unexpected(answer.error());
   }
 
-  /// The feed in the hand of who looks on: hold, resume, override 50%, reverse, forward, halt, stop.
+  /// Executes typed commands for the feed: hold, resume, override 50%, reverse, forward, halt, stop.
   void obey_typed_lines() {
     while (const auto line = typed_.next()) {
       const auto words = split_words(*line);
@@ -253,9 +253,9 @@ class GroupOrder {
   CommandConnection connection_;
   steady_clock::time_point next_tell_ = steady_clock::now() + kQuietTime;
   TypedLines typed_;
-  std::vector<FileMove> path_;  ///< empty: the request is none
-  std::size_t given_ = 0;       ///< of them, so many have been told
-  std::size_t axes_ = 0;        ///< of the group, with path_
+  std::vector<FileMove> path_;  ///< empty: the request is not a path
+  std::size_t given_ = 0;       ///< number of its moves that have been sent
+  std::size_t axes_ = 0;        ///< number of axes of the group; set together with path_
   bool halted_ = false;         ///< by this command
 };
 

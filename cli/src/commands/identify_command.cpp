@@ -42,7 +42,7 @@ struct IdentifyOptions {
 
 using Files = std::map<std::string, std::filesystem::path>;
 
-/// A number in the unit of the axis, as rad or m.
+/// Parses a number in the unit of the axis; the result is in rad or m.
 Outcome<double> parse_length(const std::string& text, std::string_view what, const ecat_master::AxisConfig& axis) {
   const auto number = runtime::finite_number(text);
   const auto& unit = ecat_master::position_unit(axis);
@@ -50,7 +50,7 @@ Outcome<double> parse_length(const std::string& text, std::string_view what, con
   return unit.to_si(*number);
 }
 
-/// Half the limits of the axis, unless the options say otherwise.
+/// Half the limits of the axis, unless the options specify others.
 Outcome<runtime::TestMotion> motion_of(const IdentifyOptions& options, const ecat_master::AxisConfig& axis) {
   if (options.distance.empty()) return misused("how far may the axis move? Give --distance WAY, in its unit");
   runtime::TestMotion motion{0.0, 0.5 * axis.limits.max_velocity, 0.5 * axis.limits.max_acceleration};
@@ -70,7 +70,7 @@ Outcome<runtime::TestMotion> motion_of(const IdentifyOptions& options, const eca
   return motion;
 }
 
-/// Leaves the one axis: the drives of the others get no power.
+/// Removes all other axes, so that their drives get no power.
 runtime::Result<void> keep_one_axis(const IdentifyOptions& options, runtime::LineConfig& config) {
   const auto found =
       std::find_if(config.axes.begin(), config.axes.end(), [&](const auto& axis) { return axis.name == options.axis; });
@@ -92,7 +92,7 @@ runtime::Result<void> keep_one_axis(const IdentifyOptions& options, runtime::Lin
   return {};
 }
 
-/// Keeps what the axis does while it follows the test motion.
+/// Records position and torque of the axis during the test motion.
 class LoadRecorder final : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const snapshot::LineSample>) override {}
@@ -102,14 +102,14 @@ class LoadRecorder final : public snapshot::SampleConsumer {
       samples_.push_back({static_cast<double>(sample.time_ns) * 1e-9, sample.actual_position, sample.actual_torque});
     }
   }
-  /// After the run.
+  /// To be called after the run.
   [[nodiscard]] const std::vector<runtime::LoadSample>& samples() const noexcept { return samples_; }
 
  private:
   std::vector<runtime::LoadSample> samples_;
 };
 
-/// Shows what happens to the line, and hands signals on.
+/// Prints the events of the line, and turns a signal into a stop request.
 class IdentifyConsole final : public ConsoleObserver {
  public:
   explicit IdentifyConsole(runtime::Line& line) : line_(line) {}
@@ -135,7 +135,7 @@ Outcome<std::unique_ptr<runtime::Line>> open_axis_line(const IdentifyOptions& op
   return std::move(*line);
 }
 
-/// Moves the axis. The records of it.
+/// Moves the axis and returns the recorded samples.
 Outcome<std::vector<runtime::LoadSample>> record_motion(runtime::Line& line, const runtime::TestMotion& motion,
                                                         bool force) {
   const auto& axis = line.config().axes.front();

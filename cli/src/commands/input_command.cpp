@@ -10,7 +10,7 @@ namespace {
 
 struct InputOptions {
   std::string control;             ///< socket of `simulate`
-  std::vector<std::string> words;  ///< slave, settings
+  std::vector<std::string> words;  ///< slave, then settings
 };
 
 Outcome<int> input(const InputOptions& options) {

@@ -9,7 +9,7 @@
 namespace driveline::cli {
 namespace {
 
-/// How often the socket is looked at, and answers of the line are handed on.
+/// How often the socket is polled and answers of the line are forwarded.
 constexpr std::chrono::milliseconds kControlInterval{10};
 constexpr std::string_view kAxis = "axis ";
 constexpr std::string_view kGroup = "group ";

@@ -14,28 +14,28 @@
 
 namespace driveline::cli {
 
-/// The control socket of a running line, served on a thread of its own: a stop is heard also while the line's thread
-/// waits for a slave. Questions about the line as a whole are answered by the line's thread.
+/// The control socket of a running line, served by its own thread, so that a stop is accepted even while the line's
+/// thread waits for a slave. Questions about the line as a whole are answered by the line's thread.
 class LineControl final : private CommandExecutor {
  public:
-  /// Answers a question.
+  /// Returns the answer to a question.
   using Answer = std::function<std::string(std::string_view question)>;
 
-  /// `couplings`: gears and cams of the axes behind `axes`, which must outlive this object as `groups` must.
+  /// `couplings`: gears and cams of `axes`. `axes` and `groups` must outlive this object.
   LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups,
               runtime::CouplingPlan couplings = {});
   LineControl(const LineControl&) = delete;
   LineControl& operator=(const LineControl&) = delete;
-  /// Ends the thread; the socket is gone then.
+  /// Ends the thread and removes the socket.
   ~LineControl() override;
 
-  /// On the thread of the line, in operation: answers the questions that have come.
+  /// Answers the pending questions. To be called on the thread of the line, in operation.
   void answer_questions(const Answer& answer);
 
  private:
   struct Question {
     std::uint64_t connection = 0;
-    std::string text;  ///< the question, then the answer
+    std::string text;  ///< the question, later the answer
   };
 
   [[nodiscard]] CommandReply execute(const CommandSender& sender, std::string_view command) override;

@@ -17,7 +17,7 @@ struct ManualOptions {
   std::optional<std::string> output;
 };
 
-/// A text as roff shows it: hyphens that can be copied, no requests by chance.
+/// Escapes a text for roff: hyphens stay copyable, and no line starts a request by accident.
 std::string roff(std::string_view text) {
   std::string safe;
   for (const char c : text) {
@@ -35,7 +35,7 @@ std::string roff(std::string_view text) {
   return safe;
 }
 
-/// "driveline-esi-show"
+/// The name of the page: "driveline-esi-show".
 std::string page_name(const Command* command) {
   std::string name = "driveline";
   if (command == nullptr) return name;
@@ -65,7 +65,7 @@ std::string synopsis(const Command& command, const Arguments& arguments) {
   return text;
 }
 
-/// One option or argument with what it takes.
+/// The entry of an option or argument, with its value.
 std::string entry(const Argument& argument) {
   std::string names = roff(argument.names);
   if (const auto comma = names.find(','); comma != std::string::npos) names.replace(comma, 1, "\\fR, \\fB");
@@ -92,7 +92,7 @@ std::string examples(const Command& command) {
   return text + ".fi\n";
 }
 
-/// The commands of a group, or those with one word.
+/// The commands of a group, or those with a single word.
 std::string list_of_commands(std::string_view group) {
   std::string text = ".SH COMMANDS\n";
   for (const auto& command : commands()) {

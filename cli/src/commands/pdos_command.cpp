@@ -13,7 +13,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Header of the types in the declarations.
+/// Header that the declarations need.
 constexpr std::string_view kHeader = "driveline/ecat_master/configuration/pdo_mapping.hpp";
 
 struct PdosOptions {
@@ -25,7 +25,7 @@ struct PdosOptions {
   bool json = false;
 };
 
-/// Shows the process image of the whole line, which is configured as `run` does it and taken down again.
+/// Shows the process image of the whole line, which is configured as `run` does and taken down again.
 Outcome<int> show_image(const PdosOptions& options) {
   if (options.bus.config.empty()) return misused("--config FILE is missing: groups and process data of the line");
   if (options.only_sii || options.selection.positions || options.selection.alias) {

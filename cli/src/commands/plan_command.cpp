@@ -30,7 +30,7 @@ struct PlanOptions {
   bool json = false;
 };
 
-/// Follows the moves as the cycle would, as fast as this machine can.
+/// Executes the moves as the cycle would, but as fast as this machine can.
 Outcome<PlannedMotion> follow(const MoveFile& file, const std::string& name, double share, PlanSamples* samples) {
   trajectory::ContourTrack track(file.settings, file.start);
   trajectory::ContourPlanner planner(track);
@@ -69,7 +69,7 @@ std::array<double, 3> limits_of_tool(const MoveFile& file) {
   return {tool.max_velocity, tool.max_acceleration, tool.max_jerk};
 }
 
-/// The tool, where it has a limit.
+/// The maxima of the tool, for quantities that have a limit.
 std::string tool_text(const MoveFile& file, const PlannedMotion& motion) {
   const auto limits = limits_of_tool(file);
   const auto& unit = *file.coordinates.front().unit;

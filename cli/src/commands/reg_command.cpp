@@ -10,7 +10,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Most bytes of one access: one datagram.
+/// Most bytes of an access, which uses one datagram.
 constexpr std::uint32_t kMaxBytes = 1024;
 
 struct RegOptions {
@@ -46,7 +46,7 @@ runtime::ValueType unsigned_type(std::size_t bytes) {
   }
 }
 
-/// The size is the given one, that of the type, or that of the register, in this order.
+/// The size is the given one, else that of the type, else that of the register.
 Outcome<Access> parse_access(const RegOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   const auto at = find_register(options.address);
@@ -74,7 +74,7 @@ std::string name_of(const RegisterAddress& at) {
                            : fmt::format("register 0x{:04X} ({})", at.address, at.row->name);
 }
 
-/// Tells a slave that does not answer from one that refuses the access.
+/// Distinguishes a slave that does not answer from a slave that refuses the access.
 tl::unexpected<Failure> access_failure(const ecat_master::Error& error, const RegisterAddress& at, bool write) {
   if (!error.is<ecat_master::facts::WorkingCounter>()) return bus_failure(error);
   const bool refused = write && at.row != nullptr && at.row->ecat == wire::RegisterAccess::kRead;

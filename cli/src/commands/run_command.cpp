@@ -34,7 +34,7 @@ namespace {
 using ecat_master::cia402::cyclic_mode_names;
 using ecat_master::cia402::find_cyclic_mode;
 
-/// What `run` was asked for.
+/// The options of `run`.
 struct RunOptions {
   runtime::BusOptions bus;
   std::optional<std::string> duration;
@@ -42,9 +42,9 @@ struct RunOptions {
   std::string capture;           ///< empty: as configured
   std::string trace;             ///< file for the phases of the cycles; empty: none
   std::string interpolation;     ///< name of a method; empty: as configured
-  std::string mode;              ///< of all axes; empty: as configured
-  std::string control;           ///< socket for other commands; empty: the default one
-  std::string script;            ///< of requests to axes; empty: none
+  std::string mode;              ///< mode of all axes; empty: as configured
+  std::string control;           ///< socket for other commands; empty: the default path
+  std::string script;            ///< file with requests to axes; empty: none
   bool no_enable = false;
   bool no_plots = false;
   bool increments = false;
@@ -54,13 +54,13 @@ struct RunOptions {
   bool force = false;
 };
 
-/// A file that could not be written is a failure in the summary, not the loss of the summary.
+/// Adds a file that could not be written to the faults of the report, so that the summary is still printed.
 void note_failure(runtime::RunReport& report, const runtime::Error& error) {
   ConsoleObserver().event(report.note_failure(error));
 }
 
-/// Writes the files of the run beside axes.csv. That gnuplot is not there, or does not like what is to be drawn, is no
-/// failure of the run; a disk that does not take its pictures is.
+/// Writes the files of the run beside axes.csv. A missing or failing gnuplot is no failure of the run; a disk that does
+/// not take the pictures is.
 void write_files(const runtime::LineConfig& config, runtime::RunReport& report) {
   const auto& directory = config.output.directory;
   const auto jitter = directory / "jitter.csv";
@@ -82,7 +82,7 @@ void write_files(const runtime::LineConfig& config, runtime::RunReport& report) 
   if (pictures->problem) note_failure(report, *pictures->problem);
 }
 
-/// The trace is asked for by itself, so it goes where it was said and not beside the other files.
+/// The trace has its own option, so its file is written to that path and not beside the other files.
 void write_trace(const std::string& file, runtime::RunReport& report) {
   if (file.empty()) return;
   if (auto written = write_trace_file(report, file); !written) {
@@ -92,7 +92,7 @@ void write_trace(const std::string& file, runtime::RunReport& report) {
   report.files["trace"] = file;
 }
 
-/// Found before the run and not behind it.
+/// Checks the path before the run, because its error would otherwise appear only after it.
 Outcome<void> check_trace(const std::string& file) {
   if (file.empty()) return {};
   const auto folder = std::filesystem::path(file).parent_path();
@@ -104,7 +104,7 @@ Outcome<void> check_trace(const std::string& file) {
   return {};
 }
 
-/// Without a description nothing is published, and the cycle is one that any machine can keep.
+/// Settings without a description: no telemetry, and a cycle that any machine can keep.
 void use_modest_cycle(runtime::LineConfig& config) {
   config.period = std::chrono::milliseconds{1};
   config.realtime.policy = rt::RealtimePolicy::kDegrade;
@@ -117,7 +117,7 @@ std::vector<std::string_view> interpolation_names() {
   return names;
 }
 
-/// An option that is left out is empty.
+/// Checks the name of a choice; empty: the option was not given.
 Outcome<void> check_choice(std::string_view option, const std::string& name,
                            const std::vector<std::string_view>& names) {
   if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) return {};
@@ -184,8 +184,8 @@ Outcome<std::unique_ptr<runtime::Line>> open_line(const RunOptions& options) {
   return std::move(*line);
 }
 
-/// Shows what happens to the line, answers `driveline diag` and `driveline eoe`, goes through the script, and hands
-/// signals on.
+/// Prints the events of the line, answers `driveline diag` and `driveline eoe`, executes the script, and turns a signal
+/// into a stop request.
 class RunConsole final : public ConsoleObserver {
  public:
   /// `control` and `script` may be null.
@@ -210,7 +210,7 @@ class RunConsole final : public ConsoleObserver {
     control_->answer_questions([this](std::string_view question) { return answer(question); });
   }
 
-  /// Why the script has ended before its end; none: it has not.
+  /// Why the script has ended early; none: it has not.
   [[nodiscard]] const std::optional<Failure>& script_failure() const noexcept { return script_failure_; }
 
  private:
@@ -265,11 +265,11 @@ class RunConsole final : public ConsoleObserver {
   ServiceManager manager_;
   CycleWitness cycles_;
   std::optional<Failure> script_failure_;
-  bool axes_wait_ = false;  ///< for requests
+  bool axes_wait_ = false;  ///< the axes wait for requests
 };
 
-/// The socket that no other run listens at, where others expect it; null: there can be none. `force`: nor is there one
-/// when another run has it, whose line is taken away.
+/// Opens the default control socket of the line. Null: there is none, because its folder cannot be used or, with
+/// `force`, because another run listens there (`force` takes over its line).
 Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& line, bool force) {
   if (auto made = make_control_folder(); !made) {
     progress("no control socket, so no `driveline axis`: {}; --control PATH asks for another", made.error().text);
@@ -289,7 +289,7 @@ Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& l
   return CommandInput::open(path, CommandInput::Sources::kSocket);
 }
 
-/// On virtual time a line is over before anybody could say anything to it.
+/// Without a socket on virtual time, because such a line is over before a client could connect.
 Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, runtime::Line& line) {
   if (options.control.empty() && options.bus.virtual_time) return nullptr;
   auto input = options.control.empty() ? open_default_control(line.config().name, options.force)
@@ -299,7 +299,7 @@ Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, ru
   return std::make_unique<LineControl>(std::move(*input), line.axes(), line.groups(), line.config().couplings);
 }
 
-/// None: there is no script.
+/// Reads the script; none: none was given.
 Outcome<std::optional<AxisScript>> read_script(const RunOptions& options, const runtime::LineConfig& config) {
   if (options.script.empty()) return std::nullopt;
   if (config.path) return misused("--script moves the axes of a line without [path]; this one has a path");

@@ -15,12 +15,12 @@
 namespace driveline::cli {
 namespace {
 
-constexpr int kNotAsDescribed = 3;  ///< exit status: the command succeeded, and the line differs from its description
+constexpr int kNotAsDescribed = 3;  ///< exit status: the command succeeded, but the line differs from its description
 
 struct ScanOptions {
   runtime::BusOptions bus;
   std::string write;                ///< empty: only show
-  std::optional<std::string> move;  ///< revolutions of every axis, out and back
+  std::optional<std::string> move;  ///< revolutions of every axis, forth and back
   bool json = false;
 };
 
@@ -55,8 +55,8 @@ nlohmann::json slave_to_json(const SlaveView& view) {
   return row;
 }
 
-/// Reads the facts of the CiA 402 drives among `slaves` over CoE. While another master operates the line, drives stay
-/// in their state.
+/// Reads the facts of the CiA 402 drives among `slaves` over CoE. While another master operates the line, the drives
+/// keep their state.
 Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   std::vector<std::size_t> positions;
   for (const auto& slave : slaves) {
@@ -73,7 +73,7 @@ Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   return {};
 }
 
-/// Writes the EEPROM contents that a simulation of the line could not make by itself.
+/// Writes the EEPROM images that a simulation of the line needs and cannot generate.
 Outcome<void> keep_images(std::vector<FoundSlave>& slaves, const std::filesystem::path& description) {
   for (auto& slave : slaves) {
     if (!needs_image(slave.view)) continue;
@@ -96,7 +96,7 @@ bool branches(const ecat_master::Topology& topology) {
   return false;
 }
 
-/// Revolutions of --move.
+/// Parses the revolutions of --move.
 Outcome<std::optional<double>> parse_move(const ScanOptions& options) {
   if (!options.move) return std::optional<double>{};
   if (options.write.empty()) return misused("--move adds a path to the line description: it needs --write FILE");
@@ -104,7 +104,7 @@ Outcome<std::optional<double>> parse_move(const ScanOptions& options) {
   double turns = 0.0;
   const auto* end = options.move->data() + options.move->size();
   const auto parsed = std::from_chars(options.move->data(), end, turns);
-  // Written so that NaN fails it.
+  // The comparison is written so that NaN fails it.
   if (parsed.ec != std::errc{} || parsed.ptr != end || !(std::abs(turns) <= kFarthest && turns != 0.0)) {
     return misused(
         fmt::format("--move \"{}\": revolutions of the motors are expected, -1000 to 1000 and not 0", *options.move));
@@ -112,7 +112,7 @@ Outcome<std::optional<double>> parse_move(const ScanOptions& options) {
   return std::optional(turns);
 }
 
-/// A path for the axes beside the description.
+/// Writes a path for the axes beside the description.
 Outcome<void> write_path(FoundLine& found, double turns, const std::filesystem::path& description) {
   const auto path = gentle_path(found, turns);
   if (path.empty()) {

@@ -10,13 +10,13 @@
 namespace driveline::cli {
 namespace {
 
-/// An object of a slave, and how its value is to be read or written.
+/// Options that select an object of a slave and describe how its value is read or written.
 struct ObjectOptions {
   runtime::BusOptions bus;
   SlaveSelection selection;
   std::string index;
   std::string subindex;
-  std::string type;   ///< empty: as the slave's dictionary says, raw bytes when it says nothing
+  std::string type;   ///< empty: as in the slave's dictionary, or raw bytes if it has no type
   std::string value;  ///< download only
   bool force = false;
   bool complete = false;
@@ -28,7 +28,7 @@ struct ObjectAddress {
   std::uint8_t subindex = 0;
 };
 
-/// Adds a hint to the error: manuals write indices in hexadecimal, and "6041" is read as decimal.
+/// Adds a hint to the error: manuals write indices in hexadecimal, but "6041" is parsed as decimal.
 tl::unexpected<Failure> object_failure(const ecat_master::Error& error, const ObjectOptions& options) {
   const auto* abort = error.as<ecat_master::facts::SdoAbort>();
   const bool decimal = options.index.size() == 4 && options.index.find_first_not_of("0123456789") == std::string::npos;
@@ -49,12 +49,12 @@ Outcome<ObjectAddress> parse_address(const ObjectOptions& options) {
   return ObjectAddress{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*subindex)};
 }
 
-/// What upload and download have in common: a slave whose mailbox is open, and the object.
+/// The common part of upload and download: a slave whose mailbox is open, and the object.
 struct Dialogue {
   std::unique_ptr<LineView> line;
   ecat_master::MailboxClient* mailbox = nullptr;
   ObjectAddress address;
-  runtime::ValueType type = runtime::ValueType::kRaw;  ///< that was asked for
+  runtime::ValueType type = runtime::ValueType::kRaw;  ///< requested type
 
   template <typename Ask>
   [[nodiscard]] auto ask(Ask&& ask) const {
@@ -68,7 +68,7 @@ struct Dialogue {
   }
 };
 
-/// The type on the command line, or the one in the slave's dictionary.
+/// The type on the command line, else the one in the slave's dictionary.
 runtime::ValueType type_of(ecat_master::CoeClient& coe, const Dialogue& dialogue, const ObjectOptions& options) {
   if (!options.type.empty() || options.complete) return dialogue.type;
   const auto entry =
@@ -76,7 +76,7 @@ runtime::ValueType type_of(ecat_master::CoeClient& coe, const Dialogue& dialogue
   return entry ? runtime::value_type_of(entry->data_type).value_or(runtime::ValueType::kRaw) : runtime::ValueType::kRaw;
 }
 
-/// `writes`: the value is given and is checked as far as it can be before anything is opened.
+/// `writes`: a value is given, and is checked as far as possible before anything is opened.
 Outcome<Dialogue> begin(const ObjectOptions& options, bool writes) {
   Dialogue dialogue;
   const auto address = parse_address(options);
@@ -105,7 +105,7 @@ Outcome<int> upload(const ObjectOptions& options) {
   const auto data = dialogue->ask([&] { return coe.upload(address.index, address.subindex, options.complete); });
   if (!data) return object_failure(data.error(), options);
   auto shown = type_of(coe, *dialogue, options);
-  // A wrong type in the slave's dictionary is no reason to hide the value.
+  // A wrong type in the slave's dictionary must not hide the value.
   if (options.type.empty() && runtime::type_bytes(shown) != 0 && runtime::type_bytes(shown) != data->size())
     shown = runtime::ValueType::kRaw;
   const auto text = runtime::format_value(*data, shown);

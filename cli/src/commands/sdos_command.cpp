@@ -60,7 +60,7 @@ Outcome<std::vector<DictionaryObject>> read_dictionary(LineView& line, std::size
   return std::move(*objects);
 }
 
-/// The slaves that have a dictionary; a message names the others. A coupler at the beginning is no reason to hide the
+/// The slaves that have a dictionary; a message names the others. A coupler at the start of the line must not hide the
 /// drives.
 std::vector<std::size_t> with_dictionary(LineView& line, std::span<const std::size_t> positions) {
   std::vector<std::size_t> able;
@@ -103,7 +103,7 @@ Outcome<int> list_objects(const SdosOptions& options) {
   }
   if (options.json) print_out("{}", json_text({{"slaves", rows}}));
   if (incomplete == 0) return 0;
-  // The command fails although the descriptions that could be read have been printed.
+  // The command fails although it has printed the descriptions that could be read.
   return failed(fmt::format("{} {} not described completely; the list says which", incomplete,
                             incomplete == 1 ? "object is" : "objects are"));
 }

@@ -22,7 +22,7 @@ namespace {
 struct SiiOptions {
   runtime::BusOptions bus;
   SlaveSelection selection;
-  std::string file;  ///< input or output, as the command says
+  std::string file;  ///< input or output file, depending on the command
   std::string alias;
   bool verbose = false;
   bool force = false;
@@ -48,7 +48,7 @@ std::string text_of(std::span<const std::byte> bytes) {
   return text;
 }
 
-/// A line with one slave chosen and its EEPROM read.
+/// A line with one selected slave and the content of its EEPROM.
 struct Chosen {
   std::unique_ptr<LineView> line;
   SlaveView view;
@@ -107,7 +107,7 @@ Outcome<int> read_image(const SiiOptions& options) {
   return 0;
 }
 
-/// Reasons to refuse an image that --force passes over.
+/// Refuses an image that must not be written without --force.
 Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, const std::string& file) {
   if (!image.checksum_valid()) {
     return failed(
@@ -122,7 +122,7 @@ Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, con
                     "line there; --force writes it all the same",
                     view.slave.ref.position, wire::to_text(state)));
   }
-  if (!view.sii) return {};  // no usable content there that could be lost
+  if (!view.sii) return {};  // the slave has no usable content that could be lost
   if (view.sii->vendor_id != image.vendor_id || view.sii->product_code != image.product_code) {
     return failed(fmt::format(
         "{}: is for vendor 0x{:08X}, product 0x{:08X}, slave {} is vendor 0x{:08X}, product 0x{:08X}; --force "
@@ -133,7 +133,7 @@ Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, con
   return {};
 }
 
-/// Saves the old content when it could not be restored: it is then the only copy.
+/// Saves the previous content if it could not be restored: this is then the only copy.
 std::string save_previous(const ecat_master::SiiWriteFailure& failure, std::size_t position) {
   const auto file = fmt::format("sii-slave{}-before.bin", position);
   const auto saved = runtime::write_file(file, text_of(failure.previous));

@@ -27,7 +27,7 @@ using std::chrono::nanoseconds;
 
 constexpr auto kWatchInterval = milliseconds{50};
 constexpr auto kReportInterval = std::chrono::seconds{5};
-/// The line looks for a stop after every frame.
+/// Time-out for the thread of the line to stop; it checks for a stop after every frame.
 constexpr auto kStopPatience = std::chrono::seconds{2};
 
 double us(nanoseconds time) {
@@ -40,15 +40,15 @@ std::string turn_around_text(const rt::Histogram& times) {
                      us(times.max()));
 }
 
-/// What `simulate` was asked for.
+/// The options of `simulate`.
 struct SimulateOptions {
   runtime::BusOptions bus;
-  std::string control;  ///< socket for commands; may be empty
+  std::string control;  ///< socket for commands; empty: none
   bool busy_poll = false;
   bool force = false;
 };
 
-/// Commands for the served line.
+/// Executes commands for the served line.
 class ConsoleCommands final : public CommandExecutor {
  public:
   explicit ConsoleCommands(LineConsole& console) : console_(console) {}
@@ -60,7 +60,7 @@ class ConsoleCommands final : public CommandExecutor {
   LineConsole& console_;
 };
 
-/// Frame rate, turn-around times and states, every few seconds.
+/// Prints frame rate, turn-around times and states every few seconds.
 class Reporter {
  public:
   Reporter(runtime::LineServer& server, const LineConsole& console, const rt::Clock& clock)
@@ -98,7 +98,7 @@ struct Interfaces {
   std::unique_ptr<port::FrameWaiter> waiter;
 };
 
-/// Frames are stamped when they arrive, as slave controllers do, even when this thread is still asleep then.
+/// Frames are time-stamped on arrival, as slave controllers do, even if this thread is still asleep.
 port::RawSocketConfig stamped(const std::string& interface) {
   port::RawSocketConfig config;
   config.interface = interface;
@@ -133,7 +133,7 @@ void tell_throttling() {
       runtime);
 }
 
-/// Keeps what a master has written into the EEPROMs; not while the line is served.
+/// Saves the EEPROM content that a master has written. The line must not be served meanwhile.
 Outcome<void> save_eeproms(const runtime::LineConfig& config, const slaves::Line& line) {
   for (std::size_t i = 0; i < config.slaves.size(); ++i) {
     if (config.slaves[i].sii_file.empty()) continue;
@@ -144,7 +144,7 @@ Outcome<void> save_eeproms(const runtime::LineConfig& config, const slaves::Line
   return {};
 }
 
-/// The states in the order of the line; not while it is served.
+/// The states in the order of the line. The line must not be served meanwhile.
 std::string states_summary(const slaves::Line& line) {
   std::string text;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -160,7 +160,7 @@ std::vector<std::string> names_of(const runtime::LineConfig& config) {
   return names;
 }
 
-/// A CPU other than the master's, which may run from the same file: they would delay each other.
+/// A CPU other than the master's, because a master may run from the same file and both would delay each other.
 std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
   const auto master = config.realtime.cpu;
   if (!config.simulation_cpu) return master ? rt::allowed_cpu_besides(*master) : std::nullopt;
@@ -172,7 +172,7 @@ std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
   return config.simulation_cpu;
 }
 
-/// Network stacks of the drives; null: the description has no [eoe].
+/// Starts the network stacks of the drives; null: the description has no [eoe].
 Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::LineConfig& config, slaves::Line& line) {
   if (!config.eoe) return nullptr;
   auto networks = runtime::DriveNetworks::start(line);
@@ -180,7 +180,7 @@ Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::L
   return std::move(*networks);
 }
 
-/// Ends the process without taking the line down, because the thread that serves it has not ended and still uses it.
+/// Ends the process without destroying the line, because the thread that serves it has not ended and still uses it.
 [[noreturn]] void end_without_the_line() {
   progress(
       "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
@@ -223,7 +223,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
                              {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
   LineConsole console(server, *line, names_of(*config));
 
-  // Real-time settings are used as far as they can be had: the simulation stands in for hardware without a scheduler.
+  // Real-time settings are applied as far as possible: the simulation replaces hardware, which has no scheduler.
   rt::RealtimeConfig realtime = config->realtime;
   realtime.policy = rt::RealtimePolicy::kDegrade;
   realtime.name = "driveline-line";

@@ -37,7 +37,7 @@ Outcome<int> list_slaves(const SlavesOptions& options) {
   const auto positions = (*line)->select(options.selection);
   if (!positions) return tl::unexpected(positions.error());
   const auto slaves = (*line)->read(*positions);
-  // Selected slaves are not compared with the description of the line.
+  // A selection of slaves is not compared with the description of the line.
   LineCheck check;
   if (slaves.size() == (*line)->slaves().size()) {
     auto checked = check_line(**line, slaves);

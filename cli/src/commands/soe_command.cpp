@@ -28,7 +28,7 @@ struct SoeOptions {
   runtime::BusOptions bus;
   SlaveSelection selection;
   std::string drive = "0";
-  std::string idn;                   ///< not of `soe list`
+  std::string idn;                   ///< unused by `soe list`
   std::optional<std::string> value;  ///< `soe write` only
   bool execute = false;
   bool force = false;
@@ -51,7 +51,7 @@ Outcome<SoeDatum> parse_datum(const SoeOptions& options) {
   return SoeDatum{*drive, {static_cast<std::uint16_t>(*number)}};
 }
 
-/// A slave whose mailbox is open. Tells in the end what its drives have said meanwhile.
+/// A slave whose mailbox is open. At the end prints the notifications of its drives.
 class SoeSlave {
  public:
   [[nodiscard]] static Outcome<std::unique_ptr<SoeSlave>> open(const SoeOptions& options) {
@@ -71,12 +71,12 @@ class SoeSlave {
 
   [[nodiscard]] LineView& line() noexcept { return *line_; }
   [[nodiscard]] SoeClient client() noexcept { return SoeClient(mailbox_); }
-  /// For reading: repeated when the answer may have gone to another master.
+  /// Sends a read request; repeats it if the answer may have gone to another master.
   template <typename Ask>
   [[nodiscard]] auto ask(Ask&& ask) {
     return line_->ask(mailbox_.slave().position, ask);
   }
-  /// A document that begins with who it is about.
+  /// A document that starts with the slave and the drive.
   [[nodiscard]] nlohmann::json document(std::uint8_t drive) const {
     return {{"slave", mailbox_.slave().position}, {"drive", drive}};
   }

@@ -24,7 +24,7 @@ using wire::AlState;
 struct StatesOptions {
   runtime::BusOptions bus;
   SlaveSelection selection;
-  std::string wanted;  ///< empty: only look
+  std::string wanted;  ///< empty: only show the states
   bool force = false;
   bool json = false;
 };
@@ -56,7 +56,7 @@ Outcome<std::optional<AlState>> parse_state(const StatesOptions& options) {
   return target;
 }
 
-/// Takes the whole line to `target`, starting from INIT.
+/// Takes the whole line from INIT to `target`.
 Outcome<void> change_line(LineView& line, AlState target) {
   auto& master = line.master();
   if (auto done = master.scan(); !done) return bus_failure(done.error());
@@ -69,7 +69,7 @@ Outcome<void> change_line(LineView& line, AlState target) {
   return outcome(runtime::configure_line(master, session.has_config() ? &session.config() : nullptr, console));
 }
 
-/// The plan of the slave at `position`; without a description one with the slave's own PDO assignment.
+/// The plan of the slave at `position`; without a description the slave keeps its own PDO assignment.
 Outcome<ecat_master::SlavePlan> plan_of(LineView& line, std::span<const SlaveView> views, std::size_t position) {
   ecat_master::SlavePlan plan;
   plan.own_pdos = true;
@@ -93,13 +93,13 @@ Outcome<ecat_master::SlavePlan> plan_of(LineView& line, std::span<const SlaveVie
   return plan;
 }
 
-/// Takes one slave from any state to SAFEOP. Its process data get an address of their own, because they are not
-/// exchanged; a master that exchanges them configures the line anew.
+/// Takes one slave from any state to SAFEOP. Its process data get a logical address of their own, because they are not
+/// exchanged; a master that exchanges them reconfigures the line.
 Outcome<void> raise_to_safe_op(LineView& line, std::size_t position) {
   const auto views = line.read_all();
   auto plan = plan_of(line, views, position);
   if (!plan) return tl::unexpected(plan.error());
-  // The slaves in front only fill the positions.
+  // The preceding slaves only fill the positions.
   std::vector<ecat_master::ConfiguredSlave> slaves(position + 1);
   for (std::size_t i = 0; i <= position; ++i) {
     slaves[i].info.ref = views[i].slave.ref;
@@ -124,7 +124,7 @@ Outcome<void> raise_to_safe_op(LineView& line, std::size_t position) {
   return {};
 }
 
-/// Opens the mailboxes of slaves that come from below, for PREOP or BOOT.
+/// Opens the mailboxes of slaves that were below PREOP, for PREOP or BOOT.
 ecat_master::Result<void> raise(ecat_master::Master& master, std::span<const ecat_master::SlaveRef> slaves,
                                 AlState target) {
   auto& bus = master.bus();
@@ -203,7 +203,7 @@ nlohmann::json to_json(std::span<const Row> rows) {
   return {{"slaves", slaves}};
 }
 
-/// Refuses to change slaves that are in operation; without a selection that is any slave of the line.
+/// Refuses to change slaves that are in operation; without a selection, any slave of the line counts.
 Outcome<void> must_not_disturb(LineView& line, std::span<const std::size_t> positions, const StatesOptions& options) {
   const auto would = fmt::format("take it to {}", options.wanted);
   if (!options.selection.chosen()) return line.must_not_disturb(options.force, would);

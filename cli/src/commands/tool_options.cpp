@@ -17,7 +17,7 @@ struct Range {
   std::size_t last = 0;
 };
 
-/// "0,2-4" as ranges.
+/// Parses "0,2-4" into ranges.
 Outcome<std::vector<Range>> parse_positions(std::string_view text) {
   std::vector<Range> ranges;
   std::string_view rest = text;

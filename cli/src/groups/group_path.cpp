@@ -14,7 +14,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Between the `start` of a file and where the group stands.
+/// Largest difference between the `start` of a file and the position of the group.
 constexpr double kSamePlace = 1e-6;  // m or rad
 
 bool is_blank(const std::string& line) {
@@ -27,7 +27,7 @@ std::string names_of(const PathGroup& group) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// What is wrong with the machine of a file; empty: nothing.
+/// Why the machine of the file does not match the group; empty: it does.
 std::string wrong_machine(const MoveFile& file, const PathGroup& group) {
   const auto& name = group.limits.group.name;
   const auto& own = group.limits.machine;
@@ -42,7 +42,7 @@ std::string wrong_machine(const MoveFile& file, const PathGroup& group) {
                             : fmt::format("the machine of the file is not that of group {}: {}", name, difference);
 }
 
-/// What is wrong with the names of outputs of a file; empty: nothing.
+/// Why the outputs of the file do not match the group; empty: they do.
 std::string wrong_outputs(const MoveFile& file, const PathGroup& group) {
   std::vector<std::string_view> known;
   for (const auto& output : group.limits.outputs) known.emplace_back(output.name);
@@ -55,7 +55,7 @@ std::string wrong_outputs(const MoveFile& file, const PathGroup& group) {
   return {};
 }
 
-/// What is wrong with the axes of a file; empty: nothing.
+/// Why the axes of the file do not match the group; empty: they do.
 std::string wrong_axes(const MoveFile& file, const PathGroup& group) {
   const auto& axes = group.limits.group.axes;
   bool same = file.axes.size() == axes.size();
@@ -71,7 +71,7 @@ std::string wrong_axes(const MoveFile& file, const PathGroup& group) {
   return {};
 }
 
-/// Whether the path begins where the group stands; empty: it does.
+/// Why the path does not start at the position of the group; empty: it does.
 std::string wrong_start(const MoveFile& file, const PathGroup& group) {
   for (std::size_t i = 0; i < file.coordinates.size(); ++i) {
     const auto& unit = *file.coordinates[i].unit;
@@ -84,7 +84,7 @@ std::string wrong_start(const MoveFile& file, const PathGroup& group) {
   return {};
 }
 
-/// The first of these that is wrong; empty: none is.
+/// The first mismatch between the head of the file and the group; empty: there is none.
 std::string wrong_head(const MoveFile& file, const PathGroup& group) {
   for (const auto& check : {wrong_machine, wrong_axes, wrong_outputs, wrong_start}) {
     if (auto wrong = check(file, group); !wrong.empty()) return wrong;
@@ -92,7 +92,7 @@ std::string wrong_head(const MoveFile& file, const PathGroup& group) {
   return {};
 }
 
-/// Number of the line that describes the axes.
+/// Number of the line that describes the axes, the first line that is not blank.
 std::size_t head_of(const std::string& text) {
   std::istringstream lines(text);
   std::string line;
@@ -101,7 +101,7 @@ std::size_t head_of(const std::string& text) {
   return number;
 }
 
-/// As the group counts its outputs.
+/// Replaces the output numbers of the file by those of the group.
 void renumber_outputs(MoveFile& file, const PathGroup& group) {
   const auto& outputs = group.limits.outputs;
   for (auto& next : file.moves) {
@@ -114,7 +114,7 @@ void renumber_outputs(MoveFile& file, const PathGroup& group) {
   }
 }
 
-/// What is wrong with the moves, with file and line; empty: nothing.
+/// The first error in the moves, with file and line; empty: there is none.
 std::string wrong_moves(MoveFile& file, const std::string& name, const PathGroup& group) {
   const auto& limits = group.limits;
   auto at = file.start;
@@ -125,7 +125,7 @@ std::string wrong_moves(MoveFile& file, const std::string& name, const PathGroup
     at = runtime::end_of(next.move);
   }
   if (!limits.machine) return {};
-  // The whole path, with its corners, in the ranges of the line.
+  // Check the whole path, with its corners, against the ranges of the line.
   file.settings = runtime::joint_settings(limits);
   return refusal_of(file, name);
 }

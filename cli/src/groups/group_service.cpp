@@ -20,14 +20,14 @@ json failure(const Failure& failure) {
   return {{"error", failure.text}, {"status", failure.status}};
 }
 
-/// Leaves the motion under way, which is what the client waits for.
+/// Whether the request leaves the motion in progress, which is what the client waits for.
 bool steers(runtime::GroupRequest::Verb verb) {
   using Verb = runtime::GroupRequest::Verb;
   return verb == Verb::kHold || verb == Verb::kResume || verb == Verb::kReverse || verb == Verb::kForward ||
          verb == Verb::kOverride;
 }
 
-/// The word at the begin of a line, which it is taken from.
+/// Removes the first word from the line and returns it.
 std::string_view take_word(std::string_view& line) {
   while (line.starts_with(' ')) line.remove_prefix(1);
   const auto word = line.substr(0, line.find(' '));
@@ -115,7 +115,7 @@ json GroupService::add_moves(Client& client, std::size_t group, std::string_view
   return {{"taken", taken->count}};
 }
 
-/// The first of the numbers that is not over; what is between belongs to others.
+/// Advances `first` to the first request that is not over; numbers in between belong to other callers.
 void GroupService::look_at(std::size_t group, const Client& client, Request& request) const {
   for (; request.failure.empty() && request.last != 0 && request.first <= request.last; ++request.first) {
     const auto progress = groups_.progress(group, request.first);

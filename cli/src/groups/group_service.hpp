@@ -13,38 +13,38 @@
 
 namespace driveline::cli {
 
-/// Answers what clients at the control socket say behind the word "group", one line of JSON each:
+/// Answers the commands of clients at the control socket that start with the word "group", one line of JSON each:
 ///
-///     plotter move 90mm 20mm feed=100mm/s   asks for a motion of group plotter
-///     plotter hold take-over                also if somebody else commands one of its axes
-///     plotter path begin MOVE MOVE ...      the first moves of a path, each a JSON object (group_view.hpp); `go-on`
-///                                          in the place of `begin`: the next ones; `end`: the last ones. The answer
-///                                          says how many were "taken": the others are to be told again later
-///     progress                             how far the last request to each group is; says that the client is there
-///     plotter status                        what the group does; "all" in its place: all groups
-///     plotter release                       gives its axes back
-///     detach                               the requests go on when the connection ends
+///     plotter move 90mm 20mm feed=100mm/s  requests a motion of group plotter
+///     plotter hold take-over               also if another caller commands one of its axes
+///     plotter path begin MOVE MOVE ...     the first moves of a path, each a JSON object (group_view.hpp); `go-on`
+///                                          instead of `begin`: further moves; `end`: the last ones. The answer
+///                                          says how many were "taken": send the others again later
+///     progress                             progress of the last request to each group; also a sign of life
+///     plotter status                       state of the group; "all" instead of the name: of all groups
+///     plotter release                      releases its axes
+///     detach                               the requests continue when the connection ends
 ///
-/// Clients have the groups that they ask something of as AxisService has it for axes. Belongs to the thread of the
+/// Clients own the groups that they command under the same rules as axes in AxisService. Belongs to the thread of the
 /// socket.
 class GroupService {
  public:
-  /// Both must outlive it.
+  /// Both must outlive this object.
   GroupService(runtime::GroupDoor& groups, runtime::AxisDoor& axes) : groups_(groups), axes_(axes) {}
 
-  /// The answer; {"error": sentence, "status": 1 or 2} when it cannot be done.
+  /// Executes a command and returns the answer; {"error": sentence, "status": 1 or 2} on failure.
   [[nodiscard]] std::string execute(const CommandSender& sender, std::string_view words);
-  /// The connection has ended.
+  /// Handles the end of a connection: releases the groups of its client.
   void gone(const CommandSender& sender);
-  /// To be called every few milliseconds.
+  /// Supervises the groups. To be called every few milliseconds.
   void watch() { groups_.watch(); }
 
  private:
-  /// What a client has last asked of a group.
+  /// The last request of a client to a group.
   struct Request {
-    std::uint64_t first = 0;  ///< of its numbers, the first one that was not over
+    std::uint64_t first = 0;  ///< number of the first request that was not over
     std::uint64_t last = 0;
-    std::string failure{};  ///< of one of them; empty: none has failed
+    std::string failure{};  ///< why one of the requests failed; empty: none has failed
   };
   struct Client {
     runtime::AxisCaller caller;
@@ -62,7 +62,7 @@ class GroupService {
 
   runtime::GroupDoor& groups_;
   runtime::AxisDoor& axes_;
-  std::map<std::uint64_t, Client> clients_;  ///< by connection
+  std::map<std::uint64_t, Client> clients_;  ///< by number of the connection
 };
 
 }  // namespace driveline::cli

@@ -35,12 +35,12 @@ std::string names_of(const json& group) {
   return fmt::format("{}{}", machine, fmt::join(names, ", "));
 }
 
-/// Coordinates of moves: the axes, or those of the tool.
+/// The coordinates of moves: the axes, or the coordinates of the tool.
 const json& coordinates_of(const json& group) {
   return group.contains("coordinates") ? group.at("coordinates") : group.at("axes");
 }
 
-/// "x 10 mm, y 20 mm".
+/// The setpoints as "x 10 mm, y 20 mm".
 std::string places_of(const json& coordinates) {
   std::vector<std::string> places;
   for (const auto& axis : coordinates) {
@@ -55,7 +55,7 @@ std::string place_of(const json& group) {
   return places_of(coordinates_of(group));
 }
 
-/// Why it is in GroupErrorStop: "axis x: the drive reports a fault".
+/// Why the group is in GroupErrorStop: "axis x: the drive reports a fault".
 std::string error_of(const runtime::GroupDoor& door, std::size_t group, const ecat_master::GroupReport& report) {
   auto sentence = runtime::describe(door.event_group(group), door.refusal_of(report));
   const auto colon = sentence.find(": ");
@@ -68,7 +68,7 @@ json place_json(const GroupVector& place, std::size_t axes) {
   return numbers;
 }
 
-/// What is wrong with a move; caught where it is read.
+/// Thrown for a malformed move; parse_move() catches it.
 struct BadMove {
   std::string reason;
 };
@@ -152,7 +152,7 @@ runtime::events::EventAxis described(const json& axis, const trajectory::Positio
   return made;
 }
 
-/// Null: it has none that is known.
+/// Null: the unit is unknown.
 const trajectory::PositionUnit* unit_of(const json& axis) {
   return trajectory::find_position_unit(axis.at("unit").get<std::string>());
 }

@@ -18,11 +18,11 @@ using runtime::GroupRequest;
 using trajectory::PathMove;
 using Verb = GroupRequest::Verb;
 
-/// A word behind the name of a group.
+/// A verb: the word after the name of a group.
 struct Word {
   std::string_view name;
   Verb verb;
-  bool relative = false;  ///< kMove
+  bool relative = false;  ///< kMove: distances instead of positions
 };
 
 constexpr std::array kWords = {
@@ -40,7 +40,7 @@ std::string hint(std::string_view word, std::span<const std::string_view> known)
   return meant.empty() ? std::string{} : fmt::format("; did you mean {}?", meant);
 }
 
-/// Puts a request together, word by word.
+/// Builds a request word by word.
 class RequestReader {
  public:
   RequestReader(const NamedGroup& group, const Word& word) : group_(group), word_(word) {
@@ -75,7 +75,7 @@ class RequestReader {
     return {};
   }
 
-  /// Also a word that has nothing behind it.
+  /// Reads everything but an arc: a straight move, or a verb without operands.
   [[nodiscard]] Outcome<void> read_line() {
     if (word_.verb == Verb::kMove) {
       if (auto read = read_target(); !read) return read;
@@ -115,7 +115,7 @@ class RequestReader {
     return {};
   }
 
-  /// A number for each axis; "-" where it stays.
+  /// Reads a number for each axis; "-" leaves an axis at its position.
   [[nodiscard]] Outcome<std::vector<double>> read_place(std::vector<bool>* stays) {
     std::vector<double> place(group_.config.axes.size());
     if (stays != nullptr) stays->resize(place.size());
@@ -138,7 +138,7 @@ class RequestReader {
     return std::find(kParts.begin(), kParts.end(), word) != kParts.end();
   }
 
-  /// "2 positions are expected, of x, y".
+  /// The message "2 positions are expected, of x, y".
   [[nodiscard]] std::string expected() const {
     std::vector<std::string> names;
     for (std::size_t i = 0; i < group_.config.axes.size(); ++i) names.push_back(group_.coordinate(i).name);

@@ -12,23 +12,23 @@
 
 namespace driveline::cli {
 
-/// A group whose requests are read.
+/// The group that a request is parsed for.
 struct NamedGroup {
   const runtime::AxisGroupConfig& config;
-  std::span<const ecat_master::AxisConfig> axes;  ///< of the line
-  /// Name, kind and unit of a coordinate of its moves: those of an axis, or of the tool.
+  std::span<const ecat_master::AxisConfig> axes;  ///< all axes of the line
+  /// Name, kind and unit of a coordinate of its moves: an axis, or a coordinate of the tool.
   [[nodiscard]] ecat_master::AxisConfig coordinate(std::size_t number) const;
 };
 
-/// What can be asked of a group, as it is written; without `path`, which needs a file.
+/// The verbs of requests to a group, except `path`, which needs a file.
 [[nodiscard]] std::span<const std::string_view> group_verbs();
 
-/// What the words behind the name of a group ask for: "move 90mm 20mm feed=100mm/s". Numbers without a unit are in the
-/// unit of their axis, feed and tolerance in that of the first one. Failure: status 2.
+/// Parses the words after the name of a group: "move 90mm 20mm feed=100mm/s". Numbers without a unit are in the unit of
+/// their axis, feed and tolerance in that of the first axis. Failure: status 2.
 [[nodiscard]] Outcome<runtime::GroupRequest> parse_group_request(const NamedGroup& group,
                                                                  std::span<const std::string> words);
 
-/// The number of the group with that name. Failure: status 2.
+/// The index of the group with that name. Failure: status 2.
 [[nodiscard]] Outcome<std::size_t> find_group(std::span<const runtime::AxisGroupConfig> groups, std::string_view name);
 
 }  // namespace driveline::cli

@@ -17,7 +17,7 @@ ecat_master::Result<void> read_entries(const DictionarySource& source, Dictionar
       object.entries.push_back(std::move(*entry));
     } else if (!concerns_one_object(entry.error())) {
       return tl::unexpected(entry.error());
-    } else if (!entry.error().is<facts::SdoAbort>()) {  // that is a gap between the sub-indices
+    } else if (!entry.error().is<facts::SdoAbort>()) {  // an abort means a gap between the sub-indices
       object.troubles.push_back(ecat_master::describe(entry.error()));
     }
   }

@@ -14,15 +14,15 @@ using wire::AlState;
 using wire::SdoAbort;
 namespace reg = wire::reg;
 
-/// Short, because another master may have taken the answer: then the request is repeated.
+/// Short, because another master may have received the answer: then the request is repeated.
 constexpr std::chrono::milliseconds kReplyTimeout{250};
 constexpr int kAttempts = 4;
-/// A master that starts takes its line out of INIT within this time.
+/// A master that is starting takes its line out of INIT within this time.
 constexpr std::chrono::seconds kLeftAfter{1};
 constexpr std::uint16_t kDriveProfile = 402;
 constexpr std::uint16_t kFaultResetIndex = 0x2000 + 153;  ///< P 153
 
-/// Whether the error means that the slave does not have the object at all.
+/// Whether the error means that the slave can never serve the object, so it is not read again.
 bool for_good(const ecat_master::Error& error) noexcept {
   const auto* abort = error.as<facts::SdoAbort>();
   if (abort == nullptr) return false;
@@ -39,7 +39,7 @@ DriveLink::DriveLink(runtime::Session& session)
 
 DriveLink::~DriveLink() {
   engine_.close_all();
-  // The destructor cannot report an error.
+  // A destructor cannot report an error.
   if (raised_ && all_in({AlState::kInit, AlState::kPreOp})) static_cast<void>(master_.shut_down());
 }
 
@@ -53,7 +53,7 @@ bool DriveLink::all_in(std::initializer_list<AlState> states) {
   });
 }
 
-/// Whether the line has been in INIT for so long that its master must have gone.
+/// Whether the line has been in INIT for so long that its master must have ended.
 bool DriveLink::left_in_init() {
   const auto now = session_.clock().now();
   if (!all_in({AlState::kInit})) {
@@ -111,7 +111,7 @@ Outcome<void> DriveLink::read_registers(std::size_t position, DriveView& view) {
   if (!al) return bus_failure(al.error());
   view.al = al->front();
   if (view.al.status.state == AlState::kSafeOp || view.al.status.state == AlState::kOp) {
-    other_master_ = true;  // somebody else has raised the line
+    other_master_ = true;  // another master has raised the line
     raised_ = false;
   }
   const auto dl = master_.bus().read(slave, reg::kDlStatus);
@@ -149,7 +149,7 @@ Outcome<std::optional<std::vector<std::byte>>> DriveLink::upload(std::size_t pos
       missing_[position].push_back(row.object);
       return std::nullopt;
     }
-    if (data.error().is<facts::SdoAbort>()) return std::nullopt;  // not now
+    if (data.error().is<facts::SdoAbort>()) return std::nullopt;  // the object is temporarily unavailable
     if (attempt == kAttempts) return bus_failure(data.error());
   }
 }

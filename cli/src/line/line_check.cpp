@@ -42,7 +42,7 @@ bool operated(wire::AlState state) {
   return state == wire::AlState::kSafeOp || state == wire::AlState::kOp;
 }
 
-/// Reads device IDs, unless a master operates the line: the request writes AL control, which is that master's business.
+/// Reads device IDs, unless a master operates the line: the request writes AL control, which belongs to that master.
 Outcome<bool> identify(LineView& line, LineCheck& check) {
   const bool by_id =
       std::any_of(check.planned.begin(), check.planned.end(), [](const auto& plan) { return plan.device_id; });
@@ -79,7 +79,7 @@ nlohmann::json to_json(const Difference& difference, const LineCheck& check) {
 std::vector<std::string> LineCheck::sentences() const {
   auto all = ecat_master::describe_problems(found);
   for (const auto& difference : comparison.differences) {
-    // Already among the problems.
+    // EEPROM errors are already among the problems.
     if (difference.kind == Difference::Kind::kEeprom) continue;
     all.push_back(ecat_master::describe(difference, planned, found));
   }
@@ -101,7 +101,7 @@ Outcome<LineCheck> check_line(LineView& line, std::span<const SlaveView> slaves)
         "asked for those";
     return check;
   }
-  // Without a topology swapped cables cannot be found.
+  // Without a topology, swapped cables cannot be found.
   const auto topology = runtime::master_settings(config).accept_swapped_ports
                             ? ecat_master::Topology{}
                             : line.topology().value_or(ecat_master::Topology{});

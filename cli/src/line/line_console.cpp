@@ -76,7 +76,7 @@ std::optional<runtime::LineOrder> LineConsole::carry_out(const runtime::LineOrde
   return answer;
 }
 
-/// "SLAVE" or "SLAVE INPUT=VALUE ...".
+/// `words`: "SLAVE" or "SLAVE INPUT=VALUE ...".
 std::string LineConsole::input(std::string_view words) {
   const auto end = std::min(words.find(' '), words.size());
   const auto slave = runtime::parse_slave(words.substr(0, end), names_);

@@ -11,24 +11,24 @@
 
 namespace driveline::cli {
 
-/// Shows changes of state and faults of a served line, and executes the user's commands. Belongs to the thread that
-/// owns the server, while that runs.
+/// Prints the state changes and faults of a served line, and executes the user's commands. Belongs to the thread that
+/// owns the server while that runs.
 class LineConsole {
  public:
   LineConsole(runtime::LineServer& server, slaves::Line& line, std::vector<std::string> names);
 
-  /// Executes a command of the user; the answer, in an error one that begins with "error: ".
+  /// Executes a command of the user and returns the answer; on an error it starts with "error: ".
   [[nodiscard]] std::string execute(std::string_view command);
   /// Prints the events since the last call on stderr.
   void tell_events();
-  /// "OP: x y; SAFEOP + ERROR 0x001B: z"
+  /// Names of the slaves by state: "OP: x y; SAFEOP + ERROR 0x001B: z".
   [[nodiscard]] std::string states() const;
-  /// Whether the user has asked for the end.
+  /// Whether the user has requested the end.
   [[nodiscard]] bool ended() const noexcept { return ended_; }
 
  private:
   [[nodiscard]] std::string order(runtime::LineOrder order);
-  /// Passes a command to the server and waits for the answer; nothing when it does not answer.
+  /// Sends a command to the server and waits for the answer; nothing: the server does not answer.
   [[nodiscard]] std::optional<runtime::LineOrder> carry_out(const runtime::LineOrder& order);
   [[nodiscard]] std::string input(std::string_view words);
   [[nodiscard]] std::string signal_levels(std::uint16_t slave);

@@ -22,7 +22,7 @@ void take_apart(SlaveView& view, ecat_master::Result<std::vector<std::byte>> ima
   if (auto decoded = esi::decode_sii(view.image)) view.sii = std::move(*decoded);
 }
 
-/// Master settings of the line description; defaults without one.
+/// Master settings of the line description; defaults if there is none.
 ecat_master::Master::Settings settings_of(const runtime::Session& session) {
   auto settings = session.has_config() ? runtime::master_settings(session.config()) : ecat_master::Master::Settings{};
   settings.exchange.guest = true;
@@ -54,7 +54,7 @@ Outcome<std::unique_ptr<LineView>> LineView::open(const runtime::BusOptions& bus
 }
 
 LineView::~LineView() {
-  // A process that has claimed the line is known by name and is not disturbed.
+  // A process that has claimed the line is a known master, so its traffic is no surprise.
   if (!master_ || session_->claimed_by_another()) return;
   const auto strange = ecat_master::describe_traffic(master_->exchange_statistics());
   if (!strange.empty()) progress("{}", strange);
@@ -92,15 +92,16 @@ Outcome<void> LineView::open_mailboxes(std::span<const std::size_t> positions, b
   return enter_pre_op(below);
 }
 
-/// A slave drops a mail with the same counter as the previous one (ETG.1000.4 5.6.1), which only its last master knows.
-/// So a harmless request of one mail is repeated with other counters until it is answered: its counter is the last one
-/// then. A request that was dropped is followed by its abort, with a counter of its own, so the next one is further on.
+/// A slave drops a mailbox message with the same counter as the previous one (ETG.1000.4 5.6.1), and only its last
+/// master knows that counter. So a harmless single-message request is repeated with other counters until it is
+/// answered; its counter is then the last one. A dropped request is followed by its abort, which uses a counter too, so
+/// the next attempt skips that one.
 std::uint8_t LineView::find_counter(ecat_master::SlaveRef slave, ecat_master::MailboxWindow window) {
   window.timeouts.response = std::chrono::milliseconds{100};
   for (const auto before : {std::uint8_t{0}, std::uint8_t{3}}) {
     window.last_counter = before;
     ecat_master::MailboxClient mailbox(master_->mailboxes(), slave, window);
-    // Any answer will do.
+    // Any answer proves that the slave has accepted the counter.
     if (!went_astray(ecat_master::CoeClient(mailbox).upload(0x1000, 0))) return wire::next_mailbox_counter(before);
   }
   return 6;

@@ -122,7 +122,7 @@ Outcome<AxisScript::Step> AxisScript::read_group_step(std::size_t group, std::sp
   return step;
 }
 
-/// A move that a later one is to be blended with must know of it.
+/// A move must know in advance that a later move is to be blended with it.
 void AxisScript::join_blended_moves() {
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     auto& step = steps_[i];
@@ -141,7 +141,7 @@ void AxisScript::join_blended_moves() {
 }
 
 Outcome<bool> AxisScript::step(runtime::AxisDoor& door, runtime::GroupDoor& groups, std::chrono::nanoseconds now) {
-  // The axes are being enabled.
+  // Wait until the axes have been enabled.
   for (std::size_t axis = 0; axis < door.axes().size() && !begun_; ++axis) {
     if (door.authority().holds(axis, runtime::kStartOfRun)) return false;
   }
@@ -203,7 +203,7 @@ Outcome<void> AxisScript::ask(runtime::GroupDoor& door, const Step& step) {
   return told(groups_.ask(door, step.line, *step.group, step.group_request));
 }
 
-/// A request that another one of the script has ended is over; one that somebody else has ended is a failure.
+/// A request that a later request of the script has ended is over; if another caller has ended it, that is a failure.
 Outcome<void> AxisScript::look_at_requests(const runtime::AxisDoor& door) {
   for (auto& made : made_) {
     if (made.over && !made.last) continue;

@@ -16,19 +16,19 @@
 
 namespace driveline::cli {
 
-/// Requests to axes and groups of axes, one after the other:
+/// A script of requests to axes and groups of axes, executed one after the other:
 ///
-///     x move 90deg velocity=30deg/s   asks for it, and goes on at once
-///     plotter move 90mm 20mm           the same of a group
-///     plotter path contour.jsonl       along the moves of a file, whose path begins at the folder of the script
-///     wait x                          until x has done, or reached, what it was last asked for; `wait all`
+///     x move 90deg velocity=30deg/s  submits the request and continues at once
+///     plotter move 90mm 20mm         the same for a group
+///     plotter path contour.jsonl     follows the moves of a file; its path is relative to the folder of the script
+///     wait x                         waits until x has completed or reached its last request; `wait all`
 ///     sleep 0.5s
-///     # a remark
+///     # a comment
 ///
-/// At the end it waits for all.
+/// At its end the script waits for all of its requests.
 class AxisScript {
  public:
-  /// What the requests of a script may name; of a line.
+  /// The names that a script may use: the axes, groups and couplings of a line.
   struct Names {
     std::span<const ecat_master::AxisConfig> axes;
     std::span<const runtime::AxisGroupConfig> groups{};
@@ -37,11 +37,11 @@ class AxisScript {
 
   /// Reads a script. Failure (status 2): file, line and what was expected.
   [[nodiscard]] static Outcome<AxisScript> read(const std::filesystem::path& file, const Names& names);
-  /// The same for text that is at hand.
+  /// The same for a text in memory. `name`: the file name in failures.
   [[nodiscard]] static Outcome<AxisScript> parse(std::string_view text, const std::string& name, const Names& names);
 
-  /// Goes on as far as possible; `now` is the time of the line. True: it is done. Failure: a request was refused or has
-  /// failed.
+  /// Executes as many steps as possible; `now` is the time of the line. True: the script is done. Failure: a request
+  /// was refused or has failed.
   [[nodiscard]] Outcome<bool> step(runtime::AxisDoor& door, runtime::GroupDoor& groups, std::chrono::nanoseconds now);
 
  private:
@@ -51,20 +51,20 @@ class AxisScript {
     Kind kind = Kind::kRequest;
     std::size_t line = 0;
     std::vector<std::size_t> axes{};
-    std::vector<ecat_master::AxisRequest> requests{};  ///< of these axes ...
-    std::vector<runtime::CouplingOrder> orders{};      ///< ... or these
+    std::vector<ecat_master::AxisRequest> requests{};  ///< kRequest: one per axis, or else ...
+    std::vector<runtime::CouplingOrder> orders{};      ///< ... a coupling order per axis
     std::chrono::nanoseconds time{};
-    bool all = false;                       ///< axes and groups
-    std::optional<std::size_t> group{};     ///< kGroupRequest, kGroupPath; kWait: for a group
+    bool all = false;                       ///< kWait: for all axes and groups
+    std::optional<std::size_t> group{};     ///< kGroupRequest, kGroupPath; kWait: the group to wait for
     runtime::GroupRequest group_request{};  ///< kGroupRequest
     std::filesystem::path file{};           ///< kGroupPath
   };
-  /// A request that has been made.
+  /// A request that has been submitted.
   struct Made {
     std::size_t line = 0;
     std::size_t axis = 0;
     std::uint64_t number = 0;
-    bool last = true;  ///< there is no later one to this axis
+    bool last = true;  ///< no later request to this axis has been submitted
     bool over = false;
   };
 

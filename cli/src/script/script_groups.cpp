@@ -15,7 +15,7 @@ using Verb = runtime::GroupRequest::Verb;
 
 constexpr std::size_t kMovesAtOnce = 128;
 
-/// What the group did before is ended by it.
+/// Whether the request ends what the group did before.
 bool replaces(Verb verb) {
   return verb == Verb::kMove || verb == Verb::kHalt || verb == Verb::kStop || verb == Verb::kDisable ||
          verb == Verb::kReset;
@@ -76,7 +76,7 @@ std::optional<ScriptGroups::Trouble> ScriptGroups::give_moves(runtime::GroupDoor
   return std::nullopt;
 }
 
-/// Numbers between those of one path may belong to others.
+/// Requests numbered between those of a path may belong to other callers.
 std::optional<ScriptGroups::Trouble> ScriptGroups::look_at(const runtime::GroupDoor& door, Made& made) const {
   for (; made.last != 0 && made.first <= made.last; ++made.first) {
     const auto progress = door.progress(made.group, made.first);

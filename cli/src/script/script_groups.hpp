@@ -13,42 +13,42 @@
 
 namespace driveline::cli {
 
-/// What a script has asked of groups, and how far that is. Failures are sentences without file and line of the script,
-/// which are told beside them.
+/// The requests of a script to groups, and their progress. Failures are sentences without file and line of the script;
+/// the line comes with them.
 class ScriptGroups {
  public:
-  /// A failure, and the line of the script that it belongs to.
+  /// A failure, and the line of the script that caused it.
   struct Trouble {
     std::size_t line = 0;
     Failure failure;
   };
 
-  /// `caller`: name of the script.
+  /// `caller`: name of the script as a caller.
   explicit ScriptGroups(std::string caller) { caller_.name = std::move(caller); }
 
-  /// A request of that line.
+  /// Submits a request of that line.
   [[nodiscard]] std::optional<Trouble> ask(runtime::GroupDoor& door, std::size_t line, std::size_t group,
                                            const runtime::GroupRequest& request);
-  /// A path, which is read and checked now.
+  /// Reads and checks a path, and starts it.
   [[nodiscard]] std::optional<Trouble> begin_path(runtime::GroupDoor& door, std::size_t line, std::size_t group,
                                                   const std::filesystem::path& file);
-  /// Hands on moves of paths, as there is room, and looks for failures.
+  /// Submits further moves of paths as far as the group takes them, and checks for failures.
   [[nodiscard]] std::optional<Trouble> look(runtime::GroupDoor& door);
-  /// That group, or every one, has done what it was last asked for.
+  /// Whether that group, or every group if none is given, has completed its last request.
   [[nodiscard]] bool arrived(std::optional<std::size_t> group) const;
 
  private:
-  /// A request, or a path, that has been asked for.
+  /// A request, or a path, that has been submitted.
   struct Made {
     std::size_t line = 0;
     std::size_t group = 0;
-    std::uint64_t first = 0;  ///< of its numbers, the first one that is not over
-    std::uint64_t last = 0;   ///< 0: of a path none has been taken yet
-    bool newest = true;       ///< nothing later moves the group
+    std::uint64_t first = 0;  ///< number of the first request that is not over
+    std::uint64_t last = 0;   ///< number of the last request; 0: no move of the path has been taken yet
+    bool newest = true;       ///< no later request moves the group
     bool over = false;
-    std::vector<FileMove> moves{};  ///< of a path
-    std::size_t given = 0;          ///< so many of them have been taken
-    std::string file{};             ///< of the path
+    std::vector<FileMove> moves{};  ///< moves of the path; empty for a single request
+    std::size_t given = 0;          ///< number of moves that the group has taken
+    std::string file{};             ///< file of the path
   };
 
   [[nodiscard]] std::optional<Trouble> give_moves(runtime::GroupDoor& door, Made& made);

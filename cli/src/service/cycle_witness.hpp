@@ -6,7 +6,7 @@
 
 namespace driveline::cli {
 
-/// Sees the cycles of a line from outside: a cycle that stands still writes no samples.
+/// Counts the cycles of a line from outside: a cycle that has stopped writes no samples.
 class CycleWitness final : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const snapshot::LineSample> samples) override {
@@ -14,7 +14,7 @@ class CycleWitness final : public snapshot::SampleConsumer {
   }
   void axes(std::span<const snapshot::AxisSample> /*samples*/) override {}
 
-  /// Those seen until now. Any thread.
+  /// Number of cycles seen so far. Any thread.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_.load(std::memory_order_relaxed); }
 
  private:

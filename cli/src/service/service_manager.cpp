@@ -13,7 +13,7 @@
 namespace driveline::cli {
 namespace {
 
-/// The value of an environment variable, which is removed.
+/// Returns the value of an environment variable and removes the variable.
 std::string take_variable(const char* name) {
   const char* found = std::getenv(name);
   std::string value = found == nullptr ? "" : found;
@@ -35,7 +35,7 @@ ServiceManager::ServiceManager() {
   const auto watchdog_us = number_of(take_variable("WATCHDOG_USEC"));
   const auto meant = take_variable("WATCHDOG_PID");
   const bool for_us = meant.empty() || number_of(meant) == static_cast<std::uint64_t>(::getpid());
-  // A path, or a name of the abstract name space, which systemd writes with '@'.
+  // The address is a path or a name in the abstract name space, which systemd writes with '@'.
   const bool usable = (address_.starts_with('/') || address_.starts_with('@')) && address_.size() > 1 &&
                       address_.size() < sizeof(sockaddr_un::sun_path);
   if (!usable) {

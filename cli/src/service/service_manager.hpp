@@ -11,35 +11,35 @@
 
 namespace driveline::cli {
 
-/// The service manager that has started this program, if it asks to be told how it gets on: sd_notify(3). Does nothing
-/// where none asks. A manager that does not listen any more is no reason to end: what cannot be sent is lost.
+/// Notifies the service manager that started this program (sd_notify(3)). Does nothing if no manager requests
+/// notifications. A manager that no longer listens does not end the program: what cannot be sent is lost.
 class ServiceManager {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Takes NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID out of the environment, so that programs which are started
-  /// from here do not speak for this one.
+  /// Removes NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID from the environment, so that child programs do not send
+  /// notifications for this one.
   ServiceManager();
   ~ServiceManager();
   ServiceManager(const ServiceManager&) = delete;
   ServiceManager& operator=(const ServiceManager&) = delete;
 
-  /// Somebody wants signs of life.
+  /// Whether the manager expects signs of life.
   [[nodiscard]] bool has_watchdog() const noexcept { return watchdog_.has_value(); }
 
-  /// The service does what it is for; `status` is what `systemctl status` shows.
+  /// Reports that the service is in operation; `systemctl status` shows `status`.
   void ready(std::string_view status);
-  /// `cycles`: how many the line has made. A sign of life twice in every watchdog time, unless no cycle has been added
-  /// since the last one: a line that stands still is started anew by the manager.
+  /// `cycles`: number of cycles that the line has made. Sends a sign of life twice per watchdog time, unless no cycle
+  /// has been added since the last one: the manager then restarts the stalled line.
   void alive(std::uint64_t cycles, Clock::time_point now);
-  /// The service is about to end.
+  /// Reports that the service is about to end.
   void ending();
 
  private:
   void send(std::string_view text) noexcept;
 
   int socket_ = -1;
-  std::string address_;  ///< sun_path as it is; empty: nobody asks
+  std::string address_;  ///< sun_path, binary; empty: no manager requests notifications
   std::optional<Clock::duration> watchdog_;
   std::optional<Clock::time_point> last_sign_;
   std::uint64_t cycles_at_last_sign_ = 0;

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Facts of a machine and a build that make figures what they are.
+/// Facts of the machine and the build that influence the figures.
 constexpr std::string_view kComparedFacts[] = {
     "cpu",      "cores",      "virtual_machine", "kernel", "kernel_build", "kernel_options", "isolated_cpus",
     "governor", "interfaces", "compiler",        "build",  "commit",       "quick",          "short"};
@@ -33,7 +33,7 @@ std::map<RowKey, const json*> rows_of(const std::vector<json>& documents) {
   return rows;
 }
 
-/// Facts by program of the documents that both have.
+/// Facts that differ between documents of the same program, each difference once.
 json differences_of(const std::vector<json>& first, const std::vector<json>& second) {
   auto differences = json::array();
   for (const auto fact : kComparedFacts) {
@@ -51,7 +51,7 @@ json differences_of(const std::vector<json>& first, const std::vector<json>& sec
   return differences;
 }
 
-/// What turns say of a ratio: its logarithm, and half of its 95 % interval there.
+/// A ratio measured by turns: its logarithm, and half of its 95 % interval on the logarithmic scale.
 struct LogRatio {
   double mean = 0.0;
   double half = 0.0;
@@ -71,7 +71,7 @@ double four_digits(double value) {
   return std::round(value * 1e4) / 1e4;
 }
 
-/// Independent runs: the squares of what is not sure add up.
+/// The runs are independent, so the squares of their uncertainties add up.
 void add_interval(json& row, const json& before, const json& after) {
   const auto was = log_ratio(before);
   const auto is = log_ratio(after);

@@ -23,13 +23,13 @@ std::string head(std::string_view name, int height) {
       height, name);
 }
 
-/// A figure of a course is drawn in the unit that reads best.
+/// Scale factor and name of the unit in which a figure over time is drawn.
 std::pair<double, std::string> drawn_unit(const std::string& unit) {
   if (unit == "ns") return {1e-3, "us"};
   return {1.0, unit == "1" ? std::string("in a window") : unit};
 }
 
-/// Median, 99 % and maximum of each window at the middle of it, a block of the file.
+/// A block of the data file: the middle of each window, with median, 99 % and maximum.
 std::string course_block(const json& row, double scale) {
   const auto& course = row["over_time"];
   const auto window_s = course["window_s"].get<double>();
@@ -42,7 +42,7 @@ std::string course_block(const json& row, double scale) {
   return block + "\n\n";
 }
 
-/// One curve each of what has one value in a window, three of a distribution.
+/// Plots one curve for a metric with a single value per window, three for a distribution.
 std::string course_plot(const json& row, int index, const std::string& unit) {
   const auto metric = row["metric"].get<std::string>();
   auto script = fmt::format("set ylabel {}\n", gnuplot_text(unit));
@@ -68,8 +68,8 @@ double number_in(std::string_view name) {
   return digit == std::string_view::npos ? 0.0 : std::strtod(std::string(name.substr(digit)).c_str(), nullptr);
 }
 
-/// Rows by the number at the beginning of their case, grouped by what is behind the word that follows it, in the order
-/// of the numbers in there: 32 in "every_125_us" for "32_axes_every_125_us".
+/// Rows of a metric by the number at the start of their case, grouped by the part after the next word and ordered by
+/// the number in that part: "32_axes_every_125_us" has the number 32 in the group "every_125_us" (125).
 using Groups = std::map<std::pair<double, std::string>, std::map<double, const json*>>;
 
 Groups by_number(const json& document, std::string_view metric) {
@@ -86,7 +86,7 @@ Groups by_number(const json& document, std::string_view metric) {
   return groups;
 }
 
-/// Of each group a block and a curve of the medians.
+/// Adds a data block per group, and returns the plots of their medians.
 std::string curves(BenchFigure& figure, const json& document, std::string_view metric, std::string_view prefix,
                    int& index) {
   std::string plots;

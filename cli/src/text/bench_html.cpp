@@ -45,7 +45,7 @@ std::string escaped(std::string_view text) {
   return safe;
 }
 
-/// A picture as an address that contains it (RFC 2397). As an image it cannot run scripts.
+/// A picture as a data URL (RFC 2397). Used as an image, it cannot run scripts.
 std::string data_address(std::string_view svg) {
   std::string address = "data:image/svg+xml,";
   for (const char c : svg) {
@@ -79,7 +79,7 @@ std::string row_html(const json& row) {
   return text + "</tr>\n";
 }
 
-/// Everything aimed at, as measured, in front of all else; empty: nothing was.
+/// A table of all rows with an aim, and their measured values; empty: no row has an aim.
 std::string aims_html(const std::vector<json>& documents) {
   std::string rows;
   int met = 0;
@@ -105,7 +105,7 @@ std::string aims_html(const std::vector<json>& documents) {
       met, all, rows);
 }
 
-/// Every fact of the machine and the build that the document has.
+/// All facts of the document about the machine and the build.
 std::string environment_html(const json& environment) {
   std::string text;
   for (const auto& [key, value] : environment.items()) {

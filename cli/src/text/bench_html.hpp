@@ -7,10 +7,10 @@
 
 namespace driveline::cli {
 
-/// The documents of the benchmarks as one HTML page that needs no other file: all that was aimed at, then a section
-/// and a table per program, with the pictures inside. `pictures`: SVG by name, each in the section of the program whose
-/// name it begins with. What documents and pictures say is shown, never run. The documents have been checked by
-/// parse_bench_document().
+/// The documents of the benchmarks as a self-contained HTML page: the table of aims, then a section with a table per
+/// program, with embedded pictures. `pictures`: SVG by name, each shown in the section of the program whose name its
+/// name starts with. Content of documents and pictures is only displayed, never executed. parse_bench_document() must
+/// have checked the documents.
 [[nodiscard]] std::string bench_html(const std::vector<nlohmann::json>& documents,
                                      const std::map<std::string, std::string>& pictures);
 

@@ -27,8 +27,8 @@ bool is_bin(const json& bin) {
   return bin.is_array() && bin.size() == 2 && bin[0].is_number_integer() && bin[1].is_number_unsigned();
 }
 
-/// A distribution leaves nothing out: whole microseconds whose counts are as many as were measured, and of them those
-/// that were missed.
+/// Checks that a distribution is complete: the counts of its microsecond bins add up to all measurements, and those
+/// from the deadline on to the missed ones.
 std::optional<std::string> histogram_problem(const json& row) {
   if (!row.contains("histogram")) return std::nullopt;
   const auto& histogram = row["histogram"];
@@ -52,7 +52,7 @@ std::optional<std::string> histogram_problem(const json& row) {
   return std::nullopt;
 }
 
-/// The bins whose width is a part of their decade hold all measurements, too.
+/// Checks that the logarithmic bins contain all measurements, too.
 std::optional<std::string> log_bins_problem(const json& row) {
   if (!row.contains("histogram") || !row["histogram"].contains("log_bins")) return std::nullopt;
   const auto& histogram = row["histogram"];
@@ -70,7 +70,7 @@ std::optional<std::string> log_bins_problem(const json& row) {
   return fmt::format("logarithmic bins hold {} measurements of {}", total, row["n"].dump());
 }
 
-/// A ratio by turns, and a course over time.
+/// Checks the ratio measured by turns, and the figures over time.
 std::optional<std::string> detail_problem(const json& row) {
   if (row.contains("ratio_turns")) {
     for (const auto* key : {"turns", "mean", "low", "high"}) {
@@ -91,7 +91,7 @@ std::optional<std::string> detail_problem(const json& row) {
   return std::nullopt;
 }
 
-/// Everything aimed at, as measured; empty: nothing was.
+/// A table of all rows with an aim, and their measured values; empty: no row has an aim.
 std::string aims_text(const std::vector<json>& documents) {
   std::string text;
   for (const auto& document : documents) {
@@ -118,7 +118,7 @@ std::string row_text(const json& row) {
   return text + (comparison.empty() ? " |\n" : fmt::format(" {} |\n", comparison));
 }
 
-/// The number in front of `tail` at the end of a name: 32 of "paced_32_axes".
+/// The number in front of `tail` at the end of a name: 32 in "paced_32_axes".
 std::optional<int> number_before(std::string_view name, std::string_view tail) {
   if (!name.ends_with(tail)) return std::nullopt;
   name.remove_suffix(tail.size());
@@ -136,7 +136,7 @@ const json* find_document(const std::vector<json>& documents, std::string_view b
   return nullptr;
 }
 
-/// Rows of cases that begin with `begin` and measure `metric`, by number of axes: number, median, 99.9 %. One block of
+/// Rows of cases that start with `begin` and measure `metric`, by number of axes: number, median, 99.9 %. One block of
 /// a gnuplot file.
 std::string by_axes(const json& document, std::string_view begin, std::string_view metric) {
   std::string block = fmt::format("# {}{}\n", begin, metric);
@@ -180,7 +180,7 @@ BenchFigure cycle_figure(const json& document) {
   return figure;
 }
 
-/// Wake-up latency: a curve through the percentiles for each way of waiting.
+/// Wake-up latency: a curve through the percentiles for each method of waiting.
 BenchFigure wake_figure(const json& document) {
   BenchFigure figure{"wake", {}, {}};
   std::string curves;
@@ -264,7 +264,7 @@ std::vector<BenchFigure> bench_figures(const std::vector<json>& documents) {
   const auto draw = [&](std::string_view bench, BenchFigure (*make)(const json&)) {
     const auto* document = find_document(documents, bench);
     if (document == nullptr || (*document)["results"].empty()) return;
-    // A document may lack what would be drawn.
+    // A document may lack the rows that would be drawn.
     if (auto figure = make(*document); !figure.script.empty()) figures.push_back(std::move(figure));
   };
   draw("cycle", cycle_figure);

@@ -5,7 +5,7 @@
 namespace driveline::cli {
 namespace {
 
-/// A text of the slave inside a comment: one line, and nothing that ends it early.
+/// Makes a text of the slave safe for a comment: a single line without a comment end.
 std::string comment_text(std::string_view text) {
   std::string safe;
   for (const char c : text) safe += (static_cast<unsigned char>(c) < 0x20 || c == '\\') ? ' ' : c;

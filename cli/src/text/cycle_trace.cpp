@@ -23,8 +23,8 @@ constexpr int kCycleTrack = 1;
 constexpr int kLatencyTrack = 2;
 constexpr int kProcessorTrack = 3;
 
-/// The unit of the format. Readers cut off what is below a nanosecond, instead of rounding: a phase would begin before
-/// the end of the one in front of it, and be left out.
+/// Microseconds, the unit of the format. Readers truncate to nanoseconds instead of rounding: without the correction a
+/// phase would begin before the end of the previous one and be dropped.
 double in_us(nanoseconds time) {
   constexpr double kNsPerUs = 1000.0;
   const double us = static_cast<double>(time.count()) / kNsPerUs;
@@ -36,7 +36,7 @@ json name_event(std::string_view what, int track, const std::string& name) {
   return {{"ph", "M"}, {"pid", kProcess}, {"tid", track}, {"name", what}, {"args", {{"name", name}}}};
 }
 
-/// Writes one event after another, so that a trace need not be in memory twice.
+/// Writes one event after another, so that the trace is never in memory a second time.
 class EventWriter {
  public:
   EventWriter(std::ostream& out, nanoseconds origin) : out_(out), origin_(origin) {}
@@ -45,7 +45,7 @@ class EventWriter {
     out_ << (first_ ? "\n" : ",\n") << event.dump();
     first_ = false;
   }
-  /// A stretch of time on a track. `arguments`: null: none.
+  /// Writes a time span on a track. `arguments`: null for none.
   void stretch(int track, std::string_view name, nanoseconds begin, nanoseconds end, const json& arguments = nullptr) {
     json event = {{"ph", "X"},
                   {"pid", kProcess},
@@ -86,7 +86,7 @@ std::string label_of(std::int32_t thread) {
   return fmt::format("{} ({})", name.empty() ? "ended" : name, thread);
 }
 
-/// Who had the processor from the instant at which the cycle was due, until its end.
+/// Writes which threads ran on the processor from the instant at which the cycle was due until its end.
 void write_switches(EventWriter& to, const TracedCycle& cycle) {
   const auto& switches = cycle.switches;
   for (std::size_t i = 0; i < switches.size(); ++i) {

@@ -110,7 +110,7 @@ nlohmann::json list(const Entries& entries) {
   return rows;
 }
 
-/// Adds the part about the running cycle.
+/// Adds the keys about the running cycle.
 void add_exchange(nlohmann::json& document, const LineDiagnosis& diagnosis) {
   document["groups"] = list(diagnosis.groups);
   document["stale_frames"] = diagnosis.stale_frames;

@@ -6,7 +6,7 @@
 
 namespace driveline::cli {
 
-/// The document of `diag --json` (docs/command_line.md). Keys about the cycle are there only while it runs.
+/// The document of `diag --json` (docs/command_line.md). Keys about the cycle exist only while it runs.
 [[nodiscard]] nlohmann::json to_json(const ecat_master::LineDiagnosis& diagnosis);
 
 }  // namespace driveline::cli

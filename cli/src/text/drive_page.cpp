@@ -24,7 +24,7 @@ using Object = DriveObject;
 
 constexpr std::uint32_t kMoog = 0x00000028;
 
-/// The simulated drive whose product code this is; none: some other drive.
+/// The simulated drive with this product code; null: another drive.
 const slaves::msd::VariantFacts* simulated(const DriveValues& values) {
   if (values.bits(Object::kVendor) != kMoog) return nullptr;
   for (const auto& variant : slaves::msd::kVariants) {
@@ -62,7 +62,7 @@ std::string_view mode_name(double mode) {
   return "unknown";
 }
 
-/// A bit of a word and what it is called.
+/// A bit of a word, and its name.
 struct Named {
   unsigned bit;
   std::string_view name;
@@ -94,7 +94,7 @@ std::string names_of(std::uint32_t word, const std::array<Named, kSize>& bits) {
   return names.empty() ? "-" : names;
 }
 
-/// "  inputs 60FDh       0x000C0000  safe stop ENPO"
+/// A line such as "  inputs 60FDh       0x000C0000  safe stop ENPO".
 template <std::size_t kSize>
 std::string word_line(const DriveValues& values, Object object, std::string_view label,
                       const std::array<Named, kSize>& bits) {
@@ -103,7 +103,7 @@ std::string word_line(const DriveValues& values, Object object, std::string_view
   return fmt::format("  {:<18} 0x{:08X}  {}\n", label, *word, names_of(*word, bits));
 }
 
-/// Revolutions of the drive shaft per position unit, when the factor group tells it in plain units.
+/// Revolutions of the drive shaft per position unit; none unless the factor group uses plain units (power of ten 0).
 std::optional<double> revolutions_per_unit(const DriveValues& values, Object notation) {
   const auto feed = values.number(Object::kFeed);
   const auto revolutions = values.number(Object::kFeedRevolutions);
@@ -112,14 +112,14 @@ std::optional<double> revolutions_per_unit(const DriveValues& values, Object not
   return *revolutions / *feed;
 }
 
-/// "1234567  1.177 rev"
+/// A value such as "1234567 (1.177 rev)"; without `factor` only the number.
 std::string quantity(std::optional<double> raw, std::optional<double> factor, std::string_view unit) {
   if (!raw) return "";
   if (!factor) return fmt::format("{:.0f}", *raw);
   return fmt::format("{:.0f} ({:.3f} {})", *raw, *raw * *factor, unit);
 }
 
-/// One row of actual value, demand and target; empty when the drive has none of them.
+/// A row with actual value, demand and target; empty: the drive has none of them.
 std::string quantity_line(const DriveValues& values, std::string_view label, std::array<Object, 3> objects,
                           std::optional<double> factor, std::string_view unit) {
   std::array<std::string, 3> cells;
@@ -130,7 +130,7 @@ std::string quantity_line(const DriveValues& values, std::string_view label, std
   return line + "\n";
 }
 
-/// 0.1 % of the rated torque as Nm.
+/// Torque in Nm of 0.1 % of the rated torque.
 std::optional<double> torque_factor(const DriveValues& values) {
   const auto rated_mnm = values.number(Object::kRatedTorque);
   if (!rated_mnm || *rated_mnm <= 0.0) return std::nullopt;
@@ -147,7 +147,7 @@ std::string quantities(const DriveValues& values) {
   auto position = revolutions_per_unit(values, Object::kPositionNotation);
   auto velocity = revolutions_per_unit(values, Object::kVelocityNotation);
   if (velocity) *velocity *= 60.0;
-  if (!position) velocity.reset();  // velocity units count positions
+  if (!position) velocity.reset();  // velocity units are based on position units
   std::string text = fmt::format("  {:<18} {:<26} {:<26} {}\n", "", "actual", "demand", "target");
   text += quantity_line(values, "position", {Object::kPositionActual, Object::kPositionDemand, Object::kTargetPosition},
                         position, "rev");
@@ -180,7 +180,7 @@ std::string parameters(const DriveValues& values) {
     left = !left;
   }
   if (!left) text += "\n";
-  // No blanks at line ends.
+  // Remove blanks at line ends.
   std::string trimmed;
   for (const char c : text) {
     if (c == '\n') trimmed.resize(trimmed.find_last_not_of(' ') + 1);
@@ -208,7 +208,7 @@ std::string warning_line(const DriveValues& values) {
   return text;
 }
 
-/// "(*)" lit, "( )" dark.
+/// "(*)" for a lit LED, "( )" for a dark one.
 std::string_view lamp(bool lit) {
   return lit ? "(*)" : "( )";
 }
@@ -225,7 +225,7 @@ std::string leds(const DriveView& view, nanoseconds time) {
     text = fmt::format("RUN {}", lamp(slaves::msd::run_led(view.al.status.state, time)));
   }
   for (const auto& [port, name] : {std::pair(0U, "X15"), std::pair(1U, "X16")}) {
-    // Our own frames count as activity.
+    // The frames of this program count as activity, too.
     const slaves::msd::LinkState link{view.dl.ports[port].link, view.dl.ports[port].communication};
     text += fmt::format("   {} L/A {}", name, lamp(slaves::msd::link_activity_led(link, time)));
   }
@@ -254,11 +254,11 @@ std::string heading(const DriveView& view) {
   return text;
 }
 
-/// The display in its frame, and beside it what it means.
+/// The framed display, and its meaning beside it.
 std::string front(const DriveView& view, nanoseconds time) {
   const auto& values = view.values;
   const auto content = display_content(view);
-  const bool only_er = content.fault && content.fault->number == 0;  // the number of the fault is not known
+  const bool only_er = content.fault && content.fault->number == 0;  // the fault number is unknown
   const auto rows = draw_display(slaves::msd::display_frame(content, only_er ? nanoseconds{0} : time));
   const auto mode = values.number(Object::kModeDisplay);
   const auto wanted = values.number(Object::kMode);
@@ -315,7 +315,7 @@ slaves::msd::DisplayContent display_content(const DriveView& view) {
   slaves::msd::DisplayContent content;
   const auto& values = view.values;
   const auto state = state_of(values);
-  // The states of the manual are numbered from 1 (MSD manual 10.1.2).
+  // The manual numbers the states from 1 (MSD manual 10.1.2).
   if (state <= AxisState::kFault) content.state = static_cast<PowerState>(static_cast<unsigned>(state) + 1);
   content.starting = values.bits(Object::kNetworkState) == 0U;
   if (const auto inputs = values.bits(Object::kInputState)) {

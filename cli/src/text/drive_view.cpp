@@ -116,7 +116,7 @@ std::string DriveValues::text(DriveObject object) const {
   if (!bytes || !slaves::is_string(row_of(object).type)) return text;
   for (const std::byte byte : *bytes) {
     if (byte == std::byte{0}) break;
-    // Terminals act on control characters.
+    // Replace control characters, because terminals act on them.
     const auto symbol = std::to_integer<unsigned char>(byte);
     text += symbol < 0x20 || symbol == 0x7F ? '?' : static_cast<char>(symbol);
   }

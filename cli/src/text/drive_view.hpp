@@ -12,7 +12,7 @@
 
 namespace driveline::cli {
 
-/// The objects on the page of a drive: those of CiA 301 and CiA 402, and parameters that the manual of the MSD names.
+/// The objects on the page of a drive: objects of CiA 301 and CiA 402, and parameters from the manual of the MSD.
 enum class DriveObject : std::uint8_t {
   kDeviceType,
   kDeviceName,
@@ -75,31 +75,32 @@ enum class DriveObject : std::uint8_t {
   kCount,
 };
 
-/// Address, type and key of an object.
+/// Address, type and JSON key of an object.
 struct DriveObjectRow {
   DriveObject object;
   std::uint16_t index;
   std::uint8_t subindex;
   esi::DataType type;
-  std::string_view key;    ///< in JSON
-  bool constant = false;   ///< read once
+  std::string_view key;    ///< key in JSON
+  bool constant = false;   ///< read only once
   bool important = false;  ///< a parameter, listed on the page under its own name
   std::string_view label{};
   std::string_view unit{};
 };
 
-/// All of them, in the order of the enumeration.
+/// All objects, in the order of the enumeration.
 [[nodiscard]] const std::array<DriveObjectRow, static_cast<std::size_t>(DriveObject::kCount)>& drive_objects() noexcept;
 
-/// Values as they were uploaded. Objects that a drive does not have stay empty.
+/// Uploaded values. Objects that a drive does not have stay empty.
 class DriveValues {
  public:
   void set(DriveObject object, std::optional<std::vector<std::byte>> bytes) { at(object) = std::move(bytes); }
-  /// The number, when the object is there, is one, and has the length of its type. REAL32 too.
+  /// The value as a number, REAL32 included; none: the object is missing, is no number, or has another length than its
+  /// type.
   [[nodiscard]] std::optional<double> number(DriveObject object) const;
-  /// The same without sign, for words of bits.
+  /// The same without sign, for bit fields.
   [[nodiscard]] std::optional<std::uint32_t> bits(DriveObject object) const;
-  /// A text up to its first zero byte; empty when there is none.
+  /// The text up to its first zero byte; empty: there is none.
   [[nodiscard]] std::string text(DriveObject object) const;
 
  private:
@@ -118,7 +119,7 @@ struct DriveView {
   std::size_t slaves = 1;  ///< on the line
   ecat_master::AlReport al;
   wire::DlStatus dl;
-  bool other_master = false;  ///< another master had taken the line to PREOP or above before
+  bool other_master = false;  ///< another master had already taken the line to PREOP or above
   std::string trouble;        ///< why the values are not up to date; empty: they are
   DriveValues values;
 };

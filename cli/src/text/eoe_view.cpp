@@ -8,7 +8,7 @@
 namespace driveline::cli {
 namespace {
 
-/// Name of a slave, as far as it has one.
+/// The name of a slave up to its first zero byte.
 std::string name_text(const wire::EoeIpParameters::Name& name) {
   return {name.begin(), std::find(name.begin(), name.end(), '\0')};
 }
@@ -22,7 +22,7 @@ nlohmann::json text_or_null(const std::optional<wire::IpV4Address>& address) {
   return runtime::to_text(*address);
 }
 
-/// Frames of a port that came to nothing, in both directions.
+/// Dropped frames of a port, in both directions.
 std::uint64_t dropped(const runtime::EoePortReport& port) {
   const auto& figures = port.figures;
   auto count = figures.full + figures.flood_limit + figures.refused;

@@ -10,24 +10,24 @@
 
 namespace driveline::cli {
 
-/// What a slave says of its EoE port.
+/// EoE parameters of a slave.
 struct EoeAddressView {
   std::size_t position = 0;
   std::string name;
-  bool eoe = false;                    ///< its EEPROM knows EoE
-  wire::EoeIpParameters parameters{};  ///< as the slave has them
-  std::string trouble;                 ///< why they are not known; empty: they are
+  bool eoe = false;                    ///< the EEPROM lists EoE as a mailbox protocol
+  wire::EoeIpParameters parameters{};  ///< parameters as stored in the slave
+  std::string trouble;                 ///< why the parameters are unknown; empty: they are known
 };
 
-/// Ports of a running line: a table, and its document.
+/// The ports of a running line: as a table and as a document.
 [[nodiscard]] std::string to_text(const runtime::EoeReport& report);
 [[nodiscard]] nlohmann::json to_json(const runtime::EoeReport& report);
 
-/// Addresses of the slaves of a line that is not run: a table, and its document.
+/// The addresses of the slaves of a line that does not run: as a table and as a document.
 [[nodiscard]] std::string to_text(std::span<const EoeAddressView> slaves);
 [[nodiscard]] nlohmann::json to_json(std::span<const EoeAddressView> slaves);
 
-/// Clients of the mailbox gateway, a line each, and their document.
+/// The clients of the mailbox gateway: one line each, and as a document.
 [[nodiscard]] std::string to_text(std::span<const runtime::GatewayClient> clients);
 [[nodiscard]] nlohmann::json to_json(std::span<const runtime::GatewayClient> clients);
 

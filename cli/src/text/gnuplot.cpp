@@ -21,7 +21,7 @@ extern char** environ;
 namespace driveline::cli {
 namespace {
 
-/// The last line with something in it of all that comes until the other side closes.
+/// Reads until the other end closes, and returns the last line that is not blank.
 std::string last_line(int end) {
   std::string line;
   std::string last;
@@ -40,8 +40,7 @@ std::string last_line(int end) {
   return line.find_first_not_of(" \t^") == std::string::npos ? last : line;
 }
 
-/// Whether a PNG file has come to its end: the type of its last chunk, and the checksum of that (ISO/IEC
-/// 15948, 11.2.5).
+/// Whether a PNG file is complete: it ends with the type and the checksum of its last chunk (ISO/IEC 15948, 11.2.5).
 bool is_whole(const std::filesystem::path& picture) {
   constexpr std::string_view kEnd("IEND\xAE\x42\x60\x82", 8);
   std::ifstream stream(picture, std::ios::binary);

@@ -6,7 +6,7 @@
 
 namespace driveline::cli {
 
-/// The percentiles that the documents of the program show of a duration, in ns.
+/// Percentiles of a duration for JSON documents, in ns.
 [[nodiscard]] inline nlohmann::json percentiles_json(const rt::Histogram& histogram) {
   return {{"p50", histogram.percentile(0.5).count()},
           {"p99", histogram.percentile(0.99).count()},

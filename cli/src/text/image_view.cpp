@@ -29,7 +29,7 @@ std::string wire_text(const runtime::WireBudget& wire) {
       100.0 * wire.utilisation(), wire.acyclic_bytes);
 }
 
-/// Where the bytes of one direction of a slave lie.
+/// The position of the bytes that a slave has in one direction; "-": it has none.
 std::string range_text(std::size_t datagram, std::size_t offset, std::size_t bytes) {
   if (datagram == ProcessDataPlace::kNone || bytes == 0) return "-";
   return fmt::format("0x{:08X} {:>4} B", ProcessImage::logical_address(offset), bytes);
@@ -82,7 +82,7 @@ std::string to_text(const runtime::ImageView& view) {
   std::string text = fmt::format("  process data: {}, {} bytes, {} datagram(s) in {} frame(s); {}\n", view.layout,
                                  view.bytes, view.datagrams, view.frames, wire_text(view.wire));
   for (const auto& group : view.groups) {
-    // A group without datagrams has no exchanges.
+    // A group without datagrams is never exchanged.
     if (group.datagrams == 0) {
       text += fmt::format("    group {:<12} {}, no process data\n", group.name, rhythm(group.settings));
       continue;

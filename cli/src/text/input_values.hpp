@@ -8,7 +8,7 @@
 
 namespace driveline::cli {
 
-/// One row each: name, object, bits, bit pattern and number.
+/// One row per input: name, object, bits, bit pattern and number.
 [[nodiscard]] std::string to_text(std::span<const runtime::InputValue> inputs);
 [[nodiscard]] nlohmann::json to_json(std::span<const runtime::InputValue> inputs);
 

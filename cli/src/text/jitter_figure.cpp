@@ -16,20 +16,20 @@ namespace {
 using nlohmann::json;
 
 constexpr int kPanelHeight = 190;
-/// Behind the deadline, for the bar of the periods that were missed; in us.
+/// Distance from the deadline to the bar of the missed periods, and its width, in us.
 constexpr double kMissedAt = 6.0;
 constexpr double kMissedWidth = 8.0;
-/// Of a bar beside the others of a logarithmic axis.
+/// Space around the extra bars of a logarithmic axis, as a factor.
 constexpr double kLogMargin = 1.8;
 
-/// The first word of a case, "idle" of "idle_cycle_pure_sleep", and the rest.
+/// Splits the name of a case: "idle_cycle_pure_sleep" into "idle" and "cycle_pure_sleep".
 std::pair<std::string, std::string> state_and_way(const std::string& name) {
   const auto end = name.find('_');
   if (end == std::string::npos) return {name, name};
   return {name.substr(0, end), name.substr(end + 1)};
 }
 
-/// A vertical line with its name, at `us`.
+/// A vertical line at `us`, labelled with `name`.
 std::string mark(int number, double us, const std::string& name, double height) {
   return fmt::format(
       "set arrow {0} from {1},graph 0 to {1},graph {3} nohead dt 3\nset label {0} {2} at {1},graph {3} offset 0.4,-0.5 "
@@ -37,7 +37,7 @@ std::string mark(int number, double us, const std::string& name, double height) 
       number, us, gnuplot_text(name), height);
 }
 
-/// The counts below the deadline and those from it on, a block of the file each.
+/// The counts below the deadline and those from the deadline on, one block of the file each.
 struct Blocks {
   std::string in_time;
   std::string missed;
@@ -58,7 +58,7 @@ Blocks blocks_of(const json& histogram, const std::string& way) {
   return blocks;
 }
 
-/// Draws the blocks 2 * `panel` and the one behind.
+/// Draws the two blocks from 2 * `panel` on.
 std::string panel_script(const json& row, const std::string& file, const std::string& way, int panel,
                          const Blocks& blocks) {
   const auto& histogram = row["histogram"];
@@ -70,7 +70,7 @@ std::string panel_script(const json& row, const std::string& file, const std::st
   double height = 0.98;
   for (const auto& [name, key] :
        {std::pair{"p50", "p50"}, std::pair{"p99", "p99"}, std::pair{"p99.9", "p999"}, std::pair{"max", "max"}}) {
-    // Beyond the deadline the bar tells.
+    // Values beyond the deadline are covered by the bar of the missed periods.
     if (us(key) < deadline_us) script += mark(number, us(key), fmt::format("{} {:.1f}", name, us(key)), height);
     ++number;
     height -= 0.14;
@@ -100,7 +100,7 @@ BenchFigure figure_of(const std::string& state, const std::string& metric, const
   for (const auto* row : rows) {
     const auto way = state_and_way((*row)["case"].get<std::string>()).second;
     const auto blocks = blocks_of((*row)["histogram"], way);
-    // An empty block is none to gnuplot, and those behind it would have other numbers.
+    // Gnuplot ignores an empty block, which would renumber the following ones.
     figure.data += blocks.in_time + (blocks.any_in_time ? "" : "-1 0\n") + "\n\n" + blocks.missed +
                    ((*row)["histogram"]["missed"].get<std::uint64_t>() > 0 ? "" : "-1 0\n") + "\n\n";
     figure.script += panel_script(*row, figure.name + ".dat", way, panel++, blocks);
@@ -109,8 +109,8 @@ BenchFigure figure_of(const std::string& state, const std::string& metric, const
   return figure;
 }
 
-/// Bars of equal width on a logarithmic axis, in us: from, to, count. Those in time, then that below what the clock
-/// tells apart and that of the periods that were missed; together they are all that was measured.
+/// Bars of equal width on a logarithmic axis, in us: from, to, count. A block each for the bars in time, for times
+/// below the resolution of the clock, and for missed periods; together they contain all measurements.
 std::string log_blocks(const json& row, double lowest_us) {
   const auto& histogram = row["histogram"];
   const auto deadline_us = histogram["deadline_us"].get<double>();
@@ -126,7 +126,7 @@ std::string log_blocks(const json& row, double lowest_us) {
     const auto from_us = edge_us(bin[0].get<std::int64_t>());
     const auto to_us = edge_us(bin[0].get<std::int64_t>() + 1);
     if (from_us >= deadline_us || left == 0) break;
-    // The bin in which the deadline lies ends there: the rest of it was missed.
+    // The bin that contains the deadline ends there: the rest of it was missed.
     const auto count = std::min(left, to_us > deadline_us ? left : bin[1].get<std::uint64_t>());
     text += fmt::format("{:.6g} {:.6g} {}\n", from_us, std::min(to_us, deadline_us), count);
     left -= count;
@@ -164,7 +164,7 @@ std::string log_panel(const json& row, const std::string& file, const std::strin
          ", " + box(2, "red", fmt::format("missed: {}", histogram["missed"].get<std::uint64_t>())) + "\n";
 }
 
-/// The same distributions in bars that are equally wide on a logarithmic axis; none where a row has no such bins.
+/// The same distributions in bars of equal width on a logarithmic axis; none if a row has no such bins.
 std::optional<BenchFigure> log_figure_of(const std::string& state, const std::string& metric,
                                          const std::vector<const json*>& rows) {
   double lowest_us = 1e9;

@@ -6,10 +6,10 @@
 
 namespace driveline::cli {
 
-/// The distributions of `bench/jitter`: one picture per state of the machine and metric, a panel for each way of
-/// waiting. Bins of a microsecond, logarithmic counts; every delay is in it, those of a period and more in a bar of
-/// their own. Then the same with bars that are equally wide on a logarithmic axis, where the document has them, and one
-/// for what is shorter than the clock can tell. `document` has been checked by parse_bench_document().
+/// The distributions of `bench/jitter`: a picture per state of the machine and metric, with a panel for each method of
+/// waiting. Bins of a microsecond, logarithmic counts; every delay is shown, delays of a period and more in a bar of
+/// their own. Then, if the document has them, the same in bars of equal width on a logarithmic axis, with one more bar
+/// for delays below the resolution of the clock. parse_bench_document() must have checked `document`.
 [[nodiscard]] std::vector<BenchFigure> jitter_figures(const nlohmann::json& document);
 
 }  // namespace driveline::cli

@@ -7,8 +7,8 @@
 
 namespace driveline::cli {
 
-/// A document as it is printed. Texts of devices and files need not be UTF-8: invalid bytes become U+FFFD, and control
-/// characters are written as JSON escapes.
+/// A document as text for output. Texts of devices and files need not be UTF-8: invalid bytes become U+FFFD, and
+/// control characters become JSON escapes.
 [[nodiscard]] inline std::string json_text(const nlohmann::json& document) {
   return visible_json(document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)) + "\n";
 }

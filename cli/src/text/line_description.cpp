@@ -18,11 +18,11 @@ namespace {
 /// Device profile in the lower word of 1000h (CiA 402-1).
 constexpr std::uint32_t kProfileMask = 0xFFFF;
 constexpr std::uint32_t kDriveProfile = 402;
-/// Mapping objects of a drive that names no others (CiA 402).
+/// Mapping objects of a drive that describes none (CiA 402).
 constexpr std::uint16_t kFirstRxPdo = 0x1600;
 constexpr std::uint16_t kFirstTxPdo = 0x1A00;
 
-/// A text of a slave or a name of the user inside a comment or a basic string of TOML.
+/// Makes a text of a slave or a user's name safe for a comment or a basic string of TOML.
 std::string plain(std::string_view text) {
   std::string safe;
   for (const char c : text) {
@@ -32,7 +32,7 @@ std::string plain(std::string_view text) {
   return safe;
 }
 
-/// The families that a line description can name.
+/// The device families that a line description can name.
 const runtime::DeviceRegistry& families() {
   static const runtime::DeviceRegistry kFamilies;
   return kFamilies;
@@ -43,12 +43,12 @@ const runtime::DeviceFamily* family_of(const esi::SiiImage& sii) {
   return families().find_simulated({sii.vendor_id, sii.product_code}, sii.revision);
 }
 
-/// Whether the master knows how such a drive wants to be treated.
+/// Whether the master has rules for this type of drive.
 bool is_known_drive(const esi::SiiImage& sii) {
   return families().has_rules_for({sii.vendor_id, sii.product_code});
 }
 
-/// How often each value occurs among the slaves that have one.
+/// Number of slaves by value, among the slaves that have one.
 using Uses = std::map<std::uint16_t, std::size_t>;
 
 struct IdentityUses {
@@ -63,7 +63,7 @@ struct IdentityUses {
   }
 };
 
-/// The key by which the slave is identified; as a comment when another slave has the same number.
+/// The key that identifies the slave; commented out if another slave has the same number.
 std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
   const auto alias = slave.view.sii->config.station_alias;
   const auto id = slave.device_id.value_or(0);
@@ -79,8 +79,8 @@ std::string place_lines(const FoundSlave& slave, const IdentityUses& names) {
   return text;
 }
 
-/// For a drive whose mapping cannot be changed: its own PDOs as a comment that the user may uncomment. They follow the
-/// slave, because a [[slave.pdo]] belongs to the [[slave]] before it.
+/// For a drive whose mapping cannot be changed: its own PDOs, commented out for the user. They follow the slave,
+/// because a [[slave.pdo]] belongs to the preceding [[slave]].
 std::string pdo_lines(const FoundSlave& slave) {
   if (!slave.drive || is_known_drive(*slave.view.sii)) return {};
   const auto& device = slave.view.info.description;
@@ -101,7 +101,7 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   if (!slave.view.trouble.empty()) text += fmt::format("# {}.\n", slave.view.trouble);
   text += fmt::format("# {}\n[[slave]]\nname = \"slave{}\"\n", plain(slave.view.name()), slave.view.slave.ref.position);
   const auto* family = family_of(sii);
-  // The first family is that of a [[slave]] without `model`.
+  // A [[slave]] without `model` belongs to the first family.
   if (family != nullptr && family != families().families().front().get())
     text += fmt::format("model = \"{}\"\n", family->key());
   if (!slave.image_file.empty()) {
@@ -114,7 +114,7 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
   return text + place_lines(slave, names) + pdo_lines(slave);
 }
 
-/// Names of the modes that drive and master have. A drive that does not tell has CSP.
+/// Names of the modes that drive and master have in common. A drive that does not report its modes has CSP.
 std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
   namespace cia402 = ecat_master::cia402;
   std::vector<std::string_view> modes;
@@ -125,7 +125,7 @@ std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
   return modes;
 }
 
-/// Least value that [[axis]] accepts.
+/// Limits of the values that [[axis]] accepts.
 constexpr double kSmallest = 1e-6;
 constexpr double kLargest = 1e6;
 
@@ -258,7 +258,7 @@ std::string gentle_path(const FoundLine& line, double turns) {
     rest += ",0";
     there += fmt::format(",{}", turns);
   }
-  // A cubic from rest to rest is fastest in its middle: one and a half times its mean velocity.
+  // The highest velocity of a cubic from rest to rest, in its middle, is one and a half times its mean velocity.
   constexpr double kFastest = 1.0;  // revolutions per second
   constexpr double kShortest = 1.0;
   const double half_s = std::max(kShortest, 1.5 * std::abs(turns) / kFastest);

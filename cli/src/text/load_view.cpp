@@ -15,7 +15,7 @@ namespace {
 using runtime::LoadEstimate;
 using runtime::LoadFigure;
 
-/// A figure under the key that it has in a line description.
+/// A figure and its key in a line description.
 struct Figure {
   std::string_view key;
   std::string_view unit;
@@ -41,7 +41,7 @@ std::vector<Figure> figures_of(const LoadEstimate& load, const ecat_master::Axis
   return figures;
 }
 
-/// As the key takes it: a friction that is found below 0 is none.
+/// The value for the description: a friction below 0 becomes 0.
 double for_the_key(const Figure& figure) {
   return figure.negative ? figure.load.value : std::max(figure.load.value, 0.0);
 }

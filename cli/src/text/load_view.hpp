@@ -13,19 +13,21 @@
 
 namespace driveline::cli {
 
-/// What `identify` prints: the figures with their intervals, how well they fit, and the keys for the description.
+/// The output of `identify`: the figures with their intervals, the quality of the fit, and the keys for the
+/// description.
 [[nodiscard]] std::string load_text(const runtime::LoadEstimate& load, const ecat_master::AxisConfig& axis);
 
 /// The same as a document; `files` by their key.
 [[nodiscard]] nlohmann::json to_json(const runtime::LoadEstimate& load, const ecat_master::AxisConfig& axis,
                                      const std::map<std::string, std::filesystem::path>& files);
 
-/// Writes what the figures were found from: time, position, velocity, acceleration, torque measured and by the model.
+/// Writes the samples behind the figures: time, position, velocity, acceleration, torque as measured and by the model.
 [[nodiscard]] runtime::Result<void> write_load_csv(const runtime::LoadEstimate& load,
                                                    const ecat_master::AxisConfig& axis,
                                                    const std::filesystem::path& file);
 
-/// Draws load.png out of load.csv in `directory`: torque measured and by the model, and the difference. Error: a
+/// Draws load.png from load.csv in `directory`: torque as measured and by the model, and the difference. Error: a
+/// sentence.
 /// sentence.
 [[nodiscard]] tl::expected<Drawing, std::string> draw_load(const std::filesystem::path& directory,
                                                            const ecat_master::AxisConfig& axis);

@@ -11,8 +11,8 @@ namespace {
 
 struct CostWord {
   rt::Cost cost;
-  std::string_view text;  ///< for people
-  std::string_view json;  ///< for programs
+  std::string_view text;  ///< text in reports
+  std::string_view json;  ///< value in JSON
 };
 
 constexpr std::array kCostWords = {
@@ -35,7 +35,7 @@ std::string machine_text(const std::vector<rt::RealtimeItem>& items) {
     for (const auto& item : items) {
       if (item.ok || item.cost != word.cost) continue;
       auto plain = item;
-      plain.remedy.clear();  // has a line of its own
+      plain.remedy.clear();  // printed on a line of its own
       text += fmt::format("{:<9} {:<24} {}\n", word.text, item.name, rt::shortcoming(plain));
       if (!item.consequence.empty()) text += fmt::format("{:<9} costs: {}\n", "", item.consequence);
       if (!item.remedy.empty()) text += fmt::format("{:<9} mend:  {}\n", "", item.remedy);

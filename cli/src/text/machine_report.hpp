@@ -8,11 +8,11 @@
 
 namespace driveline::cli {
 
-/// What was found about this machine, for people: what costs most comes first, each with its price and its remedy, then
-/// one line for everything that is fine.
+/// The findings about this machine as text: the most costly ones first, each with its cost and its remedy, then a line
+/// for each item without a problem.
 [[nodiscard]] std::string machine_text(const std::vector<rt::RealtimeItem>& items);
 
-/// The same for programs, an array in the order in which it was found.
+/// The findings as a JSON array, in their original order.
 [[nodiscard]] nlohmann::json machine_json(const std::vector<rt::RealtimeItem>& items);
 
 }  // namespace driveline::cli

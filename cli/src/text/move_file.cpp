@@ -26,7 +26,7 @@ using nlohmann::json;
 using trajectory::GroupVector;
 using trajectory::PathMove;
 
-/// What is wrong with a line; the file and the line are added where it is caught.
+/// An error in a line; the caller that catches it adds file and line.
 struct BadLine {
   std::string reason;
 };
@@ -47,10 +47,10 @@ double number_of(const json& value, std::string_view what) {
   return value.get<double>();
 }
 
-/// Reads line after line; what a move does not say is as in the move before it.
+/// Parses line after line; a move inherits what it leaves out from the previous move.
 class MoveReader {
  public:
-  /// `folder`: of the file.
+  /// `folder`: folder of the file.
   MoveReader(std::filesystem::path folder, const MoveDefaults& defaults)
       : folder_(std::move(folder)), start_(defaults.start), tolerance_(defaults.tolerance) {}
 
@@ -110,8 +110,7 @@ class MoveReader {
  private:
   [[nodiscard]] const trajectory::PositionUnit& first_unit() const { return *file_.coordinates.front().unit; }
 
-  /// The shaper knows how far away the first place may be.
-  /// `by_limits`: of the file.
+  /// Rejects a start that is too far away for the shaper or, with `by_limits`, outside the limits of the file.
   void check_start(bool by_limits) const {
     try {
       const trajectory::PathShaper shaper(file_.axes.size(), file_.start);
@@ -226,7 +225,7 @@ class MoveReader {
     file_.axes.push_back({name, unit});
   }
 
-  /// A number per axis; null: where the axis is.
+  /// Reads one number per axis; null keeps the axis at its position.
   GroupVector place_of(const json& values, std::string_view what, const GroupVector& at, bool is_relative) const {
     if (!values.is_array() || values.size() != file_.coordinates.size()) {
       throw BadLine{fmt::format("{} must be an array of {} numbers, one for each {}", what, file_.coordinates.size(),
@@ -288,7 +287,7 @@ class MoveReader {
       move.points.push_back(at = place_of(point, "a point of spline", at, false));
   }
 
-  /// Straight lines through the points of a CSV file, in the coordinates that it names.
+  /// Reads straight lines through the points of a CSV file, whose coordinates have the names in that file.
   void read_polyline(const json& line, PathMove& move, std::size_t number) {
     refuse_unknown_keys(line, {"polyline", "feed", "tolerance"});
     if (!line["polyline"].is_string()) throw BadLine{"polyline must be the name of a CSV file"};

@@ -9,7 +9,7 @@
 
 namespace driveline::cli {
 
-/// An object of a slave as the slave describes it.
+/// An object as its slave describes it.
 struct DictionaryObject {
   ecat_master::ObjectDescription object;
   std::vector<ecat_master::EntryDescription> entries;

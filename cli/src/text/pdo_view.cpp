@@ -41,7 +41,7 @@ std::vector<SyncManagerView> channels_of(const esi::SiiImage& sii) {
   return views;
 }
 
-/// Names of PDOs and objects in the EEPROM.
+/// Names of PDOs and objects from the EEPROM.
 class EepromNames {
  public:
   explicit EepromNames(const esi::SiiImage& sii) {
@@ -70,8 +70,8 @@ class EepromNames {
   std::vector<PdoView> known_;
 };
 
-/// Names of the slave's PDOs and objects: from its EEPROM, else from the standard, else from its dictionary. After the
-/// first request about its dictionary without an answer no other is sent.
+/// Names of the slave's PDOs and objects: from its EEPROM, else from the standard, else from its dictionary. After one
+/// unanswered dictionary request no further ones are sent.
 class SpokenNames {
  public:
   SpokenNames(ecat_master::CoeClient& coe, LineView& line, std::size_t position, const esi::SiiImage& sii)
@@ -85,7 +85,7 @@ class SpokenNames {
     return object ? object->name : std::string{};
   }
   [[nodiscard]] std::string entry(std::uint16_t index, std::uint8_t subindex) {
-    if (index == 0) return {};  // a gap
+    if (index == 0) return {};  // a gap in the PDO
     auto name = eeprom_.entry(index, subindex);
     if (name.empty()) name = ecat_master::cia402::object_name(index, subindex);
     if (!name.empty() || silent_) return name;
@@ -108,7 +108,7 @@ class SpokenNames {
   bool silent_ = false;
 };
 
-/// One slave; over CoE where its mailbox is open.
+/// Reads the PDOs of a slave, over CoE if its mailbox is open.
 Outcome<SlavePdos> read_slave(LineView& line, SlaveView view, bool only_sii) {
   SlavePdos slave{std::move(view), PdoSource::kSii, {}};
   if (!slave.slave.sii) return failed(slave.slave.trouble);

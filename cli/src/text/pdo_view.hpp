@@ -13,7 +13,7 @@ struct PdoEntryView {
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
   std::uint8_t bits = 0;
-  std::string name;  ///< empty: not known
+  std::string name;  ///< empty: unknown
 };
 
 struct PdoView {
@@ -30,31 +30,31 @@ struct SyncManagerView {
   std::vector<PdoView> pdos;
 };
 
-/// Sync managers and their PDOs as the EEPROM says.
+/// Sync managers and their PDOs according to the EEPROM.
 [[nodiscard]] std::vector<SyncManagerView> pdos_from_sii(const esi::SiiImage& sii);
 
-/// The same with the assignment and mapping that the slave has at present, read over CoE; names come from the EEPROM
-/// as far as it has them. The slave must be in PREOP or above.
+/// Sync managers and their PDOs according to the present assignment and mapping of the slave, read over CoE; names come
+/// from the EEPROM as far as it has them. The slave must be in PREOP or above.
 [[nodiscard]] Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t position,
                                                                   ecat_master::MailboxClient& mailbox,
                                                                   const esi::SiiImage& sii);
 
-/// How the PDOs of the selected slaves are found.
+/// The source of the PDOs of a slave.
 enum class PdoSource : std::uint8_t { kSii, kCoe };
 
-/// Sync managers and PDOs of one slave.
+/// Sync managers and PDOs of a slave.
 struct SlavePdos {
   SlaveView slave;
   PdoSource source = PdoSource::kSii;
   std::vector<SyncManagerView> sync_managers;
 };
 
-/// Opens the bus and finds the PDOs of the selected slaves: over CoE (LineView::open_mailboxes() with `force`) where a
-/// slave has that and `only_sii` does not forbid it; from the EEPROM otherwise.
+/// Opens the bus and reads the PDOs of the selected slaves: over CoE (LineView::open_mailboxes() with `force`) if a
+/// slave has CoE and `only_sii` does not forbid it; else from the EEPROM.
 [[nodiscard]] Outcome<std::vector<SlavePdos>> read_pdos(const runtime::BusOptions& bus, const SlaveSelection& selection,
                                                         bool only_sii, bool force);
 
-/// Three levels, indented: sync manager, PDO, entry.
+/// Three indented levels: sync manager, PDO, entry.
 [[nodiscard]] std::string to_text(std::span<const SyncManagerView> sync_managers);
 [[nodiscard]] nlohmann::json to_json(const SlavePdos& slave);
 

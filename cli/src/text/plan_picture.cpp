@@ -28,7 +28,7 @@ Range range_of(const PlannedMotion& motion, std::size_t coordinate) {
   return range;
 }
 
-/// A part of the picture: how values become places in it.
+/// A part of the picture: maps values to positions in it.
 struct Box {
   double top;
   double height;
@@ -59,7 +59,7 @@ struct Box {
     const auto [left, down] = place(at_x, at_y);
     return fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"4\" fill=\"#c0392b\"/>\n", left, down);
   }
-  /// A line from top to bottom with a word beside it, in one of three rows.
+  /// A vertical line with a word beside it, in one of three rows.
   [[nodiscard]] std::string flag(double at_x, const std::string& word, std::size_t number) const {
     const double left = place(at_x, y.low).first;
     constexpr std::size_t kRows = 3;
@@ -72,7 +72,7 @@ struct Box {
   }
 };
 
-/// The two coordinates of one kind that go farthest, in their order.
+/// The two coordinates of the same kind with the largest range, in their order.
 std::array<std::size_t, 2> plane_of(const MoveFile& file, const PlannedMotion& motion) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < file.coordinates.size(); ++i) {

@@ -7,8 +7,8 @@
 
 namespace driveline::cli {
 
-/// A motion as SVG: the way in the plane of the two coordinates that go farthest (of the only one over time), the speed
-/// along it over time, and the outputs where they change.
+/// A motion as SVG: the path in the plane of the two coordinates with the largest range (a single coordinate over
+/// time), the speed along it over time, and the changes of the outputs.
 [[nodiscard]] std::string picture_of(const MoveFile& file, const PlannedMotion& motion);
 
 }  // namespace driveline::cli

@@ -17,7 +17,7 @@ PlanSamples::PlanSamples(const std::filesystem::path& file, const MoveFile& move
 }
 
 void PlanSamples::take(const trajectory::ContourSetpoint& setpoint) {
-  // As many digits as bring the very value back: readers differentiate it three times.
+  // Enough digits to restore the exact value, because readers differentiate it three times.
   output_.stream() << fmt::format("{}", static_cast<double>(++cycle_) * moves_.settings.period_s);
   for (std::size_t i = 0; i < moves_.axes.size(); ++i) {
     output_.stream() << fmt::format(",{}", moves_.axes[i].unit->from_si(setpoint.position[i]));

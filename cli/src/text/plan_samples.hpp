@@ -9,16 +9,16 @@
 
 namespace driveline::cli {
 
-/// The setpoints of a plan as CSV, a row per cycle: time since the begin, the place of each axis in its unit, with
-/// kinematics those of the tool, the speed along the path in the unit of the first coordinate, the line of the move in
-/// its file, and each output as it is. The file appears when it is complete.
+/// The setpoints of a plan as CSV, a row per cycle: time since the start, the position of each axis in its unit, with
+/// kinematics that of the tool, the speed along the path in the unit of the first coordinate, the line of the move in
+/// its file, and the value of each output. The file appears when it is complete.
 class PlanSamples {
  public:
-  /// `moves` must outlive it.
+  /// `moves` must outlive this object.
   PlanSamples(const std::filesystem::path& file, const MoveFile& moves);
 
   void take(const trajectory::ContourSetpoint& setpoint);
-  /// Error: kMachine, the disk is full or the folder is not there.
+  /// Completes the file. Error: kMachine, the disk is full or the folder does not exist.
   [[nodiscard]] runtime::Result<void> complete() { return output_.complete(); }
 
  private:

@@ -15,7 +15,7 @@ void keep(std::deque<GroupVector>& last, const GroupVector& next) {
   if (last.size() > kCycles) last.pop_back();
 }
 
-/// Velocity, acceleration and jerk of an axis by its last four positions.
+/// Velocity, acceleration and jerk of an axis from its last four positions.
 std::array<double, 3> differences(const std::deque<GroupVector>& last, std::size_t axis, double period_s) {
   const double first = last[0][axis] - last[1][axis];
   const double second = first - (last[1][axis] - last[2][axis]);

@@ -11,7 +11,7 @@
 
 namespace driveline::cli {
 
-/// An output that changed on the way.
+/// An output that changed during the motion.
 struct PlannedOutput {
   double time_s;
   trajectory::PathOutput change;
@@ -19,14 +19,14 @@ struct PlannedOutput {
   trajectory::GroupVector tool;
 };
 
-/// Where a planned motion was in a cycle.
+/// Position and speed of a planned motion in a cycle.
 struct PlannedPoint {
   double time_s;
   trajectory::GroupVector tool;
   double speed;
 };
 
-/// What axes and tool were asked for, by differences of their positions.
+/// A planned motion with the maxima of axes and tool, from differences of their positions.
 struct PlannedMotion {
   double duration_s = 0.0;
   double length = 0.0;
@@ -34,10 +34,10 @@ struct PlannedMotion {
   std::array<trajectory::GroupVector, 3> largest{};  ///< velocity, acceleration, jerk of the axes
   std::array<double, 3> largest_of_tool{};           ///< the same of the tool
   std::vector<PlannedOutput> outputs;
-  std::vector<PlannedPoint> points;  ///< some of the cycles, for the picture
+  std::vector<PlannedPoint> points;  ///< selected cycles, for the picture
 };
 
-/// Collects a motion cycle by cycle.
+/// Collects the setpoints of a motion cycle by cycle.
 class MotionMeter {
  public:
   explicit MotionMeter(double period_s) : period_s_(period_s) {}
@@ -47,7 +47,7 @@ class MotionMeter {
 
  private:
   double period_s_;
-  std::deque<trajectory::GroupVector> positions_;  ///< of the last four cycles, latest first
+  std::deque<trajectory::GroupVector> positions_;  ///< positions of the last four cycles, latest first
   std::deque<trajectory::GroupVector> tools_;
   std::size_t cycles_ = 0;
   PlannedMotion motion_;

@@ -18,15 +18,15 @@ std::string terminal(int height) {
   return fmt::format(fmt::runtime(kTerminal), fmt::arg("height", height));
 }
 
-/// Marks of one picture; more make it unreadable.
+/// Limit of the marks in a picture; more would make it unreadable.
 constexpr std::size_t kMostMarks = 60;
 
 double log_us(std::chrono::nanoseconds time) {
   return std::log10(static_cast<double>(time.count()) / 1000.0);
 }
 
-/// One distribution of jitter.csv: bars a tenth of a decade wide, on an axis of logarithms of microseconds. Gnuplot
-/// adds up what falls into the same bar, so that nothing is lost.
+/// Draws a distribution of jitter.csv: bars a tenth of a decade wide, on an axis of logarithms of microseconds. Gnuplot
+/// adds up the counts that fall into the same bar, so nothing is lost.
 std::string jitter_panel(int column, const std::string& title, std::chrono::nanoseconds deadline,
                          const std::array<std::chrono::nanoseconds, 4>& figures) {
   const auto us = [&figures](std::size_t i) { return static_cast<double>(figures[i].count()) / 1000.0; };
@@ -66,8 +66,8 @@ std::string jitter_script(const PlotFacts& facts) {
   return terminal(800) +
          "set output 'jitter.png'\n"
          "set datafile separator ','\n"
-         // Of both columns: twice as many as there are cycles. Without it gnuplot refuses where a kind of bars has
-         // none.
+         // The sum of both columns is twice the number of cycles. Without this range gnuplot fails if a kind of bars
+         // has no counts.
          "stats 'jitter.csv' skip 1 using ($3+$4) nooutput\n"
          "set multiplot layout 2,1\n"
          "set ylabel 'cycles'\nset xlabel 'time'\n"
@@ -80,7 +80,7 @@ std::string jitter_script(const PlotFacts& facts) {
          jitter_panel(4, "cost of the cycle", std::chrono::nanoseconds{0}, facts.cost) + "unset multiplot\n";
 }
 
-/// Lines across a picture at what happened, red where the master was away.
+/// Draws vertical lines at events, red where the master was away.
 std::string marks_script(const std::vector<PlotMark>& marks) {
   std::string script;
   int number = 1;
@@ -88,7 +88,7 @@ std::string marks_script(const std::vector<PlotMark>& marks) {
     const auto* color = mark.missed ? "#dd181f" : "#606060";
     script += fmt::format("set arrow {0} from {1:.6f},graph 0 to {1:.6f},graph 1 nohead dt 2 lc rgb '{2}'\n", number,
                           mark.time_s, color);
-    // Missed periods come in crowds: their colour says it.
+    // Missed periods come in bursts, so their colour must do without labels.
     if (!mark.missed) {
       script += fmt::format("set label {} {} at {:.6f},graph 0.02 rotate by 90 font ',8' tc rgb '{}' offset 0.5,0\n",
                             number, gnuplot_text(mark.text), mark.time_s, color);
@@ -98,16 +98,16 @@ std::string marks_script(const std::vector<PlotMark>& marks) {
   return script;
 }
 
-/// The same curve on the second axis, where increments are, but not drawn: both axes then have the range of the data.
+/// The same curve on the second axis in increments, but invisible, so that both axes have the range of the data.
 std::string on_second_axis(std::string_view column, double increments, std::string_view rows = "") {
   return fmt::format(", '' skip 1{} using 1:(({})*{:.17g}) axes x1y2 with lines lt nodraw notitle", rows, column,
                      increments);
 }
 
-/// One small plot of an axis.
+/// A small plot of an axis.
 class AxisPlot {
  public:
-  /// `increments`: on a second axis as well.
+  /// `increments`: adds a second axis in increments.
   AxisPlot(const runtime::AxisReport& axis, bool increments)
       : scale_(increments ? std::optional(axis.increments_per_unit) : std::nullopt) {
     text_ = fmt::format("set ylabel {}\n", gnuplot_text(fmt::format("{} in {}", axis.name, axis.unit)));
@@ -119,20 +119,20 @@ class AxisPlot {
     text_ += "plot 'axes.csv' skip 1";
   }
 
-  /// A curve of a column, drawn `with`.
+  /// Adds a curve of a column, drawn `with` this style.
   void add(std::size_t column, std::string_view with) {
     text_ += fmt::format("{} using 1:{} {}", begun_ ? ", '' skip 1" : "", column, with);
     begun_ = true;
     if (scale_) text_ += on_second_axis(fmt::format("${}", column), *scale_);
   }
 
-  /// Between two columns.
+  /// Fills the area between two columns.
   void fill(std::size_t lower, std::size_t upper, std::string_view with) {
     text_ += fmt::format("{} using 1:{}:{} {}", begun_ ? ", '' skip 1" : "", lower, upper, with);
     begun_ = true;
   }
 
-  /// `around`: a column. Where nothing moves the range is one increment to either side.
+  /// `around`: a column. If the axis does not move, the range is one increment to either side of it.
   [[nodiscard]] std::string finish(std::size_t around) const {
     if (!scale_) return text_ + "\n";
     auto text = text_;
@@ -150,25 +150,25 @@ class AxisPlot {
   bool begun_ = false;
 };
 
-/// Where the columns of the file are: time, three per axis, their torques, least and greatest following error of each,
-/// then the following errors of the drives that report one, and the demands of those that report them (Recorder).
+/// Column numbers of an axis in axes.csv: time, three columns per axis, their torques, least and greatest following
+/// error of each, then the following errors and the demands of the drives that report them (Recorder).
 struct AxisColumns {
   std::size_t commanded;
-  std::size_t least;  ///< following error; the greatest is next to it
+  std::size_t least;  ///< least following error; the next column is the greatest
 };
 
 AxisColumns columns_of(std::size_t axis, std::size_t axes) {
   return {2 + 3 * axis, 2 + 4 * axes + 2 * axis};
 }
 
-/// The following error between the rows of the file, so that no maximum is lost.
+/// Adds the range of the following error between the rows of the file, so that no maximum is lost.
 void add_error_band(AxisPlot& plot, const AxisColumns& columns) {
   plot.fill(columns.least, columns.least + 1, "with filledcurves lt 1 notitle");
   plot.add(columns.least, "with lines lt 1 title 'least and greatest'");
   plot.add(columns.least + 1, "with lines lt 1 notitle");
 }
 
-/// A picture of the axes, two side by side; `panels` of each, one below the other.
+/// Starts a picture of the axes, two side by side, with `panels` plots per axis, one below the other.
 std::string axes_head(std::size_t axes, std::size_t panels, std::string_view output, std::string_view title) {
   const std::size_t columns = axes > 1 ? 2 : 1;
   const auto rows = panels * ((axes + columns - 1) / columns);
@@ -180,13 +180,13 @@ std::string axes_head(std::size_t axes, std::size_t panels, std::string_view out
              output, rows, columns, title);
 }
 
-/// Where the first demand of a drive is.
+/// Column of the first demand that a drive reports.
 std::size_t first_demand(const std::vector<runtime::AxisReport>& axes) {
   const auto reporting = std::count_if(axes.begin(), axes.end(), [](const auto& axis) { return axis.by_drive; });
   return 2 + 6 * axes.size() + static_cast<std::size_t>(reporting);
 }
 
-/// Commanded position, what the drive has made of it, and actual one; what is between them below.
+/// Draws commanded position, demand of the drive and actual position, and the following error below.
 std::string positions_script(const std::vector<runtime::AxisReport>& axes, bool increments,
                              const std::vector<PlotMark>& marks) {
   auto script = axes_head(axes.size(), 2, "positions.png",
@@ -198,13 +198,13 @@ std::string positions_script(const std::vector<runtime::AxisReport>& axes, bool 
     for (auto i = first; i < end; ++i) {
       AxisPlot plot(axes[i], increments);
       const auto columns = columns_of(i, axes.size());
-      // The actual position upon a broad and pale band: where both are the same both can be seen.
+      // Draw the actual position over a wide pale band, so that both stay visible where they are equal.
       plot.add(columns.commanded, "with lines lw 4 lc rgb '#9ecae1' title 'commanded'");
       if (axes[i].demand_recorded) plot.add(demand++, "with lines lc rgb '#238b45' title 'demand (6062h)'");
       plot.add(columns.commanded + 1, "with lines lc rgb '#08306b' title 'actual'");
       script += plot.finish(columns.commanded);
     }
-    // The last of an odd number has nothing beside it.
+    // With an odd number of axes, the last one has no neighbour.
     if (end == first + 1 && axes.size() > 1) script += "set multiplot next\n";
     for (auto i = first; i < end; ++i) {
       AxisPlot plot(axes[i], increments);

@@ -10,7 +10,7 @@
 namespace driveline::cli {
 namespace {
 
-/// The letters and digits of a name in lower case, by which names are compared.
+/// The letters and digits of a name in lower case, for comparing names.
 std::string folded(std::string_view text) {
   std::string result;
   for (const char c : text) {
@@ -63,7 +63,8 @@ RegisterAddress at_element(const wire::RegisterRow& row, std::uint32_t element) 
 }  // namespace
 
 std::uint16_t element_bytes(const wire::RegisterRow& row) noexcept {
-  // Arrays of bytes that lie apart are channels of several bytes each (FMMU, sync manager); other arrays are counters.
+  // Arrays of single bytes with a larger stride are channels of several bytes (FMMU, sync manager); other arrays are
+  // counters.
   return row.size == 1 && row.stride >= 8 ? row.stride : row.size;
 }
 

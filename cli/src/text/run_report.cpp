@@ -22,7 +22,7 @@ nlohmann::json three_percentiles(const rt::Histogram& histogram) {
           {"max", histogram.max().count()}};
 }
 
-/// How long before SYNC0 the outputs arrived, as measured by the drives.
+/// Time between the arrival of the outputs and SYNC0, as measured by the drives.
 std::string margins_to_text(const std::vector<runtime::ClockReport::Margin>& margins) {
   if (margins.empty()) return {};
   auto us = [](std::chrono::nanoseconds value) { return static_cast<double>(value.count()) / 1000.0; };
@@ -35,7 +35,7 @@ std::string margins_to_text(const std::vector<runtime::ClockReport::Margin>& mar
   return text;
 }
 
-/// Without clocks nothing is locked and there is no difference to report; so too with the reference clock alone.
+/// Without clocks, or with the reference clock alone, there is no lock and no difference to report.
 nlohmann::json clocks_to_json(const std::optional<runtime::ClockReport>& clocks) {
   nlohmann::json document = {{"locked", clocks && clocks->locked},
                              {"difference_ns", three_percentiles(clocks ? clocks->differences : rt::Histogram{})}};
@@ -61,7 +61,7 @@ std::string ring_to_text(const runtime::RingReport& ring) {
       ring_state(ring.status.state), ring.merged, ring.halves, ring.late_halves);
 }
 
-/// What happened in operation, with the time. Files that could not be written after it are among the faults.
+/// Events in operation, with their time. Files that could not be written afterwards are among the faults.
 std::vector<std::string> events_of(const runtime::RunReport& report) {
   std::vector<std::string> sentences;
   for (const auto& event : report.events) {
@@ -78,7 +78,7 @@ std::vector<std::string> faults_of(const runtime::RunReport& report) {
   return sentences;
 }
 
-/// Seconds in operation; null when the master never was away.
+/// Seconds in operation; null: the master was never away.
 nlohmann::json absence_at(const runtime::RunReport& report) {
   if (report.statistics.longest_absence.count() == 0) return nullptr;
   return report.longest_absence_at_s;
@@ -90,7 +90,7 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
                      us(histogram.percentile(0.99)), us(histogram.percentile(0.999)), us(histogram.max()));
 }
 
-/// Following errors in the units of the axes, those that the drives report themselves, and increments if wanted.
+/// Following errors in the units of the axes, those reported by the drives and, if requested, increments.
 std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool increments) {
   std::size_t widest = std::string_view("following error").size();
   for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
@@ -278,7 +278,7 @@ std::string to_text(const runtime::RunReport& report) {
                                  report.duration_s, report.state);
   text += fmt::format("  cycles {:>18}\n  missed periods {:>10}\n  WKC errors {:>14}\n  lost frames {:>13}",
                       statistics.cycles, statistics.missed_periods, statistics.wkc_errors, statistics.lost_frames);
-  // Frames that came after their deadline were not lost on the wire.
+  // Frames that arrived after their deadline were not lost on the wire.
   if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
   text += "\n";
   if (const auto longest = statistics.longest_absence; longest.count() > 0) {

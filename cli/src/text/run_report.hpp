@@ -7,10 +7,10 @@
 
 namespace driveline::cli {
 
-/// The document of `run --json`; keys are a contract (docs/command_line.md).
+/// The document of `run --json`; its keys are a contract (docs/command_line.md).
 [[nodiscard]] nlohmann::json to_json(const runtime::RunReport& report);
 
-/// The summary a motion engineer wants to read, as text.
+/// The summary of a run for motion engineers, as text.
 [[nodiscard]] std::string to_text(const runtime::RunReport& report);
 
 }  // namespace driveline::cli

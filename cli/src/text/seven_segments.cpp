@@ -26,7 +26,7 @@ int segments_of(char symbol) {
   }
 }
 
-/// Three characters and one for the point.
+/// Draws a digit in three rows of three characters, plus one for the decimal point.
 std::array<std::string, 3> draw_digit(const slaves::msd::Digit& digit) {
   const int segments = segments_of(digit.symbol);
   if (segments < 0) return {"    ", std::string(" ") + digit.symbol + "  ", digit.point ? "   ." : "    "};

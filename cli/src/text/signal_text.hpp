@@ -9,13 +9,13 @@
 
 namespace driveline::cli {
 
-/// An input and the value to set it to.
+/// An input and its new value.
 struct SignalSetting {
   std::size_t input = 0;
   double value = 0.0;
 };
 
-/// Reads "ENPO=0 ISD02=1" for a device; names may have spaces in them. Error: one sentence.
+/// Parses "ENPO=0 ISD02=1" for a device; names may contain spaces. Error: one sentence.
 [[nodiscard]] tl::expected<std::vector<SignalSetting>, std::string> parse_signal_settings(
     std::string_view text, const slaves::DeviceSignals& signals);
 

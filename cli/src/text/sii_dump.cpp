@@ -29,7 +29,7 @@ constexpr Section kFixed[] = {
 };
 constexpr std::size_t kFirstCategory = 0x40;
 
-/// ETG.1000.6 Table 19, ETG.2010.
+/// Name of a category (ETG.1000.6 Table 19, ETG.2010).
 std::string_view category_name(std::uint16_t type) {
   switch (type) {
     case 10:

@@ -7,9 +7,9 @@
 
 namespace driveline::cli {
 
-// An EEPROM image for people, in the words that users of the IgH tool know, and for programs.
+// An EEPROM image as text, in the terms of the IgH tool, and as JSON.
 
-/// Vendor, product, revision, serial number.
+/// Vendor, product, revision and serial number.
 [[nodiscard]] std::string identity_text(const esi::SiiImage& sii);
 /// Mailbox windows and protocols, and the general category.
 [[nodiscard]] std::string mailbox_and_general_text(const esi::SiiImage& sii);

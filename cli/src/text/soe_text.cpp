@@ -15,7 +15,7 @@ namespace {
 using wire::SoeAttribute;
 using wire::SoeDisplay;
 
-/// Little endian, at most eight bytes.
+/// The number in at most eight bytes, little-endian.
 std::uint64_t number_of(std::span<const std::byte> bytes) {
   std::uint64_t number = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) number |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
@@ -33,7 +33,7 @@ double real_of(std::span<const std::byte> bytes) {
                                        : std::bit_cast<double>(bits);
 }
 
-/// A real number has four or eight bytes; shorter ones are shown as numbers.
+/// Whether elements are real numbers, of four or eight bytes; shorter ones are shown as integers.
 bool is_real(const SoeAttribute& attribute) {
   return attribute.display == SoeDisplay::kFloat && attribute.element_size() >= sizeof(float);
 }
@@ -52,7 +52,7 @@ std::string characters(std::span<const std::byte> bytes) {
   return text;
 }
 
-/// A text of the drive without what would steer a terminal.
+/// Replaces characters in a text of the drive that would control a terminal.
 std::string shown(std::string text) {
   for (auto& character : text) {
     if (static_cast<unsigned char>(character) < ' ' || character == '\x7F') character = '.';
@@ -90,7 +90,7 @@ nlohmann::json element_json(std::span<const std::byte> bytes, const SoeAttribute
   return number_of(bytes);
 }
 
-/// Whole elements, one or, in a list, any number of them.
+/// Whether the value consists of whole elements: a single one or, in a list, any number.
 bool fits(std::span<const std::byte> value, const SoeAttribute& attribute) {
   const auto size = attribute.element_size();
   return attribute.list ? value.size() % size == 0 : value.size() == size;
@@ -102,7 +102,7 @@ bool read_number(std::string_view text, T& number, int base) {
   return result.ec == std::errc{} && result.ptr == text.data() + text.size();
 }
 
-/// A number with sign, or 0x and 0b and the bits of it; nothing: it is none.
+/// Parses a signed integer, or a bit pattern after 0x or 0b; nothing: the text is no integer of this size.
 std::optional<std::uint64_t> parse_integer(std::string_view text, std::size_t size) {
   const unsigned bits = static_cast<unsigned>(8 * size);
   std::uint64_t number = 0;

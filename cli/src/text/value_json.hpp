@@ -6,7 +6,7 @@
 
 namespace driveline::cli {
 
-/// Value of an object for programs: numbers as numbers, texts as texts, raw bytes as hex text. Error: as of
+/// Value of an object as JSON: numbers as numbers, texts as texts, raw bytes as hex text. Error: as for
 /// runtime::decode_value().
 [[nodiscard]] runtime::Result<nlohmann::json> json_value(std::span<const std::byte> data, runtime::ValueType type);
 

@@ -9,13 +9,13 @@ namespace driveline::cli {
 namespace {
 
 constexpr std::uint32_t kDelete = 0x7F;
-constexpr std::uint32_t kControlsEnd = 0x20;       ///< C0: below the space
-constexpr std::uint32_t kUpperControlsEnd = 0xA0;  ///< C1: 80h to 9Fh; 9Bh begins a sequence as ESC [ does
-constexpr std::uint32_t kSurrogates = 0xD800;      ///< to DFFFh: no characters
+constexpr std::uint32_t kControlsEnd = 0x20;       ///< C0: control characters below the space
+constexpr std::uint32_t kUpperControlsEnd = 0xA0;  ///< C1: 80h to 9Fh; 9Bh starts an escape sequence like ESC [
+constexpr std::uint32_t kSurrogates = 0xD800;      ///< up to DFFFh: no characters
 constexpr std::uint32_t kSurrogatesEnd = 0xE000;
 constexpr std::uint32_t kCharactersEnd = 0x11'0000;
 
-/// A character of UTF-8, and how many bytes it has; none: the first byte begins no character.
+/// A character of UTF-8, and its number of bytes; none: the first byte starts no character.
 struct Character {
   std::uint32_t code = 0;
   std::size_t bytes = 0;

@@ -5,11 +5,11 @@
 
 namespace driveline::cli {
 
-/// `text` for output on a terminal. It may come from files and slaves: control characters except line ends and tabs,
-/// and bytes that are no UTF-8, are escaped as in C, `\x1B`.
+/// Makes `text` safe for output on a terminal. It may come from files and slaves: control characters except line ends
+/// and tabs, and bytes that are not UTF-8, are escaped as in C, `\x1B`.
 [[nodiscard]] std::string visible_text(std::string_view text);
 
-/// The same for a JSON document, in which such a character is part of a string: `\u001B`.
+/// The same for a JSON document, where such a character is part of a string: `\u001B`.
 [[nodiscard]] std::string visible_json(std::string_view document);
 
 }  // namespace driveline::cli

@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kBatchFrames = 64;                // written to the file at once
+constexpr std::size_t kBatchFrames = 64;                // frames written to the file in one call
 constexpr std::chrono::milliseconds kDrainInterval{2};  // the cycle must not wake the writer, so the writer polls
 
 PortError file_error(const std::filesystem::path& path, const char* what, int error_number) {
@@ -98,7 +98,7 @@ void CapturePort::start_writer() {
 }
 
 void CapturePort::write_until_closed() {
-  // The flag is read before the ring is emptied: what was captured before close() is in the file.
+  // Read the flag before emptying the ring, so that everything captured before close() is in the file.
   while (!closing_.load(std::memory_order_acquire)) {
     drain();
     std::this_thread::sleep_for(kDrainInterval);
@@ -121,7 +121,7 @@ void CapturePort::drain() {
   }
 }
 
-/// Writes the pending blocks, which hold `frames` frames. After the first failure everything is thrown away.
+/// Writes the pending blocks, which hold `frames` frames. After the first failure, discards them.
 void CapturePort::flush(std::uint64_t frames) {
   const bool written = write_error_ == 0 && write_pending();
   (written ? written_ : unwritten_).add(frames);
@@ -151,7 +151,7 @@ tl::expected<CaptureStatistics, PortError> CapturePort::close() {
   if (thread_.joinable()) {
     closing_.store(true, std::memory_order_release);
     thread_.join();
-    // Some file systems report a failed write only now.
+    // Some file systems report a failed write only on close().
     if (::close(file_.release()) != 0 && write_error_ == 0) write_error_ = errno;
   }
   if (write_error_ != 0) return tl::unexpected(file_error(path_, "write", write_error_));

@@ -19,7 +19,7 @@ tl::expected<std::unique_ptr<FrameWaiter>, PortError> FrameWaiter::open(const Ra
     return tl::unexpected(
         PortError{PortErrorCode::kSystem, errno, std::string("No timer to wait with: ") + std::strerror(errno)});
   }
-  // Not make_unique: the constructor is private. poll() passes over negative descriptors.
+  // Not make_unique: the constructor is private. poll() skips negative descriptors.
   return std::unique_ptr<FrameWaiter>{
       new FrameWaiter{std::move(timer), {first.descriptor(), second != nullptr ? second->descriptor() : -1}}};
 }
@@ -42,7 +42,7 @@ bool FrameWaiter::wait(std::chrono::nanoseconds deadline) noexcept {
     const auto readable = [](const pollfd& request) { return (request.revents & POLLIN) != 0; };
     if (std::any_of(requests.begin(), requests.begin() + 2, readable)) return true;
     if (readable(requests[2])) return false;
-    // An interface went down: its socket reports that once; read the report and wait on for its return.
+    // An interface went down: its socket reports that once. Read the report and continue to wait for the interface.
     for (const int socket : sockets_) {
       int error_number = 0;
       socklen_t size = sizeof error_number;

@@ -1,4 +1,4 @@
-// What the settings of a network interface mean for the cycle.
+// Assesses what the settings of a network interface mean for the cycle.
 
 #include "driveline/port/interface_check.hpp"
 
@@ -44,7 +44,7 @@ RealtimeItem check_link(const InterfaceFacts& facts) {
 }
 
 RealtimeItem check_speed(const InterfaceFacts& facts) {
-  // EtherCAT is 100BASE-TX, full duplex (ETG.1000.2); a link to a slave at another speed is one to something else.
+  // EtherCAT is 100BASE-TX, full duplex (ETG.1000.2); a link at another speed leads to a device that is not a slave.
   auto item = fine("link speed", "100 Mbit/s, full duplex", "not told by the driver");
   if (!facts.speed_mbit_s || facts.driver.empty()) return item;
   const bool half = facts.full_duplex && !*facts.full_duplex;
@@ -72,7 +72,7 @@ RealtimeItem check_coalescing(const InterfaceFacts& facts) {
   if (found.rx_usecs == 0 && found.tx_usecs == 0 && !found.adaptive) return item;
   item.effective = "rx " + std::to_string(found.rx_usecs) + " us, tx " + std::to_string(found.tx_usecs) + " us" +
                    (found.adaptive ? ", adaptive" : "");
-  // One microsecond is how some drivers write "at once".
+  // Some drivers report 1 us for "at once".
   if (found.rx_usecs <= 1 && found.tx_usecs <= 1 && !found.adaptive) return item;
   return finding(std::move(item), found.rx_usecs >= 50 || found.adaptive ? Cost::kPeriods : Cost::kMicroseconds,
                  "every frame that comes back waits that long in the interface",

@@ -1,4 +1,4 @@
-// Reads what driver and kernel tell of a network interface.
+// Reads what the driver and the kernel report about a network interface.
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
@@ -22,14 +22,14 @@ namespace driveline::port {
 
 namespace {
 
-/// Questions to the driver of one interface.
+/// Queries the driver of an interface (ethtool).
 class Driver {
  public:
   Driver(int socket, const std::string& name) : socket_(socket) {
     std::copy_n(name.begin(), std::min(name.size(), kMaxInterfaceName), request_.ifr_name);
   }
 
-  /// The answer to `command` in a structure of ethtool; nothing if the driver does not know the question.
+  /// The answer to `command` in an ethtool structure; empty if the driver does not support the query.
   template <typename T>
   [[nodiscard]] std::optional<T> ask(std::uint32_t command) {
     T answer{};
@@ -39,7 +39,7 @@ class Driver {
     return answer;
   }
 
-  /// The value of a switch.
+  /// The answer to a query for a single value.
   [[nodiscard]] std::optional<std::uint32_t> ask_value(std::uint32_t command) {
     const auto answer = ask<ethtool_value>(command);
     return answer ? std::optional{answer->data} : std::nullopt;
@@ -56,7 +56,7 @@ class Driver {
 };
 
 void read_link(Driver& driver, InterfaceFacts& facts) {
-  // The old structure: every kernel answers it, and 100 Mbit/s fits into it.
+  // The old structure suffices: every kernel answers it, and 100 Mbit/s fits into it.
   const auto link = driver.ask<ethtool_cmd>(ETHTOOL_GSET);
   if (!link) return;
   const std::uint32_t speed = ethtool_cmd_speed(&*link);

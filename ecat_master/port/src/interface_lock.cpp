@@ -43,7 +43,7 @@ FileDescriptor lock_socket() {
   return FileDescriptor{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
 }
 
-/// Number of the socket with that name, as the kernel's table has it; empty: there is none.
+/// Inode of the socket with that name from the kernel's table; empty when there is none.
 std::string socket_inode(const std::string& name) {
   std::ifstream table("/proc/net/unix");
   for (std::string line; std::getline(table, line);) {
@@ -110,7 +110,7 @@ std::optional<InterfaceHolder> InterfaceLock::holder(const std::string& interfac
   const auto name = lock_name(interface);
   const auto socket = lock_socket();
   const AbstractAddress address(name);
-  // A successful connect() shows that the holder lives; nothing is sent.
+  // A successful connect() proves that the holder is alive; nothing is sent.
   if (connect(socket.get(), address.generic(), address.size) != 0) return std::nullopt;
   return find_holder(name);
 }

@@ -20,7 +20,7 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 constexpr std::string_view kEtf = "etf";
-/// The kernel fills at most this much at a time.
+/// Most bytes that the kernel returns per read.
 constexpr std::size_t kAnswerBytes = 32768;
 
 template <typename T>
@@ -35,7 +35,7 @@ constexpr std::size_t aligned(std::size_t length) noexcept {
   return (length + NLMSG_ALIGNTO - 1) & ~std::size_t{NLMSG_ALIGNTO - 1};
 }
 
-/// The content of the first of `attributes` of this type.
+/// The content of the first attribute of this type.
 std::optional<Bytes> find_attribute(Bytes attributes, unsigned type) noexcept {
   while (const auto header = take<rtattr>(attributes)) {
     if (header->rta_len < sizeof(rtattr) || header->rta_len > attributes.size()) break;
@@ -50,7 +50,7 @@ bool is_etf(Bytes kind) noexcept {
   return kind.size() == kEtf.size() + 1 && std::memcmp(kind.data(), kEtf.data(), kEtf.size()) == 0;
 }
 
-/// What one message says of a queueing discipline.
+/// Reads the launch times from one message about a queueing discipline.
 std::optional<LaunchTimes> read_discipline(Bytes message, int interface_index) noexcept {
   const auto about = take<tcmsg>(message);
   if (!about || about->tcm_ifindex != interface_index) return std::nullopt;
@@ -69,7 +69,7 @@ struct Question {
   tcmsg about{};
 };
 
-/// All answers to the question for the queueing disciplines of an interface, one behind the other.
+/// All answers of the kernel to a query for the queueing disciplines of an interface, concatenated.
 tl::expected<std::vector<std::byte>, int> ask_for_disciplines(int interface_index) {
   const FileDescriptor socket{::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)};
   if (!socket.valid()) return tl::unexpected(errno);
@@ -86,7 +86,7 @@ tl::expected<std::vector<std::byte>, int> ask_for_disciplines(int interface_inde
     if (size < 0 && errno == EINTR) continue;
     if (size < 0) return tl::unexpected(errno);
     const auto first = take<nlmsghdr>(Bytes(part).first(static_cast<std::size_t>(size)));
-    // The end is a message of its own.
+    // A separate message marks the end of the answers.
     if (!first || first->nlmsg_type == NLMSG_DONE || first->nlmsg_type == NLMSG_ERROR) return answers;
     answers.insert(answers.end(), part.begin(), part.begin() + size);
   }

@@ -69,7 +69,7 @@ tl::expected<NetworkInterface, PortError> find_interface(const std::string& name
                                                     " is not valid: Linux allows 1 to " +
                                                     std::to_string(kMaxInterfaceName) + " characters, see `ip link`.");
   }
-  // Any socket answers questions about interfaces; this kind needs neither privileges nor a network.
+  // Any socket answers queries about interfaces; this kind needs neither privileges nor a network.
   const FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
   if (!socket.valid()) return system_failure("Cannot ask the kernel about interface " + quoted(name), errno);
 

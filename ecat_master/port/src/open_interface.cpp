@@ -10,7 +10,8 @@ tl::expected<OpenInterface, PortError> open_interface(const std::string& interfa
                                                       bool may_fall_back, const rt::Clock& clock) {
   OpenInterface result;
   if (choice != PortChoice::kRaw) {
-    // Copied frames are no faster than those of a receive ring, and the program shuts everybody else out.
+    // In copy mode AF_XDP is no faster than a receive ring, and the XDP program hides the frames from all other
+    // programs.
     const auto last = choice == PortChoice::kAuto ? XdpMode::kZeroCopy : XdpMode::kGeneric;
     auto port = XdpPort::open({.interface = interface, .last = last}, clock);
     if (port) {

@@ -18,7 +18,7 @@ constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 constexpr std::uint64_t kUnknownSectionLength = ~std::uint64_t{0};
 constexpr std::uint16_t kLinkTypeEthernet = 1;
 constexpr std::uint32_t kNoSnapLength = 0;
-constexpr std::uint32_t kInterfaceId = 0;  // the first and only one
+constexpr std::uint32_t kInterfaceId = 0;  // index of the first and only interface
 
 // Option codes: 3.5 (all blocks), 4.1 (section header), 4.2 (interface), 4.3 (packet), 4.6 (statistics).
 constexpr std::uint16_t kEndOfOptions = 0;
@@ -62,7 +62,7 @@ void PcapngWriter::header(std::string_view interface_name) {
   put(kNoSnapLength);
   if (!interface_name.empty()) option(kInterfaceName, std::as_bytes(std::span{interface_name}));
   option_integer(kInterfaceTimeResolution, kNanoseconds);
-  // Without this the dissector guesses, and takes the last bytes of some frames for a wrong FCS.
+  // Without this option the dissector guesses, and takes the last bytes of some frames for a wrong FCS.
   option_integer(kInterfaceFcsLength, std::uint8_t{0});
   end_of_options();
   end_block(interface);
@@ -73,8 +73,8 @@ void PcapngWriter::packet(const Packet& packet) {
   put(kInterfaceId);
   time_stamp(packet.unix_time);
   const auto size = static_cast<std::uint32_t>(packet.bytes.size());
-  put(size);  // captured
-  put(size);  // original
+  put(size);  // captured length
+  put(size);  // original length
   sink_.insert(sink_.end(), packet.bytes.begin(), packet.bytes.end());
   pad();
   option_integer(kPacketFlags, static_cast<std::uint32_t>(packet.direction));
@@ -93,7 +93,7 @@ void PcapngWriter::statistics(std::chrono::nanoseconds unix_time, std::uint64_t 
   end_block(start);
 }
 
-/// Type and a place for the length, which end_block() fills in.
+/// Writes the type and a placeholder for the length, which end_block() fills in.
 std::size_t PcapngWriter::begin_block(std::uint32_t type) {
   const std::size_t start = sink_.size();
   put(type);
@@ -101,7 +101,7 @@ std::size_t PcapngWriter::begin_block(std::uint32_t type) {
   return start;
 }
 
-/// The total length stands at both ends of a block, so that a file can be read backwards.
+/// The total length is stored at both ends of a block, so that a file can be read backwards.
 void PcapngWriter::end_block(std::size_t start) {
   const auto length = static_cast<std::uint32_t>(sink_.size() - start + sizeof(std::uint32_t));
   put(length);
@@ -127,8 +127,8 @@ void PcapngWriter::time_stamp(std::chrono::nanoseconds unix_time) {
   put(static_cast<std::uint32_t>(count));
 }
 
-/// Everything starts at a multiple of 4 within a block; blocks are multiples of 4 long. So the distance from any block
-/// start matters, not the position in the sink, which holds whole blocks only.
+/// Every item within a block starts at a multiple of 4, and block lengths are multiples of 4. So padding to a multiple
+/// of 4 in the sink, which holds whole blocks only, is enough.
 void PcapngWriter::pad() {
   sink_.resize((sink_.size() + 3) / 4 * 4);
 }

@@ -25,14 +25,15 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Two clocks count as read at one instant when both readings took no longer than this; the thread may be suspended in
-/// between.
+/// Two clocks count as read at the same instant when both readings took no longer than this; the thread may be
+/// preempted between them.
 constexpr nanoseconds kOneInstant = std::chrono::microseconds{1};
 constexpr int kReadAttempts = 4;
-/// Frames never wait longer than this: an older time stamp means that the machine's clock was set meanwhile.
+/// Frames never wait longer than this: an older time stamp means that the machine's clock was set in the meantime.
 constexpr nanoseconds kLongestWait = std::chrono::seconds{1};
 
-/// The packet socket. Protocol 0 keeps it deaf until it is bound: no frame of another interface gets into its queue.
+/// Opens the packet socket. Protocol 0 receives nothing until the socket is bound: no frame of another interface gets
+/// into its queue.
 tl::expected<FileDescriptor, PortError> open_socket(const std::string& interface) {
   FileDescriptor socket{::socket(AF_PACKET, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)};
   if (socket.valid()) return socket;
@@ -46,14 +47,14 @@ tl::expected<FileDescriptor, PortError> open_socket(const std::string& interface
   return system_failure("Cannot open a packet socket for interface " + quoted(interface), error_number);
 }
 
-/// Arrival time of the frame that was read last. The first call switches the time stamps on.
+/// Arrival time of the last frame read. The first call enables the time stamps.
 std::timespec arrival_of_last(int socket) noexcept {
   std::timespec time{};
   static_cast<void>(ioctl(socket, SIOCGSTAMPNS, &time));
   return time;
 }
 
-/// bind() takes every kind of address through a pointer to the generic one; the one cast of this room.
+/// bind() takes every kind of address through a pointer to the generic one; the only cast of this folder.
 const sockaddr* generic_address(const sockaddr_ll& address) noexcept {
   return reinterpret_cast<const sockaddr*>(&address);
 }
@@ -62,13 +63,13 @@ bool set_option(int socket, int level, int option, int value) noexcept {
   return setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Each frame says when it is to leave. 0, or the error number of the refusal.
+/// Enables a launch time for each frame. Returns 0 or the errno of the refusal.
 int set_launch_times(int socket, const LaunchTimes& times) noexcept {
   const sock_txtime option{times.clock, 0};
   return setsockopt(socket, SOL_SOCKET, SO_TXTIME, &option, sizeof option) == 0 ? 0 : errno;
 }
 
-/// How far a clock of the kernel is ahead of that of the port.
+/// Offset of a kernel clock from the port's clock.
 nanoseconds lead_of(clockid_t other, const rt::Clock& clock) noexcept {
   timespec there{};
   nanoseconds here = clock.now();
@@ -107,7 +108,7 @@ tl::expected<std::unique_ptr<RawSocketPort>, PortError> RawSocketPort::open(cons
     return system_failure("Cannot bypass the queueing discipline" + on_interface, errno);
   }
   // Linux shows outgoing frames only to sockets bound to every protocol, so own frames do not come back here anyway;
-  // this option guarantees it. Kernels before 4.20 do not know it.
+  // this option guarantees it. Kernels before 4.20 do not know the option.
   static_cast<void>(set_option(socket->get(), SOL_PACKET, PACKET_IGNORE_OUTGOING, 1));
 
   auto ring = config.receive_ring ? ReceiveRing::map(socket->get()) : std::nullopt;
@@ -145,7 +146,7 @@ SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
   const nanoseconds time = launch_times_ ? std::max(hold_until_, now + launch_times_->ahead) : now;
   ssize_t result = hand_over(frame, time);
   if (result < 0 && errno == ENETDOWN) {
-    // Either the interface is down, or the socket remembers an outage that is over: it reports each of them once.
+    // Either the interface is down, or the socket reports a past outage: it reports each outage once.
     result = hand_over(frame, time);
   }
   if (result < 0) {
@@ -157,11 +158,11 @@ SendStatus RawSocketPort::send(std::span<const std::byte> frame) noexcept {
   return SendStatus::kSent;
 }
 
-/// `launch`: when it is to leave, on the port's clock; of a port with launch times.
+/// `launch`: launch time on the port's clock; only used by a port with launch times.
 ssize_t RawSocketPort::hand_over(std::span<const std::byte> frame, nanoseconds launch) noexcept {
   if (!launch_times_) return ::send(socket_.get(), frame.data(), frame.size(), 0);
   const auto kernel_time = static_cast<std::uint64_t>((launch + lead_of(launch_times_->clock, clock_)).count());
-  iovec part{const_cast<std::byte*>(frame.data()), frame.size()};  // sendmsg(2) only reads it
+  iovec part{const_cast<std::byte*>(frame.data()), frame.size()};  // sendmsg(2) does not write to it
   alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof kernel_time)> control{};
   msghdr message{};
   message.msg_iov = &part;
@@ -184,19 +185,19 @@ SendStatus RawSocketPort::classify_failure(int error_number) const noexcept {
       return SendStatus::kLinkDown;
     case EMSGSIZE:
       return SendStatus::kTooLong;
-    case ENOBUFS:  // the driver refused it: because its ring is full, or because there is no carrier
+    case ENOBUFS:  // the driver refused the frame: its ring is full or there is no carrier
       return link_up() ? SendStatus::kBusy : SendStatus::kLinkDown;
     default:
       return SendStatus::kBusy;
   }
 }
 
-/// Takes a frame from the ring or by a system call. The latter reports an outage of the interface once, ahead of any
+/// Takes a frame from the ring or by a system call. The system call reports an outage of the interface once, before any
 /// frame.
 std::optional<RawSocketPort::Arrival> RawSocketPort::take() noexcept {
   if (ring_) return ring_->take();
   for (int attempt = 0; attempt < 2; ++attempt) {
-    // MSG_TRUNC makes the result the true length of the frame, however much of it fits.
+    // MSG_TRUNC makes the result the true length of the frame, even when only a part of it fits.
     const ssize_t result = recv(socket_.get(), buffer_.data(), buffer_.size(), MSG_TRUNC);
     if (result >= 0) {
       const auto length = static_cast<std::size_t>(result);
@@ -209,7 +210,7 @@ std::optional<RawSocketPort::Arrival> RawSocketPort::take() noexcept {
   return std::nullopt;
 }
 
-/// On the port's clock. Frames arrive one after the other, whatever their stamps say.
+/// Receive time on the port's clock; never earlier than that of the previous frame, whatever the time stamps say.
 nanoseconds RawSocketPort::time_of(const Arrival& arrival) noexcept {
   const nanoseconds now = clock_.now();
   if (!arrival_times_) return now;
@@ -246,7 +247,7 @@ bool RawSocketPort::wait_readable(nanoseconds deadline) noexcept {
     if (ready == 0) return false;
     if (ready > 0 && (request.revents & POLLIN) != 0) return true;
     if (ready > 0) {
-      // The interface went down: the socket reports that once. Take note by reading it, and wait on for its return.
+      // The interface went down: the socket reports that once. Read the report and continue to wait for the interface.
       int error_number = 0;
       socklen_t size = sizeof error_number;
       if (getsockopt(socket_.get(), SOL_SOCKET, SO_ERROR, &error_number, &size) != 0) return false;

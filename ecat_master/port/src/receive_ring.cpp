@@ -12,12 +12,13 @@ namespace driveline::port {
 
 namespace {
 
-constexpr std::size_t kSlotBytes = 2048;        // the kernel's header and the longest frame, in a power of two
-constexpr std::size_t kBlockBytes = 16 * 1024;  // contiguous pages: more is harder to get on a machine that runs long
-constexpr std::size_t kSlots = 128;             // frames that may wait between two polls
+constexpr std::size_t kSlotBytes = 2048;  // the kernel's header and the longest frame, rounded up to a power of two
+constexpr std::size_t kBlockBytes =
+    16 * 1024;  // contiguous pages: larger blocks are harder to allocate on a machine with a long uptime
+constexpr std::size_t kSlots = 128;  // frames that may wait between two polls
 constexpr std::size_t kRingBytes = kSlots * kSlotBytes;
 
-/// The kernel's header at the begin of a slot; the casts of this class.
+/// The kernel's header at the start of a slot; the only casts of this class.
 tpacket2_hdr& header_of(std::byte* slot) noexcept {
   return *reinterpret_cast<tpacket2_hdr*>(slot);
 }
@@ -61,7 +62,8 @@ std::optional<ReceiveRing::Frame> ReceiveRing::take() noexcept {
   held_ = slot;
   next_ = (next_ + 1) % kSlots;
   const tpacket2_hdr& header = header_of(slot);
-  // Within the slot whatever the header says: the kernel truncates what does not fit and tells the true length.
+  // Limit to the slot whatever the header says: the kernel truncates a frame that does not fit and reports its true
+  // length.
   const std::size_t begin = std::min<std::size_t>(header.tp_mac, kSlotBytes);
   const std::size_t there = std::min<std::size_t>(header.tp_snaplen, kSlotBytes - begin);
   Frame frame{{slot + begin, there}, header.tp_len, {}};

@@ -14,10 +14,10 @@ constexpr std::size_t kSource = 6;
 constexpr std::byte kSlaveBit{0x02};
 constexpr std::byte kCopyBit{0x04};
 constexpr std::size_t kSourceEnd = 12;
-/// How long wait_readable() listens to one interface before it looks at the other.
+/// How long wait_readable() waits at one interface before it checks the other.
 constexpr auto kSlice = std::chrono::microseconds{10};
 
-/// Commands that would do their work twice or at the wrong place when both copies did it.
+/// Commands that would act twice or on the wrong slave if both copies executed them.
 constexpr bool only_primary(wire::Command command) noexcept {
   using wire::Command;
   switch (command) {
@@ -32,13 +32,13 @@ constexpr bool only_primary(wire::Command command) noexcept {
   }
 }
 
-/// The reference clock's time on its way to the others.
+/// Whether the datagram distributes the reference clock's time to the other slaves.
 bool is_clock_time(const wire::DatagramHeader& header) noexcept {
   constexpr std::uint16_t kSystemTime = 0x0910;
   return header.command == wire::Command::kFrmw && header.address.ado() == kSystemTime && header.length == 4;
 }
 
-// Bits of the stored route above the 32 of the time.
+// Bits of the stored route above the 32 bits of the time.
 constexpr std::uint64_t kShiftBit = std::uint64_t{1} << 32;
 constexpr std::uint64_t kSecondaryBit = std::uint64_t{1} << 33;
 constexpr unsigned kSlavesShift = 48;
@@ -54,8 +54,8 @@ bool same_source(std::span<const std::byte> a, std::span<const std::byte> b) noe
          std::equal(a.begin() + kSource + 1, a.begin() + kSourceEnd, b.begin() + kSource + 1);
 }
 
-/// Adds what `other` has brought back to `into`, both answers to `sent`. Each bit has been changed by one side at most,
-/// so that changes add up; broadcast reads are ORed, working counters summed.
+/// Merges the answer `other` into the answer `into`; both answer `sent`. Each bit was changed by one side at most, so
+/// the changes can be added; broadcast reads are ORed, working counters summed.
 void merge(std::span<const std::byte> sent, std::span<const std::byte> other, std::span<std::byte> into) noexcept {
   auto cursor = wire::DatagramCursor::open(sent);
   while (cursor && !cursor->done()) {
@@ -71,7 +71,7 @@ void merge(std::span<const std::byte> sent, std::span<const std::byte> other, st
     const auto sum = wire::load_le<std::uint16_t>(std::span<const std::byte>(counter)) +
                      wire::load_le<std::uint16_t>(other.subspan(place.working_counter(), 2));
     wire::store_le<std::uint16_t>(counter, static_cast<std::uint16_t>(sum));
-    // Event requests of both sides.
+    // The event requests of both sides are ORed.
     for (std::size_t i = place.header + 8; i < place.header + 10; ++i) into[i] |= other[i];
   }
 }
@@ -99,8 +99,8 @@ RingStatus RedundantPort::status() const noexcept {
           static_cast<std::uint16_t>(raw & 0xFFFF)};
 }
 
-/// Replaces the oldest flight, whose answer is then ignored should it still come, or a lost one with the same tag,
-/// which a sender that numbers anew may use again.
+/// Replaces the oldest flight, whose answer is ignored if it still arrives, or a lost flight with the same tag, which a
+/// sender that restarts its numbering may use again.
 RedundantPort::Flight& RedundantPort::new_flight(std::span<const std::byte> frame) noexcept {
   for (auto& flight : flights_) {
     if (flight.open && same_source(frame, flight.sent)) flight.open = false;
@@ -149,7 +149,7 @@ RedundantPort::TimeRoute RedundantPort::time_route() const noexcept {
   return route;
 }
 
-/// The frame as it leaves on the secondary side.
+/// Makes the copy of the frame for the secondary interface.
 std::span<const std::byte> RedundantPort::make_copy(std::span<const std::byte> frame, const TimeRoute& route) noexcept {
   const auto copy = std::span(copy_).first(frame.size());
   std::copy(frame.begin(), frame.end(), copy.begin());
@@ -174,8 +174,8 @@ std::span<const std::byte> RedundantPort::make_copy(std::span<const std::byte> f
   return copy;
 }
 
-/// Puts the reference time of the leading copy into `into`. `leader`: the answer of that copy, empty when it did not
-/// come. `from`: the side whose answer `into` was made from.
+/// Puts the reference time of the leading copy into `into`. `leader`: the answer of that copy, empty when it is
+/// missing. `from`: the side whose answer `into` was made from.
 void RedundantPort::settle_time(const Flight& flight, Side from, std::span<const std::byte> leader,
                                 std::span<std::byte> into) noexcept {
   if (from == flight.time_leader) return;
@@ -219,20 +219,20 @@ bool RedundantPort::poll() noexcept {
   return hand_over_late_half();
 }
 
-/// True: a frame is ready to be handed over.
+/// Returns true when a frame is ready to be handed over.
 bool RedundantPort::accept(const ReceivedFrame& frame, Side arrived) noexcept {
   if (frame.bytes.size() < wire::EthernetHeader::kSize) return false;
   const bool is_copy = (frame.bytes[kSource] & kCopyBit) != std::byte{0};
   auto* flight = find(frame.bytes);
   if (flight == nullptr) {
-    // Frames of other senders are passed on; remains of an exchange that is over are not.
+    // Frames of other senders are passed on; late frames of a finished exchange are dropped.
     if (is_copy) return false;
     ready_ = frame;
     return true;
   }
   const Side copy = is_copy ? Side::kSecondary : Side::kPrimary;
   if (copy == arrived) return take_half(*flight, frame, copy);
-  // A copy that came all the way round. The secondary one was not processed, so that the answer is the waiting half, if
+  // A copy that passed the whole ring. No slave processed the secondary one, so the answer is the waiting half, if
   // there is one.
   if (copy == Side::kSecondary) {
     if (!flight->half) {
@@ -293,7 +293,7 @@ void RedundantPort::note_half(const Flight& flight, std::span<const std::byte> a
       std::memory_order_release);
 }
 
-/// Hands over the waiting half without the other.
+/// Hands over the waiting half without the other half.
 void RedundantPort::hand_over(Flight& flight) noexcept {
   const auto frame = std::span(merged_frame_).first(flight.size);
   std::copy_n(flight.answer.begin(), flight.size, frame.begin());

@@ -69,7 +69,7 @@ std::string why_not_attached(int error_number, std::size_t mtu) {
     case ERANGE:
       return "the MTU of the interface, or of its other end, is too large for XDP; `ip link set dev IF mtu 1500`";
     case EINVAL:
-      // What drivers answer to what does not fit into a page; the kernel hands out no words with it.
+      // Drivers answer this when a frame does not fit into a page; the kernel gives no text with it.
       if (mtu > 1500) {
         return "the driver refuses it, as many do with an MTU of " + std::to_string(mtu) +
                "; `ip link set dev IF mtu 1500`";
@@ -80,7 +80,7 @@ std::string why_not_attached(int error_number, std::size_t mtu) {
   }
 }
 
-/// Reason and remedy, without a full stop.
+/// Reason and remedy without a full stop.
 std::string why(const XdpRefusal& refusal, std::size_t mtu) {
   using Step = XdpRefusal::Step;
   switch (refusal.step) {
@@ -117,7 +117,7 @@ tl::unexpected<PortError> refused(const XdpRefusal& refusal, XdpMode mode, const
                        "; " + kGrantXdpCapabilities + ".",
                    refusal.error_number);
   }
-  // Whoever has the queue or the interface has it in every mode.
+  // If another process uses the queue or the interface, no other mode works either.
   const bool taken = refusal.error_number == EBUSY || refusal.error_number == EEXIST;
   return failure(taken ? PortErrorCode::kSystem : PortErrorCode::kUnsupported,
                  "No AF_XDP (" + std::string(to_text(mode)) + ") on interface " + quoted(interface) + ": " +
@@ -125,7 +125,7 @@ tl::unexpected<PortError> refused(const XdpRefusal& refusal, XdpMode mode, const
                  refusal.error_number);
 }
 
-/// Takes an 802.1Q tag out, as the kernel does for packet sockets. A network card may have done that already.
+/// Removes an 802.1Q tag, as the kernel does for packet sockets. The network card may have removed it already.
 std::span<std::byte> without_tag(std::span<std::byte> frame) noexcept {
   if (frame.size() < kBeforeTag + kTagBytes + 2) return frame;
   const auto first = std::to_integer<unsigned>(frame[kBeforeTag]);
@@ -228,10 +228,10 @@ SendStatus XdpPort::send(std::span<const std::byte> frame) noexcept {
 SendStatus XdpPort::classify_failure(int error_number) const noexcept {
   switch (error_number) {
     case ENETDOWN:
-    case ENXIO:  // the interface is gone, and the socket bound to nothing
+    case ENXIO:  // the interface is gone and the socket is no longer bound
     case ENODEV:
       return SendStatus::kLinkDown;
-    default:  // refused by the driver: because its ring is full, or because there is no carrier
+    default:  // refused by the driver: its ring is full or there is no carrier
       return link_up() ? SendStatus::kBusy : SendStatus::kLinkDown;
   }
 }
@@ -255,7 +255,7 @@ std::optional<ReceivedFrame> XdpPort::receive() noexcept {
 }
 
 bool XdpPort::wait_readable(nanoseconds deadline) noexcept {
-  // An interface that is down leaves the socket silent; it is looked at again when it is back.
+  // While an interface is down, the socket reports nothing; check it again periodically.
   constexpr nanoseconds kLook = std::chrono::milliseconds{100};
   while (true) {
     const nanoseconds remaining = std::max(deadline - clock_.now(), nanoseconds::zero());
@@ -264,7 +264,7 @@ bool XdpPort::wait_readable(nanoseconds deadline) noexcept {
     const int ready = ppoll(&request, 1, &timeout, nullptr);
     if (ready > 0 && (request.revents & POLLIN) != 0) return true;
     if (ready > 0) {
-      // The interface is gone: the socket reports that until it is read.
+      // The interface is gone: the socket reports that until the error is read.
       int error_number = 0;
       socklen_t size = sizeof error_number;
       if (getsockopt(socket_->descriptor(), SOL_SOCKET, SO_ERROR, &error_number, &size) != 0) return false;

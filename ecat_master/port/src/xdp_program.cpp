@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::uint16_t kVlanTag = 0x8100;      // 802.1Q
 constexpr std::uint16_t kProviderTag = 0x88A8;  // 802.1ad
-constexpr std::int16_t kTypeOffset = 12;        // of the EtherType in a frame
-constexpr std::int16_t kTaggedTypeOffset = 16;  // of that behind a tag
+constexpr std::int16_t kTypeOffset = 12;        // offset of the EtherType in an untagged frame
+constexpr std::int16_t kTaggedTypeOffset = 16;  // offset of the EtherType behind a tag
 
 int bpf(int command, bpf_attr& attributes) noexcept {
   return static_cast<int>(syscall(SYS_bpf, command, &attributes, sizeof attributes));
@@ -46,7 +46,7 @@ bool put_socket(int map, int socket) noexcept {
   return bpf(BPF_MAP_UPDATE_ELEM, attributes) == 0;
 }
 
-// Instructions of BPF (RFC 9669), as far as they are needed.
+// The BPF instructions (RFC 9669) that the program needs.
 
 bpf_insn instruction(unsigned code, unsigned to, unsigned from, std::int16_t offset, std::int32_t number) {
   bpf_insn result{};
@@ -75,7 +75,7 @@ bpf_insn load_half(unsigned to, unsigned address, std::int16_t offset) {
 bpf_insn jump_if_above(unsigned left, unsigned right, std::int16_t skip) {
   return instruction(BPF_JMP | BPF_JGT | BPF_X, left, right, skip, 0);
 }
-/// Compares with an EtherType as it lies in memory.
+/// Compares with an EtherType in network byte order.
 bpf_insn jump_if_type(unsigned value, std::uint16_t type, std::int16_t skip) {
   return instruction(BPF_JMP | BPF_JEQ | BPF_K, value, 0, skip, htons(type));
 }
@@ -84,7 +84,7 @@ bpf_insn jump_unless_type(unsigned value, std::uint16_t type, std::int16_t skip)
 }
 
 FileDescriptor load_program(int map) noexcept {
-  // A call takes its arguments from registers 1 to 3; those from 6 on outlast it.
+  // A call takes its arguments from registers 1 to 3; registers from 6 on keep their values.
   constexpr unsigned kResult = BPF_REG_0;
   constexpr unsigned kFirst = BPF_REG_1;
   constexpr unsigned kSecond = BPF_REG_2;
@@ -96,7 +96,7 @@ FileDescriptor load_program(int map) noexcept {
       move(kContext, kFirst),
       load_word(kSecond, kContext, offsetof(xdp_md, data)),
       load_word(kThird, kContext, offsetof(xdp_md, data_end)),
-      // Short frames go on to the kernel: the verifier insists on a look at the end before each access.
+      // Short frames go to the kernel: the verifier demands a bounds check before each access.
       move(kLimit, kSecond),
       add_number(kLimit, kTypeOffset + 2),
       jump_if_above(kLimit, kThird, 14),  // 5: to 20
@@ -108,7 +108,7 @@ FileDescriptor load_program(int map) noexcept {
       jump_if_above(kLimit, kThird, 8),  // 11: to 20
       load_half(kType, kSecond, kTaggedTypeOffset),
       jump_unless_type(kType, wire::kEtherTypeEtherCat, 6),  // 13: to 20
-      // 14: to the socket of this queue; if it has none, on to the kernel.
+      // 14: redirect to the socket of this queue; if there is none, pass to the kernel.
       load_word(kSecond, kContext, offsetof(xdp_md, rx_queue_index)),
       instruction(BPF_LD | BPF_DW | BPF_IMM, kFirst, BPF_PSEUDO_MAP_FD, 0, map),
       bpf_insn{},  // the upper half of the address

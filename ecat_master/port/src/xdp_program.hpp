@@ -6,21 +6,21 @@
 
 namespace driveline::port {
 
-/// A system call that was refused: what it was to do, and errno.
+/// A refused system call: its purpose and errno.
 struct XdpRefusal {
   enum class Step : unsigned char { kSocket, kMemory, kBind, kProgram, kAttach };
   Step step = Step::kSocket;
   int error_number = 0;
 };
 
-/// The XDP program that hands the EtherCAT frames of one receive queue to an AF_XDP socket and passes all others on,
-/// attached to an interface by a link. The kernel takes it off when this object or its process ends.
+/// The XDP program that hands the EtherCAT frames of a receive queue to an AF_XDP socket and passes all others to the
+/// kernel. A link attaches it to an interface; the kernel removes it when this object is destroyed or its process ends.
 class XdpProgram {
  public:
-  /// `generic`: run by the kernel, not by the driver. `socket`: bound to queue 0 of the interface.
+  /// `generic`: the kernel runs the program, not the driver. `socket` must be bound to queue 0 of the interface.
   [[nodiscard]] static tl::expected<XdpProgram, XdpRefusal> attach(int interface_index, int socket, bool generic);
 
-  /// Whether this process may load the program; errno if not. It is not attached.
+  /// Whether this process may load the program: 0, or errno. Does not attach it.
   [[nodiscard]] static int try_load();
 
  private:

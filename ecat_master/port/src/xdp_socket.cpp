@@ -13,7 +13,7 @@ namespace driveline::port {
 
 namespace {
 
-constexpr std::uint32_t kQueueSlots = XdpSocket::kReceiveFrames;  // of each queue; a power of two
+constexpr std::uint32_t kQueueSlots = XdpSocket::kReceiveFrames;  // slots of each queue; a power of two
 constexpr std::size_t kFrameMemoryBytes =
     std::size_t{XdpSocket::kReceiveFrames + XdpSocket::kSendFrames} * XdpSocket::kFrameBytes;
 
@@ -21,7 +21,7 @@ bool set_size(int socket, int option, std::uint32_t slots) noexcept {
   return setsockopt(socket, SOL_XDP, option, &slots, sizeof slots) == 0;
 }
 
-/// `we_produce`: this side writes the producer's index.
+/// `we_produce`: this side writes the producer index.
 bool map_queue(int socket, const xdp_ring_offset& where, std::uint64_t page, std::size_t entry_bytes, bool we_produce,
                XdpQueue& queue) noexcept {
   const std::size_t size = where.desc + kQueueSlots * entry_bytes;
@@ -52,7 +52,7 @@ bool wants_call(const XdpQueue& queue) noexcept {
   return (std::atomic_ref<std::uint32_t>(flags).load(std::memory_order_relaxed) & XDP_RING_NEED_WAKEUP) != 0;
 }
 
-/// The kernel frees the queue of a socket that was closed a little later.
+/// Retries, because the kernel frees the queue of a closed socket a little later.
 bool bind_patiently(int socket, const sockaddr_xdp& address) noexcept {
   for (int attempt = 0;; ++attempt) {
     if (bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return true;
@@ -115,7 +115,7 @@ bool XdpSocket::map_queues() noexcept {
          map_queue(socket, offsets.tx, XDP_PGOFF_TX_RING, sizeof(xdp_desc), true, sending_);
 }
 
-/// Lets the kernel write a frame there.
+/// Gives the frame memory at this address to the kernel to receive into.
 void XdpSocket::give(std::uint64_t address) noexcept {
   address_of(fill_, fill_.mine) = address;
   fill_.advance();
@@ -127,7 +127,7 @@ std::byte* XdpSocket::frame_at(std::uint64_t address) const noexcept {
 
 std::optional<std::span<std::byte>> XdpSocket::take() noexcept {
   if (held_) {
-    // The whole frame, wherever in it the packet began.
+    // Return the start of the frame memory, wherever in it the packet started.
     give(*held_ / kFrameBytes * kFrameBytes);
     held_.reset();
     if (zero_copy_ && wants_call(fill_)) {
@@ -137,14 +137,14 @@ std::optional<std::span<std::byte>> XdpSocket::take() noexcept {
   if (received_.other() == received_.mine) return std::nullopt;
   const auto descriptor = descriptor_of(received_, received_.mine);
   received_.advance();
-  // Within the memory whatever the kernel says.
+  // Limit to the memory whatever the kernel says.
   const std::uint64_t address = std::min<std::uint64_t>(descriptor.addr, kFrameMemoryBytes - kFrameBytes);
   const std::size_t room = kFrameBytes - address % kFrameBytes;
   held_ = address;
   return std::span{frame_at(address), std::min<std::size_t>(descriptor.len, room)};
 }
 
-/// Takes back the frames that have left.
+/// Takes back the memory of frames that were sent.
 void XdpSocket::reclaim() noexcept {
   const std::uint32_t there = completed_.other();
   while (completed_.mine != there && free_count_ < free_.size()) {
@@ -155,10 +155,10 @@ void XdpSocket::reclaim() noexcept {
 
 int XdpSocket::send(std::span<const std::byte> frame) noexcept {
   reclaim();
-  // A poll() may have sent it meanwhile. The kernel's index is sometimes one behind, never ahead.
+  // A poll() may have sent it in the meantime. The kernel's index sometimes lags by one, but never leads.
   if (refused_ && static_cast<std::int32_t>(sending_.other() - *refused_) > 0) refused_.reset();
   if (refused_) {
-    // The kernel looks at it again with the next call: it then finds this frame in place of the old one.
+    // The kernel checks this entry again on the next call and then finds this frame instead of the old one.
     auto& waiting = descriptor_of(sending_, *refused_);
     std::copy(frame.begin(), frame.end(), frame_at(waiting.addr));
     waiting.len = static_cast<std::uint32_t>(frame.size());
@@ -175,8 +175,8 @@ int XdpSocket::send(std::span<const std::byte> frame) noexcept {
     return 0;
   }
   const int error_number = errno;
-  // What the kernel copies it takes in this call or not at all: EBUSY says that it took the frame and dropped it. A
-  // driver that copies nothing takes it when it likes.
+  // In copy mode the kernel takes the frame in this call or not at all; EBUSY means that it took the frame and dropped
+  // it. With zero copy the driver takes the frame at any later time.
   refused_.reset();
   if (!zero_copy_ && error_number != EBUSY) refused_ = sending_.mine - 1;
   return zero_copy_ && error_number == EAGAIN ? 0 : error_number;

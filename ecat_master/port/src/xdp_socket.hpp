@@ -14,7 +14,7 @@
 
 namespace driveline::port {
 
-/// Memory that is mapped, and unmapped in the end.
+/// Owns mapped memory and unmaps it on destruction.
 class XdpMapping {
  public:
   XdpMapping() = default;
@@ -34,20 +34,21 @@ class XdpMapping {
   std::size_t size_ = 0;
 };
 
-/// One of the four queues of an AF_XDP socket, in memory shared with the kernel: of two indices that only grow each
-/// side writes one. This side remembers its own, so that nothing that the other writes can lead it astray.
+/// One of the four queues of an AF_XDP socket, in memory shared with the kernel. It has two indices that only grow;
+/// each side writes one of them. This side stores a copy of its own index, so that no write by the kernel can corrupt
+/// it.
 struct XdpQueue {
   XdpMapping mapping;
   std::uint32_t* ours = nullptr;         ///< index that this side writes
   std::uint32_t* theirs = nullptr;       ///< index that the kernel writes
-  const std::uint32_t* flags = nullptr;  ///< whether the kernel wants to be called
+  const std::uint32_t* flags = nullptr;  ///< whether the kernel needs a system call to continue
   std::byte* entries = nullptr;
-  std::uint32_t mine = 0;  ///< value of `ours`
+  std::uint32_t mine = 0;  ///< copy of `*ours`
 
   [[nodiscard]] std::uint32_t other() const noexcept {
     return std::atomic_ref<std::uint32_t>(*theirs).load(std::memory_order_acquire);
   }
-  /// Tells the kernel of one more entry that was written, or read.
+  /// Tells the kernel that one more entry was written or read.
   void advance() noexcept { std::atomic_ref<std::uint32_t>(*ours).store(++mine, std::memory_order_release); }
 };
 
@@ -59,18 +60,19 @@ class XdpSocket {
   static constexpr std::uint32_t kReceiveFrames = 128;
   static constexpr std::uint32_t kSendFrames = 64;
 
-  /// Bound to queue 0 of an interface. `zero_copy`: refused (kBind) if the driver cannot, else frames are copied.
+  /// Opens a socket bound to queue 0 of an interface. `zero_copy`: refused (kBind) if the driver does not support it;
+  /// else frames are copied.
   [[nodiscard]] static tl::expected<XdpSocket, XdpRefusal> open(int interface_index, bool zero_copy);
 
   [[nodiscard]] int descriptor() const noexcept { return socket_.get(); }
   [[nodiscard]] bool zero_copy() const noexcept { return zero_copy_; }
 
-  /// The oldest frame, if there is one; gives the one taken before back to the kernel. \rtsafe
+  /// Returns the oldest frame, if there is one, and gives the previously taken frame back to the kernel. \rtsafe
   [[nodiscard]] std::optional<std::span<std::byte>> take() noexcept;
 
-  /// Sends a frame of at most kFrameBytes; errno, EAGAIN also when all frames are under way. A frame that is refused
-  /// stays in the queue until the next one takes its place: poll() may send it when the interface works again before
-  /// that (with zero copy the driver may at any time). \rtsafe
+  /// Sends a frame of at most kFrameBytes. Returns 0 or errno; EAGAIN also when all frames are in flight. A refused
+  /// frame stays in the queue until the next frame replaces it: if the interface works again before that, poll() may
+  /// send it (with zero copy the driver may send it at any time). \rtsafe
   [[nodiscard]] int send(std::span<const std::byte> frame) noexcept;
 
  private:
@@ -90,7 +92,7 @@ class XdpSocket {
   std::optional<std::uint64_t> held_;  ///< address of the frame taken last
   std::array<std::uint64_t, kSendFrames> free_{};
   std::size_t free_count_ = 0;
-  std::optional<std::uint32_t> refused_;  ///< number of an entry of `sending_` that the kernel has not taken
+  std::optional<std::uint32_t> refused_;  ///< index of an entry of `sending_` that the kernel has refused
 };
 
 }  // namespace driveline::port

@@ -9,7 +9,7 @@
 namespace driveline::snapshot {
 namespace {
 
-/// Hands up to `batches` batches of one ring to `hand_on`. True when the ring may hold more.
+/// Passes up to `batches` batches of a ring to `hand_on`. Returns true when the ring may hold more.
 template <class Sample, std::size_t kSize, class HandOn>
 bool drain(rt::SpscRing<Sample>& ring, std::array<Sample, kSize>& buffer, std::size_t batches, const HandOn& hand_on) {
   for (std::size_t batch = 0; batch < batches; ++batch) {
@@ -24,7 +24,7 @@ bool drain(rt::SpscRing<Sample>& ring, std::array<Sample, kSize>& buffer, std::s
   return true;
 }
 
-/// A new thread inherits its creator's scheduling; reading telemetry must never compete with the cycle.
+/// A new thread inherits its creator's scheduling policy; reading telemetry must never compete with the cycle.
 void become_normal_thread() {
   const sched_param no_priority{};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &no_priority);

@@ -10,9 +10,9 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// The longest frame on a 100 Mbit/s wire: 1,518 bytes with preamble and gap. Further frames pass one by one.
+/// Time of the longest frame on a 100 Mbit/s wire: 1,518 bytes with preamble and gap. Frames pass one after another.
 constexpr auto kFrameTime = std::chrono::microseconds{124};
-/// Each try waits this many times as long as the one before, up to the longest time-out.
+/// Each try waits this many times as long as the previous one, up to the longest time-out.
 constexpr int kGrowth = 4;
 constexpr std::chrono::nanoseconds kLongestTimeout = std::chrono::milliseconds{512};
 
@@ -50,13 +50,13 @@ Result<void> DirectExchange::exchange(std::span<Request> requests) {
   return tl::unexpected(Error{facts::NoAnswer{.tries = static_cast<std::uint32_t>(settings_.retries + 1)}});
 }
 
-/// To be sent in this attempt.
+/// Whether the request is to be sent in this attempt.
 bool DirectExchange::is_open(const Request& request) const noexcept {
   return !request.answered && (attempt_ == 0 || !request.once);
 }
 
-/// Sends what has not been answered yet, from `next` on, in as many frames as may be on their way; returns the first
-/// request that has to wait.
+/// Sends unanswered requests, starting at `next`, in as many frames as may be in flight. Returns the first request that
+/// has to wait.
 Result<std::size_t> DirectExchange::send_pending(std::span<Request> requests, std::size_t next) {
   flights_.clear();
   while (next < requests.size() && flights_.size() < kMaxInFlight) {
@@ -76,7 +76,7 @@ FrameTag DirectExchange::next_tag() noexcept {
   return settings_.guest ? FrameTag::of_guest(instance_, sequence_) : FrameTag{instance_, sequence_};
 }
 
-/// Packs unanswered requests from `first` on into one frame; returns the first request that is not in it.
+/// Packs unanswered requests, starting at `first`, into one frame. Returns the first request that is not in it.
 Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std::size_t first) {
   const auto tag = next_tag();
   wire::FrameBuilder builder(buffer_, tag.to_mac());
@@ -94,13 +94,13 @@ Result<std::size_t> DirectExchange::send_frame(std::span<Request> requests, std:
   }
   const auto status = port_.send(builder.finish());
   if (status == port::SendStatus::kLinkDown) return tl::unexpected(Error{facts::LinkDown{}});
-  // A full queue is treated like a lost frame: the retry sends it again.
+  // A full queue is treated like a lost frame: the next try sends it again.
   if (status == port::SendStatus::kSent) ++statistics_.frames_sent;
   flights_.push_back({tag.sequence, first, end, true});
   return end;
 }
 
-/// Of this attempt.
+/// Time-out of the current attempt.
 std::chrono::nanoseconds DirectExchange::timeout() const noexcept {
   auto timeout = settings_.timeout;
   for (int i = 0; i < attempt_ && timeout < kLongestTimeout; ++i)
@@ -158,7 +158,7 @@ std::string mac_text(const wire::MacAddress& mac) {
   return fmt::format("{:02X}:{:02X}:{:02X}:{:02X}:{:02X}:{:02X}", byte(0), byte(1), byte(2), byte(3), byte(4), byte(5));
 }
 
-/// "BWR to AL control (0x0120)", "LRW".
+/// The datagram as text: "BWR to AL control (0x0120)", "LRW".
 std::string datagram_text(const OtherMaster& other) {
   if (wire::is_logical(other.command)) return std::string(wire::to_text(other.command));
   const auto row = std::find_if(wire::kRegisters.begin(), wire::kRegisters.end(),
@@ -207,7 +207,7 @@ std::string describe_traffic(const ExchangeStatistics& statistics) {
 }
 
 bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept {
-  // The first pass checks the whole frame, the second one copies: a damaged frame changes nothing.
+  // The first pass checks the whole frame, the second one copies, so that a damaged frame changes nothing.
   for (const bool take : {false, true}) {
     auto cursor = wire::DatagramCursor::open(frame);
     if (!cursor) return false;

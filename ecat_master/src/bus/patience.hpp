@@ -4,21 +4,21 @@
 
 namespace driveline::ecat_master {
 
-/// Waiting for a slave that is looked at again and again. A machine that suspends the master takes the time away
-/// without a look at the slave; so it is over when the time has passed *and* the slave has been looked at some times.
+/// Time-out for polling a slave. While the master is suspended, time passes without polls; so the time-out expires only
+/// when the time has passed *and* the slave has been polled a number of times.
 class Patience {
  public:
-  /// Looks that a suspended master still has.
+  /// Polls that remain after the master was suspended.
   static constexpr int kLooks = 5;
 
   Patience(std::chrono::nanoseconds now, std::chrono::nanoseconds timeout) : timeout_(timeout) { begin(now); }
 
-  /// The slave has got further: the time begins anew.
+  /// Restarts the time after progress of the slave.
   void begin(std::chrono::nanoseconds now) {
     deadline_ = now + timeout_;
     looks_ = 0;
   }
-  /// Behind each look that found the slave still waiting; `now`: behind the look.
+  /// Call it after each poll that found the slave still waiting; `now`: time after the poll.
   [[nodiscard]] bool over(std::chrono::nanoseconds now) { return ++looks_ >= kLooks && now >= deadline_; }
 
  private:

@@ -12,7 +12,7 @@ namespace {
 namespace sii = wire::sii_access;
 
 constexpr std::size_t kHeadBytes = 2 * SiiCache::kHeadWords;
-/// ETG.1000.6 Table 16.
+/// Word address of the serial number (ETG.1000.6 Table 16).
 constexpr std::size_t kSerialWord = 14;
 
 /// Whether the head identifies a single device.

@@ -13,8 +13,9 @@ Result<void> lift_write_protection(Bus& bus, std::optional<SlaveRef> slave) {
     }
     return bus.exchange().exchange(requests);
   };
-  // An enable register works within the frame it is written in. Either protection covers the registers of the other, so
-  // that both are opened to end the one; three datagrams fit into any byte budget of the cycle, four do not.
+  // An enable register takes effect within the frame in which it is written. Each protection covers the registers of
+  // the other, so both must be enabled to end either; three datagrams fit into any byte budget of the cycle, four do
+  // not.
   if (auto done =
           write_zeros(wire::reg::kEscWriteEnable, wire::reg::kRegisterWriteEnable, wire::reg::kEscWriteProtection);
       !done) {

@@ -4,7 +4,7 @@
 
 namespace driveline::ecat_master {
 
-/// What the mailbox channel tells, with the object that it was about; other errors name what they are about themselves.
+/// Adds the object to an error of the mailbox channel; other errors already name their object.
 [[nodiscard]] inline Error about_object(Error error, facts::ObjectAddress object) noexcept {
   if (auto* timeout = std::get_if<facts::MailboxTimeout>(&error.facts)) timeout->object = object;
   if (auto* refused = std::get_if<facts::MailboxError>(&error.facts)) refused->object = object;

@@ -44,7 +44,7 @@ Result<std::vector<std::byte>> CoeClient::ask(const std::shared_ptr<SdoInformati
 
 namespace {
 
-/// An answer that is too short is the slave's doing: say whose.
+/// Adds slave and object to the error of an answer that is too short.
 template <typename T>
 Result<T> named(Result<T> result, std::uint16_t position, facts::ObjectAddress object) {
   if (!result) result.error() = {facts::MailboxMalformed{object}, position};

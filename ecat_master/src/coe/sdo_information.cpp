@@ -29,14 +29,14 @@ Error malformed() {
 std::string text_of(std::span<const std::byte> bytes) {
   std::string text;
   for (const auto byte : bytes) {
-    // Some slaves end the name with a zero, although its length is known.
+    // Some slaves terminate the name with a zero, although its length is known.
     if (byte == std::byte{0}) break;
     text += static_cast<char>(byte);
   }
   return text;
 }
 
-/// Op-code of the answer: the one behind the question.
+/// Op-code of the answer: that of the query plus 1.
 SdoInfoOpCode answer_to(SdoInfoOpCode question) {
   return static_cast<SdoInfoOpCode>(static_cast<std::uint8_t>(question) + 1);
 }
@@ -85,7 +85,7 @@ MailboxDialogue::Reaction SdoInformationQuery::end(ErrorFacts facts) {
   return Reaction::kDone;
 }
 
-/// The first fragment starts with what the question was about.
+/// The first fragment starts with the index (and sub-index) of the query.
 bool SdoInformationQuery::is_about_this(std::span<const std::byte> data) const {
   if (data.size() < 2 || wire::load_le<std::uint16_t>(data) != about_) return false;
   return question_ != SdoInfoOpCode::kEntryRequest ||

@@ -60,7 +60,7 @@ void SdoTransfer::begin(std::uint16_t position, MailboxRoom room) {
     load(initiate(static_cast<std::uint8_t>((code_of(SdoRequestCommand::kInitiateUpload) << 5) | access), at_, 0));
     return;
   }
-  // Complete access is never expedited: some slaves take no other form.
+  // Complete access is never expedited: some slaves accept no other form.
   if (!data_.empty() && data_.size() <= 4 && !at_.complete) {
     auto sdo = initiate(wire::expedited_command(code_of(SdoRequestCommand::kInitiateDownload), data_.size()), at_, 0);
     std::copy(data_.begin(), data_.end(), sdo.begin() + 4);
@@ -76,7 +76,7 @@ void SdoTransfer::begin(std::uint16_t position, MailboxRoom room) {
   outgoing_.insert(outgoing_.end(), data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(done_bytes_));
 }
 
-/// Remembers that something came that could not be used.
+/// Records that an unusable message arrived.
 MailboxDialogue::Reaction SdoTransfer::stray() {
   stray_ = true;
   return Reaction::kForeign;
@@ -88,7 +88,7 @@ MailboxDialogue::Reaction SdoTransfer::receive(std::span<const std::byte> servic
   const auto sdo = service.subspan(CoeHeader::kSize);
   const auto specifier = std::to_integer<std::uint8_t>(sdo[0]) >> 5;
   const bool abort = specifier == code_of(SdoResponseCommand::kAbort);
-  // Some slaves send their abort as a request; both are answers.
+  // Some slaves send their abort as a request; both forms are answers.
   if (coe->service != CoeService::kSdoResponse && !(abort && coe->service == CoeService::kSdoRequest))
     return Reaction::kForeign;
   if (abort) {
@@ -141,7 +141,7 @@ MailboxDialogue::Reaction SdoTransfer::receive_uploaded(const wire::SdoHeader& h
   return Reaction::kSend;
 }
 
-/// Asks for the next segment of an upload, or sends the next one of a download.
+/// Requests the next segment of an upload, or sends the next segment of a download.
 void SdoTransfer::request_segment() {
   if (!download_) {
     std::array<std::byte, SdoHeader::kSize> sdo{};
@@ -207,7 +207,7 @@ void SdoTransfer::load_abort(wire::SdoAbort code) {
   phase_ = Phase::kAborting;
 }
 
-/// The transfer has failed; a lost abort only leaves the slave waiting.
+/// Ends the transfer with an error; a lost abort only leaves the slave waiting.
 MailboxDialogue::Reaction SdoTransfer::give_up(const Error& error, wire::SdoAbort code) {
   result_ = tl::unexpected(error);
   load_abort(code);
@@ -220,7 +220,7 @@ bool SdoTransfer::takes_leave() {
 }
 
 void SdoTransfer::fail(const Error& failure) {
-  // What happened first counts: an abort that cannot be delivered says nothing new.
+  // Keep the first error: an abort that cannot be delivered adds no information.
   if (phase_ == Phase::kAborting) return;
   auto error = about_object(failure, object());
   if (stray_ && error.is<facts::MailboxTimeout>()) error.facts = facts::MailboxMalformed{object()};

@@ -19,7 +19,6 @@ using wire::AlStatusCode;
 using wire::FmmuEntity;
 using wire::SyncManagerChannel;
 
-/// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
 /// Unit of the watchdog divider register: 40 ns * (divider + 2) (ETG.1000.4 6.3).
 constexpr std::uint64_t kWatchdogTickNs = 40;
 
@@ -31,7 +30,7 @@ bool is_enabled(const SyncManagerChannel& channel) {
   return (channel.activate & wire::SyncManagerActivate::kEnable) != 0;
 }
 
-/// Bytes from a slave; none when it does not answer.
+/// Reads bytes from a slave; returns none when it does not answer.
 std::vector<std::byte> read_block(Bus& bus, SlaveRef slave, std::uint16_t address, std::size_t bytes) {
   std::vector<std::byte> data(bytes);
   if (bytes == 0 || !bus.read(slave, address, data)) data.clear();
@@ -110,7 +109,7 @@ class Check {
     }
   }
 
-  /// Compares the length of the assigned PDOs with that of the sync managers and of the plan.
+  /// Compares the length of the assigned PDOs with those of the sync managers and of the plan.
   void check_assigned_bytes() {
     const auto& managers = slave_.info.description.sync_managers;
     if (!slave_.mailbox || !slave_.info.description.mailbox.coe) return;
@@ -160,7 +159,7 @@ class Check {
     }
   }
 
-  /// Buffered sync managers have their memory three times (ETG.1000.4 6.6.2).
+  /// Buffered sync managers occupy three times their length (ETG.1000.4 6.6.2).
   void check_overlaps() {
     const auto end = [](const SyncManagerChannel& channel) {
       const auto mode = wire::SyncManagerControl::from_raw(channel.control).mode;
@@ -177,7 +176,7 @@ class Check {
     }
   }
 
-  /// Checks that sync managers which are not in the slave's description are off.
+  /// Checks that sync managers that are not in the slave's description are off.
   void check_strays() {
     const auto count = bus_.read(slave_.info.ref, wire::reg::kSyncManagerCount);
     const auto known = channels_.size();
@@ -190,7 +189,7 @@ class Check {
     }
   }
 
-  /// Checks that the description file fits the EEPROM of this device.
+  /// Checks that the description file matches the EEPROM of this device.
   void check_eeprom() {
     if (!slave_.eeprom) return;
     const auto& file = slave_.info.description.sync_managers;
@@ -230,7 +229,7 @@ const ConfiguredSlave* slave_of(std::span<const ConfiguredSlave> slaves, const E
   return slave == slaves.end() ? nullptr : &*slave;
 }
 
-/// Whether the code is about the configuration.
+/// Whether the AL status code refers to the configuration.
 bool is_about_configuration(AlStatusCode code) {
   switch (code) {
     case AlStatusCode::kInvalidMailboxConfigurationBoot:

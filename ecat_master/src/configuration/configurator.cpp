@@ -17,7 +17,7 @@ bool same_device(const SlaveInfo& a, const SlaveInfo& b) {
   return a.description.vendor_id == b.description.vendor_id && a.description.product_code == b.description.product_code;
 }
 
-/// Completes the plans that leave the PDOs to the slave.
+/// Completes the plans that use the PDOs assigned by the slave.
 Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
   std::vector<SlaveInfo> asked;
   std::vector<ConfiguredSlave*> owners;
@@ -31,7 +31,7 @@ Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> sla
     if (!found[i]) return tl::unexpected(found[i].error());
     owners[i]->plan.pdos = std::move(*found[i]);
   }
-  // A slave that is not on the line yet gets the PDOs of an equal one.
+  // A slave that is not on the line yet gets the PDOs of an identical slave.
   for (auto& slave : slaves) {
     if (slave.present || !slave.plan.own_pdos) continue;
     const auto alike = std::find_if(slaves.begin(), slaves.end(), [&](const ConfiguredSlave& other) {
@@ -42,7 +42,7 @@ Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> sla
   return {};
 }
 
-/// The PDOs of a plan that name no objects, outputs first.
+/// The PDOs of a plan without objects, outputs first.
 std::vector<PdoMapping*> unnamed_mappings(SlavePlan& plan) {
   std::vector<PdoMapping*> pdos;
   for (auto* direction : {&plan.pdos.outputs, &plan.pdos.inputs}) {
@@ -53,7 +53,7 @@ std::vector<PdoMapping*> unnamed_mappings(SlavePlan& plan) {
   return pdos;
 }
 
-/// Gives slaves that are not on the line yet the mapping of an equal one.
+/// Gives slaves that are not on the line yet the mapping of an identical slave.
 void take_mappings_of_kind(std::span<ConfiguredSlave> slaves) {
   for (auto& slave : slaves) {
     if (slave.present || slave.plan.own_pdos) continue;
@@ -71,7 +71,7 @@ void take_mappings_of_kind(std::span<ConfiguredSlave> slaves) {
   }
 }
 
-/// Completes the PDOs that name no objects by what the slaves have mapped into them.
+/// Completes the PDOs without objects with the mapping in the slaves.
 Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
   std::vector<SlaveInfo> asked;
   std::vector<PdoPlace> places;
@@ -153,7 +153,7 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& 
     down.push_back({slave.ref, limits.limit(wire::AlState::kInit, true)});
     up.push_back({slave.ref, limits.limit(wire::AlState::kPreOp, false)});
   }
-  // An earlier attempt may have raised slaves; sync managers and mailbox counters are reset in INIT only.
+  // An earlier attempt may have raised slaves; sync managers and mailbox counters are only reset in INIT.
   if (auto done = first_failure(change_states(bus, down, wire::AlState::kInit)); !done)
     return tl::unexpected(done.error());
   if (auto done = clear_channels(bus, refs); !done) return tl::unexpected(done.error());

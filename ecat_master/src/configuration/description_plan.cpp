@@ -12,8 +12,6 @@ namespace {
 using Use = esi::SyncManager::Use;
 using Steps = std::vector<SdoScript::Step>;
 
-/// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
-
 template <typename Limit>
 void complete(Limit& limit, const std::optional<std::uint32_t>& milliseconds) {
   if (!limit && milliseconds) limit = std::chrono::milliseconds{*milliseconds};
@@ -29,7 +27,7 @@ void complete_timeouts(SlavePlan& plan, const esi::DeviceTimeouts& file) {
   complete(plan.mailbox_timeouts.response, file.mailbox_response);
 }
 
-/// Times are in increments of the divider, so that all come from the plan or all from the file.
+/// The times are in increments of the divider, so all come from the plan or all from the file.
 void complete_watchdogs(SlavePlan& plan, const esi::DeviceWatchdogs& file) {
   if (plan.watchdog != WatchdogPlan{}) return;
   plan.watchdog = {file.divider, file.process_data, file.pdi};
@@ -50,7 +48,7 @@ std::vector<MappedObject> objects_of(const esi::Pdo& pdo) {
   return objects;
 }
 
-/// Objects of the same place and size; how a gap is written does not matter.
+/// Compares objects by address and size; the representation of a gap does not matter.
 bool same_content(const std::vector<MappedObject>& a, const std::vector<MappedObject>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const MappedObject& x, const MappedObject& y) {
     return x.index == y.index && x.bits == y.bits && (x.index == 0 || x.subindex == y.subindex);
@@ -74,7 +72,8 @@ tl::expected<void, PdoMisfit> check_pdo(const esi::DeviceDescription& device, co
   return misfit(pdo->index, misfits::NoPdoConfiguration{});
 }
 
-/// The sync manager of a PDO carries that direction, and is the one that the device has for a PDO that cannot be moved.
+/// Checks that the sync manager of a PDO carries that direction, and is the device's sync manager for a PDO that cannot
+/// be moved.
 tl::expected<void, PdoMisfit> check_place(const esi::DeviceDescription& device, const PdoMapping& planned,
                                           const esi::Pdo* known, bool outputs) {
   if (!planned.sync_manager) return {};
@@ -146,7 +145,7 @@ esi::DeviceDescription merge_description(const esi::DeviceDescription& eeprom, c
   merged.serial_number = eeprom.serial_number;
   merged.eeprom_bytes = eeprom.eeprom_bytes;
   merged.eeprom_config_data_hex = eeprom.eeprom_config_data_hex;
-  // Files may leave out values that only the EEPROM needs.
+  // Files may omit values that only the EEPROM needs.
   if (merged.bootstrap_rx_size == 0) {
     merged.bootstrap_rx_offset = eeprom.bootstrap_rx_offset;
     merged.bootstrap_rx_size = eeprom.bootstrap_rx_size;
@@ -175,7 +174,7 @@ void apply_description(ConfiguredSlave& slave) {
   planned.insert(planned.begin(), commands.begin(), commands.end());
   auto& pdos = slave.plan.pdos;
   complete_pdos(file, pdos);
-  // The PDOs of modules are not in the file: the slave's own are used.
+  // The PDOs of modules are not in the file: use those of the slave.
   const bool knows_pdos = !file.rx_pdos.empty() || !file.tx_pdos.empty();
   if (!knows_pdos || !pdos.outputs.empty() || !pdos.inputs.empty()) return;
   pdos = pdo_configuration_from_sii(file);
@@ -184,7 +183,7 @@ void apply_description(ConfiguredSlave& slave) {
 
 std::vector<StartupSdo> startup_commands(const esi::DeviceDescription& device) {
   std::vector<StartupSdo> sdos;
-  // Commands of INIT to PREOP need the mailbox as well: they are sent first in PREOP.
+  // Commands for INIT to PREOP need the mailbox as well: they are sent first in PREOP.
   const std::array<std::pair<std::string_view, wire::AlState>, 3> kinds{
       {{"IP", wire::AlState::kSafeOp}, {"PS", wire::AlState::kSafeOp}, {"SO", wire::AlState::kOp}}};
   for (const auto& [transition, before] : kinds) {

@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint8_t kMaxDrives = 8;
 constexpr std::uint8_t kWordBits = 16;
 
-/// Reads what drives have in one of their lists.
+/// Reads the content of the same list of several drives.
 class ListReader {
  public:
   ListReader(MailboxEngine& engine, std::uint16_t position, wire::Idn word, wire::Idn list)
@@ -22,7 +22,7 @@ class ListReader {
     pdo_.index = list.raw;
   }
 
-  /// False: the drive has no such list, or there is no such drive.
+  /// Returns false when the drive has no such list, or there is no such drive.
   Result<bool> append(std::uint8_t drive) {
     const auto idns = soe_.idn_list({drive, {pdo_.index}});
     if (!idns && (idns.error().is<facts::SoeRefused>() || idns.error().is<facts::MailboxError>())) return false;
@@ -36,7 +36,7 @@ class ListReader {
     }
     return true;
   }
-  /// Nothing at all, or one PDO.
+  /// Returns one PDO, or none when no drive has the list.
   [[nodiscard]] std::vector<PdoMapping> take() {
     std::vector<PdoMapping> pdos;
     if (!pdo_.objects.empty()) pdos.push_back(std::move(pdo_));
@@ -65,7 +65,7 @@ Result<PdoConfiguration> read_idn_mapping(MailboxEngine& engine, const SlaveInfo
     if (!takes) return tl::unexpected(takes.error());
     const auto sends = inputs.append(drive);
     if (!sends) return tl::unexpected(sends.error());
-    // Nobody has told how many drives there are: this one is behind the last.
+    // The number of drives is unknown: the last drive has been read.
     if (channels == 0 && !*takes && !*sends) break;
   }
   PdoConfiguration configuration{outputs.take(), inputs.take()};

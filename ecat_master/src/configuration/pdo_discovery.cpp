@@ -10,13 +10,11 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
-/// Sync manager n is assigned by object 1C10h + n (ETG.1000.6 5.6.7.4).
-
 bool carries_process_data(Use use) {
   return use == Use::kOutputs || use == Use::kInputs;
 }
 
-/// A list object of one slave: how many elements it has, then the elements.
+/// A list object of a slave: number of elements, then the elements.
 struct ListRead {
   std::size_t slave = 0;
   std::uint8_t sync_manager = 0;
@@ -81,7 +79,7 @@ class Reader {
     if (results_[list.slave]) results_[list.slave] = tl::unexpected(error);
   }
 
-  /// Waits for the count and asks for all elements.
+  /// Waits for the count and requests all elements.
   void read_elements(ListRead& list, bool may_be_missing) {
     const auto count = value_of<std::uint8_t>(list.count, position(list.slave), list.index, 0);
     if (!count) {
@@ -104,7 +102,7 @@ class Reader {
       const auto pdo =
           value_of<std::uint16_t>(list.elements[n], position(list.slave), list.index, static_cast<std::uint8_t>(n + 1));
       if (!pdo) return fail(list, pdo.error());
-      // Some slaves fill places of the assignment that are not used with zeros.
+      // Some slaves fill unused entries of the assignment with zeros.
       if (*pdo != 0) mappings.push_back(start_list(list.slave, list.sync_manager, *pdo));
     }
   }
@@ -147,13 +145,13 @@ std::vector<MappedObject> described_mapping(const esi::DeviceDescription& device
 
 using Mapping = Result<std::vector<MappedObject>>;
 
-/// The mapping of one PDO on its way over CoE.
+/// Reads the mapping of a PDO over CoE.
 class MappingRead {
  public:
   MappingRead(MailboxEngine& engine, std::uint16_t position, std::uint16_t pdo)
       : coe_(engine, position), position_(position), pdo_(pdo), count_(coe_.start_upload({pdo, 0, false})) {}
 
-  /// Waits for the count and asks for all entries.
+  /// Waits for the count and requests all entries.
   void ask_entries() {
     const auto count = value_of<std::uint8_t>(count_, position_, pdo_, 0);
     for (unsigned n = 1; n <= count.value_or(0); ++n) {

@@ -8,7 +8,7 @@ constexpr std::uint16_t kInputAssignment = 0x1C13;
 
 using Steps = std::vector<SdoScript::Step>;
 
-/// A list object the way CANopen wants it: count 0, elements, count.
+/// Writes a list object as CANopen requires: count 0, elements, count.
 template <typename T, typename Elements, typename Raw>
 void append_list(Steps& steps, std::uint16_t index, const Elements& elements, Raw raw) {
   steps.push_back(SdoScript::Step::of<std::uint8_t>(index, 0, 0));

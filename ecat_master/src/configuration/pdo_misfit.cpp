@@ -5,7 +5,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// For std::visit.
+/// Visitor that makes the message.
 struct MisfitSentence {
   std::uint16_t pdo;
 

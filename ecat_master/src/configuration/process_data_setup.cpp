@@ -17,7 +17,8 @@ Error no_sync_manager(const ConfiguredSlave& slave, std::size_t bits) {
   return {facts::ProcessDataSize{.bytes = static_cast<std::uint32_t>((bits + 7) / 8)}, slave.info.ref.position};
 }
 
-/// PDOs of one direction that the EEPROM assigns to a sync manager: exchanged by a slave without planned PDOs.
+/// PDOs (all inputs or all outputs) that the EEPROM assigns to a sync manager; exchanged by a slave without planned
+/// PDOs.
 std::vector<PdoMapping> assigned_pdos(const std::vector<esi::Pdo>& pdos) {
   std::vector<PdoMapping> assigned;
   for (const auto& pdo : pdos) {
@@ -28,7 +29,7 @@ std::vector<PdoMapping> assigned_pdos(const std::vector<esi::Pdo>& pdos) {
   return assigned;
 }
 
-/// Adds the channels of one direction to `demand`.
+/// Adds the input or output channels to `demand`.
 Result<void> add_channels(const ConfiguredSlave& slave, const std::vector<PdoMapping>& pdos, Use use,
                           ProcessDataDemand& demand) {
   const auto& managers = slave.info.description.sync_managers;
@@ -58,7 +59,7 @@ std::size_t channel_bytes(const ProcessDataDemand& demand, std::uint8_t sync_man
 
 PdoConfiguration exchanged_pdos(const ConfiguredSlave& slave) {
   const auto& planned = slave.plan.pdos;
-  // The slave's own PDOs have been read; there may be none.
+  // The PDOs assigned by the slave have been read; there may be none.
   if (slave.plan.own_pdos) return planned;
   if (!planned.outputs.empty() || !planned.inputs.empty()) return planned;
   return {assigned_pdos(slave.info.description.rx_pdos), assigned_pdos(slave.info.description.tx_pdos)};

@@ -24,7 +24,7 @@ const esi::PdoEntry* find_entry(const esi::Pdo& pdo, const MappedObject& object)
   return entry != pdo.entries.end() && !entry->name.empty() ? &*entry : nullptr;
 }
 
-/// Name of an object in a PDO: from that PDO, else from another PDO, the dictionary, or the drive profile.
+/// Name of an object in a PDO: taken from that PDO, else from another PDO, the dictionary, or the drive profile.
 Names names_of(const esi::DeviceDescription& description, std::uint16_t pdo_index, const MappedObject& object) {
   Names names;
   for (const auto* pdos : {&description.rx_pdos, &description.tx_pdos}) {
@@ -45,7 +45,7 @@ Names names_of(const esi::DeviceDescription& description, std::uint16_t pdo_inde
   return names;
 }
 
-/// Names as they are compared: lower case, one underscore for all that is neither letter nor digit.
+/// Normalizes a name for comparison: lower case, one underscore for any characters other than letters and digits.
 std::string plain(std::string_view name) {
   std::string text;
   for (const char c : name) {
@@ -79,7 +79,7 @@ struct ObjectAddress {
   unsigned subindex = 0;
 };
 
-/// "0x6041", "6041h", "6041:02".
+/// Parses "0x6041", "6041h", "6041:02".
 std::optional<ObjectAddress> address(std::string_view text) {
   const auto colon = text.find(':');
   auto index = text.substr(0, colon);
@@ -93,7 +93,7 @@ std::optional<ObjectAddress> address(std::string_view text) {
   return ObjectAddress{*high, *low};
 }
 
-/// The name, with that of its PDO in front when others of the list have the same.
+/// The name, preceded by that of its PDO when others in the list have the same name.
 std::string full_text(const ProcessVariable& variable, const std::vector<const ProcessVariable*>& list) {
   const auto namesakes = std::count_if(list.begin(), list.end(), [&](const ProcessVariable* other) {
     return other->slave == variable.slave && other->name == variable.name;
@@ -118,7 +118,7 @@ std::string listing(const std::vector<std::string>& names) {
   return text;
 }
 
-/// For std::visit.
+/// Visitor that makes the message.
 struct VariableSentence {
   std::string operator()(const variable_faults::NotThere& facts) const {
     if (!facts.of_slave.empty()) {
@@ -213,7 +213,7 @@ ProcessVariables::Found<std::size_t> ProcessVariables::find_number(std::string_v
   std::vector<const ProcessVariable*> of_slave;
   std::vector<const ProcessVariable*> matches;
   for (const auto& variable : variables_) {
-    // Names may contain dots: the slave's name decides where it ends.
+    // Names may contain dots: the slave's name determines where it ends.
     for (const auto& who : {variable.slave_name, std::to_string(variable.slave)}) {
       if (who.empty() || name.size() <= who.size() || !name.starts_with(who) || name[who.size()] != '.') continue;
       of_slave.push_back(&variable);

@@ -17,9 +17,9 @@ using wire::FmmuEntity;
 using wire::SyncManagerChannel;
 using Use = esi::SyncManager::Use;
 
-/// Number of channels that clear_channels() switches off.
+/// Number of channels that clear_channels() disables.
 constexpr unsigned kClearedChannels = 8;
-/// Reads of the facts until two in a row agree.
+/// Most reads of the facts until two in a row agree.
 constexpr int kFactTries = 6;
 
 /// A field of an FMMU or a sync manager.
@@ -30,7 +30,7 @@ struct RegisterField {
   std::string_view name;
 };
 
-/// ETG.1000.4 Table 56.
+/// Fields of an FMMU (ETG.1000.4 Table 56).
 constexpr std::array<RegisterField, 8> kFmmuFields{{{0, 4, 0xFFFF'FFFF, "logical start address"},
                                                     {4, 2, 0xFFFF, "length"},
                                                     {6, 1, 0x07, "logical start bit"},
@@ -39,7 +39,8 @@ constexpr std::array<RegisterField, 8> kFmmuFields{{{0, 4, 0xFFFF'FFFF, "logical
                                                     {10, 1, 0x07, "physical start bit"},
                                                     {11, 1, 0x03, "type"},
                                                     {12, 1, 0x01, "activation"}}};
-/// ETG.1000.4 Table 59. The status and PDI control bytes belong to the slave, the repeat request to the mailbox.
+/// Fields of a sync manager (ETG.1000.4 Table 59). The status and PDI control bytes belong to the slave, the repeat
+/// request to the mailbox.
 constexpr std::array<RegisterField, 4> kSyncManagerFields{
     {{0, 2, 0xFFFF, "start address"},
      {2, 2, 0xFFFF, "length"},
@@ -64,7 +65,7 @@ Request read_of(SlaveRef slave, std::uint16_t address, std::span<std::byte> data
   return {wire::Command::kFprd, wire::DatagramAddress::physical(slave.station, address), data, 0, false};
 }
 
-/// Collects the registers of one slave.
+/// Collects the registers of a slave.
 class Collector {
  public:
   template <typename T>
@@ -95,7 +96,7 @@ void add_fmmus(Collector& all, std::span<const FmmuEntity> fmmus, unsigned count
   }
 }
 
-/// Sync manager `number` as it was written; all zeros when it was not.
+/// Sync manager `number` as written; all zeros when it was not written.
 std::vector<std::byte> channel_of(const ConfiguredSlave& slave, unsigned number, std::span<const RegisterWrite> setup) {
   const auto& device = slave.info.description;
   if (number < device.sync_managers.size() && slave.mailbox) {
@@ -119,7 +120,7 @@ void add_sync_managers(Collector& all, const ConfiguredSlave& slave, const Proce
 }
 
 /// The time of a slave that frames pass before the reference clock is not guarded. All other clocks follow the
-/// reference clock: its registers are rewritten while it stays in OP.
+/// reference clock, so its registers are rewritten while it stays in OP.
 void add_time(Collector& all, const dc::SlaveClock& clock, RegisterRepair of_offset, const ControllerFacts& facts) {
   using enum RegisterRepair;
   if (clock.wide) {
@@ -156,15 +157,15 @@ void add_clock(Collector& all, const dc::LineClocks& clocks, std::size_t slave, 
   add_signals(all, clock.signals);
 }
 
-/// A stretch of registers that travels in one datagram.
+/// A range of registers that one datagram carries.
 struct Stretch {
-  std::size_t first = 0;  ///< of the guarded registers
+  std::size_t first = 0;  ///< index of the first guarded register
   std::size_t last = 0;
   std::uint16_t address = 0;
   std::vector<std::byte> data;
 };
 
-/// The bytes between two registers are read along where another datagram would cost more.
+/// Also reads the bytes between two registers where another datagram would cost more.
 std::vector<Stretch> stretches_of(std::span<const GuardedRegister> guarded) {
   std::vector<Stretch> stretches;
   for (std::size_t i = 0; i < guarded.size(); ++i) {
@@ -178,7 +179,7 @@ std::vector<Stretch> stretches_of(std::span<const GuardedRegister> guarded) {
   return stretches;
 }
 
-/// One reading of everything.
+/// Reads all registers once and compares them.
 Result<std::vector<RegisterChange>> compare(Bus& bus, SlaveRef slave, std::span<const GuardedRegister> guarded) {
   auto stretches = stretches_of(guarded);
   std::vector<Request> requests;
@@ -200,7 +201,7 @@ Result<std::vector<RegisterChange>> compare(Bus& bus, SlaveRef slave, std::span<
   return changes;
 }
 
-/// "FMMU 1 (0x0610): logical start address", "watchdog divider (0x0400)".
+/// The register as text: "FMMU 1 (0x0610): logical start address", "watchdog divider (0x0400)".
 std::string place_of(std::uint16_t address) {
   const auto field_of = [address](std::string_view what, std::uint16_t base, std::size_t size,
                                   std::span<const RegisterField> fields) {

@@ -28,7 +28,7 @@ Result<void> check_clocks(const ClockPlan& plan, std::span<const ClockFeatures> 
   return {};
 }
 
-/// Signals must be there before the slaves check for them on the way to SAFEOP, and must not change under a drive that
+/// Signals must be present before the slaves check for them on the way to SAFEOP, and must not change while a drive
 /// moves.
 Result<void> check_states(Bus& bus, std::span<const SlaveRef> slaves, const ClockPlan& plan) {
   for (std::size_t i = 0; i < plan.slaves.size(); ++i) {
@@ -62,7 +62,7 @@ LineClocks make_clocks(const ClockPlan& plan, std::span<const ClockFeatures> fea
   return clocks;
 }
 
-/// Steps 3 and 4: registers 0x0920 and 0x0928 of every clock, from one more frame that is latched.
+/// Steps 3 and 4: writes registers 0x0920 and 0x0928 of every clock, from one more latched frame.
 Result<void> write_offsets(Bus& bus, std::span<const SlaveRef> slaves, std::span<const ClockFeatures> features,
                            const ClockPlan& plan, LineClocks& clocks) {
   TimePair both;
@@ -94,7 +94,7 @@ Result<void> write_offsets(Bus& bus, std::span<const SlaveRef> slaves, std::span
     if (!clock.wide) clock.offset &= 0xFFFF'FFFFU;
     wire::store_le<std::uint64_t>(values[i].offset, clock.offset);
     wire::store_le<std::uint32_t>(values[i].delay, clock.delay);
-    // Any write restarts the loop; the value is its bandwidth, which stays at the controller's reset value.
+    // Any write restarts the loop; the value is its bandwidth, here the controller's reset value.
     wire::store_le<std::uint16_t>(values[i].speed, wire::reg::kSpeedCounterStart.reset);
     write(i, wire::reg::kSystemTimeOffset.address, std::span(values[i].offset).first(clock.wide ? 8 : 4));
     write(i, wire::reg::kSystemTimeDelay.address, values[i].delay);

@@ -5,7 +5,7 @@
 namespace driveline::ecat_master::dc {
 
 Result<void> exchange_checked(Bus& bus, std::span<const SlaveRef> slaves, std::span<Request> requests) {
-  // Slaves write their own count into the position part of an address, but not into a station address.
+  // Slaves modify the position part of an auto-increment address, but not a station address.
   if (auto done = bus.exchange().exchange(requests); !done) return done;
   const auto silent = std::find_if(requests.begin(), requests.end(),
                                    [](const Request& request) { return request.working_counter != 1; });

@@ -4,8 +4,8 @@
 
 namespace driveline::ecat_master::dc {
 
-/// Exchanges datagrams each of which is for one slave of `slaves`. Error beside those of the exchange: WorkingCounter,
-/// with slave and register, for the first that was not answered.
+/// Exchanges datagrams that each address one slave of `slaves`. Errors: those of the exchange; WorkingCounter, with
+/// slave and register, for the first unanswered datagram.
 [[nodiscard]] Result<void> exchange_checked(Bus& bus, std::span<const SlaveRef> slaves, std::span<Request> requests);
 
 }  // namespace driveline::ecat_master::dc

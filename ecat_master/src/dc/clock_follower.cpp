@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// More than this between two cycles is no drift: the clock has been set.
+/// A larger change between two cycles is not drift: the clock has been set.
 constexpr auto kTimeJump = std::chrono::milliseconds{1};
 constexpr double kLateShare = 1.0 / 64.0;
 
@@ -22,7 +22,8 @@ PhaseController::Settings with_period(PhaseController::Settings settings, nanose
 }  // namespace
 
 ReferenceClock ClockFollower::reference_of(const LineClocks& clocks) noexcept {
-  // The reference clock reads, every other clock writes, those in front of it too: one each (ETG.1000.4 Table 17).
+  // The reference clock reads and every other clock writes, also those in front of it: each adds 1 (ETG.1000.4 Table
+  // 17).
   const auto all =
       std::count_if(clocks.slaves.begin(), clocks.slaves.end(), [](const SlaveClock& clock) { return clock.present; });
   return {clocks.station, 0, static_cast<std::uint16_t>(all)};
@@ -53,15 +54,15 @@ DriftDatagram ClockFollower::next(Nanoseconds now) noexcept {
   sent_ = {};
   if (reference.station == 0) return sent_;
   sent_.command = telling_ ? wire::Command::kFpwr : wire::Command::kFrmw;
-  // Once it has not answered it is only read: the route of the frames may have changed, and a time sent on another
-  // route than the measured one would shift all clocks.
+  // After a missing answer the reference clock is only read: the route of the frames may have changed, and a time sent
+  // on another route than the measured one would shift all clocks.
   if (silent_ > 0 && !telling_) sent_.command = wire::Command::kFprd;
   sent_.address = wire::DatagramAddress::physical(reference.station, wire::reg::kSystemTime.address);
   told_at_ = now;
   const auto time =
       telling_ ? time_to_tell(now) : mapping_.at(now) + static_cast<std::uint64_t>(std::llround(late_ns_));
   sent_.time = static_cast<std::uint32_t>(time + static_cast<std::uint64_t>(reference.delay_ns));
-  // One nanosecond off every other time, so that the reference clock's own time cannot look like this one for ever.
+  // Add one nanosecond every other time, so that the reference clock's own time cannot equal this time permanently.
   dither_ = !dither_ && !telling_;
   sent_.time += dither_ ? 1U : 0U;
   return sent_;
@@ -75,7 +76,7 @@ ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Na
   if (grid_follows()) {
     const auto outliers = controller_.outliers();
     shift = controller_.update(error);
-    // An outlier is not used for predictions either.
+    // Outliers are not used for predictions either.
     if (error && controller_.outliers() == outliers) learn(sent, *answer);
   } else {
     detector_.update(error ? std::optional(static_cast<double>(error->count())) : std::nullopt);
@@ -98,7 +99,7 @@ std::uint64_t ClockFollower::time_to_tell(Nanoseconds now) noexcept {
   return static_cast<std::uint64_t>(wrapped_sum(now, *time_ahead_).count());
 }
 
-/// Updates the prediction with an answer that is no outlier.
+/// Updates the prediction with an answer that is not an outlier.
 void ClockFollower::learn(Nanoseconds sent, const DriftAnswer& answer) noexcept {
   const auto delay = static_cast<std::uint64_t>(reference_.read().delay_ns);
   const auto met = extend(answer.time, mapping_.at(sent) + delay) - delay;
@@ -106,7 +107,7 @@ void ClockFollower::learn(Nanoseconds sent, const DriftAnswer& answer) noexcept 
   mapping_ = {sent, met, controller_.ppm()};
 }
 
-/// How late the frame met the reference clock, had it been sent at the grid instant.
+/// How late the frame would have met the reference clock if it had been sent at the grid instant.
 std::optional<nanoseconds> ClockFollower::measure(const rt::CycleStart& start, Nanoseconds sent,
                                                   const std::optional<DriftAnswer>& answer) noexcept {
   if (!answer) return std::nullopt;
@@ -121,8 +122,8 @@ std::optional<nanoseconds> ClockFollower::measure(const rt::CycleStart& start, N
   return wrap_to_cycle(difference(time - late, arrival_), period_);
 }
 
-/// The working counter does not tell the slaves apart. Without the reference clock it is one less and the time has come
-/// back as it was sent.
+/// The working counter does not distinguish the slaves. Without the reference clock it is lower by one and the time
+/// returns as it was sent.
 bool ClockFollower::reference_answered(const DriftAnswer& answer) const noexcept {
   if (sent_.command == wire::Command::kNop || answer.working_counter == 0) return false;
   if (sent_.command == wire::Command::kFprd) return true;

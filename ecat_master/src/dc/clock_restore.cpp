@@ -15,7 +15,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kStartLead = std::chrono::milliseconds{20};
-/// A clock that has to learn its speed from the cycle alone needs some 0.3 s.
+/// A clock that learns its frequency only from the cycle needs about 0.3 s.
 constexpr nanoseconds kSettleTime = std::chrono::seconds{2};
 constexpr nanoseconds kLook = std::chrono::milliseconds{5};
 
@@ -26,8 +26,8 @@ Result<void> ClockWatch::restore(std::uint16_t slave) {
   if (!clock.present) return {};
   if (!clock.follows) {
     if (!clock.signals.active()) return {};
-    // A reference clock that has kept its time needs none; any other clock before the reference cannot be told the
-    // time, because frames pass it first.
+    // A reference clock that has kept its time needs no restore; any other clock before the reference cannot receive
+    // the time, because frames pass it first.
     const auto kept = keeps_time(slave);
     if (!kept) return tl::unexpected(kept.error());
     if (!*kept) return tl::unexpected(Error{facts::BeforeReference{clocks_.reference}, slave});
@@ -35,7 +35,7 @@ Result<void> ClockWatch::restore(std::uint16_t slave) {
     if (auto done = set_clock(slave); !done) return done;
     if (auto done = await_clock(slave); !done) return done;
   }
-  // The common start of all slaves is a multiple of the common cycle, so the phase is that of the others.
+  // The common start of all slaves is a multiple of the common cycle, so the phase matches that of the others.
   auto alone = clocks_;
   for (std::size_t i = 0; i < alone.slaves.size(); ++i) {
     if (i != slave) alone.slaves[i].signals = {};
@@ -76,7 +76,7 @@ Result<void> ClockWatch::remeasure_delays(std::span<const SlaveRef> wire) {
   return measure(wire, std::nullopt);
 }
 
-/// Measures the delays of all clocks on `wire`; that of `newcomer` is written even if it has hardly changed.
+/// Measures the delays of all clocks on `wire`; writes that of `newcomer` even if it has hardly changed.
 Result<void> ClockWatch::measure(std::span<const SlaveRef> wire, std::optional<std::uint16_t> newcomer) {
   const auto facts = read_port_facts(bus_, wire);
   if (!facts) return tl::unexpected(facts.error());
@@ -107,7 +107,7 @@ Result<void> ClockWatch::measure(std::span<const SlaveRef> wire, std::optional<s
     if (!slave_at[i] || !clocks_.slaves[*slave_at[i]].present) continue;
     const auto slave = static_cast<std::uint16_t>(*slave_at[i]);
     auto& clock = clocks_.slaves[slave];
-    // Only a slave that was plugged in can be on another side of the reference clock now.
+    // Only a slave that was plugged in can have moved to the other side of the reference clock.
     if (slave == newcomer) clock.follows = i > at;
     if (!clock.follows) continue;
     const auto delay = std::llround((*delays)[i].from_first_ns - (*delays)[at].from_first_ns);
@@ -123,7 +123,7 @@ Result<void> ClockWatch::measure(std::span<const SlaveRef> wire, std::optional<s
   return any ? write_delays() : Result<void>{};
 }
 
-/// The slave is the reference clock, and has not been switched off: that would have cleared its offset.
+/// Whether the slave is the reference clock and has not been switched off, which would have cleared its offset.
 Result<bool> ClockWatch::keeps_time(std::uint16_t slave) {
   if (slave != clocks_.reference) return false;
   const auto& clock = clocks_.slaves[slave];
@@ -134,8 +134,8 @@ Result<bool> ClockWatch::keeps_time(std::uint16_t slave) {
   return wire::load_le<std::uint64_t>(offset) == clock.offset;
 }
 
-/// Offset, delay, and the loop started anew: one frame latched by both clocks gives the actual and the wanted time of
-/// the slave.
+/// Sets offset and delay and restarts the loop: one frame latched by both clocks gives the actual and the wanted time
+/// of the slave.
 Result<void> ClockWatch::set_clock(std::uint16_t slave) {
   auto& clock = clocks_.slaves[slave];
   const auto& reference = clocks_.slaves[clocks_.reference];
@@ -164,7 +164,7 @@ Result<void> ClockWatch::set_clock(std::uint16_t slave) {
   return exchange_checked(bus_, slaves_, requests);
 }
 
-/// Waits until it is synchronised.
+/// Waits until the clock is synchronised.
 Result<void> ClockWatch::await_clock(std::uint16_t slave) {
   const std::span<const SlaveRef> one(&slaves_[slave], 1);
   const std::array<ClockFeatures, 1> features{ClockFeatures{true, clocks_.slaves[slave].wide}};

@@ -58,7 +58,7 @@ Result<void> ClockWatch::watch_reference() {
   return take_over(**next);
 }
 
-/// The first clock behind the lost one that answers.
+/// The first answering clock behind the lost one.
 Result<std::optional<std::uint16_t>> ClockWatch::next_reference() {
   for (std::size_t i = clocks_.reference + 1U; i < slaves_.size(); ++i) {
     if (!clocks_.slaves[i].present) continue;
@@ -71,7 +71,7 @@ Result<std::optional<std::uint16_t>> ClockWatch::next_reference() {
 }
 
 Result<void> ClockWatch::take_over(std::uint16_t reference) {
-  // No time is distributed while some slaves have delays from the old reference and some from the new one.
+  // Distribute no time while some slaves have delays from the old reference and some from the new one.
   follower_.set_reference({});
   const auto way = static_cast<std::int32_t>(clocks_.slaves[reference].delay);
   for (std::size_t i = 0; i < clocks_.slaves.size(); ++i) {
@@ -91,7 +91,7 @@ Result<void> ClockWatch::take_over(std::uint16_t reference) {
   return written;
 }
 
-/// Writes the delays to all slaves behind the reference that answer.
+/// Writes the delays to all answering slaves behind the reference.
 Result<void> ClockWatch::write_delays() {
   std::vector<std::array<std::byte, 4>> data(slaves_.size());
   std::vector<Request> requests;

@@ -9,24 +9,25 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// One frame full of drift datagrams.
+/// A frame full of drift datagrams.
 class DriftFrame {
  public:
   DriftFrame(const LineClocks& clocks, unsigned datagrams) : data_(datagrams) {
     const auto address = wire::DatagramAddress::physical(clocks.station, wire::reg::kSystemTime.address);
-    // The reference clock follows the master: it is told the time first, then asked for it.
+    // The reference clock follows the master: it first receives the time, then is read.
     if (clocks.mode == FollowMode::kReferenceFollows)
       requests_.push_back({wire::Command::kFpwr, address, data_[0], 0, false});
     for (std::size_t i = requests_.size(); i < data_.size(); ++i)
       requests_.push_back({wire::Command::kFrmw, address, data_[i], 0, false});
   }
 
-  /// Nothing: the reference clock did not answer.
+  /// Returns empty when the reference clock did not answer.
   [[nodiscard]] Result<std::optional<ClockSample>> exchange(DatagramExchange& exchange, const ClockMapping& mapping) {
     ClockSample sample;
     sample.sent = exchange.now();
     const auto expected = mapping.at(sample.sent);
-    // If the reference clock does not answer, the others get the data of the datagram: the expected time, not zero.
+    // If the reference clock does not answer, the other clocks receive the data of the datagram: the expected time, not
+    // zero.
     for (auto& data : data_) wire::store_le<std::uint32_t>(data, static_cast<std::uint32_t>(expected));
     if (auto done = exchange.exchange(requests_); !done) return tl::unexpected(done.error());
     if (requests_.back().working_counter == 0) return std::nullopt;
@@ -39,7 +40,7 @@ class DriftFrame {
   std::vector<Request> requests_;
 };
 
-/// The loops learn slowly: reading how far they are costs a frame, so not after each.
+/// The loops learn slowly, and reading the differences costs a frame: do it only after this many frames.
 constexpr unsigned kFramesPerLook = 40;
 
 class DriftCompensation {
@@ -53,7 +54,7 @@ class DriftCompensation {
       const auto sample = frame_.exchange(bus_.exchange(), clocks_.mapping);
       ++clocks_.drift_frames;
       if (!sample) {
-        // A frame lost in spite of all repetitions is one sample less; when too many are lost, the line is gone.
+        // A frame lost despite all repetitions costs one sample; when too many are lost, the line has failed.
         ++clocks_.drift_frames_lost;
         const bool gone = clocks_.drift_frames_lost > 3 + clocks_.drift_frames / 2;
         if (gone || sample.error().is<facts::LinkDown>()) return tl::unexpected(sample.error());
@@ -70,7 +71,7 @@ class DriftCompensation {
   }
 
  private:
-  /// With an external time source the reference clock is sent that time from the start.
+  /// With an external time source the reference clock receives that time from the start.
   void follow_time_source() {
     if (clocks_.time == nullptr || clocks_.mode != FollowMode::kReferenceFollows) return;
     const auto both = read_both(*clocks_.time, [this] { return bus_.exchange().now(); });
@@ -84,7 +85,7 @@ class DriftCompensation {
   MappingFit fit_;
 };
 
-/// Every clock behind the reference is within the window.
+/// Whether every clock behind the reference is within the window.
 Result<bool> settled(Bus& bus, std::span<const SlaveRef> slaves, std::span<const ClockFeatures> features,
                      const LineClocks& clocks, nanoseconds window) {
   const auto differences = read_differences(bus, slaves, features);

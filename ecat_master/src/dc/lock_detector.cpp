@@ -10,8 +10,8 @@ constexpr double kMeanShare = 1.0 / 16.0;
 constexpr double kLeastMeanShare = 1.0 / 1024.0;
 constexpr double kUnlockFactor = 4.0;
 
-/// Of a measurement in the mean. Independent measurements of deviation s leave one of s * sqrt(share / 2) in a mean to
-/// which each adds that share.
+/// Share of a measurement in the mean. Independent measurements of deviation s, each contributing this share, give a
+/// mean of deviation s * sqrt(share / 2).
 double mean_share(double noise_ns, double window_ns) noexcept {
   const double wanted = window_ns / 4.0;
   return std::clamp(2.0 * wanted * wanted / std::max(noise_ns * noise_ns, 1.0), kLeastMeanShare, kMeanShare);
@@ -42,7 +42,7 @@ void LockDetector::update(std::optional<double> error_ns, double noise_ns) noexc
 
 void LockDetector::lose(LockCause cause) noexcept {
   inside_ = 0;
-  // A phase error is no news while acquiring; a missing reference or the frequency limit is.
+  // A phase error adds no information while acquiring; a missing reference or the frequency limit does.
   if (cause_ == LockCause::kAcquiring && cause == LockCause::kPhaseError) return;
   cause_ = cause;
 }

@@ -9,8 +9,8 @@ namespace driveline::ecat_master::dc {
 namespace {
 
 struct Point {
-  double x = 0.0;  ///< ns before the last frame
-  double y = 0.0;  ///< ns ahead
+  double x = 0.0;  ///< time relative to the last frame in ns, at most 0
+  double y = 0.0;  ///< lead of the reference clock over the mapping, in ns
 };
 
 struct Line {
@@ -19,9 +19,9 @@ struct Line {
   [[nodiscard]] double residual(const Point& point) const { return point.y - at_origin - slope * point.x; }
 };
 
-/// Frames that are further off the robust line than so many median deviations have been held up.
+/// Frames that deviate from the robust line by more than this many median deviations were delayed.
 constexpr double kBelieved = 4.0;
-/// Readings of a clock that counts in steps of 10 ns scatter by as much even when nothing is held up.
+/// Readings of a clock that counts in steps of 10 ns scatter by this much even without delays.
 constexpr double kLeastScatterNs = 20.0;
 
 double median(std::vector<double> values) {
@@ -30,7 +30,8 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Slopes between the n-th point of the first half and the n-th of the second: long baselines, each point once.
+/// Uses slopes between the n-th point of the first half and the n-th point of the second: long baselines, each point
+/// once.
 Line robust_line(const std::vector<Point>& points) {
   Line line;
   const std::size_t half = points.size() / 2;

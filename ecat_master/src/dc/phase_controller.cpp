@@ -10,19 +10,19 @@ namespace {
 constexpr double kMinBandwidth = 0.01;  // rad per cycle
 constexpr double kMaxBandwidth = 0.25;
 constexpr double kNarrowestBandwidth = 0.001;
-/// However noisy it is: within this time to 1 %, which takes so many cycles over the bandwidth.
+/// Whatever the noise: longest time to settle to 1 %, which takes kSettlingCycles / bandwidth cycles.
 constexpr double kLongestSettlingNs = 1e9;
 constexpr double kSettlingCycles = 7.0;
-/// Share of a period that the noise of measurements may move the grid by, as a standard deviation.
+/// Largest standard deviation of the grid caused by measurement noise, as a share of the period.
 constexpr double kGridNoise = 1.0 / 400.0;
-/// Of the power of the noise, (kp + 2 ki / kp) / 2 gets into the grid.
+/// (kp + 2 ki / kp) / 2 of the noise power reaches the grid.
 constexpr double kNoisePower = 1.5;
 /// A measurement is an outlier beyond this many mean deviations.
 constexpr double kOutlierSpreads = 8.0;
-/// After this many cycles at the frequency limit it is not noise.
+/// After this many cycles at the frequency limit the cause is not noise.
 constexpr std::uint32_t kLimitCycles = 100;
 constexpr double kSpreadShare = 1.0 / 64.0;
-/// The grid moves at most this share of a period per cycle, so that the cycle time stays nearly constant.
+/// The grid moves by at most this share of a period per cycle, so that the cycle time stays nearly constant.
 constexpr double kMaxSlew = 1.0 / 200.0;
 
 double or_share(PhaseController::Nanoseconds value, double period_ns, double share) noexcept {
@@ -70,13 +70,13 @@ PhaseController::Nanoseconds PhaseController::update(std::optional<Nanoseconds> 
   return quantize(shift);
 }
 
-/// Updates what is expected of the next measurement.
+/// Updates the expectation of the next measurement.
 bool PhaseController::plausible(double error) noexcept {
   const double deviation = std::abs(error - expected_);
   const double limit = std::max(outlier_floor_, kOutlierSpreads * spread_);
   const bool suspicious = primed_ && deviation > limit;
-  // What is beyond the limit counts as if it were at it: one of them hardly moves the limit, and where many are the
-  // limit comes to hold them.
+  // Limit deviations to the outlier threshold: one outlier hardly moves the threshold, and many outliers raise it until
+  // it includes them.
   if (primed_) spread_ += kSpreadShare * (std::min(deviation, limit) - spread_);
   if (suspicious && ++suspicious_ <= settings_.outliers_believed) {
     ++outliers_;
@@ -94,10 +94,10 @@ double PhaseController::control(double error) noexcept {
   const double proportional = kp_ * error;
   const double shift = -(std::clamp(proportional, -slew, slew) + integral_);
   expected_ = error + shift + integral_;
-  // No integration while the output is limited: it would wind up.
+  // No integration while the output is limited, to avoid wind-up.
   if (std::abs(proportional) <= slew) integral_ += ki_ * error;
   at_limit_ = std::abs(integral_) >= limit ? at_limit_ + 1 : 0;
-  // A little beyond the limit the proportional part still holds the phase, but the loop does not count as locked.
+  // Slightly beyond the limit the proportional part still holds the phase, but the loop does not count as locked.
   if (at_limit_ >= kLimitCycles) lock_.lose(Cause::kFrequencyLimit);
   integral_ = std::clamp(integral_, -limit, limit);
   return shift;

@@ -6,13 +6,13 @@ namespace driveline::ecat_master::dc {
 namespace {
 
 constexpr std::uint8_t kPorts = 4;
-/// Frames leave a controller at the next open port behind the one they came in at (ESC data sheet I, frame processing
+/// Frames leave a controller at the next open port after the one where they arrived (ESC data sheet I, frame processing
 /// order).
 constexpr std::array<std::uint8_t, kPorts> kNextPort = {3, 2, 0, 1};
-/// Of a slave and its cable, where nothing can be measured.
+/// Assumed delay of a slave and its cable where nothing can be measured.
 constexpr double kAssumedHopNs = 1000.0;
 
-/// The processing unit lies behind port 0, also behind a closed one.
+/// The processing unit is behind port 0, even when that port is closed.
 bool passes_processing_unit(std::uint8_t from, std::uint8_t to) {
   auto port = from;
   do {
@@ -22,7 +22,8 @@ bool passes_processing_unit(std::uint8_t from, std::uint8_t to) {
   return false;
 }
 
-/// The way through one node: in at the entry, out and in again at each port with a child, out at the entry.
+/// Part of a frame's path through a node: in at the entry, out and in again at each port with a child, out at the
+/// entry.
 struct Passage {
   std::uint8_t from = 0;
   std::uint8_t to = 0;
@@ -40,17 +41,17 @@ std::vector<Passage> passages(const DelayNode& node) {
   return all;
 }
 
-/// Time from port to port inside one node.
+/// Time from port to port of a node.
 double between(const DelayNode& node, std::uint8_t from, std::uint8_t to) {
   return static_cast<double>(node.receive_time_ns[to] - node.receive_time_ns[from]) / node.rate;
 }
 
-/// From the entry to the last return: the time spent behind this node.
+/// Time spent behind the node: from the entry to the last return.
 double span_of(const DelayNode& node) {
   return between(node, node.entry_port, passages(node).back().from);
 }
 
-/// From the entry to the moment of processing.
+/// Time from the entry to the processing.
 double processing_of(const DelayNode& node) {
   for (const auto& passage : passages(node)) {
     if (passes_processing_unit(passage.from, passage.to)) return between(node, node.entry_port, passage.from);
@@ -58,24 +59,24 @@ double processing_of(const DelayNode& node) {
   return 0.0;
 }
 
-/// How much longer than a plain hop the way through a node takes.
+/// Extra delay of the path through a node compared with a plain hop.
 double extra_of(const DelayNode& node, const Passage& passage) {
   return passes_processing_unit(passage.from, passage.to) ? node.processing_extra_ns : 0.0;
 }
 
-/// The way around a branch up to the next slaves with receive times. A hop is the way through a node and along a cable.
+/// A path around a branch up to the next slaves with receive times. A hop is a path through a node and along a cable.
 struct Tour {
   struct Stop {
     std::uint16_t node = 0;
-    int hops = 0;           ///< until here
-    double extra_ns = 0.0;  ///< of them, in processing units
-    double spans = 0.0;     ///< spent behind earlier stops
+    int hops = 0;           ///< hops up to this stop
+    double extra_ns = 0.0;  ///< extra delay of these hops in processing units
+    double spans = 0.0;     ///< time spent behind earlier stops
   };
   std::vector<Stop> stops;
   int hops = 0;
   double extra_ns = 0.0;
   double spans = 0.0;
-  bool single = true;  ///< one path and nothing else: there and back are the same
+  bool single = true;  ///< a single path without branches: equal in both directions
 
   void hop(const DelayNode& node, const Passage& passage) {
     ++hops;
@@ -114,7 +115,7 @@ class DelayComputation {
     return static_cast<std::uint16_t>(root - child.begin());
   }
 
-  /// The frame comes from the master, which has no receive times of its own.
+  /// Starts at the master, which has no receive times.
   void start_at(std::uint16_t root) {
     const auto tour = explore(root);
     for (const auto& stop : tour.stops) {
@@ -129,13 +130,13 @@ class DelayComputation {
     waiting_.push_back(stop.node);
   }
 
-  /// All branches of a node whose own times are known.
+  /// Measures all branches of a node whose times are known.
   [[nodiscard]] std::optional<DelayContradiction> go_around(std::uint16_t at) {
     const auto& node = nodes_[at];
     for (const auto& passage : passages(node)) {
       if (passage.to == node.entry_port) break;
       auto tour = explore(*node.children[passage.to]);
-      // The passage through this node itself has been left out so far.
+      // Add the passage through this node, which explore() does not include.
       const double first = extra_of(node, passage);
       const double loop = between(node, passage.from, passage.to);
       const double hop = (loop - tour.spans - tour.extra_ns - first) / (tour.hops + 1);
@@ -143,7 +144,7 @@ class DelayComputation {
       const double begin = entry_[at] + between(node, node.entry_port, passage.from);
       for (const auto& stop : tour.stops) {
         const int hops = stop.hops + 1;
-        // A delay is at most as good as that of the slave in front.
+        // A delay is at most as good as that of the previous slave.
         const auto own = tour.single ? DelayQuality::kMeasured : DelayQuality::kEstimated;
         reach(stop, begin + hop * hops + stop.extra_ns + first + stop.spans, std::max(own, delays_[at].quality));
       }
@@ -151,8 +152,8 @@ class DelayComputation {
     return std::nullopt;
   }
 
-  /// Around the branch that begins with `first`, from its entry to the way back out. Nodes without receive times are
-  /// walked through; an explicit stack, because a line of them may be thousands long.
+  /// Follows the branch that starts with `first`, from its entry to the return. Passes through nodes without receive
+  /// times; uses an explicit stack, because they may form a chain of thousands.
   [[nodiscard]] Tour explore(std::uint16_t first) const {
     struct Level {
       std::uint16_t node;
@@ -197,7 +198,7 @@ class DelayComputation {
   }
 
   std::span<const DelayNode> nodes_;
-  std::vector<double> entry_;  ///< when the frame comes in at each node's entry
+  std::vector<double> entry_;  ///< time at which the frame arrives at each node's entry
   std::vector<PropagationDelay> delays_;
   std::vector<std::uint16_t> waiting_;
 };

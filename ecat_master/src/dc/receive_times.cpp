@@ -13,11 +13,11 @@ Request read_request(SlaveRef slave, std::uint16_t address, std::span<std::byte>
   return {wire::Command::kFprd, wire::DatagramAddress::physical(slave.station, address), data, 0, false};
 }
 
-/// DL control 0x0100, bit 1: the loop settings end by themselves after about a second (ETG.1000.4 Table 33).
+/// DL control 0x0100, bit 1: the loop settings expire after about a second (ETG.1000.4 Table 33).
 constexpr std::uint32_t kTemporary = 0x0000'0002;
 
-/// Closes the loop at a port for as long as it lives (DL control 0x0100, bits 8 to 15: two per port), and no longer
-/// than a second: if the ring broke meanwhile, the slave could not be reached to open it.
+/// Closes the loop at a port (DL control 0x0100, bits 8 to 15: two per port) until open(), and no longer than a second:
+/// if the ring broke in the meantime, the slave could not be reached to open the loop.
 class ClosedLoop {
  public:
   [[nodiscard]] static Result<ClosedLoop> at(Bus& bus, SlaveRef slave, unsigned port) {
@@ -29,7 +29,7 @@ class ClosedLoop {
     if (auto done = bus.write(slave, wire::reg::kDlControl, closed); !done) return tl::unexpected(done.error());
     return ClosedLoop(bus, slave, *before);
   }
-  /// Sets the port back to what it was. To be called exactly once.
+  /// Restores the port. Call it exactly once.
   [[nodiscard]] Result<void> open() { return bus_->write(slave_, wire::reg::kDlControl, before_); }
 
  private:
@@ -51,12 +51,12 @@ std::vector<DelayNode> make_nodes(const Topology& topology, std::span<const Cloc
   return nodes;
 }
 
-/// Pause between two frames, to measure the rates of the clocks.
+/// Pause between two frames, for measuring the frequencies of the clocks.
 constexpr std::chrono::milliseconds kRoundPause{1};
-/// A larger rate error is a reading error.
+/// A larger frequency error is a reading error.
 constexpr double kMaxRateError = 1e-3;
 
-/// Speed of every clock against the first, from the first and the last frame.
+/// Sets the frequency of every clock relative to the first, from the first and the last frame.
 void set_rates(std::span<DelayNode> nodes, std::span<const ClockFeatures> features,
                const std::vector<ReceiveTimes>& first, const std::vector<ReceiveTimes>& last) {
   const auto elapsed = [&](std::size_t i) {
@@ -72,7 +72,7 @@ void set_rates(std::span<DelayNode> nodes, std::span<const ClockFeatures> featur
   }
 }
 
-/// Delays averaged over the consistent frames; the error of the last frame if none is.
+/// Delays averaged over the consistent frames; the error of the last frame if no frame is consistent.
 Result<std::vector<PropagationDelay>> average_delays(std::span<DelayNode> nodes,
                                                      std::span<const std::vector<ReceiveTimes>> frames) {
   std::vector<PropagationDelay> sums(nodes.size());
@@ -97,7 +97,7 @@ Result<std::vector<PropagationDelay>> average_delays(std::span<DelayNode> nodes,
   return sums;
 }
 
-/// Latches `rounds` frames.
+/// Latches the receive times of `rounds` frames.
 Result<std::vector<std::vector<ReceiveTimes>>> collect(Bus& bus, std::span<const SlaveRef> slaves,
                                                        std::span<const ClockFeatures> features, unsigned rounds) {
   std::vector<std::vector<ReceiveTimes>> frames;

@@ -11,17 +11,16 @@ using port::RedundantPort;
 
 constexpr std::chrono::milliseconds kRingRoundPause{1};
 
-/// Of the lower halves of two times.
+/// Difference of the lower halves of two times.
 std::int32_t distance(std::uint64_t a, std::uint64_t b) noexcept {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) - static_cast<std::uint32_t>(b));
 }
 
 }  // namespace
 
-/// While the ring is open each of its parts gets the time from the copy of the frame that reaches it. The part without
-/// the reference clock gets the time that the master expects of it, shifted by as much as its copy is later (or
-/// earlier); all delays in the slaves stay what they are, because behind the break too frames are processed in the
-/// order of the line.
+/// While the ring is open, each part receives the time from the copy of the frame that reaches it. The part without the
+/// reference clock receives the time that the master expects, shifted by the delay of its copy; all delays in the
+/// slaves remain valid, because frames behind the break are also processed in line order.
 Result<void> ClockWatch::watch_ring() {
   if (ring_ == nullptr) return {};
   const auto status = ring_->status();
@@ -30,7 +29,7 @@ Result<void> ClockWatch::watch_ring() {
   if (behind == behind_break_ && status.primary_slaves == primary_slaves_) return {};
   primary_slaves_ = status.primary_slaves;
   const bool was_open = behind_break_.has_value();
-  // The old time route is wrong from now on; until the new one is known clocks run on at the speed they have learned.
+  // The old time route is no longer valid; until the new one is known, the clocks continue at the learned frequency.
   ring_->route_time({});
   behind_break_ = behind;
   if (!behind) {
@@ -38,13 +37,14 @@ Result<void> ClockWatch::watch_ring() {
     return {};
   }
   if (*behind <= clocks_.reference) {
-    // No slave in front of the break follows the time: a reference with such slaves in front of it is refused.
+    // No slave in front of the break follows the time: choose_reference() refuses a reference with such slaves in
+    // front.
     ring_->route_time({RedundantPort::TimeRoute::Leader::kSecondary, std::nullopt, status.primary_slaves});
   } else {
     const auto later = measure_second_way(*behind);
     if (!later) {
       behind_break_.reset();
-      // It does not answer either: there is more than one break. The next look tries again.
+      // The slave does not answer either: there is more than one break. The next poll tries again.
       if (later.error().is<facts::NoReceiveTimes>()) return {};
       return tl::unexpected(later.error());
     }
@@ -61,9 +61,8 @@ std::optional<std::uint16_t> ClockWatch::first_clock_from(std::size_t position) 
   return std::nullopt;
 }
 
-/// How much later than the copy from the primary interface meets the reference clock that from the secondary one would,
-/// if it came from there: both copies of the same frames are latched, and the clock behind the break has not drifted
-/// yet.
+/// How much later the copy from the secondary interface would meet the reference clock than the copy from the primary
+/// interface does: both copies of the same frames are latched, and the clock behind the break has not drifted yet.
 Result<std::int32_t> ClockWatch::measure_second_way(std::uint16_t slave) {
   const auto& reference = clocks_.slaves[clocks_.reference];
   const auto& clock = clocks_.slaves[slave];
@@ -78,7 +77,7 @@ Result<std::int32_t> ClockWatch::measure_second_way(std::uint16_t slave) {
     const auto at_slave = (*times)[1].processing_unit + clock.offset - clock.delay;
     later.push_back(distance(at_slave, at_reference));
   }
-  // One copy may have been held up or lost; the middle half of the measurements is averaged.
+  // A copy may have been delayed or lost: average only the middle half of the measurements.
   std::sort(later.begin(), later.end());
   const std::size_t quarter = later.size() / 4;
   std::int64_t sum = 0;

@@ -9,17 +9,17 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Longest lead of a start time: 32-bit clocks take what is more than 2^31 ns ahead for the past.
+/// Longest lead of a start time: 32-bit clocks interpret a time more than 2^31 ns ahead as past.
 constexpr nanoseconds kMaxLead = std::chrono::milliseconds{1600};
-/// The shortest one: it is doubled until it is enough.
+/// Shortest lead of a start time; it is doubled until it is long enough.
 constexpr nanoseconds kMinLead = std::chrono::milliseconds{1};
 
-/// Register 0x0981 by the AssignActivate of a description file.
+/// Register 0x0981 according to the AssignActivate of a description file.
 std::byte activation_of(const SyncSignals& signals) noexcept {
   return static_cast<std::byte>(signals.assign_activate >> 8);
 }
 
-/// The registers of one slave's signals, as they travel.
+/// The registers of a slave's signals in wire format.
 struct SignalBytes {
   std::array<std::byte, 1> control{};
   std::array<std::byte, 8> cycles{};  ///< 0x09A0 and 0x09A4
@@ -38,7 +38,7 @@ class Activation {
                        [](const SlaveClock& clock) { return clock.signals.active(); });
   }
 
-  /// False: the start time was too near.
+  /// Returns false when the start time was too near.
   [[nodiscard]] Result<bool> attempt(nanoseconds lead) {
     const auto now = reference_time();
     if (!now) return tl::unexpected(now.error());
@@ -50,7 +50,7 @@ class Activation {
     return difference(earliest_start(), *then) > nanoseconds{0};
   }
 
-  /// Stops the signals of the slaves that were to be activated only; a slave that is gone needs nothing.
+  /// Stops the signals of the slaves that were to be activated; a missing slave needs no stop.
   [[nodiscard]] Result<void> stop() {
     std::vector<std::array<std::byte, 2>> data(slaves_.size());
     std::vector<Request> requests;
@@ -68,7 +68,7 @@ class Activation {
     if (auto done = exchange(requests); !done) return done;
     Result<void> result{};
     for_each([&](std::size_t i, const SyncSignals& signals) {
-      // Compared with the plan, because the answer has overwritten the data sent.
+      // Compare with the plan, because the answer has overwritten the data sent.
       if (bytes_[i].read_back[0] == activation_of(signals) || !result) return;
       result =
           tl::unexpected(Error{facts::SyncRegister{.address = wire::reg::kDcActivation.address,
@@ -94,7 +94,7 @@ class Activation {
 
   [[nodiscard]] Result<void> exchange(std::span<Request> requests) { return exchange_checked(bus_, slaves_, requests); }
 
-  /// System time of the reference clock, 64 bits of it also where the clock has 32.
+  /// System time of the reference clock, extended to 64 bits when the clock has 32.
   [[nodiscard]] Result<std::uint64_t> reference_time() {
     const auto expected = clocks_.mapping.at(bus_.exchange().now());
     const auto raw = bus_.read(slaves_[clocks_.reference], wire::reg::kSystemTime);
@@ -148,7 +148,7 @@ class Activation {
 }  // namespace
 
 Result<void> stop_signals(Bus& bus) {
-  // 0x0980 and 0x0981 together: the unit back to the EtherCAT side, everything off.
+  // Write 0x0980 and 0x0981 together: the unit is assigned to EtherCAT and everything is off.
   const std::array<std::byte, 2> off{};
   if (auto done = bus.broadcast_write(wire::reg::kCyclicUnitControl.address, off); !done)
     return tl::unexpected(done.error());
@@ -158,7 +158,7 @@ Result<void> stop_signals(Bus& bus) {
 Result<void> activate_signals(Bus& bus, std::span<const SlaveRef> slaves, nanoseconds lead, LineClocks& clocks) {
   Activation activation(bus, slaves, clocks);
   if (!activation.needed()) {
-    // Without signals frames still get a phase.
+    // Frames get a phase even without signals.
     clocks.start = start_time(clocks.mapping.at(bus.exchange().now()), lead, clocks.common_cycle);
     return {};
   }

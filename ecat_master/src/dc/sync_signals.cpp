@@ -9,10 +9,10 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Start times further ahead would keep a line waiting, and 32-bit clocks cannot tell them from the past.
+/// Start times further ahead would delay the line, and 32-bit clocks cannot distinguish them from the past.
 constexpr nanoseconds kMaxCommonCycle = std::chrono::seconds{4};
 
-/// Saturates: a time that is too long for the register is refused later.
+/// Saturates; a time that is too long for the register is refused later.
 nanoseconds scaled(nanoseconds time, int factor) noexcept {
   if (factor > 0) return time > nanoseconds::max() / factor ? nanoseconds::max() : time * factor;
   return factor < 0 ? time / -factor : nanoseconds{0};
@@ -22,7 +22,7 @@ tl::unexpected<Error> refuse(std::uint16_t slave, ErrorFacts facts) {
   return tl::unexpected(Error{facts, slave});
 }
 
-/// The time after which both repeat; nothing when that is more than kMaxCommonCycle. Both are positive.
+/// The time after which both repeat; empty when it is more than kMaxCommonCycle. Both are positive.
 std::optional<std::int64_t> common_multiple(std::int64_t a, std::int64_t b) noexcept {
   const auto rounds = b / std::gcd(a, b);
   if (a > kMaxCommonCycle.count() / rounds) return std::nullopt;

@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// 1970-01-01 to 2000-01-01: 30 years of which 7 are leap years.
+/// 1970-01-01 to 2000-01-01: 30 years, 7 of them leap years.
 constexpr nanoseconds kUnixTo2000 = std::chrono::seconds{946'684'800};
 
 }  // namespace

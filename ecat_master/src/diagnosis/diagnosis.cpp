@@ -58,7 +58,7 @@ FarEnd far_end(const Topology& topology, std::uint16_t slave, unsigned port) {
   return end;
 }
 
-/// Collects the faults of the slaves; one on a cable is reported by the end that knows more.
+/// Collects the faults of the slaves; a fault on a cable is reported by the end that has more information.
 class Locator {
  public:
   Locator(std::span<const SlaveDiagnosis> slaves, const Topology& topology) : slaves_(slaves), topology_(topology) {}
@@ -89,7 +89,7 @@ class Locator {
     const auto end = far_end(topology_, slave, port);
     const auto damaged = std::max(facts.invalid_frames, facts.receive_errors);
     if (damaged > 0) add(FaultPlace::Kind::kDamagedFrames, slave, port, end, damaged);
-    // Both ends count a lost link; the end nearer to the master reports it, unless only the other one has counted it.
+    // Both ends count a lost link; the end nearer to the master reports it, unless only the other end counted it.
     const bool other_tells = end.cable && !end.master && end.slave < slave && slaves_[end.slave].answers &&
                              slaves_[end.slave].ports[end.port].lost_links > 0;
     if (facts.lost_links > 0 && !other_tells) add(FaultPlace::Kind::kLostLink, slave, port, end, facts.lost_links);
@@ -97,7 +97,7 @@ class Locator {
     if (end.cable && !facts.status.link && !told_behind) add(FaultPlace::Kind::kNoLink, slave, port, end, 0);
   }
 
-  /// Only the first unreachable slave is reported: the others lie behind it.
+  /// Reports only the first unreachable slave: the others are behind it.
   void unreachable(std::uint16_t slave) {
     if (slave >= topology_.slaves.size()) return add(FaultPlace::Kind::kNoAnswer, slave, 0, {}, 0);
     const auto& node = topology_.slaves[slave];

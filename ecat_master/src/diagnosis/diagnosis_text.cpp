@@ -1,4 +1,4 @@
-// The diagnosis in words.
+// Messages of the diagnosis.
 #include <fmt/format.h>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"

@@ -22,7 +22,7 @@ Result<std::uint16_t> count_slaves(Bus& bus) {
 }
 
 /// An earlier master may have closed ports permanently (DL control, ETG.1000.4 Table 37), which hides the slaves behind
-/// them. All ports go back to automatic; slaves that appear then may have closed ports themselves.
+/// them. Resets all ports to automatic; slaves that then appear may have closed ports as well.
 Result<std::uint16_t> open_ports(Bus& bus, std::uint16_t count) {
   constexpr auto kLoopControl = static_cast<std::uint16_t>(wire::reg::kDlControl.address + 1);
   const std::array<std::byte, 1> automatic{};
@@ -34,7 +34,7 @@ Result<std::uint16_t> open_ports(Bus& bus, std::uint16_t count) {
   }
 }
 
-/// Undoes the settings of an earlier master: INIT with the error acknowledged, then all channels off.
+/// Resets the settings of an earlier master: INIT with the error acknowledged, then all channels off.
 Result<void> reset_slaves(Bus& bus) {
   const auto control = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, true, false}.raw());
   if (auto done = bus.broadcast_write(wire::reg::kAlControl.address, control); !done)
@@ -62,10 +62,10 @@ Result<std::vector<SlaveRef>> assign_addresses(Bus& bus, std::uint16_t count) {
   return slaves;
 }
 
-/// Checks the words by which a slave accepts its EEPROM at power-on.
+/// Checks the words that a slave checks in its EEPROM at power-on.
 std::optional<Error> check_configuration_area(SlaveRef slave, std::span<const std::byte> image) {
   constexpr std::size_t kArea = esi::SiiConfigArea::kSize;
-  if (image.size() <= kArea) return std::nullopt;  // too short for anything
+  if (image.size() <= kArea) return std::nullopt;  // too short for any check
   const auto area = image.first<kArea>();
   if (std::all_of(area.begin(), area.end(), [](std::byte byte) { return byte == std::byte{0xFF}; })) {
     return Error{facts::SiiBlank{}, slave.position};

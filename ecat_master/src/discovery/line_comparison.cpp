@@ -20,9 +20,9 @@ Fit fit(const ExpectedSlave& expected, const SlaveInfo& found) {
   return expected.serial.accepts(device.serial_number) ? Fit::kYes : Fit::kSerial;
 }
 
-/// Price of putting a planned and a found slave side by side. Leaving both out costs 2 * kGap.
+/// Cost of pairing a planned and a found slave. Leaving both unpaired costs 2 * kGap.
 constexpr unsigned kGap = 4;
-/// Price of two neighbours that have changed places: one thing that happened, not two.
+/// Cost of two swapped neighbours: one incident, not two.
 constexpr unsigned kSwap = 5;
 unsigned price(Fit fit) {
   switch (fit) {
@@ -45,14 +45,14 @@ Difference::Kind kind_of(Fit fit) {
   return fit == Fit::kSerial ? Kind::kSerial : fit == Fit::kRevision ? Kind::kRevision : Kind::kWrongDevice;
 }
 
-/// A planned and a found slave side by side; one of them may be missing.
+/// A pair of a planned and a found slave; one of them may be missing.
 struct Pair {
   std::optional<std::size_t> plan;
   std::optional<std::size_t> slave;
 };
 
-/// The cheapest way to put two sequences side by side: order kept, but that neighbours may have changed places
-/// (Damerau-Levenshtein distance with the prices above).
+/// The cheapest alignment of two sequences: the order is kept, except that neighbours may be swapped
+/// (Damerau-Levenshtein distance with the costs above).
 std::vector<Pair> align(std::span<const ExpectedSlave> planned, std::span<const std::size_t> plans,
                         std::span<const SlaveInfo> found, std::span<const std::size_t> slaves) {
   const auto rows = plans.size() + 1;
@@ -120,7 +120,7 @@ class Comparison {
     take_in_order(plans, slaves);
     std::stable_partition(result_.differences.begin(), result_.differences.end(),
                           [](const Difference& difference) { return difference.kind == Kind::kEeprom; });
-    // Swapped cables change the order of the slaves: they come first, because they cause most of the others.
+    // Swapped cables change the order of the slaves: they come first, because they cause most of the other differences.
     std::vector<Difference> wiring;
     for (const auto slave : planned_.empty() ? std::vector<std::uint16_t>{} : topology.swapped()) {
       wiring.push_back({Kind::kInOut, slave, topology.slaves[slave].entry_port, plan_of(slave)});
@@ -140,7 +140,7 @@ class Comparison {
     if (expected.alias) return slave.alias == *expected.alias;
     return expected.device_id && slave.device_id == expected.device_id;
   }
-  /// A slave with the alias of a plan is no extra slave, even if it is the second one.
+  /// A slave with the alias of a plan is not an extra slave, even if it is the second one.
   [[nodiscard]] bool spoken_for(std::size_t slave) const {
     return std::any_of(planned_.begin(), planned_.end(),
                        [&](const auto& plan) { return !plan.by_position() && carries(plan, found_[slave]); });
@@ -168,7 +168,7 @@ class Comparison {
     take({plan, first});
   }
 
-  /// A slave of a hot-connect group, where its head leads.
+  /// Assigns a slave of a hot-connect group relative to its head.
   void take_behind(std::size_t plan, const GroupPlace& place) {
     const auto& plans = result_.plan_of_slave;
     const auto head = std::find(plans.begin(), plans.end(), std::optional(place.head));
@@ -239,7 +239,7 @@ std::string rule_text(const char* what, const IdentityRule& rule) {
   return fmt::format(" {} {}0x{:08X}", what, rule.kind == IdentityRule::Kind::kAtLeast ? ">= " : "", rule.value);
 }
 
-/// How the slave is told from the others.
+/// How the slave is distinguished from the others.
 std::string place_text(const ExpectedSlave& plan, std::size_t number) {
   if (plan.alias) return fmt::format("alias {}", *plan.alias);
   if (plan.device_id) return fmt::format("device ID {}", *plan.device_id);
@@ -260,7 +260,7 @@ std::string plan_text(const ExpectedSlave& plan, std::size_t number) {
   return fmt::format("{} ({}{}{})", name_text(plan), place_text(plan, number), rules.empty() ? "" : ":", rules);
 }
 
-/// Of equal devices in a row any may be the missing one.
+/// When identical devices are adjacent, any of them may be the missing one.
 std::string missing_text(const Difference& difference, std::span<const ExpectedSlave> planned,
                          std::span<const SlaveInfo> found) {
   const auto& plan = planned[difference.plan];

@@ -15,7 +15,7 @@ Error silent(std::uint16_t position, std::uint16_t address) {
   return {facts::WorkingCounter{.address = address}, position};
 }
 
-/// One access by position to all slaves at once.
+/// Accesses all slaves by position at once.
 Result<void> for_all(Bus& bus, wire::Command command, std::uint16_t address,
                      std::span<std::array<std::byte, kAddressBytes>> data, std::size_t bytes) {
   std::vector<Request> requests;
@@ -106,7 +106,7 @@ Result<EscInformation> read_esc_information(Bus& bus, SlaveRef slave) {
   if (!dl_status) return tl::unexpected(dl_status.error());
   info.dl_status = wire::DlStatus::from_raw(*dl_status);
   std::array<std::byte, 16> times{};
-  // Controllers without clocks need not have the registers; their times stay zero.
+  // Controllers without clocks may lack the registers; their times stay zero.
   if (auto touched = bus.try_read(slave, wire::reg::kReceiveTimePort.address, times); !touched) {
     return tl::unexpected(touched.error());
   }

@@ -5,19 +5,20 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Frames leave a controller at the next open port behind the one they came in at.
+/// Frames leave a controller at the next open port after the one where they arrived.
 constexpr std::array<std::uint8_t, kSlavePorts> kNextPort = {3, 2, 0, 1};
 
 struct Slave {
   std::uint8_t entry = 0;
-  /// Open ports except the entry, in the order in which a frame leaves by them; those before the processing unit first.
+  /// Open ports except the entry, in the order in which a frame leaves by them; `before` the processing unit, then
+  /// `behind`.
   std::vector<std::uint8_t> before;
   std::vector<std::uint8_t> behind;
-  std::uint32_t span_ns = 0;                         ///< from the first to the last port
-  std::array<std::uint32_t, kSlavePorts> stay_ns{};  ///< from leaving by a port to coming back there, with cable
+  std::uint32_t span_ns = 0;                         ///< time from the first to the last port
+  std::array<std::uint32_t, kSlavePorts> stay_ns{};  ///< time from leaving by a port to returning there, cable included
 };
 
-/// The port that the frame reached first; the others within half a turn of the 32-bit clock behind it.
+/// The port that the frame reached first; the other times are within half the range of the 32-bit clock after it.
 std::uint8_t first_port(const SlavePortFacts& facts) {
   std::uint8_t first = 0;
   while (first < kSlavePorts && !facts.open[first]) ++first;
@@ -37,7 +38,7 @@ Slave sort_ports(const SlavePortFacts& facts, bool trust_times) {
   std::uint32_t left_ns = 0;
   for (auto port = kNextPort[slave.entry]; port != slave.entry; port = kNextPort[port]) {
     if (facts.open[port]) (behind ? slave.behind : slave.before).push_back(port);
-    // What comes back at port 0 goes through the processing unit.
+    // A frame that returns at port 0 passes the processing unit.
     behind = behind || port == 0;
     if (!facts.open[port] || !times) continue;
     slave.span_ns = facts.receive_time_ns[port] - facts.receive_time_ns[slave.entry];
@@ -47,13 +48,13 @@ Slave sort_ports(const SlavePortFacts& facts, bool trust_times) {
   return slave;
 }
 
-/// Takes the sequence of slaves apart into nested subtrees.
+/// Splits the sequence of slaves into nested subtrees.
 class TreeBuilder {
  public:
   TreeBuilder(std::span<const Slave> slaves, Topology& topology) : slaves_(slaves), topology_(topology) {}
 
-  /// All slaves are entered at port 0: the sequence is the pre-order of the tree. Returns the ports that lead to no
-  /// slave, the outermost last.
+  /// For slaves that are all entered at port 0: the sequence is the pre-order of the tree. Returns the ports that lead
+  /// to no slave, the outermost last.
   [[nodiscard]] std::vector<PortRef> build_plain() {
     std::vector<PortRef> open;
     const auto count = static_cast<std::uint16_t>(slaves_.size());
@@ -69,8 +70,8 @@ class TreeBuilder {
     return open;
   }
 
-  /// Some slaves are swapped: the root of a stretch is the slave with the longest span, and what comes before and
-  /// behind it must be cut into as many subtrees as it has ports on either side. Returns the root.
+  /// For swapped slaves: the root of a sequence is the slave with the longest span, and the parts before and behind it
+  /// must be split into as many subtrees as it has ports on either side. Returns the root.
   [[nodiscard]] std::optional<std::uint16_t> build(std::size_t begin, std::size_t end) {
     if (begin == end) return std::nullopt;
     const auto root = longest(begin, end);
@@ -80,7 +81,7 @@ class TreeBuilder {
   }
 
  private:
-  /// Slaves minus open downstream ports of a stretch: 1 for every stretch that can be one subtree.
+  /// Slaves minus open downstream ports, summed over a sequence: 1 for every sequence that can be one subtree.
   [[nodiscard]] std::ptrdiff_t surplus(std::size_t i) const {
     return 1 - static_cast<std::ptrdiff_t>(slaves_[i].before.size() + slaves_[i].behind.size());
   }
@@ -93,8 +94,8 @@ class TreeBuilder {
     return root;
   }
 
-  /// Cuts a stretch into one subtree for each port. Where several cuts are possible, the right one holds a root behind
-  /// which the frame stayed as long as it was away from the port, but for the cable.
+  /// Splits a sequence into one subtree per port. Where several cuts are possible, the correct one has a root whose
+  /// span equals the time for which the frame was away from the port, minus the cable.
   [[nodiscard]] bool split(std::size_t root, std::span<const std::uint8_t> ports, std::size_t begin, std::size_t end) {
     if (ports.empty()) return begin == end;
     const auto stay = slaves_[root].stay_ns[ports.front()];
@@ -135,7 +136,7 @@ Error silent(std::size_t slave, std::uint16_t working_counter) {
           static_cast<std::uint16_t>(slave)};
 }
 
-/// Parents come before their children only where no slave is swapped: walk down from the root.
+/// Where a slave is swapped, parents may come after their children, so walk down from the root.
 void number_depths(Topology& topology, std::uint16_t root) {
   std::vector<std::uint16_t> waiting{root};
   while (!waiting.empty()) {
@@ -174,7 +175,7 @@ Result<Topology> build_topology(std::span<const SlavePortFacts> facts) {
     open_ports += static_cast<std::size_t>(std::count(slave.open.begin(), slave.open.end(), true));
   }
   // Each slave has one port towards the master; a closed ring has one more, through which a frame of the primary
-  // interface leaves for good: the receive times of ports on the way back are not of this frame.
+  // interface leaves permanently: the receive times of ports on the way back then belong to another frame.
   const bool ring = open_ports == 2 * facts.size();
   std::vector<Slave> slaves;
   for (const auto& slave : facts) slaves.push_back(sort_ports(slave, !ring));
@@ -213,7 +214,7 @@ Result<Topology> build_topology(std::span<const SlavePortFacts> facts) {
 namespace {
 
 Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::size_t count, auto&& request_of) {
-  // ESC feature register: bit 2 distributed clocks, with them the receive times (ETG.1000.4 Table 31).
+  // ESC feature register, bit 2: distributed clocks, which include the receive times (ETG.1000.4 Table 31).
   constexpr std::uint16_t kFeatureDistributedClocks = 0x0004;
   // Any write to the first receive time latches all of them (ETG.1000.4 Table 60).
   const std::array<std::byte, 4> latch{};

@@ -42,7 +42,7 @@ void append_line(std::string& text, const Topology& topology, std::span<const st
 struct Chain {
   std::uint16_t first;
   std::string head;    ///< indentation of the line that starts the chain
-  std::string indent;  ///< of all further lines
+  std::string indent;  ///< indentation of all further lines
 };
 
 std::string quoted(const std::string& text) {

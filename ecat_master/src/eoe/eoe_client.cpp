@@ -3,7 +3,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Every parameter.
+/// IP parameters with all members present.
 constexpr wire::EoeIpParameters kNoGaps{.mac = wire::MacAddress{},
                                         .ip = wire::IpV4Address{},
                                         .subnet_mask = wire::IpV4Address{},
@@ -11,8 +11,8 @@ constexpr wire::EoeIpParameters kNoGaps{.mac = wire::MacAddress{},
                                         .dns_server = wire::IpV4Address{},
                                         .dns_name = wire::EoeIpParameters::Name{}};
 
-/// Fills the gaps of `wanted` in front of its last parameter with what the slave has: with none missing there, slaves
-/// that expect every parameter at its place and slaves that expect no gaps read the same.
+/// Fills gaps in front of the last parameter of `wanted` with the values of the slave: without gaps, slaves that expect
+/// every parameter at its fixed offset and slaves that expect no gaps read the same.
 wire::EoeIpParameters without_gaps(wire::EoeIpParameters wanted, const wire::EoeIpParameters& known) {
   bool behind = wanted.dns_name.has_value();
   const auto fill = [&behind](auto& parameter, const auto& value) {
@@ -39,7 +39,7 @@ Result<void> EoeClient::set_ip(const wire::EoeIpParameters& parameters) {
   auto wanted = parameters;
   if (without_gaps(parameters, kNoGaps) != parameters) {
     const auto known = get_ip();
-    // A slave that does not tell what it has may still take what it is given.
+    // A slave that refuses to report its parameters may still accept new ones.
     if (!known && !known.error().is<facts::EoeRefused>()) return tl::unexpected(known.error());
     if (known) wanted = without_gaps(parameters, *known);
   }

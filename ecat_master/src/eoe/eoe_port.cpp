@@ -31,7 +31,7 @@ void EoePort::closed() {
   drop_all();
 }
 
-/// Nothing of what was on its way is left, on either way.
+/// Drops all queued and partial frames in both directions.
 void EoePort::drop_all() noexcept {
   forget();
   while (queue_.try_pop(sending_)) counters_.given_up.add();
@@ -42,7 +42,7 @@ void EoePort::given_up() {
   forget();
 }
 
-/// The frames of which a fragment is left to be cut, or has not been taken.
+/// Drops the frames with unsent or untaken fragments.
 void EoePort::forget() noexcept {
   const auto open = std::span(open_mails_).first(open_count_);
   counters_.given_up.add(

@@ -4,7 +4,7 @@
 
 namespace driveline::ecat_master {
 
-// The engine is never called with mutex_ held: it calls receive() with its own.
+// Never call the engine with mutex_ held: it calls receive() while holding its own mutex.
 
 std::shared_ptr<EoePort> EoePorts::open(std::uint16_t position, EoeReceiver& receiver) {
   engine_.handle(wire::MailboxType::kEoe, *this);

@@ -16,7 +16,7 @@ constexpr EoeType answer_to(EoeType request) {
   return static_cast<EoeType>(static_cast<std::uint8_t>(request) + 1);
 }
 
-/// An answer shorter than the whole has no gaps.
+/// An answer shorter than the full size has no gaps.
 wire::Decoded<EoeIpParameters> decode_ip(std::span<const std::byte> data) {
   return data.size() < EoeIpParameters::kSize ? EoeIpParameters::decode_dense(data) : EoeIpParameters::decode(data);
 }
@@ -58,7 +58,7 @@ void EoeService::begin(std::uint16_t position, MailboxRoom /*room*/) {
 
 MailboxDialogue::Reaction EoeService::receive(std::span<const std::byte> service) {
   const auto header = EoeHeader::decode(service);
-  // Frames of the slave, and answers to services that were given up.
+  // Frames of the slave, and answers to abandoned services.
   if (!header || header->type != answer_to(request_)) return Reaction::kForeign;
   if (const auto refusal = static_cast<EoeResult>(header->value); refusal != EoeResult::kSuccess) {
     result_ = tl::unexpected(Error{facts::EoeRefused{request_, refusal}, position_});
@@ -68,7 +68,7 @@ MailboxDialogue::Reaction EoeService::receive(std::span<const std::byte> service
   return Reaction::kDone;
 }
 
-/// What stands behind the header of the answer; false: not what should be there.
+/// Decodes the data behind the header of the answer. Returns false when they are invalid.
 bool EoeService::take(std::span<const std::byte> data) {
   if (request_ == EoeType::kGetIpRequest) {
     const auto ip = decode_ip(data);

@@ -1,4 +1,4 @@
-// Errors of the distributed clocks in words.
+// Messages for errors of the distributed clocks.
 #include <fmt/format.h>
 
 #include "error/sentence.hpp"

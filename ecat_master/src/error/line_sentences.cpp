@@ -1,4 +1,4 @@
-// Errors of frames and of the line as a whole in words.
+// Messages for errors of frames and of the line as a whole.
 #include <fmt/format.h>
 
 #include "error/sentence.hpp"
@@ -32,7 +32,7 @@ std::string known_by_text(KnownBy known_by, std::uint16_t number) {
   return fmt::format("{} {}", known_by == KnownBy::kAlias ? "alias" : "device ID", number);
 }
 
-/// The numbers of planned and found slaves, where they differ.
+/// The numbers of planned and found slaves if they differ.
 std::string slave_counts(std::uint32_t planned, std::uint32_t found) {
   if (planned == found) return {};
   return fmt::format("; {}, {} planned", answering(found),

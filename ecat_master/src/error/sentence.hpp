@@ -4,7 +4,7 @@
 
 namespace driveline::ecat_master {
 
-/// Makes the sentence of an error about `slave`; for std::visit.
+/// Visitor that makes the message of an error about `slave`.
 class Sentence {
  public:
   explicit Sentence(std::uint16_t slave) noexcept : slave_(slave) {}

@@ -1,4 +1,4 @@
-// Errors of single slaves in words: EEPROMs, states, mailboxes, process data.
+// Messages for errors of single slaves: EEPROMs, states, mailboxes, process data.
 #include <fmt/format.h>
 
 #include "driveline/wire/mailbox.hpp"
@@ -11,7 +11,7 @@ std::string object_text(const facts::ObjectAddress& object) {
   return fmt::format("object {:04X}h:{:02X}", object.index, object.subindex);
 }
 
-/// `word` and the object; nothing when it is about none.
+/// `word` and the object; empty when there is no object.
 std::string about(std::string_view word, const facts::ObjectAddress& object) {
   if (object == facts::ObjectAddress{}) return {};
   return fmt::format(" {}{}", word, object_text(object));
@@ -21,7 +21,7 @@ std::int64_t in_ms(std::chrono::nanoseconds time) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
 }
 
-/// What a slave does that refuses an EoE service.
+/// Text for a slave that refuses an EoE service.
 std::string_view refusal_of(wire::EoeType service) {
   switch (service) {
     case wire::EoeType::kSetIpRequest:
@@ -35,7 +35,7 @@ std::string_view refusal_of(wire::EoeType service) {
   }
 }
 
-/// "S-0-0017 of drive 0".
+/// The operation datum as text: "S-0-0017 of drive 0".
 std::string datum_text(const facts::SoeDatum& datum) {
   const auto idn = datum.idn.text();
   return fmt::format("{} of drive {}", std::string_view(idn.data(), idn.size()), datum.drive);
@@ -76,7 +76,7 @@ std::string Sentence::operator()(const facts::SiiChecksum& facts) const {
 std::string Sentence::operator()(const facts::StateRefused& facts) const {
   // The slave refuses without a code.
   const bool silent = facts.code == wire::AlStatusCode::kNoError;
-  // A slave that refuses sets the error flag; it may even be in the requested state.
+  // A refusing slave sets the error flag; it may even be in the requested state.
   return fmt::format("{}: asked for {}, is in {} + error, {}{}", who(), wire::to_text(facts.requested),
                      wire::to_text(facts.actual),
                      code_text(facts.code, silent ? "the slave gives no reason" : wire::to_text(facts.code)),

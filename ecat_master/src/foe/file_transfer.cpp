@@ -36,7 +36,7 @@ void FileTransfer::begin(std::uint16_t position, MailboxRoom room) {
   packet_ = write_ ? 0 : 1;
   load(write_ ? FoeOpCode::kWriteRequest : FoeOpCode::kReadRequest, file_.password,
        std::as_bytes(std::span(file_.name)));
-  // Mailboxes without room for data: refused as too small, instead of a file without end.
+  // Mailboxes without room for data are refused as too small; else the file would never end.
   if (out_room_ == 0 || in_room_ == 0) outgoing_.resize(room.out + 1);
 }
 
@@ -124,7 +124,7 @@ MailboxDialogue::Reaction FileTransfer::receive_error(std::uint32_t code, std::s
   return Reaction::kDone;
 }
 
-/// The transfer has failed; a lost error only leaves the slave waiting.
+/// Ends the transfer with an error; a lost error message only leaves the slave waiting.
 MailboxDialogue::Reaction FileTransfer::give_up(const Error& error, FoeError code) {
   result_ = tl::unexpected(error);
   load(FoeOpCode::kError, static_cast<std::uint32_t>(code));
@@ -139,7 +139,7 @@ bool FileTransfer::takes_leave() {
 }
 
 void FileTransfer::fail(const Error& failure) {
-  // The first failure counts: whether the error reaches the slave makes no difference.
+  // Keep the first failure: whether the error reaches the slave makes no difference.
   if (last_word_) return;
   auto error = failure;
   if (stray_ && error.is<facts::MailboxTimeout>()) error.facts = facts::MailboxMalformed{};

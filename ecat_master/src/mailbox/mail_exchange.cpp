@@ -5,7 +5,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// SDO Information: bit 7 of the op-code byte (ETG.1000.6 Table 43).
+/// Whether more of a list follows. SDO information: bit 7 of the op-code byte (ETG.1000.6 Table 43).
 bool more_of_a_list(std::span<const std::byte> service) {
   constexpr std::size_t kOpCode = wire::CoeHeader::kSize;
   const auto header = wire::CoeHeader::decode(service);
@@ -13,7 +13,7 @@ bool more_of_a_list(std::span<const std::byte> service) {
          (service[kOpCode] & std::byte{0x80}) != std::byte{0};
 }
 
-/// SoE: bit 3, "incomplete" (ETG.1000.6 Table 95).
+/// Whether more fragments follow. SoE: bit 3, "incomplete" (ETG.1000.6 Table 95).
 bool more_fragments(std::span<const std::byte> service) {
   return !service.empty() && (service[0] & std::byte{0x08}) != std::byte{0};
 }

@@ -10,19 +10,19 @@ namespace {
 using std::chrono::nanoseconds;
 using Reaction = MailboxDialogue::Reaction;
 
-/// Time for the last word of a dialogue that has failed.
+/// Time limit for the final message of a failed dialogue.
 constexpr auto kLeaveTime = std::chrono::milliseconds{100};
 /// Slaves that answer an error reply with an error reply do so within this time.
 constexpr auto kEchoTime = std::chrono::milliseconds{20};
 
-/// More mails than are read ahead.
+/// Number of expected messages that always causes a read ahead.
 constexpr std::size_t kMany = 2;
 
 constexpr std::uint16_t bit_of(wire::MailboxType type) {
   return static_cast<std::uint16_t>(1U << (static_cast<unsigned>(type) & 0x0FU));
 }
 
-/// Tells a slave that nobody here knows the protocol of its mail.
+/// Tells a slave that the protocol of its message is unknown here.
 class Refusal final : public MailboxDialogue {
  public:
   Refusal() noexcept : MailboxDialogue(wire::MailboxType::kError, 0) {
@@ -70,7 +70,7 @@ Error MailboxChannel::error(ErrorFacts facts) const noexcept {
 
 void MailboxChannel::submit(std::shared_ptr<MailboxDialogue> dialogue) {
   known_ |= bit_of(dialogue->type());
-  // Behind those of its own and higher priorities.
+  // Insert behind the dialogues of the same and higher priorities.
   const auto place = std::find_if(queue_.begin(), queue_.end(),
                                   [&](const auto& other) { return other->priority() < dialogue->priority(); });
   queue_.insert(place, std::move(dialogue));
@@ -85,13 +85,13 @@ void MailboxChannel::use_stream(std::shared_ptr<MailboxStream> stream) {
   stream_->opened(max_service());
 }
 
-/// No mail of the stream is sent any more.
+/// Stops sending messages of the stream.
 void MailboxChannel::stop_stream() noexcept {
   sender_ = Sender::kNobody;
   writer_.drop_ahead();
 }
 
-/// The mail of the dialogue is not sent any more.
+/// Stops sending the message of the dialogue.
 void MailboxChannel::withdraw() noexcept {
   if (sender_ == Sender::kDialogue) sender_ = Sender::kNobody;
   owed_ = false;
@@ -122,7 +122,7 @@ void MailboxChannel::fail_all(Error error, Finished& finished) {
   reader_.reset();
 }
 
-/// The dialogue has a new service to send. False: it does not fit.
+/// Prepares the new service of the dialogue. Returns false when it does not fit.
 bool MailboxChannel::load_outgoing(nanoseconds now) {
   if (active_->outgoing().size() > max_service() || window_.out_length < wire::MailboxHeader::kSize) return false;
   withdraw();
@@ -134,7 +134,7 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
   return true;
 }
 
-/// The next mail, when the slave has taken the one before: of the dialogue, else of the stream.
+/// Loads the next message once the slave has taken the previous one: of the dialogue, else of the stream.
 void MailboxChannel::load_mail(nanoseconds now) {
   if (sender_ != Sender::kNobody) return;
   if (owed_) {
@@ -152,7 +152,7 @@ void MailboxChannel::load_mail(nanoseconds now) {
   send_stream(now);
 }
 
-/// The mail in writer_ is one of the stream.
+/// The message in writer_ belongs to the stream.
 void MailboxChannel::send_stream(nanoseconds now) noexcept {
   sender_ = Sender::kStream;
   stream_deadline_ = now + request_timeout();
@@ -201,13 +201,13 @@ void MailboxChannel::read_ahead(std::size_t expected, std::vector<Request>& batc
   ahead_.reads = ahead_.ahead == MailboxReader::Ahead::kRead;
 }
 
-/// Mails that are worth a read without a look.
+/// Number of messages that justify a read without checking first.
 std::size_t MailboxChannel::expected(bool alone) const {
   const bool likely = alone && (!reader_.has_sample() || (turn_.reads && reader_.reads()));
   return likely ? kMany : stream_->expected();
 }
 
-/// The mail of the stream behind the one that is on its way. False: there is none.
+/// Appends the message of the stream after the one in flight. Returns false when there is none.
 bool MailboxChannel::append_mail_behind(std::vector<Request>& batch) {
   if (sender_ != Sender::kStream) return false;
   if (!writer_.has_ahead()) {
@@ -219,7 +219,7 @@ bool MailboxChannel::append_mail_behind(std::vector<Request>& batch) {
   return true;
 }
 
-/// The mail of the stream when none is on its way. False: there is none.
+/// Appends a message of the stream when none is in flight. Returns false when there is none.
 bool MailboxChannel::append_first_mail(nanoseconds now, std::vector<Request>& batch) {
   if (sender_ != Sender::kNobody) return false;
   load_mail(now);
@@ -244,9 +244,9 @@ bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers,
 }
 
 bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finished& finished) {
-  // Not taken: the slave has not read the previous mailbox yet, or it has this one already and the answer to the write
-  // was lost. In the second case it sees the same counter again and drops the repetition.
-  // The stream that a mail came from may have been closed meanwhile.
+  // Not taken: either the slave has not read the previous message yet, or it has this one already and the answer to the
+  // write was lost. In the second case it sees the same counter again and drops the repetition. The stream of the
+  // message may have been closed in the meantime.
   if (answer.withheld || answer.working_counter == 0 || sender_ == Sender::kNobody) return false;
   ++statistics_.sent;
   const auto sender = std::exchange(sender_, Sender::kNobody);
@@ -273,7 +273,7 @@ bool MailboxChannel::take_found(nanoseconds now, MailboxReader::Found found, con
 }
 
 void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished& finished) {
-  // More may be waiting behind it.
+  // More messages may follow.
   poll_now();
   const auto header = wire::MailboxHeader::decode(reader_.mail());
   if (!header) {
@@ -281,7 +281,7 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
     if (active_ && attempted_) finish(finished, error(facts::MailboxMalformed{}));
     return;
   }
-  // A mailbox that has come before carries the same counter again (0 is not counted).
+  // A repeated message has the same counter again (0 is not counted).
   if (header->counter != 0 && header->counter == last_received_) return;
   last_received_ = header->counter;
   ++statistics_.received;
@@ -299,7 +299,7 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
   react(now, reaction, finished);
 }
 
-/// A mail that no dialogue has asked for.
+/// Handles a message that no dialogue requested.
 void MailboxChannel::pass_on(nanoseconds now, wire::MailboxType type, std::span<const std::byte> service,
                              const Deliver& deliver) {
   const bool streamed = stream_ && type == stream_->type();
@@ -312,7 +312,7 @@ void MailboxChannel::pass_on(nanoseconds now, wire::MailboxType type, std::span<
   if (!deliver(slave_, type, service) && (known_ & bit_of(type)) == 0) refuse(type);
 }
 
-/// Each protocol once: a slave that goes on has not understood.
+/// Refuses each protocol once: a slave that continues has not understood.
 void MailboxChannel::refuse(wire::MailboxType type) {
   ++statistics_.refused;
   if ((refused_ & bit_of(type)) != 0) return;
@@ -320,7 +320,7 @@ void MailboxChannel::refuse(wire::MailboxType type) {
   submit(std::make_shared<Refusal>());
 }
 
-/// The time is over for which a slave asked to be left alone.
+/// Continues after the pause that a busy slave requested.
 void MailboxChannel::resume(nanoseconds now, Finished& finished) {
   if (!resume_at_ || now < *resume_at_) return;
   if (!load_outgoing(now)) finish(finished, error(facts::MailboxMalformed{}));
@@ -348,9 +348,9 @@ void MailboxChannel::react(nanoseconds now, Reaction reaction, Finished& finishe
   }
 }
 
-/// An error reply tells what is wrong, but not with which request: it may be about another protocol. What is awaited
-/// gets a little more time, all of its time when a mail of the stream may be meant; the error counts when nothing
-/// comes.
+/// An error reply states the error, but not the request: it may refer to another protocol. So the expected answer gets
+/// a little more time, or its full time when a message of the stream may be meant; if no answer arrives, the error
+/// counts.
 void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> service, Finished& finished) {
   const auto reply = wire::MailboxErrorReply::decode(service);
   const bool echo = now < echo_until_ && reply && reply->code == wire::MailboxErrorCode::kUnsupportedProtocol;
@@ -367,7 +367,7 @@ void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> serv
   if (now >= stream_echo_until_) deadline_ = std::min(deadline_, now + settings_.error_grace);
 }
 
-/// Also while something else keeps arriving: a slave that only chatters does not answer.
+/// Also expires while other messages keep arriving: a slave that sends other messages does not answer.
 void MailboxChannel::look_at_clock(nanoseconds now, Finished& finished) {
   if (sender_ == Sender::kStream && now >= stream_deadline_) {
     stop_stream();

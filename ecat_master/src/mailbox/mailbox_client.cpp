@@ -3,7 +3,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// One service that is not answered.
+/// A service without an answer.
 class Message final : public MailboxDialogue {
  public:
   Message(wire::MailboxType type, std::span<const std::byte> service)

@@ -69,7 +69,7 @@ void MailboxEngine::close_stream(std::uint16_t position) {
   use_stream(position, nullptr);
 }
 
-/// A mail that is on its way stays the writer's; the channel is told by the next step what became of it.
+/// A message in flight stays in the writer; the next step tells the channel its outcome.
 void MailboxEngine::use_stream(std::uint16_t position, std::shared_ptr<MailboxStream> stream) {
   const auto channel = channels_.find(position);
   if (channel != channels_.end()) channel->second.use_stream(std::move(stream));
@@ -103,7 +103,7 @@ void MailboxEngine::take_submissions(MailboxChannel::Finished& finished) {
   }
 }
 
-/// Requests of the cycle become dialogues here.
+/// Creates the dialogues of the cycle's requests.
 void MailboxEngine::take_requests() {
   const std::scoped_lock lock(inbox_mutex_);
   std::erase_if(requests_, [](const auto& request) { return request.expired(); });
@@ -162,14 +162,14 @@ bool MailboxEngine::step_locked(MailboxChannel::Finished& finished) {
   return progress || more || !begun_.parts.empty();
 }
 
-/// What every slave needs now, and what follows when that goes well. Those whose turn is on its way already need
-/// nothing else.
+/// Collects the datagrams that every slave needs now, and the follow-up datagrams for the case that those succeed.
+/// Channels whose turn is already in flight need nothing else.
 void MailboxEngine::prepare(std::chrono::nanoseconds now, MailboxChannel::Finished& finished) {
   batch_.clear();
   next_.clear();
-  // What stands behind something that is not sent is not sent either.
+  // Requests behind an unsent request are not sent either.
   const bool relays = bus_.exchange().relays() && !(begun_is_held_ && !begun_.parts.empty());
-  // As it was the last time.
+  // Judged by the batch of the previous step.
   const bool alone = begun_.parts.size() <= 1;
   for (auto& [position, channel] : channels_) {
     if (status_ != nullptr) channel.use_sample(status_->mailbox_status(position));
@@ -197,7 +197,7 @@ bool MailboxEngine::evaluate(const Batch& batch, MailboxChannel::Finished& finis
   return progress;
 }
 
-/// Nobody will know what became of it: as if its frames were lost.
+/// The outcome of the begun requests is unknown: treat their frames as lost.
 void MailboxEngine::lose_begun(MailboxChannel::Finished& finished) {
   for (auto& request : begun_.requests) {
     request.answered = request.withheld = false;
@@ -226,7 +226,7 @@ void MailboxEngine::drive() {
     pause();
     return;
   }
-  // Another thread steps; it tells when there is news.
+  // Another thread steps; it notifies this thread of progress.
   std::unique_lock waiting(wait_mutex_);
   stepped_.wait_for(waiting, kPollInterval);
 }
@@ -236,7 +236,7 @@ void MailboxEngine::wait(const MailboxDialogue& dialogue) {
 }
 
 Result<void> MailboxEngine::poll(std::uint16_t position) {
-  // A slave that never stops talking is heard for as long as an answer may take.
+  // Listens to a slave that never stops sending for at most the time-out of an answer.
   const auto deadline = bus_.exchange().now() + settings_.reply_timeout;
   {
     const std::scoped_lock lock(step_mutex_);

@@ -13,9 +13,9 @@ constexpr std::uint16_t kStatusOffset = 5;
 constexpr std::uint16_t kActivateOffset = 6;
 constexpr std::uint16_t kPdiControlOffset = 7;
 constexpr unsigned kIn = 1;
-/// Polls in a row that a slave may leave unanswered before it counts as gone: a port that opens or closes costs one.
+/// Consecutive unanswered polls after which a slave counts as gone: a port that opens or closes costs one poll.
 constexpr unsigned kSilentPolls = 3;
-/// For the acknowledge of a repeat request by a slave whose mailbox is full.
+/// Time limit for the acknowledge of a repeat request when the mailbox is full.
 constexpr auto kRepeatPatience = std::chrono::milliseconds{100};
 
 std::uint16_t in_register(std::uint16_t offset) {
@@ -49,7 +49,8 @@ void MailboxReader::expect_more() noexcept {
 void MailboxReader::use_sample(std::optional<MailboxStatusSample> sample) noexcept {
   sample_ = sample;
   if (!sample_ || !sample_is_old_) return;
-  // The frame of the cycle that runs now may have passed the slave before the mailbox was read; the next one has not.
+  // The frame of the current cycle may have passed the slave before the mailbox was read; that of the next cycle has
+  // not.
   sample_from_ = sample_->cycle + 2;
   sample_is_old_ = false;
 }
@@ -59,7 +60,8 @@ void MailboxReader::begin(Fetch fetch, nanoseconds now) noexcept {
   deadline_ = now + patience_;
 }
 
-/// True: the next datagram is about the mailbox. With a sample that is none but the read of a full mailbox.
+/// Whether the next datagram concerns the mailbox. With a status sample the only such datagram is the read of a full
+/// mailbox.
 bool MailboxReader::wants_poll(nanoseconds now, bool awaited) noexcept {
   if (!sample_) return awaited || now >= next_idle_poll_;
   if (sample_->cycle < sample_from_) return false;
@@ -123,7 +125,7 @@ MailboxReader::Found MailboxReader::take_ahead(nanoseconds now, Ahead what, cons
     fetch_ = Fetch::kGuess;
     return take(now, answer);
   }
-  // The look before has seen a mail already.
+  // The previous poll has already found a message.
   if (fetch_ == Fetch::kRead) return Found::kNothing;
   fetch_ = Fetch::kPoll;
   registers_[0] = answer.data[0];
@@ -148,8 +150,8 @@ MailboxReader::Found MailboxReader::take_status(nanoseconds now, bool touched) {
   return Found::kStep;
 }
 
-/// A full mailbox that turns out to be empty, and one whose reading was lost on the way: its content may have been
-/// read, and the slave is asked for it again. Read once more it could hold the next mail.
+/// Handles a failed read. The mailbox was empty, or the read was lost in transit: the slave may already have released
+/// the content, so it must repeat it. A second read could return the next message.
 MailboxReader::Found MailboxReader::take_read(nanoseconds now, const Request& answer) {
   const bool guessed = fetch_ == Fetch::kGuess;
   if (guessed) begin(Fetch::kPoll, now);
@@ -166,7 +168,7 @@ MailboxReader::Found MailboxReader::take_read(nanoseconds now, const Request& an
   return Found::kStep;
 }
 
-/// Toggle the repeat request, wait for the acknowledge, read.
+/// Toggles the repeat request, waits for the acknowledge, reads.
 MailboxReader::Found MailboxReader::take_repeat(nanoseconds now, bool touched) {
   switch (fetch_) {
     case Fetch::kRepeatLook:
@@ -188,7 +190,8 @@ MailboxReader::Found MailboxReader::take_repeat(nanoseconds now, bool touched) {
         fetch_ = Fetch::kRead;
         return Found::kStep;
       }
-      // Slaves that repeat nothing: what they have in their mailbox may be what was lost before it reached them.
+      // Some slaves never repeat: the content of their mailbox may be the message whose read was lost before it reached
+      // them.
       if (now >= repeat_deadline_ && is_set(registers_[0], wire::SyncManagerStatus::kMailboxFull)) {
         fetch_ = Fetch::kRead;
       }

@@ -17,7 +17,7 @@ std::span<std::byte> MailboxWriter::blank_ahead() {
 
 std::span<std::byte> MailboxWriter::blank(std::size_t mail) {
   blanked_ = mail;
-  // The whole buffer is written: only the access to its last byte hands a mailbox over.
+  // Write the whole buffer: only the access to its last byte hands a mailbox over.
   mails_.at(mail).assign(length_, std::byte{0});
   return std::span(mails_.at(mail)).last(room());
 }

@@ -1,4 +1,4 @@
-// Hot-connected slaves that are not there yet.
+// Hot-connect slaves that are not on the line yet.
 #include <algorithm>
 #include <array>
 
@@ -10,8 +10,8 @@ namespace {
 
 using Use = esi::SyncManager::Use;
 
-/// The description assumed for a slave of an unknown kind: the usual sync managers (ETG.1000.4 6.6: 0 and 1 for the
-/// mailbox, 2 for outputs, 3 for inputs). Their addresses are known once it joins.
+/// The description assumed for a slave of an unknown type: the usual sync managers (ETG.1000.4 6.6: 0 and 1 for the
+/// mailbox, 2 for outputs, 3 for inputs). Their addresses become known when it joins.
 esi::DeviceDescription unseen(const SlavePlan& plan) {
   esi::DeviceDescription description;
   description.vendor_id = plan.vendor_id;
@@ -40,7 +40,7 @@ void Master::drop_absent() {
   }
 }
 
-/// Adds a slave behind all that were found, with the description of an equal one if there is one.
+/// Adds a slave behind all found slaves, with the description of an identical slave if there is one.
 void Master::add_absent(std::size_t number, SlavePlan plan) {
   const auto position = static_cast<std::uint16_t>(slaves_.size());
   ConfiguredSlave slave;

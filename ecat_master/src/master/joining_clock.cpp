@@ -1,4 +1,4 @@
-// The clocks of slaves that join a running line, or are plugged in elsewhere.
+// Clocks of slaves that join a running line or move to another position.
 #include <algorithm>
 #include <array>
 
@@ -7,10 +7,10 @@
 
 namespace driveline::ecat_master {
 
-/// All slaves in the order of the line. Slaves without one of our station addresses get a temporary one, so that their
-/// receive times can be read.
+/// All slaves in line order. Slaves without a station address of this master get a temporary one, so that their receive
+/// times can be read.
 Result<std::vector<SlaveRef>> Master::wire_order() {
-  // Above those of any line (kMaxSlaves), as identify_newcomers() gives them.
+  // Above those of any line (kMaxSlaves), as in identify_newcomers().
   constexpr std::uint16_t kTemporary = 0x3000;
   std::array<std::byte, 1> type{};
   const auto count = bus_.broadcast_read(wire::reg::kType.address, type);
@@ -38,11 +38,11 @@ Result<std::vector<SlaveRef>> Master::wire_order() {
   return order;
 }
 
-/// A slave that is being configured while the others cycle.
+/// Restores the clock of a slave that is being configured while the others cycle.
 Result<void> Master::restore_clock(std::size_t slave) {
   if (!watch_) return {};
   const auto number = static_cast<std::uint16_t>(slave);
-  // A slave with a fixed place on the line has the delay that it had.
+  // A slave with a fixed position on the line keeps its delay.
   if (!slaves_[slave].plan.hot_connect) {
     if (auto done = tell_sync_type(slave); !done) return done;
     return watch_->restore(number);

@@ -58,7 +58,7 @@ Result<void> Master::scan() {
   facts_.assign(slaves_.size(), {});
   auto facts = read_port_facts(bus_, refs_);
   if (!facts) return tl::unexpected(facts.error());
-  // A topology that cannot be determined does not keep the line from running.
+  // An undetermined topology does not prevent the line from running.
   topology_ = build_topology(*facts).value_or(Topology{});
   return {};
 }
@@ -68,7 +68,7 @@ Result<void> Master::enter_pre_op() {
   std::vector<StateTimeouts> timeouts;
   std::vector<MailboxTimeouts> mailbox_timeouts;
   for (const auto& slave : slaves_) {
-    // Slaves that are not on the line are the last ones.
+    // Slaves that are not on the line are at the end.
     if (!slave.present) break;
     infos.push_back(slave.info);
     timeouts.push_back(slave.plan.timeouts);
@@ -120,7 +120,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
     apply_description(slaves_[i]);
   }
   for (const auto number : comparison_.absent) add_absent(number, std::move(plans[number]));
-  // No process data are laid out yet: a refusal can only be about the mailboxes.
+  // No process data are laid out yet: a refusal can only concern the mailboxes.
   image_ = {};
   if (auto done = enter_pre_op(); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
@@ -136,7 +136,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   return {};
 }
 
-/// Reads the facts of the controllers; slaves that are not on the line are the last ones and have none.
+/// Reads the facts of the controllers; slaves that are not on the line are at the end and have none.
 Result<void> Master::learn_facts() {
   auto facts = read_controller_facts(bus_, reachable());
   if (!facts) return tl::unexpected(facts.error());
@@ -153,7 +153,7 @@ Result<std::vector<RegisterChange>> Master::changed_registers(std::size_t slave)
 Result<void> Master::synchronise_clocks() {
   clocks_.reset();
   if (!clock_plan_) return {};
-  // Checked before anything is written to a slave.
+  // Check before writing anything to a slave.
   if (auto done = dc::check_plan(*clock_plan_); !done) return done;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     if (auto done = tell_sync_type(i); !done) return done;
@@ -205,7 +205,7 @@ tl::expected<void, rt::RealtimeError> Master::start_cycle(MotionControl* motion,
   settings.clocks = follower_.get();
   settings.instance = direct_.instance();
   core_ = std::make_unique<CyclicCore>(port_, clock_, image_, motion, rings, settings);
-  // Without process data, as for clocks in PREOP, working counters say nothing about slaves.
+  // Without process data, as for clocks in PREOP, working counters contain no information about slaves.
   for (std::size_t i = 0; i < image_.places().size(); ++i) core_->set_recovering(i, !slaves_[i].present);
   runner_ = make_runner(*core_);
   if (auto started = runner_->start(); !started) {
@@ -234,7 +234,7 @@ Result<std::shared_ptr<EoePort>> Master::open_eoe(std::size_t slave, EoeReceiver
   return eoe_.open(refs_[slave].position, receiver);
 }
 
-/// All slaves at once, each with its own time limit.
+/// Raises all slaves at once, each with its own time limit.
 Result<void> Master::raise_to(wire::AlState target) {
   std::vector<StateTarget> targets;
   for (const auto& slave : slaves_) {
@@ -244,10 +244,10 @@ Result<void> Master::raise_to(wire::AlState target) {
   return first_failure(change_states(bus_, targets, target));
 }
 
-/// A slave in OP that gets no process data is worse than one in SAFEOP: once, the cycle must have worked.
+/// A slave in OP without process data is worse than one in SAFEOP: wait until the cycle has worked once.
 Result<void> Master::await_exchange() {
   constexpr int kPeriods = 100;
-  constexpr std::chrono::milliseconds kAtLeast{100};  // for a thread that is slow to start
+  constexpr std::chrono::milliseconds kAtLeast{100};  // for a thread that starts slowly
   const auto& settings = core_->settings();
   const auto deadline = clock_.now() + std::max<std::chrono::nanoseconds>(kPeriods * settings.period, kAtLeast);
   const auto first = core_->cycles();
@@ -276,7 +276,7 @@ std::optional<MailboxStatusSample> Master::CycleMailboxStatus::mailbox_status(st
   const auto places = master_.image_.places();
   if (!master_.core_ || position >= places.size() || places[position].mailbox_offset == ProcessDataPlace::kNone)
     return std::nullopt;
-  // The number of the cycle first: the report is of that cycle or a later one.
+  // Read the cycle number first: the report then belongs to that cycle or a later one.
   const auto cycle = master_.core_->cycles();
   const auto report = master_.core_->slave_report(position);
   if (!report.valid) return std::nullopt;
@@ -312,7 +312,7 @@ Result<void> Master::shut_down() {
   auto note = [&first](Result<void> done) {
     if (!done && first) first = done;
   };
-  // Hot-connected slaves may be missing.
+  // Hot-connect slaves may be missing.
   std::vector<SlaveRef> refs;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const bool here = slaves_[i].present && (!slaves_[i].plan.hot_connect || al_status_of(i));

@@ -1,4 +1,4 @@
-// Slaves that are on the line without a station address: which of the missing ones they are.
+// Identifies slaves that are on the line without a station address among the missing ones.
 #include <algorithm>
 
 #include "driveline/ecat_master/master.hpp"
@@ -22,7 +22,8 @@ Result<std::vector<std::pair<std::size_t, std::size_t>>> Master::place_by_wiring
   return placed;
 }
 
-/// Where a newcomer may be several slaves, the serial number decides; without it the newcomer gets no address.
+/// Where a new slave may be several missing slaves, the serial number decides; without it the new slave gets no
+/// address.
 Result<void> Master::settle_claims(std::span<const PlaceClaim> claims,
                                    std::vector<std::pair<std::size_t, std::size_t>>& placed) {
   std::vector<PlaceClaim> doubtful;
@@ -64,7 +65,7 @@ Result<void> Master::settle_claims(std::span<const PlaceClaim> claims,
   return {};
 }
 
-/// Slaves without one of our station addresses get a temporary one until they are identified.
+/// Gives slaves without a station address of this master a temporary one until they are identified.
 Result<std::vector<SlaveRef>> Master::host(std::span<const std::uint16_t> positions) {
   // Above those of any line (kMaxSlaves).
   constexpr std::uint16_t kTemporary = 0x3000;
@@ -79,7 +80,7 @@ Result<std::vector<SlaveRef>> Master::host(std::span<const std::uint16_t> positi
   return guests;
 }
 
-/// Serial numbers of slaves that have no station address of ours, by their EEPROMs; 0: it has none, or cannot be read.
+/// Serial numbers from the EEPROMs of slaves without a station address of this master; 0: none, or unreadable.
 Result<std::vector<std::uint32_t>> Master::serials_of_newcomers(std::span<const std::uint16_t> positions) {
   const auto guests = host(positions);
   if (!guests) return tl::unexpected(guests.error());
@@ -90,10 +91,10 @@ Result<std::vector<std::uint32_t>> Master::serials_of_newcomers(std::span<const 
   return serials;
 }
 
-/// Another device is in the place of this slave and loses its address, so that the right one can join.
+/// Another device is at the position of this slave and loses its address, so that the right one can join.
 Result<void> Master::refuse(std::size_t slave, const Error& error) {
   if (error.is<facts::IdentityMismatch>()) {
-    // If the write fails, the device is gone again, and its address with it.
+    // If the write fails, the device is gone again, together with its address.
     static_cast<void>(bus_.write(refs_[slave], wire::reg::kStationAddress, 0).has_value());
   }
   return tl::unexpected(error);

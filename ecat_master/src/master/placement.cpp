@@ -7,9 +7,9 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// Place of a slave with a fixed place: a port of another one with a fixed place.
+/// Place of a slave with a fixed position: a port of another slave with a fixed position.
 struct Place {
-  std::optional<std::size_t> on;  ///< nothing: the master
+  std::optional<std::size_t> on;  ///< empty: the master
   std::uint8_t port = 0;
   auto operator<=>(const Place&) const = default;
 };
@@ -52,7 +52,7 @@ class Placer {
 
   [[nodiscard]] bool roams(std::size_t position) const { return who_[position] && line_.roaming[*who_[position]]; }
 
-  /// The place of a position; nothing when it is behind a slave that is not identified.
+  /// The place of a position; empty when it is behind an unidentified slave.
   [[nodiscard]] std::optional<Place> place_now(std::size_t position) const {
     if (flat_) return Place{};
     auto parent = line_.now.slaves[position].parent;
@@ -62,7 +62,7 @@ class Placer {
     return Place{*who_[parent->slave], parent->port};
   }
 
-  /// Positions whose place is known by now and has not been looked at.
+  /// Positions with a known place that have not been processed yet.
   [[nodiscard]] Groups open_groups() const {
     Groups groups;
     for (std::size_t position = 0; position < who_.size(); ++position) {
@@ -85,7 +85,7 @@ class Placer {
         continue;
       }
       const auto here = std::find(slaves.begin() + static_cast<std::ptrdiff_t>(next), slaves.end(), *who_[position]);
-      if (here == slaves.end()) continue;  // it has been moved
+      if (here == slaves.end()) continue;  // the slave has been moved
       const auto index = static_cast<std::size_t>(here - slaves.begin());
       claim(slaves.subspan(next, index - next), newcomers);
       next = index + 1;
@@ -109,7 +109,7 @@ class Placer {
   }
 
   const LinePlaces& line_;
-  bool flat_;  ///< wiring is not known: everything is at one place
+  bool flat_;  ///< the wiring is unknown: everything is at one place
   std::vector<std::optional<std::size_t>> who_;
   std::vector<bool> present_;  ///< by slave
   std::map<Place, std::vector<std::size_t>> slaves_at_;

@@ -1,4 +1,4 @@
-// Bringing single slaves back while the others keep cycling.
+// Recovers single slaves while the others continue to cycle.
 #include <algorithm>
 
 #include "bus/write_protection.hpp"
@@ -16,18 +16,18 @@ namespace {
 
 using wire::AlState;
 
-/// Least state in which the configuration of the process data is still in place.
+/// Lowest state in which the configuration of the process data is retained.
 constexpr AlState kConfigured = AlState::kSafeOp;
 
-/// One number of an identity as planned and found.
+/// A number of an identity as planned and found.
 struct IdentityField {
   IdentityRule planned;
   std::uint32_t found = 0;
-  bool by_start = false;  ///< the plan says nothing
+  bool by_start = false;  ///< the plan leaves it open
 };
 
-/// The identity in the plan; numbers that it leaves open are those of the slave found at start. The serial number found
-/// at start is not compared if it is 0 or the slave is hot-connected: another device may have its alias or device ID.
+/// The identity in the plan; open numbers are those of the slave found at start. The serial number found at start is
+/// not compared if it is 0 or the slave is hot-connect: another device may have its alias or device ID.
 std::array<IdentityField, 4> identity_fields(const ConfiguredSlave& slave, const esi::DeviceDescription& found) {
   const auto& known = slave.info.description;
   const auto equal_or_any = [](std::uint32_t value) {
@@ -44,7 +44,7 @@ std::array<IdentityField, 4> identity_fields(const ConfiguredSlave& slave, const
           field(slave.plan.serial, serial, found.serial_number)};
 }
 
-/// The device at `slave` is the one that was found there at start, or one of its kind that the plan accepts.
+/// Checks that the device at `slave` is the one found there at start, or one of its type that the plan accepts.
 Result<void> check_identity(Bus& bus, const ConfiguredSlave& slave) {
   const auto& ref = slave.info.ref;
   const auto refuse = [&ref](ErrorFacts facts) { return tl::unexpected(Error{facts, ref.position}); };
@@ -83,7 +83,7 @@ Result<AlReport> Master::al_status_of(std::size_t slave) {
   return reports->front();
 }
 
-/// Checks identity and process data size of a hot-connected slave that joins for the first time.
+/// Checks identity and process data size of a hot-connect slave that joins for the first time.
 Result<void> Master::welcome(std::size_t slave) {
   auto& one = slaves_[slave];
   if (auto done = check_identity(bus_, one); !done) return done;
@@ -127,11 +127,11 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   if (joins) {
     if (auto done = welcome(slave); !done) return refuse(slave, done.error());
   }
-  // Nothing could be done for a slave that takes no writes.
+  // A write-protected slave could not be recovered.
   if (auto done = lift_write_protection(bus_, refs_[slave]); !done) return done;
   const std::span<const SlaveRef> ref(&refs_[slave], 1);
   // A slave that has kept its station address and is in SAFEOP or above is still configured, unless an invalid
-  // configuration was the reason.
+  // configuration caused the error.
   bool configured =
       !joins && !unproven_[slave] && (report->status.state == kConfigured || report->status.state == AlState::kOp);
   if (configured) {
@@ -172,8 +172,8 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   return change_state(bus_, ref, AlState::kSafeOp, state_timeout);
 }
 
-/// Restores the registers that are not part of the plan to the values read when the slave was configured first. Those
-/// of a slave that was not there then are read now.
+/// Restores the registers that are not part of the plan to the values read when the slave was first configured. For a
+/// slave that was missing then, reads the values now.
 Result<void> Master::restore_registers(std::size_t slave) {
   if (facts_[slave] == ControllerFacts{}) {
     auto facts = read_controller_facts(bus_, {&refs_[slave], 1});

@@ -10,7 +10,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// One slave of the line by position: its station address and the alias it loaded when it was switched on.
+/// A slave of the line by position: its station address and the alias that it loaded at power-on.
 struct Seen {
   std::uint16_t station = 0;
   std::uint16_t alias = 0;
@@ -39,7 +39,7 @@ Result<std::vector<Seen>> look_around(Bus& bus) {
 }
 
 /// Identifies each of `seen` by its station address. A damaged frame may have overwritten addresses: when all slaves
-/// are present and none of them may move, the place alone decides; an address that several slaves have is ignored.
+/// are present and none of them may move, only the position decides; an address that several slaves have is ignored.
 std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, std::span<const SlaveRef> refs,
                                                    bool fixed) {
   const bool whole = fixed && seen.size() == refs.size() &&
@@ -60,8 +60,8 @@ std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, s
 
 }  // namespace
 
-/// A slave that was switched off has lost its station address. Members of the line are recognised by it; one with
-/// another address or none is the missing slave of that place, or the hot-connected one with that alias.
+/// A slave that was switched off has lost its station address. Known slaves are recognised by their address; a slave
+/// with another address or none is the missing slave of that place, or the hot-connect slave with that alias.
 Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
   auto seen = look_around(bus_);
   if (!seen) return tl::unexpected(seen.error());
@@ -88,7 +88,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
   }
   std::vector<Readdressed> moved;
   const auto give_address = [&](std::size_t position, std::size_t slave) -> Result<void> {
-    // The same fault may have locked the slave against writes as well.
+    // The same fault may also have write-protected the slave.
     if (moved.empty()) {
       if (auto done = lift_write_protection(bus_, std::nullopt); !done) return done;
     }
@@ -125,7 +125,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
     if (position >= reached || !(*seen)[position].answers || known[position]) continue;
     if (auto done = give_address(position, i); !done) return tl::unexpected(done.error());
   }
-  // Slaves behind the break of a ring are not reached by position.
+  // Slaves behind the break of a ring cannot be reached by position.
   const auto placed = place_by_wiring(std::span(known).first(reached));
   if (!placed) return tl::unexpected(placed.error());
   for (const auto& [position, slave] : *placed) {
@@ -134,7 +134,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
   return moved;
 }
 
-/// Device IDs of slaves that have no station address of ours.
+/// Device IDs of slaves without a station address of this master.
 Result<std::vector<std::optional<std::uint16_t>>> Master::identify_newcomers(std::span<const std::uint16_t> positions) {
   const auto guests = host(positions);
   if (!guests) return tl::unexpected(guests.error());

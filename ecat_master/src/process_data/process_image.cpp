@@ -11,7 +11,7 @@ namespace driveline::ecat_master {
 namespace {
 
 constexpr std::size_t kNone = ProcessDataPlace::kNone;
-/// Bytes of datagrams that one frame holds.
+/// Bytes of datagrams that fit into a frame.
 constexpr std::size_t kFrameBytes = wire::kMaxPayloadBytes - wire::EtherCatHeader::kSize;
 
 wire::FmmuEntity make_fmmu(std::size_t offset, std::size_t bytes, std::uint16_t physical, std::uint8_t type) {
@@ -37,7 +37,7 @@ std::size_t ProcessDataDemand::bytes(bool output) const noexcept {
       [output](std::size_t sum, const ProcessDataChannel& c) { return c.output == output ? sum + c.bytes : sum; });
 }
 
-/// Grows the image slave by slave.
+/// Builds the image slave by slave.
 class ProcessImage::Builder {
  public:
   Builder(ProcessImage& image, std::span<const ProcessDataDemand> demands, const LayoutSettings& settings)
@@ -78,8 +78,8 @@ class ProcessImage::Builder {
     return (place.al_status_offset != kNone ? 1U : 0U) + (place.mailbox_offset != kNone ? 1U : 0U);
   }
 
-  /// Process data come first; status bytes get the FMMUs that are left, the AL status before the mailbox. Slaves
-  /// without process data get none: the broadcast watches over them.
+  /// Process data come first; status bytes get the remaining FMMUs, the AL status before the mailbox. Slaves without
+  /// process data get none: the broadcast supervises them.
   Result<void> choose_status_bytes(std::size_t slave) {
     const auto& demand = demands_[slave];
     auto& place = image_.places_[slave];
@@ -102,7 +102,7 @@ class ProcessImage::Builder {
   Result<void> place_group(std::size_t group) {
     for (const auto& [command, wanted] : {std::pair{wire::Command::kLrw, false}, std::pair{wire::Command::kLwr, true},
                                           std::pair{wire::Command::kLrd, true}}) {
-      bool open = false;  // the last datagram belongs to this command and group
+      bool open = false;  // the last datagram has this command and group
       for (std::size_t slave = 0; slave < demands_.size(); ++slave) {
         if (demands_[slave].group != group || separate(slave) != wanted) continue;
         if (auto done = place_slave(slave, command, open); !done) return done;
@@ -141,7 +141,7 @@ class ProcessImage::Builder {
     if (in + status > 0) {
       place.input_offset = overlapped ? end_ : end_ + out;
       place.input_datagram = number;
-      // Behind both, so that outputs do not overlap status bytes: those of an absent slave stay zero.
+      // Place status bytes behind both, so that outputs do not overlap them: those of a missing slave stay zero.
       std::size_t at = end_ + data;
       if (place.al_status_offset != kNone) place.al_status_offset = at++;
       if (place.mailbox_offset != kNone) place.mailbox_offset = at;
@@ -175,7 +175,7 @@ class ProcessImage::Builder {
     }
   }
 
-  /// There are enough of them: choose_status_bytes() has counted.
+  /// There are enough FMMUs: choose_status_bytes() has counted them.
   void put_fmmu(std::size_t slave, esi::FmmuUse use, const wire::FmmuEntity& fmmu) {
     const auto& demand = demands_[slave];
     auto& fmmus = image_.fmmus_[slave];
@@ -194,8 +194,8 @@ class ProcessImage::Builder {
     fmmus[number] = fmmu;
   }
 
-  /// Datagrams of one group share frames; groups do not, because they are not always sent together. The first frame
-  /// goes out in every cycle, since it carries the AL status broadcast: a group that pauses does not travel in it.
+  /// Datagrams of a group share frames; groups do not, because they are not always sent together. The first frame is
+  /// sent in every cycle, since it carries the AL status broadcast: a group that pauses does not travel in it.
   void pack_frames() {
     auto& datagrams = image_.datagrams_;
     image_.frame_count_ = 1;
@@ -254,7 +254,7 @@ std::uint16_t working_counter_share(std::span<const wire::FmmuEntity> fmmus, wir
 }
 
 std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks) {
-  // The first frame carries the broadcast read of the AL status, also when there are no process data.
+  // The first frame carries the broadcast read of the AL status, even without process data.
   std::vector<std::uint64_t> frames(std::max<std::size_t>(1, image.frame_count()), wire::kDatagramsOffset);
   std::vector<GroupSettings> due(frames.size());
   frames[0] += wire::DatagramHeader::kOverhead + 2;
@@ -263,7 +263,7 @@ std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks) {
     frames[datagram.frame] += wire::DatagramHeader::kOverhead + datagram.bytes;
     due[datagram.frame] = image.groups()[datagram.group];
   }
-  // Dividers and phases repeat after their least common multiple; in longer patterns all groups are taken to meet.
+  // Dividers and phases repeat after their least common multiple; for longer patterns assume that all groups meet.
   constexpr std::uint64_t kMaxPattern = 10'000;
   std::uint64_t pattern = 1;
   for (const auto& group : due) pattern = std::min(std::lcm(pattern, group.divider), kMaxPattern + 1);

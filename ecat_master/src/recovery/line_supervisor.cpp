@@ -11,11 +11,11 @@ using std::chrono::nanoseconds;
 using wire::AlState;
 using RingState = port::RingStatus::State;
 
-/// Interval of the search for slaves that have not joined yet.
+/// Interval of the search for slaves that have never joined.
 constexpr nanoseconds kJoinPause = std::chrono::milliseconds{200};
 
 std::string ring_break(const LineEvent& event) {
-  const auto last = event.slave + event.cut_off;  // the first one on the secondary side
+  const auto last = event.slave + event.cut_off;  // the first slave on the secondary side
   const auto from = event.slave == 0 ? std::string("the primary interface") : fmt::format("slave {}", event.slave - 1);
   const auto to = event.count == 0 ? std::string("the secondary interface") : fmt::format("slave {}", last);
   const auto between = fmt::format("between {} and {}", from, to);
@@ -24,7 +24,7 @@ std::string ring_break(const LineEvent& event) {
   return fmt::format("{}, slaves {} to {} are cut off", between, event.slave, last - 1);
 }
 
-/// Slaves that neither side reaches; 0 on a line with hot-connected slaves, where counting does not tell.
+/// Number of slaves that neither side reaches; 0 on a line with hot-connect slaves, where the number is unknown.
 std::uint16_t cut_off(const Master& master, const port::RingStatus& status) {
   const auto slaves = master.slaves();
   if (std::any_of(slaves.begin(), slaves.end(), [](const auto& slave) { return slave.plan.hot_connect; })) return 0;
@@ -76,7 +76,7 @@ std::string describe(const LineEvent& event) {
 
 LineSupervisor::LineSupervisor(Master& master, const port::RedundantPort* ring, Settings settings)
     : master_(master), ring_(ring), settings_(settings), slaves_(master.slaves().size()) {
-  // Discards the events on the way to OP.
+  // Discard the events on the way to OP.
   CyclicEvent event;
   while (master_.core()->take_event(event)) {
   }
@@ -150,7 +150,7 @@ void LineSupervisor::watch_ring() {
   note(event);
 }
 
-/// Reports another master when it appears, and again when it does more harm than before: reads, then writes, then state
+/// Reports another master when it appears, and again when it becomes more harmful: reads, then writes, then state
 /// changes.
 void LineSupervisor::watch_others() {
   const auto other = master_.core()->other_master();
@@ -177,7 +177,7 @@ void LineSupervisor::watch_slaves() {
   }
 }
 
-/// Finds out why a slave is not operational.
+/// Determines why a slave is not operational.
 void LineSupervisor::look_at(std::size_t slave) {
   const auto now = master_.bus().exchange().now();
   const auto report = master_.al_status_of(slave);
@@ -211,7 +211,7 @@ void LineSupervisor::note_state(std::size_t slave, const AlReport& report, nanos
   event.state = report.status;
   event.code = report.code;
   note(event);
-  // The cause may be a register that was overwritten.
+  // The cause may be an overwritten register.
   if (!settings_.guard_registers || report.status.state < AlState::kSafeOp) return;
   const auto changes = master_.changed_registers(slave);
   if (!changes || !needs_configuration(*changes) || restore_addresses()) return;
@@ -238,7 +238,7 @@ void LineSupervisor::recover(std::size_t slave) {
   const auto& error = done.error();
   const bool answers = !error.is<facts::WorkingCounter>() && !error.is<facts::NoAnswer>();
   one.gone = !answers || error.is<facts::PlaceUnknown>();
-  // Reported once per reason; a missing answer of a slave that is gone has been reported.
+  // Report once per reason; the missing answer of a gone slave has already been reported.
   const bool noted = one.noted_failure && one.noted_failure->facts.index() == error.facts.index();
   if (!answers || noted) return;
   one.noted_failure = error;

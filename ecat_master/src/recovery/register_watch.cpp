@@ -1,4 +1,4 @@
-// Finds registers that have changed since the master wrote them, by reading them back, one slave after the other.
+// Detects registers that have changed since the master wrote them, by reading them back slave by slave.
 #include <algorithm>
 
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
@@ -9,7 +9,7 @@ void LineSupervisor::watch_registers() {
   if (const auto slave = next_guarded()) guard(*slave);
 }
 
-/// The next slave with invalid process data, else the next one in turn.
+/// The next slave with invalid process data, else the next slave in turn.
 std::optional<std::size_t> LineSupervisor::next_guarded() {
   const auto count = slaves_.size();
   const auto take = [&](std::size_t slave) {
@@ -38,7 +38,7 @@ void LineSupervisor::guard(std::size_t slave) {
     guard_.last_round = master_.bus().exchange().now() - round_began_;
   }
   if (!changes) {
-    // No slave, or several, answer to its address.
+    // No slave, or several slaves, answer at its address.
     if (changes.error().is<facts::WorkingCounter>()) restore_addresses();
     return;
   }
@@ -46,7 +46,7 @@ void LineSupervisor::guard(std::size_t slave) {
     one.restore_noted = false;
     return;
   }
-  // Another slave may answer to its address, whose registers differ.
+  // Another slave with different registers may answer at its address.
   if (restore_addresses()) return;
   note_changes(slave, *changes);
 }
@@ -60,7 +60,7 @@ void LineSupervisor::note_changes(std::size_t slave, std::span<const RegisterCha
   event.count = static_cast<std::uint16_t>(changes.size());
   event.time = master_.bus().exchange().now();
   if (worst == changes.end()) {
-    // A failure is reported once, and tried again in the next round.
+    // Report a failure once; the next round tries again.
     if (!rewrite(master_.bus(), master_.slaves()[slave].info.ref, changes) || one.restore_noted) return;
     one.restore_noted = true;
     event.change = changes.front();
@@ -75,10 +75,10 @@ void LineSupervisor::note_changes(std::size_t slave, std::span<const RegisterCha
   note(event);
 }
 
-/// Restores station addresses; true if there was any to restore. Reported only for slaves that stayed in OP, because
-/// those that were away have lost theirs anyway.
+/// Restores station addresses; returns true if any had to be restored. Reports only slaves that stayed in OP, because
+/// slaves that were away have lost their addresses anyway.
 bool LineSupervisor::restore_addresses() {
-  // A failure is not reported: slaves that are still missing are tried again.
+  // A failure is not reported: the next call tries the missing slaves again.
   const auto moved = master_.readdress_newcomers();
   if (!moved) return false;
   for (const auto& one : *moved) {

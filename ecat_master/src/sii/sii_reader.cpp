@@ -17,21 +17,21 @@ constexpr std::size_t kFirstCategoryWord = 0x40;
 constexpr std::size_t kSizeWord = 0x3E;
 constexpr std::size_t kMaxWords = 0x10000;
 constexpr std::uint16_t kEndCategory = 0xFFFF;
-/// ESC data sheet: an EEPROM answers within a few ms; real slaves were seen to need up to 10 ms.
+/// ESC data sheet: an EEPROM answers within a few ms; some real slaves need up to 10 ms.
 constexpr auto kReadBusyTimeout = milliseconds{100};
 constexpr std::size_t kCommandBytes = 6;  // control, address: 0x0502..0x0507
 constexpr std::size_t kAddressAt = 2;
 constexpr std::size_t kDataAt = 6;
-/// Words of one read command: 4 bytes, until a slave has said that it reads 8.
+/// Words per read command: 4 bytes, until the slave reports that it reads 8.
 constexpr std::size_t kFewWords = 2;
 constexpr std::size_t kManyWords = 4;
-/// Read commands with their answers in one round: first, and when all goes well; these fill a frame.
+/// Read commands with their answers per round: at first, and when all goes well; the latter fill a frame.
 constexpr std::size_t kFirstDepth = 8;
 constexpr std::size_t kFullDepth = 32;
-/// Answers to other addresses in a row, after which a slave is taken to be one that does not show the address.
+/// Consecutive answers with another address after which the slave is assumed not to report the address.
 constexpr int kStrangeAnswers = 3;
 
-/// A read command, a read of the slave's interface registers, or both, in the order given by the mode.
+/// A read command, a read of the slave's interface registers, or both, in the order of the mode.
 struct Step {
   std::size_t word = 0;
   std::array<std::byte, kCommandBytes> command{};
@@ -40,14 +40,14 @@ struct Step {
   bool looks = false;
 };
 
-/// One slave's progress through its EEPROM.
+/// Progress of a slave's EEPROM read.
 ///
-/// A slave controller takes over what is written to its registers at the end of a frame, and commands only while its
-/// interface is idle (ESC data sheet I "Shadow buffer", II 0x0502); so as a rule the answer to a command comes in a
-/// later frame, and the next command travels with the look for it. Controllers that work off a command within the frame
-/// get many commands per frame, each with its look behind it. Neither is ever assumed: an answer counts when the
-/// interface is idle and shows the address of the wanted word. The first word is asked for with nothing else in the
-/// frame, since the address may be that of an earlier reader.
+/// A slave controller applies register writes at the end of a frame, and accepts commands only while its interface is
+/// idle (ESC data sheet I "Shadow buffer", II 0x0502); so the answer to a command usually arrives in a later frame, and
+/// the next command travels with the poll for it. Controllers that execute a command within the frame get many commands
+/// per frame, each followed by its poll. Neither is assumed: an answer counts when the interface is idle and shows the
+/// address of the wanted word. The first word is requested in a frame of its own, since the address may be that of an
+/// earlier reader.
 class Reading {
  public:
   Reading(SlaveRef slave, nanoseconds now) : slave_(slave), patience_(now, kReadBusyTimeout) {}
@@ -58,7 +58,7 @@ class Reading {
     return std::move(image_);
   }
 
-  /// Appends the datagrams of the next round. They point into this object.
+  /// Appends the datagrams of the next round, which refer to this object.
   void prepare(std::vector<Request>& requests) {
     make_steps();
     const auto address = wire::DatagramAddress::physical(slave_.station, wire::reg::kSiiControl.address);
@@ -75,7 +75,7 @@ class Reading {
     }
   }
 
-  /// Takes over what came back; `answers` begins with the datagrams of this slave. Returns how many they were.
+  /// Processes the answers; `answers` starts with the datagrams of this slave. Returns their number.
   std::size_t evaluate(std::span<const Request> answers, nanoseconds now, const SiiCache& cache) {
     std::size_t used = 0;
     bool looked = true;
@@ -84,7 +84,7 @@ class Reading {
       for (const auto& answer : answers.subspan(used, count)) {
         const bool touched = answer.working_counter == 1;
         if (answer.command == wire::Command::kFpwr) {
-          step.commands = touched;  // a busy interface need not take one
+          step.commands = touched;  // a busy interface may ignore it
         } else {
           looked = looked && touched;
         }
@@ -103,9 +103,9 @@ class Reading {
 
  private:
   enum class Mode : std::uint8_t {
-    kCommand,  ///< gives a command when the interface is idle
-    kAwait,    ///< looks for the answer; the next command may travel behind the look
-    kPairs,    ///< commands, each with its look behind it
+    kCommand,  ///< sends a command when the interface is idle
+    kAwait,    ///< polls for the answer; the next command may follow the poll
+    kPairs,    ///< sends commands, each followed by its poll
   };
   enum class Answer : std::uint8_t { kTaken, kBusy, kOther, kFailed };
 
@@ -140,7 +140,7 @@ class Reading {
   void evaluate_awaited(const Step& step) {
     switch (take_answer(step.answer)) {
       case Answer::kTaken:
-        // Does this controller work off commands within a frame?
+        // Find out whether this controller executes commands within a frame.
         mode_ = !tried_pairs_ ? Mode::kPairs : step.commands ? Mode::kAwait : Mode::kCommand;
         tried_pairs_ = true;
         strange_answers_ = 0;
@@ -166,8 +166,8 @@ class Reading {
         pairs_work_ = true;
         continue;
       }
-      // Which of the commands was taken at the end of the frame, if any, is not known. Once proven, pairs are tried
-      // again: a frame may have been lost.
+      // It is unknown which command, if any, was accepted at the end of the frame. Once proven, pairs are tried again:
+      // a frame may have been lost.
       mode_ = Mode::kCommand;
       next_travels_ = true;
       tried_pairs_ = !pairs_work_;
@@ -176,7 +176,7 @@ class Reading {
     depth_ = kFullDepth;
   }
 
-  /// Appends the words in `answer` when they are the wanted ones.
+  /// Appends the words in `answer` if they are the wanted ones.
   Answer take_answer(std::span<const std::byte, sii::kInterfaceBytes> answer) {
     const auto status = wire::load_le<std::uint16_t>(answer);
     if ((status & sii::kBusy) != 0) return Answer::kBusy;
@@ -196,13 +196,13 @@ class Reading {
   [[nodiscard]] std::uint16_t word(std::size_t at) const noexcept {
     return wire::load_le<std::uint16_t>(std::span(image_).subspan(2 * at, 2));
   }
-  /// Behind the last word that may be asked for. Word 0x3E holds the EEPROM size in KiBit minus one.
+  /// End of the words that may be read. Word 0x3E holds the EEPROM size in KiBit minus one.
   [[nodiscard]] std::size_t limit() const noexcept {
     if (words() <= kSizeWord) return SiiCache::kHeadWords;
     return std::min<std::size_t>((std::size_t{word(kSizeWord)} + 1) * 64, kMaxWords);
   }
 
-  /// That has not been read yet.
+  /// The first word that has not been read yet.
   [[nodiscard]] std::uint16_t next_word() const noexcept { return static_cast<std::uint16_t>(words()); }
   void fail(ErrorFacts facts) { failure_ = Error{facts, slave_.position}; }
 
@@ -218,13 +218,13 @@ class Reading {
     }
     if (words() < needed_words_) return;
     if (!follow_categories()) return fail(facts::SiiContent{next_word()});
-    // Words read beyond the end are dropped.
+    // Drop words read beyond the end.
     if (complete_)
       image_.resize(
           std::min(image_.size(), 2 * ((needed_words_ + words_per_read_ - 1) / words_per_read_ * words_per_read_)));
   }
 
-  /// Follows the chain of categories as far as it has been read. False: it does not end.
+  /// Follows the chain of categories as far as it has been read. Returns false when it does not end.
   bool follow_categories() {
     const std::size_t size_words = limit();
     while (words() >= category_word_ + 2) {
@@ -234,7 +234,7 @@ class Reading {
       }
       category_word_ += 2 + word(category_word_ + 1);
       if (category_word_ > size_words) return false;
-      // The end marker may be left out when the categories fill the EEPROM to the last word.
+      // The end marker may be missing when the categories fill the EEPROM completely.
       const bool full = category_word_ == size_words;
       needed_words_ = full ? size_words : category_word_ + 2;
       if (full) break;
@@ -263,7 +263,8 @@ class Reading {
 };
 
 Result<void> take_interface(Bus& bus) {
-  // Forced take-over, then hand-over to EtherCAT (ETG.1000.4 6.4.3): a previous master may have left it to the PDI.
+  // Forced take-over, then hand-over to EtherCAT (ETG.1000.4 6.4.3): a previous master may have left it assigned to the
+  // PDI.
   for (const std::uint8_t value : {sii::kConfigForceEcat, std::uint8_t{0}}) {
     const auto data = wire::to_le_bytes(value);
     if (auto done = bus.broadcast_write(wire::reg::kSiiConfiguration.address, data); !done) {
@@ -273,7 +274,7 @@ Result<void> take_interface(Bus& bus) {
   return {};
 }
 
-/// One round for all readings that are not complete.
+/// One round for all incomplete readings.
 Result<void> read_on(Bus& bus, std::span<Reading*> active) {
   std::vector<Request> requests;
   for (auto* reading : active) reading->prepare(requests);

@@ -14,11 +14,11 @@ namespace sii = wire::sii_access;
 using std::chrono::milliseconds;
 
 constexpr std::size_t kConfigWords = 8;
-/// An EEPROM is busy with itself for up to 10 ms after a word and does not acknowledge meanwhile.
+/// An EEPROM is busy for up to 10 ms after a word and does not acknowledge during this time.
 constexpr auto kWriteBusyTimeout = milliseconds{500};
 constexpr auto kPause = milliseconds{1};
 constexpr int kTries = 10;
-/// After this many words in a row that cannot be restored, restoring is given up.
+/// After this many consecutive words that cannot be restored, the restoring ends.
 constexpr int kHopeless = 3;
 
 std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t word) {
@@ -29,12 +29,12 @@ std::uint16_t narrow(std::size_t word) {
   return static_cast<std::uint16_t>(word);
 }
 
-/// The EEPROM interface of one slave (ETG.1000.4 6.4).
+/// The EEPROM interface of a slave (ETG.1000.4 6.4).
 class SiiInterfaceAccess {
  public:
   SiiInterfaceAccess(Bus& bus, SlaveRef slave) : bus_(bus), slave_(slave) {}
 
-  /// Forced take-over, then hand-over to EtherCAT: a previous master may have left it to the application.
+  /// Forced take-over, then hand-over to EtherCAT: a previous master may have left it assigned to the application.
   Result<void> take() {
     for (const std::uint8_t value : {sii::kConfigForceEcat, std::uint8_t{0}}) {
       if (auto done = bus_.write(slave_, wire::reg::kSiiConfiguration, value); !done) return done;
@@ -42,7 +42,7 @@ class SiiInterfaceAccess {
     return {};
   }
 
-  /// The bytes of one read command, 4 or 8.
+  /// The bytes of a read command, 4 or 8.
   Result<std::vector<std::byte>> read(std::size_t word) {
     return attempt(word, [&] { return command(sii::kCommandRead, word, {}); });
   }
@@ -57,7 +57,7 @@ class SiiInterfaceAccess {
   [[nodiscard]] Error error(ErrorFacts facts) const { return {facts, slave_.position}; }
 
  private:
-  /// Repeats what the EEPROM did not acknowledge; every other error ends it.
+  /// Repeats an access that the EEPROM did not acknowledge; returns on any other error.
   template <typename Try>
   Result<std::vector<std::byte>> attempt(std::size_t word, Try what) {
     Result<std::vector<std::byte>> result = tl::unexpected(error(facts::SiiBusy{narrow(word)}));
@@ -85,7 +85,7 @@ class SiiInterfaceAccess {
     return std::vector<std::byte>(status->begin() + 6, status->begin() + 6 + static_cast<std::ptrdiff_t>(bytes));
   }
 
-  /// An interface that is busy takes no command, whatever its status said just before (ESC data sheet II, 0x0502).
+  /// A busy interface ignores commands, whatever its status was just before (ESC data sheet II, 0x0502).
   Result<void> give(std::size_t word, std::span<const std::byte> request) {
     Patience patience(bus_.exchange().now(), kWriteBusyTimeout);
     for (;;) {
@@ -125,13 +125,13 @@ Result<std::vector<std::byte>> read_range(SiiInterfaceAccess& access, std::size_
   return bytes;
 }
 
-/// One word that is to get another value.
+/// A word with its new value.
 struct Change {
   std::size_t word = 0;
   std::uint16_t value = 0;
 };
 
-/// A checksum word that fits neither configuration area and does not switch the check off.
+/// A checksum word that matches neither configuration area and does not disable the check.
 std::uint16_t invalid_checksum(std::span<const std::byte> before, std::span<const std::byte> after) {
   const auto crc = [](std::span<const std::byte> image) {
     return esi::sii_checksum(image.first<esi::SiiConfigArea::kSize>());
@@ -141,7 +141,7 @@ std::uint16_t invalid_checksum(std::span<const std::byte> before, std::span<cons
   return value;
 }
 
-/// The writes in their order; see write_sii().
+/// The writes in order; see write_sii().
 std::vector<Change> plan(std::span<const std::byte> before, std::span<const std::byte> after) {
   std::vector<Change> changes;
   const auto add = [&](std::size_t first, std::size_t last) {
@@ -153,7 +153,7 @@ std::vector<Change> plan(std::span<const std::byte> before, std::span<const std:
   const std::size_t in_config_area = changes.size();
   changes.clear();
   add(kConfigWords, after.size() / 2);
-  // One word of the configuration area and the checksum behind it cannot pass for a whole in between.
+  // A single word of the configuration area followed by its checksum cannot be mistaken for complete in between.
   const bool marked = !changes.empty() || in_config_area > 1;
   if (marked) changes.insert(changes.begin(), Change{sii::kChecksumWord, invalid_checksum(before, after)});
   add(0, sii::kChecksumWord);
@@ -175,14 +175,14 @@ Result<void> write_and_check(SiiInterfaceAccess& access, const Change& change) {
       access.error(facts::SiiVerify{.word = narrow(change.word), .written = change.value, .read = found}));
 }
 
-/// Restores a word. One that could not be written may still hold its old value.
+/// Restores a word. A word that could not be written may still hold its old value.
 bool put_back(SiiInterfaceAccess& access, const Change& change) {
   const auto now = access.read(change.word);
   if (now && word_at(*now, 0) == change.value) return true;
   return now && write_and_check(access, change);
 }
 
-/// Restores words in reverse order of their writing; returns those that may differ from before.
+/// Restores words in reverse order of writing; returns the words that may differ from before.
 std::vector<std::uint16_t> restore(SiiInterfaceAccess& access, std::span<const Change> written,
                                    std::span<const std::byte> before) {
   std::vector<std::uint16_t> left;
@@ -215,7 +215,7 @@ Result<void> check_all(SiiInterfaceAccess& access, std::span<const std::byte> im
 Result<void> write_all(SiiInterfaceAccess& access, std::span<const Change> changes, const SiiProgress& progress,
                        std::size_t& written) {
   for (const auto& change : changes) {
-    ++written;  // a word that fails may have been written all the same
+    ++written;  // a word whose write fails may have been written nevertheless
     if (auto done = write_and_check(access, change); !done) return done;
     if (progress && !progress(written, changes.size())) {
       return tl::unexpected(access.error(facts::Cancelled{}));

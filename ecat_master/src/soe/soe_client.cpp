@@ -12,7 +12,7 @@ namespace {
 using wire::SoeCommandState;
 using wire::SoeElement;
 
-/// What an operation datum may have beside its attribute.
+/// Elements that an operation datum may have in addition to its attribute.
 constexpr std::array kBesideAttribute = {SoeElement::kState, SoeElement::kName,  SoeElement::kUnit,   SoeElement::kMin,
                                          SoeElement::kMax,   SoeElement::kValue, SoeElement::kDefault};
 
@@ -59,7 +59,7 @@ Result<void> SoeClient::write(facts::SoeDatum at, SoeElement element, std::span<
   return {};
 }
 
-/// All of `elements`, taken apart.
+/// Reads and decodes all `elements`.
 Result<SoeParameter> SoeClient::read_apart(facts::SoeDatum at, wire::SoeElementSet elements,
                                            std::optional<wire::SoeAttribute> attribute) {
   const auto reading = read(at, elements);
@@ -130,7 +130,7 @@ Result<void> SoeClient::execute(facts::SoeDatum command, const SoeCommandSetting
   const auto started = write(command, SoeElement::kValue, wire::to_le_bytes(wire::kSoeCommandStart));
   if (!started) return started;
   const auto state = await_end(command, settings);
-  // Whatever has come of it: the drive keeps it until it is cancelled.
+  // Whatever the outcome: the drive keeps the command active until it is cancelled.
   const auto cancelled = write(command, SoeElement::kValue, wire::to_le_bytes(wire::kSoeCommandCancel));
   if (!state) return tl::unexpected(state.error());
   if (*state != SoeCommandState::kExecuted) {
@@ -139,7 +139,7 @@ Result<void> SoeClient::execute(facts::SoeDatum command, const SoeCommandSetting
   return cancelled;
 }
 
-/// Asks for the data state until the command is over.
+/// Polls the data state until the command has ended.
 Result<SoeCommandState> SoeClient::await_end(facts::SoeDatum command, const SoeCommandSettings& settings) {
   auto& exchange = engine_.bus().exchange();
   const auto deadline = exchange.now() + settings.limit;

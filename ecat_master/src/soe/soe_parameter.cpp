@@ -8,7 +8,7 @@ namespace {
 using wire::SoeElement;
 using wire::SoeListHeader;
 
-/// Reads elements one after the other; ok() until one of them was not there.
+/// Reads elements one after another; ok() turns false when an element is missing.
 class ElementReader {
  public:
   ElementReader(std::span<const std::byte> rest, std::optional<wire::SoeAttribute> attribute)
@@ -45,7 +45,7 @@ class ElementReader {
         break;
     }
   }
-  /// Everything was there, and nothing is left.
+  /// Whether all elements were present and no bytes are left.
   [[nodiscard]] bool ok() const noexcept { return ok_ && rest_.empty(); }
 
  private:

@@ -56,7 +56,7 @@ void SoeTransfer::abandon(const Error& error) {
 void SoeTransfer::begin(std::uint16_t position, MailboxRoom room) {
   position_ = position;
   outgoing_ = make_service(header(), std::span(data_).subspan(ahead_));
-  // Refused as too large, so that it is not sent.
+  // Make it too large for the mailbox, so that it is refused and not sent.
   if (failed()) outgoing_.resize(room.out + 1);
   if (!write_) data_.clear();
 }
@@ -74,7 +74,7 @@ MailboxDialogue::Reaction SoeTransfer::receive(std::span<const std::byte> servic
     return Reaction::kForeign;
   }
   const auto data = service.subspan(SoeHeader::kSize);
-  // The number of fragments stands where the IDN would be.
+  // The number of fragments is in the place of the IDN.
   const facts::SoeDatum about{header->drive, header->incomplete ? at_.idn : header->idn()};
   if (about != at_) return end(facts::SoeOther{at_, about});
   if (header->error) {
@@ -108,7 +108,7 @@ MailboxDialogue::Reaction SoeTransfer::receive_last(const SoeHeader& header, std
     result_ = SoeReading{};
     return Reaction::kDone;
   }
-  // Some slaves count the fragment that they send.
+  // Some slaves include the current fragment in the number.
   if (left_.value_or(1) > 2) return end(facts::SoeFragments{at_, static_cast<std::uint16_t>(*left_ - 1), 0});
   if ((header.elements.bits & ~elements_.bits) != 0 || !append(data)) return end(facts::MailboxMalformed{});
   result_ = SoeReading{header.elements, std::move(data_)};

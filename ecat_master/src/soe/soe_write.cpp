@@ -8,7 +8,7 @@ SoeFragment::SoeFragment(std::shared_ptr<SoeTransfer> write, std::vector<std::by
     : MailboxDialogue(wire::MailboxType::kSoe, priority), write_(std::move(write)), service_(std::move(service)) {}
 
 void SoeFragment::begin(std::uint16_t /*position*/, MailboxRoom room) {
-  // Refused as too large, so that it is not sent.
+  // Make it too large for the mailbox, so that it is refused and not sent.
   if (write_->failed()) service_.resize(room.out + 1);
 }
 
@@ -27,7 +27,7 @@ void SoeWriteBeginning::begin(std::uint16_t position, MailboxRoom room) {
   auto services = write_->split(position, room.out);
   alone_ = services.empty();
   if (alone_) {
-    // The whole write is one mail: this one is refused as too large, and not sent.
+    // The whole write fits into one message: make this one too large, so that it is refused and not sent.
     service_.resize(room.out + 1);
   } else {
     service_ = std::move(services.front());

@@ -7,11 +7,12 @@
 
 namespace driveline::ecat_master {
 
-/// Priority of what must follow the first fragment of a write: ahead of every other SoE dialogue of the slave, which
-/// have the lowest.
+/// Priority of the dialogues that must follow the first fragment of a write: ahead of all other SoE dialogues of the
+/// slave, which have the lowest priority.
 inline constexpr std::uint8_t kSoeFollowingPriority = 3;
 
-/// A fragment ahead of the end of a write, which takes the answer to all of them. Servers answer the last mail alone.
+/// A fragment of a write except the last. The write itself receives the answer to all fragments, because servers answer
+/// only the last message.
 class SoeFragment : public MailboxDialogue {
  public:
   SoeFragment(std::shared_ptr<SoeTransfer> write, std::vector<std::byte> service, std::uint8_t priority);
@@ -19,7 +20,7 @@ class SoeFragment : public MailboxDialogue {
   void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept final { return service_; }
   [[nodiscard]] bool awaits_answer() const noexcept final { return false; }
-  /// An answer ahead of its time is a refusal, or confirms a fragment.
+  /// An early answer is a refusal, or confirms a fragment.
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) final;
   void fail(const Error& error) override { write_->abandon(error); }
 
@@ -28,8 +29,8 @@ class SoeFragment : public MailboxDialogue {
   std::vector<std::byte> service_;
 };
 
-/// Begins a write: takes it apart once the room of the mailbox is known, and queues what follows before anything else
-/// of SoE can come in between.
+/// Starts a write: splits it once the room of the mailbox is known, and queues the following fragments before any other
+/// SoE dialogue can intervene.
 class SoeWriteBeginning final : public SoeFragment {
  public:
   /// `write` has kSoeFollowingPriority.
@@ -42,7 +43,7 @@ class SoeWriteBeginning final : public SoeFragment {
  private:
   MailboxEngine& engine_;
   bool begun_ = false;
-  bool alone_ = false;  ///< the write needs no fragments ahead
+  bool alone_ = false;  ///< the write fits into one message
 };
 
 }  // namespace driveline::ecat_master

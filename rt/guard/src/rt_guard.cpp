@@ -24,7 +24,7 @@ namespace {
 
 using driveline::rt::RtGuard;
 
-// In the program itself, so plain memory of the thread: touching them allocates nothing.
+// Thread-local variables of the executable itself are plain memory: the first access allocates nothing.
 constinit thread_local bool t_armed = false;
 constinit thread_local RtGuard::Counts t_counts{};
 
@@ -68,12 +68,12 @@ std::uint64_t RtGuard::Watch::total() const noexcept {
 
 extern "C" {
 
-/// Every count passes here: the place for a breakpoint.
+/// Every count passes through here, so a breakpoint here stops at each counted call.
 [[gnu::noinline]] void driveline_rt_guard_hit(std::uint64_t* counter) {
   ++*counter;
 }
 
-// The allocator of glibc under its second name.
+// The internal names of glibc's allocator.
 // NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming) the names are those of glibc
 void* __libc_malloc(std::size_t bytes);
 void* __libc_calloc(std::size_t count, std::size_t bytes);
@@ -91,7 +91,8 @@ void count(std::uint64_t& counter) {
   }
 }
 
-/// The function that ours hides, looked up on first use (which may be before any constructor has run).
+/// Returns the libc function that our replacement hides, looked up on first use (possibly before any constructor has
+/// run).
 template <typename Function>
 Function next(std::atomic<Function>& cached, const char* name) {
   Function function = cached.load(std::memory_order_relaxed);

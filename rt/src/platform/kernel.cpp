@@ -1,4 +1,4 @@
-// What the kernel as a whole contributes or withholds.
+// Checks of the kernel as a whole: preemption, throttling, cgroup budget, clock source, virtual machine.
 
 #include <algorithm>
 #include <array>
@@ -13,9 +13,9 @@ namespace driveline::rt::checks {
 
 namespace {
 
-/// What a kernel with PREEMPT_DYNAMIC does at present; empty if it does not say.
+/// Current preemption model of a kernel with PREEMPT_DYNAMIC; empty if it is unknown.
 std::string dynamic_model(const PlatformSource& source) {
-  // debugfs marks the model in use: "none voluntary (full) lazy".
+  // debugfs marks the active model: "none voluntary (full) lazy".
   const auto models = first_line(source.root + "/sys/kernel/debug/sched/preempt").value_or("");
   const auto open = models.find('(');
   const auto close = models.find(')');
@@ -27,18 +27,18 @@ std::string dynamic_model(const PlatformSource& source) {
 
 std::string preemption_model(const PlatformSource& source) {
   if (first_line(source.root + "/sys/kernel/realtime").value_or("0") == "1") return "PREEMPT_RT";
-  // The longer names first: each contains the shorter ones.
+  // Longer names first: each contains the shorter ones.
   for (const char* model : {"PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT"}) {
     if (source.uname_version.find(model) != std::string::npos) return model;
   }
   return "no preemption in the kernel";
 }
 
-/// The cgroup of this process that the controller `cpu` has (cgroup v1); nothing without that controller.
+/// The cgroup of this process under the controller `cpu` (cgroup v1); nullopt without that controller.
 std::optional<std::string> cpu_cgroup(const PlatformSource& source) {
   std::ifstream file{source.root + "/proc/self/cgroup"};
   for (std::string line; std::getline(file, line);) {
-    // hierarchy:controllers:path
+    // Format: hierarchy:controllers:path
     const auto first = line.find(':');
     const auto second = line.find(':', first + 1);
     if (first == std::string::npos || second == std::string::npos) continue;
@@ -100,7 +100,7 @@ RealtimeItem group_scheduling(const PlatformSource& source) {
 RealtimeItem clock_source(const PlatformSource& source) {
   const auto name = first_line(source.root + "/sys/devices/system/clocksource/clocksource0/current_clocksource");
   auto item = fine("clock source", "tsc", name.value_or("unknown"));
-  // The architectures' own counters, and that of the hypervisor, are read without leaving the program.
+  // Counters of the CPU architecture and of the hypervisor are read without a system call.
   constexpr std::array<std::string_view, 5> kFast = {"tsc", "arch_sys_counter", "kvm-clock",
                                                      "hyperv_clocksource_tsc_page", "timebase"};
   if (!name || std::find(kFast.begin(), kFast.end(), *name) != kFast.end()) return item;

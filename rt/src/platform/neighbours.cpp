@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The fields of /proc/PID/task/TID/stat (proc(5)) that are looked at.
+/// Fields of /proc/PID/task/TID/stat (proc(5)) that the check uses.
 struct ThreadStat {
-  std::string name;  ///< printable
+  std::string name;  ///< non-printable characters replaced by '?'
   unsigned long flags = 0;
   int priority = 0;
   int policy = SCHED_OTHER;
@@ -31,7 +31,7 @@ bool is_process_number(const std::string& text) {
 }
 
 ThreadStat read_stat(const fs::path& thread) {
-  // Fields after the name, counted as the manual does: the state is the third one.
+  // Field numbers as in the manual; the first field after the name is the state, number 3.
   constexpr int kFlags = 9;
   constexpr int kPriority = 40;
   constexpr int kPolicy = 41;
@@ -60,7 +60,7 @@ bool is_realtime_of_a_program(const ThreadStat& stat) {
   return (stat.policy == SCHED_FIFO || stat.policy == SCHED_RR) && (stat.flags & kKernelThread) == 0;
 }
 
-/// The CPUs that a thread may run on, as the kernel writes them.
+/// The CPUs that a thread may run on, in the kernel's notation.
 std::string allowed_cpus(const fs::path& thread) {
   constexpr std::string_view kKey = "Cpus_allowed_list:";
   std::ifstream status(thread / "status");

@@ -51,8 +51,8 @@ PlatformSource PlatformSource::this_machine() {
 }
 
 std::vector<RealtimeItem> inspect_platform(const PlatformSource& source, std::optional<int> cpu) {
-  // Among those that cost alike the first is the most important one: another thread on the CPU is mended sooner than
-  // the kernel.
+  // Order matters: among items of equal cost the first is the most important one. Another thread on the CPU is easier
+  // to remedy than the kernel.
   return {checks::group_scheduling(source), checks::neighbours(source, cpu), checks::preemption(source),
           checks::virtual_machine(source),  checks::isolation(source, cpu),  checks::management_interrupts(source, cpu),
           checks::idle_states(source, cpu), checks::governor(source, cpu),   checks::interrupts(source, cpu),

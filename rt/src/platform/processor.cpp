@@ -1,4 +1,5 @@
-// What the processor that the thread has contributes or withholds.
+// Checks of the CPU of the thread: isolation, tick, RCU callbacks, interrupts, governor, idle states, siblings, SMIs,
+// load.
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -25,7 +26,7 @@ std::string folder_of(const PlatformSource& source, Cpu cpu) {
   return source.root + "/sys/devices/system/cpu/cpu" + std::to_string(cpu.value_or(0));
 }
 
-/// "CPU 1", or what to say where no CPU was chosen.
+/// "CPU 1", or a phrase for the case that no CPU was chosen.
 std::string name_of(Cpu cpu) {
   return cpu ? "CPU " + std::to_string(*cpu) : "the CPU of the cycle";
 }
@@ -34,19 +35,19 @@ std::string number_of(Cpu cpu) {
   return cpu ? std::to_string(*cpu) : "N";
 }
 
-/// An interrupt of a device.
+/// A device interrupt.
 struct Interrupt {
   std::string number;
-  std::string name;  ///< of its action, the folder's name in /proc/irq/N
+  std::string name;  ///< name of its action: the name of the folder in /proc/irq/N
 };
 
-/// The interrupts of devices that the kernel delivers to `cpu`.
+/// The device interrupts that the kernel delivers to `cpu`.
 std::vector<Interrupt> interrupts_on(const PlatformSource& source, int cpu) {
   std::vector<Interrupt> list;
   std::error_code error;
   for (fs::directory_iterator irq(source.root + "/proc/irq", error), end; !error && irq != end; irq.increment(error)) {
     const auto folder = irq->path();
-    // Where it goes now; older kernels tell only where it may go.
+    // Effective affinity; older kernels report only the allowed one.
     auto where = first_line(folder / "effective_affinity_list");
     if (!where || where->empty()) where = first_line(folder / "smp_affinity_list");
     if (!where || !cpu_list_contains(*where, cpu)) continue;
@@ -85,7 +86,7 @@ RealtimeItem isolation(const PlatformSource& source, Cpu cpu) {
 
 RealtimeItem timer_tick(const PlatformSource& source, Cpu cpu) {
   const auto list = first_line(source.root + "/sys/devices/system/cpu/nohz_full");
-  const bool none = !list || list->find_first_of("0123456789") == std::string::npos;  // "(null)" stands for none
+  const bool none = !list || list->find_first_of("0123456789") == std::string::npos;  // "(null)" means none
   auto item = fine("timer tick", "stopped on " + name_of(cpu) + " (nohz_full)",
                    !list  ? "ticks on every CPU, the kernel has no NO_HZ_FULL"
                    : none ? "ticks on every CPU"
@@ -98,7 +99,7 @@ RealtimeItem timer_tick(const PlatformSource& source, Cpu cpu) {
 
 RealtimeItem rcu_callbacks(const PlatformSource& source, Cpu cpu) {
   auto list = boot_parameter(source, "rcu_nocbs");
-  // A CPU without tick has its callbacks taken away as well.
+  // A CPU without tick (nohz_full) has its callbacks offloaded as well.
   if (!list) list = boot_parameter(source, "nohz_full");
   auto item = fine("RCU callbacks", "not on " + name_of(cpu) + " (rcu_nocbs)",
                    list ? "moved away from CPUs " + *list : "on every CPU");
@@ -136,8 +137,8 @@ RealtimeItem governor(const PlatformSource& source, Cpu cpu) {
 }
 
 RealtimeItem idle_states(const PlatformSource& source, Cpu cpu) {
-  // What may pass while the cycle waits. Deeper ones are kept away by a request that a run makes itself (CPU wake-up
-  // time) where it may open the device.
+  // Longest exit latency accepted while the cycle waits. A run avoids deeper states by its own request (CPU wake-up
+  // time) if it may open the device.
   constexpr long kShallowUs = 10;
   auto item = fine("idle states", "none that takes more than " + std::to_string(kShallowUs) + " us to leave", "none");
   const std::string idle = folder_of(source, cpu) + "/cpuidle";
@@ -178,7 +179,7 @@ RealtimeItem siblings(const PlatformSource& source, Cpu cpu) {
 
 RealtimeItem management_interrupts(const PlatformSource& source, Cpu cpu) {
   auto item = fine("management interrupts", "none", "not counted by this processor");
-  // MSR_SMI_COUNT of Intel's processors (Intel SDM volume 4, table 2-2).
+  // MSR_SMI_COUNT of Intel processors (Intel SDM volume 4, table 2-2).
   constexpr off_t kSmiCount = 0x34;
   const std::string device = source.root + "/dev/cpu/" + std::to_string(cpu.value_or(0)) + "/msr";
   const int file = open(device.c_str(), O_RDONLY | O_CLOEXEC);
@@ -206,7 +207,7 @@ std::optional<CpuTimes> read_cpu_times(const PlatformSource& source, int cpu) {
     std::istringstream words{line};
     std::string name;
     if (!(words >> name) || name != key) continue;
-    // proc(5): user nice system idle iowait irq softirq steal
+    // Fields (proc(5)): user nice system idle iowait irq softirq steal
     std::array<std::uint64_t, 8> ticks{};
     for (auto& value : ticks) words >> value;
     return CpuTimes{ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6], ticks[3] + ticks[4], ticks[7]};

@@ -20,22 +20,22 @@ void HomingSequence::add(int direction, Until until, bool slow) noexcept {
   legs_[count_++] = {mirror_ * direction, until, slow};
 }
 
-/// Behind the edge that counts: the index pulse in the same direction, if the method has one.
+/// Adds the search for the index pulse after the edge, in the same direction, if the method uses it.
 void HomingSequence::finish_with(bool index) noexcept {
   if (!index) return;
   legs_[count_] = {legs_[count_ - 1].direction, Until::kIndex, true};
   ++count_;
 }
 
-/// Methods 1 and 17 (mirrored: 2, 18): onto the limit switch and off it again.
+/// Methods 1 and 17 (mirrored: 2, 18): moves onto the limit switch and off it again.
 void HomingSequence::plan_limit(bool on) noexcept {
   if (!on) add(-1, Until::kActive, false);
   add(1, Until::kInactive, true);
 }
 
-/// Methods 3, 4 and 19, 20 (mirrored: 5, 6, 21, 22): a switch that is active on all of the positive side.
+/// Methods 3, 4 and 19, 20 (mirrored: 5, 6, 21, 22): a switch that is active on the whole positive side of its edge.
 void HomingSequence::plan_half(int variant, bool on, bool index) noexcept {
-  if (variant == 0) {  // the inactive side of the edge
+  if (variant == 0) {  // home at the inactive side of the edge
     if (!on) add(1, Until::kActive, false);
     add(-1, Until::kInactive, true);
     return;
@@ -51,29 +51,29 @@ void HomingSequence::plan_half(int variant, bool on, bool index) noexcept {
   add(1, Until::kActive, true);
 }
 
-/// Methods 7-10 and 23-26 (mirrored: 11-14, 27-30): a cam, searched in positive direction first.
+/// Methods 7-10 and 23-26 (mirrored: 11-14, 27-30): searches a cam, in positive direction first.
 void HomingSequence::plan_cam(int variant, bool on, bool index) noexcept {
   switch (variant) {
-    case 0:  // beside the near edge
+    case 0:  // home beside the cam, at the near edge
       if (!on) add(1, Until::kActive, false);
       return add(-1, Until::kInactive, true);
-    case 1:  // on the cam, from the near edge
+    case 1:  // home on the cam, at the near edge
       if (on) {
         add(-1, Until::kInactive, false);
         return add(1, Until::kActive, true);
       }
       return plan_half(1, false, index);
-    case 2:  // on the cam, from the far edge
+    case 2:  // home on the cam, at the far edge
       if (!on) add(1, Until::kActive, false);
       add(1, Until::kInactive, false);
       return add(-1, Until::kActive, true);
-    default:  // beside the far edge
+    default:  // home beside the cam, at the far edge
       if (!on) add(1, Until::kActive, false);
       return add(1, Until::kInactive, true);
   }
 }
 
-/// The cam was not found on this side: it is searched from the other one.
+/// The cam was not found up to the limit switch: searches it in the other direction.
 void HomingSequence::turn_at_limit() noexcept {
   count_ = 0;
   current_ = 0;
@@ -155,7 +155,7 @@ bool HomingSequence::level(const HomingInputs& inputs) const noexcept {
   return inputs.home_switch;
 }
 
-/// A limit switch in the direction of the leg that is not the one looked for.
+/// Whether a limit switch blocks the direction of the leg, unless it is the searched switch.
 bool HomingSequence::blocked(const HomingInputs& inputs) const noexcept {
   const bool negative = inputs.negative_limit && switch_ != Switch::kNegativeLimit;
   const bool positive = inputs.positive_limit && switch_ != Switch::kPositiveLimit;

@@ -3,8 +3,8 @@
 namespace driveline::slaves {
 namespace {
 
-/// Braking of 605Ah, 605Dh and 605Eh: 0 disable, 1 slow down ramp, 2 quick stop ramp, 3 current limit, 4 voltage
-/// limit; 605Ah has the same again as 5..8.
+/// Returns the command for option codes 605Ah and 605Eh: 0 disable, 1 slow down ramp, 2 quick stop ramp, 3 current
+/// limit, 4 voltage limit; 605Ah also has 5..8 with the reactions of 1..4.
 MotionCommand braking(std::int16_t code) noexcept {
   switch (code) {
     case 1:
@@ -133,7 +133,7 @@ void PowerStateMachine::step(const Conditions& conditions, std::chrono::nanoseco
 
 void PowerStateMachine::fault(const OptionCodes& options, bool coast) noexcept {
   if (state_ == PowerState::kFault) return;
-  if (state_ == PowerState::kFaultReactionActive) {  // a second fault goes on with the first one's reaction
+  if (state_ == PowerState::kFaultReactionActive) {  // a second fault continues the reaction of the first
     if (coast) motion_ = MotionCommand::kOff;
     return;
   }

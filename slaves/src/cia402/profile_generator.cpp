@@ -6,8 +6,8 @@
 namespace driveline::slaves {
 namespace {
 
-constexpr double kSmallest = 1e-12;  ///< of limits: keeps the arithmetic finite whatever a caller passes
-constexpr int kBisections = 60;      ///< of the peak speed: to the resolution of a double
+constexpr double kSmallest = 1e-12;  ///< minimum of the limits: keeps the arithmetic finite for all inputs
+constexpr int kBisections = 60;      ///< bisections of the peak speed: to the resolution of a double
 
 double positive(double value) noexcept {
   return std::isfinite(value) ? std::max(value, kSmallest) : kSmallest;
@@ -18,7 +18,7 @@ double finite(double value) noexcept {
 
 }  // namespace
 
-/// Phases under construction with the state at their end.
+/// Planned phases, with the state at their end.
 struct ProfileGenerator::Plan {
   std::array<Phase, kMaxPhases> phases{};
   std::size_t count = 0;
@@ -35,7 +35,8 @@ struct ProfileGenerator::Plan {
   }
   void cruise(double duration_s) noexcept { add(duration_s, 0.0, 0.0); }
 
-  /// To speed `v` without acceleration at the end, not passing standstill unless the present acceleration forces it.
+  /// Changes the speed to `v` with zero final acceleration. Passes standstill only if the initial acceleration forces
+  /// it.
   void change_speed(double v, double limit, double jerk_time_s) noexcept {
     if (!(jerk_time_s > 0.0)) {
       const double change = v - end.velocity;
@@ -75,7 +76,7 @@ struct ProfileGenerator::Plan {
     change_speed(v, faster ? limits.acceleration : limits.deceleration, limits.jerk_time_s);
   }
 
-  /// From `start` over speed `peak`, kept up for `cruise_s`, to standstill.
+  /// Plans a movement from `start` to standstill via speed `peak`, which is held for `cruise_s`.
   static Plan over(const ProfileState& start, double peak, double cruise_s, const ProfileLimits& limits) noexcept {
     Plan plan;
     plan.end = start;
@@ -106,7 +107,7 @@ void ProfileGenerator::follow(const Plan& plan, const ProfileState& target, bool
   if (count_ == 0) arrive();
 }
 
-/// The end of a movement, without what the arithmetic on the way has left over.
+/// Ends a movement on its target state, without the rounding errors of its phases.
 void ProfileGenerator::arrive() noexcept {
   base_.velocity = target_.velocity;
   base_.acceleration = 0.0;
@@ -118,11 +119,12 @@ void ProfileGenerator::reset(const ProfileState& state) noexcept {
   state_ = {finite(state.position), finite(state.velocity), finite(state.acceleration)};
   Plan plan;
   follow(plan, {state_.position, state_.velocity, 0.0}, false);
-  state_.acceleration = finite(state.acceleration);  // for a movement that begins here; without one it ends at once
+  // For a movement that starts before the next step(); without one, step() sets it to 0.
+  state_.acceleration = finite(state.acceleration);
 }
 
-/// The way of a movement grows with its peak speed, in either direction: the peak speed that just covers the distance
-/// is found by bisection. What the arithmetic leaves over is made up for by a moment at that speed.
+/// The distance of a movement increases with its signed peak speed, so bisection finds the peak speed that just covers
+/// the distance. A short cruise at that speed compensates the remaining rounding error.
 void ProfileGenerator::move_to(double position, const ProfileLimits& wanted) noexcept {
   const ProfileLimits limits = sanitized(wanted);
   const double target = finite(position);

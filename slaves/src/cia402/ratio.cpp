@@ -61,10 +61,10 @@ PositionRange::PositionRange(std::int32_t minimum, std::int32_t maximum) noexcep
   size_ = std::int64_t{maximum} - minimum + 1;
 }
 
-/// From one position to the other in positive direction, less than the whole range.
+/// Returns the distance between two positions in positive direction, less than the range.
 std::int64_t PositionRange::positive_way(std::int64_t from, std::int64_t to) const noexcept {
   const std::int64_t way = to - from;
-  if (way >= 0 && way < size_) return way;  // nearly always: saves the division
+  if (way >= 0 && way < size_) return way;  // usual case: saves the division
   const std::int64_t rest = way % size_;
   return rest < 0 ? rest + size_ : rest;
 }

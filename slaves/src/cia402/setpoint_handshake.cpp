@@ -34,7 +34,7 @@ std::optional<SetpointHandshake::Setpoint> SetpointHandshake::step(std::uint16_t
       acknowledged_ = true;
     }
   }
-  // Cleared when the master has cleared its bit and there is room for the next setpoint.
+  // Cleared when the master has cleared its bit and the next setpoint can be accepted.
   if (!bit && !waiting_) acknowledged_ = false;
   return begins;
 }

@@ -38,7 +38,7 @@ void AlStateMachine::handle_events(Nanoseconds now) noexcept {
 }
 
 void AlStateMachine::follow_control(wire::AlControl control) noexcept {
-  // Without an application the controller copies AL control as it is, bit 4 included (ESC data sheet I, device
+  // Without an application the controller copies AL control unchanged, including bit 4 (ESC data sheet I, device
   // emulation). Sync managers are never locked.
   state_ = control.state;
   esc_.set_al_status({control.state, control.acknowledge, control.request_id}, 0);
@@ -101,7 +101,7 @@ bool AlStateMachine::ready_for_op() const noexcept {
 
 void AlStateMachine::give_up_waiting() noexcept {
   pending_.reset();
-  // Without SYNC0 it cannot be checked whether outputs come in time.
+  // Without SYNC0, the timing of the outputs cannot be checked.
   if (const auto obstacle = synchronisation_.obstacle(); obstacle != AlStatusCode::kNoError) return report(obstacle);
   report(esc_.watchdog().expired() ? AlStatusCode::kSyncManagerWatchdog : AlStatusCode::kNoValidOutputs);
 }

@@ -13,10 +13,10 @@ bool overlaps(std::size_t address, std::size_t length, std::size_t begin, std::s
   return address < begin + size && begin < address + length;
 }
 
-/// Bits of the cyclic unit control 0x0980: these belong to the PDI.
+/// Bits of the cyclic unit control 0x0980: units that the PDI controls.
 constexpr std::uint8_t kSyncOfPdi = 0x01;
 constexpr std::uint8_t kLatch0OfPdi = 0x10;
-/// Upper halves of 64-bit times; 32-bit clocks do not have them.
+/// Upper halves of 64-bit times, which 32-bit clocks do not have.
 constexpr std::array kUpperHalves = {
     reg::kSystemTime.address + 4U,         reg::kReceiveTimeProcessingUnit.address + 4U,
     reg::kSystemTimeOffset.address + 4U,   reg::kStartTimeCyclic.address + 4U,
@@ -58,7 +58,7 @@ DistributedClock::Nanoseconds DistributedClock::local_time(Nanoseconds now) cons
 }
 
 std::uint64_t DistributedClock::system_count(Nanoseconds now) const noexcept {
-  // The offset is a 64-bit number that may wrap around on purpose (negative offsets).
+  // The offset is a 64-bit number that may wrap around intentionally (negative offsets).
   return loop_.local(oscillator_.count(now)) + memory_.get(reg::kSystemTimeOffset);
 }
 
@@ -78,7 +78,7 @@ DistributedClock::Nanoseconds DistributedClock::stamped(Nanoseconds now) noexcep
 void DistributedClock::refresh(Side side, std::size_t address, std::size_t length, Nanoseconds now) noexcept {
   if (!present_) return;
   if (overlaps(address, length, reg::kSystemTime.address, 8)) {
-    // ECAT sees the time at which the frame passed the reference clock (ESC data sheet I, clocks of the DC registers).
+    // ECAT reads the time when the frame passed the reference clock (ESC data sheet I, clocks of the DC registers).
     const auto time =
         side == Side::kEcat ? system_count(stamped(now)) - memory_.get(reg::kSystemTimeDelay) : system_count(now);
     memory_.set(reg::kSystemTime, cut(time));
@@ -138,7 +138,7 @@ bool DistributedClock::write_registers(Side side, std::size_t address, std::span
   if (!present_ || data.empty()) return false;
   bool any = false;
   const auto touches = [&](const auto& r) { return overlaps(address, data.size(), r.address, sizeof(r.reset)); };
-  // Receive times are not written: the write requests to latch them. The system time is compared, not stored.
+  // Writes to the receive times only request to latch them. The system time is compared, not stored.
   if (side == Side::kEcat && address <= reg::kReceiveTimePort.address) {
     latch_requested_ = true;
     any = true;
@@ -166,7 +166,7 @@ void DistributedClock::extend_start_time(std::size_t address, std::size_t length
   const auto activation = memory_.get(reg::kDcActivation);
   const bool upper = overlaps(address, length, reg::kStartTimeCyclic.address + 4U, 4);
   if (wide_ && !upper && (activation & dc_activation::kExtendStartTime) != 0) {
-    // The next time at which the lower half is this.
+    // The next time with this lower half.
     const auto time = system_count(now);
     const auto lower = memory_.get(reg::kStartTimeCyclic) & 0xFFFFFFFFU;
     memory_.set(reg::kStartTimeCyclic, time + ((lower - time) & 0xFFFFFFFFU));
@@ -178,7 +178,7 @@ void DistributedClock::extend_start_time(std::size_t address, std::size_t length
 
 void DistributedClock::compare(std::uint32_t received, Nanoseconds now) noexcept {
   const auto count = oscillator_.count(stamped(now));
-  // Only the low half is compared: differences beyond 2 s are not followed in hardware either.
+  // Only the lower half is compared: the hardware does not follow differences beyond 2 s either.
   const auto own = static_cast<std::uint32_t>(loop_.local(count) + memory_.get(reg::kSystemTimeOffset));
   const auto difference = static_cast<std::int32_t>(own - (received + memory_.get(reg::kSystemTimeDelay)));
   loop_.follow(difference, oscillator_.count(now),
@@ -187,14 +187,14 @@ void DistributedClock::compare(std::uint32_t received, Nanoseconds now) noexcept
 
   const int depth = memory_.get(reg::kSystemTimeFilterDepth);
   mean_difference_ns_ += std::ldexp(static_cast<double>(difference) - mean_difference_ns_, -depth);
-  // Sign and magnitude: bit 31 is set when the local copy is smaller than the received time.
+  // Sign and magnitude: bit 31 is set when the local copy is less than the received time.
   const auto magnitude = static_cast<std::uint32_t>(std::lround(std::min(std::abs(mean_difference_ns_), 2147483647.0)));
   memory_.set(reg::kSystemTimeDifference, magnitude | (mean_difference_ns_ < 0.0 ? 0x80000000U : 0U));
   plan_sync();
 }
 
 void DistributedClock::restart_filter(Nanoseconds now) noexcept {
-  // ESC data sheet II, 0x0930: resets system time difference and speed counter difference.
+  // ESC data sheet II, 0x0930: a write resets system time difference and speed counter difference.
   mean_difference_ns_ = 0.0;
   loop_.restart(oscillator_.count(now));
   memory_.set(reg::kSystemTimeDifference, 0);
@@ -226,7 +226,7 @@ std::optional<DistributedClock::Pulse> DistributedClock::take_pulse() noexcept {
     ++sync0_count_;
   }
   events_.set_al(sync0 ? al_event::kSync0 : al_event::kSync1, true);
-  // With a pulse length of 0 the signal stays until it is acknowledged.
+  // With a pulse length of 0 the signal stays active until it is acknowledged.
   if (memory_.get(reg::kSyncPulseLength) == 0) memory_.set(sync0 ? reg::kSync0Status : reg::kSync1Status, 1);
   plan_sync();
   return Pulse{*signal, time};

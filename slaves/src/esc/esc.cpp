@@ -88,7 +88,7 @@ void Esc::count_damaged_frame(unsigned port, bool forwarded) noexcept {
     memory_.set(reg::kForwardedErrorCounter, static_cast<std::uint8_t>(std::min(count + 1, 0xFF)), port);
     return;
   }
-  // The invalid frame counter is the low byte; the RX errors of the physical layer are the other one.
+  // The invalid frame counter is the low byte; the RX errors of the physical layer are in the high byte.
   const unsigned count = memory_.get(reg::kRxErrorCounter, port);
   const unsigned invalid = std::min((count & 0xFFU) + 1U, 0xFFU);
   memory_.set(reg::kRxErrorCounter, static_cast<std::uint16_t>((count & 0xFF00U) | invalid), port);
@@ -122,7 +122,7 @@ void Esc::set_port(unsigned number, const wire::DlStatus::Port& state) noexcept 
 
 void Esc::on_time(Nanoseconds now) noexcept {
   if (watchdog_.expiry() <= now) {
-    // The edge counts, and only in OP (ESC data sheet I, ERR LED).
+    // Only an expiry in OP sets the ERR LED (ESC data sheet I, ERR LED).
     if (al_status().state == wire::AlState::kOp) memory_.set(reg::kErrLedOverride, led::kDoubleFlash);
     watchdog_.expire();
   }

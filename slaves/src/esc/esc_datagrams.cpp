@@ -1,4 +1,4 @@
-// The datagram commands (ETG.1000.4 5.4): addressing, transfer of data, working counter.
+// Datagram commands (ETG.1000.4 5.4): addressing, data transfer, working counter.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -13,13 +13,13 @@ using wire::Command;
 
 namespace {
 
-/// Working counter increments of a successful read and write (ETG.1000.4 5.4.1.2); a command that only writes counts
-/// one, the write half of a read-write command counts two.
+/// Working counter increments of a successful read and write (ETG.1000.4 5.4.1.2); a write-only command adds one, the
+/// write half of a read-write command adds two.
 constexpr std::uint16_t kRead = 1;
 constexpr std::uint16_t kWrite = 1;
 constexpr std::uint16_t kWriteOfReadWrite = 2;
 
-/// Longest data a datagram can have.
+/// Maximum data length of a datagram.
 constexpr std::size_t kMaxData = wire::DatagramHeader::kMaxLength;
 
 void count(Datagram& datagram, bool success, std::uint16_t increment) noexcept {
@@ -125,8 +125,9 @@ void Esc::process_logical(Datagram& datagram, Nanoseconds now) noexcept {
   const auto logical = datagram.logical_address();
   std::span<const std::byte> outputs = datagram.data;
   std::array<std::byte, kMaxData> incoming;
-  // A write takes the data of the frame; a read returns the memory before the write. Writing first is the same as long
-  // as no physical bit is mapped both ways; else the frame's data is put aside and reading comes first.
+  // A write stores the frame's data; a read returns the memory before the write. Writing first gives the same result
+  // unless a physical bit is mapped in both directions; in that case the frame's data are saved and reading comes
+  // first.
   const bool read_first = reads && writes && fmmus_.exchanges() && outputs.size() <= incoming.size();
   if (read_first) {
     std::copy(outputs.begin(), outputs.end(), incoming.begin());
@@ -149,7 +150,7 @@ void Esc::process_logical(Datagram& datagram, Nanoseconds now) noexcept {
 
 namespace {
 
-/// The part of a mapping that lies in the data of a logical datagram.
+/// The part of a mapping in the data of a logical datagram.
 struct Overlap {
   std::size_t data_bit;
   std::size_t physical_bit;
@@ -175,7 +176,7 @@ bool Esc::read_logical(const LogicalMapping& mapping, std::uint32_t logical, std
   std::array<std::byte, kMaxData + 1> physical;
   const std::size_t shift = part.physical_bit % 8;
   const auto bytes = std::span(physical).first(std::min((shift + part.bits + 7) / 8, physical.size()));
-  // Bytes that cannot be read must not change the data: start from the present content.
+  // Bytes that cannot be read must not change the data: start with the current content.
   copy_bits(data, part.data_bit, bytes, shift, part.bits);
   if (!ecat_read(address, bytes, now)) return false;
   copy_bits(bytes, shift, data, part.data_bit, part.bits);

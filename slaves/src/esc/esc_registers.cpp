@@ -11,7 +11,7 @@ namespace reg = wire::reg;
 
 namespace {
 
-/// Register blocks with a meaning of their own, ascending. A write is cut at their borders.
+/// Register blocks with side effects, ascending. A write is split at their boundaries.
 enum class Block : std::uint8_t {
   kPlain,
   kStationAddress,
@@ -37,7 +37,7 @@ struct BlockRange {
   Block block;
 };
 
-/// From the first byte of one register to the last byte of another.
+/// Returns the range from the first byte of register `first` to the last byte of register `last`.
 template <typename First, typename Last>
 constexpr BlockRange range(Block block, const First& first, const Last& last) noexcept {
   return {first.address, wire::register_row(last).end(), block};
@@ -63,7 +63,7 @@ constexpr std::array kBlocks = {
 
 constexpr std::size_t kClockEnd = wire::register_row(reg::kPdiBufferChangeTime).end();
 
-/// The block of the first byte and how many of `length` bytes belong to it.
+/// Block of the first byte, and how many of the remaining bytes belong to it.
 struct Part {
   Block block;
   std::size_t length;
@@ -129,8 +129,8 @@ bool Esc::read_registers(std::size_t address, std::span<std::byte> out, Nanoseco
 }
 
 bool Esc::write_allowed(std::size_t address) const noexcept {
-  // The enable registers open the protection for the rest of the frame that wrote them. Register protection ends in
-  // front of the user RAM (ESC data sheet I, write protection).
+  // A write to the enable registers lifts the protection for the rest of the frame. Register protection does not
+  // include the user RAM (ESC data sheet I, write protection).
   if ((memory_.get(reg::kEscWriteProtection) & 1U) != 0 && esc_write_enabled_in_ != frame_serial_) return false;
   return address >= reg::kUserRam.address || (memory_.get(reg::kRegisterWriteProtection) & 1U) == 0 ||
          register_write_enabled_in_ == frame_serial_;
@@ -221,7 +221,7 @@ bool Esc::write_dl_control(std::size_t address, std::span<const std::byte> data,
   if (!write_plain(address, data, kEcatAccess)) return false;
   if (reaches_into(address, data.size(), kLoops, kLoops + 1)) {
     const bool temporary = (memory_.get(reg::kDlControl) & kTemporary) != 0;
-    // After temporary settings the last permanent one is restored.
+    // After temporary settings, restore the last permanent one.
     if (temporary && loops_revert_at_ == WatchdogUnit::kNever) loops_before_ = before;
     loops_revert_at_ = temporary ? now + kTemporaryTime : WatchdogUnit::kNever;
   }
@@ -251,7 +251,7 @@ bool Esc::write_protection(std::size_t address, std::span<const std::byte> data)
 }
 
 bool Esc::write_al_control(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept {
-  // A mailbox of one entry: locked until the application has read it (ESC data sheet II, 0x0120).
+  // Behaves like a mailbox: locked until the application has read it (ESC data sheet II, 0x0120).
   if (!device_emulation() && events_.al_pending(al_event::kAlControl)) return false;
   write_plain(address, data, kEcatAccess);
   al_control_time_ = now;

@@ -8,7 +8,7 @@ namespace driveline::slaves {
 namespace {
 
 constexpr std::size_t kFmmuBase = wire::reg::kFmmu.address;
-/// Bits of an entity that exist; bytes 13-15 are reserved (ETG.1000.4 Table 56).
+/// Existing bits of an FMMU's registers; bytes 13-15 are reserved (ETG.1000.4 Table 56).
 constexpr std::array<std::uint8_t, 13> kBits = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x07,
                                                 0x07, 0xFF, 0xFF, 0x07, 0x03, 0x01};
 bool share_physical_bits(const LogicalMapping& a, const LogicalMapping& b) noexcept {
@@ -19,7 +19,7 @@ bool share_physical_bits(const LogicalMapping& a, const LogicalMapping& b) noexc
 }  // namespace
 
 FmmuUnit::FmmuUnit(EscMemory& memory, unsigned count) : memory_(memory), count_(std::min(count, kMaxCount)) {
-  // Each of n FMMUs can leave at most n stretches beside those of lower number.
+  // Each of n FMMUs adds at most n ranges beside those of lower numbers.
   reads_.reserve(std::size_t{count_} * count_);
   writes_.reserve(std::size_t{count_} * count_);
 }
@@ -66,7 +66,7 @@ void FmmuUnit::rebuild() noexcept {
 }
 
 void FmmuUnit::add(std::vector<LogicalMapping>& mappings, LogicalMapping mapping) noexcept {
-  // Walks the stretches that are there in ascending order and inserts what lies between them.
+  // Iterates over the existing ranges in ascending order and inserts the gaps between them.
   std::size_t i = 0;
   while (mapping.begin_bit < mapping.end_bit) {
     while (i < mappings.size() && mappings[i].end_bit <= mapping.begin_bit) ++i;

@@ -6,7 +6,7 @@ namespace reg = wire::reg;
 
 namespace {
 
-/// Registers and bits of one edge of one input.
+/// Registers and bits of an edge of an input.
 struct Edge {
   unsigned input;
   std::uint8_t bit;  ///< in control (single event) and status (event)
@@ -38,7 +38,7 @@ void LatchUnit::set_input(unsigned input, bool high, std::uint64_t time) noexcep
   const bool single = (memory_.get(control(input)) & edge.bit) != 0;
   if (!single || (flags & edge.bit) == 0) {
     memory_.set(edge.time, time);
-    // The status tells events of the single event mode only.
+    // The status shows events of the single event mode only.
     if (single) flags |= edge.bit;
     events_.set_ecat(ecat_event::kDcLatch, true);
     events_.set_al(al_event::kDcLatch, true);

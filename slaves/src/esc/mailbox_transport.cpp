@@ -13,7 +13,7 @@ using Use = SyncManagerLayout::Use;
 
 namespace {
 
-/// A mailbox with two bytes of service, of type 9, which no protocol has; without counter.
+/// A mailbox message with two bytes of service data, of type 9, which no protocol uses; without counter.
 constexpr std::array<std::byte, 8> kForeignMail{std::byte{2}, {}, {}, {}, {}, std::byte{9}, {}, {}};
 
 }  // namespace
@@ -61,7 +61,7 @@ void MailboxTransport::run(std::chrono::nanoseconds now) {
   if (fault_ != Fault::kSilent && send_next(now) && fault_ != Fault::kBusy) accept_request();
 }
 
-/// A mail for which the device has no room stays where it is.
+/// A message that the device does not accept stays in the sync manager.
 void MailboxTransport::accept_request() {
   const auto waiting = esc_.sync_managers().waiting_mail(out_);
   if (!waiting.empty() && !device_.takes_mailbox(waiting)) return;
@@ -72,7 +72,7 @@ void MailboxTransport::accept_request() {
 void MailboxTransport::repeat_last() {
   auto& unit = esc_.sync_managers();
   if (unit.full(in_)) {
-    // A newer mail has taken the place of the one the master has missed: it goes back and is sent next.
+    // A newer message has replaced the missed message: take it back and send it next.
     if (!previous_.empty()) {
       waiting_ = last_;
       last_ = previous_;
@@ -87,7 +87,7 @@ void MailboxTransport::repeat_last() {
   unit.acknowledge_repeat(in_);
 }
 
-/// True when a mail has left the device.
+/// Returns true when the device has sent a message.
 bool MailboxTransport::send_next(std::chrono::nanoseconds now) {
   auto& unit = esc_.sync_managers();
   if (!unit.operational(in_) || unit.full(in_)) return false;
@@ -108,7 +108,7 @@ bool MailboxTransport::send_next(std::chrono::nanoseconds now) {
   return true;
 }
 
-/// The next mail of the device, as the fault leaves it. False: there is none.
+/// Fetches the next message of the device and applies the fault. Returns false when there is none.
 bool MailboxTransport::fetch(std::chrono::nanoseconds now) {
   const std::size_t length = esc_.sync_managers().channel(in_).length;
   scratch_.resize(length);
@@ -126,7 +126,7 @@ bool MailboxTransport::fetch(std::chrono::nanoseconds now) {
   return true;
 }
 
-/// Writes another length into the header.
+/// Sets the length in the header according to the fault.
 void MailboxTransport::spoil() noexcept {
   if (scratch_.size() < wire::MailboxHeader::kSize) return;
   const auto length = std::span(scratch_).first<2>();

@@ -9,20 +9,20 @@ namespace driveline::slaves {
 
 namespace {
 
-/// Triangle wave of period 1 and amplitude 1 that rises through zero at zero.
+/// Triangle wave of period 1 and amplitude 1, rising through zero at phase 0.
 double triangle(double phase) noexcept {
   const double p = phase - std::floor(phase);
   return p < 0.25 ? 4.0 * p : p < 0.75 ? 2.0 - 4.0 * p : 4.0 * p - 4.0;
 }
 
-/// Its integral from zero; periodic as well.
+/// Integral of triangle() from phase 0; also periodic.
 double triangle_integral(double phase) noexcept {
   const double p = phase - std::floor(phase);
   if (p < 0.25) return 2.0 * p * p;
   return p < 0.75 ? 2.0 * p - 2.0 * p * p - 0.25 : 2.0 * (1.0 - p) * (1.0 - p);
 }
 
-/// Each round on the way to an inverse leaves the rate's error as share of its own: of kReach nothing.
+/// Iterations of the inversion: each multiplies the error by the relative rate error, which is enough for kReach.
 constexpr int kTimeOfRounds = 8;
 
 }  // namespace
@@ -43,7 +43,7 @@ double Oscillator::wander_ns(double elapsed) const noexcept {
 }
 
 std::int64_t Oscillator::elapsed_count(std::int64_t elapsed) const noexcept {
-  // The error apart from the time itself: a double alone would lose nanoseconds after some weeks.
+  // The error is computed separately from the time: a single double would lose nanoseconds after some weeks.
   const auto e = static_cast<double>(elapsed);
   return elapsed + static_cast<std::int64_t>(std::floor(e * drift_ + wander_ns(e)));
 }

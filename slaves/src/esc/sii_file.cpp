@@ -18,7 +18,7 @@ std::error_code last_error() {
   return {errno, std::generic_category()};
 }
 
-/// A file descriptor that closes itself.
+/// A file descriptor that is closed on destruction.
 class Descriptor {
  public:
   explicit Descriptor(int number) noexcept : number_(number) {}

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kAliasWord = 4;
 constexpr std::size_t kChecksumWord = 7;
-/// This word instead of a checksum disables the check (ESC data sheet I, SII EEPROM).
+/// This value as the checksum disables the check (ESC data sheet I, SII EEPROM).
 constexpr std::uint16_t kCheckDisabled = 0x88A4;
 constexpr std::uint16_t kErrors = sii::kErrorNotLoaded | sii::kErrorAcknowledge | sii::kErrorWriteEnable;
 /// EEPROMs above 16 kbit have two address bytes.
@@ -52,7 +52,7 @@ void SiiInterface::load_configuration(bool power_on) noexcept {
   memory_.set(reg::kSyncLatchConfiguration, static_cast<std::uint8_t>(word(1) >> 8));
   memory_.set(reg::kSyncPulseLength, word(2));
   memory_.set(reg::kPdiConfigurationExtended, word(3));
-  // The alias is taken over at power-on only (ESC data sheet II, 0x0012).
+  // The alias is loaded at power-on only (ESC data sheet II, 0x0012).
   if (power_on) memory_.set(reg::kStationAlias, word(kAliasWord));
 }
 
@@ -70,7 +70,7 @@ bool SiiInterface::write_ownership(Side side, std::size_t address, std::byte val
     return true;
   }
   if (address == reg::kSiiPdiAccess.address && side == Side::kPdi) {
-    // The PDI may take the EEPROM only while it is offered and ECAT does not force its access.
+    // The PDI may take over the EEPROM only while ECAT offers it and does not force its own access.
     if (memory_.get(reg::kSiiConfiguration) == sii::kConfigPdiOwns || (raw & 1U) == 0) {
       memory_.set(reg::kSiiPdiAccess, static_cast<std::uint8_t>(raw & 1U));
     }
@@ -102,7 +102,7 @@ bool SiiInterface::write_registers(Side side, std::size_t address, std::span<con
       memory_.at(target, 1)[0] = data[i];
     }
   }
-  // The command bits are in the second byte; a write of the first one alone (write enable) has no command to enable.
+  // The command bits are in the second byte; a write of the first byte only (write enable) starts no command.
   if (commanded) start(control, now);
   return any;
 }

@@ -9,9 +9,9 @@ using Use = SyncManagerLayout::Use;
 
 namespace {
 
-/// Older steps are skipped instead of being run one by one (the program was stopped, the clock was set).
+/// Older steps are skipped (the program was stopped, or the clock was set).
 constexpr std::chrono::nanoseconds kMaxCatchUp = std::chrono::seconds{10};
-/// Limit of SYNC0 pulses to catch up on.
+/// Maximum number of SYNC0 pulses to catch up.
 constexpr std::int64_t kMaxPulses = 100'000;
 constexpr std::chrono::nanoseconds kDefaultPeriod = std::chrono::milliseconds{1};
 
@@ -104,7 +104,7 @@ void Slave::run_application(Nanoseconds now) {
 
 Slave::Nanoseconds Slave::next_event() const noexcept {
   const auto controller = std::min(esc_.due(), esc_.clock().sync_due());
-  // Without the process data interface the device still runs, but invisibly to the bus.
+  // Without the process data interface the device still runs, but is invisible to the bus.
   if (!esc_.pdi_operational()) return std::min(controller, next_step_);
   if (stalled_until_) return std::min(controller, *stalled_until_);
   return std::min({next_step_, al_.due(), controller});
@@ -141,7 +141,7 @@ void Slave::sync_pulse(Nanoseconds time) {
   if (!exchange) return;
   publish_inputs(time);
   al_.on_step(time);
-  // SYNC0 is the step from now on; the device's own one comes only where SYNC0 leaves room for it.
+  // From now on SYNC0 defines the step; the device's own step occurs only if no SYNC0 comes for 1.5 periods.
   sync_driven_ = true;
   next_step_ = time + period_ + period_ / 2;
 }
@@ -157,7 +157,7 @@ void Slave::wake_up(Nanoseconds time) noexcept {
   al_.handle_events(time);
 }
 
-/// No process data are exchanged: one step up to the next event.
+/// Runs one step up to the next event, without exchange of process data.
 void Slave::step_alone(Nanoseconds time, Nanoseconds now) {
   const auto until = std::max(time, std::min({now, al_.due(), esc_.due(), esc_.clock().sync_due()}));
   device_->advance(until);

@@ -32,7 +32,7 @@ bool mailbox_fits(const Esc& esc, const wire::SyncManagerChannel& channel, const
          std::size_t{channel.start_address} + channel.length <= esc.memory().size();
 }
 
-/// RAM a channel occupies: all three buffers of a buffered one.
+/// RAM that a channel occupies: all three buffers in three-buffer mode.
 struct Area {
   std::size_t begin;
   std::size_t end;

@@ -17,7 +17,7 @@ constexpr std::size_t kActivateOffset = 6;
 constexpr std::size_t kPdiControlOffset = 7;
 /// Bit 7 of the control byte is reserved.
 constexpr std::byte kControlMask{0x7F};
-/// Enable, repeat request, latch event bits; the others are reserved.
+/// Enable, repeat request and latch event bits; the others are reserved.
 constexpr std::byte kActivateMask{0xC3};
 
 void copy(std::span<const std::byte> from, std::span<std::byte> to) noexcept {
@@ -132,7 +132,7 @@ void SyncManagerUnit::close_write(Channel& c) noexcept {
   c.interrupt_write = true;
   ++c.writes;
   if (c.mailbox()) return;
-  // The next buffer to write is the one that is neither the newest nor in the reader's hands.
+  // The next buffer to write is neither the newest nor the one being read.
   c.newest = c.writing;
   c.writing = 0;
   while (c.writing == c.newest || (c.read_open && c.writing == c.reading)) ++c.writing;

@@ -11,21 +11,21 @@ namespace reg = wire::reg;
 
 namespace {
 
-/// A pulse is even when it comes this share of the cycle around its time; the time control loop alone moves it by less
-/// than a tenth of that.
+/// A pulse is regular if it deviates from its time by at most 1/64 of the cycle; the time control loop alone causes
+/// less than a tenth of that.
 constexpr int kEvenShare = 64;
-/// How the sync error counter counts (ETG.1020, 10F1h).
+/// Increment of the sync error counter (ETG.1020, 10F1h).
 constexpr unsigned kMissingStep = 3;
 
-/// The SYNC signals as the master has activated them.
+/// SYNC signals activated by the master.
 struct Activated {
   bool sync0 = false;
   bool sync1 = false;
-  bool contradictory = false;  ///< SYNC1 without SYNC0, the unit without a signal
+  bool contradictory = false;  ///< SYNC1 without SYNC0, or the unit without a signal
   std::chrono::nanoseconds cycle0{0};
   std::chrono::nanoseconds cycle1{0};
 
-  /// SYNC1 comes less often than SYNC0: it is the one that process data follow.
+  /// Whether SYNC1 occurs less often than SYNC0, so that process data follow SYNC1.
   [[nodiscard]] bool subordinated() const noexcept { return sync1 && cycle0.count() > 0 && cycle1 >= cycle0; }
   [[nodiscard]] std::chrono::nanoseconds data_cycle() const noexcept {
     return subordinated() ? (cycle1 / cycle0 + 1) * cycle0 : cycle0;
@@ -108,7 +108,7 @@ void SyncSupervision::start(const SyncDemand& demand) noexcept {
   } else {
     mode_ = Mode::kNone;
   }
-  // The findings about pulses that continue unchanged stay valid.
+  // The state of pulses that continue unchanged remains valid.
   if (mode_ != Mode::kSync || !was_sync || old_cycle != cycle_) {
     even_pulses_ = 0;
     pulse_seen_ = false;
@@ -154,7 +154,7 @@ void SyncSupervision::pulse(SyncSignal signal, Nanoseconds time, std::uint32_t o
     }
   }
   if (!in_op_ || signal != data_signal_) return;
-  // When a pulse is handled late, newer outputs may already be there, which belong to the next pulse.
+  // When a pulse is handled late, newer outputs may already have arrived, which belong to the next pulse.
   const std::uint32_t early = written > time && outputs != outputs_ ? 1 : 0;
   const bool came = outputs - early != outputs_;
   outputs_ = outputs - early;

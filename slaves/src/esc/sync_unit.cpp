@@ -12,13 +12,13 @@ namespace {
 constexpr std::uint8_t kSync0Pending = 0x01;
 constexpr std::uint8_t kSync1Pending = 0x02;
 constexpr std::uint8_t kImplausibleStart = 0x04;
-/// Pulses that come closer than their length are one signal that stays on (ESC data sheet I, cyclic generation); this
-/// is the shortest pulse.
+/// Pulses whose interval is shorter than their length form a continuous signal (ESC data sheet I, cyclic generation);
+/// this is the shortest pulse, in ns.
 constexpr std::uint32_t kShortestPulse = 1000;
 constexpr std::uint32_t kPulseLengthUnit = 10;
 constexpr std::uint64_t k32 = std::uint64_t{1} << 32;
 
-/// Of two system times, across any wrap-around.
+/// Whether `a` is earlier than `b`, across a wrap-around.
 constexpr bool earlier(std::uint64_t a, std::uint64_t b) noexcept {
   return static_cast<std::int64_t>(a - b) < 0;
 }
@@ -47,7 +47,7 @@ void SyncUnit::configure(std::uint64_t now) noexcept {
   const bool active = (activation_ & dc_activation::kUnit) != 0 && (activation_ & dc_activation::kSync0) != 0;
   if (!active) return stop();
   constexpr unsigned kSignals = dc_activation::kUnit | dc_activation::kSync0 | dc_activation::kSync1;
-  // Pulses that run go on when the same is written again.
+  // Writing the same signals again does not disturb the running pulses.
   if ((before & kSignals) == (activation_ & kSignals)) return;
   stop();
   cycle0_ = memory_.get(reg::kSync0CycleTime);
@@ -77,7 +77,7 @@ void SyncUnit::jumped(std::uint64_t before, std::uint64_t now) noexcept {
   skip_to(before);
   for (auto& next : next_) {
     if (!next || earlier(now, *next)) continue;
-    // The comparison finds nothing any more, with 32 bits until the clock comes by again.
+    // The time comparison no longer matches; with 32 bits, not until the clock has wrapped around.
     if (wide_) {
       next.reset();
     } else {
@@ -116,7 +116,7 @@ std::optional<SyncSignal> SyncUnit::fire() noexcept {
 void SyncUnit::skip_to(std::uint64_t time) noexcept {
   const auto due = [this, time] { return next() && earlier(*next(), time); };
   if (!due()) return;
-  // Whole periods of both signals, so that their relation stays.
+  // Skip whole periods of both signals, so that their phase relation is preserved.
   const std::uint64_t period = cycle0_ == 0 ? 0 : (sync1_ ? cycle1_ / cycle0_ + 1U : 1U) * std::uint64_t{cycle0_};
   if (period != 0 && time - *next() > period) {
     const auto shift = (time - *next()) / period * period;
@@ -130,8 +130,8 @@ void SyncUnit::skip_to(std::uint64_t time) noexcept {
   }
 }
 
-/// Over pulses of SYNC0 that change nothing, because SYNC1 waits already: millions of them when its cycle is that much
-/// longer.
+/// Skips pulses of SYNC0 without effect while SYNC1 is pending: there may be millions of them when the SYNC1 cycle is
+/// that much longer.
 void SyncUnit::leap_to(std::uint64_t time) noexcept {
   if (cycle0_ == 0 || !next_[0] || !next_[1]) return;
   const auto end = earlier(*next_[1], time) ? *next_[1] : time;

@@ -7,25 +7,24 @@ namespace driveline::slaves {
 
 namespace {
 
-/// Share of a difference that is made up for per nanosecond, and at least per reference time, at speed counter start
-/// 0x1000. The latter counts in the static phase of a master, which sends thousands of them back to back, many in one
-/// frame.
+/// Share of a difference that is corrected per nanosecond, and at least per reference time, at speed counter start
+/// 0x1000. The second value applies in the static phase of a master, which sends thousands of reference times back to
+/// back, many in a frame.
 constexpr double kProportional = 40e-9;
 constexpr double kShare = 0.005;
 constexpr double kMaxShare = 0.25;
-/// A proportional correction ends after this, and after some periods, so that rare reference times do not overshoot.
+/// A proportional correction ends after kHold and kHoldPeriods periods, so that rare reference times do not overshoot.
 constexpr std::int64_t kHold = 10'000'000;
 constexpr std::int64_t kHoldPeriods = 4;
-/// Differences beyond these, plain and per nanosecond since the last reference time, are no drift: a clock has been
-/// set. They are corrected as fast as the counters allow, without changing the integral.
+/// Differences beyond these limits, absolute and per nanosecond since the last reference time, are not drift: a clock
+/// has been set. They are corrected at maximum speed, without changing the integral.
 constexpr double kOffset = 3000.0;
 constexpr double kOffsetShare = 2e-3;
-/// The counter stays this far from its start (ESC data sheet II, 0x0932).
+/// The counter difference stays at least this far below the counter start (ESC data sheet II, 0x0932).
 constexpr int kCounterMargin = 0x7F;
 constexpr int kMinStart = 0x80;
 constexpr int kDefaultDepth = 12;
-/// The rate is 1 but for less than 1e-3, so that each round on the way to an inverse leaves that share of the error: of
-/// kReach nothing.
+/// Iterations of the inversion: the rate error is below 1e-3, and each multiplies the error by it: enough for kReach.
 constexpr int kInverseRounds = 8;
 
 double rate_of(int counter, int start) noexcept {
@@ -72,7 +71,7 @@ void TimeLoop::anchor(std::int64_t count) noexcept {
 
 TimeLoop::Speed TimeLoop::quantised(double rate, const Settings& settings) noexcept {
   const int start = std::max<int>(settings.speed_counter_start, kMinStart);
-  // The counter that makes this rate: positive root of 5 r D^2 + D - 5 r (S + 2)^2 = 0, sign of r.
+  // The counter for this rate: positive root of 5 r D^2 + D - 5 r (S + 2)^2 = 0, with the sign of r.
   const double reach = static_cast<double>(start + 2);
   const double exact = rate == 0.0 ? 0.0 : (std::sqrt(1.0 + 100.0 * rate * rate * reach * reach) - 1.0) / (10.0 * rate);
   const double limit = start - kCounterMargin;
@@ -88,7 +87,7 @@ void TimeLoop::follow(std::int64_t difference, std::int64_t count, const Setting
     repeats_ = 0;
     settled_integral_ = integral_;
   }
-  // Several reference times in one frame bring the same difference: they count together.
+  // Several reference times in a frame have the same difference: their shares add up.
   ++repeats_;
   const auto elapsed = period_;
   const int start = std::max<int>(settings.speed_counter_start, kMinStart);
@@ -100,11 +99,11 @@ void TimeLoop::follow(std::int64_t difference, std::int64_t count, const Setting
   const auto error = static_cast<double>(difference);
   const bool offset = std::abs(error) > std::max(kOffset, kOffsetShare * static_cast<double>(elapsed));
   const double wanted = offset ? std::copysign(limit, -error) : settled_integral_ - bandwidth * error;
-  // A difference that cannot be corrected in time must not wind the integral up, unless it is drift between rare
+  // A difference that cannot be corrected in time must not wind up the integral, unless it is drift between rare
   // reference times.
   const bool saturated = std::abs(wanted) > limit && elapsed < kHold;
   if (!offset && !saturated) {
-    // Rare reference times count for less than the time they stand for, else they would overshoot.
+    // Rare reference times are weighted less than their interval, else they would overshoot.
     const auto e = static_cast<double>(std::min(elapsed, kHold));
     const double weight = elapsed > kHold ? static_cast<double>(kHold) / static_cast<double>(elapsed) : 1.0;
     const double step = bandwidth * bandwidth / 4.0 * slower * error * e * weight;

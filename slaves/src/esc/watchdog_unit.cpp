@@ -14,7 +14,7 @@ void WatchdogUnit::reset() noexcept {
 }
 
 std::chrono::nanoseconds WatchdogUnit::unit() const noexcept {
-  // The divider counts 25 MHz ticks and is written as its value minus 2 (ESC data sheet II, 0x0400).
+  // The divider counts 25 MHz ticks; the register contains its value minus 2 (ESC data sheet II, 0x0400).
   return std::chrono::nanoseconds{40} * (std::int64_t{memory_.get(reg::kWatchdogDivider)} + 2);
 }
 

@@ -13,7 +13,7 @@ using esi::FmmuUse;
 using esi::SyncManager;
 using Use = SyncManager::Use;
 
-/// Mailboxes of this size are large enough for every service and what small controllers have.
+/// Large enough for every service, and the size that small controllers have.
 constexpr std::uint16_t kMailboxSize = 128;
 
 bool has_use(const DeviceDescription& device, Use use) {
@@ -28,7 +28,7 @@ void add_sync_manager(DeviceDescription& device, Use use) {
   device.sync_managers.push_back(manager);
 }
 
-/// Sync managers in the order of ETG.1000.6: mailbox out and in, outputs, inputs.
+/// Adds sync managers in the order of ETG.1000.6: mailbox out and in, outputs, inputs.
 void add_sync_managers(DeviceDescription& device) {
   if (device.mailbox.any() && !has_use(device, Use::kMailboxOut) && device.sync_managers.empty()) {
     add_sync_manager(device, Use::kMailboxOut);
@@ -61,7 +61,7 @@ std::size_t pdo_bits(const std::vector<esi::Pdo>& pdos, bool assigned, std::uint
   return bits;
 }
 
-/// Bytes in RAM a sync manager may need: all PDOs of its direction could be assigned to it.
+/// Returns the bytes in RAM that a sync manager may need: all PDOs of its direction could be assigned to it.
 std::size_t area(const DeviceDescription& device, const SyncManager& manager) {
   switch (manager.use) {
     case Use::kMailboxOut:
@@ -78,7 +78,7 @@ std::size_t area(const DeviceDescription& device, const SyncManager& manager) {
   return 0;
 }
 
-/// Gives the sync managers that have no address one behind those that have, on even addresses.
+/// Places the sync managers without an address after those with one, at even addresses.
 void place_sync_managers(DeviceDescription& device) {
   std::size_t next = wire::kProcessRamStart;
   for (const auto& manager : device.sync_managers) {
@@ -98,7 +98,7 @@ void place_sync_managers(DeviceDescription& device) {
   }
 }
 
-/// The length in the SII is that of the PDOs assigned by default; a length that the file gives stays.
+/// Sets the length in the SII to that of the PDOs assigned by default, unless the file specifies a length.
 void size_sync_managers(DeviceDescription& device) {
   for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
     auto& manager = device.sync_managers[n];
@@ -109,7 +109,8 @@ void size_sync_managers(DeviceDescription& device) {
   }
 }
 
-/// PDOs of a device with one sync manager in their direction and no choice belong to it, said or not.
+/// Assigns the PDOs of a direction to its sync manager if it is the only one and the assignment is neither writable nor
+/// specified.
 void assign_pdos(std::vector<esi::Pdo>& pdos, Use use, const DeviceDescription& device) {
   const auto& managers = device.sync_managers;
   const auto is_use = [use](const SyncManager& manager) { return manager.use == use; };
@@ -138,8 +139,8 @@ DeviceDescription complete_description(DeviceDescription description) {
   size_sync_managers(description);
   add_fmmus(description);
   if (description.eeprom_config_data_hex.empty()) {
-    // PDI control: SPI slave for a device with an application, else digital I/O whose controller follows AL control
-    // by itself (register 0x0140, device emulation).
+    // PDI control: SPI slave for a device with an application, else digital I/O, where the controller follows AL
+    // control on its own (register 0x0140, device emulation).
     description.eeprom_config_data_hex =
         description.mailbox.any() ? "050C000000000000000000000000" : "0401000000000000000000000000";
   }

@@ -17,13 +17,13 @@ constexpr std::size_t kMemoryEnd = 0x10000;  ///< addresses have 16 bits
 constexpr std::size_t kUsualRamKib = 8;
 
 struct PdoEntryName {
-  std::string name;       ///< of the entry
-  std::string full_name;  ///< with its PDO
+  std::string name;       ///< name of the entry
+  std::string full_name;  ///< name with that of its PDO as prefix
   std::uint16_t index;
   std::uint8_t subindex;
 };
 
-/// The entries that are in the dictionary. A file may also name entries without bits, or invalid PDOs.
+/// Returns the entries that are in the dictionary. A file may also name entries without bits, or invalid PDOs.
 std::vector<PdoEntryName> entries_of(const DictionaryTable& table, const std::vector<esi::Pdo>& pdos) {
   std::vector<PdoEntryName> list;
   for (const auto& pdo : pdos) {
@@ -35,7 +35,7 @@ std::vector<PdoEntryName> entries_of(const DictionaryTable& table, const std::ve
   return list;
 }
 
-/// As a user may write them.
+/// Returns the names that a user may write.
 std::vector<std::string> written_names(const std::vector<PdoEntryName>& entries) {
   std::vector<std::string> names;
   for (const auto& entry : entries) {
@@ -44,7 +44,7 @@ std::vector<std::string> written_names(const std::vector<PdoEntryName>& entries)
   return names;
 }
 
-/// "6000:01", with or without 0x in front; nothing when the text is no address.
+/// Parses "6000:01", with or without the prefix 0x; returns nullopt when the text is not an address.
 std::optional<std::pair<std::uint16_t, std::uint8_t>> parse_address(std::string_view text) {
   const auto hex = [](std::string_view digits, auto& value) {
     if (digits.starts_with("0x") || digits.starts_with("0X")) digits.remove_prefix(2);
@@ -94,11 +94,11 @@ std::vector<NamedEntry> named_entries(const DictionaryTable& table, const std::v
   return list;
 }
 
-/// End of the process RAM that a sync manager needs by default.
+/// Returns the end of the process RAM that a sync manager needs by default.
 std::size_t end_address(const esi::SyncManager& manager) {
   const bool mailbox = manager.use == Use::kMailboxOut || manager.use == Use::kMailboxIn;
   const std::size_t bytes = mailbox ? std::max(manager.default_size, manager.max_size) : manager.default_size;
-  // Only buffers in RAM are there three times; a sync manager may also lie on a register.
+  // Only buffers in RAM exist three times; a sync manager may also cover registers.
   return manager.start_address + (mailbox || manager.start_address < wire::kProcessRamStart ? 1 : 3) * bytes;
 }
 

@@ -18,9 +18,9 @@ using wire::AlState;
 using wire::AlStatusCode;
 using Use = esi::SyncManager::Use;
 
-/// As the drives of a mixed line have it, so that the device follows the shortest cycle they can.
+/// Same value as the drives of a mixed line, so that the device can follow their shortest cycle.
 constexpr std::chrono::nanoseconds kProcessDataPeriod{125'000};
-/// Longest mailbox of a device that has none.
+/// Mailbox buffer size of a device without mailbox.
 constexpr std::size_t kMinMailbox = 64;
 
 SyncManagerLayout::Use layout_use(const esi::SyncManager& manager) noexcept {
@@ -38,7 +38,7 @@ SyncManagerLayout::Use layout_use(const esi::SyncManager& manager) noexcept {
   return SyncManagerLayout::Use::kInputs;
 }
 
-/// Without a PDO of its direction the EEPROM's length of a sync manager is all there is to go by.
+/// Without PDOs of its direction, the EEPROM's length of a sync manager is the only information available.
 std::uint16_t unmapped_length(const esi::DeviceDescription& device, const esi::SyncManager& manager) noexcept {
   const bool unknown = (manager.use == Use::kOutputs && device.rx_pdos.empty()) ||
                        (manager.use == Use::kInputs && device.tx_pdos.empty());
@@ -93,7 +93,7 @@ std::unique_ptr<EoeServer> make_eoe(const esi::DeviceDescription& device, std::u
   return std::make_unique<EoeServer>(factory_address(serial_number));
 }
 
-/// Its drives choose their process data: it has no object dictionary to choose them by, and its description names none.
+/// Whether the drives choose their process data: the device has no object dictionary, and its description has no PDOs.
 bool chooses_by_idn(const esi::DeviceDescription& device) noexcept {
   return device.mailbox.soe && !device.mailbox.coe && device.rx_pdos.empty() && device.tx_pdos.empty();
 }
@@ -174,7 +174,7 @@ void GenericDevice::build_process_data() {
   build_loops();
 }
 
-/// By a script, or by what set_signal() has set.
+/// Whether a script or set_signal() determines the input.
 bool GenericDevice::driven(const PdoMap::Field& field) const noexcept {
   if (field.is_text) return false;
   return std::any_of(scripts_.begin(), scripts_.end(),
@@ -253,7 +253,7 @@ void GenericDevice::show(DeviceStatus& out) const noexcept {
   }
 }
 
-/// Everything but EoE begins again in INIT by itself.
+/// Everything except EoE restarts on entering INIT.
 void GenericDevice::restart() {
   enter_al_state(AlState::kInit);
   if (eoe_) eoe_->restart();
@@ -278,7 +278,7 @@ void GenericDevice::clear_outputs() noexcept {
 void GenericDevice::loop_back() noexcept {
   for (const auto& loop : loops_) {
     if (loop.input.is_text) {
-      dictionary_.text(loop.input.slot) = dictionary_.text(loop.output.slot);  // within the reserved length
+      dictionary_.text(loop.input.slot) = dictionary_.text(loop.output.slot);  // within the reserved capacity
       continue;
     }
     const auto value = dictionary_.raw(loop.output.slot);
@@ -382,7 +382,7 @@ SdoResult<void> GenericDevice::accept(const EntryRow& row, std::uint64_t raw) {
 }
 
 void GenericDevice::written(const EntryRow& row) {
-  // The number of entries is written last; before, they mean nothing.
+  // The number of entries is written last; until then the entries have no effect.
   if (row.index >= 0x1600 && row.index < 0x1C30 && row.subindex == 0) build_process_data();
 }
 

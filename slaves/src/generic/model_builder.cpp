@@ -18,14 +18,14 @@ using Use = esi::SyncManager::Use;
 constexpr std::uint16_t kPdoMappingRecord = 0x0021;  ///< data types of records, ETG.1000.6 Table 64
 constexpr std::uint16_t kIdentityRecord = 0x0023;
 constexpr std::uint16_t kSyncManagerRecord = 0x0029;
-constexpr std::size_t kMappingEntries = 16;            ///< of a PDO whose content the master may write
-constexpr std::uint16_t kMaxPdoBytes = 1486;           ///< process data of one frame
-constexpr std::size_t kMaxRows = 0xFF00;               ///< values have 16-bit numbers
+constexpr std::size_t kMappingEntries = 16;            ///< entries of a PDO whose mapping the master may write
+constexpr std::uint16_t kMaxPdoBytes = 1486;           ///< process data of a frame
+constexpr std::size_t kMaxRows = 0xFF00;               ///< slot numbers have 16 bits
 constexpr std::uint16_t kMaxPdos = 0x200;              ///< 1600h-17FFh, 1A00h-1BFFh
 constexpr double kExactInDouble = 9007199254740992.0;  ///< 2^53
 constexpr std::uint32_t kMinCycleNs = 125'000;
 
-/// The little-endian number in the first bytes, as its type reads it.
+/// Returns the little-endian number in the first bytes, interpreted by its type.
 std::uint64_t number_of(std::span<const std::byte> bytes, const EntryRow& row) {
   const auto count = std::min<std::size_t>(bytes.size(), byte_size(row.type));
   const auto raw = load_bits(bytes, 0, std::min(8 * count, bit_size(row)));
@@ -95,7 +95,7 @@ EntryRow ModelBuilder::described_row(const esi::Object& object, const esi::Objec
   if (entry.writable) row.access |= is_configuration(object.index) ? access::kWriteConfiguring : access::kWrite;
   row.name = &entry == &object.entries.front() ? object.name : entry.name;
   if (entry.bit_offset) row.bit_offset = *entry.bit_offset;
-  // A number that is longer than its type is none.
+  // A number that is longer than its type is stored as bytes.
   if (entry.bit_length > 8 * byte_size(row.type) && !is_string(row.type)) row.type = DataType::kOctetString;
   if (is_string(row.type)) {
     row.string_length = static_cast<std::uint16_t>((entry.bit_length + 7U) / 8U);
@@ -140,7 +140,7 @@ void ModelBuilder::add_pdos(const std::vector<esi::Pdo>& pdos, std::uint16_t map
   std::set<std::uint16_t> seen;
   for (const auto& pdo : pdos) {
     if (!is_pdo_object(pdo.index) || !seen.insert(pdo.index).second)
-      continue;  // of two with one index the first counts
+      continue;  // of two PDOs with the same index, the first is used
     for (const auto& entry : pdo.entries) add_pdo_entry(entry, mappable);
     add_mapping(pdo);
   }
@@ -166,7 +166,7 @@ void ModelBuilder::add_pdo_entry(const esi::PdoEntry& entry, std::uint16_t mappa
   put(row);
 }
 
-/// 1600h.., 1A00h..: what the PDO contains. The master may write it when the device says so.
+/// 1600h.., 1A00h..: content of the PDO. The master may write it when the device supports that.
 void ModelBuilder::add_mapping(const esi::Pdo& pdo) {
   erase_object(pdo.index);
   const bool fixed = pdo.fixed || !device_.mailbox.coe_pdo_config;
@@ -211,7 +211,7 @@ void ModelBuilder::add_sync_manager_objects() {
   }
 }
 
-/// 1C10h + n: the PDOs of a sync manager, those that name it by default.
+/// 1C10h + n: PDOs of a sync manager, initially the PDOs that specify this sync manager.
 void ModelBuilder::add_assignment(std::size_t number, const std::vector<esi::Pdo>& pdos) {
   std::vector<std::uint16_t> assigned;
   for (const auto& pdo : pdos) {
@@ -238,7 +238,7 @@ void ModelBuilder::add_assignment(std::size_t number, const std::vector<esi::Pdo
   }
 }
 
-/// 1C30h + n (ETG.1020, synchronisation): free run, with the frame, or with SYNC0 when the device has DC modes.
+/// 1C30h + n (ETG.1020, synchronisation): free run, SM event, or SYNC0 when the device has DC modes.
 void ModelBuilder::add_synchronisation(std::size_t number) {
   EntryRow row{.index = static_cast<std::uint16_t>(0x1C30 + number),
                .code = ObjectCode::kRecord,
@@ -267,7 +267,7 @@ void ModelBuilder::add_synchronisation(std::size_t number) {
   entry(6, DataType::kUnsigned32, "Calc and copy time", 0);
 }
 
-/// 1000h, 1008h-100Ah, 1018h: the identity is that of the EEPROM whatever the dictionary says.
+/// 1000h, 1008h-100Ah, 1018h: the identity is that of the EEPROM, even if the dictionary differs.
 void ModelBuilder::add_device_facts() {
   if (!has_object(0x1000)) {
     put({.index = 0x1000, .name = "Device type", .initial = static_cast<double>(device_.device_profile)});
@@ -306,7 +306,7 @@ void ModelBuilder::add_device_facts() {
   entry(4, "Serial number", device_.serial_number);
 }
 
-/// Objects that only PDOs name are variables or records; records have an entry 0.
+/// Objects that only PDOs refer to are variables or records; records get an entry 0.
 void ModelBuilder::complete_records() {
   std::map<std::uint16_t, EntryRow> missing;
   for (auto it = rows_.begin(); it != rows_.end();) {
@@ -328,7 +328,7 @@ void ModelBuilder::complete_records() {
   for (const auto& [index, row] : missing) put(row);
 }
 
-/// Constant numbers need no slot of their own.
+/// Marks constant numbers, which need no slot of their own.
 void ModelBuilder::settle_slots() {
   constexpr std::uint16_t kChanges = access::kWrite | access::kRxMappable | access::kTxMappable;
   for (auto& [address, row] : rows_) {

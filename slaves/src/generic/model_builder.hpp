@@ -6,8 +6,8 @@
 
 namespace driveline::slaves::generic {
 
-/// Makes the object dictionary of a device: the objects of its description, the entries of its PDOs, and the objects of
-/// the communication area that every CoE device has (ETG.1020), as far as the description leaves them out.
+/// Creates the object dictionary of a device: the objects of its description, the entries of its PDOs, and the objects
+/// of the communication area that every CoE device has (ETG.1020) and the description omits.
 class ModelBuilder {
  public:
   explicit ModelBuilder(DeviceModel& model) : model_(model), device_(model.description_) {}

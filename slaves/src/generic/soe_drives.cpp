@@ -28,12 +28,12 @@ constexpr wire::Idn kControlWord{134};
 constexpr wire::Idn kStatusWord{135};
 constexpr wire::Idn kAtChoice{187};
 constexpr wire::Idn kMdtChoice{188};
-/// What comes in the MDT, and where it shows at once.
+/// Data of the MDT, and the data of the AT that follow them at once.
 constexpr std::array kFollowers = {std::pair{kControlWord, kStatusWord}, std::pair{kVelocityCommand, kVelocityFeedback},
                                    std::pair{kPositionCommand, kPositionFeedback}};
 constexpr wire::Idn kResetClass1{99};
 
-/// Bit 12 of S-0-0011 and bit 4 of S-0-0014 (IEC 61800-7-204): communication fault, master data have not come.
+/// Bit 12 of S-0-0011 and bit 4 of S-0-0014 (IEC 61800-7-204): communication fault, no master data received.
 constexpr std::uint16_t kCommunicationFault = 1U << 12;
 constexpr std::uint16_t kNoMasterData = 1U << 4;
 constexpr std::string_view kReady = "ready";
@@ -42,7 +42,7 @@ constexpr std::string_view kFault = "communication fault";
 constexpr std::uint16_t kEmergencyCode = 0x7500;
 constexpr std::uint8_t kCommunicationError = 0x10;
 
-/// S-0-0142, bytes.
+/// Maximum length of S-0-0142, in bytes.
 constexpr std::uint16_t kLongestApplication = 512;
 constexpr std::uint8_t kOneByte = 0;
 constexpr std::uint8_t kTwoBytes = 1;
@@ -123,7 +123,7 @@ Bytes idn_list(std::initializer_list<wire::Idn> idns) {
   return list;
 }
 
-/// What drives have beside it when their process data are chosen by lists.
+/// Returns the additional rows of drives whose process data are chosen by lists.
 std::vector<SoeRow> cyclic_rows() {
   auto of_pre_op = kIdns;
   of_pre_op.safe_op_protected = of_pre_op.op_protected = true;
@@ -207,7 +207,7 @@ void SoeDrives::communication_failed() noexcept {
   }
 }
 
-/// A list of what is exchanged names what may be exchanged.
+/// The lists of cyclic data may contain only data that may be cyclic.
 SoeAnswer<void> SoeDrives::check_value(std::uint8_t drive, wire::Idn idn, std::span<const std::byte> value) {
   if (idn != kAtList && idn != kMdtList) return {};
   const auto& known = find(drive, idn == kAtList ? kAtChoice : kMdtChoice)->value;
@@ -275,7 +275,7 @@ void SoeDrives::read_inputs(std::span<std::byte> data) noexcept {
   });
 }
 
-/// There is but one command.
+/// The only procedure command is the reset.
 SoeAnswer<void> SoeDrives::start_command(std::uint8_t drive, wire::Idn /*idn*/) {
   resets_over_[drive] = now_ + kResetTime;
   return {};

@@ -64,7 +64,7 @@ FrameKind FrameDatagrams::load(std::span<std::byte> frame) noexcept {
   }
   if (header->type != wire::EtherCatHeader::kTypeCommands) return FrameKind::kNoCommands;
   std::size_t offset = begin + wire::EtherCatHeader::kSize;
-  // A length beyond the frame is no reason to ignore the datagrams that are there.
+  // If the length exceeds the frame, the existing datagrams are still processed.
   const std::size_t end = offset + std::min<std::size_t>(header->length, frame.size() - offset);
   malformed_ = header->length > frame.size() - offset;
   bool more = header->length > 0;
@@ -98,7 +98,7 @@ void FrameDatagrams::store(bool circulating) noexcept {
     if (circulating) header[kFlagsHigh] |= kCirculating;
     wire::store_le(header.subspan(wire::DatagramHeader::kSize + d.data.size(), 2), d.working_counter);
   }
-  // The data has changed: slave controllers clear the UDP checksum (0: not used, RFC 768).
+  // The data have changed: slave controllers clear the UDP checksum (0: not used, RFC 768).
   if (udp_checksum_ != 0) wire::store_be16(frame_.subspan(udp_checksum_), 0);
 }
 

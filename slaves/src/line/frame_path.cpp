@@ -4,7 +4,7 @@ namespace driveline::slaves {
 
 namespace {
 
-/// Frames leave a controller at the next open port behind the one they came in at.
+/// Frames leave a controller at the next open port after the port where they were received.
 constexpr std::array<unsigned, kPortCount> kNextPort = {3, 2, 0, 1};
 
 }  // namespace
@@ -20,7 +20,7 @@ void FramePath::trace(const Wiring& wiring, std::span<const SlavePorts> slaves, 
   PortId at = *start;
   auto time = wiring.at(at).delay;
   if (wiring.at(at).broken) return;
-  // Each port is entered at most once; a frame that would enter one again circulates for ever.
+  // Each port is entered at most once; a frame that would enter a port again circulates endlessly.
   for (std::size_t hops = 0; hops < wiring.slave_count() * kPortCount; ++hops) {
     const auto& slave = slaves[at.slave];
     if (slave.closed[at.port]) {
@@ -40,7 +40,7 @@ void FramePath::trace(const Wiring& wiring, std::span<const SlavePorts> slaves, 
     }
     time += processed ? slave.delays.processing : slave.delays.forwarding;
     const auto& end = wiring.at({at.slave, port});
-    if (end.kind == Wiring::End::Kind::kNothing || end.broken) return;  // open loop without a link
+    if (end.kind == Wiring::End::Kind::kNothing || end.broken) return;  // open port without a link
     time += end.delay;
     if (end.kind == Wiring::End::Kind::kMaster) {
       exit_ = end.master;

@@ -8,8 +8,8 @@ namespace driveline::slaves {
 
 namespace {
 
-/// Byte of the Ethernet header whose second bit slave controllers set: the source address becomes a locally
-/// administered one, so that the sender knows its frame has been round (ESC data sheet II, 0x0100 bit 0).
+/// Byte of the Ethernet header whose second bit slave controllers set: the source address becomes locally administered,
+/// which shows the sender that its frame has passed the line (ESC data sheet II, 0x0100 bit 0).
 constexpr std::size_t kSourceAddress = 6;
 constexpr std::byte kLocallyAdministered{0x02};
 
@@ -35,7 +35,7 @@ Line::Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const L
 }
 
 void Line::advance(Nanoseconds now) {
-  // Faults begin and end at their exact times, also when this is called late.
+  // Faults start and end at their exact times, even if this is called late.
   for (auto due = faults_.due(); due <= now; due = faults_.due()) {
     advance_slaves(slaves_, due);
     faults_.run(due);
@@ -63,7 +63,7 @@ port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame)
   const auto& way = current_path(from.which_);
   const auto plugged = wiring_.master(from.which_);
   if (!plugged || !link_up(*plugged)) return port::SendStatus::kLinkDown;
-  // The frame is processed where it will be received from.
+  // The frame is processed in the buffer that it will be received from.
   LineEnd* to = way.exit() ? ends_[static_cast<std::size_t>(*way.exit())].get() : nullptr;
   LineEnd::Slot* slot = to != nullptr ? to->next_slot() : nullptr;
   if (to != nullptr && slot == nullptr) return port::SendStatus::kBusy;
@@ -151,7 +151,7 @@ bool Line::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds 
   bool latch = false;
   const auto damage = time_of_damage(way, fate);
   for (const auto& step : way.steps()) {
-    // A controller takes over data of a frame only when the check sequence is right (ETG.1000.4 5.2).
+    // A controller accepts data of a frame only if the frame check sequence is right (ETG.1000.4 5.2).
     if (step.time >= damage) break;
     if (step.circulates && circulating) return false;
     circulating |= step.circulates;
@@ -202,7 +202,7 @@ bool Line::link_up(PortId port) const noexcept {
 const FramePath& Line::current_path(MasterPort from) noexcept {
   refresh_topology();
   const auto& way = paths_[static_cast<std::size_t>(from)];
-  // An auto-closed port opens when a frame comes in at it.
+  // An auto-closed port opens when it receives a frame.
   while (way.blocked() && link_up(*way.blocked()) && auto_closed_[way.blocked()->slave][way.blocked()->port]) {
     auto_closed_[way.blocked()->slave][way.blocked()->port] = false;
     topology_changed_ = true;

@@ -45,7 +45,7 @@ constexpr MailboxTransport::Fault mailbox_fault(FaultKind kind) noexcept {
   }
 }
 
-/// xorshift32 (Marsaglia 2003): every seed but 0 gives a sequence of full length.
+/// xorshift32 (Marsaglia 2003): every seed except 0 gives a sequence of full length.
 std::uint32_t next_random(std::uint32_t& state) noexcept {
   state ^= state << 13;
   state ^= state >> 17;
@@ -90,7 +90,7 @@ bool LineFaults::begin(const Fault& wanted, Nanoseconds now) noexcept {
   active = Active{};
   active.fault = fault;
   if (fault.duration > Nanoseconds{0}) active.end = now + fault.duration;
-  // Spread out, so that neighbouring seeds begin differently; never 0.
+  // Scrambled, so that neighbouring seeds start differently; never 0.
   active.random = (fault.seed + 1U) * 2654435761U | 1U;
   apply(active, now);
   events_.try_push({now, fault, true});
@@ -112,7 +112,7 @@ void LineFaults::heal_all(Nanoseconds now) noexcept {
 }
 
 void LineFaults::schedule(Nanoseconds at, const Fault& fault) {
-  // Of the same time the first one stays the first.
+  // Faults of the same time keep the order of their scheduling.
   const auto place = std::find_if(script_.begin(), script_.end(), [at](const Planned& p) { return p.at <= at; });
   script_.insert(place, {at, fault});
   refresh();
@@ -197,7 +197,7 @@ void LineFaults::undo(const Active& active, Nanoseconds now) noexcept {
       slave.esc().sii().set_busy_time(active.before);
       break;
     case FaultKind::kEepromChecksum: {
-      // Not when the master has written a new one meanwhile.
+      // Unless the master has written a new checksum in the meantime.
       const auto image = slave.esc().sii().image();
       if (image.size() > kChecksumByte && image[kChecksumByte] == ~active.checksum) {
         slave.esc().sii().corrupt(kChecksumByte, active.checksum);

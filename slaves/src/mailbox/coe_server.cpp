@@ -9,7 +9,7 @@ using wire::CoeHeader;
 using wire::CoeService;
 using wire::MailboxErrorCode;
 
-/// Room an answer needs at least: CoE header, SDO header and a little of the data.
+/// Minimum space for an answer: CoE header, SDO header and a few bytes of data.
 constexpr std::size_t kMinRoom = CoeHeader::kSize + 16;
 
 std::size_t with_header(CoeService service, std::size_t length, std::span<std::byte> out) noexcept {
@@ -18,8 +18,8 @@ std::size_t with_header(CoeService service, std::size_t length, std::span<std::b
   return CoeHeader::kSize + length;
 }
 
-/// The CoE service of an SDO answer. Abort SDO transfer is a request whoever sends it (ETG.1000.6 5.6.2.7); masters
-/// look for it there, and so does Wireshark's dissector.
+/// Returns the CoE service of an SDO answer. An SDO abort is an SDO request even when the server sends it (ETG.1000.6
+/// 5.6.2.7); masters expect it there, as does Wireshark's dissector.
 CoeService service_of(std::span<const std::byte> answer) noexcept {
   constexpr unsigned kSpecifierShift = 5;
   const auto specifier = std::to_integer<unsigned>(answer.front()) >> kSpecifierShift;

@@ -11,14 +11,14 @@ namespace {
 
 using wire::SdoAbort;
 
-constexpr std::size_t kFirstEntryBit = 16;  ///< sub-index 0 has eight bits and eight unused ones
+constexpr std::size_t kFirstEntryBit = 16;  ///< sub-index 0 has eight bits, followed by eight unused bits
 
-/// Goes through the entries of an object and tells where each lies.
+/// Iterates over the entries of an object and computes their positions.
 class Layout {
  public:
   Layout(std::span<const EntryRow> rows, std::uint8_t first) noexcept : rows_(rows), first_(first) {}
 
-  /// Calls `visit(row, bit offset)` for the sub-indices from the first one up to `last`.
+  /// Calls `visit(row, bit offset)` for the sub-indices from `first` up to `last`.
   template <typename Visit>
   void each(std::uint32_t last, Visit&& visit) const {
     std::size_t behind = kFirstEntryBit;
@@ -29,7 +29,7 @@ class Layout {
         continue;
       }
       if (row.subindex > last) return;
-      // An entry before bit 16 would lie on the count; such an offset counts as none.
+      // An entry before bit 16 would overlap the count; such an offset is ignored.
       const bool placed = row.bit_offset != EntryRow::kBehindPrevious && row.bit_offset >= kFirstEntryBit;
       const std::size_t offset = placed ? row.bit_offset : behind;
       behind = offset + bit_size(row);
@@ -37,7 +37,7 @@ class Layout {
     }
   }
 
-  /// Bytes up to the end of the sub-index `last`.
+  /// Returns the size in bytes up to the end of sub-index `last`.
   [[nodiscard]] std::size_t bytes(std::uint32_t last) const noexcept {
     std::size_t bits = 0;
     each(last, [&bits](const EntryRow& row, std::size_t offset) {
@@ -53,7 +53,7 @@ class Layout {
 
 constexpr std::uint32_t kAllSubindices = 0xFF;
 
-/// Entry 0 as the number of entries; none when the object starts with data.
+/// Returns entry 0 if it is the number of entries; null when the object starts with data.
 const EntryRow* count_row(std::span<const EntryRow> rows) noexcept {
   const auto& row = rows.front();
   return row.subindex == 0 && row.type == esi::DataType::kUnsigned8 ? &row : nullptr;
@@ -74,7 +74,7 @@ SdoResult<std::span<const EntryRow>> locate(const ObjectDictionary& dictionary, 
   return rows;
 }
 
-/// What a failed download takes back: the values of an object as they were.
+/// Stores the values of an object, so that a failed download can restore them.
 class Snapshot {
  public:
   Snapshot(ObjectDictionary& dictionary, std::span<const EntryRow> rows) : dictionary_(dictionary), rows_(rows) {
@@ -105,7 +105,7 @@ bool can_write(const EntryRow& row) noexcept {
   return (row.access & access::kWrite) != 0;
 }
 
-/// A download in progress: the parts that all its steps need.
+/// A download in progress, with the data that all its steps need.
 struct Download {
   ObjectDictionary& dictionary;
   std::span<const EntryRow> rows;

@@ -16,9 +16,9 @@ using wire::EoeType;
 using wire::MacAddress;
 using wire::MailboxErrorCode;
 
-/// Of every response: services have an even number, their responses the next one.
+/// Bit of every response: services have an even number, their responses the next one.
 constexpr unsigned kResponse = 1;
-/// First octet of a MAC address that is for several receivers.
+/// Bit in the first octet of a MAC address: group address.
 constexpr std::byte kGroup{0x01};
 
 bool is_response(EoeType type) noexcept {
@@ -44,14 +44,14 @@ tl::expected<std::size_t, MailboxErrorCode> with_content(const EoeHeader& reques
   return with_header(request, EoeResult::kSuccess, Content::kSize, out);
 }
 
-/// As a number: ones, then zeros.
+/// Whether the mask consists of ones followed by zeros.
 bool is_mask(const wire::IpV4Address& mask) noexcept {
   std::uint32_t bits = 0;
   for (const auto octet : mask) bits = bits << 8 | octet;
   return std::countl_one(bits) + std::countr_zero(bits) >= 32;
 }
 
-/// Nothing that a network cannot have: an address for several receivers, or a mask with gaps.
+/// Whether the parameters are valid for a network: no group address as MAC address, no mask with gaps.
 bool usable(const EoeIpParameters& parameters) noexcept {
   const bool mac = !parameters.mac || ((*parameters.mac)[0] & kGroup) == std::byte{0};
   return mac && (!parameters.subnet_mask || is_mask(*parameters.subnet_mask));
@@ -69,7 +69,7 @@ void merge(EoeIpParameters& into, const EoeIpParameters& from) noexcept {
   take(into.dns_name, from.dns_name);
 }
 
-/// Every bit of the mask is set in the address.
+/// Whether every bit of the mask is set in the address.
 bool fits(const MacAddress& address, const MacAddress& mask) noexcept {
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if ((address[i] & mask[i]) != mask[i]) return false;
@@ -159,7 +159,7 @@ tl::expected<std::size_t, MailboxErrorCode> EoeServer::request(const MailboxRequ
   }
 }
 
-/// The frame leaves the device as soon as it is complete.
+/// Forwards the frame when it is complete.
 void EoeServer::take_fragment(const EoeHeader& header, std::span<const std::byte> data) noexcept {
   const auto frame = assembler_.take(header, data);
   if (!frame) return;
@@ -179,7 +179,7 @@ void EoeServer::forward(std::span<const std::byte> frame) noexcept {
   }
 }
 
-/// What is for the device itself is never stopped.
+/// Whether the filter lets the frame pass. Frames to the device itself always pass.
 bool EoeServer::passes(std::span<const std::byte> frame) const noexcept {
   if (!filter_) return true;
   MacAddress receiver{};
@@ -187,7 +187,7 @@ bool EoeServer::passes(std::span<const std::byte> frame) const noexcept {
   return receiver == address_.mac || passes_filter(*filter_, receiver);
 }
 
-/// Parameters at their places, or one behind the other when there is no room for all of them.
+/// Parameters are at fixed offsets, or without gaps if `data` is too short for that.
 EoeResult EoeServer::set_address(std::span<const std::byte> data) noexcept {
   const auto parameters =
       data.size() < EoeIpParameters::kSize ? EoeIpParameters::decode_dense(data) : EoeIpParameters::decode(data);

@@ -15,7 +15,7 @@ std::size_t with_header(FoeOpCode op_code, std::uint32_t value, std::size_t leng
   return FoeHeader::kSize + length;
 }
 
-/// Some masters write the 0 behind the name, too.
+/// Some masters include the terminating 0 in the name.
 std::string name_of(std::span<const std::byte> data) {
   std::string name;
   for (const auto byte : data) {

@@ -10,7 +10,7 @@ using wire::MailboxType;
 
 namespace {
 
-/// 1 to 7, or 0: not used.
+/// Returns the counter, 1 to 7; 0: not used.
 std::uint8_t counter_of(std::span<const std::byte> mailbox) noexcept {
   if (mailbox.size() < MailboxHeader::kSize) return 0;
   return (wire::load_le<std::uint8_t>(mailbox.subspan(5)) >> 4) & 7U;
@@ -32,13 +32,13 @@ void MailboxServer::reset() noexcept {
   for (auto* protocol : protocols_) protocol->stop();
 }
 
-/// A master that got no working counter for its write sends the same mailbox again; the counter tells.
+/// A master that gets no working counter for its write sends the same mailbox message again, with the same counter.
 bool MailboxServer::repeats(std::span<const std::byte> mailbox) const noexcept {
   const auto counter = counter_of(mailbox);
   return counter != 0 && counter == last_counter_;
 }
 
-/// The protocol that takes the mailbox without an answer; null: none does.
+/// Returns the protocol that handles the mailbox message without an answer; null: none.
 MailboxProtocol* MailboxServer::unanswering(std::span<const std::byte> mailbox) const noexcept {
   const auto header = MailboxHeader::decode(mailbox);
   if (!header) return nullptr;
@@ -110,7 +110,7 @@ std::size_t MailboxServer::send_error(MailboxErrorCode code, std::span<std::byte
 
 std::size_t MailboxServer::answer(const Request& request, wire::AlState state, std::span<std::byte> out) {
   if (request.error) return send_error(*request.error, out);
-  // What the master could not understand; an answer to it would be the same again.
+  // The master could not process a message; a mailbox error as answer would only repeat that.
   if (request.header.type == MailboxType::kError) return 0;
   auto* handler = protocol(request.header.type);
   const bool served = state != wire::AlState::kBootstrap || request.header.type == MailboxType::kFoe;
@@ -121,7 +121,7 @@ std::size_t MailboxServer::answer(const Request& request, wire::AlState state, s
   return *length == 0 ? 0 : send(handler->type(), *length, out);
 }
 
-/// What the protocols have to say unasked, those whose say has an end or those whose say has none.
+/// Sends an unsolicited message, of the endless() protocols or of the other ones.
 std::size_t MailboxServer::say_unasked(bool endless, std::span<std::byte> out) {
   for (auto* handler : protocols_) {
     if (handler->endless() != endless) continue;

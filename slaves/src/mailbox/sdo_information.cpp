@@ -11,17 +11,17 @@ using wire::SdoAbort;
 using wire::SdoInfoHeader;
 using wire::SdoInfoOpCode;
 
-/// Object lists of the service (ETG.1000.6 Table 47): 0 gives the lengths of the others.
+/// Object lists of the service (ETG.1000.6 Table 47): list 0 contains the lengths of the other lists.
 enum class ListType : std::uint16_t { kLengths = 0, kAll, kRxMappable, kTxMappable, kBackup, kStartUp };
 constexpr std::uint16_t kLastListType = static_cast<std::uint16_t>(ListType::kStartUp);
 
 /// Value information bits of an entry description (ETG.1000.6 Table 53).
-constexpr std::uint8_t kAlwaysThere = 0x07;  ///< access rights, category, mappability: part of every answer
+constexpr std::uint8_t kAlwaysThere = 0x07;  ///< access rights, category, mappability: part of every response
 constexpr std::uint8_t kDefaultValue = 0x10;
 constexpr std::uint8_t kMinimum = 0x20;
 constexpr std::uint8_t kMaximum = 0x40;
 
-/// Appends to a span and stops at its end.
+/// Appends to a span; ignores data after its end.
 class Writer {
  public:
   explicit Writer(std::span<std::byte> out) noexcept : out_(out) {}

@@ -22,7 +22,7 @@ std::size_t put_header(const SdoHeader& header, std::span<std::byte> out) noexce
   return SdoHeader::kSize;
 }
 
-/// Bytes of the longest thing that can be asked for.
+/// Returns the size in bytes of the longest possible transfer.
 std::size_t longest_transfer(const DictionaryTable& table, bool complete_access) noexcept {
   std::size_t longest = sizeof(std::uint64_t);
   for (const auto& row : table.rows()) longest = std::max(longest, byte_size(row));
@@ -158,13 +158,13 @@ std::size_t SdoServer::initiate_download(const SdoHeader& request, std::span<con
   return confirm_download(address, out);
 }
 
-/// Command 60h whatever the flags of the request were: what slaves in the field answer and masters compare with.
+/// Answers with command 60h regardless of the flags of the request: existing slaves do so, and masters compare with it.
 std::size_t SdoServer::confirm_download(const SdoAddress& address, std::span<std::byte> out) {
   return put_header({command_byte(SdoResponseCommand::kInitiateDownload), address.index, address.subindex, {}}, out);
 }
 
-/// A download whose data begin behind the header and go on in segments when they are not complete. The complete size
-/// is always there, whether the request indicates it or not.
+/// Starts a download whose data begin after the header and continue in segments when they are incomplete. The complete
+/// size is always present, even if the request does not indicate it.
 std::size_t SdoServer::start_download(const SdoHeader& request, std::span<const std::byte> data, AccessPhase phase,
                                       std::span<std::byte> out) {
   const auto fail = [&](SdoAbort code) { return abort(request.index, request.subindex, code, out); };
@@ -188,7 +188,7 @@ std::size_t SdoServer::download_segment(SdoSegmentHeader request, std::span<cons
                                         std::span<std::byte> out) {
   if (transfer_.kind != Transfer::Kind::kDownload) return abort_transfer(SdoAbort::kInvalidCommand, out);
   if (request.toggle != transfer_.toggle) return abort_transfer(SdoAbort::kToggleNotAlternated, out);
-  // Only the shortest segment counts its unused bytes; a longer one is as long as its mailbox says.
+  // Only the shortest segment specifies its unused bytes; a longer one has the length that the mailbox header states.
   const std::size_t unused = data.size() == SdoSegmentHeader::kMinData ? request.unused : 0;
   const std::size_t count = data.size() - unused;
   const std::size_t left = transfer_.size - transfer_.position;

@@ -15,10 +15,10 @@ using wire::SoeError;
 using wire::SoeHeader;
 using wire::SoeOpCode;
 
-/// Header and error code, or an emergency: what every mailbox must have room for.
+/// Minimum size of a mailbox: header and error code, or an emergency.
 constexpr std::size_t kLeastRoom = SoeHeader::kSize + wire::Emergency::kSize;
 
-/// Most fragments to come that are announced before the last one: some masters count the fragment that they send.
+/// Highest count of remaining fragments in the one before the last: some masters include the fragment that they send.
 constexpr std::uint16_t kLastLeft = 2;
 
 SoeHeader answer_to(const SoeHeader& request) noexcept {
@@ -103,7 +103,7 @@ std::size_t SoeServer::send_part(std::span<std::byte> out) {
   return sent;
 }
 
-/// A fragment ahead of the end. What is wrong with it is told when the end comes.
+/// Stores a fragment before the last one. Errors are reported when the last one arrives.
 void SoeServer::collect(const SoeHeader& request, std::span<const std::byte> data) {
   if (!write_) {
     write_ = Write{request.drive, request.elements, request.value};

@@ -40,7 +40,7 @@ SoeAnswer<Bytes> bytes_or(const Bytes& bytes, SoeError none) {
   return bytes;
 }
 
-/// What is said to a master that wants to write another element than the value.
+/// Returns the error code for a write to an element other than the value.
 SoeError read_only(SoeElement element) noexcept {
   switch (element) {
     case SoeElement::kName:
@@ -70,7 +70,7 @@ bool is_read_only(const wire::SoeAttribute& attribute) noexcept {
   return attribute.pre_op_protected && attribute.safe_op_protected && attribute.op_protected;
 }
 
-/// `a` is less than `b`; both have the length of the value.
+/// Whether `a` is less than `b`; both have the length of the value.
 bool less(std::span<const std::byte> a, std::span<const std::byte> b, bool with_sign) noexcept {
   const auto number = [with_sign](std::span<const std::byte> bytes) {
     const bool negative = with_sign && (bytes.back() & std::byte{0x80}) != std::byte{0};
@@ -83,7 +83,7 @@ bool less(std::span<const std::byte> a, std::span<const std::byte> b, bool with_
                    : number(a) < number(b);
 }
 
-/// What is to be in the list, out of what has come.
+/// Extracts the content of a list from the received data.
 SoeAnswer<std::span<const std::byte>> content_of(const SoeRow& row, std::span<const std::byte> data) {
   const auto header = SoeListHeader::decode(data);
   if (!header) return tl::unexpected(SoeError::kValueTooShort);
@@ -94,7 +94,7 @@ SoeAnswer<std::span<const std::byte>> content_of(const SoeRow& row, std::span<co
   return content;
 }
 
-/// The number, if it is one that the row may have.
+/// Returns the number if its length and limits are valid.
 SoeAnswer<std::span<const std::byte>> number_of(const SoeRow& row, std::span<const std::byte> data) {
   const auto size = row.attribute.element_size();
   if (data.size() < size) return tl::unexpected(SoeError::kValueTooShort);

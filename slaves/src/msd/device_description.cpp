@@ -8,7 +8,7 @@ namespace {
 
 using esi::DeviceDescription;
 
-/// Raw little-endian value as hex digits, the form ESI files have.
+/// Returns the raw little-endian value as hex digits, as in ESI files.
 std::string hex(const EntryRow& row, double number) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   const auto raw = raw_from_number(row.type, number);

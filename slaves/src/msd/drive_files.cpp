@@ -63,7 +63,7 @@ FileAnswer<std::size_t> DriveFiles::open_file(const FileRequest& request) {
 }
 
 FileAnswer<void> DriveFiles::write_file(const FileRequest& request, std::span<const std::byte> content) {
-  // The state may be another by now, and so may the power stage.
+  // State and power stage may have changed in the meantime.
   if (const auto allowed = open_file(request); !allowed) return tl::unexpected(allowed.error());
   return request.name == kParameterSet ? write_parameters(content) : write_firmware(content);
 }

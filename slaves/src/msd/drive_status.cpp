@@ -1,4 +1,4 @@
-// What the drive shows of itself to people.
+// Status that the drive displays to users.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -32,7 +32,7 @@ std::string_view state_text(PowerState state) noexcept {
   return "";
 }
 
-/// Modes of operation of CiA 402, by 6061h.
+/// Returns the CiA 402 mode of operation in 6061h as text.
 std::string_view mode_text(std::int8_t mode) noexcept {
   constexpr std::array<std::string_view, 11> kModes = {"none",
                                                        "profile position",
@@ -45,7 +45,7 @@ std::string_view mode_text(std::int8_t mode) noexcept {
                                                        "cyclic synchronous position",
                                                        "cyclic synchronous velocity",
                                                        "cyclic synchronous torque"};
-  // Negative modes are beyond the table, too.
+  // Negative modes are also beyond the table.
   const std::size_t number = static_cast<std::uint8_t>(mode);
   return number < kModes.size() ? kModes[number] : std::string_view("of the manufacturer");
 }

@@ -6,8 +6,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kBlink{200};        ///< ETG.1300: on and off
-constexpr milliseconds kSingleFlash{200};  ///< on, then
+constexpr milliseconds kBlink{200};        ///< ETG.1300: on and off time
+constexpr milliseconds kSingleFlash{200};  ///< on time, followed by the pause
 constexpr milliseconds kSinglePause{1000};
 constexpr milliseconds kFlicker{50};
 

@@ -1,5 +1,5 @@
 // Proposals of the ESI file for the modes of operation: contents of the PDOs, and the PDOs of each mode. The manual
-// says that the file holds mappings for the modes (MSD manual 9.1) but not which: all of this is ours.
+// states that the file contains mappings for the modes (MSD manual 9.1), but not which ones: all of them are ours.
 #include "mode_mapping.hpp"
 
 #include <algorithm>
@@ -17,13 +17,13 @@ struct Mapped {
   std::uint16_t index = 0;
   std::uint8_t subindex = 0;
 };
-constexpr Mapped kFiller{0x2807, 0};  ///< P 2055, keeps the position on an even offset
+constexpr Mapped kFiller{0x2807, 0};  ///< P 2055, aligns the position to an even offset
 
-/// A PDO as the ESI has it: eight bytes at most, an even number of them, as every firmware takes them.
+/// A PDO of the ESI file: at most eight bytes, and an even number of bytes, which every firmware accepts.
 struct MappedPdo {
   std::uint16_t index = 0;
   std::string_view name;
-  std::array<Mapped, 4> objects{};  ///< index 0: no more
+  std::array<Mapped, 4> objects{};  ///< index 0: end of the list
 };
 
 constexpr std::array kRxPdos = {
@@ -39,7 +39,7 @@ constexpr std::array kTxPdos = {
     MappedPdo{0x1A03, "Touch probe", {{{0x60B9, 0}, {0x60BA, 0}}}},
 };
 
-/// A mode of operation as configuration tools offer it. The inputs are the same for all.
+/// A mode of operation for configuration tools. The inputs are the same in all modes.
 struct ModeMapping {
   std::string_view name;
   std::string_view description;
@@ -59,7 +59,7 @@ constexpr std::array kModes = {
     ModeMapping{"Free-Run PV", "Profile velocity (6060h = 3) and velocity (2)", false, {0x1600, 0x1601}},
 };
 
-/// The row behind a mapped object. Throws std::logic_error when this table and the dictionary disagree.
+/// Returns the row of a mapped object. Throws std::logic_error when this table and the dictionary disagree.
 const EntryRow& mapped_row(const DictionaryTable& table, const Mapped& mapped, std::uint16_t access) {
   const auto* row = table.find(mapped.index, mapped.subindex);
   if (row == nullptr || (row->access & access) == 0) throw std::logic_error("the ESI maps what cannot be mapped");

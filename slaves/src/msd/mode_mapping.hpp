@@ -7,7 +7,7 @@
 /// Mappings for the modes of operation, for the device description only.
 namespace driveline::slaves::msd {
 
-/// Operation modes for configuration tools: a mode of operation, with or without SYNC0, and the PDOs it needs.
+/// Returns the operation modes for configuration tools: a mode of operation, with or without SYNC0, and its PDOs.
 [[nodiscard]] std::vector<esi::DcOpMode> mode_op_modes();
 
 }  // namespace driveline::slaves::msd

@@ -31,7 +31,7 @@ constexpr NetworkState network_state(AlState state) noexcept {
   }
 }
 
-/// The codes of a loss of synchronisation (ETG.1020, AL status codes).
+/// Whether the code reports a loss of synchronisation (ETG.1020, AL status codes).
 constexpr bool is_sync_error(AlStatusCode code) noexcept {
   switch (code) {
     case AlStatusCode::kSynchronizationError:
@@ -132,10 +132,10 @@ void MsdDrive::fall_back(AlState from, AlState to, AlStatusCode reason) noexcept
   core_.raise(reason == AlStatusCode::kSyncManagerWatchdog ? Fault::kBusWatchdog : Fault::kLocalError);
 }
 
-/// Er 14 02 is "wrong EEPROM data" and "unsupported communication controller" (MSD manual 5.3.3): a content that cannot
-/// be loaded, or that is another device's.
+/// Er 14 02 is "wrong EEPROM data" and "unsupported communication controller" (MSD manual 5.3.3): the content cannot be
+/// loaded, or belongs to another device.
 void MsdDrive::eeprom_loaded(std::span<const std::byte> image, bool valid) noexcept {
-  constexpr std::size_t kVendor = 0x10;  // bytes in the EEPROM (ETG.1000.6 Table 16)
+  constexpr std::size_t kVendor = 0x10;  // byte offset in the EEPROM (ETG.1000.6 Table 16)
   constexpr std::size_t kProduct = 0x14;
   const bool own = valid && image.size() >= kProduct + sizeof(std::uint32_t) &&
                    wire::load_le<std::uint32_t>(image.subspan(kVendor)) == kVendorId &&
@@ -144,8 +144,8 @@ void MsdDrive::eeprom_loaded(std::span<const std::byte> image, bool valid) noexc
   if (!own) core_.raise(Fault::kEepromData);
 }
 
-/// SYNC0 in multiples of 125 us (MSD manual 9.1). 1C32h:01 = 2 insists on SYNC0, 1 on process data in each setpoint
-/// cycle; 0, its default, takes what is there.
+/// The SYNC0 cycle must be a multiple of 125 us (MSD manual 9.1). 1C32h:01 = 2 requires SYNC0, 1 requires process data
+/// in each setpoint cycle; 0, its default, accepts either.
 SyncDemand MsdDrive::sync_demand() const noexcept {
   SyncDemand demand;
   const auto type = static_cast<SyncType>(core_.dictionary().get(kBusValue.sync_type_outputs));
@@ -156,7 +156,7 @@ SyncDemand MsdDrive::sync_demand() const noexcept {
   return demand;
 }
 
-/// The control cycles end half a cycle beside SYNC0, so that the order of both never varies.
+/// The control cycles end half a cycle after SYNC0, so that their order is always the same.
 void MsdDrive::sync_event(SyncSignal signal, nanoseconds time) noexcept {
   if (signal != SyncSignal::kSync0) return;
   sync0_.pulse(time);
@@ -181,7 +181,7 @@ bool MsdDrive::cause_persists(Fault fault) const noexcept {
   return fault == Fault::kEepromData && !eeprom_good_;
 }
 
-/// Bytes of the manufacturer: number, location, complete operating hours, little endian (MSD manual 13.1).
+/// Manufacturer-specific bytes: number, location, complete operating hours, little endian (MSD manual 13.1).
 void MsdDrive::report(const FaultMessage& message) noexcept {
   wire::Emergency emergency;
   emergency.error_code = message.error_code;
@@ -215,7 +215,7 @@ std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept
   return sync_manager == kInputsSyncManager ? tx_map_.size() : 0;
 }
 
-/// Settings act as if they had come in an SDO. A device parameter whose value an SDO would refuse keeps the one it has.
+/// Settings act as if they were written by SDO. A device parameter keeps its value if an SDO would refuse the new one.
 void MsdDrive::decode_settings(std::span<const std::byte> data) noexcept {
   ObjectDictionary& dictionary = core_.dictionary();
   const auto fields = rx_map_.fields();

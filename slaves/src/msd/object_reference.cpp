@@ -1,4 +1,4 @@
-// The reference page of the object dictionary, made from the table.
+// Reference page of the object dictionary, made from the table.
 #include <array>
 #include <charconv>
 
@@ -15,7 +15,7 @@ std::string hex(unsigned value, int digits) {
   return text;
 }
 
-/// Numbers short and exact; limits of the data type itself stay empty.
+/// Formats a number, short and exact; limits of the data type itself stay empty.
 std::string number(double value) {
   if (value >= 1e300 || value <= -1e300) return {};
   std::array<char, 32> buffer{};

@@ -31,7 +31,7 @@ constexpr std::array kSingleRows = {
     constant(0x1C00, 4, ObjectCode::kArray, kUnsigned8, "Sync manager 3: inputs", 4, kEtg),
 };
 
-/// 1600h-1603h or 1A00h-1A03h: empty by default, kept with the parameters (MSD manual 8.3.3).
+/// Adds 1600h-1603h or 1A00h-1A03h: empty by default, stored with the parameters (MSD manual 8.3.3).
 void add_mappings(std::vector<EntryRow>& rows, std::uint16_t first, std::string_view name) {
   const EntryRow base{.code = ObjectCode::kRecord,
                       .access = access::kReadWriteConfiguring | access::kBackup,
@@ -50,7 +50,7 @@ void add_mappings(std::vector<EntryRow>& rows, std::uint16_t first, std::string_
   }
 }
 
-/// 1C12h, 1C13h: all PDOs are assigned, in order.
+/// Adds 1C12h, 1C13h: all PDOs are assigned, in order.
 void add_assignment(std::vector<EntryRow>& rows, std::uint16_t index, std::uint16_t first, std::string_view name) {
   EntryRow row{.index = index,
                .code = ObjectCode::kArray,
@@ -69,7 +69,7 @@ void add_assignment(std::vector<EntryRow>& rows, std::uint16_t index, std::uint1
   }
 }
 
-/// 1C32h, 1C33h (ETG.1020 Table 80): free run, SM event or DC SYNC0, cycle from 125 us (MSD manual 9.1).
+/// Adds 1C32h, 1C33h (ETG.1020 Table 80): free run, SM event or DC SYNC0, cycle from 125 us (MSD manual 9.1).
 void add_synchronisation(std::vector<EntryRow>& rows, std::uint16_t index, std::string_view name,
                          std::uint8_t entries) {
   const auto number = [&](std::uint8_t subindex, esi::DataType type, std::string_view entry, double value) {

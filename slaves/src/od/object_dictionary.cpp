@@ -10,7 +10,7 @@ namespace {
 
 using wire::SdoAbort;
 
-/// Bit of the access word for reading (0..2) or writing (3..5) in `phase`; 0 where nothing is read or written.
+/// Returns the access bit for reading (bits 0..2) or writing (3..5) in `phase`; 0 when the phase allows no access.
 constexpr std::uint16_t access_bit(AccessPhase phase, std::uint16_t while_configuring) noexcept {
   switch (phase) {
     case AccessPhase::kConfiguring:
@@ -25,7 +25,7 @@ constexpr std::uint16_t access_bit(AccessPhase phase, std::uint16_t while_config
   return 0;
 }
 
-/// Number in the first bytes of `data`, sign extended.
+/// Returns the number in the first bytes of `data`, sign extended.
 std::uint64_t load_number(esi::DataType type, std::span<const std::byte> data) noexcept {
   const auto extended = [type](auto value) {
     using Unsigned = decltype(value);
@@ -73,7 +73,7 @@ std::uint16_t write_access(AccessPhase phase) noexcept {
 ObjectDictionary::ObjectDictionary(const DictionaryTable& table)
     : table_(&table), values_(table.slot_count()), strings_(table.string_count()) {
   for (const auto& row : table.rows()) {
-    if (is_string(row.type)) strings_[row.slot].reserve(row.string_length);  // writing later does not allocate
+    if (is_string(row.type)) strings_[row.slot].reserve(row.string_length);  // so that later writes do not allocate
   }
   reset();
 }

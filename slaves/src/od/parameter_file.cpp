@@ -15,7 +15,7 @@ namespace {
 
 using Result = tl::expected<void, ParameterFileError>;
 
-/// Thousands of times what all parameters of a device take; a file that never ends is refused before it fills memory.
+/// Far more than all parameters of a device need; an endless file is refused before it fills the memory.
 constexpr std::size_t kMaxFileBytes = std::size_t{4} << 20;
 constexpr std::string_view kHeader = "# Stored parameters: index:sub-index = value\n";
 
@@ -67,12 +67,12 @@ bool parse(std::string_view text, T& value, int base = 10) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-/// An error in a line, whose number the caller adds, or in the file as a whole.
+/// Returns an error in a line, whose number the caller adds, or in the file as a whole.
 tl::unexpected<ParameterFileError> wrong(std::string what) {
   return tl::unexpected(ParameterFileError{0, std::move(what)});
 }
 
-/// One value of the file that has been found good.
+/// A validated value of the file.
 struct Assignment {
   const EntryRow* row = nullptr;
   std::uint64_t raw = 0;
@@ -144,7 +144,7 @@ tl::unexpected<ParameterFileError> system_error(std::string_view what) {
   return wrong(std::string(what) + ": " + std::strerror(errno));
 }
 
-/// Everything on the disk, or the reason why not.
+/// Writes the text to the disk and waits until it is stored; returns the reason when that fails.
 Result write_through(const std::string& path, std::string_view text) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) return system_error("cannot be opened for writing");
@@ -168,7 +168,7 @@ Result write_through(const std::string& path, std::string_view text) {
 std::string write_parameters(const ObjectDictionary& dictionary) {
   std::string text(kHeader);
   std::vector<bool> seen(dictionary.table().slot_count());
-  // Of two addresses of one value the standard's is used.
+  // Of two addresses of a value, the standard's is used.
   for (const bool manufacturer : {false, true}) {
     for (const auto& row : dictionary.table().rows()) {
       if (!is_stored(row) || (row.index >= 0x2000 && row.index < 0x6000) != manufacturer) continue;

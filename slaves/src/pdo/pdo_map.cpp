@@ -66,7 +66,7 @@ SdoResult<void> check_mapping_count(const ObjectDictionary& dictionary, const Pd
   return {};
 }
 
-/// A PDO of the right direction that the device has.
+/// Whether `raw` is the index of an existing PDO of the direction that starts at `first`.
 bool is_pdo(const ObjectDictionary& dictionary, const PdoLimits& limits, std::uint16_t first, std::uint32_t raw) {
   const auto index = static_cast<std::uint16_t>(raw);
   return in_block(index, first, limits.pdos) && !dictionary.table().object(index).empty();
@@ -139,7 +139,7 @@ void PdoMap::build(const ObjectDictionary& dictionary, std::size_t sync_manager,
 
 namespace {
 
-/// Number of whole bytes when the field is one and begins at a byte border, else 0.
+/// Returns the number of bytes when the field consists of whole bytes and starts at a byte boundary, else 0.
 std::size_t whole_bytes(const PdoMap::Field& field) noexcept {
   return (field.bit_offset | field.bits) % 8 == 0 ? field.bits / 8U : 0U;
 }
@@ -178,7 +178,7 @@ void store_field(const PdoMap::Field& field, std::uint64_t value, std::span<std:
   }
 }
 
-/// A value kept as bytes goes bit by bit through numbers of a byte: it may lie across byte borders.
+/// Loads a value that is stored as bytes. It may cross byte boundaries, so it is copied in steps of 8 bits.
 void load_text(const PdoMap::Field& field, std::span<const std::byte> data, std::string& text) noexcept {
   text.assign((field.bits + 7U) / 8U, '\0');
   for (std::size_t bit = 0; bit < field.bits; bit += 8) {

@@ -18,7 +18,7 @@ CurrentLoop::CurrentLoop(const WindingParameters& parameters, double torque_cons
   parameters_.inductance_h = at_least(parameters.inductance_h, 1e-7);
   parameters_.saturation_current_a = at_least(parameters.saturation_current_a, 0.0);
   flux_vs_ = torque_constant_ / (1.5 * pole_pairs_);
-  // Pole cancelled: the closed loop is a lag of this time, but no faster than three steps.
+  // Pole-zero cancellation: the closed loop is a lag with this time constant, but no faster than three steps.
   const double bandwidth = 1.0 / std::max(at_least(lag_s, 0.0), 3.0 * step_s);
   proportional_v_a_ = bandwidth * parameters_.inductance_h;
   integral_v_a_ = bandwidth * parameters_.resistance_ohm * step_s;
@@ -34,7 +34,7 @@ double CurrentLoop::loss_w() const noexcept {
   return 1.5 * parameters_.resistance_ohm * (d_a_ * d_a_ + q_a_ * q_a_);
 }
 
-/// The diodes take the current out of the windings within fractions of a millisecond; here it is gone at once.
+/// In reality the diodes extinguish the current within fractions of a millisecond; here it is 0 at once.
 void CurrentLoop::open_circuit() noexcept {
   d_a_ = q_a_ = 0.0;
   d_v_ = q_v_ = 0.0;
@@ -50,7 +50,7 @@ double CurrentLoop::step(double torque_setpoint_nm, double speed_rad_s, double d
   const double reactance = speed * parameters_.inductance_h;
   const double d_v = proportional_v_a_ * d_error + d_integral_v_ - reactance * q_a_;
   const double q_v = proportional_v_a_ * q_error + q_integral_v_ + reactance * d_a_ + speed * flux_vs_;
-  if (!drive_windings(d_v, q_v, speed, dc_link_volts)) {  // no integration into the limit
+  if (!drive_windings(d_v, q_v, speed, dc_link_volts)) {  // anti-windup: no integration at the limit
     d_integral_v_ += integral_v_a_ * d_error;
     q_integral_v_ += integral_v_a_ * q_error;
   }
@@ -67,7 +67,7 @@ bool CurrentLoop::drive_windings(double d_v, double q_v, double speed, double dc
   }
   d_v_ = d_v;
   q_v_ = q_v;
-  // Windings, implicit: stable at every speed.
+  // Implicit integration of the windings is stable at every speed.
   const double share = step_s_ / parameters_.inductance_h;
   const double diagonal = 1.0 + share * parameters_.resistance_ohm;
   const double cross = step_s_ * speed;

@@ -8,7 +8,7 @@
 namespace driveline::slaves {
 namespace {
 
-/// A limit beyond any real machine, which keeps the arithmetic finite.
+/// Limits the speed beyond any real machine, so that the arithmetic stays finite.
 double finite_speed(double rad_s) noexcept {
   constexpr double kBeyondAllMachines = 1e6;
   return std::clamp(rad_s, -kBeyondAllMachines, kBeyondAllMachines);
@@ -50,20 +50,20 @@ Mechanics::Mechanics(const RotorParameters& rotor, const LoadParameters& load, d
       rate * step_s > 1e-9 ? (1.0 - speed_decay_) / rotor.viscous_friction_nm_s : step_s / rotor.inertia_kg_m2;
 }
 
-/// Dry friction takes away speed but cannot turn it round: within its reach the mass sticks.
+/// Applies dry friction, which reduces the speed but cannot reverse it: a slow mass stops.
 double Mechanics::with_friction(double velocity, double friction_nm, double inertia) const noexcept {
   const double change = friction_nm * step_s_ / inertia;
   return std::abs(velocity) <= change ? 0.0 : velocity - std::copysign(change, velocity);
 }
 
-/// How far `position` is inside an end stop: positive in the upper one, negative in the lower one.
+/// Returns the depth of `position` in an end stop: positive in the upper one, negative in the lower one.
 double Mechanics::penetration(double position) const noexcept {
   if (position > load_parameters_.end_stop_max_rad) return position - load_parameters_.end_stop_max_rad;
   if (position < load_parameters_.end_stop_min_rad) return position - load_parameters_.end_stop_min_rad;
   return 0.0;
 }
 
-/// Speed after a step against an end stop: spring and damper, implicit; it pushes and never pulls.
+/// Returns the speed after a step against an end stop: spring and damper, implicit; it pushes and never pulls.
 double Mechanics::at_end_stop(const Mass& mass, double velocity, double inertia) const noexcept {
   const double inside = penetration(mass.position);
   if (inside == 0.0) return velocity;
@@ -74,13 +74,13 @@ double Mechanics::at_end_stop(const Mass& mass, double velocity, double inertia)
   return (torque > 0.0) == (inside > 0.0) ? next : velocity;
 }
 
-/// A mass at rest stays there while the torque on it is within its friction.
+/// Whether a mass at rest stays there because the torque on it is within its friction.
 bool Mechanics::sticks(const Mass& mass, double torque_nm, double friction_nm) const noexcept {
   return mass.velocity == 0.0 && std::abs(torque_nm) <= friction_nm;
 }
 
-/// The two masses with the spring between them move without losses, then friction and stops take speed away and nothing
-/// else: so no step can add energy.
+/// First the two masses and the coupling move without gaining energy, then friction and end stops only reduce the
+/// speed: so no step can add energy.
 void Mechanics::step_elastic(double torque_nm, double friction_nm) noexcept {
   const LoadParameters& p = load_parameters_;
   const double elastic = p.stiffness_nm_rad * (rotor_.position - load_.position);
@@ -119,7 +119,7 @@ void Mechanics::step_rigid(double torque_nm, double friction_nm) noexcept {
     after = at_end_stop(rotor_, after, rotor_parameters_.inertia_kg_m2);
   }
   rotor_.velocity = finite_speed(after);
-  // Against a stop the speed at the end of the step counts, as in its equation; else the mean.
+  // At a stop, use the speed at the end of the step, as in the stop's implicit equation; otherwise the mean.
   rotor_.position += step_s_ * (touching ? rotor_.velocity : 0.5 * (before + rotor_.velocity));
 }
 
@@ -136,7 +136,7 @@ void Mechanics::set_load(double torque_nm) noexcept {
 }
 
 void Mechanics::set_blocked(bool blocked) noexcept {
-  blocking_nm_ = blocked ? 1e7 : 0.0;  // more than any torque of the model
+  blocking_nm_ = blocked ? 1e7 : 0.0;  // exceeds every torque of the model
 }
 
 double Mechanics::kinetic_energy_j() const noexcept {

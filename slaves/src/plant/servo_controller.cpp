@@ -9,12 +9,12 @@ namespace driveline::slaves {
 
 namespace {
 
-constexpr double kSetpointTakeOverS = 3e-3;  ///< ours
+constexpr double kSetpointTakeOverS = 3e-3;  ///< time constant of the change to a new velocity setpoint (ours)
 
 }  // namespace
 
 ControllerParameters ControllerParameters::sanitized() const noexcept {
-  constexpr double kMost = 1e9;  // what the dictionary can hold
+  constexpr double kMost = 1e9;  // the dictionary's maximum
   const ControllerParameters standard;
   return {in_range(position_gain_per_s, 0.0, kMost, standard.position_gain_per_s),
           in_range(velocity_gain_nm_s, 0.0, kMost, standard.velocity_gain_nm_s),
@@ -79,14 +79,14 @@ double ServoController::velocity_loop(double velocity_setpoint_rad_s, double tor
   const double proportional = parameters_.velocity_gain_nm_s * error + torque_nm;
   const double wanted = proportional + integral_nm_;
   const double torque = limit_torque(wanted);
-  // Anti-windup: no integration further into a limit that is already reached.
+  // Anti-windup: do not integrate further into a limit.
   if (torque == wanted || (wanted > torque) != (error > 0.0)) integral_nm_ += integral_gain_ * error;
   integral_nm_ = std::clamp(integral_nm_, -parameters_.max_torque_nm, parameters_.max_torque_nm);
   return torque;
 }
 
-/// The velocity loop goes on with the setpoint in force and gets to its new one: with a step its torque would leap.
-/// Where there was none, or the axis could not follow it, with the measured speed.
+/// The velocity loop continues with the present setpoint and approaches the new one, since a step would make the torque
+/// jump. Without a present setpoint, or if the axis could not follow it, it continues with the measured speed.
 void ServoController::take_over(double velocity_rad_s, bool could_follow) noexcept {
   const bool by_torque = loop_ == ControllerSetpoint::Loop::kTorque;
   const double in_force = by_torque || !could_follow ? measured_velocity_rad_s_ : velocity_setpoint_rad_s_;
@@ -105,8 +105,8 @@ double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
     return torque_nm_;
   }
   if (loop_ != setpoint.loop) {
-    // Without any torque before, as when the motor is switched on, the filter of the feed-forward is all that smooths
-    // its begin: the first setpoints may leap, as those of new units do.
+    // Without torque before, as at switch-on, only the filter of the feed-forward smooths its start, because the first
+    // setpoints may jump, e.g. in new units.
     const bool from_nothing = loop_ == Loop::kTorque && !(std::abs(torque_nm_) > 0.0);
     take_over(velocity, could_follow);
     if (from_nothing && setpoint.loop == Loop::kPosition) {
@@ -117,14 +117,14 @@ double ServoController::step(const ControllerSetpoint& setpoint) noexcept {
   double velocity_setpoint = velocity + taken_over;
   taken_over_rad_s_ -= taken_over_rad_s_ * step_s_ / kSetpointTakeOverS;
   if (setpoint.loop == Loop::kPosition) {
-    // The speed measurement lags by its filter; the feed-forward is delayed alike, or it would count as an error.
+    // The speed measurement lags by its filter; without the same delay the feed-forward would appear as an error.
     filtered_feed_forward_rad_s_ += filter_gain_ * (velocity - filtered_feed_forward_rad_s_);
     velocity_setpoint = filtered_feed_forward_rad_s_ + taken_over +
                         parameters_.position_gain_per_s * (finite(setpoint.position_rad) - measured_position_rad_);
   }
   if (loop_ == Loop::kTorque) {
-    // Without a speed error the torque goes on as it was. Of the first feed-forward, which may be that of a kink,
-    // counts what may be in that already.
+    // The integral part takes over the torque, so that it continues unchanged without a speed error. The first
+    // feed-forward may result from a kink, so only the part of it counts that the torque may already contain.
     const double part = std::clamp(feed_forward_nm, std::min(torque_nm_, 0.0), std::max(torque_nm_, 0.0));
     integral_nm_ = std::clamp(torque_nm_ - part, -parameters_.max_torque_nm, parameters_.max_torque_nm);
   }

@@ -32,7 +32,7 @@ MotorParameters MotorParameters::sanitized() const noexcept {
   return p;
 }
 
-/// Equal voltages: the current goes with the power.
+/// At equal voltages the current is proportional to the power.
 double MotorParameters::typical_current_a() const noexcept {
   const MotorParameters standard;
   return standard.rated_current_a * (rated_torque_nm / standard.rated_torque_nm) *
@@ -41,7 +41,7 @@ double MotorParameters::typical_current_a() const noexcept {
 
 WindingParameters MotorParameters::typical_winding() const noexcept {
   const MotorParameters standard;
-  // Flux linked with the rated current, and the back EMF per current at the highest speed.
+  // Up to constant factors: flux per rated current, and back EMF per rated current at the maximum speed.
   const auto inductance = [](const MotorParameters& p) {
     return p.rated_torque_nm / (p.pole_pairs * p.rated_current_a * p.rated_current_a);
   };
@@ -114,7 +114,7 @@ TorqueRange ServoMotor::torque_range() const noexcept {
           std::clamp(torque_constant_ * range.highest_a, -peak, peak)};
 }
 
-/// The windings continue with the present torque, their control with the present currents.
+/// The windings continue with the present torque, and their current control with the present currents.
 void ServoMotor::use_windings(bool before) noexcept {
   through_windings_ = parameters_.winding.simulated || by_voltage_ || shorted_;
   if (through_windings_ && !before) current_.settle(torque_nm_, mechanics_.velocity_rad_s());

@@ -8,7 +8,7 @@
 namespace driveline::slaves {
 namespace {
 
-constexpr double kOverloadFactor = 1.5;  ///< FREQ: of the permitted current ...
+constexpr double kOverloadFactor = 1.5;  ///< FREQ: multiple of the permitted current that trips after kOverloadTimeS
 constexpr double kOverloadTimeS = 120.0;
 
 double permitted(double frequency_hz, const OverloadLimits& limits) noexcept {

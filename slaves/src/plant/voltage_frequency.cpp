@@ -7,12 +7,12 @@
 namespace driveline::slaves {
 namespace {
 
-constexpr double kTakeOverS = 0.04;    ///< several time constants of a winding
-constexpr double kDampingRadS = 46.0;  ///< electrical, per rated current; tried from a third to ten times the inertia
-constexpr double kDampingCornerS = 0.05;                 ///< slower changes of the active current are load
-constexpr double kDampedFrom = 60.0 * std::numbers::pi;  ///< electrical rad/s; below the resistance damps enough
-constexpr double kLimitGain = 0.3;                       ///< share of voltage taken away per step and excess
-constexpr double kRecoveryS = 0.05;                      ///< for the whole voltage to come back
+constexpr double kTakeOverS = 0.04;       ///< several time constants of a winding
+constexpr double kDampingRadS = 46.0;     ///< electrical, per rated current; tested with 1/3 to 10 times the inertia
+constexpr double kDampingCornerS = 0.05;  ///< slower changes of the active current are due to load
+constexpr double kDampedFrom = 60.0 * std::numbers::pi;  ///< electrical rad/s; below, the resistance damps enough
+constexpr double kLimitGain = 0.3;                       ///< share of the voltage removed per step and excess
+constexpr double kRecoveryS = 0.05;                      ///< until the whole voltage is restored
 constexpr double kSmallestShare = 0.05;
 
 }  // namespace
@@ -44,7 +44,7 @@ VoltageVector VoltageFrequency::step(double electrical_rad_s, const PhaseCurrent
   const double amplitude = characteristic_v(electrical_rad_s) * share_;
   const VoltageVector voltage{amplitude + start_left_ * start_in_phase_v_, start_left_ * start_quadrature_v_,
                               angle_rad_};
-  // The active current changes with the vector as long as that goes over from the one at the start.
+  // While the vector changes over from the initial one, its active current changes with it; no damping then.
   const double follow = start_left_ > 0.0 ? 1.0 : step_s_ / kDampingCornerS;
   mean_active_a_ += follow * (currents.active_a - mean_active_a_);
   const double swing = (currents.active_a - mean_active_a_) / std::max(parameters_.rated_current_a, 1e-6);

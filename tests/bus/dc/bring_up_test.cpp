@@ -1,4 +1,4 @@
-// The clocks of a line brought together by the real master and compared with the truth.
+// The real master synchronises the clocks of a line; compared with the true times.
 #include "dc/bring_up.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ LineOptions with_cable(nanoseconds cable) {
   return options;
 }
 
-/// Register 0x0928 of every clock behind the reference is the true delay, to a count of the clocks.
+/// Register 0x0928 of every clock after the reference contains the true delay, within one count of the clocks.
 void expect_true_delays(ClockLine& line, const LineClocks& clocks) {
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (!clocks.slaves[i].present) continue;
@@ -98,7 +98,7 @@ TEST(ClockDelays, OfAStarAreTrue) {
 TEST(ClockDelays, OfASwappedSlaveAreTrue) {
   Wiring wiring(4);
   ASSERT_TRUE(wiring.connect_master(MasterPort::kPrimary, {0, 0}, nanoseconds{20}));
-  ASSERT_TRUE(wiring.connect({0, 1}, {1, 1}, nanoseconds{60}));  // in at its output
+  ASSERT_TRUE(wiring.connect({0, 1}, {1, 1}, nanoseconds{60}));  // connected at its output
   ASSERT_TRUE(wiring.connect({1, 0}, {2, 0}, nanoseconds{110}));
   ASSERT_TRUE(wiring.connect({2, 1}, {3, 0}, nanoseconds{35}));
   expect_delays_of(wiring);
@@ -114,7 +114,7 @@ TEST(ClockDelays, BehindSlavesWithoutClockAreTrue) {
   expect_true_delays(line, clocks);
 }
 
-/// Frames leave a closed ring at its other end; for the measurement it is opened there, and closed again.
+/// Frames leave a closed ring at its other end; for the measurement the ring is opened there, and closed again.
 TEST(ClockDelays, OfARingAreTrueAndTheRingIsClosedAgain) {
   class RingPort final : public PassingPort {
    public:
@@ -124,7 +124,7 @@ TEST(ClockDelays, OfARingAreTrueAndTheRingIsClosedAgain) {
       return frame ? frame : far_.receive();
     }
     bool wait_readable(nanoseconds deadline) noexcept override {
-      // In small steps, because the frame may come out at either end.
+      // In small steps, because the frame may leave at either end.
       for (auto step = start(); step < deadline; step += microseconds{1}) {
         if (far_.wait_readable(step) || inner_.wait_readable(step)) return true;
       }
@@ -145,7 +145,7 @@ TEST(ClockDelays, OfARingAreTrueAndTheRingIsClosedAgain) {
   EXPECT_EQ(line.slave(5).esc().memory().get(wire::reg::kDlControl), before);
 }
 
-/// Local clocks that wrap around, or change their sign bit, between two ports of one frame.
+/// Local clocks that wrap around, or change their sign bit, between two ports of the same frame.
 TEST(ClockDelays, DoNotMindWhereTheClocksAre) {
   for (const std::uint32_t edge : {0x8000'0000U, 0U}) {
     for (int step = -6; step <= 2; ++step) {
@@ -170,7 +170,7 @@ void expect_together(ClockLine& line, const LineClocks& clocks, nanoseconds wind
   }
   const auto mapped = clocks.mapping.at(line.clock.now());
   const auto reference = line.system_time(clocks.reference);
-  // The mapping tells when a frame sent now gets there: the way from the master to the reference is in it.
+  // The mapping includes the delay from the master to the reference.
   const auto off =
       static_cast<std::int32_t>(static_cast<std::uint32_t>(reference) - static_cast<std::uint32_t>(mapped));
   EXPECT_LE(std::chrono::abs(nanoseconds{off}), microseconds{3});
@@ -224,7 +224,7 @@ TEST(ClockBringUp, BusShiftBringsTheReferenceToTheMastersClock) {
   expect_together(line, clocks, microseconds{1});
 }
 
-/// One frame of every kind that the bring-up sends gets lost, on either way.
+/// A frame of each kind that the bring-up sends is lost, on either way.
 TEST(ClockBringUp, OneLostFrameChangesNothing) {
   std::uint64_t frames = 0;
   {
@@ -262,7 +262,7 @@ TEST(ClockBringUp, AFrameThatIsLostForGoodDuringCompensationIsOneSampleLess) {
   LossyPort lossy(line.line(), LossyPort::Way::kBack, [&](auto, std::span<const std::byte> frame) {
     if (first_datagram(frame).command != wire::Command::kFrmw) return false;
     ++drift_frames;
-    return drift_frames > 100 && drift_frames <= 105;  // the frame and all of its repetitions
+    return drift_frames > 100 && drift_frames <= 105;  // the frame and all its repetitions
   });
   line.open(&lossy);
   const auto clocks = bring_up(line, line.plan());
@@ -282,7 +282,7 @@ TEST(ClockBringUp, ALineThatFallsSilentIsReported) {
 
 TEST(ClockBringUp, ASlaveThatHasNotTakenItsActivationIsNamed) {
   ClockLine line(random_clocks(3, 50.0), std::nullopt, with_cable(kCable));
-  // On its way the byte is lost, so that what comes back of the write is not what was sent either.
+  // The byte is lost on its way out, so the returned write differs from the sent one, too.
   ChangingPort changing(line.line(),
                         [&](std::span<std::byte> frame) {
                           auto cursor = wire::MutableDatagramCursor::open(frame);
@@ -332,7 +332,7 @@ TEST(ClockBringUp, SignalsStartTogetherInTheFuture) {
   EXPECT_EQ(reg(4, wire::reg::kDcActivation), 0x00);
 }
 
-/// Writing takes longer than the first lead: the start time moves, no slave starts in the past.
+/// Writing takes longer than the first lead: the start time is moved, and no slave starts in the past.
 TEST(ClockBringUp, AStartTimeThatHasPassedIsChosenAnew) {
   ClockLine line(random_clocks(4, 20.0), std::nullopt, with_cable(kCable));
   int activations = 0;

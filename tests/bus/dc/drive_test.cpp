@@ -1,4 +1,4 @@
-// Simulated drives run with distributed clocks, from their objects to their motion.
+// Simulated drives operated with distributed clocks, from their objects to their motion.
 #include <gtest/gtest.h>
 
 #include "dc/bring_up.hpp"
@@ -40,7 +40,7 @@ TEST(DrivesWithClocks, AreToldInTheirObjectsAndRunThePath) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(drives.slave(i).esc().memory().get(wire::reg::kDcActivation), 0) << i;
 }
 
-/// The way of a setpoint is longer by the wait for SYNC0, and it is compared with the position that belongs to it.
+/// The wait for SYNC0 delays a setpoint further, and it must be compared with the matching position.
 TEST(DrivesWithClocks, HaveTheFollowingErrorThatTheyReport) {
   for (const auto period : {nanoseconds{microseconds{125}}, nanoseconds{milliseconds{1}}}) {
     DriveLine drives(2);
@@ -58,12 +58,12 @@ TEST(DrivesWithClocks, HaveTheFollowingErrorThatTheyReport) {
     for (const auto& sample : operation.axis_samples) {
       difference = std::max(difference, std::abs(sample.following_error - sample.drive_following_error));
     }
-    // 8 rad/s: a cycle of 125 us that is left out would be 1 mrad.
+    // At 8 rad/s a wrong cycle of 125 us would be 1 mrad.
     EXPECT_LT(difference, 1e-4) << period.count();
   }
 }
 
-/// The last two drives lose their supply and come back while the first two go on.
+/// The last two drives lose their supply and return while the first two continue.
 TEST(DrivesWithClocks, GetTheirTimeBackWhenTheyComeBack) {
   DriveLine drives(4);
   LineOperation operation(drives);

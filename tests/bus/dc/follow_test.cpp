@@ -19,7 +19,7 @@ LineOptions with_cable(nanoseconds cable) {
   return options;
 }
 
-/// Largest phase error of the frames over `duration`, as they truly met the reference clock.
+/// Largest phase error of the frames over `duration`, as they truly arrived at the reference clock.
 nanoseconds worst_arrival(ClockRun& run, nanoseconds duration) {
   nanoseconds worst{0};
   run.run(duration, [&] { worst = std::max(worst, std::chrono::abs(run.arrival_error())); });
@@ -50,7 +50,7 @@ TEST(ClockFollowing, LocksWithinASecondAt125Microseconds) {
   EXPECT_LT(run.cycles() * microseconds{125}, seconds{1}) << "first cycle to OP, lock included";
 }
 
-/// Nothing is laid out in the process image: there is no slave to judge, and nothing to judge it by.
+/// The process image is empty: there is no slave to judge, and nothing to judge it by.
 TEST(ClockFollowing, LocksInPreOpWithoutProcessData) {
   ClockLine line(random_clocks(8, 100.0), std::nullopt, with_cable(nanoseconds{50}));
   ClockRun::Options options;
@@ -62,7 +62,7 @@ TEST(ClockFollowing, LocksInPreOpWithoutProcessData) {
   EXPECT_EQ(run.master().al_status()->front().status.state, wire::AlState::kPreOp);
 }
 
-/// Whenever the line starts, and wherever its clocks are, frames pass the reference clock at the planned phase: the
+/// Whenever the line starts, and whatever the clocks show, frames pass the reference clock at the planned phase, the
 /// first one within a microsecond.
 TEST(ClockFollowing, ThePhaseIsTheSameAtEveryStart) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
@@ -86,7 +86,7 @@ TEST(ClockFollowing, ThePhaseIsTheSameAtEveryStart) {
   }
 }
 
-/// Late wake-ups make frames late, but not the grid: the controller never sees them.
+/// Late wake-ups delay frames, but do not move the grid: the controller does not see them.
 TEST(ClockFollowing, LateWakeUpsDoNotMoveTheGrid) {
   std::mt19937 random(7);
   std::exponential_distribution<double> latency(1.0 / 8000.0);
@@ -107,7 +107,7 @@ TEST(ClockFollowing, LateWakeUpsDoNotMoveTheGrid) {
   EXPECT_TRUE(run.status().locked);
 }
 
-/// With launch times they make frames no later either, up to as much as the cycle is early.
+/// With launch times late wake-ups do not delay frames either, up to the lead of the cycle.
 TEST(ClockFollowing, FramesThatAreHeldBackMeetTheReferenceClockInTime) {
   constexpr auto kEarly = microseconds{30};
   for (const bool held : {false, true}) {
@@ -154,7 +154,7 @@ TEST(ClockFollowing, LostFramesAreBridged) {
 TEST(ClockFollowing, A32BitReferenceClockWrapsUnnoticed) {
   auto specs = random_clocks(4, 80.0);
   for (auto& spec : specs) spec.wide = false;
-  // 2^32 ns come round a second after the start.
+  // The system time passes 2^32 ns a second after the start.
   ClockLine line(specs, std::nullopt, with_cable(nanoseconds{50}), nanoseconds{0x3'0000'0000} - seconds{1});
   ClockRun run(line);
   ASSERT_EQ(run.start(line.plan()), "");
@@ -203,7 +203,7 @@ TEST(ClockFollowing, AReferenceThatCannotBeFollowedIsNamed) {
       "cannot be disciplined");
 }
 
-/// A hub without clock; the reference clock alone on one branch, three clocks on the other.
+/// A hub without a clock; the reference clock alone on one branch, three clocks on the other.
 Wiring reference_on_a_branch() {
   Wiring wiring(5);
   EXPECT_TRUE(wiring.connect_master(MasterPort::kPrimary, {0, 0}, nanoseconds{20}));
@@ -216,7 +216,7 @@ Wiring reference_on_a_branch() {
 
 TEST(ClockFollowing, TheNextClockTakesOverAndNobodyJumps) {
   auto specs = random_clocks(5, 60.0);
-  // In front of the reference there is a clock that needs no time, so that the way to the others is known.
+  // Before the reference there is a clock that needs no time, so that the path to the other clocks is known.
   ClockLine line(specs, reference_on_a_branch());
   ClockRun run(line);
   auto plan = line.plan();
@@ -243,14 +243,14 @@ TEST(ClockFollowing, TheNextClockTakesOverAndNobodyJumps) {
   EXPECT_THAT(run.events(), testing::ElementsAre("slave 1: the reference clock no longer answers",
                                                  "slave 2: is the reference clock from now on"));
   EXPECT_EQ(run.clocks().reference, 2);
-  // Without the branch frames come two microseconds sooner; the one with the expected time before the loss was noticed
-  // has shifted all clocks, and the others have to follow the new reference, which settles slowly.
+  // Without the branch frames arrive two microseconds earlier. The frame with the expected time, sent before the loss
+  // was noticed, has shifted all clocks, and the others have to follow the new reference, which settles slowly.
   EXPECT_LE(apart, nanoseconds{500}) << "SYNC0 of the others against each other, all the time";
   EXPECT_LE(run.worst_sync0(), nanoseconds{40}) << "in the end";
   EXPECT_LE(jump, nanoseconds{200}) << "system time of a drive from cycle to cycle";
   EXPECT_TRUE(run.status().locked);
   EXPECT_EQ(run.status().unlocks, 0U);
-  // The frames are where they were against SYNC0.
+  // The frames have the same phase to SYNC0 as before.
   EXPECT_LE(worst_arrival(run, milliseconds{200}), nanoseconds{100});
 }
 
@@ -272,7 +272,7 @@ TEST(ClockFollowing, AReferenceThatComesBackBeforeAnybodyTookOverStays) {
   EXPECT_TRUE(run.status().locked);
 }
 
-/// Eight frames in a row, and not some that a disturbance has cost.
+/// The loss needs eight missing frames in a row; a disturbance that costs a few is no loss.
 TEST(ClockFollowing, AFewSilentFramesAreNoLossOfTheReference) {
   ClockLine line(random_clocks(5, 60.0), reference_on_a_branch());
   ClockRun run(line);

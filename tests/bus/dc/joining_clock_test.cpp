@@ -1,4 +1,4 @@
-// Clocks of slaves that were not there when the clocks of the line were brought together.
+// Clocks of slaves that were missing when the clocks of the line were synchronised.
 #include <gmock/gmock.h>
 
 #include "fault_ports.hpp"
@@ -13,7 +13,7 @@ using ecat_master::dc::SlaveClockPlan;
 using Place = MovableGroup::Place;
 
 constexpr microseconds kPeriod{125};
-/// True times: what the clocks are off one another is the resolution of their time stamps and their loops.
+/// True times: the differences between clocks are due to the resolution of their time stamps and to their loops.
 constexpr nanoseconds kNear{60};
 
 SlaveClockPlan with_sync0(nanoseconds cycle = kPeriod, nanoseconds shift = {}) {
@@ -29,7 +29,7 @@ ClockPlan plan_for_two() {
   return plan;
 }
 
-/// Every oscillator has a speed and a time of its own.
+/// Every oscillator has its own frequency and time.
 slaves::SlaveOptions oscillator(std::size_t drive) {
   constexpr std::array kPpm{0.0, 80.0, -45.0, 30.0, -60.0, 95.0};
   slaves::SlaveOptions options;
@@ -76,7 +76,7 @@ TEST_F(JoiningClock, RunsWithTheOthersWhereverItIsPluggedIn) {
   group.plug(Place::kA);
   ASSERT_TRUE(group.live_until_in_op(Place::kA)) << group.told();
   live(std::chrono::seconds{1});
-  // Frames pass the branch on their way to mid, which is further from the reference clock now.
+  // Frames pass the branch before mid, which is now further away from the reference clock.
   expect_together({0, 1, 2, 3});
   group.unplug(Place::kA);
   live(milliseconds{200});
@@ -130,7 +130,7 @@ TEST_F(JoiningClock, PlanAgainstTheRulesIsNamedAndTheOthersGoOn) {
   expect_together({0, 3, 4});
 }
 
-/// Holds up, once, the frame that activates the signals of a slave.
+/// Delays the frame that activates the signals of a slave, once.
 class SlowActivation final : public PassingPort {
  public:
   SlowActivation(EditedLine& line, std::uint16_t station)
@@ -164,7 +164,7 @@ class SlowActivation final : public PassingPort {
   bool done_ = false;
 };
 
-/// The signals of a slave that joins are switched on anew when their start has passed; those of other slaves are not
+/// The signals of a joining slave are activated again if their start time has passed; those of other slaves are not
 /// touched.
 TEST(JoiningClocks, ThatStartTwiceLeaveTheOthersAlone) {
   SlowActivation* slow = nullptr;

@@ -48,7 +48,7 @@ class ClockRegisters : public testing::Test {
       EXPECT_EQ(value(i, wire::reg::kSync0CycleTime), 125'000U) << i;
       EXPECT_EQ(value(i, wire::reg::kSystemTimeOffset), run_->clocks().slaves[i].offset) << i;
       EXPECT_EQ(value(i, wire::reg::kSystemTimeDelay), run_->clocks().slaves[i].delay) << i;
-      // The next pulse is where the common start has put all of them.
+      // The next pulse is in the grid of the common start.
       EXPECT_EQ((value(i, wire::reg::kStartTimeCyclic) - run_->clocks().start) % 125'000U, 0U) << i;
     }
     EXPECT_LE(run_->worst_sync0(), nanoseconds{200});

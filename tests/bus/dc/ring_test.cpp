@@ -12,8 +12,8 @@ using slaves::Wiring;
 
 constexpr std::size_t kSlaves = 8;
 
-/// Eight clocks in a ring whose speeds wander by 1 ppm/s: a clock without reference time is microseconds off within
-/// seconds.
+/// Eight clocks in a ring whose frequencies drift by 1 ppm/s: a clock without reference time is off by microseconds
+/// within seconds.
 class ClockRing : public testing::Test {
  protected:
   static std::vector<ClockSpec> wandering() {
@@ -30,7 +30,7 @@ class ClockRing : public testing::Test {
     run->run(seconds{1});
     static_cast<void>(run->events());
   }
-  /// Cable number n lies before slave n; number kSlaves leads back to the master.
+  /// Cable n precedes slave n; cable kSlaves leads back to the master.
   void cut(std::size_t cable, bool broken = true) {
     const slaves::PortId end = cable == 0 ? slaves::PortId{0, 0} : slaves::PortId{cable - 1, 1};
     ASSERT_TRUE(line.line().break_cable(end, broken));
@@ -78,7 +78,7 @@ TEST_F(ClockRing, BothPartsStayTogetherWhereverItBreaks) {
   }
 }
 
-/// Without reference time the far part runs away, so that the test above proves something.
+/// Without reference time the far part drifts away, which shows that the previous test is meaningful.
 TEST_F(ClockRing, ClocksBehindTheBreakWouldRunAway) {
   ClockRun::Options options;
   options.port = &ring;
@@ -89,7 +89,7 @@ TEST_F(ClockRing, ClocksBehindTheBreakWouldRunAway) {
   EXPECT_GT(worst(seconds{3}), microseconds{1});
 }
 
-/// In front of the first slave: now all are reached from the other end only, the reference clock too.
+/// Before the first slave: all slaves are now reached from the other end only, including the reference clock.
 TEST_F(ClockRing, ABreakInFrontOfTheReferenceClockLeavesItTheReference) {
   start();
   cut(0);
@@ -124,7 +124,7 @@ TEST_F(ClockRing, DelaysAreMeasuredAgainWhileItIsClosed) {
   EXPECT_LE(worst(milliseconds{200}), nanoseconds{40});
   EXPECT_THAT(run->events(), testing::IsEmpty()) << "nothing has changed";
   EXPECT_EQ(ring.status().state, port::RingStatus::State::kClosed) << "closed again";
-  // The cable in front of slave 3 has become 300 ns longer than the slaves believe.
+  // The cable before slave 3 has become 300 ns longer than the slaves assume.
   auto wrong = run->clocks();
   for (std::size_t i = 3; i < kSlaves; ++i) wrong.slaves[i].delay -= 300;
   ecat_master::dc::ClockWatch other(run->master().bus(), line.refs(), wrong, *run->master().clock_follower());
@@ -138,7 +138,7 @@ TEST_F(ClockRing, DelaysAreMeasuredAgainWhileItIsClosed) {
   }
 }
 
-/// Were the ring to break while it is open for the measurement, the far part would be out of reach for good.
+/// If the ring broke while it is open for the measurement, the far part would stay out of reach.
 TEST_F(ClockRing, ABreakWhileItIsOpenForTheMeasurementDoesNotLast) {
   start();
   const auto& end = *run->master().topology().ring_end;

@@ -1,4 +1,4 @@
-// Clocks that show a time from outside: steered, jumping, shared by several lines.
+// Clocks that follow an external time: steered, jumping, shared by several lines.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@ using ecat_master::dc::FollowMode;
 using ecat_master::dc::SystemTimeSource;
 using ecat_master::dc::TimeSource;
 
-/// A time far from the master's, as something disciplines it: 80 ppm fast for three seconds, then 40 ppm slow. The same
-/// function of time for every caller.
+/// An external time far from the master's, disciplined: 80 ppm fast for three seconds, then 40 ppm slow. The same
+/// function of time for all callers.
 class SteeredTime final : public TimeSource {
  public:
   explicit SteeredTime(const rt::Clock& clock) : clock_(clock) {}
@@ -48,7 +48,7 @@ struct SteeredLine {
     plan.time = &time;
     return run.start(plan);
   }
-  /// How far the reference clock is ahead of the time it follows.
+  /// Lead of the reference clock over the time that it follows.
   nanoseconds ahead() { return ahead_of(line.system_time(0), static_cast<std::uint64_t>(time.now().count())); }
 
   ClockLine line;
@@ -63,23 +63,23 @@ TEST(ClockTime, TheReferenceFollowsATimeThatIsSteered) {
   nanoseconds worst{0};
   nanoseconds arrival{0};
   nanoseconds apart{0};
-  // Across the turn from 80 ppm fast to 40 ppm slow.
+  // Includes the change from 80 ppm fast to 40 ppm slow.
   steered.run.run(seconds{5}, [&] {
     worst = std::max(worst, std::chrono::abs(steered.ahead()));
     arrival = std::max(arrival, std::chrono::abs(steered.run.arrival_error()));
     apart = std::max(apart, steered.run.worst_sync0());
   });
-  // It is behind by the delay of the frame, which cannot be measured from one end, and while it learns another speed.
+  // The clock lags by the delay of the frame, which cannot be measured from one end, and while it learns the new speed.
   EXPECT_LE(worst, microseconds{3});
   EXPECT_LE(arrival, microseconds{2}) << "the cycle keeps its phase";
-  // While the reference clock changes its speed by 120 ppm at once, far more than a steered clock does.
+  // While the reference clock changes its speed by 120 ppm at once, much more than a steered clock does.
   EXPECT_LE(apart, microseconds{4});
   EXPECT_TRUE(steered.run.status().locked);
   EXPECT_EQ(steered.run.status().unlocks, 0U);
   EXPECT_LE(steered.run.worst_sync0(), nanoseconds{40});
 }
 
-/// Two lines with clocks of their own, each with a master of its own, one time for both.
+/// Two lines with their own clocks and masters, and one common time.
 TEST(ClockTime, TwoLinesThatFollowItKeepOneTime) {
   SteeredLine one(1);
   SteeredLine other(7);
@@ -95,7 +95,7 @@ TEST(ClockTime, TwoLinesThatFollowItKeepOneTime) {
     });
   }
   EXPECT_LE(most - least, nanoseconds{200}) << "the two reference clocks against the common time";
-  // SYNC0 lies on multiples of the period of that time, on both lines.
+  // SYNC0 is at multiples of the period of that time, on both lines.
   for (auto* line : {&one, &other}) {
     const auto start = line->run.master().clocks()->start;
     EXPECT_EQ(start % 125'000U, 0U);
@@ -128,7 +128,7 @@ TEST(ClockTime, WhoLeadsShowsItFromTheStartAndThenItsOwn) {
   plan.time = &time;
   ASSERT_EQ(run.start(plan), "");
   const auto ahead = [&] { return ahead_of(line.system_time(0), static_cast<std::uint64_t>(time.now().count())); };
-  // Half a second at up to 140 ppm between the two.
+  // Half a second at a difference of up to 140 ppm.
   EXPECT_LE(std::chrono::abs(ahead()), microseconds{100});
   const auto then = ahead();
   run.run(seconds{1});
@@ -138,7 +138,7 @@ TEST(ClockTime, WhoLeadsShowsItFromTheStartAndThenItsOwn) {
 TEST(ClockTime, TheMachinesTimeCountsFrom2000) {
   // `date -d 2000-01-01T00:00:00Z +%s`
   constexpr seconds kUnixTimeOf2000{946'684'800};
-  // Not std::time(): it reads the clock as it stood at the last tick of the kernel, up to 10 ms in the past.
+  // Not std::time(): it reads the clock of the kernel's last tick, up to 10 ms in the past.
   const auto since_2000 = [&] { return std::chrono::system_clock::now().time_since_epoch() - kUnixTimeOf2000; };
   const SystemTimeSource utc(SystemTimeSource::Scale::kUtc);
   const auto before = since_2000();

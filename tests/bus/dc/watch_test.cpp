@@ -31,7 +31,7 @@ TEST(ClockWatch, AClockThatLeavesItsWindowIsNamed) {
   ASSERT_EQ(run.start(line.plan()), "");
   run.run(seconds{1});
   static_cast<void>(run.events());
-  // Another master writes the offset of slave 2: its clock is 50 us ahead and has to be brought back.
+  // Another master writes the offset of slave 2: its clock is then 50 us ahead and must be corrected.
   const auto offset = line.slave(2).esc().memory().get(wire::reg::kSystemTimeOffset);
   ASSERT_TRUE(run.master().bus().write(line.refs()[2], wire::reg::kSystemTimeOffset, offset + 50'000));
   run.run(milliseconds{10});
@@ -75,7 +75,7 @@ TEST(ClockWatch, DelaysAreMeasuredAgainWhileTheCycleRuns) {
   ASSERT_TRUE(run.watch().remeasure_delays(run.master().topology()));
   EXPECT_THAT(run.events(), testing::IsEmpty()) << "nothing has changed";
 
-  // A watch that believes in another delay of slave 2 finds the true one and writes it.
+  // A watch with a wrong delay of slave 2 finds the true one and writes it.
   auto wrong = run.clocks();
   const auto truth = wrong.slaves[2].delay;
   wrong.slaves[2].delay += 500;

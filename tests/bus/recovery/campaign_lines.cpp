@@ -9,7 +9,7 @@ using slaves::MasterPort;
 using slaves::PortId;
 using slaves::Wiring;
 
-/// "parent:port" of slaves 1, 2, ...: they are entered at port 0.
+/// "parent:port" of slaves 1, 2, ...: their port 0 leads to the parent.
 Wiring tree(std::initializer_list<PortId> parents) {
   Wiring wiring(parents.size() + 1);
   wiring.connect_master(MasterPort::kPrimary, {0, 0});
@@ -18,7 +18,7 @@ Wiring tree(std::initializer_list<PortId> parents) {
   return wiring;
 }
 
-/// Walks on from a port; true when it gets to the other interface of the master.
+/// Follows the wiring from a port; true: it reaches the other interface of the master.
 bool walk(const Wiring& wiring, const Cuts& cuts, PortId at, std::set<std::size_t>& found) {
   bool other_interface = false;
   std::vector<PortId> waiting{at};

@@ -8,28 +8,28 @@
 
 namespace driveline::bus_test {
 
-/// A line that the campaign runs on. Slaves are numbered in the order in which frames pass them.
+/// A line for the campaign. Slaves are numbered in the order in which frames pass them.
 struct CampaignLine {
   const char* name;
   slaves::Wiring wiring;
   bool ring = false;
-  std::vector<std::size_t> hot_connect{};  ///< slaves that are known by their alias
+  std::vector<std::size_t> hot_connect{};  ///< slaves that are identified by their alias
 };
 
 [[nodiscard]] std::vector<CampaignLine> campaign_lines();
 
-/// Present cuts.
+/// The present interruptions of a line.
 struct Cuts {
   std::set<std::size_t> off;           ///< slaves without supply
-  std::vector<slaves::PortId> broken;  ///< cables, by one of their ends
+  std::vector<slaves::PortId> broken;  ///< broken cables, by one of their ends
 };
 
-/// Slaves that the interfaces reach one after the other: the wiring walked along, cuts left out.
+/// The slaves that the interfaces reach, in order, found by following the wiring without the cuts.
 struct Reached {
   std::set<std::size_t> slaves;
-  std::size_t primary = 0;    ///< how many of them from the primary interface
-  std::size_t secondary = 0;  ///< from the secondary one; 0 as long as the ring is closed
-  bool closed = false;        ///< the secondary interface is reached from the primary one
+  std::size_t primary = 0;    ///< number of slaves reached from the primary interface
+  std::size_t secondary = 0;  ///< number of slaves reached from the secondary one; 0 while the ring is closed
+  bool closed = false;        ///< the primary interface reaches the secondary one
 };
 [[nodiscard]] Reached reached(const slaves::Wiring& wiring, const Cuts& cuts);
 

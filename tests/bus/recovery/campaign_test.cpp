@@ -1,6 +1,5 @@
-// The faults of the emulated line, several at a time, again and again from different seeds: the reports must fit the
-// faults (deeds.hpp), and all slaves must be back in the end.
-//
+// The faults of the emulated line, several at a time, repeated with different seeds: the reports must fit the faults
+// (deeds.hpp), and all slaves must have recovered at the end.
 // DRIVELINE_CAMPAIGN_RUNS sets the number of runs (default 40), DRIVELINE_CAMPAIGN_SEED the first seed.
 #include <gmock/gmock.h>
 #include <malloc.h>
@@ -25,7 +24,7 @@ using slaves::Fault;
 using slaves::FaultKind;
 using slaves::FaultWay;
 
-/// One run of the campaign.
+/// A run of the campaign.
 class CampaignRun {
  public:
   explicit CampaignRun(unsigned seed) : random_(seed), drives_(pick(3, 5)) {
@@ -38,7 +37,7 @@ class CampaignRun {
     operation_ = std::make_unique<LineOperation>(drives_, options_);
   }
 
-  /// Runs it; returns what is wrong in the end, empty: nothing.
+  /// Executes the run; returns the finding, empty: none.
   std::string execute() {
     if (const auto error = sentence(operation_->to_motion()); !error.empty()) return "start: " + error;
     operation_->run(milliseconds{20});
@@ -56,7 +55,7 @@ class CampaignRun {
     const auto slave = take_away_one();
     if (!settle()) return "stuck after one that was hindered: " + faults_ + told();
     if (!failure_told(slave, first)) return "never told why it was not back at once, after: " + faults_ + told();
-    // Time for the last round of register reading, and for what it finds.
+    // Time for the last round of register reading, and for its findings.
     live(milliseconds{50});
     if (!settle()) return "stuck after a look at the registers: " + faults_ + told();
     if (const auto lost = changed_register(); !lost.empty()) return lost + " after: " + faults_ + told();
@@ -67,7 +66,7 @@ class CampaignRun {
   }
   [[nodiscard]] const std::set<FaultKind>& kinds() const noexcept { return kinds_; }
   [[nodiscard]] std::size_t demanded() const noexcept { return deeds_.demanded(); }
-  /// Kinds of sentences.
+  /// Kinds of the reported sentences.
   [[nodiscard]] std::set<LineEvent::Kind> told_kinds() const {
     std::set<LineEvent::Kind> kinds;
     for (const auto& event : supervisor_->history()) kinds.insert(event.kind);
@@ -138,7 +137,7 @@ class CampaignRun {
     faults_ += std::string(slaves::fault_kind_row(fault.kind).name) + " slave " + std::to_string(fault.slave) + ", ";
   }
 
-  /// With no other fault, so it must be reported; then its recovery is disturbed.
+  /// Cuts off a slave without any other fault, so it must be reported; then disturbs its recovery.
   std::uint16_t take_away_one() {
     constexpr FaultKind kTaken[] = {FaultKind::kPowerOff, FaultKind::kCableBreak, FaultKind::kShortWorkingCounter};
     constexpr FaultKind kHindered[] = {FaultKind::kRefuseTransition, FaultKind::kSlowTransition,
@@ -153,11 +152,11 @@ class CampaignRun {
             .time = std::chrono::seconds{1},
             .state = wire::AlState::kOp,
             .code = wire::AlStatusCode::kUnspecifiedError,
-            .duration = std::chrono::seconds{3}});  // a mailbox is waited for as long as 2 s
+            .duration = std::chrono::seconds{3}});  // the mailbox time-out is up to 2 s
     live(milliseconds{300});
     return slave;
   }
-  /// Behind so many events.
+  /// Whether a failed recovery of the slave was reported after the first `first` events.
   bool failure_told(std::uint16_t slave, std::uint64_t first) {
     const auto& history = supervisor_->history();
     const auto fresh = static_cast<std::ptrdiff_t>(supervisor_->events() - first);
@@ -166,12 +165,12 @@ class CampaignRun {
     });
   }
 
-  /// All faults have ended: all slaves must come back.
+  /// Waits until all faults have ended and all slaves have recovered.
   bool settle() {
     const auto end = drives_.clock.now() + std::chrono::seconds{30};
     while (!drives_.line().faults().active().empty() && drives_.clock.now() < end) live(milliseconds{20});
     for (const auto slave : reload_) {
-      // An EEPROM that was found damaged is loaded again when the slave is switched on.
+      // An EEPROM that was found damaged is reloaded when the slave is switched on.
       const Fault off{
           .kind = FaultKind::kPowerOff, .slave = static_cast<std::uint16_t>(slave), .duration = milliseconds{10}};
       deeds_.add(off, drives_.clock.now());
@@ -197,7 +196,7 @@ class CampaignRun {
     std::size_t address;
     std::byte value;
   };
-  /// The registers that make up the configuration of all slaves, without what slaves and mailboxes change in them.
+  /// The registers with the configuration of all slaves, without the parts that slaves and mailboxes change.
   std::vector<Byte> configuration() {
     std::vector<Byte> all;
     for (std::size_t i = 0; i < drives_.size(); ++i) {
@@ -235,7 +234,7 @@ class CampaignRun {
       const bool lost = event.kind == LineEvent::Kind::kGone || event.kind == LineEvent::Kind::kLeftOp;
       if (returned && out.erase(event.slave) == 0) return "comes back without having left: " + text;
       if (lost && !out.insert(event.slave).second) return "leaves twice: " + text;
-      // Also as the reason why it has left.
+      // Register changes are also reported as the reason for leaving OP.
       if (event.kind == LineEvent::Kind::kRegistersChanged) out.insert(event.slave);
       if (event.kind == LineEvent::Kind::kRecoveryFailed && out.count(event.slave) == 0)
         return "fails at nothing: " + text;
@@ -247,7 +246,7 @@ class CampaignRun {
     return counted ? "" : "counts " + std::to_string(supervisor_->recoveries()) + " recoveries";
   }
 
-  /// The line works as before.
+  /// Checks that the line works as before.
   std::string drive_on() {
     operation_->motion().request_stop();
     if (!operation_->run_until(MotionPhase::kIdle, std::chrono::seconds{5})) return "does not come to rest: " + faults_;
@@ -310,7 +309,7 @@ TEST(RecoveryCampaign, EverybodyIsBackAndNobodyIsAccusedWrongly) {
       if (!wrong.empty() && ++failures == 10) FAIL() << "enough";
       if (wrong.empty()) sum.add(run);
     }
-    // After the first runs everything that stays has been allocated once.
+    // After the first runs all persistent memory has been allocated.
     if (i == 9) settled_bytes = mallinfo2().uordblks;
     if (i % 100 == 99 || i + 1 == runs) {
       std::cout << i + 1 << " runs, " << sum.recoveries << " recoveries, " << sum.registers << " registers put right, "

@@ -16,16 +16,16 @@ using Told = LineEvent::Kind;
 
 namespace {
 
-// Of the outputs of the drives, as they come up.
+// Default process data watchdog of the drives.
 constexpr nanoseconds kWatchdog = std::chrono::milliseconds{100};
-/// What is over is noticed by then.
+/// Time until the end of a fault has been noticed.
 constexpr nanoseconds kNoticed = std::chrono::milliseconds{100};
 
 bool cuts_off(const Fault& fault) {
   return fault.kind == FaultKind::kPowerOff || fault.kind == FaultKind::kCableBreak;
 }
 
-/// Nothing that `slave` is sent reaches it, or it does not take it.
+/// Whether no frame reaches `slave`, or the slave ignores them.
 bool starves(const Fault& fault, std::size_t slave) {
   const bool always = fault.chance >= 1.0;
   switch (fault.kind) {
@@ -43,7 +43,7 @@ bool starves(const Fault& fault, std::size_t slave) {
   }
 }
 
-/// Whether the error is one that the fault causes while the slave is recovered.
+/// Whether the fault can cause this error during the recovery of the slave.
 bool is_reason(const Fault& fault, const ecat_master::Error& error) {
   const auto* refused = error.as<facts::StateRefused>();
   switch (fault.kind) {
@@ -61,7 +61,8 @@ bool is_reason(const Fault& fault, const ecat_master::Error& error) {
     case FaultKind::kEepromBusy:
       return error.is<facts::SiiBusy>();
     case FaultKind::kEepromChecksum:
-      // Switched on with it, the slave has no application until it is loaded again, though the content may be whole.
+      // If it was switched on with the damage, the slave has no application until it is reloaded, even if the content
+      // is intact.
       return error.is<facts::SiiChecksum>() || error.is<facts::StateTimeout>();
     default:
       return false;
@@ -95,11 +96,11 @@ std::size_t Deeds::hunger(std::size_t slave, nanoseconds before) const {
 }
 
 bool Deeds::starved(std::size_t slave, nanoseconds before) const {
-  // Frames are not further from each other.
+  // Largest time between frames.
   constexpr nanoseconds kCycles = std::chrono::milliseconds{2};
   nanoseconds begin{0};
   nanoseconds end{-1};
-  // They begin one after the other.
+  // The deeds are in the order of their start.
   for (const auto& deed : deeds_) {
     if (!starves(deed.fault, slave) || deed.begin > before) continue;
     if (deed.begin > end + kCycles) begin = deed.begin;
@@ -116,7 +117,7 @@ bool Deeds::switched_off(std::size_t slave, nanoseconds before) const {
 }
 
 bool Deeds::explains_failure(const LineEvent& event) const {
-  // How long a try may go on that began while the fault was there: the mailbox is waited for longest.
+  // Longest duration of a recovery attempt that started during the fault: the mailbox has the longest time-out.
   constexpr nanoseconds kLongestTry = std::chrono::milliseconds{2500};
   return event.error.slave == event.slave && std::any_of(deeds_.begin(), deeds_.end(), [&](const Deed& deed) {
            const bool then = deed.begin <= event.time && event.time <= deed.end + kLongestTry;
@@ -139,7 +140,7 @@ bool Deeds::explains(const LineEvent& event) const {
     case Told::kRecoveryFailed:
       return explains_failure(event);
     case Told::kRegistersRestored:
-      // A slave that was without supply for less than it takes to miss it has lost its address.
+      // A slave that had no supply for less time than it takes to miss it has lost its address.
       return event.count == 1 && event.change.guarded.address == wire::reg::kStationAddress.address &&
              event.change.found == 0U && switched_off(event.slave, event.time);
     default:
@@ -147,7 +148,7 @@ bool Deeds::explains(const LineEvent& event) const {
   }
 }
 
-/// No other fault is active, and no slave is being recovered.
+/// Whether no other fault is active, and no slave is being recovered.
 bool Deeds::alone(const Deed& deed, const History& history) const {
   for (const auto& other : deeds_) {
     if (&other == &deed) continue;
@@ -163,12 +164,12 @@ bool Deeds::alone(const Deed& deed, const History& history) const {
 }
 
 std::string Deeds::never_told(const History& history, std::size_t slaves) {
-  // How long a slave must be cut off, or without outputs.
+  // Time that a slave must be cut off, or without outputs, to be reported.
   constexpr nanoseconds kLongCut = std::chrono::milliseconds{60};
   constexpr nanoseconds kLongHunger = kWatchdog + std::chrono::milliseconds{10};
   for (const auto& deed : deeds_) {
     const bool cut = cuts_off(deed.fault);
-    // Without any slave on the line the missing ones cannot be named.
+    // Without any slave on the line the missing ones cannot be identified.
     if (cut && deed.fault.slave == 0) continue;
     if (corrupted(deed.end) || deed.end - deed.begin < (cut ? kLongCut : kLongHunger) || !alone(deed, history))
       continue;

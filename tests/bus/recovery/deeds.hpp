@@ -8,20 +8,20 @@
 
 namespace driveline::bus_test {
 
-/// The faults of a plain line, compared with the reports of the master: which slave is blamed for what, since when, how
-/// often, and which reports must not be missing because there was no other fault. Frames with flipped bits
-/// (FaultKind::kCorrupt) may have any effect on any slave, so their possible effects are not judged.
+/// Compares the faults of a plain line with the reports of the master: which slave is blamed for which fault, since
+/// when and how often, and which reports must exist because there was no other fault. Frames with flipped bits
+/// (FaultKind::kCorrupt) may have any effect on any slave, so their effects are not judged.
 class Deeds {
  public:
   using History = std::deque<ecat_master::LineEvent>;
 
-  /// A fault that begins now, after all others. Its slave is the position on the line, its port the one towards the
-  /// master.
+  /// Adds a fault that starts now, after all others. Its slave is the position on the line, its port the one towards
+  /// the master.
   void add(const slaves::Fault& fault, std::chrono::nanoseconds now);
 
-  /// Errors in the history of a line of so many slaves, empty: none.
+  /// Errors in the history of a line with `slaves` slaves; empty: none.
   [[nodiscard]] std::string judge(const History& history, std::size_t slaves);
-  /// Required reports that were made.
+  /// Number of required reports that were made.
   [[nodiscard]] std::size_t demanded() const noexcept { return demanded_; }
 
  private:

@@ -1,4 +1,4 @@
-// Slaves that may be missing when the line starts, and join it while it runs.
+// Slaves that may be missing when the line starts, and join it during operation.
 #include <gmock/gmock.h>
 
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
@@ -58,7 +58,7 @@ class HotConnected : public testing::Test {
     for (const auto& event : supervisor->history()) all += what_happened(event) + "\n";
     return all;
   }
-  /// As all three were there from the beginning.
+  /// Expects the same as if all three had been present from the start.
   void expect_complete() {
     const auto& group = master->core()->groups()[0];
     std::uint32_t expected = 0;

@@ -77,7 +77,7 @@ TEST(HotConnectGroup, FollowerThatComesLaterJoinsLater) {
 }
 
 TEST(HotConnectGroup, WithoutItsHeadNobodyIsTakenForAFollower) {
-  // Another drive where the head should be: no alias.
+  // Another drive at the position of the head: no alias.
   MovableGroup other([](std::size_t drive, auto& profile) {
     if (drive == 1) set_alias(profile, 0);
   });

@@ -1,4 +1,4 @@
-// Behaviour of the other axes while one is missing, and its way back onto the path.
+// Behaviour of the other axes while one is missing, and its return to the path.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -44,14 +44,14 @@ class MissingAxis : public testing::Test {
     operation->axis_samples.clear();
     seen.fill({});
   }
-  /// What goes to an enabled drive must not jump from one cycle to the next, nor when it is enabled.
+  /// The setpoints of an enabled drive must not jump from one cycle to the next, nor when it is enabled.
   void check_setpoints() {
     for (const auto& sample : operation->axis_samples) {
       auto& last = seen[sample.axis];
       const double speed = (sample.target_position - last.position) / 125e-6;
       const bool enabled = sample.state == snapshot::AxisState::kOperationEnabled;
       const auto before = std::exchange(last, {sample.target_position, enabled ? speed : 0.0, last.samples + 1});
-      // The second one has a speed that came out of nowhere.
+      // The second sample has no meaningful speed.
       if (!enabled || before.samples < 2) continue;
       const auto& limits = operation->motion().axes()[sample.axis].config().limits;
       ASSERT_LE(std::abs(speed), limits.max_velocity) << "axis " << sample.axis << ", cycle " << sample.cycle;
@@ -112,7 +112,7 @@ TEST_F(MissingAxis, IsWaitedForByTheOthersAtRestOnThePath) {
     EXPECT_TRUE(motion().axes()[i].enabled()) << "axis " << i;
     EXPECT_NEAR(drives.drive(i).position_rad(), rest[i], 1e-3);
   }
-  // All axes have the same path but for their amplitudes: at rest, too, they are on it together.
+  // All axes have the same path except for their amplitudes, so they are on it together even at rest.
   for (std::size_t i = 1; i < kLast; ++i) {
     EXPECT_NEAR((position[i] - 0.1) * static_cast<double>(1 + i), position[0] - 0.1, 1e-6) << "axis " << i;
   }
@@ -144,7 +144,7 @@ TEST_F(MissingAxis, IsLeftBehindByTheOthersAndCatchesUp) {
   EXPECT_EQ(motion().failure().cause, MotionFailure::Cause::kNone);
 }
 
-/// Its loops, which the master closes, answer late.
+/// The master closes its loops, with a delay.
 TEST_F(MissingAxis, InCstComesBackGently) {
   start(LossPolicy::kContinue, true, false, ecat_master::cia402::Mode::kCyclicTorque);
   drives.line().set_power(kLast, false);
@@ -260,7 +260,7 @@ TEST_F(MissingAxis, OnARelativePathComesBackToThePlaceItHad) {
   drives.line().set_power(kLast, true);
   ASSERT_TRUE(live_until([&] { return presence(kLast) == AxisPresence::kPresent; }, std::chrono::seconds{8}));
   live(milliseconds{100});
-  // Drive n stands at -0.25 n rad at power-on; the paths are alike but for their amplitudes.
+  // Drive n is at -0.25 n rad at power-on; the paths are alike except for their amplitudes.
   EXPECT_NEAR((position[kLast] + 0.75) * 4.0, position[0], 1e-4) << "but for the increment at which it stood";
   EXPECT_NEAR(drives.drive(kLast).position_rad(), position[kLast], 0.02);
 }

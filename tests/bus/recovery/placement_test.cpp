@@ -1,5 +1,5 @@
-// Several slaves of one kind are away at once and come back one by one: each must get its own identity, configuration
-// and setpoints again, whatever the wiring and the order.
+// Several slaves of the same type are missing at once and return one by one: each must get its own identity,
+// configuration and setpoints again, whatever the wiring and the order.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ slaves::Wiring star() {
   return wiring;
 }
 
-/// Slave 2 hangs on a branch of slave 1, slave 3 behind it; slaves 4 and 5 follow on the trunk.
+/// Slave 2 is on a branch of slave 1, slave 3 behind it; slaves 4 and 5 follow on the trunk.
 slaves::Wiring branch() {
   slaves::Wiring wiring(6);
   wiring.connect_master(slaves::MasterPort::kPrimary, {0, 0});
@@ -57,7 +57,7 @@ class Placement : public testing::Test {
     operation.reset();
     drives = std::make_unique<DriveLine>(count, slaves::SlaveOptions{}, slaves::LineOptions{}, std::move(wiring));
   }
-  /// No drive has a serial number: only the place distinguishes them.
+  /// No drive has a serial number: only the position distinguishes them.
   void forget_serials() {
     for (std::size_t i = 0; i < drives->size(); ++i) set_serial(drives->slave(i), 0);
   }
@@ -87,7 +87,7 @@ class Placement : public testing::Test {
       for (std::size_t i = 0; i < drives->size(); ++i) check(i);
     }
   }
-  /// No slave ever has the station address of another, and each driven axis follows its own path.
+  /// Checks that no slave ever has the station address of another, and that each enabled axis follows its own path.
   void check(std::size_t i) {
     const auto station = drives->slave(i).esc().memory().get(wire::reg::kStationAddress);
     for (const auto& slave : operation->master().slaves()) {
@@ -121,7 +121,7 @@ class Placement : public testing::Test {
     for (const int slave : which) all += "slave " + std::to_string(slave) + ": does not answer any more\n";
     return all;
   }
-  /// Slaves `first` and `second` are off; the second comes back at once, the first much later.
+  /// Slaves `first` and `second` are off; the second returns at once, the first much later.
   void later_one_comes_back_first(std::size_t first, std::size_t second, LossPolicy policy) {
     run(policy);
     power({first, second}, false);
@@ -212,7 +212,7 @@ TEST_F(Placement, ADriveInThePlaceOfAnotherIsRefusedAndThePlaceStaysOpen) {
   run();
   power({1, 2}, false);
   live(milliseconds{50});
-  // As if drive 2 had been plugged in where drive 1 was.
+  // As if drive 2 had been plugged in at the position of drive 1.
   set_serial(drives->slave(1), 1002);
   power({1}, true);
   live(milliseconds{500});
@@ -222,7 +222,7 @@ TEST_F(Placement, ADriveInThePlaceOfAnotherIsRefusedAndThePlaceStaysOpen) {
                 "at start\n");
   EXPECT_EQ(drives->state(1), AlState::kInit) << "left alone";
   EXPECT_EQ(drives->slave(1).esc().memory().get(wire::reg::kStationAddress), 0U);
-  // The right one comes.
+  // The correct slave returns.
   power({1}, false);
   set_serial(drives->slave(1), 1001);
   power({1, 2}, true);
@@ -245,7 +245,7 @@ TEST_F(Placement, ADriveThatWasPlannedByItsSerialNumberIsNotReplacedByAnother) {
   EXPECT_EQ(drives->slave(1).esc().memory().get(wire::reg::kStationAddress), 0U);
 }
 
-/// A port on which DL status cannot be relied upon: the wiring of the line is not known.
+/// A port with unreliable DL status: the wiring of the line is unknown.
 class WithoutWiring : public Placement {
  protected:
   void start() {
@@ -257,7 +257,7 @@ class WithoutWiring : public Placement {
         const auto& header = datagram->header;
         const bool dl_status = wire::is_logical(header.command) == false &&
                                header.address.ado() == wire::reg::kDlStatus.address && datagram->data.size() == 2;
-        // All four ports open: no line of several slaves is like that.
+        // All four ports open, which is impossible for a line of several slaves.
         if (dl_status) wire::store_le<std::uint16_t>(datagram->data, 0xAAF1);
       }
     });
@@ -292,7 +292,7 @@ TEST_F(WithoutWiring, NobodyIsMovedWhenNothingTells) {
   EXPECT_EQ(told(), gone({1, 2}) + "slave 1: not brought back to OP: slave 1" + doubt +
                         "slave 2: not brought back to OP: slave 2" + doubt);
   EXPECT_EQ(drives->state(2), AlState::kInit) << "left alone";
-  // Both are there: their order tells.
+  // Both are present, so their order identifies them.
   power({1}, true);
   ASSERT_TRUE(wait_for(1) && wait_for(2)) << told();
   EXPECT_TRUE(drives->all_in(AlState::kOp));

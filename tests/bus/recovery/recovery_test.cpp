@@ -1,4 +1,4 @@
-// Slaves that lose power, are unplugged or fall out of OP come back while the others keep cycling.
+// Slaves that lose power, are unplugged or leave OP recover while the others keep cycling.
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
@@ -109,7 +109,7 @@ TEST_F(Recovery, ADriveThatWasSwitchedOffAndOnIsConfiguredAnew) {
             "slave 3: back in OP\n");
   EXPECT_TRUE(drives->all_in(AlState::kOp));
   EXPECT_EQ(core().groups()[0].bad_cycles.load(), 0U);
-  // It is driven again like the others.
+  // It is enabled again like the others.
   operation->motion().request_start();
   EXPECT_TRUE(operation->run_until(MotionPhase::kFollowing, std::chrono::seconds{3}));
 }
@@ -135,7 +135,7 @@ TEST_F(Recovery, ACableThatIsPulledAndPluggedInAgain) {
     ASSERT_TRUE(drives->line().break_cable({1, 1}));
     operation->run(milliseconds{300});
     supervisor->poll();
-    // The drives behind the break have stopped by their watchdogs and kept their configuration.
+    // The drives behind the break have been stopped by their watchdogs and have kept their configuration.
     EXPECT_EQ(drives->state(2), AlState::kSafeOp);
     ASSERT_TRUE(drives->line().break_cable({1, 1}, false));
     ASSERT_TRUE(wait_for_all(std::chrono::seconds{2})) << told();
@@ -186,7 +186,7 @@ TEST_F(Recovery, WithoutItSlavesStayWhereTheyAreButAreNamed) {
   EXPECT_EQ(told(), "slave 1: left OP, is in SAFEOP, AL status code 0x0000 (no error)\n");
 }
 
-/// Changes bytes of an EEPROM and renews the checksum of its configuration area.
+/// Changes bytes of an EEPROM and updates the checksum of its configuration area.
 void rewrite(slaves::Slave& slave, const std::vector<std::pair<std::size_t, unsigned>>& bytes) {
   auto& sii = slave.esc().sii();
   for (const auto& [offset, value] : bytes) sii.corrupt(offset, static_cast<std::byte>(value));
@@ -207,7 +207,7 @@ TEST_F(Recovery, AnotherDeviceInItsPlaceIsNamedAndLeftAlone) {
   EXPECT_EQ(drives->state(2), AlState::kInit);
 }
 
-/// Slave 2 hangs on a branch of slave 1; slave 3 follows on the trunk.
+/// Slave 2 is on a branch of slave 1; slave 3 follows on the trunk.
 class HotConnect : public Recovery {
  protected:
   void SetUp() override {
@@ -242,7 +242,7 @@ TEST_F(HotConnect, ASlaveBehindTheMissingOneIsNotTakenForIt) {
     drives->line().set_power(2, false);
     operation->run(milliseconds{20});
     supervisor->poll();
-    // Slave 3 is now the third of the line, where slave 2 used to be.
+    // Slave 3 is now the third of the line, at the former position of slave 2.
     drives->line().set_power(3, false);
     operation->run(milliseconds{20});
     supervisor->poll();
@@ -262,7 +262,7 @@ TEST_F(HotConnect, ASlaveBehindTheMissingOneIsNotTakenForIt) {
 TEST_F(HotConnect, SlavesThatChangedPlacesAreKnownByTheirAliases) {
   run({2, 3});
   expect_undisturbed(2, [&] {
-    // As if one had been plugged in where the other was.
+    // As if each had been plugged in at the other's position.
     set_alias(2, 0x0308);
     set_alias(3, 0x0207);
     ASSERT_TRUE(wait_for_all(std::chrono::seconds{3})) << told();

@@ -1,4 +1,4 @@
-// Registers of a slave in OP that another master, or a damaged frame, has written: found, reported, repaired.
+// Registers of a slave in OP that another master, or a damaged frame, has written: detected, reported, repaired.
 #include <gmock/gmock.h>
 
 #include "drive_line.hpp"
@@ -32,7 +32,7 @@ class RegisterGuard : public testing::Test {
       supervisor->poll();
     }
   }
-  /// As another sender on the wire would write it.
+  /// Writes a register like another sender on the wire.
   template <typename T>
   void overwrite(std::size_t slave, std::uint16_t address, T value) {
     const auto bytes = wire::to_le_bytes(value);
@@ -45,7 +45,7 @@ class RegisterGuard : public testing::Test {
     for (const auto& event : supervisor->history()) all += what_happened(event) + "\n";
     return all;
   }
-  /// FMMUs, sync managers without what slave and mailbox change, watchdogs, DL control, address, protection.
+  /// FMMUs, sync managers without the parts that slave and mailbox change, watchdogs, DL control, address, protection.
   [[nodiscard]] std::vector<std::byte> registers() const {
     std::vector<std::byte> all;
     for (std::size_t i = 0; i < drives->size(); ++i) {
@@ -99,7 +99,7 @@ TEST_F(RegisterGuard, ALineThatIsAsItWasConfiguredIsLeftAlone) {
   expect_whole();
 }
 
-/// One register, what happens to it, and the sentence.
+/// A register, its change, and the reported sentence.
 struct Overwritten {
   const char* name;
   std::uint16_t address;
@@ -121,7 +121,7 @@ TEST_P(OverwrittenRegister, IsNamedAndPutRight) {
   ASSERT_EQ(sentence(operation->master().bus().write(ref, param.address, bytes)), "");
   ASSERT_NE(registers(), before);
   operation->run(milliseconds{1});
-  // One look at each of the four.
+  // One check of each of the four.
   for (int i = 0; i < 4; ++i) supervisor->poll();
   live(std::chrono::seconds{1});
   std::string expected = "slave 2: " + std::string(param.sentence);
@@ -182,7 +182,7 @@ INSTANTIATE_TEST_SUITE_P(
                     false}),
     [](const auto& test) { return std::string(test.param.name); });
 
-/// The application checks the activation of its sync managers by itself and leaves OP.
+/// The application checks the activation of its sync managers on its own and leaves OP.
 TEST_F(RegisterGuard, ASyncManagerThatIsSwitchedOff) {
   start(3);
   overwrite<std::uint8_t>(1, 0x0806 + 8 * 3, 0);
@@ -201,13 +201,13 @@ TEST_F(RegisterGuard, AnAddressThatIsAnothers) {
   expect_whole();
 }
 
-/// The worst case of one damaged broadcast: no slave has an address or accepts a write.
+/// The worst case of a damaged broadcast: no slave has an address or accepts a write.
 TEST_F(RegisterGuard, AllAddressesLostAndBothLocksClosed) {
   for (const std::size_t budget : {60U, 300U}) {
     RunOptions options;
     options.acyclic_bytes = budget;
     start(3, options);
-    // 0x0010 to 0x0031; the enable registers on the way open both locks for the frame that closes them.
+    // 0x0010 to 0x0031; the enable registers in between open both locks for the frame that closes them.
     std::array<std::byte, 0x22> bytes{};
     bytes[0x11] = bytes[0x21] = std::byte{1};
     ASSERT_TRUE(operation->master().bus().broadcast_write(0x0010, bytes));
@@ -227,7 +227,7 @@ TEST_F(RegisterGuard, AllAddressesAtOnce) {
   expect_whole();
 }
 
-/// What was written before a slave is configured anew does not survive it.
+/// Registers written before a slave is reconfigured are overwritten.
 TEST_F(RegisterGuard, AWatchdogThatIsOffIsOnAgainWithTheSlaveThatFell) {
   start(3);
   overwrite<std::uint16_t>(1, 0x0420, 0);
@@ -240,7 +240,7 @@ TEST_F(RegisterGuard, AWatchdogThatIsOffIsOnAgainWithTheSlaveThatFell) {
   expect_whole();
 }
 
-/// A slave that fell to SAFEOP is not taken for configured when it is not.
+/// A slave that fell to SAFEOP with a wrong register is reconfigured.
 TEST_F(RegisterGuard, ASlaveInSafeOpWithAWrongFmmuIsConfiguredAnew) {
   start(3);
   const auto ref = operation->master().slaves()[1].info.ref;
@@ -263,7 +263,7 @@ TEST_F(RegisterGuard, TheOthersLoseNoCycle) {
   options.task = &watch;
   start(4, options);
   watch.invalid = 0;
-  // A watchdog and a sync manager that is not used: nothing of it is seen in the process data.
+  // A watchdog and an unused sync manager: the process data show neither.
   overwrite<std::uint16_t>(2, 0x0420, 7);
   live(milliseconds{20});
   overwrite<std::uint8_t>(2, 0x083E, 1);
@@ -285,7 +285,7 @@ TEST_F(RegisterGuard, WithoutRecoveryItIsNamedAndTheSlaveLeftAlone) {
   EXPECT_EQ(drives->state(1), AlState::kOp);
 }
 
-/// The byte budget of the cycle is what it gets.
+/// The supervision needs only the acyclic byte budget of the cycle.
 TEST_F(RegisterGuard, ASmallBudgetIsEnough) {
   RunOptions options;
   options.acyclic_bytes = 100;

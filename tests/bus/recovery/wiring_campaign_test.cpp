@@ -1,4 +1,4 @@
-// One fault, or two at a time, on lines of every wiring, layout and division into groups. The reports are compared word
+// One or two faults at a time, on lines of every wiring, layout and division into groups. The reports are compared word
 // by word with the faults: each fault allows certain sentences about certain slaves, requires some of them, and leaves
 // all other slaves in OP without losing a cycle.
 //
@@ -32,7 +32,7 @@ using wire::AlState;
 std::string gone(std::size_t slave) {
   return fmt::format("slave {}: does not answer any more", slave);
 }
-/// By the watchdog of its outputs (ETG.1000.6 Table 11).
+/// Stopped by the watchdog of its outputs (ETG.1000.6 Table 11).
 std::string starved(std::size_t slave) {
   return fmt::format("slave {}: left OP, is in SAFEOP with an error, AL status code 0x001B (sync manager watchdog)",
                      slave);
@@ -76,7 +76,7 @@ class WiredRun {
     }
   }
 
-  /// Runs it; returns what is wrong, empty: nothing.
+  /// Executes the run; returns the finding, empty: none.
   std::string execute() {
     if (const auto error = sentence(operation_->to_op()); !error.empty()) return name() + "start: " + error;
     operation_->run(milliseconds{20});
@@ -130,7 +130,7 @@ class WiredRun {
     operation_->axis_samples.clear();
     operation_->line_samples.clear();
   }
-  /// No slave ever has the station address of another.
+  /// Checks that no slave ever has the station address of another.
   void check_addresses() {
     for (std::size_t i = 0; i < drives_.size(); ++i) {
       const auto station = drives_.slave(i).esc().memory().get(wire::reg::kStationAddress);
@@ -156,7 +156,7 @@ class WiredRun {
     demanded_.insert(text);
   }
 
-  /// All slaves must be back, and the reports must be the expected ones.
+  /// All slaves must have recovered, and the reports must be the expected ones.
   void end() {
     const auto until = drives_.clock.now() + std::chrono::seconds{10};
     do {
@@ -194,7 +194,7 @@ class WiredRun {
     return ring_ == nullptr || ring_->status().state == port::RingStatus::State::kClosed;
   }
 
-  /// Slaves that cannot be reached are gone, and slaves without outputs for a while have been stopped by their
+  /// Slaves that cannot be reached are missing, and slaves without outputs for some time have been stopped by their
   /// watchdogs.
   void cuts_changed() {
     const auto reach = reached(line_.wiring, cuts_);
@@ -202,7 +202,7 @@ class WiredRun {
       if (reach.slaves.contains(i)) continue;
       affected_.insert(i);
       allow(gone(i));
-      // One that is back before it is missed may be seen in SAFEOP first; one that was without supply has no address.
+      // A slave that returns before it is missed may be seen in SAFEOP first; without supply it has lost its address.
       if (!cuts_.off.contains(i)) allow(starved(i));
     }
     if (!line_.ring) return;
@@ -211,7 +211,7 @@ class WiredRun {
   }
   void expect_cut_now() {
     const auto reach = reached(line_.wiring, cuts_);
-    // Then the line is silent, and no slave can be told from another.
+    // The line is silent then, and slaves cannot be distinguished.
     if (reach.slaves.empty()) return;
     for (std::size_t i = 0; i < drives_.size(); ++i) {
       if (reach.slaves.contains(i)) continue;
@@ -267,7 +267,7 @@ class WiredRun {
     if (!on) cuts_.off.insert(slave);
     cuts_changed();
   }
-  /// Two that do not hang on each other are off; the one that comes later on the line is back first.
+  /// Switches off two slaves that do not depend on each other; the one later on the line returns first.
   void later_one_first() {
     std::vector<std::pair<std::size_t, std::size_t>> pairs;
     for (std::size_t second = 0; second < drives_.size(); ++second) {
@@ -287,7 +287,7 @@ class WiredRun {
     switch_power(first, true);
   }
 
-  /// The slave takes no part in the exchange.
+  /// The slave ignores the process data.
   void starve() {
     const auto slave = pick(0, drives_.size() - 1);
     done_ += fmt::format("short-wkc {}, ", slave);
@@ -299,11 +299,11 @@ class WiredRun {
     live(milliseconds{220});
   }
 
-  /// A few frames damaged on one cable: the counters name this cable only, and no slave is blamed.
+  /// Damages a few frames on one cable: the counters identify this cable only, and no slave is blamed.
   void damage_frames() {
     const auto wires = cables(line_.wiring);
     auto at = wires[pick(0, wires.size() - 1)];
-    // A closed ring is passed by frames of the primary interface in one direction only.
+    // In a closed ring, frames of the primary interface pass in one direction only.
     if (line_.ring || pick(0, 1) == 1) at = line_.wiring.at(at).slave;
     done_ += fmt::format("damage {}:{}, ", at.slave, at.port);
     frames_lost_ = true;
@@ -360,7 +360,7 @@ class WiredRun {
     drives_.line().heal(refusal);
   }
 
-  /// After power-on it accepts mailboxes and does not answer.
+  /// After power-on the slave accepts mailbox messages and does not answer.
   void be_silent() {
     const auto slave = pick(0, drives_.size() - 1);
     done_ += fmt::format("slave {} is silent after power-on, ", slave);

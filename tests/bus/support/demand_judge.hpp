@@ -19,10 +19,10 @@ namespace driveline::bus_test {
 /// Increments of the simulated drives per rad.
 inline constexpr double kDemandIncrements = 1048576.0 / 6.283185307179586;
 
-/// What a drive demands of its axis, as its objects tell it once per period, against the limits of the axis.
+/// Compares the demands of a drive, read from its objects once per period, with the limits of the axis.
 class DemandJudge {
  public:
-  /// `range`: increments until positions begin anew.
+  /// `range`: increments until positions wrap around.
   DemandJudge(DriveLine& drives, std::size_t drive, trajectory::AxisLimits limits, double range = 4294967296.0)
       : drives_(drives), drive_(drive), limits_(limits), range_rad_(range / kDemandIncrements) {}
 
@@ -36,7 +36,7 @@ class DemandJudge {
     actual_velocities_.push_back(drive.velocity_rad_s());
     times_.push_back(std::chrono::duration<double>(drives_.clock.now()).count());
   }
-  /// What was before does not count.
+  /// Drops all samples so far.
   void forget() {
     modes_.clear();
     positions_.clear();
@@ -44,7 +44,8 @@ class DemandJudge {
     actual_velocities_.clear();
     times_.clear();
   }
-  /// `spare`: by how much the acceleration of the position may be above the limit, for the interpolation of the drive.
+  /// `spare`: factor by which the acceleration of the position may exceed the limit, for the interpolation of the
+  /// drive.
   void expect_obedience(double spare = 1.05) const {
     const auto [speed, speed_at] = largest([this](std::size_t i) { return demanded(i) ? slope(i, kWindow) : 0.0; });
     EXPECT_LE(speed, 1.02 * limits_.max_velocity) << "6062h, at " << speed_at;
@@ -63,29 +64,29 @@ class DemandJudge {
   }
 
  private:
-  /// Positions are whole increments: slopes need some periods to be better than the limits are judged.
+  /// Positions are whole increments: the slope needs several periods to be more precise than the limits.
   static constexpr std::size_t kWindow = 8;
   static constexpr std::size_t kShort = 2;
-  /// What the slope of 606Bh may be, of the highest acceleration.
+  /// Highest slope of 606Bh, relative to the highest acceleration.
   static constexpr double kChange = 1.25;
   static constexpr std::int8_t kHomingMode = 6;
   static constexpr std::int8_t kVelocityMode = 9;
   static constexpr std::int8_t kTorqueMode = 10;
 
-  /// The same place next to the last position.
+  /// The position next to the last one, without the wrap-around.
   [[nodiscard]] double unwrapped(double position) const {
     if (positions_.empty()) return position;
     return position + range_rad_ * std::round((positions_.back() - position) / range_rad_);
   }
-  /// In csv the drive demands no positions: 6062h is where the axis gets to by its velocity loop. In cst it is where
-  /// the axis gets to by its torque, under its load, and is judged as its velocity is. Homing makes a new zero.
+  /// In CSV the drive demands no position: 6062h is the result of its velocity loop. In CST it results from the torque
+  /// under load, and is judged like the velocity. Homing shifts the zero.
   [[nodiscard]] bool demanded(std::size_t at) const {
     const auto mode = modes_[at];
     return mode != kVelocityMode && mode != kHomingMode &&
            std::all_of(modes_.begin() + static_cast<std::ptrdiff_t>(at - 2 * kWindow),
                        modes_.begin() + static_cast<std::ptrdiff_t>(at), [mode](auto other) { return other == mode; });
   }
-  /// In cst the drive demands no velocity: the axis has one all the same.
+  /// In CST the drive demands no velocity, so the actual velocity is judged.
   [[nodiscard]] const std::vector<double>& velocities(std::size_t at) const {
     return std::any_of(modes_.begin() + static_cast<std::ptrdiff_t>(at - kShort),
                        modes_.begin() + static_cast<std::ptrdiff_t>(at + 1),

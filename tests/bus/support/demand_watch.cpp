@@ -10,7 +10,7 @@ using slaves::msd::MotionSource;
 
 namespace {
 
-/// Until an axis that could not follow does what it is told again.
+/// Time until an axis that could not follow has recovered.
 constexpr std::chrono::milliseconds kRecovers{60};
 
 bool demands_position(MotionCommand command, MotionSource source) {
@@ -26,7 +26,7 @@ void DemandWatch::look(std::chrono::nanoseconds now) {
   newest_ = (newest_ + 1) % kKept;
   auto& sample = samples_[newest_];
   sample.time_s = std::chrono::duration<double>(now).count();
-  // Homing gives places other names, and moves nothing.
+  // Homing renames positions, but moves nothing.
   sample.position = motion.position_demand() * settings.scaling.position_rad +
                     static_cast<double>(motion.zero()) * motion.motor().radians_per_increment();
   sample.velocity = motion.velocity_demand() * settings.scaling.velocity_rad_s;
@@ -38,11 +38,11 @@ void DemandWatch::look(std::chrono::nanoseconds now) {
   const bool off = motion.command() == MotionCommand::kOff || motion.command() == MotionCommand::kTorqueLimit;
   if (!sample.by_torque && motion.controller().limited()) disturb(now + kRecovers);
   const bool same = motion.source() == source_;
-  // What a drive takes over then is no motion that it was told.
+  // A motion source that starts now takes over a state that was not commanded.
   lost_ = now < disturbed_ && (lost_ || !same);
   source_ = motion.source();
   positions_ = lost_ || !demands_position(motion.command(), source_) ? 0 : same ? positions_ + 1 : 1;
-  // What a drive begins its own ramp with is no demand of its master.
+  // The initial state of the drive's own ramp is no demand of its master.
   const bool ramp =
       motion.command() == MotionCommand::kQuickStopRamp || motion.command() == MotionCommand::kSlowDownRamp;
   const bool begins = ramp && motion.command() != command_;
@@ -82,7 +82,7 @@ void DemandWatch::judge_position(const Window& window) {
   if (std::abs(rate) > most) find("6062h: acceleration", rate, most);
 }
 
-/// Under a torque the drive demands no velocity: the axis has one all the same.
+/// In torque mode the drive demands no velocity, so the actual velocity is judged.
 void DemandWatch::judge_velocity(const Window& window) {
   const auto n = window.periods;
   if (velocities_ <= n) return;

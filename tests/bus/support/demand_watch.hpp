@@ -11,53 +11,52 @@
 
 namespace driveline::bus_test {
 
-/// What a simulated drive demands of its motor, judged as it comes: what 6062h and 606Bh tell, not rounded to
-/// increments. For campaigns of many runs; DemandJudge looks at a whole run in the end.
+/// Judges the demands of a simulated drive (6062h and 606Bh, but not rounded to increments) as they come. For campaigns
+/// of many runs; DemandJudge checks a complete run at its end.
 ///
-/// The limits are those of the axis as long as the drive follows its master, also by its profile generator, which has
-/// its velocity and ramps from the master. What a drive does by itself after a fault, or when its master has told it to
-/// stop, obeys the drive's own ramps: 6085h for its quick stop and its fault reaction, 6084h for the slow down ramp.
+/// The limits are those of the axis as long as the drive follows its master, also by its profile generator, which gets
+/// velocity and ramps from the master. Motions of the drive on its own, after a fault or when the master has commanded
+/// a stop, follow the drive's own ramps: 6085h for quick stop and fault reaction, 6084h for the slow down ramp.
 ///
-/// Not judged is what is no demand: a motor without power, a stop at the highest torque (605Ah = 3, 4: no ramp), and
-/// the velocity while, and a little after, the axis cannot do what it is told (an axis that is blocked; torque at its
-/// limit): then 606Bh is the answer of a controller to an error, and a drive begins anew with what it measures. The
-/// position that is demanded is judged then as always.
+/// Not judged are: a motor without power, a stop at the highest torque (605Ah = 3, 4: no ramp), and the velocity while
+/// the axis cannot follow, and shortly afterwards (blocked axis, torque at its limit). 606Bh is then the response of a
+/// controller to an error, and the drive restarts from measured values. The demanded position is still judged.
 class DemandWatch {
  public:
   DemandWatch(const slaves::msd::DriveCore& drive, trajectory::AxisLimits limits) : drive_(drive), limits_(limits) {}
 
-  /// Once per period, at the same place in it.
+  /// To be called once per period, at the same point in it.
   void look(std::chrono::nanoseconds now);
-  /// The axis cannot follow until then.
+  /// The axis cannot follow until `until`.
   void disturb(std::chrono::nanoseconds until) { disturbed_ = std::max(disturbed_, until); }
-  /// The first thing that was wrong; empty: nothing.
+  /// The first violation; empty: there is none.
   [[nodiscard]] const std::string& finding() const noexcept { return finding_; }
-  /// Periods in which a position, or a velocity, was judged.
+  /// Number of periods in which a position or a velocity was judged.
   [[nodiscard]] std::uint64_t judged() const noexcept { return judged_; }
 
-  /// Periods over which slopes are taken, and what they may be beyond the limits. Targets are whole increments: over
-  /// two periods that is as much as 38 % of an acceleration, and a spline rounds the corners that are left; over eight
-  /// it is 2.4 %. 606Bh has, besides, what the position loop makes of a following error, and in CSV what that of the
-  /// master does. A leap is seen over two periods, a limit that is not kept over eight.
+  /// Periods over which slopes are taken, and how far they may exceed the limits. Targets are whole increments: over
+  /// two periods the rounding is up to 38 % of an acceleration, and a spline rounds the remaining corners; over eight
+  /// periods it is 2.4 %. 606Bh also contains the response of the position loop to a following error, and in CSV that
+  /// of the master's position loop. A step shows over two periods, a slightly exceeded limit over eight.
   struct Window {
     std::size_t periods;
     double velocity;      ///< 6062h, share of the highest velocity
     double acceleration;  ///< 6062h, share of the highest acceleration
-    double change;        ///< 606Bh, the same
+    double change;        ///< 606Bh, share of the highest acceleration
   };
   static constexpr std::array<Window, 3> kWindows{{{2, 1.03, 1.8, 1.8}, {4, 1.03, 1.25, 1.35}, {8, 1.02, 1.06, 1.15}}};
-  /// Of the shaft under a torque, share of the highest acceleration: no demand, but the answer of a loop over the bus,
-  /// with a dead time of three cycles, longer where frames are lost.
+  /// Acceleration of the shaft in torque mode, as a share of the highest acceleration: no demand, but the response of a
+  /// loop over the bus with a dead time of three cycles, longer if frames are lost.
   static constexpr double kByTorque = 2.5;
   static constexpr double kVelocityDemand = 1.05;  ///< 606Bh, share of the highest velocity
 
  private:
   struct Sample {
     double time_s = 0.0;
-    double position = 0.0;      ///< demanded, rad
-    double velocity = 0.0;      ///< demanded, rad/s
+    double position = 0.0;      ///< demanded position, rad
+    double velocity = 0.0;      ///< demanded velocity, rad/s
     double moved_at = 0.0;      ///< velocity of the shaft, rad/s
-    double acceleration = 0.0;  ///< allowed, rad/s^2
+    double acceleration = 0.0;  ///< allowed acceleration, rad/s^2
     bool by_torque = false;
   };
   static constexpr std::size_t kKept = 32;
@@ -72,10 +71,10 @@ class DemandWatch {
   trajectory::AxisLimits limits_;
   std::array<Sample, kKept> samples_{};
   std::size_t newest_ = 0;
-  std::size_t positions_ = 0;   ///< in a row, of one source
-  std::size_t velocities_ = 0;  ///< in a row
+  std::size_t positions_ = 0;   ///< consecutive samples from the same source
+  std::size_t velocities_ = 0;  ///< consecutive samples
   std::chrono::nanoseconds disturbed_{0};
-  bool lost_ = false;  ///< it has taken over from a motion that it could not follow
+  bool lost_ = false;  ///< the drive has taken over from a motion that the axis could not follow
   slaves::msd::MotionSource source_{};
   slaves::MotionCommand command_{};
   std::uint64_t judged_ = 0;

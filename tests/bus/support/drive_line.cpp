@@ -15,7 +15,7 @@ namespace driveline::bus_test {
 
 namespace {
 
-/// Where drive n stands at power-on: never where its path begins.
+/// Position of drive n at power-on: never at the start of its path.
 double initial_position_rad(std::size_t n) {
   return -0.25 * static_cast<double>(n % 4);
 }
@@ -117,7 +117,7 @@ runtime::LineConfig LineOperation::describe(std::size_t drives, const RunOptions
   return config;
 }
 
-/// What a description does not say, because only tests want it otherwise.
+/// Settings that a description does not contain, because only tests change them.
 ecat_master::Master::Settings LineOperation::master_settings() const {
   auto settings = runtime::master_settings(config_);
   settings.state_timeout = options_.state_timeout;

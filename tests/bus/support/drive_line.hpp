@@ -23,8 +23,8 @@ using std::chrono::nanoseconds;
 /// A simulated line of drives on a virtual clock.
 class DriveLine {
  public:
-  /// Wired as a plain line, or as `wiring` says; drive n is then the n-th of the wiring, not of the line. The first one
-  /// stands at `first_position_rad` when it is switched on, the others not far from it.
+  /// Wired as a plain line, or according to `wiring`; drive n is then the n-th of the wiring, not of the line. At
+  /// power-on the first drive is at `first_position_rad`, the others are close to it.
   explicit DriveLine(std::size_t drives, const slaves::SlaveOptions& options = {},
                      const slaves::LineOptions& line_options = {}, std::optional<slaves::Wiring> wiring = std::nullopt,
                      slaves::msd::Variant variant = slaves::msd::Variant::kMsd, double first_position_rad = 0.0,
@@ -39,7 +39,7 @@ class DriveLine {
   [[nodiscard]] wire::AlState state(std::size_t position) noexcept { return slave(position).state(); }
   [[nodiscard]] wire::AlStatusCode al_status_code(std::size_t position);
   [[nodiscard]] bool all_in(wire::AlState state) noexcept;
-  /// No master: time passes for the drives alone.
+  /// Advances the time of the drives alone, without a master.
   void leave_alone(nanoseconds duration);
 
  private:
@@ -47,96 +47,96 @@ class DriveLine {
   std::unique_ptr<slaves::Line> line_;
 };
 
-/// How the drives of a line are run.
+/// How the drives of a line are operated.
 struct RunOptions {
   nanoseconds period = microseconds{125};
-  ecat_master::ReceiveStrategy receive{};  ///< how the cycle waits for its answers
+  ecat_master::ReceiveStrategy receive{};  ///< waiting strategy of the cycle for its answers
   ecat_master::cia402::Mode mode = ecat_master::cia402::Mode::kCyclicPosition;
   bool repeat = false;
-  bool relative = false;  ///< the path, to where the axes stand
+  bool relative = false;  ///< the path is relative to the initial positions
   nanoseconds enable_timeout = std::chrono::seconds{2};
   nanoseconds state_timeout = std::chrono::seconds{10};
-  double amplitude_rad = 1.0;  ///< of axis 0
+  double amplitude_rad = 1.0;  ///< amplitude of axis 0
   ecat_master::LayoutSettings layout{};
   std::size_t groups = 1;                                     ///< drive n belongs to group n modulo this
   bool every_third_without_lrw = false;                       ///< drives 1, 4, 7 ... take no LRW
-  std::size_t acyclic_bytes = 0;                              ///< what the process data leave
-  slaves::msd::Variant variant = slaves::msd::Variant::kMsd;  ///< expected
+  std::size_t acyclic_bytes = 0;                              ///< bytes that the process data leave for acyclic frames
+  slaves::msd::Variant variant = slaves::msd::Variant::kMsd;  ///< expected variant
   ecat_master::CycleTask* task = nullptr;
   ecat_master::TaskTiming::Order task_order = ecat_master::TaskTiming::Order::kBeforeMotion;
-  std::vector<std::size_t> hot_connect{};  ///< these drives
+  std::vector<std::size_t> hot_connect{};  ///< drives of a hot-connect group
   ecat_master::FlightRecorder* recorder = nullptr;
   ecat_master::CycleTrace* trace = nullptr;
-  /// Process data handed from slave to slave, in the image of the line.
+  /// Process data copied from slave to slave, in the image of the line.
   std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
-  ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< of every axis
-  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;     ///< of the path
-  std::vector<ecat_master::StartupSdo> startup{};                    ///< of every drive, behind its own
+  ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< loss policy of every axis
+  ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;     ///< late policy of the path
+  std::vector<ecat_master::StartupSdo> startup{};                    ///< start-up SDOs of every drive, after its own
   bool plan_serials = false;                      ///< the plan names the serial number of every drive
-  std::optional<double> setpoint_delay_cycles{};  ///< of every axis
+  std::optional<double> setpoint_delay_cycles{};  ///< setpoint delay of every axis
   /// PDOs of every axis; none: axis_pdo_configuration()
   std::optional<ecat_master::PdoConfiguration> pdos{};
-  bool single_axes = false;                        ///< each axis by itself (SingleAxes), instead of along the path
-  bool adds_offsets = false;                       ///< AxisConfig::adds_offsets of every axis
-  bool follow_bit = true;                          ///< AxisConfig::follow_bit of every axis
-  std::optional<std::uint32_t> supported_modes{};  ///< AxisConfig::supported_modes of every axis
+  bool single_axes = false;   ///< each axis is commanded individually (SingleAxes), instead of along the path
+  bool adds_offsets = false;  ///< AxisConfig::adds_offsets of every axis
+  bool follow_bit = true;     ///< AxisConfig::follow_bit of every axis
+  std::optional<std::uint32_t> supported_modes{};              ///< AxisConfig::supported_modes of every axis
   std::optional<trajectory::PositionRange> software_limits{};  ///< AxisConfig::software_limits of every axis
   std::optional<double> max_torque{};                          ///< AxisConfig::max_torque of every axis
-  nanoseconds homing_timeout = std::chrono::minutes{2};        ///< of single axes
-  nanoseconds target_timeout = std::chrono::minutes{2};        ///< of single axes
+  nanoseconds homing_timeout = std::chrono::minutes{2};        ///< with `single_axes`
+  nanoseconds target_timeout = std::chrono::minutes{2};        ///< with `single_axes`
   std::optional<double> following_error_window{};              ///< AxisConfig::following_error_window of every axis
   /// AxisConfig::range_min and range_max of every axis
   std::int32_t range_min = 0;
   std::int32_t range_max = 0;
   std::optional<double> modulo{};           ///< AxisConfig::modulo of every axis
-  ecat_master::FeedForward feed_forward{};  ///< of every axis
+  ecat_master::FeedForward feed_forward{};  ///< feed-forward of every axis
   bool reversed = false;                    ///< AxisConfig::reversed of every axis
   double velocity_count = 0.0;              ///< AxisConfig::velocity_count of every axis
-  /// Of every axis, which has what it leaves of the limits.
+  /// Compensation of every axis, which reduces the limits left for its motions.
   std::shared_ptr<const ecat_master::CompensationSettings> compensation{};
   bool knows_torques = true;          ///< every axis has an inertia and a velocity gain
   bool accept_swapped_ports = false;  ///< IN and OUT of a slave may be swapped
   bool samples = true;                ///< LineOperation::axis_samples and line_samples are taken
-  /// With `single_axes`, behind the axes of the drives.
+  /// With `single_axes`: axes that follow those of the drives.
   std::vector<ecat_master::AxisConfig> virtual_axes{};
-  ecat_master::SetpointFeed* feed = nullptr;  ///< with `single_axes`, of the first axes
+  ecat_master::SetpointFeed* feed = nullptr;  ///< with `single_axes`: feed of the first axes
 };
 
-/// A master that runs all drives of a line along a path of raised cosines, each axis with its own amplitude; composed
-/// as the runtime does it with a line description, but not supervised.
+/// A master that moves all drives of a line along a path of raised cosines, each axis with its own amplitude; composed
+/// as the runtime does it from a line description, but not supervised.
 class LineOperation {
  public:
-  /// The path of every axis is one raised cosine of this length.
+  /// The path of every axis is a single raised cosine of this length.
   static constexpr double kPathSeconds = 0.4;
 
   LineOperation(DriveLine& drives, port::Port& port, const RunOptions& options = {});
   explicit LineOperation(DriveLine& drives, const RunOptions& options = {})
       : LineOperation(drives, drives.line(), options) {}
 
-  /// The line as the runtime knows it; the rest of `options` is not for a description.
+  /// Description of the line for the runtime; other `options` do not belong to a description.
   [[nodiscard]] static runtime::LineConfig describe(std::size_t drives, const RunOptions& options);
   [[nodiscard]] static ecat_master::SlavePlan plan(std::size_t position, const RunOptions& options);
   [[nodiscard]] std::vector<ecat_master::SlavePlan> plans() const;
   [[nodiscard]] static ecat_master::AxisConfig axis(std::size_t position, const RunOptions& options);
 
-  /// scan, configure; every step must succeed before the next is tried.
+  /// Scans and configures the line; every step must succeed before the next is tried.
   [[nodiscard]] ecat_master::Result<void> to_safe_op();
-  /// Builds the motion and starts cycling in SAFEOP, with an InlineRunner unless told otherwise.
+  /// Builds the motion and starts cycling in SAFEOP, by default with an InlineRunner.
   void start_cycle(ecat_master::Master::MakeRunner make_runner = {});
   [[nodiscard]] ecat_master::Result<void> to_op();
-  /// Everything, with the motion requested.
+  /// Executes all steps and requests the motion.
   [[nodiscard]] ecat_master::Result<void> to_motion();
 
-  /// Cycles for `duration`; keeps all samples.
+  /// Runs cycles for `duration`; stores all samples.
   void run(nanoseconds duration);
-  /// Exactly one cycle.
+  /// Runs exactly one cycle.
   void cycle() { run(nanoseconds{1}); }
-  /// Cycles until the motion is in `phase`, at most for `limit`; false when it is not.
+  /// Runs cycles until the motion is in `phase`, at most for `limit`; false: it did not get there.
   [[nodiscard]] bool run_until(ecat_master::MotionPhase phase, nanoseconds limit);
 
   [[nodiscard]] ecat_master::Master& master() noexcept { return *master_; }
   [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
-  /// With RunOptions::single_axes.
+  /// Only with RunOptions::single_axes.
   [[nodiscard]] ecat_master::SingleAxes& single_axes() noexcept { return *single_axes_; }
   [[nodiscard]] const ecat_master::CycleStatistics& statistics() noexcept { return master_->core()->statistics(); }
 
@@ -160,7 +160,7 @@ class LineOperation {
   std::unique_ptr<ecat_master::Master> master_;
 };
 
-/// For assertions: the sentence of an error, empty without one.
+/// For assertions: the sentence of an error; empty: no error.
 template <typename T>
 [[nodiscard]] std::string sentence(const ecat_master::Result<T>& result) {
   return result ? std::string{} : ecat_master::describe(result.error());

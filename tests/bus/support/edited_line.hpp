@@ -9,7 +9,7 @@
 
 namespace driveline::bus_test {
 
-/// A device with an edited profile (EEPROM, sync managers, identification) and the behaviour of the device inside.
+/// A device with an edited profile (EEPROM, sync managers, identification) and the behaviour of the inner device.
 class EditedDevice final : public slaves::Device {
  public:
   EditedDevice(std::unique_ptr<slaves::Device> inner, slaves::DeviceProfile profile)
@@ -41,9 +41,9 @@ class EditedDevice final : public slaves::Device {
   void advance(nanoseconds now) noexcept override { inner_->advance(now); }
   [[nodiscard]] nanoseconds process_data_period() const noexcept override { return inner_->process_data_period(); }
 
-  /// Mailboxes that the slave sends ahead of its own answers.
+  /// Mailbox messages that the slave sends ahead of its own answers.
   std::vector<std::vector<std::byte>> says_first;
-  /// Told every mailbox that the master writes.
+  /// Called with every mailbox message that the master writes.
   std::function<void(std::span<const std::byte> mailbox)> hears;
   /// Changes an answer before it is sent; returns its new length.
   std::function<std::size_t(std::span<std::byte> out, std::size_t length)> changes_answer;
@@ -71,7 +71,7 @@ class EditedLine {
   std::unique_ptr<slaves::Line> line_;
 };
 
-/// Gives the EEPROM in `profile` another station alias, with the right checksum.
+/// Gives the EEPROM in `profile` another station alias, with a valid checksum.
 void set_alias(slaves::DeviceProfile& profile, std::uint16_t alias);
 
 }  // namespace driveline::bus_test

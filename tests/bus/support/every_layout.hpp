@@ -8,7 +8,7 @@
 
 namespace driveline::bus_test {
 
-/// One way to lay out the process image.
+/// A layout of the process image.
 struct LayoutCase {
   const char* name;
   ecat_master::ImageLayout layout;
@@ -32,7 +32,7 @@ inline auto all_layouts() {
       LayoutCase{"all_divided", ImageLayout::kSequential, {{2, 1}, {2, 0}}});
 }
 
-/// Six drives with the image of one case.
+/// Six drives with the image of a layout case.
 class LayoutTest : public testing::TestWithParam<LayoutCase> {
  protected:
   static constexpr std::size_t kDrives = 6;

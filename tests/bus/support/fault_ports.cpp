@@ -15,7 +15,7 @@ SourceAddress source_of(std::span<const std::byte> frame) noexcept {
 
 namespace {
 
-/// True, and forgotten, when the frame is one of `sources`.
+/// Removes the source of the frame from `sources`; true: it was there.
 bool take(std::vector<SourceAddress>& sources, std::span<const std::byte> frame) {
   const auto found = std::find(sources.begin(), sources.end(), source_of(frame));
   if (found == sources.end()) return false;

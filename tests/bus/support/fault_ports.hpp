@@ -13,7 +13,7 @@
 
 namespace driveline::bus_test {
 
-/// Passes everything on to another port; the base of the decorators below.
+/// Forwards everything to another port; base of the decorators below.
 class PassingPort : public port::Port {
  public:
   explicit PassingPort(port::Port& inner) : inner_(inner) {}
@@ -27,11 +27,12 @@ class PassingPort : public port::Port {
   port::Port& inner_;
 };
 
-/// The source address, in which the master numbers its frames, without the bit that slaves set.
+/// The source address, which holds the master's frame number, without the bit that slaves set.
 using SourceAddress = std::array<std::byte, 6>;
 [[nodiscard]] SourceAddress source_of(std::span<const std::byte> frame) noexcept;
 
-/// Reproducible chance: one call in `one_in` is true, in no pattern that the master's own sequences could fall in with.
+/// Reproducible chance: a call returns true with the probability 1 / `one_in`, without a pattern that the master's
+/// own sequences could match.
 class Chance {
  public:
   explicit Chance(std::uint32_t one_in, std::uint32_t seed = 1) : one_in_(one_in), state_(seed) {}
@@ -45,7 +46,8 @@ class Chance {
   std::uint32_t state_;
 };
 
-/// Loses chosen frames: on the way out, so that no slave sees them, or on the way back, after all have acted on them.
+/// Loses chosen frames: on their way out, so that no slave sees them, or on their way back, after all slaves have
+/// processed them.
 class LossyPort final : public PassingPort {
  public:
   enum class Way : std::uint8_t { kOut, kBack };
@@ -68,7 +70,7 @@ class LossyPort final : public PassingPort {
   std::vector<SourceAddress> doomed_;
 };
 
-/// Keeps frames that `delays` picks for `delay` longer than they take; the others overtake them.
+/// Delays frames selected by `delays` for an additional `delay`; other frames overtake them.
 class LatePort final : public PassingPort {
  public:
   using Delays = std::function<bool(std::uint64_t number)>;
@@ -98,8 +100,8 @@ class LatePort final : public PassingPort {
   std::vector<std::byte> handed_out_;
 };
 
-/// A port with launch times: frames leave at the instant of hold_until(). Until then the caller waits in place of the
-/// kernel, which for all that is on the virtual clock is the same.
+/// A port with launch times: frames leave at the instant of hold_until(). The caller waits instead of the kernel, which
+/// makes no difference on the virtual clock.
 class HoldingPort final : public PassingPort {
  public:
   HoldingPort(port::Port& inner, rt::VirtualClock& clock) : PassingPort(inner), clock_(clock) {}
@@ -109,7 +111,7 @@ class HoldingPort final : public PassingPort {
     return inner_.send(frame);
   }
   void hold_until(std::chrono::nanoseconds instant) noexcept override { hold_until_ = instant; }
-  /// The longest that a frame was held back.
+  /// The longest time that a frame was held back.
   [[nodiscard]] std::chrono::nanoseconds earliest() const noexcept { return earliest_; }
 
  private:
@@ -123,7 +125,7 @@ class ChangingPort final : public PassingPort {
  public:
   using Change = std::function<void(std::span<std::byte> frame)>;
 
-  /// Either may be empty.
+  /// Either function may be empty.
   ChangingPort(port::Port& inner, Change out, Change back)
       : PassingPort(inner), out_(std::move(out)), back_(std::move(back)) {}
 
@@ -136,7 +138,7 @@ class ChangingPort final : public PassingPort {
   std::vector<std::byte> bytes_;
 };
 
-/// The first datagram of a frame that the master has built (offsets: Ethernet 14, EtherCAT header 2).
+/// The first datagram of a frame built by the master (offsets: Ethernet 14, EtherCAT header 2).
 struct FirstDatagram {
   wire::Command command;
   std::uint16_t adp;

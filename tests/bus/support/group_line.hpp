@@ -40,14 +40,14 @@ inline GroupMove line_to(const GroupVector& target, double feed = 20.0) {
   return made;
 }
 
-/// Between two places.
+/// Distance between two positions.
 inline double apart(const GroupVector& one, const GroupVector& other) {
   double sum = 0.0;
   for (std::size_t i = 0; i < one.size(); ++i) sum = std::hypot(sum, one[i] - other[i]);
   return sum;
 }
 
-/// From the straight way between two places.
+/// Distance from the straight line between two positions.
 inline double from_line(const GroupVector& at, const GroupVector& from, const GroupVector& to) {
   double along = 0.0;
   double length2 = 0.0;
@@ -61,7 +61,7 @@ inline double from_line(const GroupVector& at, const GroupVector& from, const Gr
   return apart(at, foot);
 }
 
-/// A line of axes in operation, of which the first ones are a group, planned in every cycle.
+/// A line of axes in operation; the first ones form a group, which is planned in every cycle.
 class GroupLine : public SingleLine {
  public:
   explicit GroupLine(std::size_t axes, std::vector<GroupConfig> configs = {},
@@ -92,7 +92,7 @@ class GroupLine : public SingleLine {
   GroupRequestReport ask_group(GroupCommand command, double value = 0.0, std::size_t group = 0) {
     return finish_of_group(submit_to_group(command, value, group));
   }
-  /// Until it is over, or a second has passed.
+  /// Runs cycles until the request is over, or `at_most` cycles (one second).
   RequestReport finish(std::uint64_t id, int at_most = 8000) {
     for (int i = 0; i < at_most && !axes().report(id).over(); ++i) cycle();
     return axes().report(id);
@@ -104,7 +104,7 @@ class GroupLine : public SingleLine {
   }
   [[nodiscard]] GroupState group_state(std::size_t group = 0) const { return groups->group_report(group).state; }
   [[nodiscard]] RequestPhase group_phase(std::uint64_t id) const { return groups->report(id).phase; }
-  /// Where the axes are told to be.
+  /// The setpoints of the axes.
   [[nodiscard]] GroupVector place() {
     GroupVector at{};
     for (std::size_t i = 0; i < std::min(trajectory::kMaxGroupAxes, judges.size()); ++i) at[i] = setpoint(i);

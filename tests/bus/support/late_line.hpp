@@ -18,7 +18,7 @@ namespace driveline::bus_test {
 
 inline constexpr nanoseconds kLatePeriod = microseconds{125};
 
-/// A line on its path, whose master can be kept from cycling and whose frames can be lost.
+/// A line on its path; the test can stop its master from cycling and lose its frames.
 class LateLine {
  public:
   explicit LateLine(const RunOptions& options = fast_path(), std::size_t axes = 1)
@@ -38,7 +38,8 @@ class LateLine {
     while (operation.master().core()->take_absence(before)) continue;
   }
 
-  /// Most of what the axes may (47 of 50 rad/s, 740 of 1000 rad/s²), and drives that stop no faster than the axes may.
+  /// A path close to the limits of the axes (47 of 50 rad/s, 740 of 1000 rad/s²), and drives that do not stop faster
+  /// than the axes may.
   static RunOptions fast_path() {
     RunOptions options;
     options.repeat = true;
@@ -50,7 +51,7 @@ class LateLine {
     return options;
   }
 
-  /// To the same place within the period, in which no control step of the drives and no frame is due.
+  /// Advances to a fixed point in the period at which neither a control step of the drives nor a frame is due.
   void settle() {
     const auto place = drives.clock.now() / kLatePeriod * kLatePeriod + microseconds{110};
     drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
@@ -66,8 +67,8 @@ class LateLine {
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
   }
-  /// `periods` go by without a cycle; the next one begins `beyond` its instant. More than seven, and the timer takes
-  /// the time for one that the thread has spent awake, and rests.
+  /// Lets `periods` pass without a cycle; the next cycle starts `beyond` after its instant. For more than seven
+  /// periods, the timer assumes that the thread has been awake for too long, and rests.
   void stall(int periods, nanoseconds beyond = nanoseconds{0}) {
     for (int i = 0; i < periods; ++i) {
       drives.leave_alone(kLatePeriod);
@@ -93,7 +94,7 @@ class LateLine {
 
   bool lose_out = false;
   bool lose_back = false;
-  nanoseconds hold_up{0};  ///< the next frame, on its way out
+  nanoseconds hold_up{0};  ///< delay of the next outgoing frame
   DriveLine drives;
   LossyPort outwards;
   LossyPort port;

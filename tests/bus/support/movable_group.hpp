@@ -6,21 +6,21 @@
 
 namespace driveline::bus_test {
 
-/// A line with two places where a hot-connect group of two drives may be plugged in, the same group in both:
+/// A line with two positions for a hot-connect group of two drives, which can be plugged in at either:
 ///
-///   master - base (0) - mid (3) - place B: head (4) - follower (5)
+///   master - base (0) - mid (3) - position B: head (4) - follower (5)
 ///               |
-///            port 3 - place A: head (1) - follower (2)
+///            port 3 - position A: head (1) - follower (2)
 ///
 /// The plans are base, mid, head and follower: slaves 0 to 3 of a master that starts without the group.
 class MovableGroup {
  public:
   static constexpr std::uint16_t kAlias = 0x0207;
-  static constexpr std::size_t kHead = 2;      ///< number of its plan
-  static constexpr std::size_t kFollower = 3;  ///< likewise
+  static constexpr std::size_t kHead = 2;      ///< index of its plan
+  static constexpr std::size_t kFollower = 3;  ///< index of its plan
   enum class Place : std::uint8_t { kA = 1, kB = 4 };
 
-  /// `port` makes the way to the line out of the line; none: the line itself.
+  /// Creates the port to the line; none: the line itself.
   using MakePort = std::function<std::unique_ptr<port::Port>(EditedLine& line)>;
   explicit MovableGroup(const EditedLine::Edit& edit = {}, const EditedLine::Options& options = {},
                         const MakePort& make_port = {})
@@ -57,7 +57,7 @@ class MovableGroup {
     return plans;
   }
 
-  /// Takes the line to OP, as it is now.
+  /// Takes the line to OP as it is now.
   [[nodiscard]] ecat_master::Result<void> start(std::vector<ecat_master::SlavePlan> plans = MovableGroup::plans()) {
     if (auto done = master.scan(); !done) return done;
     if (auto done = master.configure(std::move(plans)); !done) return done;

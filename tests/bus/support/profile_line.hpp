@@ -10,7 +10,7 @@
 
 namespace driveline::bus_test {
 
-inline constexpr double kOwnVelocity = 10.0;  ///< set in the drive, rad/s; what is not mapped is as it is there
+inline constexpr double kOwnVelocity = 10.0;  ///< set in the drive, rad/s; used for objects that are not mapped
 
 inline RunOptions profile_options(slaves::msd::Variant variant = slaves::msd::Variant::kMsd) {
   auto options = single_options();
@@ -22,7 +22,7 @@ inline RunOptions profile_options(slaves::msd::Variant variant = slaves::msd::Va
   return options;
 }
 
-/// 6081h and 6083h are mapped.
+/// Options with 6081h and 6083h mapped.
 inline RunOptions mapped_options() {
   auto options = profile_options();
   options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
@@ -34,7 +34,7 @@ inline RunOptions mapped_options() {
   return options;
 }
 
-/// 6042h is mapped, and counts in turns per minute.
+/// Options with 6042h mapped, which counts in revolutions per minute.
 inline RunOptions velocity_mode_options(slaves::msd::Variant variant = slaves::msd::Variant::kMsd) {
   auto options = profile_options(variant);
   options.pdos = ecat_master::PdoConfiguration{
@@ -63,14 +63,14 @@ class ProfileLine : public SingleLine {
  public:
   explicit ProfileLine(const RunOptions& options = profile_options()) : SingleLine(1, options) { enable(); }
   [[nodiscard]] ecat_master::AxisReport now() { return axes().axis_report(0); }
-  /// The axis is one that can be used.
+  /// Expects that the axis is usable.
   void expect_use() {
     cycles(200);
     EXPECT_EQ(state(), PlcopenState::kStandstill);
     EXPECT_EQ(now().mode, 8);
     EXPECT_EQ(ask(request(AxisCommand::kMoveRelative, 1.0)).phase, RequestPhase::kDone);
   }
-  /// The fastest that the axis gets within so many cycles.
+  /// The highest speed of the axis within `count` cycles.
   double fastest(int count) {
     double found = 0.0;
     for (int i = 0; i < count; ++i) {

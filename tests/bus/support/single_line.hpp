@@ -44,7 +44,7 @@ inline AxisRequest move(double target, double velocity = 0.0, BufferMode buffer 
   return made;
 }
 
-/// The drives brake by their own quick stop no harder than their axes may.
+/// Options with which the drives' own quick stops brake no harder than the limits of the axes.
 inline RunOptions single_options() {
   RunOptions options;
   options.single_axes = true;
@@ -55,7 +55,7 @@ inline RunOptions single_options() {
   return options;
 }
 
-/// A line in OP whose axes are commanded one by one; its frames can be lost.
+/// A line in OP whose axes are commanded individually; the test can lose its frames.
 class SingleLine {
  public:
   explicit SingleLine(std::size_t axes = 1, const RunOptions& options = single_options(),
@@ -72,7 +72,7 @@ class SingleLine {
     cycles(100);
   }
 
-  /// Those of the drives, of which a compensation leaves less for the axes.
+  /// Limits of the drives' demands; a compensation leaves less of them to the axes.
   [[nodiscard]] static trajectory::AxisLimits demand_limits(RunOptions options) {
     options.compensation = nullptr;
     return LineOperation::axis(0, options).limits;
@@ -83,7 +83,7 @@ class SingleLine {
   [[nodiscard]] double setpoint(std::size_t axis = 0) noexcept { return axes().axis_report(axis).setpoint; }
   [[nodiscard]] RequestPhase phase(std::uint64_t id) noexcept { return axes().report(id).phase; }
 
-  /// To the same place within the period, in which no control step of the drives and no frame is due.
+  /// Advances to a fixed point in the period at which neither a control step of the drives nor a frame is due.
   void settle() {
     const auto place = drives.clock.now() / kSinglePeriod * kSinglePeriod + microseconds{110};
     drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
@@ -96,7 +96,7 @@ class SingleLine {
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
   }
-  /// `periods` go by without a cycle.
+  /// Lets `periods` pass without a cycle.
   void stall(int periods) {
     for (int i = 0; i < periods; ++i) {
       drives.leave_alone(kSinglePeriod);
@@ -106,7 +106,7 @@ class SingleLine {
     cycle();
   }
   std::uint64_t submit(const AxisRequest& asked, std::size_t axis = 0) { return axes().submit(axis, asked); }
-  /// Until it is over, or a second has passed.
+  /// Runs cycles until the request is over, or `at_most` cycles (one second).
   RequestReport finish(std::uint64_t id, int at_most = 8000) {
     for (int i = 0; i < at_most && !axes().report(id).over(); ++i) cycle();
     return axes().report(id);
@@ -114,7 +114,7 @@ class SingleLine {
   RequestReport ask(const AxisRequest& asked, std::size_t axis = 0) { return finish(submit(asked, axis)); }
   void enable(std::size_t axis = 0) {
     ASSERT_EQ(ask(power(true), axis).phase, RequestPhase::kDone);
-    // One that coasts is braked first.
+    // A coasting axis is braked first.
     for (int i = 0; i < 4000 && state(axis) == PlcopenState::kDiscreteMotion; ++i) cycle();
     ASSERT_EQ(state(axis), PlcopenState::kStandstill);
   }
@@ -127,7 +127,7 @@ class SingleLine {
     if (each_period) each_period();
   }
 
-  std::function<void()> each_period{};  ///< also sees what the drives do
+  std::function<void()> each_period{};  ///< called in each period, also without a cycle
   bool lose_out = false;
   bool lose_back = false;
   DriveLine drives;

@@ -21,13 +21,13 @@ namespace driveline::bus_test {
 // Operation data of the simulated drives (slaves::generic::SoeDrives).
 inline constexpr ecat_master::facts::SoeDatum kGain{0, {100}};
 inline constexpr ecat_master::facts::SoeDatum kReset{0, {99}};  ///< procedure command
-/// A text of at most 512 bytes.
+/// A text of up to 512 bytes.
 inline constexpr ecat_master::facts::SoeDatum kApplication{0, {142}};
 
-/// A device with two drives and with mailboxes of `mailbox` bytes at 1000h and 1400h, which knows SoE and CoE.
+/// A device with two drives that knows SoE and CoE, with mailboxes of `mailbox` bytes at 1000h and 1400h.
 [[nodiscard]] esi::DeviceDescription soe_device(std::uint16_t mailbox);
 
-/// A list as it stands in a mail, behind its length and capacity.
+/// A list in the form of a mailbox message: length and capacity, then the content.
 [[nodiscard]] std::vector<std::byte> as_list(std::span<const std::byte> content);
 
 /// Two devices with drives behind SoE, and their master, on virtual time.
@@ -35,16 +35,16 @@ struct SoeLine {
   explicit SoeLine(std::uint16_t mailbox = 128) : SoeLine(soe_device(mailbox)) {}
   explicit SoeLine(const esi::DeviceDescription& device) : line(make(device)), master(*line, clock) {}
 
-  /// The sentence of the error, empty without one.
+  /// Takes the line to PREOP; returns the sentence of the error, empty on success.
   [[nodiscard]] std::string to_pre_op();
   [[nodiscard]] ecat_master::SoeClient soe(std::uint16_t position = 0) { return {master.mailboxes(), position}; }
-  /// The controller of a device tells it that its watchdog has expired.
+  /// Simulates that the controller of a device reports an expired watchdog to it.
   void lose_process_data(std::size_t device) {
     devices.at(device)->fall_back(wire::AlState::kOp, wire::AlState::kPreOp, wire::AlStatusCode::kSyncManagerWatchdog);
   }
 
   rt::VirtualClock clock{std::chrono::milliseconds{1}};
-  std::array<slaves::generic::GenericDevice*, 2> devices{};  ///< of the line
+  std::array<slaves::generic::GenericDevice*, 2> devices{};  ///< devices of the line
   std::unique_ptr<slaves::Line> line;
   ecat_master::Master master;
 

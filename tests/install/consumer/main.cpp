@@ -12,7 +12,7 @@
 
 int main() {
 #ifdef WITH_BRIDGE
-  // A component that was asked for is there, with all it needs to be linked; nothing is sent here.
+  // A requested component is available with everything for linking; nothing is sent here.
   driveline::bridge::DdsConfig nothing;
   nothing.line_name = "";
   if (driveline::bridge::DdsPublisher::create(nothing)) return 1;

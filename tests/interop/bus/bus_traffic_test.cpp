@@ -1,4 +1,5 @@
-// The traffic of the bus tests through Wireshark's dissector: nothing malformed, and every mailbox read as what it is.
+// The traffic of the bus tests in Wireshark's dissector: nothing malformed, and every mailbox message dissected as its
+// type.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -49,7 +50,7 @@ TEST_F(BusTraffic, ServiceDataAndAborts) {
   ASSERT_FALSE(coe.download_as<std::uint8_t>(0x6041, 0, 1)) << "another one";
   ASSERT_FALSE(coe.upload(0x1018, 0, true));
   expect_clean(recorder.frames);
-  // Requests, and the aborts (read only, no complete access, no such object), which are requests as well; replies.
+  // Requests, and the aborts (read only, no complete access, no such object), which count as requests as well; replies.
   const auto codes = values("ecat.cnt == 1", "ecat_mailbox.coe.abortcode");
   EXPECT_EQ(codes, (std::map<std::string, std::size_t>{{"0x06010002", 1}, {"0x06010004", 1}, {"0x06020000", 1}}));
   EXPECT_EQ(occurrences("ecat.cnt == 0", "ecat_mailbox.coe.sdoreq"), recorder.requests);
@@ -60,7 +61,7 @@ TEST_F(BusTraffic, ServiceDataAndAborts) {
   }
 }
 
-/// A terminal whose mailboxes are so short that its array of 120 bytes comes and goes in segments.
+/// A terminal with mailboxes so short that its array of 120 bytes is transferred in segments.
 std::unique_ptr<slaves::Slave> make_terminal() {
   std::ifstream stream("examples/terminals.xml", std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};

@@ -1,4 +1,4 @@
-// Operation data on the line through Wireshark's dissector: each service with its bytes and what they mean.
+// Operation data on the line in Wireshark's dissector: each service with its bytes and their meaning.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -21,9 +21,9 @@ using ecat_master::facts::SoeDatum;
 using wire::SoeElement;
 using Bytes = std::vector<std::byte>;
 
-/// Where soe_device() has its answers.
+/// Address of the answers of soe_device().
 constexpr std::uint16_t kSoeReplies = 0x1400;
-/// Mailboxes with room for 26 bytes behind the header of SoE.
+/// Mailboxes with room for 26 bytes after the header of SoE.
 constexpr std::uint16_t kShortMailbox = 36;
 constexpr SoeDatum kCycleTime{0, {1}};
 
@@ -33,8 +33,8 @@ std::string hex_text(std::span<const std::byte> bytes) {
   return text;
 }
 
-/// Keeps the frames that bring a mail of SoE to a slave or back from it, as the line gives them back, and the services
-/// in them.
+/// Stores the frames that carry an SoE message to a slave or from it, as returned by the line, and the services in
+/// them.
 class SoeMails final : public PassingPort {
  public:
   explicit SoeMails(port::Port& inner) : PassingPort(inner) {}
@@ -45,7 +45,7 @@ class SoeMails final : public PassingPort {
   }
 
   std::vector<Bytes> frames;
-  std::vector<std::string> services;  ///< of each frame, in hexadecimal
+  std::vector<std::string> services;  ///< service of each frame, in hexadecimal
 
  private:
   void keep(std::span<const std::byte> frame) {
@@ -69,16 +69,16 @@ class SoeMails final : public PassingPort {
   }
 };
 
-/// A mail as it stands in ETG.1000.6 5.9 and IEC 61800-7-204, written by hand, and what the dissector says of it:
-/// elements are D data state, N name, A attribute, U unit, I minimum, X maximum and V value; the default, bit 7, it
-/// calls reserved.
+/// An SoE message according to ETG.1000.6 5.9 and IEC 61800-7-204, written by hand, and its dissection: elements are D
+/// data state, N name, A attribute, U unit, I minimum, X maximum and V value; the default, bit 7, is dissected as
+/// reserved.
 struct KnownMail {
   std::string_view service;
   std::string_view read_as;
   unsigned drive = 0;
 };
 
-/// Every service of SoE, in the order in which say_everything() has them.
+/// Every service of SoE, in the order of say_everything().
 const std::vector<KnownMail> kEveryMail = {
     {"01 01 63 00", "RRQ (S-0-0099, 'D')"},
     {"02 01 63 00 00 00", "RRS (S-0-0099, 'D') : 2 Bytes"},

@@ -18,14 +18,14 @@
 #include "fault_ports.hpp"
 #include "tshark.hpp"
 
-/// What passes on a simulated line, through Wireshark's dissector.
+/// Checks the traffic of a simulated line with Wireshark's dissector.
 namespace driveline::bus_test {
 
-/// Mailboxes of the drives (MSD manual, EEPROM): where requests are written and replies read.
+/// Mailboxes of the drives (MSD manual, EEPROM): addresses for writing requests and reading replies.
 inline constexpr std::uint16_t kRequests = 0x1000;
 inline constexpr std::uint16_t kReplies = 0x1200;
 
-/// Keeps every frame that passes, both ways, and counts the mails of one protocol that have been transferred.
+/// Stores every frame in both directions, and counts the transferred mailbox messages of a protocol.
 class Recorder final : public PassingPort {
  public:
   explicit Recorder(port::Port& inner, std::uint16_t replies_at = kReplies,
@@ -77,7 +77,8 @@ class BusTraffic : public testing::Test {
     if (!file_.empty()) std::filesystem::remove(file_);
   }
 
-  /// Nothing malformed, nothing suspicious; everything is EtherCAT, unless frames were damaged on purpose.
+  /// Expects that nothing is malformed or suspicious, and that everything is EtherCAT, unless frames were damaged on
+  /// purpose.
   void expect_clean(const std::vector<std::vector<std::byte>>& frames) {
     replay::write_pcap(file_, frames);
     const auto bad = replay::dissect(file_, "_ws.malformed || _ws.expert.severity >= 0x600000", {"frame.number"});
@@ -88,7 +89,7 @@ class BusTraffic : public testing::Test {
     ASSERT_TRUE(all) << all.error();
     EXPECT_EQ(all->size(), frames.size());
   }
-  /// How often a field occurs in the frames that match.
+  /// Number of occurrences of a field in the matching frames.
   std::size_t occurrences(const std::string& filter, const std::string& field) {
     const auto packets = replay::dissect(file_, filter, {field});
     if (!packets) throw std::runtime_error(packets.error());
@@ -96,7 +97,7 @@ class BusTraffic : public testing::Test {
     for (const auto& packet : *packets) count += packet[0].size();
     return count;
   }
-  /// A field of each frame that matches, which may have commas in it.
+  /// A field of each matching frame; the values may contain commas.
   std::vector<std::string> texts(const std::string& filter, const std::string& field) {
     const auto packets = replay::dissect(file_, filter, {field});
     if (!packets) throw std::runtime_error(packets.error());
@@ -107,7 +108,7 @@ class BusTraffic : public testing::Test {
     }
     return texts;
   }
-  /// How often each value of a field occurs in the frames that match.
+  /// Number of occurrences of each value of a field in the matching frames.
   std::map<std::string, std::size_t> values(const std::string& filter, const std::string& field) {
     const auto packets = replay::dissect(file_, filter, {field});
     if (!packets) throw std::runtime_error(packets.error());

@@ -16,8 +16,7 @@
 #include "driveline/snapshot/drain_thread.hpp"
 #include "support/dds_domain.hpp"
 
-// Our publisher in this process, another DDS implementation (Cyclone DDS, `cyclone_subscriber`) in a process of its
-// own.
+// The publisher in this process, another DDS implementation (Cyclone DDS, `cyclone_subscriber`) in its own process.
 namespace driveline::bridge {
 namespace {
 
@@ -31,7 +30,7 @@ using test::test_domain;
 constexpr std::uint16_t kAxes = 8;
 constexpr std::int64_t kCycleNs = 125'000;
 
-/// Swing of each axis in rad; the phase keeps the axes apart.
+/// Amplitude of each axis in rad; the phase distinguishes the axes.
 double amplitude_rad(std::uint16_t axis) {
   return 0.5 + axis;
 }
@@ -97,7 +96,7 @@ struct ProcessResult {
 
 ProcessResult run(const std::string& command) {
   ProcessResult result;
-  FILE* pipe = popen(command.c_str(), "r");  // the words of the command are ours
+  FILE* pipe = popen(command.c_str(), "r");  // the command contains no foreign text
   if (pipe == nullptr) {
     return result;
   }
@@ -111,12 +110,12 @@ ProcessResult run(const std::string& command) {
 }
 
 ProcessResult run_subscriber(std::uint32_t domain, int min_samples, int timeout_s) {
-  // `timeout` is for a subscriber that does not keep its own limit.
+  // `timeout` is for a subscriber that ignores its own limit.
   return run("timeout -k 5 " + std::to_string(timeout_s + 20) + " " CYCLONE_SUBSCRIBER " " + std::to_string(domain) +
              " " + std::to_string(min_samples) + " " + std::to_string(timeout_s));
 }
 
-/// Stands in for the real-time cycle: fills the rings until it is told to stop.
+/// Replaces the real-time cycle: fills the rings until it is stopped.
 class SyntheticLine {
  public:
   explicit SyntheticLine(std::uint32_t domain) {
@@ -184,7 +183,7 @@ void expect_moving_axis(const json& axis, std::uint16_t index, int min_samples) 
   EXPECT_LE(axis["actual_position_max"], amplitude_rad(index) - 0.001);
   EXPECT_EQ(axis["following_error_max"], 0.001);
 
-  // The last sample must be, to the bit, the one our line made in that cycle.
+  // The last sample must be bit-identical to the one of the line in that cycle.
   const json& last = axis["last"];
   const std::uint64_t cycle = last["cycle"];
   EXPECT_EQ(cycle % 8, 0U);
@@ -290,7 +289,7 @@ TEST(DdsInterop, CycloneReadsBatchesOfEveryCycleAndEvents) {
       EXPECT_EQ(last["samples"][i * kAxes + axis], row_of(moving_axis(first + i, axis), i)) << i << " " << axis;
     }
   }
-  // Times of the line that start with 0 here are on the monotonic clock in a run: 0 is when the machine was started.
+  // The times that start with 0 here are on the monotonic clock in a run: 0 is the start of the machine.
   const auto up = std::chrono::steady_clock::now().time_since_epoch();
   const std::int64_t wall = last["cycles"][0][2].get<std::int64_t>() - last["cycles"][0][1].get<std::int64_t>();
   EXPECT_NEAR(static_cast<double>(wall), static_cast<double>(std::chrono::nanoseconds{before - up}.count()), 60e9);
@@ -303,7 +302,7 @@ TEST(DdsInterop, CycloneReadsBatchesOfEveryCycleAndEvents) {
   EXPECT_EQ(got["events"][1]["text"], std::string(511, 'x'));
 }
 
-/// No two of its times are alike.
+/// All of its times differ.
 snapshot::TimeDistribution times_of(std::int64_t base) {
   return {.count = static_cast<std::uint64_t>(base),
           .p50_ns = base + 1,
@@ -457,7 +456,7 @@ TEST(DdsInterop, CycloneReadsWhatChangesNowAndThenWithEveryField) {
   (*publisher)->set_line_status(status);
   (*publisher)->pass_done({});
 
-  // It comes late.
+  // The subscriber starts late.
   const ProcessResult subscriber = run_line_subscriber(domain, 1, 60);
   ASSERT_EQ(subscriber.exit_status, 0) << subscriber.output;
   const json got = json::parse(subscriber.output);
@@ -508,7 +507,7 @@ TEST(DdsInterop, CycloneReadsJointStatesAsARos2NodeDoes) {
   EXPECT_EQ(got["frame_id"], "");
   EXPECT_LT(got["nanosec"], 1'000'000'000);
   ASSERT_EQ(got["name"].size(), kAxes);
-  // Positions tell which cycle this was: those of all axes fit to one that is a multiple of 80.
+  // The positions identify the cycle: all axes must match the same one, a multiple of 80.
   bool found = false;
   for (std::uint64_t cycle = 0; cycle < 800 && !found; cycle += 80) {
     found = true;
@@ -516,7 +515,7 @@ TEST(DdsInterop, CycloneReadsJointStatesAsARos2NodeDoes) {
       const AxisSample sent = moving_axis(cycle, axis);
       EXPECT_EQ(got["name"][axis], "axis" + std::to_string(axis));
       EXPECT_EQ(got["effort"][axis], sent.actual_torque);
-      // The sine of a later turn differs in its last bits.
+      // The sine of a later period differs in its last bits.
       found = found && std::abs(got["position"][axis].get<double>() - sent.actual_position) < 1e-6 &&
               std::abs(got["velocity"][axis].get<double>() - sent.actual_velocity) < 1e-3;
     }
@@ -563,7 +562,7 @@ TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {
 }
 
 TEST(DdsInterop, SubscriberReportsWhatIsMissing) {
-  const ProcessResult subscriber = run_subscriber(test_domain(), 1, 1);  // nobody publishes
+  const ProcessResult subscriber = run_subscriber(test_domain(), 1, 1);  // there is no publisher
   EXPECT_EQ(subscriber.exit_status, 1);
   const json got = json::parse(subscriber.output);
   EXPECT_EQ(got["complete"], false);

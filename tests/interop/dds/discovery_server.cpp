@@ -1,8 +1,8 @@
-// A discovery server of Fast DDS, number 0, as its own tool would start one, which Debian does not package.
+// A discovery server of Fast DDS, number 0, like that of the original tool, which Debian does not package.
 //
 //   discovery_server <address> <port>
 //
-// Says "listens" on stdout, and ends by SIGTERM.
+// Prints "listens" on stdout; SIGTERM ends it.
 #include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>

@@ -1,9 +1,9 @@
-// Prints the cycle of each sample that Fast DDS receives of a line, as a subscriber does that has its settings from a
-// file: FASTRTPS_DEFAULT_PROFILES_FILE names it.
+// Prints the cycle of each sample of a line received by Fast DDS, for a subscriber whose settings come from the file in
+// FASTRTPS_DEFAULT_PROFILES_FILE.
 //
 //   fast_dds_watch <domain>
 //
-// "axis 1232" is one of driveline/axis_telemetry, "status 1250" one of driveline/line_status. Ends by SIGTERM.
+// "axis 1232" is a sample of driveline/axis_telemetry, "status 1250" of driveline/line_status. SIGTERM ends it.
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>

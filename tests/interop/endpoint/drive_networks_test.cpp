@@ -1,4 +1,4 @@
-// Simulated drives with their end points, and no master: mails of EoE in, mails of EoE out.
+// Simulated drives with their end points, without a master: EoE messages in, EoE messages out.
 #include "driveline/runtime/endpoints/drive_networks.hpp"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using slaves::msd::MsdDrive;
 
-/// Whether this machine lets a process have a network of its own; tried in a child.
+/// Whether this machine allows a process a network namespace of its own; tried in a child process.
 bool has_namespaces() {
   const auto child = ::fork();
   if (child == 0) ::_exit(::unshare(CLONE_NEWNET) == 0 || ::unshare(CLONE_NEWUSER | CLONE_NEWNET) == 0 ? 0 : 1);
@@ -54,7 +54,7 @@ class DriveNetworksTest : public testing::Test {
     networks_ = std::move(*networks);
   }
 
-  /// "Who has 192.168.39.5?", the address that all drives have from the factory; the MAC address that says so.
+  /// Asks "Who has 192.168.39.5?", the factory address of all drives; returns the MAC address in the answer.
   std::vector<std::byte> ask_who_has(std::size_t drive, std::chrono::seconds patience = 5s) {
     std::vector<std::byte> mail(512);
     std::vector<unsigned> bytes = {4 + 60, 0, 0, 0, 0, 0x02, 0x00, 0x01, 0x80, 0x10};
@@ -70,7 +70,7 @@ class DriveNetworksTest : public testing::Test {
       for (int i = 0; i < 50; ++i) {
         std::vector<std::byte> out(512);
         const auto length = drives_[drive]->mailbox_reply(out);
-        // Behind mailbox and EoE header: an ARP response to us; its sender is at 22 of the frame.
+        // After mailbox and EoE header: an ARP response; its sender is at offset 22 of the frame.
         constexpr std::size_t kFrame = 10;
         if (length >= kFrame + 42 && out[kFrame + 13] == std::byte{6} && out[kFrame + 21] == std::byte{2}) {
           return {out.begin() + kFrame + 22, out.begin() + kFrame + 28};
@@ -114,7 +114,7 @@ TEST_F(DriveNetworksTest, ADeadEndPointIsStartedAgainAndTheOthersGoOn) {
     std::this_thread::sleep_for(5ms);
     now = networks_->figures()[0];
   }
-  std::vector<std::byte> left(512);  // answers of the first one
+  std::vector<std::byte> left(512);  // answers of the first drive
   while (drives_[0]->mailbox_reply(left) != 0) continue;
   EXPECT_FALSE(ask_who_has(0).empty()) << "with address and link, which it was told anew";
   const auto after = networks_->figures();

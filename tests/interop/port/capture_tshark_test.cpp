@@ -23,8 +23,8 @@ std::string output_of(const std::string& command) {
   return output;
 }
 
-/// BRD of AL status (0x0130, 2 bytes), put together by hand from ETG.1000.4 5.3 and 5.4; padded to 60 bytes.
-/// @param source_bit what the first slave adds to the source address
+/// BRD of AL status (0x0130, 2 bytes), composed by hand from ETG.1000.4 5.3 and 5.4; padded to 60 bytes.
+/// @param source_bit bits that the first slave adds to the source address
 Bytes brd_al_status(unsigned index, unsigned source_bit, unsigned al_status, unsigned wkc) {
   Bytes frame(60);
   const std::array<unsigned, 30> values{0xFF,       0xFF,  0xFF, 0xFF, 0xFF, 0xFF,  // broadcast
@@ -37,7 +37,7 @@ Bytes brd_al_status(unsigned index, unsigned source_bit, unsigned al_status, uns
   return frame;
 }
 
-/// Every sent frame comes back as two slaves in OP would answer it.
+/// Returns every sent frame as answered by two slaves in OP.
 class TwoSlaves final : public Port {
  public:
   explicit TwoSlaves(rt::VirtualClock& clock) : clock_{clock} {}

@@ -10,7 +10,7 @@
 namespace driveline::port {
 namespace {
 
-/// What the kernel tells of a real interface, against what `ip` and `ethtool` have set there.
+/// Compares what the kernel reports about a real interface with the settings made by `ip` and `ethtool`.
 class InterfaceFactsTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -39,7 +39,7 @@ TEST_F(InterfaceFactsTest, FollowTheInterface) {
   EXPECT_FALSE(read().running) << "the other end is down";
   EXPECT_EQ(read().mtu, 1400u);
   ASSERT_TRUE(run_quietly("ip link set dev dlother up"));
-  // The kernel tells of a carrier from a work queue of its own, which may be late on a machine that has much to do.
+  // The kernel reports a carrier from a work queue, which may be late on a busy machine.
   const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds{30};
   while (!read().running && std::chrono::steady_clock::now() < limit) std::this_thread::yield();
   EXPECT_TRUE(read().running);

@@ -1,5 +1,5 @@
-// Launch times as the kernel gets them. No kernel of the test machines has `etf`, which would hold the frames back:
-// what a queueing discipline would see of a frame is read by a BPF program at the place where it leaves for the driver.
+// Launch times as received by the kernel. No kernel of the test machines has `etf`, which would hold the frames back: a
+// BPF program at the exit to the driver reads what a queueing discipline would see of a frame.
 #include "driveline/port/launch_times.hpp"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ constexpr bpf_insn instruction(unsigned code, unsigned to, unsigned from, std::i
   return {static_cast<__u8>(code), static_cast<__u8>(to & 0x0F), static_cast<__u8>(from & 0x0F), offset, number};
 }
 
-/// Keeps the delivery time of the last frame that left an interface.
+/// Stores the delivery time of the last frame that left an interface.
 class DeliveryTimes {
  public:
   explicit DeliveryTimes(const std::string& interface) {
@@ -65,7 +65,7 @@ class DeliveryTimes {
         instruction(BPF_ALU64 | BPF_ADD | BPF_K, 3, 0, 0, -8),
         instruction(BPF_ALU64 | BPF_MOV | BPF_K, 4, 0, 0, BPF_ANY),
         instruction(BPF_JMP | BPF_CALL, 0, 0, 0, BPF_FUNC_map_update_elem),
-        instruction(BPF_ALU64 | BPF_MOV | BPF_K, 0, 0, 0, -1),  // on to the next program, or out
+        instruction(BPF_ALU64 | BPF_MOV | BPF_K, 0, 0, 0, -1),  // continue with the next program, or send
         instruction(BPF_JMP | BPF_EXIT, 0, 0, 0, 0),
     };
     constexpr const char* kLicense = "MIT";
@@ -83,7 +83,7 @@ class DeliveryTimes {
     link_ = FileDescriptor{bpf(BPF_LINK_CREATE, link)};
   }
   [[nodiscard]] bool attached() const { return link_.valid(); }
-  /// On the clock of the launch times; 0: none was given.
+  /// On the clock of the launch times; 0: none was set.
   [[nodiscard]] nanoseconds last() const {
     const std::uint32_t key = 0;
     std::uint64_t value = 0;
@@ -133,19 +133,19 @@ TEST_F(LaunchTimesOnVeth, OfEachFrameGetToTheKernelOnItsClock) {
     const DeliveryTimes delivery("dlmaster");
     if (!delivery.attached()) GTEST_SKIP() << "this kernel attaches no BPF program where frames leave";
 
-    // Held back, whatever time passes until the frame is sent.
+    // Held back, however long it takes until the frame is sent.
     const auto instant = clock.now() + 60s;
     (*port)->hold_until(instant);
     ASSERT_EQ((*port)->send(frame()), SendStatus::kSent);
     EXPECT_EQ((*port)->last_send_time(), instant);
-    // How far its clock is ahead of the port's lies between two readings of the latter.
+    // Determine the lead of that clock over the port's clock between two readings of the latter.
     const auto earlier = clock.now();
     const auto there = read(id);
     const auto later = clock.now();
     EXPECT_GE(delivery.last() - instant, there - later - 10us);
     EXPECT_LE(delivery.last() - instant, there - earlier + 10us);
 
-    // An instant that has passed: at once, but late enough for the discipline to take it.
+    // An instant in the past: sent at once, but late enough for the discipline to accept it.
     (*port)->hold_until(clock.now() - 1ms);
     const auto before = read(id);
     ASSERT_EQ((*port)->send(frame()), SendStatus::kSent);

@@ -28,7 +28,7 @@ std::string error_text(const std::string& what) {
   return what + ": " + std::generic_category().message(errno);
 }
 
-/// Being root of a user namespace of one's own is enough for network namespaces and interfaces.
+/// Root in a user namespace is sufficient for network namespaces and interfaces.
 bool become_root_of_user_namespace() {
   const uid_t user = getuid();
   const gid_t group = getgid();

@@ -13,28 +13,28 @@ namespace driveline::port {
 
 using Bytes = std::vector<std::byte>;
 
-/// Moves the calling thread into a network namespace of its own, once per process, so that tests make and break
-/// interfaces without touching the machine's. Works as root, and without where the kernel allows user namespaces.
-/// Returns why it does not work, or an empty string.
+/// Moves the calling thread into a private network namespace, once per process, so that tests can create and remove
+/// interfaces without touching those of the machine. Works for root, and for other users if the kernel allows user
+/// namespaces. Returns why it failed, or an empty string.
 const std::string& enter_private_network();
 
-/// Lets the calling thread run without any capability. Other threads keep theirs.
+/// Drops all capabilities of the calling thread. Other threads keep theirs.
 void drop_capabilities();
 
-/// Lets the calling thread keep CAP_NET_RAW alone, as the unit of the packages nearly does.
+/// Reduces the capabilities of the calling thread to CAP_NET_RAW, similar to the unit of the packages.
 void keep_only_net_raw();
 
-/// Runs a shell command quietly; whether it succeeded.
+/// Runs a shell command without output; returns whether it succeeded.
 bool run_quietly(const std::string& command);
 
-/// A network interface whose cable ends in this program: what the kernel transmits on it, take() returns; what
-/// inject() gets, the kernel receives. Deleted with the object.
+/// A network interface whose cable ends in this program: take() returns the frames that the kernel transmits on it,
+/// inject() lets the kernel receive a frame. The destructor deletes the interface.
 class TapInterface {
  public:
   /// @param ethernet false for a TUN interface, which carries IP packets without Ethernet headers
   explicit TapInterface(const std::string& name, bool ethernet = true);
 
-  /// Why it could not be created; empty if it was.
+  /// Why the interface could not be created; empty: it was created.
   [[nodiscard]] const std::string& error() const { return error_; }
 
   void set_up(bool up);
@@ -42,11 +42,11 @@ class TapInterface {
   void set_mtu(int mtu);
   void set_mac(std::span<const std::byte, 6> mac);
 
-  /// The next EtherCAT frame that was transmitted; nothing if there is none within `patience`. The kernel's own
-  /// traffic (IPv6 neighbour discovery and such) is skipped.
+  /// The next transmitted EtherCAT frame; nothing: there was none within `patience`. Skips traffic of the kernel itself
+  /// (IPv6 neighbour discovery and the like).
   [[nodiscard]] std::optional<Bytes> take(std::chrono::milliseconds patience = std::chrono::seconds{5});
 
-  /// Lets the interface receive a frame; whether the kernel took it.
+  /// Lets the interface receive a frame; returns whether the kernel accepted it.
   bool inject(const Bytes& frame);
 
   /// Deletes the interface.

@@ -15,12 +15,12 @@
 
 namespace {
 
-int unknown_option = 0;  // of SOL_PACKET; the kernel is to pretend that it does not know it
+int unknown_option = 0;  // of SOL_PACKET; the kernel shall pretend not to know it
 volatile std::sig_atomic_t alarms = 0;
 
 }  // namespace
 
-// Stands before the C library's function, so that tests meet kernels of other ages.
+// Replaces the C library's function, so that tests can simulate kernels of other versions.
 extern "C" int setsockopt(int socket, int level, int option, const void* value, socklen_t size) noexcept {
   if (level == SOL_PACKET && option == unknown_option) {
     errno = ENOPROTOOPT;
@@ -38,7 +38,7 @@ using ::testing::HasSubstr;
 constexpr wire::MacAddress kMac{std::byte{0x00}, std::byte{0x10}, std::byte{0x20},
                                 std::byte{0x30}, std::byte{0x40}, std::byte{0x50}};
 
-/// An EtherCAT frame of the port on its way out: broadcast, the port's address as source, then bytes made of `seed`.
+/// An outgoing EtherCAT frame of the port: broadcast, the port's address as source, then bytes derived from `seed`.
 Bytes frame_of(std::size_t size, unsigned seed, std::uint16_t ether_type = wire::kEtherTypeEtherCat) {
   Bytes frame(size);
   for (std::size_t i = 14; i < size; ++i) frame[i] = static_cast<std::byte>(seed + i * 31);
@@ -46,7 +46,7 @@ Bytes frame_of(std::size_t size, unsigned seed, std::uint16_t ether_type = wire:
   return frame;
 }
 
-/// The same frame on its way back: the first slave has set the bit "locally administered" of the source.
+/// The same frame on its return: the first slave has set the bit "locally administered" of the source.
 Bytes returned(Bytes frame) {
   frame[6] |= std::byte{0x02};
   return frame;
@@ -76,7 +76,7 @@ class OnTap : public ::testing::Test {
     return Bytes{frame->bytes.begin(), frame->bytes.end()};
   }
 
-  /// The kernel takes its time to spread news about the carrier.
+  /// The kernel needs some time to spread the state of the carrier.
   bool link_becomes(const RawSocketPort& port, bool up) {
     const auto patience = clock.now() + 10s;
     while (port.link_up() != up && clock.now() < patience) std::this_thread::sleep_for(5ms);
@@ -87,7 +87,7 @@ class OnTap : public ::testing::Test {
   std::unique_ptr<TapInterface> tap;
 };
 
-/// Everything with a receive ring and without.
+/// All tests with a receive ring and without.
 class RawSocket : public OnTap, public ::testing::WithParamInterface<bool> {
  protected:
   std::unique_ptr<RawSocketPort> open(bool bypass_queue = true) {
@@ -210,7 +210,7 @@ TEST_P(RawSocket, TimeStampsLieAroundTheExchange) {
 TEST_P(RawSocket, FramesAreStampedWhenTheyArriveHoweverLateSomebodyReadsThem) {
   const auto port = OnTap::open({.interface = "ecat0", .receive_ring = GetParam(), .arrival_times = true});
   constexpr auto kLate = 40ms;
-  // Without a ring the kernel begins to stamp a little after it was asked to.
+  // Without a ring the kernel starts time-stamping a little after the request.
   int stamped = 0;
   for (unsigned i = 0; i < 100 && stamped < 3; ++i) {
     const auto before = clock.now();
@@ -221,7 +221,7 @@ TEST_P(RawSocket, FramesAreStampedWhenTheyArriveHoweverLateSomebodyReadsThem) {
     const auto frame = port->receive();
     ASSERT_TRUE(frame);
     ASSERT_LE(frame->time, clock.now());
-    // The kernel stamps with another clock; that they were read a little apart does not matter here.
+    // The kernel stamps with another clock; the small time between the readings does not matter here.
     ASSERT_GE(frame->time, before - kLate / 4);
     stamped = frame->time <= there + kLate / 4 ? stamped + 1 : 0;
   }
@@ -357,7 +357,7 @@ TEST_P(RawSocket, DeletedInterfaceIsLinkDown) {
   EXPECT_FALSE(port->wait_readable(clock.now() + 1ms));
   EXPECT_FALSE(port->link_up());
 
-  // A new interface of the same name is another one; the port does not pretend to be connected to it.
+  // A new interface with the same name is another one; the port does not reconnect to it.
   TapInterface successor{"ecat0"};
   ASSERT_EQ(successor.error(), "");
   successor.set_up(true);

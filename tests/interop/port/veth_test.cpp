@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// What the two ends of the cable are opened with.
+/// The ports at the two ends of the cable.
 struct Ends {
   const char* name;
   std::optional<XdpMode> master;  ///< none: a packet socket
@@ -72,7 +72,7 @@ TEST_P(VethPair, LineAtTheOtherEndAnswersAndNobodySeesHisOwnFrames) {
     ASSERT_EQ(master->send(request), SendStatus::kSent);
     auto on_the_line = next(*slave);
     ASSERT_EQ(on_the_line, request);
-    (*on_the_line)[6] |= std::byte{0x02};  // what the first slave does
+    (*on_the_line)[6] |= std::byte{0x02};  // the change by the first slave
     (*on_the_line)[20] ^= std::byte{0xFF};
     ASSERT_EQ(slave->send(*on_the_line), SendStatus::kSent);
     ASSERT_EQ(next(*master), on_the_line);
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Ports, VethPair,
 TEST_P(VethPair, OtherEndDownIsLinkDown) {
   ASSERT_TRUE(run_quietly("ip link set dev dlslave down"));
   EXPECT_NE(master->send(frame_of(60, 0)), SendStatus::kSent);  // at once
-  // The kernel takes its time to spread news about the carrier.
+  // The kernel needs some time to spread the state of the carrier.
   const auto patience = clock.now() + 10s;
   while (master->link_up() && clock.now() < patience) std::this_thread::sleep_for(5ms);
   EXPECT_FALSE(master->link_up());

@@ -33,7 +33,7 @@ Bytes xdp_frame(std::size_t size, unsigned seed, std::uint16_t ether_type = wire
   return frame;
 }
 
-/// The frame with a tag of `type` behind its addresses.
+/// The frame with a tag of `type` after its addresses.
 Bytes tagged(const Bytes& frame, unsigned type) {
   Bytes result(frame.begin(), frame.begin() + 12);
   for (const unsigned octet : {type >> 8, type & 0xFF, 0x00U, 0x05U}) result.push_back(static_cast<std::byte>(octet));
@@ -76,7 +76,7 @@ class OnXdpTap : public ::testing::Test {
   std::unique_ptr<TapInterface> tap;
 };
 
-/// With the program in the driver, and in the kernel.
+/// With the XDP program in the driver, and in the kernel.
 class Xdp : public OnXdpTap, public ::testing::WithParamInterface<XdpMode> {
  protected:
   std::unique_ptr<XdpPort> open() { return OnXdpTap::open(GetParam()); }
@@ -146,7 +146,7 @@ TEST_P(Xdp, OtherProtocolsGoOnToTheKernelAndEtherCatDoesNot) {
   ASSERT_TRUE(tap->inject(xdp_frame(60, 1)));
   ASSERT_TRUE(tap->inject(xdp_frame(60, 2, 0x0806)));
   ASSERT_TRUE(tap->inject(tagged(xdp_frame(60, 3, wire::kEtherTypeIpv4), 0x8100)));
-  ASSERT_TRUE(tap->inject(Bytes(14, std::byte{0x88})));  // shorter than what the program looks at behind a tag
+  ASSERT_TRUE(tap->inject(Bytes(14, std::byte{0x88})));  // shorter than the bytes that the program checks after a tag
   EXPECT_EQ(next(*port), xdp_frame(60, 1));
   EXPECT_FALSE(port->receive());
   std::vector<Bytes> seen;

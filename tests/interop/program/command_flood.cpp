@@ -1,5 +1,5 @@
-// A bridge that has been taken over, for test_commands.py: it writes 100,000 commands in a second into the memory that
-// it shares with the line, none of which is to be done, and says on stderr how many have found room.
+// A compromised bridge, for test_commands.py: writes 100,000 commands in a second into the memory shared with the line,
+// none of which must be executed, and prints on stderr how many were accepted into it.
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr int kSupervisor = 3;  // where helpers find their supervisor
+constexpr int kSupervisor = 3;  // descriptor of a helper's supervisor
 constexpr std::int64_t kPerMillisecond = 100;
 constexpr std::uint64_t kParticipants = 200;
 
@@ -34,7 +34,7 @@ struct Refused {
   double target;
 };
 
-// Without a lease, for an axis that there is not, with numbers that cannot be, of a kind that there is not.
+// Without a lease, for a missing axis, with invalid numbers, of an unknown kind.
 constexpr auto kRefused = std::to_array<Refused>({
     {"x", snapshot::CommandKind::kJog, 1.0},
     {"y", snapshot::CommandKind::kMoveAbsolute, 1.0},
@@ -61,7 +61,7 @@ snapshot::CommandRecord command(std::uint64_t number) {
   return record;
 }
 
-/// Whether the line still wants its bridge.
+/// Whether the line still needs its bridge.
 bool wanted() {
   char byte = 0;
   const auto got = ::recv(kSupervisor, &byte, 1, MSG_DONTWAIT);

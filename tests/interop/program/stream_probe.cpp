@@ -1,7 +1,7 @@
-// A program that streams swings into axes of a running line and tells on stdout what becomes of it, a line each, for
-// test_stream.py: "connected", "AXIS follows", "AXIS lost", "over: REASON". It reads "follow" and "end" from stdin.
+// Streams oscillations into axes of a running line and prints events on stdout, one line each, for test_stream.py:
+// "connected", "AXIS follows", "AXIS lost", "over: REASON". Reads "follow" and "end" from stdin.
 //   stream_probe SOCKET SETPOINTS-PER-SECOND [wait] [take-over] AXIS...
-// wait: it tries again while somebody else commands the axes.
+// wait: retries while another caller commands the axes.
 #include <poll.h>
 #include <unistd.h>
 
@@ -37,7 +37,7 @@ void say(const std::string& what) {
   std::fflush(stdout);
 }
 
-/// The sentence when the line refuses.
+/// Connects, or returns the refusal of the line as a sentence.
 std::variant<stream::Client, std::string> connect(const std::string& socket, const stream::Wish& wish, bool wait) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
@@ -54,7 +54,7 @@ class Probe {
   Probe(stream::Client client, std::vector<std::string> axes)
       : client_{std::move(client)}, axes_{std::move(axes)}, told_(axes_.size()) {}
 
-  /// Exit status.
+  /// Runs the program; returns its exit status.
   int run(std::chrono::nanoseconds step) {
     while (client_.connected()) {
       std::this_thread::sleep_for(500us);
@@ -95,7 +95,7 @@ class Probe {
     }
   }
 
-  /// Swings begin where the axes stand.
+  /// Whether the axes are ready; the oscillations start at their positions.
   bool ready(const stream::StatusRecord& status) {
     if (begun_) return true;
     for (std::size_t i = 0; i < axes_.size(); ++i) {

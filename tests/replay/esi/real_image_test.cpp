@@ -33,7 +33,7 @@ std::ostream& operator<<(std::ostream& out, const RealImage& image) {
   return out << image.file;
 }
 
-/// Read by hand in a hex dump of the files.
+/// Facts read by hand from a hex dump of the files.
 const RealImage kImages[] = {
     {"akd.hex", "AKD", "AKD EtherCAT Drive (CoE)", 0x6A, 0x00414B44, 2, 0x99830093, "YY", 4, 12, 12, 2},
     {"ek1100.hex", "EK1100", "EK1100 EtherCAT-Koppler (2A E-Bus)", 2, 0x044C2C52, 0x00120000, 0, "YKY", 0, 0, 0, 0},

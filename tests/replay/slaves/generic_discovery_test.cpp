@@ -1,4 +1,4 @@
-// Devices emulated from the EEPROM images of real ones, and nothing else, answer what real masters asked: with the
+// Devices emulated from nothing but the EEPROM images of real ones answer the requests of real masters: with the
 // recorded working counters, and with the content of their EEPROM.
 #include <set>
 
@@ -21,8 +21,8 @@ std::unique_ptr<Device> from_image(Bytes image, const std::deque<Bytes>& /*repli
 
 class GenericDiscovery : public RecordedDiscovery {
  protected:
-  /// Asks all recorded requests; compares working counters but those of the packets in `other`.
-  /// `mailbox` false: the device has none, and what the recorded one had in its memory there is not compared either.
+  /// Replays all recorded requests; compares the working counters except for the packets in `other`. `mailbox` false:
+  /// the device has none, and the content of the recorded memory there is not compared either.
   std::size_t compare(const std::set<std::size_t>& other, bool mailbox) {
     std::size_t compared = 0;
     for (std::size_t i = 0; i + 1 < packets().size(); ++i) {
@@ -99,7 +99,7 @@ class GenericTerminal : public GenericDiscovery {
 TEST_F(GenericTerminal, AnOutputTerminalMadeOfItsEepromTakesOutputs) {
   load("soem-sdinfo-akd.pcapng", "el2004-eeprom-dump.bin", from_image);
   if (IsSkipped()) return;
-  // Sync manager and FMMU as its EEPROM has them: one byte on the digital output register, control 44h.
+  // Sync manager and FMMU according to its EEPROM: one byte on the digital output register, control 44h.
   const auto bytes = [](std::initializer_list<unsigned> values) {
     std::vector<std::byte> result;
     for (const auto value : values) result.push_back(static_cast<std::byte>(value));

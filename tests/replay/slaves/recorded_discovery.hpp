@@ -43,13 +43,13 @@ inline bool is_reply(const Bytes& frame) {
   return (frame[6] & std::byte{2}) != std::byte{0};
 }
 
-/// A slave that is asked what a real master once asked an AKD.
+/// A slave that receives the requests that a real master has sent to an AKD.
 class RecordedDiscovery : public ::testing::Test {
  protected:
-  /// Makes the device out of its EEPROM image and the mailbox replies of the recorded one.
+  /// Creates the device from its EEPROM image and the recorded mailbox replies.
   using MakeDevice = std::function<std::unique_ptr<Device>(Bytes image, std::deque<Bytes> replies)>;
 
-  /// Loads capture and image and builds the slave; skips without them.
+  /// Loads capture and image and builds the slave; skips the test if they are missing.
   void load(const char* capture, const char* image_name, const MakeDevice& make_device) {
     const auto image = replay::find_capture(image_name);
     if (!image) GTEST_SKIP() << replay::missing_capture_text(image_name);
@@ -73,7 +73,7 @@ class RecordedDiscovery : public ::testing::Test {
     line_ = std::make_unique<Line>(clock_, std::move(slaves));
   }
 
-  /// Answer of our slave to a recorded request, at the recorded time.
+  /// Answer of the simulated slave to a recorded request, at the recorded time.
   Bytes answer(const replay::CapturedPacket& request) {
     if (start_ == 0ns) start_ = request.time;
     clock_.sleep_until(1s + (request.time - start_));
@@ -83,8 +83,8 @@ class RecordedDiscovery : public ::testing::Test {
     return frame;
   }
 
-  /// Asks all recorded requests and compares the working counters of the answers, but those of reading the mailbox: its
-  /// content is not replayed, and polls of an empty mailbox find it empty. Returns how many were compared.
+  /// Replays all recorded requests and compares the working counters of the answers, except for reads of the mailbox:
+  /// its content is not replayed, so polls find it empty. Returns the number of comparisons.
   std::size_t compare_overlapping() {
     // Requests and replies overlap: a reply belongs to the oldest request with the same datagram indices.
     std::deque<Bytes> waiting;

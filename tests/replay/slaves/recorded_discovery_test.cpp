@@ -51,8 +51,8 @@ std::unique_ptr<Device> recorded_drive(Bytes image, std::deque<Bytes> replies) {
   return std::make_unique<RecordedDrive>(std::move(image), std::move(replies));
 }
 
-/// Registers whose content is the recorded hardware's own: controller type, link state, clock, EEPROM emulation, and
-/// those that depend on how fast its firmware was.
+/// Registers with content specific to the recorded hardware: controller type, link state, clock, EEPROM emulation, and
+/// registers that depend on the speed of its firmware.
 bool is_own_content(std::uint16_t ado) {
   return ado < 0x0010 || ado == 0x0110 || ado == 0x0111 || ado == 0x0130 || ado == 0x0140 || ado == 0x0502 ||
          (ado >= 0x0800 && ado < 0x0A00);
@@ -61,8 +61,8 @@ bool is_own_content(std::uint16_t ado) {
 TEST_F(RecordedDiscovery, SoemScansTheDrive) {
   load("soem-sdinfo-akd.pcapng", "akd.hex", recorded_drive);
   if (IsSkipped()) return;
-  // Packet 5: a second AL control write 0.5 ms after the first one, which the drive's firmware had not read by then.
-  // Our firmware reads it at once.
+  // Packet 5: a second AL control write 0.5 ms after the first one, which the drive's firmware had not yet read. The
+  // simulated firmware reads it at once.
   const std::set<std::size_t> faster = {5};
   std::size_t compared = 0;
   std::size_t mailboxes = 0;
@@ -105,7 +105,7 @@ TEST(RecordedImages, AreLoadedByTheController) {
     const char* file;
     bool device_emulation;
   };
-  // The output terminal has no application: its controller follows AL control by itself.
+  // The output terminal has no application: its controller follows AL control on its own.
   for (const auto& row : {Row{"akd.hex", false}, Row{"ek1100.hex", true}, Row{"el2004-eeprom-dump.bin", true}}) {
     const auto file = replay::find_capture(row.file);
     if (!file) GTEST_SKIP() << replay::missing_capture_text(row.file);

@@ -80,7 +80,7 @@ class Parser {
   Problem read_block() {
     const auto rest = image_.subspan(offset_);
     if (rest.size() < 12) return "block shorter than 12 bytes";
-    // The section header's type reads the same in both byte orders; its magic number tells the order.
+    // The type of the section header reads the same in both byte orders; its magic number tells the order.
     if (Fields().u32(rest, 0) == kSectionHeader) {
       const bool little = Fields(false).u32(rest, 8) == kByteOrderMagic;
       if (!little && Fields(true).u32(rest, 8) != kByteOrderMagic) return "bad byte-order magic";

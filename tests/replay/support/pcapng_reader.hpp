@@ -29,14 +29,14 @@ struct CapturedPacket {
 /// The same from a file.
 [[nodiscard]] tl::expected<std::vector<CapturedPacket>, std::string> read_pcapng(const std::filesystem::path& file);
 
-/// Complete content of a file; nothing when it cannot be read.
+/// Complete content of a file; nothing if it cannot be read.
 [[nodiscard]] std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& file);
 
 /// Folder of the captures from real devices, which are not part of the project: the environment variable
 /// DRIVELINE_CAPTURES, else shared/captures beside the source tree.
 [[nodiscard]] std::filesystem::path captures_folder();
 
-/// The capture file `name`, nothing when it is not there; skip the test then with missing_capture_text().
+/// The capture file `name`; nothing if it is missing: skip the test with missing_capture_text().
 [[nodiscard]] std::optional<std::filesystem::path> find_capture(std::string_view name);
 
 /// Sentence for GTEST_SKIP: what is missing and how to provide it.

@@ -9,14 +9,14 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-/// Wireshark's dissector as the oracle: what it reads in a capture, field by field.
+/// Wireshark's dissector as the oracle: reads the fields of a capture.
 namespace driveline::replay {
 
-/// True when the program tshark can be run; skip the test otherwise with missing_tshark_text().
+/// Whether the program tshark can be run; if not, skip the test with missing_tshark_text().
 [[nodiscard]] bool tshark_available();
 [[nodiscard]] std::string missing_tshark_text();
 
-/// The values of one field in one packet, in the order of occurrence.
+/// The values of a field in a packet, in the order of occurrence.
 using FieldValues = std::vector<std::string>;
 
 /// One packet: a list of values per requested field.

@@ -16,8 +16,8 @@
 #include "pcapng_reader.hpp"
 #include "tshark.hpp"
 
-/// Whole captures of real masters and a real drive: our decoder against Wireshark's, and our builder against the
-/// masters that sent the frames.
+/// Whole captures of real masters and a real drive: the decoder under test compared with Wireshark's, and the builder
+/// with the masters that sent the frames.
 namespace driveline::wire {
 namespace {
 
@@ -28,7 +28,7 @@ using replay::to_number;
 
 struct Capture {
   const char* file;
-  std::size_t packets;  ///< as capinfos counts
+  std::size_t packets;  ///< as counted by capinfos
 };
 
 std::ostream& operator<<(std::ostream& out, const Capture& capture) {
@@ -49,7 +49,7 @@ class CaptureTest : public ::testing::TestWithParam<Capture> {
 
   [[nodiscard]] const std::vector<CapturedPacket>& packets() const { return packets_; }
 
-  /// What tshark says of the packets that match the filter.
+  /// The fields that tshark reports for the packets that match the filter.
   [[nodiscard]] std::vector<DissectedPacket> dissected(const std::string& filter,
                                                        const std::vector<std::string>& fields) const {
     auto result = replay::dissect(file_, filter, fields);
@@ -80,7 +80,7 @@ std::vector<DatagramView> datagrams_of(std::span<const std::byte> frame) {
   return list;
 }
 
-/// Our reading of a frame as tshark's fields have it.
+/// The decoder's result for a frame in the form of tshark's fields.
 DissectedPacket as_fields(const CapturedPacket& packet) {
   DissectedPacket fields(11);
   fields[0] = {std::to_string(packet.number)};
@@ -171,7 +171,7 @@ TEST_P(CaptureTest, SdosReadAsInWireshark) {
   }
 }
 
-/// First datagram of the packet at the register.
+/// First datagram of the packet that accesses the register.
 std::optional<DatagramView> datagram_at(const CapturedPacket& packet, std::uint16_t address) {
   const auto datagrams = datagrams_of(packet.bytes);
   const auto found = std::find_if(datagrams.begin(), datagrams.end(), [&](const DatagramView& datagram) {
@@ -254,17 +254,17 @@ TEST_P(CaptureTest, BuilderMakesTheSameFrames) {
     }
     const auto frame = builder.finish();
     for (std::size_t i = 0; i < places.size(); ++i) {
-      // What the slaves have added on the way.
+      // The working counters added by the slaves.
       store_le(frame.subspan(places[i].working_counter()), datagrams[i].working_counter());
       store_le(frame.subspan(places[i].header + 8), datagrams[i].header.irq);
     }
-    // TwinCAT counts a padding byte as part of the datagrams in some frames; the first of them was sent with 0x0E
-    // for 13.
+    // In some frames TwinCAT counts a padding byte as part of the datagrams; the first of them was sent with 0x0E
+    // instead of 13.
     const auto sent = EtherCatHeader::decode(std::span(packet.bytes).subspan(EthernetHeader::kSize)).value();
     const std::size_t own_length = places.back().working_counter() + 2 - kDatagramsOffset;
     ASSERT_LE(sent.length - own_length, 1U) << packet.number;
     sent.encode(frame.subspan<EthernetHeader::kSize, EtherCatHeader::kSize>());
-    // Frames on their way out were captured before the network card padded them.
+    // Outgoing frames were captured before the network card padded them.
     const std::size_t size = std::min(packet.bytes.size(), frame.size());
     ASSERT_TRUE(std::equal(frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size), packet.bytes.begin()))
         << packet.number;

@@ -18,7 +18,7 @@
 #include "driveline/wire/sync_manager.hpp"
 #include "tshark.hpp"
 
-/// Frames of our builder, read by Wireshark's dissector.
+/// Frames of the builder under test, read by Wireshark's dissector.
 namespace driveline::wire {
 namespace {
 
@@ -54,7 +54,7 @@ class OwnFrames : public ::testing::Test {
     if (!file_.empty()) std::filesystem::remove(file_);
   }
 
-  /// tshark's reading of the frames; none of them may be malformed.
+  /// Returns tshark's dissection of the frames; none of them may be malformed.
   std::vector<DissectedPacket> dissected(const std::vector<Bytes>& frames, const std::vector<std::string>& fields) {
     replay::write_pcap(file_, frames);
     const auto malformed = replay::dissect(file_, "_ws.malformed || _ws.expert.severity >= 0x600000", {"frame.number"});
@@ -88,7 +88,7 @@ TEST_F(OwnFrames, AllCommandsInFramesOfSeveralDatagrams) {
     std::vector<DatagramPlace> places;
     for (int n = 0; n <= round % 8; ++n) {
       const auto command = static_cast<Command>((round + n) % 15);
-      // A memory offset behind the mailbox addresses that the dissector knows, so that the data is just data.
+      // A memory offset beyond the mailbox addresses known to the dissector, so that the data are plain data.
       const std::uint32_t address = is_logical(command)
                                         ? static_cast<std::uint32_t>(random())
                                         : 0x3000'0000U + static_cast<std::uint32_t>(random() % 0xFFFFFFU);
@@ -257,8 +257,8 @@ TEST_F(OwnFrames, MailboxHeaders) {
   for (std::uint8_t counter = 0; counter < 8; ++counter) {
     frames.push_back(to_slave(coe(CoeService::kSdoRequest, SdoHeader{0x40, 0x1000, 0, {}}), counter));
   }
-  // The priority is not compared: the dissector takes it from bits 0-1 of the fifth byte, ETG.1000.4 Table 29 has it in
-  // bits 6-7 behind the channel.
+  // The priority is not compared: the dissector takes it from bits 0-1 of the fifth byte, but ETG.1000.4 Table 29 has
+  // it in bits 6-7 after the channel.
   const auto packets =
       dissected(frames, {"ecat_mailbox.length", "ecat_mailbox.address", "ecat_mailbox.type", "ecat_mailbox.counter"});
   ASSERT_EQ(packets.size(), 8U);
@@ -343,7 +343,7 @@ TEST_F(OwnFrames, SdoSegments) {
   EXPECT_EQ(value(3, 9), 1U);
 }
 
-/// Bytes as they are written in hexadecimal.
+/// Converts hexadecimal text to bytes.
 Bytes by_hand(std::string_view text) {
   Bytes bytes;
   unsigned high = 0;
@@ -358,8 +358,8 @@ Bytes by_hand(std::string_view text) {
   return bytes;
 }
 
-/// A frame that our encoder had no part in: Ethernet; EtherCAT with one datagram; FPWR to 1001h, 1800h; mailbox header;
-/// service; working counter.
+/// A frame without any part from the encoder under test: Ethernet; EtherCAT with one datagram; FPWR to 1001h, 1800h;
+/// mailbox header; service; working counter.
 Bytes frame_by_hand(const Bytes& service, MailboxType type) {
   auto frame = by_hand("ff ff ff ff ff ff 02 00 00 00 00 01 88 a4");
   const auto size = static_cast<std::uint8_t>(service.size());
@@ -376,7 +376,7 @@ Bytes frame_by_hand(const Bytes& service, MailboxType type) {
   return frame;
 }
 
-/// FoE mails in frames that our encoder had no part in, as the dissector reads them; the encoder makes the same bytes.
+/// The dissector reads FoE messages in frames composed without the encoder; the encoder makes the same bytes.
 TEST_F(OwnFrames, FoeMailsMadeByHand) {
   struct Mail {
     std::string_view service;
@@ -419,7 +419,7 @@ TEST_F(OwnFrames, FoeMailsMadeByHand) {
   EXPECT_EQ(value(5, 8), 100U);
 }
 
-/// SoE mails in frames that our encoder had no part in, as the dissector reads them; the encoder makes the same bytes.
+/// The dissector reads SoE messages in frames composed without the encoder; the encoder makes the same bytes.
 TEST_F(OwnFrames, SoeMailsMadeByHand) {
   using E = SoeElement;
   struct Mail {
@@ -465,7 +465,7 @@ TEST_F(OwnFrames, SoeMailsMadeByHand) {
     EXPECT_EQ(value(2) != 0, mails[i].header.incomplete);
     EXPECT_EQ(value(3) != 0, mails[i].header.error);
     EXPECT_EQ(value(4), mails[i].header.drive);
-    // The dissector's summary has a comma in it, where its fields are taken apart.
+    // The dissector's summary contains a comma, the separator of its fields.
     std::string summary;
     for (const auto& part : packets[i][5]) summary += (summary.empty() ? "" : ",") + part;
     EXPECT_THAT(summary, ::testing::HasSubstr("SoE: " + std::string(mails[i].read_as)));

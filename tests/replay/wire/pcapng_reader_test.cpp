@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-/// The reader that the replay tests stand on, with files typed by hand from the format's specification.
+/// Tests the reader of the replay tests with files typed by hand from the format's specification.
 namespace driveline::replay {
 namespace {
 

@@ -10,8 +10,8 @@ namespace driveline::bridge::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// A message by the definition of its parts (OMG CORBA 15.3, plain CDR): every value at a multiple of its size, counted
-/// from behind the four bytes that tell the encoding. Shares nothing with the generated code.
+/// A message composed by the definition of its parts (OMG CORBA 15.3, plain CDR): every value is aligned to its size,
+/// counted from after the four bytes of the encapsulation header. Independent of the generated code.
 class Cdr {
  public:
   void number(std::uint64_t value, std::size_t size) {

@@ -1,4 +1,4 @@
-// What `driveline record` counts, leaves out, and does to files that are there.
+// Which samples `driveline record` counts and leaves out, and how it treats existing files.
 #include <gmock/gmock.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// What the bridge can do when it has given up everything, tried in a child.
+// Capabilities of the bridge after it has dropped all privileges, tried in a child process.
 #include "confinement.hpp"
 
 #include <fcntl.h>
@@ -27,8 +27,7 @@
 namespace driveline::bridge {
 namespace {
 
-/// Wait status of a child that has given up its privileges, and with `filtered` most system calls, and then does
-/// `work`.
+/// Wait status of a child that drops its privileges, and with `filtered` most system calls, and then executes `work`.
 int confined(bool filtered, const std::function<int()>& work) {
   const pid_t child = ::fork();
   if (child == 0) {
@@ -41,7 +40,7 @@ int confined(bool filtered, const std::function<int()>& work) {
   return status;
 }
 
-/// Its exit status; it must have ended by itself.
+/// Exit status of such a child; it must not be ended by a signal.
 int status_of(bool filtered, const std::function<int()>& work) {
   const int status = confined(filtered, work);
   EXPECT_TRUE(WIFEXITED(status)) << status;
@@ -118,7 +117,7 @@ TEST(Confinement, BecomesTheUserThatItIsTold) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-/// The same as status_of(), of one that has shared memory; 77: the kernel has no Landlock.
+/// Exit status of a child that may access shared memory only; 77: the kernel has no Landlock.
 int status_with_shared_memory(const std::function<int()>& work) {
   const pid_t child = ::fork();
   if (child == 0) {

@@ -31,7 +31,7 @@ DdsConfig config_with_axes(std::size_t axes) {
   for (std::size_t i = 0; i < axes; ++i) {
     config.axes.push_back({.name = "axis" + std::to_string(i)});
   }
-  config.status_period = 1h;  // what is published within a test is due to a change
+  config.status_period = 1h;  // everything published during a test is due to a change
   return config;
 }
 
@@ -43,7 +43,7 @@ std::unique_ptr<DdsPublisher> created(DdsConfig config) {
   return *std::move(publisher);
 }
 
-/// A sample in which no two values are alike.
+/// A sample whose values all differ.
 AxisSample sample_of(std::uint64_t cycle, std::uint16_t axis) {
   const double base = static_cast<double>(cycle) + axis * 1000.0;
   return {.cycle = cycle,
@@ -66,7 +66,7 @@ void publish(DdsPublisher& publisher, const AxisSample& sample) {
   publisher.axes({&sample, 1});
 }
 
-/// Publishes cycle 0 until best effort has found its way, then starts afresh.
+/// Publishes cycle 0 until a best-effort sample has arrived, then discards the received samples.
 void connect(DdsPublisher& publisher, AxisSubscriber& subscriber) {
   ASSERT_TRUE(subscriber.wait_for(1, [&] { publish(publisher, sample_of(0, 0)); })) << "discovery failed";
   subscriber.forget();
@@ -219,7 +219,7 @@ TEST(DdsPublisher, ChangeOfStateOrFaultsDoesNotWaitForThePeriod) {
     publisher->set_line_status(status);
     publisher->pass_done({});
   };
-  pass_with({.state = snapshot::LineState::kOp, .cycles = 1});  // the first pass publishes in any case
+  pass_with({.state = snapshot::LineState::kOp, .cycles = 1});  // the first pass always publishes
   ASSERT_TRUE(subscriber.wait_for(1));
   pass_with({.state = snapshot::LineState::kOp, .cycles = 2});  // only counters: waits for the period
   pass_with({.state = snapshot::LineState::kSafeOp, .cycles = 3});
@@ -227,7 +227,7 @@ TEST(DdsPublisher, ChangeOfStateOrFaultsDoesNotWaitForThePeriod) {
   pass_with({.state = snapshot::LineState::kSafeOp, .cycles = 4, .faults = {"lost slave 3"}});
   ASSERT_TRUE(subscriber.wait_for(3));
   pass_with({.state = snapshot::LineState::kSafeOp, .cycles = 5, .faults = {"lost slave 3"}});
-  publisher->finish({});  // the last status goes out whatever the period
+  publisher->finish({});  // the last status is published regardless of the period
   ASSERT_TRUE(subscriber.wait_for(4));
   std::vector<std::uint64_t> cycles;
   for (const auto& status : subscriber.received()) {
@@ -261,7 +261,7 @@ TEST(DdsPublisher, KeepsTheNewestFaultsAndCutsLongOnes) {
   EXPECT_EQ(faults.back().to_string(), std::string(255, 'x'));
 }
 
-/// Stands in for a writer that hangs: holds up the drain thread before the publisher gets its turn.
+/// Simulates a hanging writer: blocks the drain thread before it calls the publisher.
 class Blocker : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const LineSample> /*samples*/) override {}
@@ -359,7 +359,7 @@ TEST(DdsPublisher, ALineThatNobodyTellsOfIsNoticed) {
 }
 
 TEST(DdsPublisher, FedFromTheRingsItReportsWhatTheRingsDropped) {
-  constexpr std::size_t kCapacity = 64;  // one burst of them fits into a socket's receive buffer
+  constexpr std::size_t kCapacity = 64;  // a burst of them fits into a socket's receive buffer
   rt::SpscRing<LineSample> lines{kCapacity};
   rt::SpscRing<AxisSample> axes{kCapacity};
   DdsConfig config = config_with_axes(1);

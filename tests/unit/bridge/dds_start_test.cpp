@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(
                     c.security = DdsSecurity{};
                   },
                   "not been tried with DDS Security"},
-        // An address of the documentation range (RFC 5737): well formed, but of no interface of this machine.
+        // An address of the documentation range (RFC 5737): valid, but of no interface of this machine.
         BadConfig{"ForeignInterface",
                   [](DdsConfig& c) {
                     c.interfaces = {"127.0.0.1", "203.0.113.77"};

@@ -1,4 +1,4 @@
-// Diagnostics as ROS 2 has them on the wire, and what they say of a line.
+// Diagnostics as ROS 2 serialises them, and their content for a line.
 #include "diagnostics.hpp"
 
 #include <gmock/gmock.h>
@@ -84,7 +84,7 @@ TEST(Diagnostics, HaveTheBytesOfTheMessageDefinition) {
   EXPECT_STREQ(type.getName(), "diagnostic_msgs::msg::dds_::DiagnosticArray_");
 }
 
-/// Level and message of each.
+/// Level and message of each status.
 std::vector<std::string> said(diagnostic_msgs::msg::dds_::DiagnosticArray_* message) {
   std::vector<std::string> all;
   for (const auto& status : message->status_()) {
@@ -113,7 +113,7 @@ TEST(Diagnostics, TellWhatIsWrong) {
   sample.state = AxisState::kSwitchedOn;
   sample.plcopen_state = snapshot::PlcopenState::kErrorStop;
   diagnostics.add(sample);
-  sample.axis = 3;  // there is none
+  sample.axis = 3;  // there is no such axis
   diagnostics.add(sample);
   snapshot::LineStatus line;
   EXPECT_THAT(said(diagnostics.message(line, 0)),

@@ -1,4 +1,4 @@
-// Joint states as ROS 2 has them on the wire.
+// Joint states as ROS 2 serialises them.
 #include "joint_states.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What a bridge clears away of shared memory before it makes its own.
+// Shared memory segments that a bridge removes before it creates its own.
 #include "left_segments.hpp"
 
 #include <fcntl.h>

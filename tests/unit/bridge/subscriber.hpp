@@ -22,7 +22,7 @@ namespace dds = eprosima::fastdds::dds;
 
 using driveline::test::test_domain;
 
-/// A Fast DDS subscriber on the loopback interface that remembers all it receives.
+/// A Fast DDS subscriber on the loopback interface that stores all received messages.
 template <class Message, class PubSubType>
 class Subscriber {
  public:
@@ -45,7 +45,7 @@ class Subscriber {
   Subscriber(const Subscriber&) = delete;
   Subscriber& operator=(const Subscriber&) = delete;
 
-  /// Takes what has arrived and returns all that arrived so far.
+  /// Takes the new messages and returns all messages so far.
   const std::vector<Message>& received() {
     Message message;
     dds::SampleInfo info;
@@ -57,7 +57,8 @@ class Subscriber {
     return received_;
   }
 
-  /// Waits, generously, until `count` messages arrived, calling `meanwhile` all the time. False when time ran out.
+  /// Waits with a generous time-out until `count` messages have arrived, and calls `meanwhile` repeatedly. False:
+  /// time-out.
   template <class Meanwhile>
   bool wait_for(std::size_t count, const Meanwhile& meanwhile) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{30};

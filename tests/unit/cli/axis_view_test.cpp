@@ -1,4 +1,4 @@
-// Axes as people and programs see them.
+// Axes as text and as JSON.
 #include "axes/axis_view.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Requests to axes as they are written: words, units, scripts.
+// Parsing of requests to axes: words, units, scripts.
 #include "axes/axis_words.hpp"
 
 #include <gmock/gmock.h>

@@ -31,7 +31,7 @@ json only_row(const json& first, const json& second) {
 }
 
 TEST(BenchComparison, TakesTheMachineOutWhereBothHaveTheSameFloor) {
-  // Twice as slow a machine: the figure has doubled, its ratio to the floor has not.
+  // A machine that is half as fast: the figure has doubled, but not its ratio to the floor.
   const auto row =
       only_row(with_turns(measured("a", 100), 1.10, 1.05, 1.15), with_turns(measured("a", 200), 1.11, 1.06, 1.16));
   EXPECT_EQ(row["ratio"], 2.0);
@@ -44,7 +44,7 @@ TEST(BenchComparison, TakesTheMachineOutWhereBothHaveTheSameFloor) {
 TEST(BenchComparison, IsAsUnsureAsBothRunsTogether) {
   const auto row = only_row(with_turns(measured("a", 100), 1.0, 0.97, 1.0 / 0.97),
                             with_turns(measured("a", 100), 1.0, 0.96, 1.0 / 0.96));
-  // 3 % and 4 % at right angles.
+  // 3 % and 4 % add up as squares.
   EXPECT_NEAR(row["high"].get<double>(), 1.052, 1e-3);
   EXPECT_NEAR(row["low"].get<double>(), 1.0 / 1.052, 1e-3);
 }

@@ -1,4 +1,4 @@
-// Commands of clients at the socket, who may be slow, silent, or gone.
+// Commands of clients at the socket that may be slow, silent, or disconnected.
 #include "commands/command_input.hpp"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ class CommandSocket : public test::TemporaryDirectory, public CommandExecutor {
   static void say(const port::FileDescriptor& socket, std::string_view text) {
     EXPECT_EQ(::send(socket.get(), text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
   }
-  /// Everything that has come so far.
+  /// Everything received so far.
   static std::string heard(const port::FileDescriptor& socket) {
     std::string text;
     std::array<char, 65536> buffer;
@@ -47,7 +47,7 @@ class CommandSocket : public test::TemporaryDirectory, public CommandExecutor {
     }
     return text;
   }
-  /// One look, as the program takes it every few milliseconds.
+  /// Polls once, as the program does every few milliseconds.
   void look() { input->run(milliseconds{0}, *this); }
   CommandReply execute(const CommandSender& sender, std::string_view command) override {
     executed.emplace_back(command);
@@ -207,11 +207,11 @@ TEST_F(CommandSocket, WhereNoMoreClientsFitNobodyWaitsForEver) {
   EXPECT_THAT(answered.error().text, testing::HasSubstr("no answer within 30 ms"));
 }
 
-/// A signal that is caught and does nothing, sent again and again to a thread that waits for an answer.
+/// Sends a caught signal without effect repeatedly to a thread that waits for an answer.
 void disturb(std::thread& waiting) {
   struct sigaction action = {};
   action.sa_handler = [](int) {};
-  action.sa_flags = SA_RESTART;  // as the program catches the signals that end it
+  action.sa_flags = SA_RESTART;  // like the signals that end the program
   struct sigaction before = {};
   sigaction(SIGUSR1, &action, &before);
   for (int i = 0; i < 100; ++i) {

@@ -1,4 +1,4 @@
-// Orders about gears and cams as they are written.
+// Parsing of orders for gears and cams.
 #include "axes/coupling_words.hpp"
 
 #include <gmock/gmock.h>

@@ -14,13 +14,13 @@ namespace {
 using nlohmann::json;
 using std::chrono::nanoseconds;
 
-/// Two cycles of 125 us; the second one, 41.001 us late behind a missed period, is the worst.
+/// Two cycles of 125 us; the second one, 41.001 us late after a missed period, is the worst.
 runtime::RunReport traced_run() {
   runtime::RunReport report;
   report.line = "press";
   report.period = nanoseconds{125'000};
   report.statistics.cycles = 900;
-  constexpr std::int64_t kDay = 86'400'000'000'000;  // of a clock that has run for long
+  constexpr std::int64_t kDay = 86'400'000'000'000;  // of a clock that has run for a long time
   for (const std::int64_t number : {400, 402}) {
     ecat_master::TracedCycle cycle;
     cycle.stamps.cycle = number;
@@ -79,7 +79,7 @@ TEST(TraceEvents, ACycleHasItsFactsAndTheLatencyIsInFrontOfIt) {
             json::parse(R"({"ph": "X", "pid": 1, "tid": 2, "name": "wake-up latency", "ts": 125.0, "dur": 166.001})"));
 }
 
-/// Nanoseconds as readers take them.
+/// Nanoseconds as readers truncate them.
 std::int64_t cut_off(const json& us) {
   return static_cast<std::int64_t>(us.get<double>() * 1000.0);
 }

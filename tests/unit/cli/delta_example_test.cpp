@@ -1,6 +1,6 @@
-// The delta of the examples: its script on simulated drives, judged by what their loops follow (6062h, 606Bh) and by
-// what the terminals of a drive do (208Fh). The way of the tool is found with formulas of this file alone: three
-// spheres around the knees.
+// The delta robot of the examples: its script on simulated drives, judged by their demands (6062h, 606Bh) and by the
+// terminals of a drive (208Fh). The path of the tool is computed only with formulas of this file: three spheres around
+// the knees.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,14 +29,14 @@ using Point = std::array<double, 3>;  // mm
 
 constexpr double kPeriod = 500e-6;
 constexpr double kDegree = std::numbers::pi / 180.0;
-/// Of examples/delta.toml, mm.
+/// Dimensions of examples/delta.toml, mm.
 constexpr double kBase = 200.0;
 constexpr double kPlatform = 45.0;
 constexpr double kArm = 250.0;
 constexpr double kRod = 600.0;
-/// Whole increments of three joints, and what a drive makes between two setpoints.
+/// Error due to whole increments of three joints and the interpolation of the drives, mm.
 constexpr double kOnPath = 0.03;
-/// Of the rounded corners of examples/delta.jsonl.
+/// Tolerance of the rounded corners of examples/delta.jsonl, mm.
 constexpr double kTolerance = 15.0;
 constexpr Point kPark{0.0, 0.0, -560.0};
 
@@ -56,14 +56,14 @@ double apart(const Point& a, const Point& b) {
   return std::sqrt(dot(minus(a, b), minus(a, b)));
 }
 
-/// Where the knee of an arm is, drawn in by the platform, so that all rods end in one point.
+/// Position of the knee of an arm, moved inwards by the platform, so that all rods end in one point.
 Point knee_of(std::size_t arm, double angle) {
   const double around = 120.0 * kDegree * static_cast<double>(arm);
   const double out = kBase - kPlatform + kArm * std::cos(angle);
   return {out * std::cos(around), out * std::sin(around), -kArm * std::sin(angle)};
 }
 
-/// By Newton's method, from a place below: the point that is a rod away from all knees.
+/// The point at the distance of a rod from all knees, by Newton's method from a point below.
 Point tool_of(const std::array<double, 3>& joints) {
   Point at{0.0, 0.0, -600.0};
   for (int round = 0; round < 20; ++round) {
@@ -94,7 +94,7 @@ double from_line(const Point& at, const Point& a, const Point& b) {
   return apart(at, {a[0] + share * way[0], a[1] + share * way[1], a[2] + share * way[2]});
 }
 
-/// From the whole circle through three points.
+/// Distance from the whole circle through three points.
 double from_circle(const Point& at, const Point& a, const Point& b, const Point& c) {
   const auto u = minus(b, a);
   const auto v = minus(c, a);
@@ -112,7 +112,7 @@ double from_circle(const Point& at, const Point& a, const Point& b, const Point&
   return std::hypot(height, beside - apart(a, center));
 }
 
-/// The lines of examples/delta.jsonl; its arc is looked at by itself.
+/// The lines of examples/delta.jsonl; its arc is checked separately.
 const std::vector<std::pair<Point, Point>> kLines{{kPark, {-150, 0, -570}},
                                                   {{-150, 0, -570}, {-150, 0, -620}},
                                                   {{-150, 0, -580}, {150, 0, -580}},
@@ -137,13 +137,13 @@ bool near_corner(const Point& at) {
   return std::any_of(kCorners.begin(), kCorners.end(), [&](const Point& corner) { return apart(at, corner) < kNear; });
 }
 
-/// What the drives tell in one cycle.
+/// Outputs of the drives in a cycle.
 struct Told {
   std::array<double, 3> demand{};  ///< 6062h, rad
   std::uint32_t terminals = 0;     ///< 208Fh of the first drive
 };
 
-/// Reads the process data itself, in every cycle.
+/// Reads the process data in every cycle.
 class Witness final : public runtime::Task {
  public:
   Witness() { told.reserve(40'000); }
@@ -168,7 +168,7 @@ class Witness final : public runtime::Task {
   ecat_master::PdoEntry<std::uint32_t> terminals_;
 };
 
-/// The highest velocity that each drive demands (606Bh); from another thread.
+/// The highest velocity that each drive demands (606Bh); called by another thread.
 class Velocities final : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const snapshot::LineSample> /*samples*/) override {}
@@ -210,7 +210,7 @@ class DeltaExample : public test::TemporaryDirectory {
     find_path();
   }
 
-  /// From where the tool stands at the place of the file's start to where it is back there.
+  /// From the departure of the tool from the start of the file to its return.
   void find_path() {
     const auto parked = [](const Point& tool) { return apart(tool, kPark) < kOnPath; };
     const auto start = std::find_if(tools.begin(), tools.end(), parked);
@@ -224,7 +224,7 @@ class DeltaExample : public test::TemporaryDirectory {
   Witness witness;
   Velocities velocities;
   std::optional<runtime::RunReport> report;
-  std::vector<Point> tools;  ///< by what the drives demand
+  std::vector<Point> tools;  ///< positions from the demands of the drives
   std::size_t begin = 0;
   std::size_t end = 0;
 };
@@ -275,11 +275,11 @@ TEST_F(DeltaExample, TheToolGoesAlongItsPathAndTheJointsKeepTheirLimits) {
   }
   EXPECT_LE(fastest_tool, 3000.0 * 1.01) << "max_feed";
   EXPECT_GT(fastest_tool, 1500.0);
-  // The hold: it stands somewhere on its way.
+  // During the hold the tool is at standstill on its path.
   std::size_t standing = 0;
   for (auto k = begin + 1; k < end; ++k) standing += apart(tools[k], tools[k - 1]) < 1e-9 ? 1 : 0;
   EXPECT_GT(standing, 0.1 / kPeriod);
-  // And then through the point of the last arc.
+  // Afterwards it passes the point of the last arc.
   const Point via{50, 50, -580};
   EXPECT_LT(std::accumulate(tools.begin(), tools.end(), 1e9,
                             [&](double least, const Point& tool) { return std::min(least, apart(tool, via)); }),
@@ -292,7 +292,7 @@ TEST_F(DeltaExample, TheToolGoesAlongItsPathAndTheJointsKeepTheirLimits) {
 TEST_F(DeltaExample, TheValvesSwitchAtTheirPlacesAndStayInBetween) {
   constexpr std::uint32_t kVacuum = 1;
   constexpr std::uint32_t kBlow = 2;
-  /// A change that the terminals show, and where the drives have the tool then.
+  /// A change of the terminals, and the position of the tool at that time.
   struct Change {
     std::uint32_t terminals;
     Point tool;
@@ -302,13 +302,13 @@ TEST_F(DeltaExample, TheValvesSwitchAtTheirPlacesAndStayInBetween) {
     const auto now = witness.told[k].terminals & (kVacuum | kBlow);
     if (now != (witness.told[k - 1].terminals & (kVacuum | kBlow))) changes.push_back({now, tools[k]});
   }
-  // Picks 10 mm before it is down, releases where it stands, and blows until it is 5 mm up again.
+  // Picks 10 mm before the lowest point, releases at standstill, and blows until it is 5 mm up again.
   const std::vector<Change> expected{{kVacuum, {-150, 0, -610}},  {kBlow, {150, 0, -620}},   {0, {150, 0, -615}},
                                      {kVacuum, {-100, 60, -610}}, {kBlow, {150, -60, -620}}, {0, {150, -60, -615}}};
   ASSERT_EQ(changes.size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_EQ(changes[i].terminals, expected[i].terminals) << i;
-    // A cycle or two lie between a setpoint, what its drive demands, and what the terminals do.
+    // There are one or two cycles between a setpoint, the demand of its drive, and the terminals.
     EXPECT_LT(apart(changes[i].tool, expected[i].tool), 3.0) << i;
   }
 }

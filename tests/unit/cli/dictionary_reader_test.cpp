@@ -1,4 +1,4 @@
-// Malformed answers of a slave affect only the objects that they are about.
+// Malformed answers of a slave affect only the objects that they concern.
 #include "line/dictionary_reader.hpp"
 
 #include <gmock/gmock.h>

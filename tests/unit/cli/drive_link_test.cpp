@@ -1,4 +1,4 @@
-// Looking at a drive through its mailbox: alone on the line, and beside a master.
+// Reading a drive through its mailbox: alone on the line, and beside a master.
 #include <gmock/gmock.h>
 
 #include "driveline/wire/registers.hpp"
@@ -11,7 +11,7 @@ namespace {
 using testing::HasSubstr;
 using wire::AlState;
 
-/// A simulated line in this process, and a master on it beside the one that looks.
+/// A simulated line in this process, and another master on it.
 class DriveLinkTest : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
@@ -29,7 +29,7 @@ class DriveLinkTest : public test::TemporaryDirectory {
     other_ = std::make_unique<ecat_master::Master>(session_->port(), session_->clock());
   }
 
-  /// All slaves to PREOP by the other master.
+  /// The other master takes all slaves to PREOP.
   void take_line() {
     ASSERT_TRUE(other_->scan());
     ASSERT_TRUE(other_->enter_pre_op());
@@ -76,7 +76,7 @@ TEST_F(DriveLinkTest, LeavesTheStatesOfAnotherMasterAlone) {
     DriveView view;
     for (int i = 0; i < 20; ++i) {
       ASSERT_TRUE((*link)->read(0, view)) << view.trouble;
-      // The other master's own transfers go on between ours.
+      // The other master's own transfers continue meanwhile.
       ecat_master::CoeClient coe(*other_->mailbox(0));
       ASSERT_EQ(coe.upload_as<std::uint16_t>(0x6041, 0).value(), 0x0250);
     }
@@ -98,13 +98,13 @@ TEST_F(DriveLinkTest, SeesWhatChanges) {
   EXPECT_EQ(view.values.number(DriveObject::kMode), 8.0);
 }
 
-/// MSD manual 13.2, the fifth way: the PC software. Here the page of a drive stands for it.
+/// MSD manual 13.2, the fifth method: the PC software, whose role the page of a drive plays here.
 TEST_F(DriveLinkTest, Way5ThePcToolAcknowledgesAFault) {
   take_line();
   auto link = DriveLink::open(*session_);
   ASSERT_TRUE(link);
   ecat_master::CoeClient coe(*other_->mailbox(0));
-  // A data set that contradicts itself: fault 02 05.
+  // An inconsistent data set: fault 02 05.
   ASSERT_TRUE(coe.download_as<std::uint8_t>(0x200B, 4, 1));
   ASSERT_TRUE(coe.download_as<std::int32_t>(0x607D, 1, 5000));
   ASSERT_TRUE(coe.download_as<std::uint8_t>(0x200B, 4, 0));

@@ -1,4 +1,4 @@
-// The page of one drive for given values; keys and terminal output.
+// The page of a drive for given values; keys and terminal output.
 #include <gmock/gmock.h>
 
 #include "driveline/slaves/msd/core/variant.hpp"
@@ -30,7 +30,7 @@ void set(DriveView& view, Object object, std::string_view text) {
   view.values.set(object, bytes);
 }
 
-/// A drive in OP on its way, with what CiA 402 asks for and nothing of the manufacturer.
+/// A moving drive in OP, with the objects of CiA 402 only.
 DriveView standard_drive() {
   DriveView view;
   view.position = 2;
@@ -52,7 +52,7 @@ DriveView standard_drive() {
   return view;
 }
 
-/// A simulated MSD with a fault and more to tell.
+/// A simulated MSD with a fault and more objects.
 DriveView faulty_msd() {
   DriveView view = standard_drive();
   view.al = {{wire::AlState::kSafeOp, true}, wire::AlStatusCode::kSyncManagerWatchdog};
@@ -129,7 +129,7 @@ TEST(DrivePage, FlashesLikeTheDrive) {
   EXPECT_NE(digits(faulty, 0s), digits(faulty, 1s)) << "Er, then 14";
   EXPECT_NE(digits(faulty, 1s), digits(faulty, 2s)) << "then 01";
   EXPECT_EQ(digits(faulty, 0s), digits(faulty, 3s));
-  // Which fault another maker's drive has is in none of its objects.
+  // No object of another maker's drive tells the fault number.
   auto other = faulty;
   set(other, Object::kProduct, 0x1234, 4);
   for (const auto time : {0s, 1s, 2s}) EXPECT_EQ(digits(other, time), digits(faulty, 0s)) << "Er stands";

@@ -1,5 +1,5 @@
-// The flying saw of the examples: a saw that cuts endless material while both move. Judged by what its simulated drives
-// demand (6062h, 606Bh).
+// The flying saw of the examples: a saw that cuts endless material while both move, judged by the demands of its
+// simulated drives (6062h, 606Bh).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,23 +24,23 @@ constexpr std::size_t kSaw = 0;
 constexpr std::size_t kBlade = 1;
 constexpr double kMm = 1e-3;
 constexpr double kPeriod = 500e-6;
-/// By how many cycles what a drive tells of itself (6062h, 6064h) is older than the setpoints of the same sample.
+/// Cycles by which a drive's reports (6062h, 6064h) are older than the setpoints of the same sample.
 constexpr std::size_t kCyclesBehind = 3;
-/// Places of the material that are cut, less those of the carriage, m: at= less to= of examples/flying_saw.txt.
+/// Cut positions of the material minus those of the carriage, m: at= minus to= of examples/flying_saw.txt.
 constexpr std::array kCuts{0.44, 0.84, 1.24};
-/// Between saw and material while the blade is in it, m.
+/// Largest distance between saw and material while the blade is in it, m.
 constexpr double kTolerance = 1e-6;
 /// max_jerk of both in examples/flying_saw.toml, m/s^3.
 constexpr double kSawJerk = 100.0;
 constexpr double kBladeJerk = 200.0;
-/// Deeper than that the blade is in the material, m.
+/// Below this position the blade is in the material, m.
 constexpr double kTouches = 1.0 * kMm;
 
 std::filesystem::path example(const std::string& name) {
   return std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / name;
 }
 
-/// 6062h and 606Bh beside what an axis needs.
+/// 6062h and 606Bh in addition to the objects of an axis.
 ecat_master::PdoConfiguration with_demands() {
   return {{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
            {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
@@ -60,7 +60,8 @@ class Samples final : public snapshot::SampleConsumer {
   std::array<std::vector<snapshot::AxisSample>, 3> of;
 };
 
-/// Largest magnitudes of what one drive demands, differences over `kWindow` cycles: positions are whole increments.
+/// Largest magnitudes of a drive's demands, as differences over `kWindow` cycles, because positions are whole
+/// increments.
 struct Demand {
   static constexpr std::size_t kWindow = 8;
   explicit Demand(const std::vector<snapshot::AxisSample>& samples) {
@@ -86,7 +87,7 @@ struct Demand {
   double jerk = 0.0;
 };
 
-/// Where its drive has it when it is enabled.
+/// Position of the drive when it is enabled.
 double first_place(const std::vector<snapshot::AxisSample>& samples) {
   const auto found = std::find_if(samples.begin(), samples.end(), [](const auto& sample) {
     return sample.state == snapshot::AxisState::kOperationEnabled;
@@ -94,8 +95,8 @@ double first_place(const std::vector<snapshot::AxisSample>& samples) {
   return found == samples.end() ? 0.0 : found->demand_position;
 }
 
-/// Where on the material the saw is, by `member` of its samples: in every cycle of every cut, in which the blade is
-/// deep.
+/// Positions of the saw on the material, from `member` of its samples: one list per cut, with every cycle in which the
+/// blade is in the material.
 std::vector<std::vector<double>> places_of_cuts(const Samples& samples, double snapshot::AxisSample::*member) {
   const auto& [saw, blade, material] = samples.of;
   const auto count = std::min({saw.size(), blade.size(), material.size()});
@@ -152,7 +153,7 @@ void expect_within(const Demand& demand, const trajectory::AxisLimits& limits, d
   EXPECT_LE(demand.velocity_told, 1.001 * limits.max_velocity);
   EXPECT_LE(demand.acceleration, 1.005 * limits.max_acceleration);
   EXPECT_LE(demand.jerk, 1.05 * max_jerk);
-  // It is no test of drives that hardly move.
+  // Drives that hardly move would prove nothing.
   EXPECT_GE(demand.acceleration, 0.3 * limits.max_acceleration);
   EXPECT_GE(demand.velocity_told, 0.3 * limits.max_velocity);
 }

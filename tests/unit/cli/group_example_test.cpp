@@ -1,4 +1,4 @@
-// The example of a group: its script on the simulated line, judged by what the loops of the drives are given.
+// The example of a group: its script on the simulated line, judged by the demands of the drives.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace driveline::cli {
 namespace {
 
-/// What the loops of both drives follow (6062h), cycle by cycle; from another thread.
+/// Demands of both drives (6062h), cycle by cycle; called by another thread.
 class Demand final : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const snapshot::LineSample> /*samples*/) override {}
@@ -45,7 +45,7 @@ void replace_all(std::string& text, const std::string& part, const std::string& 
     text.replace(at, part.size(), by);
 }
 
-/// The line of the example, whose drives also tell what their loops follow.
+/// The line of the example, with drives that also report their demands.
 std::string telling_line() {
   auto text = text_of("plotter.toml");
   for (const std::string name : {"x", "y"}) {
@@ -62,7 +62,7 @@ double length(const std::array<double, 2>& from, const std::array<double, 2>& to
   return std::hypot(to[0] - from[0], to[1] - from[1]);
 }
 
-/// From the contour of the example up to its spline, m: as examples/contour.jsonl has it.
+/// Distance from the contour of the example up to its spline, m; the contour is that of examples/contour.jsonl.
 double beside_contour(const std::array<double, 2>& at) {
   const auto from_line = [&at](std::array<double, 2> a, std::array<double, 2> b) {
     const double l = length(a, b);
@@ -104,7 +104,7 @@ TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
   EXPECT_TRUE(hand.over);
   EXPECT_EQ(report->failure(), nullptr);
 
-  // From the start of the contour, where the axes stand at the origin, on.
+  // From the start of the contour on, with the axes at the origin.
   const auto& points = demand.points;
   constexpr double kNear = 2e-6;
   constexpr double kPeriod = 1e-3;
@@ -116,7 +116,7 @@ TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
   ASSERT_NE(back, points.end()) << "the contour ends where it began, before the spline";
   double beside = 0.0;
   for (auto at = there; at != back; ++at) beside = std::max(beside, beside_contour(*at));
-  // The corner between the two lines and arcs is rounded within 0.5 mm; increments and the drive's own interpolation.
+  // The corner between the lines and arcs is rounded within 0.5 mm, plus increments and the drive's own interpolation.
   EXPECT_LT(beside, 0.5e-3 + 5e-6);
   double fastest = 0.0;
   for (auto at = start + 1; at != points.end(); ++at) {
@@ -125,7 +125,7 @@ TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
     EXPECT_LT(std::abs((*at)[0] - before[0]) / kPeriod, 0.8 * 1.001);
   }
   EXPECT_NEAR(fastest, 0.5 * 1.5, 0.02) << "max_feed, and 150 % of it";
-  // The hold: the axes stand for a while on the way.
+  // During the hold the axes are at standstill for a while.
   std::size_t standing = 0;
   for (auto at = there + 1; at != back; ++at) standing += length(*(at - 1), *at) < 1e-9 ? 1 : 0;
   EXPECT_GT(standing, 100U);

@@ -1,4 +1,4 @@
-// Requests to groups of axes as they are written.
+// Parsing of requests to groups of axes.
 #include "groups/group_words.hpp"
 
 #include <gmock/gmock.h>

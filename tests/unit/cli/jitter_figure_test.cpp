@@ -33,7 +33,7 @@ TEST(JitterFigure, HasEveryMeasurementAndMissedPeriodsInABarOfTheirOwn) {
                        jitter_row("idle_cycle_pure_sleep", "wake_latency", "[[0, 8], [15, 1], [300, 1]]", 1)}));
   ASSERT_EQ(figures.size(), 1U);
   EXPECT_EQ(figures[0].name, "jitter_idle_wake_latency");
-  // Two blocks for each way; a dummy keeps the number of an empty one.
+  // Two blocks per method; a dummy value keeps the number of an empty block.
   EXPECT_EQ(figures[0].data,
             "# bare_loop\n13 10\n\n\n# bare_loop, missed\n-1 0\n\n\n"
             "# cycle_pure_sleep\n0 8\n15 1\n\n\n# cycle_pure_sleep, missed\n131 1\n\n\n");
@@ -65,7 +65,7 @@ TEST(JitterFigure, EqualLogarithmicBarsHoldAllThatWasMeasured) {
   auto& histogram = row["histogram"];
   histogram["per_decade"] = 20;
   histogram["unresolved"] = {{"below_bin", 28}, {"count", 3}};
-  // The period lies in bin 101, of which one was in time and one was missed.
+  // The period is in bin 101: one of its two values was in time, one was missed.
   histogram["log_bins"] = json::parse("[[30, 1], [82, 2], [101, 2], [109, 2]]");
   const auto figures = jitter_figures(jitter_document({row}));
   ASSERT_EQ(figures.size(), 2U);

@@ -1,4 +1,4 @@
-// The control socket of a running line: default place, requests to axes, questions to the line.
+// The control socket of a running line: default path, requests to axes, questions to the line.
 #include "commands/line_control.hpp"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using nlohmann::json;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-/// With a folder for sockets of its own.
+/// A test with its own folder for sockets.
 class ControlTest : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
@@ -120,7 +120,7 @@ class LineControlTest : public ControlTest {
     EXPECT_TRUE(answer) << answer.error().text;
     return json::parse(answer.value_or("{}"), nullptr, false);
   }
-  /// The other thread has come to it, at some time.
+  /// Waits until the condition holds, because the other thread fulfils it at some time.
   template <typename Holds>
   static void wait_until(Holds holds) {
     for (int i = 0; i < 3000 && !holds(); ++i) std::this_thread::sleep_for(milliseconds{10});
@@ -178,7 +178,7 @@ TEST_F(LineControlTest, WhoGoesLosesHisAxesUnlessHeHasDetached) {
     static_cast<void>(ask(client, "axis detach"));
   }
   auto other = connect();
-  // An answer to who has come later: the end of the first connection has been seen.
+  // The answer to a later connection proves that the end of the first one has been noticed.
   static_cast<void>(ask(other, "axis x status"));
   clock.advance(std::chrono::seconds{10});
   EXPECT_THAT(ask(other, "axis x move 2deg").value("error", ""), HasSubstr("is commanded by"));

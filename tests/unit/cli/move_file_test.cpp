@@ -87,7 +87,7 @@ TEST(MoveFile, AMoveMayDwellAndChangeOutputs) {
   EXPECT_EQ(move.outputs[0].at, -0.002);
   EXPECT_EQ(move.outputs[1].change.output, 0U);
   EXPECT_EQ(move.outputs[1].at, std::numeric_limits<double>::infinity());
-  // What a move says about itself is not for the next one.
+  // A dwell of one move is not inherited by the next.
   EXPECT_EQ(file->moves[1].move.dwell_s, 1.0);
   EXPECT_TRUE(file->moves[1].move.outputs.empty());
   EXPECT_EQ(file->moves[1].move.target[0], 0.005);
@@ -95,7 +95,7 @@ TEST(MoveFile, AMoveMayDwellAndChangeOutputs) {
 
 const std::string kScaraJoint = R"("max_velocity": 360, "max_acceleration": 3600, "max_jerk": 90000)";
 
-/// A SCARA whose first joint has some more keys.
+/// A SCARA robot; `more` adds keys to its first joint.
 std::string scara_line(const std::string& more, const std::string& kinematics, const std::string& rest) {
   return R"({"kinematics": {"type": "scara", )" + kinematics + R"(}, "axes": [{"name": "j1", "unit": "deg", )" +
          kScaraJoint + more + R"(}, {"name": "j2", "unit": "deg", )" + kScaraJoint +

@@ -1,4 +1,4 @@
-// The columns that users' listings of the IgH tool show:
+// The columns in users' listings of the IgH tool:
 //   SDO 0x1000, "Device type"
 //     0x1000:00, r-r-r-, uint32, 32 bit, "Device type"
 //     0x2004:00, rwrwrw, type 002f, 32 bit, "Calibration Options"
@@ -59,7 +59,7 @@ TEST(ObjectText, VerboseTellsWhatTheSlaveTells) {
   const std::vector<DictionaryObject> objects = {described};
   EXPECT_THAT(to_text(objects, true), HasSubstr("\"Modes of operation\", default 0x08 8, minimum 0x80 -128, unit "
                                                 "0xfd010000, RxPDO\n"));
-  // A value of another size than its type is shown as it is.
+  // A value with another size than its type is shown as raw bytes.
   entry.default_value = std::vector{std::byte{1}, std::byte{2}};
   const std::vector<DictionaryObject> odd = {described};
   EXPECT_THAT(to_text(odd, true), HasSubstr("default 0x01 0x02"));

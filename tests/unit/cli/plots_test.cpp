@@ -11,7 +11,7 @@ namespace {
 using std::chrono::nanoseconds;
 using testing::ElementsAre;
 
-/// An environment variable, as it was before at the end.
+/// Sets an environment variable; the destructor restores it.
 class ScopedEnvironment {
  public:
   ScopedEnvironment(std::string name, const std::string& value) : name_(std::move(name)) {
@@ -97,7 +97,7 @@ TEST_F(Plots, DemandsOfDrivesThatReportThemAreDrawn) {
   auto some = axes();
   some[0].by_drive = runtime::AxisReport::Reported{};
   some[1].demand_recorded = true;
-  // Two columns behind those that are there.
+  // Add two columns after the existing ones.
   auto text = read(directory / "axes.csv");
   for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 5)) text.insert(at, ",0,1");
   write(directory / "axes.csv", text);
@@ -240,7 +240,7 @@ TEST_F(Plots, WarningsOfGnuplotAreNotTheUsers) {
 
 TEST_F(Plots, APictureThatIsCutOffIsToldAndNotLeft) {
   leave_csv_files();
-  // It says that all is well when the disk is full.
+  // A program that reports success although the disk is full.
   write(directory / "gnuplot",
         "#!/bin/sh\nprintf 'many colours IEND\\256\\102\\140\\202' > jitter.png\nprintf half > positions.png\n");
   std::filesystem::permissions(directory / "gnuplot", std::filesystem::perms::owner_all);

@@ -1,5 +1,5 @@
-// examples/process_data.toml from the file to the terminals: what is copied arrives, groups keep their own time, and
-// outputs of a group whose frames do not come back become zero.
+// examples/process_data.toml from the file to the terminals: copied data arrive, groups keep their own cycle, and the
+// outputs of a group whose frames are lost become zero.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -21,12 +21,12 @@ using testing::HasSubstr;
 
 const auto kExample = std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "process_data.toml";
 
-/// A line of the example's kind, in process on virtual time.
+/// A line like the example's, in process on virtual time.
 class ProcessDataExample : public testing::Test {
  protected:
   static constexpr std::size_t kOutputs = 2, kMixed = 4;
 
-  /// The example with `more` behind its [[copy]] tables.
+  /// Loads the example with `more` after its [[copy]] tables.
   void load(const std::string& more = "", const std::string& layout = "overlapped") {
     std::ifstream stream(kExample);
     std::ostringstream text;
@@ -116,7 +116,7 @@ TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWi
   master->pass(milliseconds{10});
   EXPECT_THAT(watch.poll(*master->core()), testing::IsEmpty());
   ASSERT_EQ(object(kOutputs, 0x7010, 1), 1U);
-  // In four cycles the group has one frame and the others four: more than three exchanges are lost.
+  // In four cycles the group has one frame and the others have four: more than three exchanges are lost.
   line->drop_frames(20);
   master->pass(milliseconds{6});
   EXPECT_EQ(object(kOutputs, 0x7010, 1), 0U);

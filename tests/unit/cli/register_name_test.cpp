@@ -22,7 +22,7 @@ TEST(RegisterName, NamesWithoutBlanksCaseAndPunctuation) {
   for (const auto* text : {"AL status", "al_status", "al-status", "ALSTATUS"}) {
     EXPECT_EQ(find_register(text).value().address, 0x0130) << text;
   }
-  // A whole name wins over names that it is a part of.
+  // A complete name has priority over longer names that contain it.
   EXPECT_EQ(find_register("revision").value().address, 0x0001);
   EXPECT_EQ(find_register("build").value().address, 0x0002);
 }

@@ -10,7 +10,7 @@
 
 namespace driveline::cli {
 
-/// Takes a script on, once the line waits for requests, and stops the line when it is over.
+/// Starts a script when the line waits for requests, and stops the line when the script is over.
 class ScriptOperator final : public runtime::Observer {
  public:
   ScriptOperator(runtime::Line& line, AxisScript script) : line_(line), script_(std::move(script)) {}
@@ -23,7 +23,7 @@ class ScriptOperator final : public runtime::Observer {
     if (over) line_.request_stop();
   }
 
-  std::string problem;  ///< with the script; empty: there was none
+  std::string problem;  ///< problem of the script; empty: none
   bool over = false;
 
  private:

@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Listens as a service manager does, at an address of the abstract name space.
+/// Listens like a service manager, at an address of the abstract name space.
 class ServiceManagerTest : public testing::Test {
  protected:
   ServiceManagerTest() : socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
@@ -32,7 +32,7 @@ class ServiceManagerTest : public testing::Test {
     for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"}) ::unsetenv(name);
   }
 
-  /// What has been told since; empty: nothing.
+  /// The next notification; empty: none.
   std::string told() const {
     std::array<char, 512> text{};
     const auto bytes = ::recv(socket_, text.data(), text.size(), 0);

@@ -1,4 +1,4 @@
-// Inputs that a user sets by name.
+// Inputs set by name.
 #include "text/signal_text.hpp"
 
 #include <gmock/gmock.h>

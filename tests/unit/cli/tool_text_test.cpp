@@ -18,7 +18,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A terminal with two RxPDOs, one of them with a gap, as a Beckhoff stepper terminal has them.
+/// A terminal with two RxPDOs, one of them with a gap, like those of a Beckhoff stepper terminal.
 esi::DeviceDescription terminal() {
   esi::DeviceDescription device;
   device.vendor_id = 2;

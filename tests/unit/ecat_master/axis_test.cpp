@@ -21,7 +21,7 @@ using snapshot::AxisState;
 using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 
-/// 1000 increments per rad, 1000 per mille are 4 Nm: numbers that are easy to follow.
+/// 1000 increments per rad, 1000 per mille are 4 Nm, to keep the arithmetic simple.
 AxisConfig config(Mode mode = Mode::kCyclicPosition) {
   AxisConfig c;
   c.mode = mode;
@@ -153,7 +153,7 @@ TEST(AxisOutputs, AWeightIsHeldFromTheInstantOfEnablingOn) {
   }
 }
 
-/// A drive that has been given the weight as an offset is given it while it changes its mode, too.
+/// A drive that gets the weight as a torque offset also gets it while it changes its mode.
 TEST(AxisOutputs, AWeightStaysInTheTorqueOffsetWhileTheModeChanges) {
   for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
     for (const auto to : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
@@ -219,8 +219,8 @@ AxisConfig coasting() {
   return settings;
 }
 
-/// The drive may follow from the command to enable on, before it has said so: the place of an axis that coasts is
-/// corrected no faster than the axis may accelerate.
+/// The drive may follow as soon as it has received the command to enable, before it confirms: the position of a
+/// coasting axis is corrected no faster than the axis may accelerate.
 TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   const auto settings = coasting();
   Bench bench(settings);
@@ -240,7 +240,7 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   ASSERT_TRUE(bench.axis.told_on());
   double last = before;
   for (int cycle = 0; cycle < kCycles; ++cycle) {
-    // Farther back than expected, by a hundredth of a period's way more in each cycle, up to a fifth.
+    // Further back than predicted, by another hundredth of a period's motion in each cycle, up to a fifth.
     const double behind = std::min(0.01 * cycle, 0.2) * step;
     bench.axis.hold_at(1.2 + (cycle + 1) * step - behind, kVelocity);
     const double now = bench.axis.held().position;
@@ -254,7 +254,7 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   EXPECT_DOUBLE_EQ(bench.axis.held().position, 5.0) << "a new zero is another place";
 }
 
-/// Periods were missed in which it has come to stand: it is not where its velocity would have led it.
+/// During missed periods the axis has stopped: it is not at the position predicted from its velocity.
 TEST(AxisOutputs, OfAnAxisThatHasCoastedHaveNoStepWhenItStands) {
   const auto settings = coasting();
   Bench bench(settings);
@@ -415,7 +415,7 @@ TEST(AxisCommandBits, AreThoseOfTheModeAndOfAnEnabledAxis) {
   EXPECT_EQ(bench.written()[1], std::byte{0x00});
 }
 
-/// Following errors of an axis that stands at 1 rad while the setpoints 2, 3, 4, ... are sent.
+/// Following errors of an axis at standstill at 1 rad while the setpoints 2, 3, 4, ... are sent.
 std::vector<double> errors(const AxisConfig& c, std::string_view status_and_mode, std::size_t cycles) {
   Bench bench(c);
   std::vector<double> result;
@@ -496,7 +496,7 @@ TEST(PdoConfiguration, OfAnAxisKeepsTheLimitsOfTheDrive) {
 }
 
 TEST(PdoConfiguration, CodesEntriesAsTheStandardDoes) {
-  // As read from a drive of another maker, object 1600h:01 and 1602h:02: 6040h, 16 bits; 607Ah, 32 bits.
+  // As read from another maker's drive, object 1600h:01 and 1602h:02: 6040h, 16 bits; 607Ah, 32 bits.
   EXPECT_EQ((MappedObject{0x6040, 0, 16}.raw()), 0x60400010U);
   EXPECT_EQ((MappedObject{0x607A, 0, 32}.raw()), 0x607A0020U);
 }

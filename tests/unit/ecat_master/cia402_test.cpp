@@ -50,7 +50,7 @@ TEST(StatusWord, DecodesAsTheStandardCodesItForAll65536Words) {
   EXPECT_EQ(seen.size(), 9U);
 }
 
-/// What a drive does with a control word (CiA 402-2, Table "Command coding", and the transitions of its state machine).
+/// Reaction of a drive to a control word (CiA 402-2, Table "Command coding", and the transitions of its state machine).
 AxisState obey(AxisState state, unsigned word) {
   const bool disable_voltage = (word & 0x82U) == 0x00;
   const bool quick_stop = (word & 0x86U) == 0x02;

@@ -15,7 +15,7 @@ using ecat_master_test::ScriptedMailbox;
 using testing::ElementsAre;
 using Bytes = std::vector<std::byte>;
 
-/// A CoE client before a slave with mailboxes of `out` and `in` bytes.
+/// A CoE client for a slave with mailboxes of `out` and `in` bytes.
 struct Bench {
   explicit Bench(std::uint16_t out = 1024, std::uint16_t in = 1024)
       : slave(in),

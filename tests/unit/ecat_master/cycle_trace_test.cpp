@@ -21,7 +21,7 @@ using testing::IsEmpty;
 
 constexpr nanoseconds kTracePeriod = microseconds{125};
 
-/// A cycle that wakes `late` after its instant, behind `missed` others, and whose phases take `each`.
+/// A cycle that wakes up `late` after its instant, after `missed` skipped ones, and whose phases take `each`.
 void trace_cycle(CycleTrace& trace, std::int64_t number, nanoseconds each, nanoseconds late = {},
                  std::int64_t missed = 0) {
   const auto grid = number * kTracePeriod;
@@ -40,7 +40,7 @@ std::vector<std::int64_t> numbers(const std::vector<TracedCycle>& cycles) {
   return list;
 }
 
-/// By rank.
+/// Numbers of the worst cycles, by rank.
 std::vector<std::int64_t> worst_of(std::vector<TracedCycle> cycles) {
   std::erase_if(cycles, [](const TracedCycle& cycle) { return cycle.rank == 0; });
   std::sort(cycles.begin(), cycles.end(), [](const auto& a, const auto& b) { return a.rank < b.rank; });
@@ -48,7 +48,7 @@ std::vector<std::int64_t> worst_of(std::vector<TracedCycle> cycles) {
   return numbers(cycles);
 }
 
-/// On one processor, which others want, too.
+/// On one processor, which other threads use, too.
 TEST(CycleTrace, AWorstCycleHasWhoHadItsProcessor) {
   const int cpu = sched_getcpu();
   auto log = rt::SwitchLog::open(cpu);
@@ -118,7 +118,7 @@ TEST(CycleTrace, KeepsTheLastCyclesOldestFirst) {
 TEST(CycleTrace, KeepsTheWorstCyclesWholeHoweverLongAgo) {
   CycleTrace trace(3);
   for (int i = 0; i < 10'000; ++i) {
-    // 16 bad ones at 500, 1000, ...: each a little worse than the one before. The worst is late, not slow.
+    // 16 bad ones at 500, 1000, ...: each a little worse than the previous one. The worst one is late, not slow.
     const bool bad = i % 500 == 0 && i > 0 && i <= 8000;
     trace_cycle(trace, i, bad ? nanoseconds{10'000 + i} : nanoseconds{100},
                 i == 3000 ? microseconds{90} : nanoseconds{});

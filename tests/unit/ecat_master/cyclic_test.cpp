@@ -119,8 +119,7 @@ TEST_F(CyclicFrameTest, ForgetsTheAnswerWithTheNextSend) {
 }
 
 TEST_F(CyclicFrameTest, IsNotTakenForOneThatIsMoreThanASecondYounger) {
-  // The datagram index of the standard comes round every 256 frames: these two have the same one, 1.28 s apart at 8
-  // kHz.
+  // The datagram index of the standard repeats every 256 frames: these two have the same one, 1.28 s apart at 8 kHz.
   constexpr std::uint32_t kLater = 7 + 40 * 256;
   ASSERT_EQ(frame->send(port, image, {0, kLater}), port::SendStatus::kSent);
   EXPECT_FALSE(frame->accept(answer, FrameTag{0, 7}, image, conditions));
@@ -128,7 +127,7 @@ TEST_F(CyclicFrameTest, IsNotTakenForOneThatIsMoreThanASecondYounger) {
   EXPECT_TRUE(frame->accept(answer, FrameTag{0, kLater}, image, conditions)) << "its own answer has the same bytes";
 }
 
-/// Two slaves with AL status and mailbox status bytes in one LRW; hands the frame answers and tells if they were
+/// Two slaves with AL status and mailbox status bytes in one LRW; processes answers and reports whether they were
 /// steady.
 class SteadyAnswers : public testing::Test {
  protected:
@@ -217,7 +216,8 @@ TEST_F(CountersOfTwoSlaves, AreGoodUpToWhatTheSlavesCanAddAndNoFurther) {
          {{2, false, true}, {3, true, false}, {4, true, false}, {6, true, false}, {7, false, true}, {9, false, true}});
   conditions[1].recovering = false;
   inputs.at(image.places()[1].al_status_offset) = std::byte{0};
-  // The other one is taken when it alone has added; that somebody is missing is an error all the same.
+  // A steady answer of the remaining slave is accepted if it alone has added; the missing slave is an error all the
+  // same.
   expect("one is gone", {{2, false, true}, {3, true, true}, {4, false, true}, {5, false, true}, {7, false, true}});
 }
 
@@ -309,7 +309,7 @@ TEST(AcyclicChannel, SavesUpForAFrameLongerThanItsBudget) {
   for (; port.sent.empty() && cycles < 20; ++cycles) static_cast<void>(send_due(channel, port, 0));
   EXPECT_EQ(cycles, 4U);
   ASSERT_TRUE(channel.accept(port.sent[0], {0, 1}));
-  // 50 bytes are left of the credit: a frame within the budget goes in the next cycle.
+  // 50 bytes of credit are left: a frame within the budget is sent in the next cycle.
   ASSERT_TRUE(channel.submit(job(2)));
   EXPECT_EQ(send_due(channel, port, 1), 2U);
 }
@@ -379,7 +379,7 @@ TEST(AcyclicChannel, RefusesMoreJobsThanItHolds) {
 TEST(CyclicExchange, SkipsAnswersOfJobsThatWereGivenUp) {
   rt::VirtualClock clock;
   FakePort port(clock);
-  // The channel waits longer than the exchange: jobs are answered after they were given up.
+  // The channel waits longer than the exchange, so jobs are answered after they have been abandoned.
   AcyclicChannel channel(1'000'000);
   std::uint32_t sequence = 0;
   bool silent = true;
@@ -404,7 +404,7 @@ TEST(CyclicExchange, SkipsAnswersOfJobsThatWereGivenUp) {
   EXPECT_EQ(std::to_integer<std::size_t>(data[0]), port.sent.size()) << "not the answer to an earlier frame";
 }
 
-/// Three requests that take a frame each.
+/// Three requests that need a frame each.
 struct Batch {
   explicit Batch(AcyclicChannel& channel, rt::VirtualClock& clock, CyclicExchange::Pass pass)
       : exchange(channel, clock, std::move(pass)) {

@@ -1,4 +1,4 @@
-// Settings of a slave from a description file, and those that take precedence.
+// Settings of a slave from a description file, and settings with higher priority.
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using Use = esi::SyncManager::Use;
 
-/// Two output PDOs of which one excludes the other, two inputs of which one is fixed and one mandatory.
+/// Two output PDOs, one of which excludes the other, two inputs, one of them fixed and one mandatory.
 esi::DeviceDescription device() {
   esi::DeviceDescription made;
   made.vendor_id = 1;

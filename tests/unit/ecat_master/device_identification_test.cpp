@@ -12,8 +12,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::uint16_t kId = 0x1234;
 
-/// A slave in PREOP that shows its device identification (ETG.1000.6) some reads of AL status after it was asked for
-/// it.
+/// A slave in PREOP that shows its device identification (ETG.1000.6) some reads of AL status after the request.
 class Slave final : public DatagramExchange {
  public:
   int reads_until_loaded = 0;

@@ -219,7 +219,7 @@ TEST_F(DirectExchangeTest, GivesUpAfterTheRetries) {
 }
 
 TEST_F(DirectExchangeTest, WaitsForSlavesThatAMachineHasSuspended) {
-  // They answer everything that has come in meanwhile, in its order, when they are back.
+  // When it returns, everything received meanwhile is processed in order.
   const auto back = clock.now() + milliseconds{150};
   port.on_send = [&](auto frame) {
     const auto number = static_cast<std::byte>(port.sent.size());
@@ -241,7 +241,7 @@ TEST_F(DirectExchangeTest, WaitsNoLongerForALostFrameThanFor2Ms) {
     };
     const auto begin = clock.now();
     ASSERT_TRUE(exchange.exchange(requests.list));
-    // Whatever the exchange before waited for.
+    // Independent of the time-out of the previous exchange.
     EXPECT_LT(clock.now() - begin, milliseconds{3});
   }
 }
@@ -257,7 +257,7 @@ TEST_F(DirectExchangeTest, WaitsHalfASecondForATryAtMost) {
 TEST_F(DirectExchangeTest, DoesNotTakeTheLateAnswerOfAnEarlierTry) {
   Requests requests(1);
   port.on_send = [&](auto frame) {
-    // The first try is answered while the second is awaited, with an older content.
+    // The first attempt is answered while the second is awaited, with an older content.
     const bool first = port.sent.size() == 1;
     port.arrive(answered(frame, first ? std::byte{0x01} : std::byte{0x02}),
                 first ? microseconds{2100} : microseconds{500});

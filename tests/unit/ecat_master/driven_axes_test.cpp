@@ -1,4 +1,4 @@
-// Setpoints made from the commands of tasks.
+// Setpoints generated from the commands of tasks.
 #include "driveline/ecat_master/cyclic/driven_axes.hpp"
 
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ TEST_F(DrivenAxesTest, ASlowerCommandIsArrivedAtOnAStraightLine) {
   step();
   EXPECT_DOUBLE_EQ(setpoints[1].position, 1.4);
   EXPECT_DOUBLE_EQ(setpoints[1].velocity, 0.0) << "a task that is late leaves the axis where it is";
-  // A command before the last was arrived at begins where the axis is.
+  // A command that comes before the last one was reached starts at the present position.
   axes.axis(1).command({2.4, 0.0, 0.0});
   step();
   axes.axis(1).command({1.65, 0.0, 0.0});
@@ -78,7 +78,7 @@ TEST_F(DrivenAxesTest, CommandsCountOnlyWhileTheAxesFollow) {
   axes.end();
   EXPECT_FALSE(axes.axis(0).followed());
   axes.axis(0).command({50.0, 0.0, 0.0});
-  // Enabled anew somewhere else.
+  // Enabled again at another position.
   setpoints = {AxisSetpoint{3.0, 0.0, 0.0}, AxisSetpoint{4.0, 0.0, 0.0}};
   axes.rewind(setpoints);
   axes.axis(0).command({60.0, 0.0, 0.0});

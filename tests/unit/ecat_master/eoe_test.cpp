@@ -23,7 +23,7 @@ using Bytes = std::vector<std::byte>;
 constexpr unsigned kEoe = 2;
 constexpr unsigned kCoe = 3;
 
-/// A frame whose bytes all differ from their neighbours.
+/// A frame in which neighbouring bytes differ.
 Bytes frame_of(std::size_t size, unsigned first = 0) {
   Bytes frame(size);
   for (std::size_t i = 0; i < size; ++i) frame[i] = static_cast<std::byte>(first + i);
@@ -61,7 +61,7 @@ struct EthernetBench : EoeReceiver {
       if (!engine.step()) line.pause(milliseconds{1});
     }
   }
-  /// Services of one protocol that the slave has heard.
+  /// Services of a protocol that the slave has received.
   std::vector<Bytes> heard(std::uint16_t station, unsigned type) {
     std::vector<Bytes> services;
     for (const auto& mail : line[station].heard) {
@@ -69,7 +69,7 @@ struct EthernetBench : EoeReceiver {
     }
     return services;
   }
-  /// Protocols of all mails that the slave has heard, in order.
+  /// Protocols of all messages that the slave has received, in order.
   std::string order(std::uint16_t station) {
     std::string types;
     for (const auto& mail : line[station].heard) types += "mAECFS"[std::to_integer<unsigned>(mail[5]) & 0x07U];
@@ -146,12 +146,12 @@ TEST(EoePort, CountsWhatCannotBeAndPassesNothingOn) {
   auto& slave = bench.line[EthernetBench::kFirst];
   slave.say(kEoe, hex("00 01"));                             // shorter than a header
   slave.say(kEoe, {});                                       // nothing
-  slave.say(kEoe, fragment(1, 2, 3, false, frame_of(32)));   // of no frame in progress
+  slave.say(kEoe, fragment(1, 2, 3, false, frame_of(32)));   // frame not in progress
   slave.say(kEoe, fragment(0, 63, 3, false, frame_of(32)));  // longer than any frame
   slave.say(kEoe, fragment(0, 1, 4, true, frame_of(64)));    // more than its size
   slave.say(kEoe, fragment(0, 1, 5, true, frame_of(13)));    // shorter than any frame
-  slave.say(kEoe, eoe(1, 1, 0, hex("01020304")));            // time stamp that nobody has asked for
-  slave.say(kEoe, eoe(3, 1, 0));                             // answer that nobody waits for
+  slave.say(kEoe, eoe(1, 1, 0, hex("01020304")));            // time stamp without a request
+  slave.say(kEoe, eoe(3, 1, 0));                             // answer without a request
   slave.say(kEoe, eoe(15, 0xFF, 0xFFFF, frame_of(32)));      // no type
   slave.say(kEoe, fragment(0, 1, 6, true, frame_of(32)));
   bench.step(30);
@@ -249,7 +249,7 @@ TEST(EoePort, RepeatsAMailThatWasNotTakenWithItsCounter) {
   EXPECT_EQ(heard[0][4], std::byte{0}) << "lowest priority";
 }
 
-/// What the slave answers to an SDO upload of 1018h:01.
+/// The slave's answer to an SDO upload of 1018h:01.
 const Bytes kSdoAnswer = hex("0030 43 1810 01 28000000");
 
 TEST(EoeBesideDialogues, AnSdoWaitsForOneFragmentAtMost) {
@@ -274,7 +274,7 @@ TEST(EoeBesideDialogues, FragmentsFlowWhileADialogueAwaitsItsAnswer) {
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(bench.ports[0]->send(frame_of(1000)));
   int mails = 0;
   slave.answers = [&](const Bytes&) {
-    // The slave takes its time: twenty fragments.
+    // The slave answers late, after twenty fragments.
     if (++mails == 21) slave.say(kCoe, kSdoAnswer);
   };
   ASSERT_TRUE(CoeClient(bench.engine, 0).upload_as<std::uint32_t>(0x1018, 1));
@@ -412,7 +412,7 @@ TEST(EoeServices, FillGapsWithWhatTheSlaveHas) {
   EthernetBench bench;
   auto& slave = bench.line[EthernetBench::kFirst];
   slave.answers = [&](const Bytes& mail) {
-    // Dense: no gateway, but a DNS server; it is the master's turn to see that nothing is moved.
+    // Densely packed: no gateway, but a DNS server; the master must not shift it into the gap.
     if (mail[6] == std::byte{6}) slave.say(kEoe, eoe(7, 1, 0, hex("17000000 020000000005 0527A8C0 00FFFFFF 01010101")));
     if (mail[6] == std::byte{2}) slave.say(kEoe, eoe(3, 1, 0));
   };

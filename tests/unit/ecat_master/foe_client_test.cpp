@@ -16,12 +16,12 @@ using std::chrono::milliseconds;
 using testing::ElementsAre;
 using Bytes = std::vector<std::byte>;
 
-/// A FoE client before a slave with mailboxes that have room for four bytes of data. Mails are plain bytes from
-/// ETG.1000.6 5.8.
+/// A FoE client for a slave whose mailboxes have room for four bytes of data. Messages are plain bytes from ETG.1000.6
+/// 5.8.
 struct FileBench {
   static constexpr std::uint16_t kMailbox = 16;
 
-  /// Each request is answered with this mail; empty: with none.
+  /// Queues an answer message for each request; empty: no answer.
   void answer(const std::vector<std::string_view>& services) {
     for (const auto service : services) {
       std::vector<Bytes> mails;
@@ -37,7 +37,7 @@ struct FileBench {
     bytes.insert(bytes.end(), data.begin(), data.end());
     return bytes;
   }
-  /// What the slave has been told, without mailbox headers.
+  /// Requests received by the slave, without mailbox headers.
   std::vector<Bytes> told() const {
     std::vector<Bytes> services;
     for (const auto& request : slave.requests) services.emplace_back(request.begin() + 6, request.end());
@@ -150,7 +150,7 @@ TEST(FoeClient, AnswersAWrongPacketNumberWithItsError) {
 
 TEST(FoeClient, PassesOverWhatComesTwiceAndWhatIsLate) {
   FileBench bench;
-  // The end of a transfer before; an acknowledge of the packet before.
+  // The end of the previous transfer; an acknowledge of the previous packet.
   bench.slave.answers.push_back({bench.mail("0400 09000000"), bench.mail("0400 00000000")});
   bench.slave.answers.push_back({bench.mail("0400 00000000"), bench.mail("0400 01000000")});
   EXPECT_EQ(bench.write("abc"), "");

@@ -37,7 +37,7 @@ TEST(HomingHandshake, AnEarlierResultCountsOnceItHasGone) {
   }
 }
 
-/// A drive that homes without a movement may be done before anybody has seen it begin.
+/// A drive that homes without a movement may finish before its start was seen.
 TEST(HomingHandshake, AnEarlierResultIsANewOneWhenTheDriveHasHadItsTime) {
   HomingHandshake homing;
   homing.start(kAttainedAtRest);

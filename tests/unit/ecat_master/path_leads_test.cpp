@@ -45,7 +45,7 @@ TEST(PathLeads, MomentsComeBackLater) {
 constexpr double kPeriod = 1e-3;
 constexpr std::array<trajectory::AxisLimits, 2> kLimits{{{50.0, 1000.0}, {50.0, 1000.0}}};
 
-/// Two axes that move alike, from 1 rad on, 20 rad/s at most.
+/// Two axes with the same motion, starting at 1 rad, at most 20 rad/s.
 trajectory::Interpolator path() {
   trajectory::PathBuilder builder;
   for (const auto* name : {"x", "y"}) {
@@ -60,7 +60,7 @@ trajectory::Interpolator path() {
   return trajectory::Interpolator::clamped_spline(*built);
 }
 
-/// The setpoints of a source from its beginning on, one row for each cycle, until it is over.
+/// The setpoints of a source from its start to its end, a row per cycle.
 std::vector<std::array<AxisSetpoint, 2>> all_of(PathSource& source) {
   std::array<AxisSetpoint, 2> setpoints{};
   source.rewind(setpoints);
@@ -81,7 +81,7 @@ TEST(DeadTime, EachAxisIsWhereThePathIsAfterItsOwnDeadTime) {
   auto plain = path();
   std::array<AxisSetpoint, 2> now{};
   for (std::size_t cycle = 5; cycle < rows.size(); ++cycle) {
-    // The path begins when the first axis can be on it.
+    // The path starts when the first axis can be on it.
     plain.evaluate(static_cast<double>(cycle) * kPeriod - 5.0 * kPeriod, now);
     ASSERT_NEAR(rows[cycle - 5][0].position, now[0].position, 1e-12) << cycle;
     ASSERT_NEAR(rows[cycle - 2][1].position, now[1].position, 1e-12) << cycle;
@@ -136,7 +136,7 @@ TEST(DeadTime, AxesThatWaitDoSoAtTheSamePlace) {
     static_cast<void>(ahead.next({cycle * kPeriod, {}}, setpoints));
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const double change = setpoints[axis].velocity - before[axis].velocity;
-      // The path's own acceleration and the quarter of the limit that braking takes at least.
+      // The path's own acceleration plus the quarter of the limit that is reserved for braking.
       ASSERT_LE(std::abs(change), 1250.0 * kPeriod) << "cycle " << cycle;
     }
     before = setpoints;

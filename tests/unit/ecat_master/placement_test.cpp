@@ -10,7 +10,7 @@ using testing::IsEmpty;
 
 constexpr std::size_t kNobody = 9999;
 
-/// "parent:port" of every slave, in the order of the line; an empty text is the first one.
+/// "parent:port" of every slave, in the order of the line; an empty text is the first slave.
 Topology tree(std::initializer_list<const char*> parents) {
   Topology made;
   for (const std::string text : parents) {
@@ -51,7 +51,7 @@ const Topology kStar = tree({"", "0:3", "0:1", "0:2"});
 const Topology kLine = tree({"", "0:1", "1:1", "2:1"});
 
 TEST(Placement, OnAStarThePortTellsWhoIsBack) {
-  // Slaves 1 and 2 were off; one of them is back.
+  // Slaves 1 and 2 were off; one of them has returned.
   EXPECT_THAT(place(kStar, tree({"", "0:1", "0:2"}), {0, kNobody, 3}), ElementsAre("1=2"));
   EXPECT_THAT(place(kStar, tree({"", "0:3", "0:2"}), {0, kNobody, 3}), ElementsAre("1=1"));
   EXPECT_THAT(place(kStar, kStar, {0, kNobody, 2, 3}), ElementsAre("1=1"));
@@ -66,7 +66,7 @@ TEST(Placement, OnALineThoseBehindAreFoundOneAfterTheOther) {
 
 TEST(Placement, BehindABranchThePathToItTells) {
   const auto start = tree({"", "0:1", "1:3", "2:1", "1:1", "4:1"});
-  // The branch 2, 3 and the end of the trunk 4, 5 were off; only the trunk is back.
+  // The branch 2, 3 and the end of the trunk 4, 5 were off; only the trunk has returned.
   EXPECT_THAT(place(start, tree({"", "0:1", "1:1", "2:1"}), {0, 1, kNobody, kNobody}), ElementsAre("2=4", "3=5"));
   EXPECT_THAT(place(start, tree({"", "0:1", "1:3"}), {0, 1, kNobody}), ElementsAre("2=2"));
 }
@@ -79,18 +79,18 @@ TEST(Placement, WhereNobodyHungNobodyIsFound) {
 }
 
 TEST(Placement, WhoHasBeenMovedLeavesNoPlace) {
-  // Slave 1 has been plugged in where slave 2 hung, which is off.
+  // Slave 1 has been plugged in at the position of slave 2, which is off.
   EXPECT_THAT(place(kStar, tree({"", "0:1", "0:2"}), {0, 1, 3}), IsEmpty());
 }
 
 TEST(Placement, RoamingSlavesDoNotShiftTheOthers) {
-  // Slave 1 roams; slave 2 hung behind it, and hangs on the hub when it is not there.
+  // Slave 1 may move; slave 2 was behind it, and is on the hub while slave 1 is missing.
   const auto start = tree({"", "0:1", "1:1", "0:2"});
   EXPECT_THAT(place(start, tree({"", "0:1", "0:2"}), {0, kNobody, 3}, {1}), ElementsAre("1=2"));
   EXPECT_THAT(place(start, start, {0, 1, kNobody, 3}, {1}), ElementsAre("2=2"));
   EXPECT_THAT(place(start, start, {0, kNobody, kNobody, 3}, {1}), ElementsAre("1=2"))
       << "the roaming one is not known by its place, and who hangs on it is found when it is";
-  // It was not there at start, and is plugged in between.
+  // It was missing at the start, and is plugged in between.
   EXPECT_THAT(place(tree({"", "0:1"}), tree({"", "0:1", "1:1"}), {0, 2, kNobody}, {2}, 3), ElementsAre("2=1"));
 }
 
@@ -108,7 +108,7 @@ TEST(Placement, WithoutWiringTheNeighboursMustTell) {
   EXPECT_THAT(place(unknown, unknown, {0, kNobody, 2, 3}, {}, 4), ElementsAre("1=1"));
   EXPECT_THAT(place(unknown, unknown, {0, kNobody, kNobody, 2, 3}, {}, 4), ElementsAre("1=1?", "2=1?"));
   EXPECT_THAT(place(unknown, unknown, {kNobody}, {}, 4), ElementsAre("0=0|1|2|3?"));
-  // The wiring is known on one side only.
+  // The wiring is known for only one of the two.
   EXPECT_THAT(place(kStar, unknown, {0, kNobody, 3}), ElementsAre("1=1|2?"));
 }
 

@@ -11,7 +11,7 @@ using Kind = PositionFinding::Kind;
 using std::chrono::microseconds;
 using trajectory::AxisSetpoint;
 
-/// 100 rad/s at most, 0.1 rad of tolerance, 1000 increments per rad; cycles of 1 ms, in which it covers 0.1 rad.
+/// At most 100 rad/s, a tolerance of 0.1 rad, 1000 increments per rad; cycles of 1 ms, in which it moves up to 0.1 rad.
 AxisConfig watched_axis() {
   AxisConfig config;
   config.limits = {100.0, 1000.0};
@@ -19,7 +19,7 @@ AxisConfig watched_axis() {
   return config;
 }
 
-/// A watch that is asked once a cycle.
+/// A watch that is called once per cycle.
 struct WatchBench {
   explicit WatchBench(const AxisConfig& config = watched_axis()) : watch(config, microseconds{1000}) {}
   PositionWatch watch;
@@ -29,7 +29,7 @@ struct WatchBench {
   PositionFinding drive(double position, const AxisSetpoint& setpoint) {
     return watch.judge(cycle++, position, setpoint, true);
   }
-  /// Until the place is steady.
+  /// Calls it until the position is steady.
   void settle(double position) {
     for (int i = 0; i < 20; ++i) static_cast<void>(rest(position));
   }
@@ -104,7 +104,7 @@ TEST(PositionWatch, AnAxisThatIsNotSentAnywhereMayStand) {
 TEST(PositionWatch, SlowAxesAreGivenTheirTime) {
   WatchBench bench;
   bench.settle(0.0);
-  // An encoder of 100 increments per rad: every tenth cycle another one, 1 rad/s.
+  // An encoder of 100 increments per rad: a new value in every tenth cycle at 1 rad/s.
   for (int i = 0; i < 10'000; ++i) {
     const double way = 1e-3 * i;
     ASSERT_FALSE(bench.drive(std::floor(way * 100.0) / 100.0, {way, 1.0, 0.0})) << i;

@@ -73,7 +73,7 @@ TEST(ProcessImage, TakesFmmusForWhatTheyAreMeant) {
   EXPECT_EQ(fmmus[1].physical_start, 0x1400);
   EXPECT_EQ(fmmus[2].physical_start, 0x0130) << "the AL status takes one that is meant for nothing";
   EXPECT_EQ(fmmus[3].physical_start, 0x1100);
-  // Three of them, none meant for outputs: any will do, and there is none left for the mailbox.
+  // Three of them, none meant for outputs: any can be used, and none is left for the mailbox.
   wanted[0].fmmus = 3;
   wanted[0].fmmu_uses = {Use::kInputs, Use::kInputs, Use::kInputs};
   const auto few = lay_out(wanted);
@@ -168,7 +168,7 @@ TEST(ProcessImage, MapsStatusBytesBehindTheProcessDataIfFmmusAreLeft) {
   EXPECT_EQ(places[2].al_status_offset, ProcessDataPlace::kNone);
   EXPECT_EQ(image.fmmus(0)[2].physical_start, 0x0130);
   EXPECT_EQ(image.fmmus(0)[3].physical_start, 0x080D);
-  // The slave that has no inputs counts for reading all the same: its status bytes are read.
+  // A slave without inputs also counts for reading, because its status bytes are read.
   EXPECT_EQ(image.datagrams()[0].expected_working_counter, 4 * 3);
 }
 
@@ -344,7 +344,7 @@ TEST(WireTime, IsThatOfTheBusiestCycle) {
   wanted[2].group = 2;
   constexpr std::uint64_t kFirst = 14 + 2 + 14 + 12 + 1440 + 24;
   constexpr std::uint64_t kOther = 14 + 2 + 12 + 1440 + 24;
-  // Groups 1 and 2 alternate; with the same phase they meet.
+  // Groups 1 and 2 alternate; with the same phase they coincide.
   EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 1}}}), false), (kFirst + kOther) * 80);
   EXPECT_EQ(wire_time_ns(lay_out(wanted, {{}, {{1, 0}, {2, 0}, {2, 0}}}), false), (kFirst + 2 * kOther) * 80);
 }

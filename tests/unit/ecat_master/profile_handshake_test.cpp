@@ -30,7 +30,7 @@ TEST(ProfileHandshake, APositionIsGivenOnceAndReachedBehindThat) {
   EXPECT_EQ(handshake.judge(kReachedBit, 10s), State::kReached);
 }
 
-/// A target that is under way.
+/// A target in progress.
 ProfileHandshake under_way() {
   ProfileHandshake handshake;
   handshake.start_position(Change::kAtOnce);
@@ -40,7 +40,7 @@ ProfileHandshake under_way() {
   return handshake;
 }
 
-/// The target behind the one under way has been taken.
+/// The target after the one in progress has been accepted.
 ProfileHandshake with_next() {
   auto handshake = under_way();
   handshake.start_position(Change::kBehind);
@@ -69,7 +69,7 @@ TEST(ProfileHandshake, APositionThatIsToFollowAndIsNotAcknowledgedHasNotBeenTake
   EXPECT_EQ(handshake.judge(0, 501ms), State::kNotTaken);
 }
 
-/// Bit 12 stays set then, whatever the drive has seen.
+/// Bit 12 remains set then, whatever the drive has seen.
 TEST(ProfileHandshake, ADriveWithoutRoomHasTimeToSeeBothEdgesOfBit4) {
   auto handshake = with_next();
   handshake.start_position(Change::kAtOnce);

@@ -1,4 +1,4 @@
-// How a cycle waits for its answers, on a clock that counts what it does meanwhile.
+// How a cycle waits for its answers, on a clock that counts the calls.
 #include "driveline/ecat_master/cyclic/receive_wait.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 constexpr auto kPeriod = 1ms;
 constexpr auto kWindow = 750us;
 
-/// Every sleep ends late.
+/// A clock on which every sleep ends late.
 class CountingClock final : public rt::Clock {
  public:
   explicit CountingClock(rt::VirtualClock& clock) : clock_(clock) {}
@@ -64,7 +64,7 @@ class ReceiveWaitTest : public testing::Test {
       longest = std::max(longest, time.now() - kPeriod * cycle);
     }
   }
-  /// From now on.
+  /// Starts counting.
   void count() {
     core->count(false);
     run(1);

@@ -1,4 +1,4 @@
-// Frames that are handed to the cycle before those in front of them are back.
+// Frames that are submitted before the frames they depend on have returned.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -19,9 +19,9 @@ namespace {
 using ecat_master_test::FakePort;
 using testing::ElementsAre;
 
-/// A channel whose cycles are run by hand; every frame comes back in the cycle behind its own.
+/// A channel whose cycles the test runs; every frame returns in the cycle after its own.
 struct Relays : testing::Test {
-  /// A frame with a write.
+  /// Submits a frame with a write.
   bool submit(std::uint64_t id, std::uint64_t round, std::uint64_t behind) {
     AcyclicJob job;
     job.id = id;
@@ -33,13 +33,13 @@ struct Relays : testing::Test {
     return channel.submit(job);
   }
   void send() { sequence = channel.send_due(port, {0, sequence}).sequence; }
-  /// `taken`: the working counter of its write is not zero.
+  /// Returns a frame. `taken`: the working counter of its write is not zero.
   void bring_back(std::uint32_t number, bool taken = true) {
     auto answer = ecat_master_test::answered(port.sent[number - 1], std::byte{1});
     if (!taken) answer[answer.size() - 2] = std::byte{0};
     EXPECT_TRUE(channel.accept(answer, {0, number}));
   }
-  /// Numbers of the jobs that are back; those that were never sent are negative.
+  /// Numbers of the returned jobs; unsent jobs are negative.
   std::vector<int> back() {
     std::vector<int> ids;
     AcyclicJob job;
@@ -97,12 +97,12 @@ TEST_F(Relays, NothingIsSentBehindARoundThatNobodyKnows) {
   EXPECT_THAT(back(), ElementsAre(-1));
 }
 
-/// Requests of one byte; what slaves do with them is said per cycle.
+/// Requests of one byte; the test defines the slaves' answers per cycle.
 struct RelayedRequests : Relays {
   std::vector<Request> requests(std::span<std::byte> data, wire::Command command = wire::Command::kFprd) {
     return {{command, wire::DatagramAddress::physical(0x1001, 0x1000), data}};
   }
-  /// One cycle: takes what the line has brought back, sends.
+  /// Runs a cycle: processes the returned frames, sends the next ones.
   void cycle() {
     while (returned < port.sent.size()) {
       const auto number = static_cast<std::uint32_t>(++returned);

@@ -16,7 +16,7 @@ AxisConfig supplied(Mode mode) {
   return config;
 }
 
-/// On its way with 10 rad/s and more of it at 600 rad/s^2; the last one is not known to have reached the drive.
+/// Setpoints at 10 rad/s, accelerating with 600 rad/s^2; it is unknown whether the last one has reached the drive.
 SetpointSupply accelerating(Mode mode) {
   SetpointSupply supply(supplied(mode), kSupplyPeriod);
   double position = 0.0;
@@ -37,7 +37,7 @@ TEST(SetpointSupply, ADriveThatFollowsPositionsIsMetWhereItGoesWithoutTheLastOne
   EXPECT_GE(next.velocity, supply.sent_velocity() - 1000.0 * kSupplyPeriod);
 }
 
-/// It holds the last velocity or the one before: either is a step away, and braking would add another one.
+/// The drive holds the last velocity or the previous one: both are a step away, and braking would add another step.
 TEST(SetpointSupply, ADriveThatHoldsItsVelocityIsToldTheSameAgain) {
   const auto supply = accelerating(Mode::kCyclicVelocity);
   EXPECT_DOUBLE_EQ(supply.bridge().velocity, supply.sent_velocity());
@@ -45,7 +45,7 @@ TEST(SetpointSupply, ADriveThatHoldsItsVelocityIsToldTheSameAgain) {
   EXPECT_FALSE(supply.by_torque());
 }
 
-/// One that coasts, and is told where it is behind periods that were missed.
+/// A coasting axis that gets its position after missed periods.
 TEST(SetpointSupply, ADriveThatHoldsItsVelocityGoesOnWithItHoweverFarTheLastStepWas) {
   SetpointSupply supply(supplied(Mode::kCyclicVelocity), kSupplyPeriod);
   supply.note({1.0, -0.5, 0.0}, Mode::kCyclicVelocity);
@@ -66,7 +66,7 @@ TEST(SetpointSupply, ADriveThatHoldsItsTorqueIsExpectedToGoOnAccelerating) {
   EXPECT_NEAR(supply.sent_velocity(), before + 4 * 600.0 * kSupplyPeriod, 1e-9);
 }
 
-/// Of an axis that a torque has led its setpoints tell nothing.
+/// When a torque leads an axis, its setpoints tell nothing.
 TEST(SetpointSupply, AnAxisGoesOnFromWhereItIsThoughTheLastSetpointMayNotHaveReachedIt) {
   auto supply = accelerating(Mode::kCyclicTorque);
   supply.set_reached(false);
@@ -78,7 +78,7 @@ TEST(SetpointSupply, AnAxisGoesOnFromWhereItIsThoughTheLastSetpointMayNotHaveRea
   EXPECT_NEAR(supply.bridge().velocity, -18.0, 1e-9);
 }
 
-/// What was told last need not be what the drive has heard of.
+/// The drive need not have received the last command.
 TEST(SetpointSupply, GoesOnThroughAGapByTheModeThatTheDriveIsIn) {
   auto supply = accelerating(Mode::kCyclicTorque);
   const double before = supply.sent_velocity();

@@ -8,7 +8,7 @@
 namespace driveline::ecat_master {
 namespace {
 
-/// A slave that consists of its EEPROM interface: command at 0x0502, address at 0x0504, data at 0x0508, 8 bytes each.
+/// A slave with only an EEPROM interface: command at 0x0502, address at 0x0504, data at 0x0508, 8 bytes each.
 class Eeprom final : public DatagramExchange {
  public:
   /// An EEPROM of `kibit` KiBit without categories, all bytes 0xFF behind the header.
@@ -44,12 +44,12 @@ class Eeprom final : public DatagramExchange {
   bool shows_address = true;
   std::chrono::nanoseconds busy_time{0};
   std::chrono::nanoseconds frame_time = std::chrono::microseconds{10};
-  /// The machine suspends the master for this long in each round up to this one.
+  /// The machine suspends the master for this time in each round up to `away_rounds`.
   std::chrono::nanoseconds away{0};
   std::size_t away_rounds = 0;
   std::size_t rounds = 0;
   std::size_t datagrams = 0;
-  /// Left on the interface by an earlier reader: an address, and unrelated data.
+  /// Simulates what an earlier reader has left on the interface: an address, and unrelated data.
   void leave_from_before(std::uint32_t shown, std::uint16_t rubbish) {
     word_ = shown;
     data_.fill(rubbish);
@@ -80,7 +80,7 @@ class Eeprom final : public DatagramExchange {
 
  private:
   void start(std::uint32_t word) {
-    if (now_ < done_at_) return;  // no command while one is at work
+    if (now_ < done_at_) return;  // no command while another one is being executed
     word_ = word;
     highest_word = std::max<std::size_t>(highest_word, word);
     done_at_ = now_ + busy_time;
@@ -211,7 +211,7 @@ TEST(SiiReader, GetsTheSameContentFromEveryKindOfController) {
           eeprom.words_per_read = words;
           eeprom.busy_time = std::chrono::microseconds{busy_us};
           eeprom.shows_address = shows;
-          // The worst case of an earlier reader: the address of our first word, and other data.
+          // The worst case of an earlier reader: the address of the first word, and other data.
           eeprom.leave_from_before(0, 0xBAD0);
           const auto image = read(eeprom);
           ASSERT_TRUE(image) << describe(image.error());
@@ -248,7 +248,7 @@ TEST(SiiReader, DoesNotAskAgainForWhatItKnows) {
   ASSERT_TRUE(again && again->front());
   EXPECT_EQ(*again->front(), *first->front());
   EXPECT_LT(eeprom.highest_word, 0x42U) << "the head only";
-  // Another device with the same content but for its serial number is another device.
+  // The same content with another serial number is another device.
   eeprom.image[14] = 8;
   eeprom.image[0x42] = 0x1234;
   const auto other = read_sii(bus, {&slave, 1});

@@ -16,8 +16,8 @@ using testing::IsEmpty;
 
 constexpr SlaveRef kSlave{2, 0x1003};
 
-/// One EEPROM and its interface 0x0500-0x050F, with all that can go wrong with one. Written after the register
-/// description (ETG.1000.4 6.4), not after our emulated controller.
+/// An EEPROM and its interface 0x0500-0x050F, with all possible failures. Written from the register description
+/// (ETG.1000.4 6.4), not from the emulated controller.
 class Eeprom final : public DatagramExchange {
  public:
   explicit Eeprom(std::size_t size) : words(size) {
@@ -29,13 +29,13 @@ class Eeprom final : public DatagramExchange {
   std::vector<std::uint16_t> words;
   std::vector<std::size_t> writes;    ///< word addresses, in their order
   std::set<std::size_t> dead_words;   ///< never acknowledged when written
-  std::set<std::size_t> stuck_words;  ///< keep their value, and the interface says nothing
-  int unacknowledged = 0;             ///< so many commands are not acknowledged
+  std::set<std::size_t> stuck_words;  ///< keep their value without an error on the interface
+  int unacknowledged = 0;             ///< number of commands that are not acknowledged
   int busy_polls = 0;                 ///< status reads that find the interface busy after a command
   bool busy_for_ever = false;
-  int away_rounds = 0;                         ///< in so many rounds the machine suspends the master for a second
-  int refused_commands = 0;                    ///< so many commands are not taken, with a status that said idle before
-  std::size_t silent_after_writes = SIZE_MAX;  ///< then the slave does not answer any more
+  int away_rounds = 0;                         ///< rounds in which the machine suspends the master for a second
+  int refused_commands = 0;                    ///< commands that are not accepted although the status was idle
+  std::size_t silent_after_writes = SIZE_MAX;  ///< after these the slave does not answer any more
   bool application_owns = true;
 
   [[nodiscard]] std::uint16_t checksum() const {
@@ -227,7 +227,7 @@ TEST(SiiWriterFailure, SlaveThatFallsSilentLeavesAnInvalidChecksumAndAListOfWord
 TEST(SiiWriterFailure, ImageLargerThanTheEepromIsFoundByReadingItAllBack) {
   Eeprom small(32);
   const auto before = small.bytes();
-  // Twice the same content would pass; this differs in the second half.
+  // The same content twice would pass; this one differs in the second half.
   auto image = before;
   image.insert(image.end(), before.begin(), before.end());
   image[2 * (32 + 12)] ^= std::byte{0xFF};

@@ -1,5 +1,5 @@
-// Random sequences of requests, faults, lost frames and missed periods: what the drives are told obeys the limits of
-// their axes, whatever happens. The drives here are the simplest that there are; tests/bus has the real ones.
+// Random sequences of requests, faults, lost frames and missed periods: the setpoints sent to the drives obey the
+// limits of their axes in any case. The drives here are minimal; tests/bus has realistic ones.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -35,11 +35,11 @@ T load(std::span<const std::byte> image, std::size_t at) {
   return PdoEntry<T>(at).get(image);
 }
 
-/// The setpoints that a drive has got, each with its time. Between them it goes straight on, whether it interpolates or
-/// extrapolates.
+/// The setpoints that a drive has received, with their times. Between them it moves linearly, whether it interpolates
+/// or extrapolates.
 class Told {
  public:
-  /// What is wrong with it; empty: nothing.
+  /// Why the setpoint is wrong; empty: it is right.
   [[nodiscard]] std::string hear(std::int64_t cycle, double position) {
     const double dt = kPeriod * static_cast<double>(cycle - last_cycle_);
     std::string wrong;
@@ -75,7 +75,7 @@ class Told {
   std::int64_t last_cycle_ = 0;
 };
 
-/// Follows its control word at once and its target position exactly. Homing takes a while and makes a new zero.
+/// Follows its control word at once and its target position exactly. Homing takes a while and sets a new zero.
 class IdealDrive {
  public:
   explicit IdealDrive(double position) : position_(static_cast<std::int32_t>(std::llround(position * kIncrements))) {}
@@ -156,7 +156,7 @@ class IdealDrive {
   Told told_;
 };
 
-/// Jumps about, as no feed should.
+/// Makes random steps, which no feed should.
 class WildFeed final : public SetpointFeed {
  public:
   explicit WildFeed(unsigned seed) : random_(seed) {}
@@ -237,7 +237,7 @@ class Sequence {
     static_cast<void>(axes_.submit(axis, request));
   }
 
-  /// Anything that may be asked, sense or nonsense.
+  /// Submits any request, valid or not.
   void ask() {
     static constexpr std::array kStrange{
         0.0, -1.0, 1e9, -1e12, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
@@ -253,7 +253,7 @@ class Sequence {
     if (chance(30)) request.target = kStrange[pick(kStrange.size())];
     if (chance(60)) request.velocity = kStrange[pick(kStrange.size())];
     static_cast<void>(axes_.submit(pick(kAxes), request));
-    // A campaign whose axes are off has nothing to judge.
+    // Re-enable axes, because a campaign whose axes are off has nothing to judge.
     const auto axis = pick(kAxes);
     const auto state = axes_.axis_report(axis).state;
     if (state == PlcopenState::kErrorStop) submit(axis, AxisCommand::kReset);
@@ -266,7 +266,7 @@ class Sequence {
     return cycle(periods);
   }
 
-  /// Outputs go to the drives, inputs come back, unless the frame is lost on its way there or back.
+  /// Sends the outputs to the drives and returns the inputs, unless the frame is lost on its way out or back.
   [[nodiscard]] std::string cycle(std::int64_t missed) {
     if (missed > 0) static_cast<void>(axes_.resume(cycle_, missed, outputs_));
     const bool out = lost_ > 0 && chance(2);
@@ -307,10 +307,10 @@ TEST(SingleAxesCampaign, WhatDrivesAreToldObeysTheLimits) {
   EXPECT_GT(moved, std::size_t{runs} * kCycles) << "the axes hardly moved: nothing was judged";
 }
 
-/// 10573 and 13915: an axis behind a gap that stepped onto the way of another Rejoin, whose velocities are those of its
-/// steps. 243 and 6006: a request in the first cycle behind a gap, with a way on top of a velocity or for one. 6151: an
-/// override that left less for such a way than it had been given. 2983: a motion that was forgotten behind a stop that
-/// had waited itself, and then given to the drive.
+/// Seeds of former violations. 10573 and 13915: after a gap an axis continued on the return path of another Rejoin,
+/// whose velocities are those of its steps. 243 and 6006: a request in the first cycle after a gap, with a distance
+/// superimposed on a velocity or on standstill. 6151: an override that left less for such a distance than it had been
+/// given. 2983: a motion forgotten behind a stop that had waited itself, and then sent to the drive.
 TEST(SingleAxesCampaign, WhatWasOnceBeyondTheLimitsIsNotAnyMore) {
   for (const unsigned seed : {10573U, 13915U, 243U, 6006U, 6151U, 2983U}) {
     Sequence sequence(seed);

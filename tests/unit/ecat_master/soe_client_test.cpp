@@ -25,18 +25,18 @@ using Bytes = std::vector<std::byte>;
 constexpr SoeDatum kList{0, {17}};
 constexpr SoeDatum kCommand{0, {99}};
 
-/// A SoE client before a slave whose mailboxes have room for eight bytes behind the SoE header. Mails are plain bytes
+/// A SoE client for a slave whose mailboxes have room for eight bytes after the SoE header. Messages are plain bytes
 /// from ETG.1000.6 5.9.
 struct SoeBench {
   static constexpr std::uint16_t kMailbox = 18;
 
-  /// The next request is answered with these mails.
+  /// Queues these messages as answers to the next request.
   void answer(const std::vector<std::string_view>& services) {
     std::vector<Bytes> mails;
     for (const auto service : services) mails.push_back(mail(service));
     slave.answers.push_back(mails);
   }
-  /// Each of the next requests is answered with one mail.
+  /// Queues an answer message for each of the next requests.
   void answer_each(const std::vector<std::string_view>& services) {
     for (const auto service : services) answer({service});
   }
@@ -52,7 +52,7 @@ struct SoeBench {
     bytes.insert(bytes.end(), data.begin(), data.end());
     return bytes;
   }
-  /// What the slave has been told, without mailbox headers.
+  /// Requests received by the slave, without mailbox headers.
   std::vector<Bytes> told() const {
     std::vector<Bytes> services;
     for (const auto& request : slave.requests) services.emplace_back(request.begin() + 6, request.end());
@@ -280,7 +280,7 @@ TEST(SoeClient, TellsEverythingAboutADatumButWhatTheSlaveRefuses) {
   SoeBench bench;
   bench.answer_each({"0204 1100 0100 1100", "1201 1100 1470", "0202 1100 0300030054656D", "1208 1100 0140",
                      "0210 1100 0100", "0220 1100 0900", "0240 1100 0500", "1280 1100 0180"});
-  // The name promises three bytes and has three.
+  // The name announces three bytes and has three.
   const auto parameter = bench.soe.parameter(kList);
   ASSERT_TRUE(parameter) << describe(parameter.error());
   EXPECT_EQ(parameter->name, "Tem");

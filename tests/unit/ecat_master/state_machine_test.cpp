@@ -16,7 +16,7 @@ const facts::StateRefused& refusal(const Result<void>& result) {
   return std::get<facts::StateRefused>(result.error().facts);
 }
 
-/// Slaves that consist of their AL registers, and take their time. Every exchange takes 10 us.
+/// Slaves that consist of their AL registers, and react with a delay. Every exchange takes 10 us.
 class AlRegisters final : public DatagramExchange {
  public:
   struct Slave {
@@ -25,7 +25,7 @@ class AlRegisters final : public DatagramExchange {
     AlStatusCode code = AlStatusCode::kNoError;
     bool dead = false;
     std::chrono::nanoseconds delay{0};  ///< from a request to its effect
-    bool never_clears = false;          ///< keeps its error although it is acknowledged
+    bool never_clears = false;          ///< keeps its error after an acknowledge
     AlStatusCode refuses = AlStatusCode::kNoError;
     std::vector<std::uint16_t> written{};
   };

@@ -1,4 +1,4 @@
-// The master's side of 60B8h to 60BDh; MSD manual Tables 14.1 to 14.3 have the bits.
+// The master's part of 60B8h to 60BDh; the bits are in MSD manual Tables 14.1 to 14.3.
 #include <gtest/gtest.h>
 
 #include <array>

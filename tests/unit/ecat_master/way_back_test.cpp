@@ -19,7 +19,7 @@ AxisSetpoint at_ten(int step) {
   return {10.0 * step * kBackStep, 10.0, 0.0};
 }
 
-/// Of an axis that is 5 mrad behind.
+/// The return path of an axis that lags by 5 mrad.
 WayBack from_behind(Mode mode) {
   AxisConfig config;
   config.mode = mode;
@@ -29,7 +29,7 @@ WayBack from_behind(Mode mode) {
   return {supply, kBackLimits};
 }
 
-/// The hardest acceleration of the way, which ends within a second; `changing` from this step on.
+/// The highest acceleration of the return, which ends within a second; `changing` from this step on.
 double hardest(WayBack way, int changing = 8000) {
   double velocity = 10.0;
   double most = 0.0;
@@ -49,13 +49,13 @@ TEST(WayBack, TakesAllTheLimitsWhereADriveFollowsAtOnceAndATenthInCst) {
   EXPECT_LE(hardest(from_behind(Mode::kCyclicTorque)), 0.11 * kBackLimits.max_acceleration);
 }
 
-/// Which takes some of the acceleration itself.
+/// The change of mode needs some of the acceleration itself.
 TEST(WayBack, IsGentleFromAChangeOfModeOn) {
   EXPECT_LE(hardest(from_behind(Mode::kCyclicPosition), 1), 0.11 * kBackLimits.max_acceleration);
   EXPECT_LE(hardest(from_behind(Mode::kCyclicPosition), 20), 0.11 * kBackLimits.max_acceleration);
 }
 
-/// As one that is begun anew does while an axis comes back.
+/// A motion that restarts while an axis returns makes a step.
 TEST(WayBack, DoesNotLeapWithAMotionThatDoes) {
   auto way = from_behind(Mode::kCyclicTorque);
   AxisSetpoint last = at_ten(0);

@@ -1,4 +1,4 @@
-// Electronic data sheets: sections and keys as CiA 306-1 has them.
+// Electronic data sheets: sections and keys as in CiA 306-1.
 #include "driveline/esi/eds_file.hpp"
 
 #include <gtest/gtest.h>

@@ -9,8 +9,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A file as vendors write them, typed by hand: two revisions, names in two languages, CDATA, all forms of numbers,
-/// elements the reader does not know, types declared in the dictionary.
+/// A file as vendors write them, typed by hand: two revisions, names in two languages, CDATA, all number formats,
+/// elements unknown to the reader, types declared in the dictionary.
 constexpr std::string_view kVendorFile = R"(<?xml version="1.0" encoding="ISO8859-1"?>
 <!-- a comment -->
 <EtherCATInfo xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" Version="1.2">
@@ -319,7 +319,7 @@ TEST(ReadEsiErrors, OffsetPointsToTheElement) {
   EXPECT_EQ(file.error().path, "EtherCATInfo/Vendor/Id");
 }
 
-/// Typed by hand after the schema, with what servo drives of several vendors have there.
+/// Typed by hand from the schema, with typical content of servo drives of several vendors.
 constexpr std::string_view kForMasters = R"(<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices>
   <Device><Type ProductCode="2" RevisionNo="3" UseLrdLwr="true">D</Type>
     <Info><StateMachine><Timeout><PreopTimeout>2000</PreopTimeout><SafeopOpTimeout>9000</SafeopOpTimeout>

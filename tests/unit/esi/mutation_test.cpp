@@ -7,8 +7,8 @@
 #include "driveline/esi/sii.hpp"
 #include "sample_device.hpp"
 
-/// Damaged files. What is asserted is small (nothing that is accepted is altered, nothing that is refused lacks a
-/// place); the sanitizers, which run over these tests too, see the rest.
+/// Damaged files. The assertions are weak (an accepted file is not altered, a refusal has a position); the sanitizers,
+/// which also run on these tests, find the rest.
 namespace driveline::esi {
 namespace {
 
@@ -29,7 +29,7 @@ void expect_sane(const std::vector<std::byte>& bytes) {
   ASSERT_TRUE(remade) << to_text(remade.error());
 }
 
-/// The image of the sample device in the smallest EEPROM that holds it.
+/// The image of the sample device in the smallest EEPROM that can hold it.
 std::vector<std::byte> small_image() {
   DeviceDescription device = sample_device();
   device.eeprom_bytes = 128;
@@ -142,7 +142,7 @@ TEST(EsiMutation, RandomDamage) {
   }
 }
 
-/// Numbers exchanged inside the elements: well-formed XML, wrong content.
+/// Numbers exchanged inside the elements: well-formed XML with wrong content.
 TEST(EsiMutation, RandomNumbers) {
   const std::string xml = write_esi({sample_device()});
   for (unsigned seed = 1; seed <= 2000; ++seed) {

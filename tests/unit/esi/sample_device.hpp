@@ -10,13 +10,13 @@
 
 namespace driveline::esi::test {
 
-/// A servo drive with something in every field of the description, in the normal form of write_esi().
+/// A servo drive that uses every field of the description, in the normal form of write_esi().
 [[nodiscard]] DeviceDescription sample_device();
 
 /// A random device in the normal form of write_esi().
 [[nodiscard]] DeviceDescription random_device(std::mt19937& random);
 
-/// The part of a description that an SII image holds.
+/// The part of a description that an SII image contains.
 [[nodiscard]] DeviceDescription sii_part(DeviceDescription device);
 
 /// Bytes from hexadecimal digits; white space is ignored.

@@ -12,7 +12,7 @@ using test::bytes_of;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// The 64 fixed words, typed from ETG.1000.6 5.4 by hand: every field has a value of its own.
+/// The 64 fixed words, typed by hand from ETG.1000.6 5.4: every field has a distinct value.
 constexpr std::string_view kHeader =
     "0506 0344 6400 0100 3412 0000 0000 0000"  // PDI, sync impulse 1 us, alias 0x1234, reserved, checksum (not valid)
     "CDAB0000 34124000 02000100 67120000"      // vendor, product, revision, serial number

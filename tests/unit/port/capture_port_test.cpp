@@ -36,7 +36,7 @@ Bytes frame_of(std::size_t size, unsigned seed) {
   return frame;
 }
 
-/// A port that takes every frame, or says why not, and gives out the frames a test put in.
+/// A port that accepts every frame, or returns a given status, and delivers the frames of a test.
 class ScriptedPort final : public Port {
  public:
   explicit ScriptedPort(const rt::Clock& clock) : clock_{clock} {}
@@ -167,7 +167,7 @@ TEST_F(CapturePortTest, LongCaptureIsCompleteAndInOrder) {
   const auto port = open(config());
   constexpr unsigned kFrames = 10'000;
   for (unsigned i = 0; i < kFrames; ++i) {
-    // The writer is an ordinary thread: give it time rather than rely on it.
+    // The writer is an ordinary thread: wait for it.
     while (port->statistics().written + 2000 < i) std::this_thread::yield();
     ASSERT_EQ(port->send(frame_of(60 + i % 1000, i)), SendStatus::kSent);
   }
@@ -186,7 +186,7 @@ TEST_F(CapturePortTest, SendAndReceiveDoNotAllocate) {
   inner.arriving.assign(5000, frame);
   bool passed = true;
   rt::RtGuard::enter();
-  for (int i = 0; i < 5000; ++i) {  // more than the ring holds: full or not, nothing is allocated
+  for (int i = 0; i < 5000; ++i) {  // more than the ring holds: whether it is full or not, nothing is allocated
     passed = passed && port->send(frame) == SendStatus::kSent && port->receive().has_value();
   }
   EXPECT_EQ(rt::RtGuard::leave().total(), 0U);
@@ -194,7 +194,7 @@ TEST_F(CapturePortTest, SendAndReceiveDoNotAllocate) {
 }
 
 TEST_F(CapturePortTest, FullRingDropsCountsAndSaysWhereTheGapIs) {
-  // A pipe that nobody empties stops the writer, so that the ring fills for certain.
+  // A pipe without a reader stops the writer, so that the ring surely fills.
   ASSERT_EQ(mkfifo(file().c_str(), 0600), 0);
   const FileDescriptor reader{::open(file().c_str(), O_RDONLY | O_NONBLOCK)};
   ASSERT_TRUE(reader.valid());
@@ -210,7 +210,7 @@ TEST_F(CapturePortTest, FullRingDropsCountsAndSaysWhereTheGapIs) {
   const std::uint64_t dropped = port->statistics().dropped;
   EXPECT_GT(dropped, 0U);
 
-  // Now someone reads.
+  // Now the test reads.
   Bytes content;
   std::thread consumer{[&] {
     std::array<std::byte, 4096> chunk{};
@@ -220,7 +220,7 @@ TEST_F(CapturePortTest, FullRingDropsCountsAndSaysWhereTheGapIs) {
       if (size > 0) content.insert(content.end(), chunk.begin(), chunk.begin() + size);
     }
   }};
-  // The ring drains; the next frame gets in and carries the number of those lost before it.
+  // The ring drains; the next accepted frame carries the number of frames lost before it.
   while (port->statistics().written + dropped < frames) std::this_thread::yield();
   EXPECT_EQ(port->send(frame_of(60, 77)), SendStatus::kSent);
   const auto report = port->close();
@@ -233,7 +233,7 @@ TEST_F(CapturePortTest, FullRingDropsCountsAndSaysWhereTheGapIs) {
 
   const auto packets = pcapng_packets(content);
   EXPECT_THAT(packets, SizeIs(report->written));
-  // Every frame's first byte tells its number (modulo 256), so a gap must be exactly as long as the file says.
+  // The first byte of every frame is its number (modulo 256), so a gap must have exactly the length in the file.
   std::uint64_t expected = 0;
   std::uint64_t noted = 0;
   for (const PcapngPacket& packet : packets) {

@@ -11,7 +11,7 @@ namespace {
 using rt::Cost;
 using testing::HasSubstr;
 
-/// An interface as it should be.
+/// An interface without findings.
 InterfaceFacts good() {
   InterfaceFacts facts;
   facts.name = "eth1";
@@ -36,7 +36,7 @@ rt::RealtimeItem item(const InterfaceFacts& facts, const std::string& name) {
   return {};
 }
 
-/// The names of what is not as it should be.
+/// The names of the findings.
 std::vector<std::string> findings(const InterfaceFacts& facts) {
   std::vector<std::string> names;
   for (const auto& each : inspect_interface(facts)) {
@@ -52,7 +52,7 @@ TEST(InterfaceCheck, AGoodOneHasNoFinding) {
   EXPECT_THAT(findings(good()), testing::IsEmpty());
 }
 
-/// One end of a veth pair: it has no device, and its driver tells 10 Gbit/s.
+/// One end of a veth pair: it has no device, and its driver reports 10 Gbit/s.
 TEST(InterfaceCheck, WhatADriverDoesNotTellIsNoFinding) {
   InterfaceFacts veth = good();
   veth.driver.clear();

@@ -8,7 +8,7 @@
 namespace driveline::port {
 namespace {
 
-// Each of its own: they may run at the same time.
+// Each test uses a name of its own, because they may run at the same time.
 
 TEST(InterfaceLock, IsTakenOnceAndNamesItsHolder) {
   constexpr const char* kInterface = "lo";  // exists on every machine

@@ -17,8 +17,8 @@ Bytes bytes_of(std::initializer_list<unsigned> values) {
   return bytes;
 }
 
-/// `tc qdisc add dev a0 root etf clockid CLOCK_TAI delta 300000 offload` of iproute2 6.1, seen by strace: the kernel
-/// answers in the same form. The interface has index 3.
+/// `tc qdisc add dev a0 root etf clockid CLOCK_TAI delta 300000 offload` of iproute2 6.1, recorded with strace: the
+/// kernel answers in the same form. The interface has index 3.
 const Bytes kEtf =
     bytes_of({0x40, 0x00, 0x00, 0x00, 0x24, 0x00, 0x02, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
               0x00, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xFF, 0xFF, 0xFF, 0xFF,
@@ -54,7 +54,7 @@ TEST(LaunchTimes, AreThoseOfThisInterfaceAndOfThisDiscipline) {
   EXPECT_FALSE(etf_in(changed(kKind, 'x'), kInterface));
   EXPECT_FALSE(etf_in(changed(kKindLength, 7), kInterface)) << "et";
   EXPECT_FALSE(etf_in({}, kInterface));
-  // One of several, as below mqprio or taprio, in one answer.
+  // One of several, as below mqprio or taprio, in the same answer.
   EXPECT_EQ(etf_in(joined(changed(kKind, 'x'), kEtf), kInterface), kThere);
 }
 
@@ -65,7 +65,7 @@ TEST(LaunchTimes, OfADamagedAnswerAreNone) {
     EXPECT_FALSE(etf_in(changed(kMessageLength, length), kInterface)) << "message of " << length;
   for (const unsigned length : {0U, 3U, 0xFFU})
     EXPECT_FALSE(etf_in(changed(kKindLength, length), kInterface)) << "attribute of " << length;
-  // Whatever a byte is, nothing beyond the answer is looked at (which a sanitizer sees).
+  // Whatever the value of a byte, nothing beyond the answer is read (which a sanitizer checks).
   for (std::size_t place = 0; place < kEtf.size(); ++place) {
     for (const unsigned value : {0U, 1U, 0x7FU, 0xFFU}) static_cast<void>(etf_in(changed(place, value), kInterface));
   }

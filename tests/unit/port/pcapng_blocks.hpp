@@ -11,14 +11,14 @@ namespace driveline::port {
 
 using Bytes = std::vector<std::byte>;
 
-/// A pcapng block taken apart by the tests' own reader, which knows nothing of PcapngWriter.
+/// A pcapng block decoded by a reader of the tests, which is independent of PcapngWriter.
 struct PcapngBlock {
   std::uint32_t type = 0;
   Bytes body;  ///< between the two lengths
 };
 
-/// Splits a little-endian pcapng file into blocks. Throws std::runtime_error where the file breaks the rules: lengths
-/// that differ or are no multiple of 4, bytes left over.
+/// Splits a little-endian pcapng file into blocks. Throws std::runtime_error if the file violates the rules: lengths
+/// that differ or are no multiple of 4, remaining bytes.
 std::vector<PcapngBlock> pcapng_blocks(const Bytes& file);
 
 /// A decoded Enhanced Packet Block.
@@ -31,7 +31,7 @@ struct PcapngPacket {
 PcapngPacket pcapng_packet(const PcapngBlock& block);
 std::vector<PcapngPacket> pcapng_packets(const Bytes& file);
 
-/// Options that start at `offset` of the body of a block.
+/// Options that start at `offset` in the body of a block.
 std::map<std::uint16_t, std::uint64_t> pcapng_options(const PcapngBlock& block, std::size_t offset);
 
 Bytes read_bytes(const std::filesystem::path& file);

@@ -20,7 +20,7 @@ PortError error_of_opening(const std::string& interface) {
 TEST(RawSocketOpen, UnknownInterfaceIsNamedAndOthersAreOffered) {
   const PortError error = error_of_opening("nosuchif0");
   EXPECT_EQ(error.code, PortErrorCode::kNoSuchInterface);
-  // What is offered depends on the machine; the loopback interface never is, since it would be refused next.
+  // The suggested interfaces depend on the machine; loopback is never suggested, because it would be refused next.
   EXPECT_THAT(error.message, AllOf(StartsWith("There is no interface 'nosuchif0'; "), EndsWith("."),
                                    Not(HasSubstr(" lo.")), Not(HasSubstr(" lo,"))));
 }

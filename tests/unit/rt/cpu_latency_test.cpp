@@ -1,4 +1,4 @@
-// The request for processors that stay awake, on files that behave as the kernel's device does or as it does not.
+// The request for processors that stay awake, on files that behave like the kernel's device or differ from it.
 #include "driveline/rt/cpu_latency.hpp"
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-/// How often this process has `file` open.
+/// How many descriptors of this process refer to `file`.
 int open_handles(const std::string& file) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
@@ -24,7 +24,7 @@ int open_handles(const std::string& file) {
   return count;
 }
 
-/// An ordinary file: it keeps what is written, as the device does, and never wants more than is asked for.
+/// An ordinary file: it stores the written value like the device, and never requests more.
 class CpuLatency : public testing::Test {
  protected:
   CpuLatency() { std::ofstream(device).put('\0'); }

@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(Lateness, CycleTimerOverrun,
                                          Lateness{kPeriod - 1ns, 0}, Lateness{kPeriod, 1},
                                          Lateness{kPeriod * 12 / 10, 1}, Lateness{kPeriod * 37 / 10, 3}));
 
-/// A clock that oversleeps, as a virtual machine does.
+/// A clock that oversleeps like a virtual machine.
 class SleepyClock final : public Clock {
  public:
   [[nodiscard]] nanoseconds now() const noexcept override { return now_; }
@@ -283,7 +283,7 @@ TEST(CycleTimer, ValuesOutOfRangeAreRefused) {
   EXPECT_NO_THROW((CycleTimer{clock, kPeriod, kPeriod / 4}));
 }
 
-/// Measures how much of its time a clock's owner slept.
+/// Measures for how much of the time the owner of a clock sleeps.
 class SleepMeter final : public Clock {
  public:
   [[nodiscard]] nanoseconds now() const noexcept override { return now_; }
@@ -322,7 +322,7 @@ TEST_P(CycleTimerLoad, StaysBelowTheShareAtWhichLinuxThrottles) {
 INSTANTIATE_TEST_SUITE_P(PeriodsOfWork, CycleTimerLoad,
                          testing::Values(0.75, 0.96, 0.999, 1.0, 1.001, 1.5, 2.0, 7.3, 100.0));
 
-/// A thread that is stopped uses no CPU.
+/// A stopped thread uses no CPU.
 class StoppedClock final : public Clock {
  public:
   [[nodiscard]] nanoseconds now() const noexcept override { return now_; }

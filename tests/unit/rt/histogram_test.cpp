@@ -152,7 +152,7 @@ struct Distribution {
 
 class HistogramPercentiles : public testing::TestWithParam<Distribution> {};
 
-// The definition of a percentile, applied to the sorted values, is the judge.
+// Compared with the definition of a percentile, applied to the sorted values.
 TEST_P(HistogramPercentiles, AreWithinOnePercentOfTheExactOnes) {
   for (const std::uint64_t seed : {1U, 22U, 333U}) {
     for (const std::size_t count : {1U, 2U, 10U, 1'000U, 50'000U}) {

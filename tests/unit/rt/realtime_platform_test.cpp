@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A made-up /proc and /sys.
+/// A simulated /proc and /sys.
 class RealtimePlatformTest : public testing::Test {
  protected:
   RealtimePlatformTest() {
@@ -224,7 +224,7 @@ TEST_F(RealtimePlatformTest, InterruptsOfDevicesOnTheCpuAreNamed) {
   interrupt(4, "", "1", "1");  // has no device
   EXPECT_TRUE(item("device interrupts", 1).ok) << item("device interrupts", 1).effective;
   interrupt(120, "nvme0q1", "0-3", "1");
-  interrupt(35, "eth0-rx-0", "0-3", "");  // an older kernel: it may come
+  interrupt(35, "eth0-rx-0", "0-3", "");  // an older kernel: the interrupt may still use this CPU
   EXPECT_EQ(item("device interrupts", 1).effective, "2 on it: 35 (eth0-rx-0), 120 (nvme0q1)");
   EXPECT_THAT(item("device interrupts", 1).remedy, HasSubstr("/proc/irq/35/smp_affinity_list"));
   for (int more = 40; more < 45; ++more) interrupt(more, "disk", "1", "1");
@@ -266,7 +266,7 @@ TEST_F(RealtimePlatformTest, ASiblingMayBeIsolatedToo) {
 
 TEST_F(RealtimePlatformTest, ManagementInterruptsAreCountedWhereTheProcessorCounts) {
   EXPECT_EQ(item("management interrupts").effective, "not counted by this processor");
-  // Bytes 34h to 3Bh of a made-up device: 5, little-endian.
+  // Bytes 34h to 3Bh of a simulated device: 5, little-endian.
   write("/dev/cpu/1/msr", std::string(0x34, 'x') + std::string("\5\0\0\0\0\0\0\0", 8));
   EXPECT_FALSE(item("management interrupts").ok);
   EXPECT_EQ(item("management interrupts").effective, "5 since the machine was started");

@@ -123,7 +123,7 @@ TEST(SharedBroadcast, RecordThatIsBeingOverwrittenIsLostAndNotTorn) {
   for (std::uint64_t i = 0; i < 4; ++i) {
     writer.push(record_of(i));
   }
-  // What the writer does first when it comes round: half of record 4 is in the slot of record 0.
+  // The first action of the writer in the next round: half of record 4 is in the slot of record 0.
   region.words()[kRecordsWord] = 0;
   region.words()[kRecordsWord + 1] = 4;
   EXPECT_EQ(take(reader), (Taken{1, 2, 3}));
@@ -138,7 +138,7 @@ TEST(SharedBroadcast, LatestGivesUpAfterAFewAttempts) {
   region.words()[kRecordsWord] = 0;
   Record record;
   EXPECT_FALSE(reader.latest(record));
-  // The number of another record, one round before or after, is as wrong as none.
+  // The number of another record, a round before or after, is as wrong as none.
   region.words()[kRecordsWord] = 5;
   EXPECT_FALSE(reader.latest(record));
   writer.push(record_of(1));
@@ -204,7 +204,7 @@ TEST(SharedBroadcast, ReadersBesideAWriterNeverSeeATornOrOlderRecord) {
   EXPECT_EQ(received + reader.lost(), kRecords);
 }
 
-// The model: all that was ever published, of which the last `capacity` are still there.
+// The model: all published records, of which the last `capacity` are still available.
 RC_GTEST_PROP(SharedBroadcastProperty, GivesWhatIsStillThereAndCountsTheRest, ()) {
   const auto capacity = std::uint64_t{1} << *rc::gen::inRange(0, 6);
   const SharedRegion region = create(broadcast_of_records(capacity));

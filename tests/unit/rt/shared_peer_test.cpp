@@ -27,10 +27,10 @@ using test::Record;
 using test::record_of;
 using test::ring_of_records;
 
-constexpr int kLives = 60;  // how often a peer is killed wherever it is
+constexpr int kLives = 60;  // how often a peer is killed at a random point
 constexpr std::uint64_t kPerLife = 300;
 
-/// Takes the next record, whenever it comes.
+/// Takes the next record, as soon as it comes.
 template <typename T>
 void wait_for(SharedRingReader<T>& reader, T& record) {
   while (!reader.try_pop(record)) {
@@ -38,7 +38,7 @@ void wait_for(SharedRingReader<T>& reader, T& record) {
   }
 }
 
-/// Pushes records with rising numbers from `first` on, until it is killed.
+/// Pushes records with increasing numbers from `first` on, until it is killed.
 int write_without_end(int descriptor, std::uint64_t first) {
   const SharedRegion region = open(descriptor, ring_of_records());
   SharedRingWriter<Record> writer{region};
@@ -54,7 +54,7 @@ TEST(SharedPeer, WritersThatAreKilledLeaveWholeRecordsBehind) {
   std::array<Record, 8> records{};
   for (int life = 0; life < kLives; ++life) {
     Peer peer{[&] { return write_without_end(region.descriptor(), next); }};
-    // The rest of the life before: what was published then.
+    // First come the remaining records of the previous life.
     for (std::uint64_t received = 0; received < kPerLife;) {
       const std::size_t count = reader.pop(records);
       for (const Record& record : std::span{records}.first(count)) {
@@ -127,8 +127,8 @@ TEST(SharedPeer, ReadersThatAreKilledLoseNothingThatWasNotTaken) {
       Record record;
       while (taken.try_pop(record)) {
         ASSERT_TRUE(is_intact(record));
-        // Killed between taking a record and giving it back it has taken one more than it told, or told one that is
-        // taken again.
+        // If it was killed between taking a record and confirming it, it has taken one more than it reported, or
+        // reported one that is taken again.
         ASSERT_LE(record.number, next + 1);
         ASSERT_GE(record.number + 1, next);
         next = record.number + 1;
@@ -164,7 +164,7 @@ TEST(SharedPeer, StoppedReaderCostsRecordsAndNoTime) {
   for (std::uint64_t i = 1; i <= 100'000; ++i) {
     accepted += writer.try_push(record_of(i)) ? 1 : 0;
   }
-  // It was stopped before or after it gave record 0 back.
+  // It was stopped before or after it released record 0.
   EXPECT_TRUE(accepted == 15 || accepted == 16) << accepted;
   EXPECT_EQ(writer.dropped(), 100'000 - accepted);
   peer.go_on();
@@ -193,7 +193,7 @@ TEST(SharedPeer, StoppedWriterLeavesAnEmptyRing) {
   EXPECT_TRUE(is_intact(record));
 }
 
-/// Writes anything anywhere in a ring, header and indexes above all, until it is killed.
+/// Writes garbage anywhere in a ring, mainly into header and indexes, until it is killed.
 int write_garbage(int descriptor) {
   const SharedRegion region = open(descriptor, ring_of_records());
   std::uint64_t state = 0x9E37'79B9'7F4A'7C15;
@@ -202,7 +202,7 @@ int write_garbage(int descriptor) {
     state ^= state >> 7;
     state ^= state << 17;
     const std::span<std::uint64_t> words = region.words();
-    // Large and small numbers: indexes that are impossible, and indexes that could be true.
+    // Large and small numbers: impossible indexes, and plausible ones.
     const std::uint64_t value = turn % 2 == 0 ? state : state % 64;
     std::atomic_ref{words[state % words.size()]}.store(value, std::memory_order_relaxed);
     std::atomic_ref{words[turn % 3 == 0 ? kHeadWord : kTailWord]}.store(value, std::memory_order_relaxed);
@@ -220,12 +220,12 @@ TEST(SharedPeer, GarbageFromAPeerNeitherStopsNorDeceivesTheOwner) {
   std::array<Record, 8> records{};
   std::uint64_t accepted = 0;
   std::uint64_t pushed = 0;
-  // As long as it takes until the peers were at work beside all of it.
+  // At least until the peers have disturbed both ends often enough.
   for (std::uint64_t i = 0; i < kOperations || reader.breaches() < 100 || writer.breaches() < 100; ++i) {
     const std::size_t count = reader.pop(records);
     ASSERT_LE(count, records.size());
     for (const Record& record : std::span{records}.first(count)) {
-      // The copy is what was checked: asking again gives the same answer.
+      // The checked copy is private: checking again gives the same answer.
       const bool first_answer = is_intact(record);
       ASSERT_EQ(is_intact(record), first_answer);
       accepted += first_answer ? 1 : 0;
@@ -238,7 +238,7 @@ TEST(SharedPeer, GarbageFromAPeerNeitherStopsNorDeceivesTheOwner) {
   spoiling_out.end();
   // The owner's copies are intact: layout, size and mapping are as they were.
   EXPECT_EQ(in.layout(), ring_of_records(16));
-  // A spoilt region cannot be opened unnoticed: the header is destroyed, too.
+  // A destroyed region cannot be opened unnoticed, because its header is destroyed, too.
   EXPECT_FALSE(SharedRegion::open(in.descriptor(), ring_of_records()));
 }
 
@@ -262,7 +262,7 @@ TEST(SharedPeer, RingHealsWhenAnHonestPeerTakesTheDishonestOnesPlace) {
   while (reader.pop(records) > 0) {
   }
   Peer honest{[&] { return write_without_end(in.descriptor(), 1000); }};
-  // What the new writer finds may be an index that could be true; the records before it cannot.
+  // The new writer may find a plausible index, but not the previous records.
   Record record;
   do {
     wait_for(reader, record);
@@ -278,7 +278,7 @@ TEST(SharedPeer, RingHealsWhenAnHonestPeerTakesTheDishonestOnesPlace) {
 TEST(SharedPeer, BroadcastOfAKilledWriterIsReadToItsEnd) {
   std::array<Record, 8> records{};
   for (int life = 0; life < kLives; ++life) {
-    // Made here and written by the other, who has inherited the mapping as the maker of the region has it.
+    // Created here and written by the child, which has inherited the writable mapping.
     const SharedRegion region = create(broadcast_of_records(16));
     SharedBroadcastReader<Record> reader{region};
     Peer peer{[&] {
@@ -303,7 +303,8 @@ TEST(SharedPeer, BroadcastOfAKilledWriterIsReadToItsEnd) {
     }
     EXPECT_EQ(reader.take(records), 0u);
     Record record;
-    // The newest is there, unless the writer died while it was writing over the only copy: not with 16 slots.
+    // The newest record is available, unless the writer died while overwriting the only copy, which is impossible with
+    // 16 slots.
     ASSERT_TRUE(reader.latest(record));
     EXPECT_TRUE(is_intact(record));
   }
@@ -331,7 +332,7 @@ TEST(SharedPeer, BroadcastReaderThatWasKilledIsReplacedByANewOne) {
     Peer peer{forward};
     const std::uint64_t first_of_this_life = number;
     Record record;
-    // Records published without a reader are lost; the first one that this reader has seen is answered.
+    // Records published without a reader are lost; wait for the first record that this reader sees.
     do {
       writer.push(record_of(number++));
       if (!told.try_pop(record)) {

@@ -40,7 +40,7 @@ class Descriptor {
   int number_;
 };
 
-/// A copy of the memory of `region` with word `at` changed to `value`, of `bytes` in all (0: as many), with `seals`.
+/// A copy of the memory of `region` with word `at` changed to `value`, with `bytes` in all (0: same size) and `seals`.
 int forged(const SharedRegion& region, std::size_t at, std::uint64_t value, std::size_t bytes = 0,
            int seals = kAllSeals) {
   const int descriptor = ::memfd_create("forged", MFD_ALLOW_SEALING);
@@ -54,7 +54,7 @@ int forged(const SharedRegion& region, std::size_t at, std::uint64_t value, std:
   return descriptor;
 }
 
-/// The error that must come of opening `descriptor`.
+/// The error that opening `descriptor` must return.
 template <typename Fact>
 Fact refusal(int descriptor, const SharedLayout& wanted, const std::string& sentence) {
   const auto region = SharedRegion::open(descriptor, wanted);
@@ -232,7 +232,7 @@ TEST(SharedRegionTest, RefusesACapacityThatCannotBe) {
                                                   "cannot hold " + std::to_string(capacity) + " records of 128 bytes");
     EXPECT_EQ(error.capacity, capacity);
   }
-  // A power of two, and more than there is.
+  // A power of two, but larger than the region.
   const Descriptor larger{forged(made, 4, 128)};
   const auto region = SharedRegion::open(larger, ring_of_records());
   ASSERT_FALSE(region);

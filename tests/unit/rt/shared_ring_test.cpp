@@ -123,7 +123,7 @@ TEST(SharedRing, ReaderGivesUpWhatNoWriterCanHaveWritten) {
     region.words()[kHeadWord] = nonsense;
     EXPECT_TRUE(numbers(reader).empty());
     EXPECT_EQ(reader.breaches(), before + 1);
-    // The writer puts its own index back; another look, and the two agree again. What that look finds may be anything.
+    // The writer restores its own index; after another read both agree again. That read may return anything.
     writer.try_push(record_of(2));
     std::array<Record, 4> anything{};
     reader.pop(anything);
@@ -144,7 +144,7 @@ TEST(SharedRing, WriterTakesNonsenseOfTheReaderForAFullRing) {
     EXPECT_EQ(writer.breaches(), before + 1);
   }
   EXPECT_EQ(writer.dropped(), 3u);
-  // The reader puts its own index back.
+  // The reader restores its own index.
   EXPECT_EQ(numbers(reader), (Numbers{1}));
   EXPECT_TRUE(writer.try_push(record_of(5)));
   EXPECT_EQ(numbers(reader), (Numbers{5}));
@@ -254,7 +254,7 @@ TEST(SharedRing, TwoThreadsLoseNothingButWhatIsCounted) {
 }
 
 // The model of a ring is a queue of limited length. Readers and writers are replaced at any time, and the counters
-// begin anywhere.
+// start at any value.
 RC_GTEST_PROP(SharedRingProperty, IsAQueueOfLimitedLength, ()) {
   const auto capacity = std::uint64_t{1} << *rc::gen::inRange(0, 6);
   const auto start = *rc::gen::arbitrary<std::uint64_t>() - *rc::gen::inRange<std::uint64_t>(0, 50);

@@ -1,4 +1,4 @@
-// Support for the tests of shared regions: a record with a check value, regions of it, and another process.
+// Support for tests of shared regions: a record with check values, regions of records, and a second process.
 #pragma once
 
 #include <fcntl.h>
@@ -20,7 +20,7 @@
 
 namespace driveline::rt::test {
 
-/// Large enough that a torn copy would show; what is not made by record_of() is not intact.
+/// Large enough to show a torn copy; only the content from record_of() is intact.
 struct Record {
   std::uint64_t number = 0;
   std::array<std::uint64_t, 15> copies{};
@@ -66,8 +66,8 @@ inline SharedRegion open(int descriptor, const SharedLayout& wanted) {
   return std::move(*region);
 }
 
-/// Another process that does `work`, from the moment on when the constructor returns, and ends with what that returns,
-/// or 99 after an exception.
+/// Another process that executes `work`; it is running when the constructor returns. Its exit status is the result of
+/// `work`, or 99 after an exception.
 class Peer {
  public:
   explicit Peer(const std::function<int()>& work) {
@@ -98,7 +98,7 @@ class Peer {
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
 
-  /// Stops it; returns when it has stopped.
+  /// Stops the process; returns when it has stopped.
   void stop() {
     ::kill(process_, SIGSTOP);
     int status = 0;
@@ -108,13 +108,13 @@ class Peer {
 
   void go_on() { ::kill(process_, SIGCONT); }
 
-  /// Kills it wherever it is; returns when it is gone.
+  /// Kills the process at any point; returns when it has ended.
   void end() {
     ::kill(process_, SIGKILL);
     wait_for_end();
   }
 
-  /// Waits until it has ended. Its exit status, or the negative number of the signal.
+  /// Waits until the process has ended. Returns its exit status, or the negative number of the signal.
   int wait_for_end() {
     int status = 0;
     ::waitpid(std::exchange(process_, -1), &status, 0);

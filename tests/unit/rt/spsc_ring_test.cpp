@@ -62,7 +62,7 @@ TEST(SpscRing, PushesAllOrNone) {
   EXPECT_EQ(ring.size(), 5u);
   std::array<int, 3> first{};
   ASSERT_EQ(ring.pop(first), 3u);
-  // Across the seam, into the last slot that is free.
+  // Across the wrap-around, into the last free slot.
   EXPECT_TRUE(ring.try_push_all(6, number(100)));
   EXPECT_FALSE(ring.try_push(7));
   EXPECT_TRUE(ring.try_push_all(0, number(0)));
@@ -122,7 +122,7 @@ struct StressResult {
   std::uint64_t disordered = 0;
 };
 
-/// Pushes `count` numbered records through `ring`; `patient` producers repeat what was dropped.
+/// Pushes `count` numbered records through `ring`; `patient` producers repeat dropped ones.
 StressResult stress(SpscRing<Record>& ring, std::uint64_t count, bool patient) {
   StressResult result;
   std::atomic<bool> finished{false};
@@ -166,7 +166,7 @@ TEST(SpscRing, TwoThreadsLoseNothingButWhatIsCounted) {
 }
 
 TEST(SpscRing, PatientProducerGetsEverythingThrough) {
-  // On a crowded machine every hand-over of the small ring waits for a time slice; so not too many of them.
+  // On a busy machine every hand-over of the small ring waits for a time slice, so the number is limited.
   constexpr std::uint64_t kRecords = 10'000;
   SpscRing<Record> ring{4};
   const StressResult result = stress(ring, kRecords, true);

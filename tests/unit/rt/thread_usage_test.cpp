@@ -12,12 +12,12 @@ namespace {
 
 constexpr int kPages = 64;
 
-/// Page faults by touching memory that the kernel has promised but not given yet.
+/// Causes page faults by touching memory that the kernel has reserved but not yet mapped.
 void touch_new_pages() {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   void* memory = mmap(nullptr, kPages * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(memory, MAP_FAILED);
-  // One fault per page, whatever the machine does with huge ones.
+  // One fault per page, even on machines with huge pages.
   ASSERT_EQ(madvise(memory, kPages * page, MADV_NOHUGEPAGE), 0);
   for (std::size_t i = 0; i < kPages; ++i) static_cast<volatile char*>(memory)[i * page] = 1;
   munmap(memory, kPages * page);

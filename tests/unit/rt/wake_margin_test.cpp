@@ -21,7 +21,7 @@ TEST(WakeMargin, IsNothingUntilAWakeUpWasLate) {
 }
 
 TEST(WakeMargin, CoversNinetyNineOfAHundred) {
-  // 0 to 20 us, all alike: the percentile is known.
+  // 0 to 20 us, uniformly distributed: the percentile is known.
   std::mt19937 random(1);
   std::uniform_int_distribution<std::int64_t> took(0, 20'000);
   WakeMargin margin(31us);
@@ -59,7 +59,7 @@ TEST(WakeMargin, IsNeverLongerThanItMay) {
   EXPECT_EQ(margin.value(), 31us);
 }
 
-/// Each sleep ends late, by a time between two bounds, as on a virtual machine.
+/// Each sleep ends late, by a time between two bounds, like on a virtual machine.
 class DrowsyClock final : public Clock {
  public:
   [[nodiscard]] nanoseconds now() const noexcept override { return now_; }
@@ -92,7 +92,7 @@ TEST(AdaptiveTimer, SoonWakesInTimeWhateverAWakeUpTakes) {
     constexpr int kCycles = 10'000;
     for (int i = 0; i < kCycles; ++i) {
       const auto start = timer.wait_next();
-      // One turn of spinning may go beyond the instant.
+      // A turn of spinning may overrun the instant.
       late += start.wake - start.grid > 100ns ? 1 : 0;
       clock.work(20us);
     }
@@ -104,7 +104,7 @@ TEST(AdaptiveTimer, SoonWakesInTimeWhateverAWakeUpTakes) {
   }
 }
 
-/// Otherwise the spinning takes the sleep that the thread owes, and a period has to be left out for it.
+/// Otherwise spinning would consume the sleep that the thread owes, and a period would be skipped for it.
 TEST(AdaptiveTimer, WhatItLearnedDoesNotTakeTheSleepOfALongCycle) {
   for (const auto work : {95us, 100us, 105us}) {
     DrowsyClock clock;

@@ -1,4 +1,4 @@
-// Who may command an axis.
+// Authority over the axes: which caller may command an axis.
 #include "driveline/runtime/axes/axis_authority.hpp"
 
 #include <gmock/gmock.h>

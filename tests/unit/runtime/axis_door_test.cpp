@@ -1,4 +1,4 @@
-// Requests to the axes of a line: who may ask, what is refused, what becomes of those who are not heard any more.
+// Requests to the axes of a line: permitted callers, refusals, and callers that time out.
 #include "driveline/runtime/axes/axis_door.hpp"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A door before two axes in degrees whose cycle does not run: what is asked of them waits.
+/// An AxisDoor for two axes in degrees whose cycle does not run, so that requests wait.
 class AxisDoorTest : public testing::Test {
  protected:
   AxisDoorTest() {
@@ -38,7 +38,7 @@ class AxisDoorTest : public testing::Test {
     axis.unit = trajectory::find_position_unit("deg");
     return axis;
   }
-  /// The sentences since the last time.
+  /// The events since the last call, as sentences.
   std::vector<std::string> told() {
     std::vector<std::string> sentences;
     for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
@@ -164,7 +164,7 @@ TEST_F(AxisDoorTest, WhatTheAxisRefusesTakesNothingOver) {
   cycle();
   auto hand = caller("hand");
   hand.take_over = true;
-  // It is not enabled yet.
+  // The axis is not enabled yet.
   ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
   cycle();
   door.watch();

@@ -1,4 +1,4 @@
-// [[axis_group]] of a line description: what can be said, and every way in which it can be wrong.
+// [[axis_group]] of a line description: valid values, and every possible error.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// Three axes in mm and one in deg; the first line behind them is kFirstLine.
+/// Three axes in mm and one in deg; the first line after them is kFirstLine.
 std::string axes() {
   std::string text;
   for (const auto* name : {"x", "y", "z", "turn"}) text += std::string("[[slave]]\nname = \"") + name + "\"\n";
@@ -46,7 +46,7 @@ TEST(AxisGroupConfig, HasItsAxesInTheOrderOfTheCoordinatesAndTheUnitOfTheFirst) 
   EXPECT_TRUE(read("")->axis_groups.empty());
 }
 
-/// Axes of the tests that turn, for machines.
+/// Rotary axes of the tests, for machines.
 std::string turning(int count) {
   std::string text;
   for (int i = 1; i <= count; ++i) {
@@ -88,7 +88,7 @@ TEST(AxisGroupConfig, HasAMachineInTheWordsOfFilesOfMovesAndTheUnitsOfItsTool) {
 
 struct WrongGroup {
   std::string text;
-  std::size_t line;  ///< counted from the first one behind the axes
+  std::size_t line;  ///< counted from the first line after the axes
   std::string sentence;
 };
 
@@ -105,7 +105,7 @@ TEST_P(AxisGroupConfigError, IsOneSentenceWithFileAndLine) {
             "line.toml:" + std::to_string(kFirstLine + GetParam().line - 1) + ": " + GetParam().sentence);
 }
 
-/// A machine of axes that are there; kinematics are in line 4.
+/// A machine of existing axes; kinematics are in line 4.
 std::string machine(const std::string& axes, const std::string& kinematics, const std::string& more = "") {
   return "[[axis_group]]\nname = \"m\"\naxes = [" + axes + "]\nkinematics = { " + kinematics + " }\n" + more;
 }

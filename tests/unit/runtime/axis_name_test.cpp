@@ -1,5 +1,5 @@
-// A name of an axis stands in the line description and above a column of the path: both accept the same names, and
-// refuse others in the same words.
+// The name of an axis appears in the line description and as a column of the path: both accept the same names, and
+// refuse others with the same sentences.
 #include "driveline/trajectory/axis_name.hpp"
 
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// What the reader of line descriptions says behind the place; empty: nothing.
+/// The refusal by the reader of line descriptions, without file and line; empty: accepted.
 std::string line_says(const std::string& name) {
   std::string escaped;
   for (const char c : name) {
@@ -34,7 +34,7 @@ std::string line_says(const std::string& name) {
   return describe(config.error()).substr(std::min(place.size(), describe(config.error()).size()));
 }
 
-/// The same of the reader of paths.
+/// The refusal by the reader of paths, without file and line; empty: accepted.
 std::string path_says(const std::string& name) {
   const auto path = trajectory::parse_path_csv("time[s]," + name + "[rad]\n0,0\n1,0\n", "p.csv");
   return path ? std::string{} : path.error().reason;

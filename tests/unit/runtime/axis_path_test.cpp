@@ -1,4 +1,4 @@
-// Every way in which the path of a line can be wrong, with the whole sentence.
+// Every possible error in the path of a line, with the whole sentence.
 #include "driveline/runtime/config/axis_path.hpp"
 
 #include <gmock/gmock.h>
@@ -30,7 +30,7 @@ class AxisPath : public test::TemporaryDirectory {
     write(config.path->file, csv);
     return load_axis_path(config);
   }
-  /// The sentence without the file in front.
+  /// The sentence without the file name in front.
   std::string complaint(std::string_view csv) {
     const auto path = load(csv);
     if (path) return "none";
@@ -162,7 +162,7 @@ TEST_F(AxisPath, VelocitiesGoWithTheirAxis) {
 TEST_F(AxisPath, InterpolationIsTheConfiguredOne) {
   // Half way between a point at rest and the next: a straight line is at the middle, a clamped spline is not.
   const auto csv = "time[s],x[rad],z[m]\n0,0,0\n1,1,0\n2,0,0\n";
-  config.axes[0].limits.max_acceleration = 1e6;  // only the clamped one begins at standstill
+  config.axes[0].limits.max_acceleration = 1e6;  // only the clamped one starts at standstill
   auto position = [&](trajectory::InterpolationMethod kind) {
     config.path->interpolation = kind;
     std::vector<trajectory::AxisSetpoint> setpoints(2);

@@ -30,7 +30,7 @@ FollowingError ended(double error, double velocity = 0.0, AxisState state = Axis
   return seen;
 }
 
-/// The sentence of the verdict; empty: no complaint.
+/// The sentence of the verdict; empty: no objection.
 std::string verdict(const FollowingError& seen, const ecat_master::AxisConfig& config = axis(),
                     milliseconds period = milliseconds{1}, bool increments = false) {
   const auto facts = axis_verdict(config, seen, period);

@@ -1,4 +1,4 @@
-// Supervision of the process that publishes a line, with a program in its place that does what a test wants.
+// Supervision of the process that publishes a line, replaced by a stub that the test controls.
 #include "telemetry/bridge_supervisor.hpp"
 
 #include <gmock/gmock.h>
@@ -45,13 +45,13 @@ snapshot::FeedWriter feed_of(std::uint32_t axes) {
 
 class BridgeSupervisorTest : public test::TemporaryDirectory {
  protected:
-  /// While the folder is there, in which the stub keeps its log.
+  /// While the folder with the stub's log still exists.
   void TearDown() override {
     supervisor_.reset();
     test::TemporaryDirectory::TearDown();
   }
 
-  /// `words`: what the stub does, start for start.
+  /// `words`: behaviour of the stub, one word per start.
   void make(const std::string& words, BridgeSupervisor::Settings settings = {}) {
     ::setenv("BRIDGE_STUB", ((directory / "log").string() + ":" + words).c_str(), 1);
     settings.program = BRIDGE_STUB;

@@ -1,4 +1,4 @@
-// [dc] and the `dc` tables of the slaves, from the file to the plan for the clocks.
+// [dc] and the `dc` tables of the slaves, from the file to the plan of the clocks.
 #include <gtest/gtest.h>
 
 #include "driveline/runtime/config/line_config.hpp"

@@ -1,4 +1,4 @@
-// Commands over DDS: what is checked, what is answered, what is told, and what a flood or garbage costs.
+// Commands over DDS: checks, answers, events, and the effect of a flood or garbage.
 #include "commands/command_desk.hpp"
 
 #include <gmock/gmock.h>
@@ -186,7 +186,7 @@ TEST_F(CommandDeskTest, EachStopHasALastAnswerHoweverManyThereAre) {
     const auto result = static_cast<CommandResult>(answer.result);
     accepted += result == CommandResult::kAccepted ? 1 : 0;
     done += result == CommandResult::kDone && answer.text.view().starts_with("the axis is told to stop") ? 1 : 0;
-    // Others are not kept from stopping by it.
+    // Other clients can still stop their axes.
     if (i % 10 == 0) clock.advance(milliseconds{1});
   }
   EXPECT_EQ(accepted, 2 * CommandDesk::kMostRequests);
@@ -207,7 +207,7 @@ TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
   const auto acquired = command("panel", "x", CommandKind::kAcquire);
   EXPECT_NE(ask(acquired).lease, 0U);
   desk.bridge_lost();
-  // As his middleware sends it to the next bridge.
+  // As the client's middleware repeats it to the next bridge.
   EXPECT_THAT(refusal(acquired), HasSubstr("is not above"));
   EXPECT_EQ(door.authority().owner_of(0), "");
   acquire("other", "x", 2);
@@ -250,7 +250,7 @@ TEST_F(CommandDeskTest, GarbageMovesNothing) {
     std::array<std::uint64_t, sizeof(CommandRecord) / sizeof(std::uint64_t)> words{};
     for (auto& word : words) word = chance();
     std::memcpy(static_cast<void*>(&record), words.data(), sizeof(record));
-    // Some of it gets further.
+    // Let some of it pass the first check.
     if (i % 2 == 0) record.client.set("panel");
     if (i % 4 == 0) record.axis.set("x");
     if (i % 3 == 0) record.kind = static_cast<std::uint32_t>(chance() % 14);

@@ -1,4 +1,4 @@
-// Two axes whose cycle a test runs by hand, and commands to them as a bridge would write them.
+// Two axes whose cycles a test runs by hand, and commands to them as a bridge would write them.
 #pragma once
 
 #include <array>
@@ -33,12 +33,12 @@ class AxesForCommands {
     axis.software_limits = trajectory::PositionRange{-3.0, 3.0};
     return axis;
   }
-  /// One cycle of the axes, without a line.
+  /// Runs a cycle of the axes, without a line.
   void cycle() {
     std::vector<std::byte> image(256);
     single->update(++cycles, image);
   }
-  /// The next command of somebody.
+  /// The next command of a client.
   snapshot::CommandRecord command(const char* client, const char* axis, snapshot::CommandKind kind,
                                   std::uint64_t lease = 0, std::uint8_t participant = 1) {
     snapshot::CommandRecord record;

@@ -1,4 +1,4 @@
-// The shared memory between the bridge and the commands' thread, written by bridges of every kind.
+// The shared memory between the bridge and the thread of the commands, written by bridges of every kind.
 #include "commands/command_service.hpp"
 
 #include <gmock/gmock.h>
@@ -28,7 +28,7 @@ class CommandServiceTest : public testing::Test, protected AxesForCommands {
     answers.emplace(std::move(rt::SharedRegion::open(descriptors[1], snapshot::command_answer_layout())).value());
     reader.emplace(*answers);
   }
-  /// The next answer; none: it takes too long.
+  /// The next answer; none: time-out.
   std::optional<CommandAnswer> answer() {
     std::vector<std::uint64_t> record(reader->record_words());
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds{20};
@@ -45,7 +45,7 @@ class CommandServiceTest : public testing::Test, protected AxesForCommands {
     for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
     return sentences;
   }
-  /// Until the axis is free, or it takes too long.
+  /// Waits until the axis is free, with a time-out.
   void wait_until_free() {
     for (int i = 0; i < 20'000 && !door.authority().owner_of(0).empty(); ++i) {
       std::this_thread::sleep_for(milliseconds{1});

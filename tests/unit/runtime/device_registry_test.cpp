@@ -1,4 +1,4 @@
-// Which families a line description can name, and what becomes of keys that are not known.
+// The families that a line description can name, and the handling of unknown keys.
 #include "driveline/runtime/devices/device_registry.hpp"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// A family that cannot make what it is asked for.
+/// A family whose device cannot be created.
 class BrokenFamily final : public DeviceFamily {
  public:
   explicit BrokenFamily(std::string_view key) : key_(key) {}

@@ -1,4 +1,4 @@
-// What drives tell about themselves at the start of a run.
+// Facts that drives report at the start of a run.
 #include "driveline/runtime/setup/drive_facts.hpp"
 
 #include <gmock/gmock.h>

@@ -46,7 +46,7 @@ std::string number(const PlantKey& row, double value) {
   return row.integer() ? fmt::format("{}", static_cast<std::int64_t>(value)) : fmt::format("{}", value);
 }
 
-/// What these leave unsaid about the motor is completed, or limited, by them.
+/// Whether the key completes or limits values that the others leave out.
 bool completes_others(const PlantKey& row) {
   constexpr std::array kRating = {"rated_torque_nm", "peak_torque_nm", "rated_current_a",
                                   "rated_speed_rpm", "max_speed_rpm",  "pole_pairs"};
@@ -56,7 +56,7 @@ bool completes_others(const PlantKey& row) {
 TEST(PlantKeys, EachComesToItsPlaceAndNoOther) {
   for (const PlantKey& row : plant_keys()) {
     if (completes_others(row)) continue;
-    // Within the range, and not what the model has anyway.
+    // Within the range, but different from the default of the model.
     const double value = std::floor(0.25 * row.minimum + 0.75 * row.maximum);
     const auto coupling = row.key == "stiffness_nm_rad" || row.key == "damping_nm_s" ? "inertia_kg_m2 = 1.0\n" : "";
     const auto config = parse(fmt::format("[slave.{}]\n{}{} = {}\n", row.table, coupling, row.key, number(row, value)));
@@ -122,7 +122,7 @@ TEST(DriveReader, NumbersThatDoNotGoTogether) {
   EXPECT_DOUBLE_EQ(drive_of(config->slaves[0]).motor.peak_torque_nm, 60.0) << "three times, like the standard motor";
 }
 
-/// A motor of which only the rating is said is wound for the voltage of the standard motor, however large it is.
+/// If only the rating of a motor is given, it is wound for the voltage of the standard motor, whatever its size.
 TEST(DriveReader, MotorIsCompletedFromItsRating) {
   constexpr double kRadSPerRpm = 3.14159265358979 / 30.0;
   for (const std::string rating :
@@ -216,7 +216,7 @@ class ScriptedDrive {
   std::unique_ptr<slaves::Line> line_;
 };
 
-/// 1018h:04 and the EEPROM of the simulated slaves are what the line description expects.
+/// 1018h:04 and the EEPROM of the simulated slaves have the values that the line description expects.
 TEST(SimulatedLine, HasTheSerialNumbersThatAreExpected) {
   const auto config = parse(
       "[[slave]]\nname = \"b\"\nserial = 4711\n[[slave]]\nname = \"c\"\nserial = \">= 2\"\n"

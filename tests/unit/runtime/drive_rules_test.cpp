@@ -1,4 +1,4 @@
-// What the master does for drives of the families that it knows, by the identity that it expects.
+// Rules of the master for drives of known families, selected by the expected identity.
 #include "driveline/runtime/devices/drive_rules.hpp"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ using std::chrono::microseconds;
 using std::chrono::nanoseconds;
 using testing::ElementsAre;
 
-/// Objects and values: "2132:00 0000003E", as they go over the wire.
+/// Objects and values, e.g. "2132:00 0000003E", with the bytes in wire order.
 std::vector<std::string> written(const std::vector<ecat_master::StartupSdo>& sdos) {
   constexpr auto kDigits = "0123456789ABCDEF";
   std::vector<std::string> texts;

@@ -1,4 +1,4 @@
-// [eoe] and the `ip` of the slaves, from the file to the routes that are printed.
+// [eoe] and the `ip` of the slaves, from the file to the printed routes.
 #include <gmock/gmock.h>
 
 #include "driveline/runtime/config/line_config.hpp"

@@ -65,7 +65,7 @@ TEST_F(TheSwitch, LearnsWhereAStationIs) {
   send(0, frame(mac(2), mac(1)));
   EXPECT_EQ(received(), (Counts{1, 1, 1}));
   EXPECT_EQ(stations[1].got.back(), frame(mac(2), mac(1)));
-  // It moves.
+  // The station moves to another port.
   send(2, frame(kBroadcast, mac(2)));
   send(0, frame(mac(2), mac(1)));
   EXPECT_EQ(received(), (Counts{2, 2, 2}));
@@ -105,7 +105,7 @@ TEST_F(TheSwitch, ALinkThatIsDownTakesAndGivesNothing) {
 TEST_F(TheSwitch, RefusesWhatNoSwitchForwards) {
   send(0, frame(mac(2), mac(1), 13));
   send(0, frame(mac(2), mac(1), 1515));
-  send(0, frame(mac(2), mac(1, 0x03)));  // a group as the source
+  send(0, frame(mac(2), mac(1, 0x03)));  // a group address as the source
   MacAddress bridges = {std::byte{0x01}, std::byte{0x80}, std::byte{0xC2}, {}, {}, std::byte{0x0E}};
   send(0, frame(bridges, mac(1)));
   send(0, {});
@@ -141,7 +141,7 @@ TEST_F(TheSwitch, AStormOfOnePortIsLimited) {
   for (int i = 0; i < 1000; ++i) send(0, frame(kBroadcast, mac(1)));
   EXPECT_EQ(received(), (Counts{0, 100, 100}));
   EXPECT_EQ(ethernet.figures()[0].flood_limit, 900U);
-  // Others are not held to it, nor are frames whose destination is known.
+  // Other ports are not limited by it, nor are frames with a known destination.
   send(1, frame(kBroadcast, mac(2)));
   EXPECT_EQ(received(), (Counts{1, 100, 101}));
   send(0, frame(mac(2), mac(1)));
@@ -156,7 +156,7 @@ class TheSmallSwitch : public TheSwitch {
   TheSmallSwitch() : TheSwitch({.addresses = 2, .flood_rate = 1e9}) {}
 };
 
-/// Somebody who invents addresses does not fill the memory, and the known stations stay known.
+/// A station that invents addresses does not fill the memory, and known stations stay known.
 TEST_F(TheSmallSwitch, KeepsNoMoreAddressesThanAllowed) {
   send(1, frame(kBroadcast, mac(2)));
   for (int i = 10; i < 110; ++i) {

@@ -1,4 +1,4 @@
-// Events of a line: their facts, and the sentences made of them.
+// Events of a line: their facts, and the sentences derived from them.
 #include "driveline/runtime/event.hpp"
 
 #include <gmock/gmock.h>

@@ -88,7 +88,7 @@ TEST_F(FaultText, HealingNeedsTheKindAndThePlace) {
   EXPECT_FALSE(parse_fault("cable-break slave=y", places, false));
 }
 
-/// A whole fault of each kind, with what it needs.
+/// A complete fault of each kind with its required parameters.
 std::string sample(const slaves::FaultKindRow& row) {
   std::string text(row.name);
   const auto add = [&](slaves::FaultParameter parameter, const char* word) {

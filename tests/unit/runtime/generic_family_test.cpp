@@ -1,4 +1,4 @@
-// Slaves that are simulated from a device file: what a line description says about them, and what is wrong with it.
+// Slaves simulated from a device file: their keys in a line description, and errors in these.
 #include "devices/generic/generic_family.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using slaves::Signal;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// Null: the slave is none of a file.
+/// Null: the slave does not come from a file.
 const FileDevice::Source* source_of(const SlaveConfig& slave) {
   const auto* device = dynamic_cast<const FileDevice*>(slave.device.get());
   return device == nullptr ? nullptr : &device->source();
@@ -31,7 +31,7 @@ class GenericFamilyTest : public test::TemporaryDirectory {
                                directory / "terminals.xml");
   }
   Result<LineConfig> parse(const std::string& text) const { return parse_line_config(text, directory / "line.toml"); }
-  /// A line of one slave with these keys from line 3 on; the error without the folder.
+  /// A line of a single slave with these keys from line 3 on; the error without the folder.
   std::string error(const std::string& keys) const {
     const auto config = parse("[[slave]]\nname = \"x\"\n" + keys);
     if (config) return "no error";

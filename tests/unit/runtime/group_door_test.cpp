@@ -1,5 +1,5 @@
-// Requests to groups of axes of a line on virtual time: who may ask, what is refused, and that the group stays on its
-// path whatever becomes of who has asked.
+// Requests to groups of axes of a line on virtual time: permitted callers, refusals, and the group staying on its path
+// whatever happens to the caller.
 #include "driveline/runtime/groups/group_door.hpp"
 
 #include <gmock/gmock.h>
@@ -56,7 +56,7 @@ PathMove line_to(double x, double y, double tolerance = 0.0) {
   return move;
 }
 
-/// Where two axes were told to be in each cycle, m; from another thread.
+/// Setpoints of two axes in each cycle, m; called by another thread.
 class Way final : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const snapshot::LineSample> /*samples*/) override {}
@@ -70,14 +70,14 @@ class Way final : public snapshot::SampleConsumer {
       count = points.size();
     }
   }
-  /// The last one in the group: without power the target is where the axis is, some increments beside.
+  /// The last point in the group: without power the target is the actual position, off by some increments.
   [[nodiscard]] std::array<double, 2> end() const {
     for (auto i = points.size(); i-- > 0;) {
       if (states[i] == snapshot::PlcopenState::kSynchronizedMotion) return points[i];
     }
     return {-1.0, -1.0};
   }
-  std::atomic<std::size_t> count = 0;  // while the line runs
+  std::atomic<std::size_t> count = 0;  // also read while the line runs
   std::vector<std::array<double, 2>> points;
   std::vector<snapshot::PlcopenState> states;
 
@@ -131,14 +131,14 @@ class GroupByHand : public test::TemporaryDirectory {
   }
   [[nodiscard]] bool over(std::uint64_t request) { return line->groups().progress(0, request).report.over(); }
   [[nodiscard]] RequestPhase phase(std::uint64_t request) { return line->groups().progress(0, request).report.phase; }
-  /// Why a request has failed.
+  /// Why a request failed.
   [[nodiscard]] std::string failure(std::uint64_t request) {
     const auto progress = line->groups().progress(0, request);
     return progress.refusal ? describe(line->groups().event_group(0), *progress.refusal) : "";
   }
 
-  /// Enables the group, takes it to the origin of x and y, and then goes on with one step after the other, each until
-  /// it says that it is done; at the end the run ends.
+  /// Enables the group, takes it to the origin of x and y, and then executes one step after the other, each until it
+  /// returns true; then ends the run.
   RunReport run(std::vector<std::function<bool()>> steps) {
     std::uint64_t request = 0;
     steps.insert(steps.begin(), {
@@ -171,14 +171,14 @@ class GroupByHand : public test::TemporaryDirectory {
     EXPECT_EQ(next, steps.size()) << "a step was never done";
     return report ? std::move(*report) : RunReport{};
   }
-  /// The way so far begins here.
+  /// Discards the recorded points.
   [[nodiscard]] std::function<bool()> forget_the_way() {
     return [this] {
       from = way.count;
       return true;
     };
   }
-  /// The farthest that the axes were beside the line from the origin through that point since forget_the_way().
+  /// Largest distance of the axes from the line from the origin through that point since forget_the_way().
   [[nodiscard]] double beside(double x, double y) const {
     double worst = 0.0;
     for (auto i = from; i < way.points.size(); ++i) {
@@ -195,7 +195,7 @@ class GroupByHand : public test::TemporaryDirectory {
 };
 
 constexpr double kExact = 1e-9;      // m
-constexpr double kOnThePath = 2e-8;  // of what the drives are told: 10 nm are an increment
+constexpr double kOnThePath = 2e-8;  // m, for setpoints of the drives: 10 nm are an increment
 
 TEST_F(GroupByHand, MovesStraightAndTellsOfIt) {
   open();
@@ -239,7 +239,7 @@ TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
         return true;
       },
       [&] { return place(0) > 0.01; },
-      // Everybody may hold it, and nobody else lets it go on.
+      // Any caller may hold it, but only the owner may resume.
       [&] {
         static_cast<void>(submit(ask(Verb::kHold), "somebody"));
         EXPECT_THAT(refusal(ask(Verb::kResume), "somebody"), HasSubstr("group plotter: axis x is commanded by hand"));
@@ -343,7 +343,7 @@ TEST_F(GroupByHand, WhoDiesWhileItsGroupMovesStopsItOnThePath) {
         EXPECT_LT(stopped_at, 0.05);
         return true;
       },
-      // The next one has it.
+      // The next caller owns it.
       [&] { return refusal(move_to(0.0, 0.0), "other").empty(); },
   });
   EXPECT_EQ(failure_of(report), "");
@@ -435,7 +435,7 @@ TEST_F(GroupByHand, APathIsHandedOverInPiecesAndBlendsItsCorners) {
   });
   EXPECT_EQ(failure_of(report), "");
   EXPECT_GT(pieces, 1U);
-  // Between the two lines through the corners, and never at a standstill on the way.
+  // Between the two lines through the corners, and never at standstill.
   double beside = 0.0;
   std::size_t standing = 0;
   for (auto i = from + 1; i < way.points.size(); ++i) {
@@ -492,7 +492,7 @@ TEST_F(GroupByHand, WhatCannotBeIsRefusedBeforeItMoves) {
         arc.move.path.kind = PathMove::Kind::kArc;
         arc.move.path.center = {0.02, 0.0};
         EXPECT_THAT(refusal(arc), HasSubstr("group plotter: ")) << "it does not close";
-        // Its end and its centre are within the limits, and its top is not.
+        // Its end and its centre are within the limits, but its top is not.
         arc.move.path.target = {0.0, 0.0};
         arc.move.path.center = {0.0, 0.03};
         EXPECT_THAT(refusal(arc), HasSubstr("axis y: position"));
@@ -552,7 +552,7 @@ TEST_F(GroupByHand, TheLossOfOneDriveStopsTheOthersOnThePath) {
   });
   EXPECT_THAT(hand.told, Contains(HasSubstr("group plotter: GroupErrorStop: axis y: an axis has failed: ")));
   EXPECT_THAT(hand.told, Contains("group plotter: reset"));
-  // x brakes with no more than its limit, though nobody knows where y is.
+  // x brakes within its limit, although the position of y is unknown.
   double hardest = 0.0;
   for (auto i = from + 2; i < way.points.size(); ++i) {
     const double change = way.points[i][0] - 2.0 * way.points[i - 1][0] + way.points[i - 2][0];

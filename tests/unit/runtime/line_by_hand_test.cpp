@@ -1,4 +1,4 @@
-// Requests to the axes of a line on virtual time, and what becomes of the axes.
+// Requests to the axes of a line on virtual time, and the resulting motion.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using ecat_master::AxisRequest;
 using ecat_master::PlcopenState;
 using std::chrono::milliseconds;
 using testing::Contains;
-/// Watches a line, and does something at each look until it says that it is done.
+/// Observes a line, and calls a function in each poll until that returns true.
 class Hand final : public Observer {
  public:
   void event(const Event& event) override { told.push_back(describe(event)); }
@@ -147,7 +147,7 @@ TEST_F(LineByHand, ARefusedTakeOverLeavesTheAxisAndItsMotionToItsOwner) {
       auto& axes = line->axes();
       if (moving == 0 && (state(0) != PlcopenState::kStandstill || !axes.status(0).owner.empty())) return;
       if (moving++ == 0) jog = axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveVelocity, 3.0)).value();
-      // It homes at a standstill only, which the axis knows.
+      // It homes at standstill only; the axis takes care of that.
       if (moving == 20) static_cast<void>(axes.submit(taker, 0, ask(AxisCommand::kHome)).value());
       if (moving == 20 + stays) axes.leave("taker", true);
       if (moving < 60) return;
@@ -261,7 +261,7 @@ TEST_F(LineByHand, NoRequestLeavesTheSoftwareLimits) {
   const auto turn = std::numbers::pi;
   struct Step {
     AxisRequest request;
-    std::string refusal{};  ///< at once
+    std::string refusal{};  ///< immediate refusal
   };
   const std::vector<Step> steps{
       {ask(AxisCommand::kMoveAbsolute, 3.0 * turn),
@@ -342,7 +342,7 @@ TEST_F(LineByHand, NobodyMovesTheAxesOfAPath) {
   int looks = 0;
   hand.on_look = [&] {
     auto& axes = line->axes();
-    // The first look is before anything moves.
+    // The first poll is before any motion.
     if (axes.status(0).owner.empty()) return;
     EXPECT_EQ(axes.status(0).owner, "path");
     const auto taken = axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));

@@ -1,4 +1,4 @@
-// Every way in which a line description can be wrong, with the whole sentence its writer gets to read.
+// Every possible error in a line description, with the whole sentence for its author.
 #include <gmock/gmock.h>
 
 #include "driveline/runtime/config/line_config.hpp"
@@ -24,11 +24,11 @@ TEST_P(LineConfigError, IsOneSentenceWithFileAndLine) {
   EXPECT_EQ(describe(config.error()), "plant/line.toml" + GetParam().sentence);
 }
 
-/// A line with one slave, and what is wrong with it from line 4 on.
+/// A line with one slave, and an error from line 4 on.
 std::string one_slave(const std::string& rest) {
   return "[[slave]]\nname = \"x\"\n\n" + rest;
 }
-/// The same with an axis; the rest begins at line 6, inside the axis.
+/// The same with an axis; `rest` starts at line 6, inside the axis.
 std::string one_axis(const std::string& rest) {
   return one_slave("[[axis]]\nname = \"x\"\n" + rest);
 }
@@ -388,7 +388,7 @@ TEST(LineConfigErrors, TooManySlaves) {
   EXPECT_EQ(describe(config.error()), "line.toml:1: slave: there are 257, the limit is 256");
 }
 
-/// `text` so many times.
+/// `text` repeated `count` times.
 std::string times(std::size_t count, std::string_view text) {
   std::string result;
   for (std::size_t i = 0; i < count; ++i) result += text;

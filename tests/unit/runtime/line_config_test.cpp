@@ -109,7 +109,7 @@ TEST(LineConfig, TheBridgeMayBelongToAUserWhoHasSharedMemory) {
   ASSERT_TRUE(by_number.user);
   EXPECT_EQ(by_number.user->user, 1U);
   EXPECT_EQ(by_number.user->group, 1U);
-  // A number that has no name has no group but that of the same number.
+  // A number without a name matches only the same number.
   const auto nameless = telemetry_of("4000000001");
   ASSERT_TRUE(nameless.user);
   EXPECT_EQ(nameless.user->user, 4'000'000'001U);

@@ -55,7 +55,7 @@ Frame brd(std::size_t length = 2, std::uint8_t index = 0) {
   return {frame.begin(), frame.end()};
 }
 
-/// To the first slave; reads when there is nothing to write.
+/// A frame to the first slave; reads if there is nothing to write.
 Frame access(std::uint16_t address, std::size_t length, std::span<const std::byte> write = {}) {
   Frame buffer(port::kMaxFrameBytes);
   wire::FrameBuilder builder(buffer, {});
@@ -66,7 +66,7 @@ Frame access(std::uint16_t address, std::size_t length, std::span<const std::byt
   return {frame.begin(), frame.end()};
 }
 
-/// What a frame with one datagram has brought back.
+/// The value in a returned frame with one datagram.
 std::uint64_t value_in(const Frame& frame) {
   std::uint64_t value = 0;
   const auto data = wire::DatagramCursor::open(frame)->next()->data;
@@ -89,7 +89,7 @@ class LineServerTest : public testing::Test {
     line = std::make_unique<slaves::Line>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
     server = std::make_unique<LineServer>(*line, primary, second ? &secondary : nullptr, clock, LineServer::Settings{});
   }
-  /// As run() does, for `duration`.
+  /// Runs turns like run(), for `duration`.
   void run(nanoseconds duration) {
     const auto end = clock.now() + duration;
     while (clock.now() < end) {
@@ -239,7 +239,7 @@ TEST_F(LineServerTest, SlavesLiveOnWithoutFrames) {
   serve(1);
   const auto begin = clock.now();
   run(50ms);
-  // A drive's own clock: its outputs' watchdog, its control loops and its script all run on the same advance().
+  // A drive has its own time: its outputs' watchdog, its control loops and its script all run in the same advance().
   line->faults().schedule(begin + 60ms, {.kind = FaultKind::kPowerOff, .slave = 0});
   run(20ms);
   EXPECT_FALSE(line->slave(0).powered());
@@ -247,7 +247,7 @@ TEST_F(LineServerTest, SlavesLiveOnWithoutFrames) {
   ASSERT_EQ(told.size(), 1U);
 }
 
-/// The thread was kept from its processor when the frame came.
+/// The thread was descheduled when the frame arrived.
 TEST_F(LineServerTest, AFrameMeetsSlavesThatAreNotBehindIt) {
   serve(1);
   ASSERT_TRUE(line->inject({.kind = FaultKind::kSlowTransition, .slave = 0, .time = 20ms}));
@@ -260,7 +260,7 @@ TEST_F(LineServerTest, AFrameMeetsSlavesThatAreNotBehindIt) {
   EXPECT_EQ(value_in(primary.sent[1]), 0x0011U) << "INIT and an error, for 30 ms";
 }
 
-/// Outputs that came behind SYNC0 are not those of this SYNC0, however soon behind it.
+/// Outputs that arrive after SYNC0 do not belong to this SYNC0, however short the delay.
 TEST_F(LineServerTest, AFrameBehindSync0ComesBehindIt) {
   serve(1);
   run(1ms);
@@ -275,8 +275,8 @@ TEST_F(LineServerTest, AFrameBehindSync0ComesBehindIt) {
   };
   const auto now = reply(access(0x0910, 8));
   write(0x09A0, 1'000'000, 4);     // cycle of SYNC0
-  write(0x0990, now + 30'000, 8);  // its begin
-  write(0x0981, 0x03, 1);          // on
+  write(0x0990, now + 30'000, 8);  // start time of SYNC0
+  write(0x0981, 0x03, 1);          // activation
   EXPECT_EQ(reply(access(0x0984, 1)), 0x01U) << "the first pulse is to come";
   clock.advance(40us);
   EXPECT_EQ(reply(access(0x0984, 1)), 0x00U) << "it has come";
@@ -288,7 +288,7 @@ TEST_F(LineServerTest, AStateChangeTakesItsTimeWhileNobodyAsks) {
   Frame buffer(port::kMaxFrameBytes);
   wire::FrameBuilder builder(buffer, {});
   const auto place = builder.add(wire::Command::kBwr, 0, wire::DatagramAddress::physical(0, 0x0120), 2);
-  builder.data(*place)[0] = std::byte{2};  // PREOP, for which no mailbox is set up
+  builder.data(*place)[0] = std::byte{2};  // PREOP, but no mailbox is set up for it
   const auto frame = builder.finish();
   primary.incoming.emplace_back(frame.begin(), frame.end());
   run(19ms);
@@ -301,7 +301,7 @@ TEST_F(LineServerTest, AStateChangeTakesItsTimeWhileNobodyAsks) {
 }
 
 TEST_F(LineServerTest, NoSlaveOfALongLineIsForgottenUnderLoad) {
-  // Frames come faster than all slaves can be advanced in between: a few at a time, and all of them in the end.
+  // Frames arrive faster than all slaves can be advanced in between: a few slaves at a time, and finally all of them.
   serve(100);
   for (std::size_t i = 0; i < 100; ++i) {
     ASSERT_TRUE(

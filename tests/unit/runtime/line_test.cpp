@@ -1,4 +1,4 @@
-// A line from its description to its report, as a user of the library has it.
+// A line from its description to its report, as used by an application.
 #include "driveline/runtime/line.hpp"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ using trajectory::AxisSetpoint;
 constexpr auto kSlave = "[[slave]]\nname = \"x\"\nmodel = \"msd\"\n";
 constexpr auto kAxis = "[[axis]]\nname = \"x\"\nslave = \"x\"\n";
 
-/// Pulls one axis by torque to a place 1 rad from where it began, for a second.
+/// Pulls an axis by torque to a position 1 rad from its start, for a second.
 class Spring final : public ecat_master::SetpointSource {
  public:
   explicit Spring(std::size_t axes) : axes_(axes) {}
@@ -173,7 +173,7 @@ TEST_F(LineTest, EndsWhenItIsAskedTo) {
   EXPECT_EQ(listener.told.back(), "all in INIT");
 }
 
-/// They were those of a copy that nobody exchanges, and always 0.
+/// They were those of a copy that is never exchanged, and therefore always 0.
 TEST_F(LineTest, ReportsTheInputsOfALineWithoutAxesAsTheyWereAtTheEnd) {
   std::filesystem::copy_file(std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "terminals.xml",
                              directory / "terminals.xml");

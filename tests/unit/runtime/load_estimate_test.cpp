@@ -1,4 +1,4 @@
-// The load of an axis out of records that are made here, from figures that are known.
+// The load of an axis from records synthesised from known figures.
 #include "driveline/runtime/identify/load_estimate.hpp"
 
 #include <gmock/gmock.h>
@@ -24,7 +24,7 @@ ecat_master::AxisConfig axis() {
   return config;
 }
 
-/// What moves, and by which torque at each instant of a test motion.
+/// The load: its torque at each instant of a test motion.
 struct Load {
   double inertia = 2e-3;
   double viscous = 3e-3;

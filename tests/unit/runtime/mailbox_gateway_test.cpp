@@ -1,4 +1,4 @@
-// The mailbox gateway with clients as they come over the network, in front of a simulated drive in PREOP.
+// The mailbox gateway with network clients, in front of a simulated drive in PREOP.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <sys/socket.h>
@@ -21,7 +21,7 @@ namespace {
 using Bytes = std::vector<int>;
 using testing::SizeIs;
 
-/// What a service tool is: a socket, and bytes that were put together by hand.
+/// A service tool: a socket and hand-made bytes.
 class Tool {
  public:
   Tool(int type, std::uint16_t port) : socket_(::socket(AF_INET, type, 0)) {
@@ -38,7 +38,7 @@ class Tool {
     std::vector<std::uint8_t> raw(bytes.begin(), bytes.end());
     ASSERT_EQ(::send(socket_.get(), raw.data(), raw.size(), MSG_NOSIGNAL), static_cast<ssize_t>(raw.size()));
   }
-  /// One datagram, or what a stream has; empty: nothing came, or the other side has hung up.
+  /// A datagram, or the available bytes of a stream; empty: none came, or the other side has closed.
   [[nodiscard]] Bytes receive() const {
     std::array<std::uint8_t, 4096> raw{};
     const auto length = ::recv(socket_.get(), raw.data(), raw.size(), 0);
@@ -78,7 +78,7 @@ class Gateway : public testing::Test {
   }
   void open(GatewaySettings settings = {}) {
     settings.port = 0;
-    // The second slave is on the line, but not for clients.
+    // The second slave is on the line, but not accessible to clients.
     auto opened = MailboxGateway::open(master_->mailboxes(), {master_->slaves()[0].info.ref}, settings);
     ASSERT_TRUE(opened) << describe(opened.error());
     gateway_ = std::move(*opened);
@@ -120,7 +120,7 @@ TEST_F(Gateway, CarriesMailsOfAStreamInTheirOrder) {
   auto both = mail(kStation, kCoe, kUploadVendor);
   const auto product = mail(kStation, kCoe, {0x00, 0x20, 0x40, 0x18, 0x10, 0x02, 0, 0, 0, 0});
   both.insert(both.end(), product.begin(), product.end());
-  // Cut anywhere: a stream knows no borders.
+  // Cut at arbitrary points, because a stream has no message boundaries.
   tool.send({both.begin(), both.begin() + 1});
   tool.send({both.begin() + 1, both.begin() + 25});
   tool.send({both.begin() + 25, both.end()});
@@ -134,7 +134,7 @@ TEST_F(Gateway, CarriesMailsOfAStreamInTheirOrder) {
   EXPECT_EQ(answers[18 + 13], 2);
 }
 
-/// Lists of CoE and fragments of SoE say that more follows.
+/// Lists of CoE and fragments of SoE announce further messages.
 TEST(MailExchange, TakesEveryMailOfAnAnswer) {
   using Reaction = ecat_master::MailboxDialogue::Reaction;
   const auto mail_of = [](std::initializer_list<int> octets) {
@@ -184,7 +184,7 @@ TEST_F(Gateway, RefusesWithAMailboxError) {
   }
 }
 
-/// No simulated drive knows VoE: its own refusal comes back.
+/// No simulated drive knows VoE: its own refusal is returned.
 TEST_F(Gateway, HandsOutTheRefusalOfTheSlave) {
   open();
   const auto answer = ask(mail(kStation, 15, {0xAA, 0, 0, 0, 1, 0}));
@@ -214,7 +214,7 @@ TEST_F(Gateway, GarbageIsCountedAndHarmsNobody) {
   EXPECT_EQ(malformed, 6U);
 }
 
-/// Each datagram comes from a client of its own; the slave is silent, so that all requests stay under way.
+/// Each datagram comes from another client; the slave is silent, so all requests stay in flight.
 TEST_F(Gateway, ManyClientsGetNoMoreThanTheLimitOfAll) {
   open();
   ASSERT_TRUE(session_->simulated_line()->inject({.kind = slaves::FaultKind::kMailboxSilent, .slave = 0}));
@@ -223,7 +223,7 @@ TEST_F(Gateway, ManyClientsGetNoMoreThanTheLimitOfAll) {
     tools.push_back(std::make_unique<Tool>(SOCK_DGRAM, gateway_->port()));
     tools.back()->send(mail(kStation, kCoe, kUploadVendor));
   }
-  // Those above the limit are refused at once; the last one is among them.
+  // Requests above the limit are refused at once; the last one is among them.
   const auto answer = tools.back()->receive();
   ASSERT_THAT(answer, SizeIs(12));
   EXPECT_EQ(answer[10], 9);
@@ -243,7 +243,7 @@ TEST_F(Gateway, OwnTransfersGoOnBesideIt) {
   }
 }
 
-/// Reads a file as a tool does, up to the acknowledge of the last packet; returns its packets.
+/// Reads a file like a tool, up to the acknowledge of the last packet; returns the number of packets.
 int read_file(const Tool& tool, const std::string& name) {
   constexpr int kFoe = 4;
   Bytes request = {1, 0, 0, 0, 0, 0};

@@ -33,7 +33,7 @@ TEST_F(OutputFile, NameThatIsTakenLosesNothingAndLeavesNothing) {
 }
 
 TEST_F(OutputFile, FullDiskLeavesTheOldFile) {
-  // Everything written to the partial file ends in /dev/full.
+  // Everything written to the partial file goes to /dev/full.
   write(directory / "a", "old");
   std::filesystem::create_symlink("/dev/full", directory / "a.partial");
   const auto written = write_file(directory / "a", "new");

@@ -183,7 +183,7 @@ TEST_F(RecorderTest, PathErrorIsThatOfThePathAtThisInstant) {
     x.actual_position = 7.0;
     feed(recorder, {x, sample(3, 1)});
     recorder.finish({});
-    // The setpoint 9 is that of this instant; or it is given ahead, and the path is at the setpoint followed, 7.5.
+    // The setpoint 9 is that of this instant; or it leads, and the path is at the setpoint being followed, 7.5.
     EXPECT_EQ(recorder.following_errors()[0].path.maximum, compensated ? 0.5 : 2.0);
     EXPECT_EQ(recorder.following_errors()[0].maximum, 0.5);
     const auto text = read(csv());

@@ -1,4 +1,4 @@
-// Streams of setpoints whose clients are elsewhere: whose the axes are, what is checked, and how a stream ends.
+// Streams of setpoints from remote clients: ownership of the axes, checks, and the end of a stream.
 #include "stream/remote_streams.hpp"
 
 #include <gmock/gmock.h>
@@ -39,7 +39,7 @@ class RemoteStreamsTest : public testing::Test {
     return axes;
   }
   std::uint64_t acquire(std::size_t axis, const char* owner = kPanel) { return line.take(axis, owner).value(); }
-  /// Of the panel, for these axes; no setpoint yet.
+  /// A record of the client "panel" for these axes, without a setpoint.
   static StreamedSetpoint record(const std::vector<std::pair<std::string, std::uint64_t>>& axes,
                                  SetpointKind kind = SetpointKind::kGo) {
     StreamedSetpoint record;
@@ -79,7 +79,7 @@ class RemoteStreamsTest : public testing::Test {
     EXPECT_EQ(state(), StreamReportState::kRefused);
     return std::string(last.text.view());
   }
-  /// A swing, setpoint by setpoint, for so many milliseconds.
+  /// Streams a motion setpoint by setpoint for `milliseconds`.
   void swing_for(const StreamedSetpoint& axes, int milliseconds) {
     for (int i = 0; i < milliseconds; ++i) {
       const auto target = swing(1e-3 * static_cast<double>(sent));
@@ -112,14 +112,14 @@ TEST_F(RemoteStreamsTest, MoveTheAxesOfTheirLeases) {
   EXPECT_GT(std::abs(line.axes.all[2].view.setpoint), 0.05);
   EXPECT_EQ(line.axes.all[1].view.setpoint, 0.0);
   EXPECT_LE(largest_step(line.axes.all[0].demands), 6.3 * 125e-6);
-  // To rest, and the leases go on.
+  // The axes come to rest, and the leases continue.
   EXPECT_TRUE(take(record({{"x", axes.axes[0].lease}, {"z", axes.axes[1].lease}}, SetpointKind::kEnd)));
   run(50ms);
   EXPECT_EQ(state(), StreamReportState::kOver);
   EXPECT_THAT(told.back(),
               HasSubstr("the stream of dds panel (participant 01) is done, it has ended the session: 400"));
   EXPECT_EQ(line.authority.owner_of(0), kPanel);
-  // The next one may begin anew.
+  // The next stream may restart.
   sent = 0;
   EXPECT_TRUE(take(at(axes, 1, 0ms, line.axes.all[0].view.setpoint)));
   run(30ms);
@@ -162,7 +162,7 @@ TEST_F(RemoteStreamsTest, AnAxisWhoseLeaseEndsComesToRestAndTheOthersGoOn) {
   EXPECT_EQ(line.axes.all[1].view.state, AxisState::kStandstill);
   EXPECT_EQ(line.axes.all[0].view.state, AxisState::kSynchronizedMotion);
   EXPECT_EQ(last.axes[1].leased, 0U);
-  // Acquired again it follows again, when he says so.
+  // After it is acquired again, the axis follows again when the client requests it.
   line.authority.release(1, "hand");
   const auto again = acquire(1);
   ASSERT_NE(again, y);

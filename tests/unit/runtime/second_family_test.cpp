@@ -1,4 +1,4 @@
-// A second make of drives: a folder (acme/) and one registration. Seen from outside, in the drive and over the bus.
+// A second make of drives: a folder (acme/) and one registration. Tested from outside, in the drive and over the bus.
 #include <gmock/gmock.h>
 
 #include <numbers>
@@ -30,7 +30,7 @@ class SecondFamily : public test::TemporaryDirectory {
     return Line::from_file(directory / "line.toml", options);
   }
 
-  std::vector<acme::AcmeDrive*> drives;  ///< as they were made; they live as long as the line
+  std::vector<acme::AcmeDrive*> drives;  ///< in the order of creation; they live as long as the line
 };
 
 constexpr auto kAxes =
@@ -54,7 +54,7 @@ TEST_F(SecondFamily, RunsBesideTheFirstAndIsToldWhatItsMakeWants) {
   ASSERT_EQ(report->axes.size(), 1U);
   EXPECT_LE(report->axes[0].following_error_max, 1.0) << "increments: it is where it is told to be, when it is told";
 
-  // A master that knows of no families.
+  // A master without knowledge of the families.
   ecat_master::Master master((*line)->session().port(), (*line)->session().clock());
   auto ready = master.scan();
   if (ready) ready = master.enter_pre_op();

@@ -17,7 +17,7 @@ class SessionTest : public test::TemporaryDirectory {
     write(options.config, text);
     return Session::open(options, adjust);
   }
-  /// The policy a session would run with; no interface needs to be there.
+  /// The policy that a session would run with; the interface need not exist.
   rt::RealtimePolicy policy(std::string_view text, const std::string& interface = "") {
     rt::RealtimePolicy policy{};
     BusOptions options;

@@ -1,4 +1,4 @@
-// What is refused of a program that streams setpoints.
+// Refusals of streamed setpoints.
 #include "stream/setpoint_check.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using stream::SetpointRecord;
 constexpr std::int64_t kMs = 1'000'000;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Two axes, -10 to 10, no faster than 5 per second.
+/// Two axes, -10 to 10, at most 5 per second.
 SetpointCheck make_check() {
   return SetpointCheck{{{-10.0, 10.0, 5.0, 50.0}, {-10.0, 10.0, 5.0, 50.0}}};
 }
@@ -36,7 +36,7 @@ SetpointRecord setpoint(std::uint64_t number, std::int64_t time_ns, double x = 0
   return record;
 }
 
-/// Why the second setpoint is refused, when the first was one at 0.
+/// Why the second setpoint is refused after a first one at 0.
 std::optional<Refusal> refusal_of(const SetpointRecord& record) {
   auto check = make_check();
   const auto first = setpoint(1, 0);

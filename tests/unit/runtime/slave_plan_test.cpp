@@ -9,7 +9,7 @@ using ecat_master::IdentityRule;
 using ecat_master::MappedObject;
 using std::chrono::milliseconds;
 
-/// The plan of a single slave with these lines behind its name.
+/// The plan of a single slave with these lines after its name.
 SlavePlanConfig parsed(const std::string& rest) {
   const auto config = parse_line_config("[[slave]]\nname = \"x\"\n" + rest, "line.toml");
   if (!config) throw std::runtime_error(describe(config.error()));
@@ -99,7 +99,7 @@ TEST(SlavePlan, ApplyAddsToWhatIsPlanned) {
   EXPECT_EQ(plan.pdos.outputs.size(), 1U) << "nothing is said about PDOs";
 }
 
-/// A line with the head of a group, and what follows from line 5 on.
+/// A line with the head of a group; `rest` starts at line 5.
 std::string with_head(const std::string& rest) {
   return "[[slave]]\nname = \"head\"\nalias = 7\nhot_connect = true\n" + rest;
 }

@@ -1,4 +1,4 @@
-// What is told of the slaves and of the cycle.
+// Reports about the slaves and the cycle.
 #include <gmock/gmock.h>
 
 #include "record/cycle_tally.hpp"

@@ -1,4 +1,4 @@
-// A line of axes that follow streams at once, with its server, on a time of its own.
+// A line of axes that follow streams without delay, with its server, on its own time.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ namespace driveline::runtime {
 
 inline constexpr auto kPeriod = std::chrono::microseconds{125};
 
-/// Axes that follow their feeds without inertia, and take ten cycles to come to rest.
+/// Axes without inertia that follow their feeds, and take ten cycles to come to rest.
 class StreamedAxes final : public StreamAxes {
  public:
   struct One {
@@ -54,7 +54,7 @@ class StreamedAxes final : public StreamAxes {
   }
   void power_on(std::size_t axis) noexcept override { all[axis].view.state = stream::AxisState::kStandstill; }
 
-  /// What the axes do behind the task.
+  /// The motion of the axes, after the task.
   void update(StreamHub& hub) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       auto& one = all[i];
@@ -82,7 +82,7 @@ class StreamedAxes final : public StreamAxes {
       one.demands.push_back(one.view.setpoint);
     }
   }
-  /// Another motion takes an axis.
+  /// Another motion takes over an axis.
   void take_away(StreamHub& hub, std::size_t axis) {
     hub.feed(axis).leave(0);
     all[axis].view.state = stream::AxisState::kDiscreteMotion;
@@ -91,7 +91,7 @@ class StreamedAxes final : public StreamAxes {
   std::vector<One> all;
 };
 
-/// A folder that goes with it.
+/// A folder that the destructor removes.
 class StreamFolder {
  public:
   StreamFolder() {
@@ -105,7 +105,7 @@ class StreamFolder {
   std::filesystem::path path;
 };
 
-/// A line of three axes in this process, on a time of its own, with its server.
+/// A line of three axes in this process, on its own time, with its server.
 class StreamLine {
  public:
   explicit StreamLine(StreamConfig config = {}) {
@@ -141,7 +141,7 @@ class StreamLine {
   void poll() {
     for (auto& event : server->poll()) told.push_back(describe(event));
   }
-  /// The owner looks again and again while `work` runs in another thread.
+  /// Polls the server repeatedly while `work` runs in another thread.
   template <typename Work>
   auto beside(Work work) {
     auto done = std::async(std::launch::async, work);
@@ -152,11 +152,11 @@ class StreamLine {
   std::variant<stream::Client, std::string> connect(const stream::Wish& wish) {
     return beside([&] { return stream::Client::connect(path, wish); });
   }
-  /// @throws std::bad_variant_access if it is refused.
+  /// @throws std::bad_variant_access if the connection is refused.
   stream::Client client(const stream::Wish& wish) { return std::get<stream::Client>(connect(wish)); }
   std::string refusal(const stream::Wish& wish) { return std::get<std::string>(connect(wish)); }
 
-  /// Somebody else commands an axis from now on.
+  /// Lets another caller command an axis from now on.
   tl::expected<std::uint64_t, LeaseRefusal> take(std::size_t axis, const std::string& owner, bool take_over = false) {
     LeaseTerms terms;
     terms.owner = owner;
@@ -175,14 +175,14 @@ class StreamLine {
   std::vector<std::string> told{};
 };
 
-/// A swing of 1 rad in half a second that begins at 0: no faster than 6.3 rad/s and 79 rad/s^2.
+/// A motion of 1 rad in half a second that starts at 0: at most 6.3 rad/s and 79 rad/s^2.
 inline stream::AxisTarget swing(double seconds) {
   const double omega = 2.0 * std::numbers::pi * 2.0;
   return {0.5 - 0.5 * std::cos(omega * seconds), 0.5 * omega * std::sin(omega * seconds),
           0.5 * omega * omega * std::cos(omega * seconds)};
 }
 
-/// Sends what belongs to the next `cycles`, a setpoint every `step` cycles, and runs them.
+/// Sends the setpoints of the next `cycles`, one every `step` cycles, and runs these cycles.
 inline void stream_swing(StreamLine& line, stream::Client& client, int cycles, int step, int& sent) {
   for (int i = 0; i < cycles; ++i) {
     if (i % step == 0) {
@@ -195,7 +195,7 @@ inline void stream_swing(StreamLine& line, stream::Client& client, int cycles, i
   }
 }
 
-/// Between two demands that follow one another.
+/// The largest step between two consecutive demands.
 inline double largest_step(const std::vector<double>& demands) {
   double step = 0.0;
   for (std::size_t i = 1; i < demands.size(); ++i) step = std::max(step, std::abs(demands[i] - demands[i - 1]));

@@ -1,4 +1,4 @@
-// How programs that stream setpoints are let in, and what they are told.
+// How programs that stream setpoints are admitted, and what they are told.
 #include "stream/stream_server.hpp"
 
 #include <gmock/gmock.h>
@@ -65,7 +65,7 @@ TEST(StreamServer, SignalsDoNotEndTheWaitOfAClient) {
     waiting.join();
     return true;
   });
-  // The last signal may have waited for its thread to run.
+  // The last signal may have been delayed until its thread ran.
   sigaction(SIGUSR1, &before, nullptr);
   const auto* refusal = std::get_if<std::string>(&connected);
   EXPECT_EQ(refusal, nullptr) << *refusal;
@@ -146,7 +146,7 @@ TEST(StreamServer, RefusesWithASentence) {
   EXPECT_THAT(line.told.back(), HasSubstr("was sent away: there is no axis \"w\""));
 }
 
-/// A client by hand, for what the header does not do.
+/// A hand-made client, for cases that the header does not support.
 class RawClient {
  public:
   explicit RawClient(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_SEQPACKET, 0)) {

@@ -1,4 +1,4 @@
-// What becomes of the setpoints of a stream, of its axes and of its memory.
+// The handling of a stream's setpoints, axes and memory.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -75,7 +75,7 @@ TEST(StreamSession, PausesWhenTheSetpointsAreUsedUpAndGoesOn) {
   EXPECT_EQ(line.axes.all[0].view.setpoint, held);
   line.poll();
   EXPECT_THAT(line.told.back(), HasSubstr("are used up: its axes come to rest until there are more"));
-  // The next ones are a new beginning, on whatever time.
+  // The next setpoints are a restart, at any time.
   for (int i = 0; i < 20; ++i) {
     EXPECT_TRUE(client.send(1h + i * 1ms, std::array{AxisTarget{held + 0.0005 * i}}));
     line.run(1ms);
@@ -102,7 +102,7 @@ TEST(StreamSession, ASilentClientLosesItsAxes) {
   EXPECT_THAT(line.told.back(), HasSubstr("it was silent for longer than the keep-alive time: 50 setpoints"));
   EXPECT_EQ(line.authority.owner_of(0), "");
   EXPECT_EQ(line.client({.axes = {"x"}}).axis_count(), 1U);
-  // It may go on writing for ever: nobody looks.
+  // The client may continue to write, but it is ignored.
   EXPECT_TRUE(client.heartbeat());
   EXPECT_EQ(client.status()->state, SessionState::kOver);
 }
@@ -276,7 +276,7 @@ TEST(StreamSession, TakesABoundedNumberOfRecordsInACycle) {
   EXPECT_TRUE(client.heartbeat());
 }
 
-/// The ring of a client that was let in, as a hostile one has it.
+/// The ring of an admitted client, as a hostile one uses it.
 class Hostile {
  public:
   explicit Hostile(const std::string& path, StreamLine& line) : socket_(::socket(AF_UNIX, SOCK_SEQPACKET, 0)) {
@@ -319,7 +319,7 @@ TEST(StreamSession, SurvivesAnythingInItsMemory) {
     words[rt::shared_detail::kHeadWord] =
         round % 3 == 0 ? random() : words[rt::shared_detail::kTailWord] + random() % 9;
     if (round % 2 == 0) {
-      // Records that are nearly right.
+      // Almost correct records.
       for (std::size_t at = rt::shared_detail::kRecordsWord; at + 51 <= words.size(); at += 51) {
         words[at] = static_cast<std::uint64_t>(round);
         words[at + 1] = 1 | std::uint64_t{1} << 32U;
@@ -363,7 +363,7 @@ TEST(StreamSession, AClientThatIsKilledAnywhereLeavesAWholeLine) {
     }
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
-    // Its connection may still have been waiting.
+    // Its connection may still have been pending.
     for (int i = 0; i < 20; ++i) {
       line.poll();
       line.run(5ms);

@@ -24,7 +24,7 @@ constexpr auto kTorqueAxes =
 constexpr auto kPositionAxes =
     "[[axis]]\nname = \"x\"\nslave = \"x\"\n[[axis]]\nname = \"y\"\nslave = \"y\"\nmax_velocity = 60\n";
 
-/// Spring and damper that pull an axis by torque to a place 1 rad from where it stood.
+/// Spring and damper that pull an axis by torque to a position 1 rad from its start.
 class Pull final : public Task {
  public:
   Result<void> prepare(const TaskSetup& setup) override {
@@ -35,7 +35,7 @@ class Pull final : public Task {
     for (const auto& axis : axes_) {
       const auto& inputs = now.axes[axis.number].inputs();
       if (!axis.drive->followed()) {
-        // The line is taken down after the last command.
+        // The line is shut down after the last command.
         if (!began_) begin = inputs.position;
         continue;
       }
@@ -53,7 +53,7 @@ class Pull final : public Task {
   bool began_ = false;
 };
 
-/// Sends an axis along a ramp by positions.
+/// Moves an axis along a ramp of positions.
 class Ramp final : public Task {
  public:
   double velocity = 2.0;          ///< rad/s
@@ -82,7 +82,7 @@ class Ramp final : public Task {
   double time_s_ = 0.0;
 };
 
-/// Checks all of its input.
+/// Checks all of its inputs.
 class Witness final : public Task {
  public:
   explicit Witness(std::string variable = {}) : variable_(std::move(variable)) {}
@@ -121,7 +121,7 @@ class Witness final : public Task {
   bool all_valid = true;
   std::int32_t increments = 0;
   double position = 0.0;
-  double most_ahead = 0.0;  ///< of the setpoint before the position, rad
+  double most_ahead = 0.0;  ///< largest lead of the setpoint over the position, rad
   double scale = 0.0;
 
  private:
@@ -131,7 +131,7 @@ class Witness final : public Task {
   std::uint64_t last_system_time_ = 0;
 };
 
-/// The highest steps of the setpoints, by axis.
+/// The largest steps of the setpoints, by axis.
 class Steps final : public snapshot::SampleConsumer {
  public:
   void lines(std::span<const snapshot::LineSample>) override {}
@@ -244,7 +244,7 @@ TEST_F(TaskTest, IsGivenTimesProcessDataAndAxes) {
   EXPECT_NEAR(static_cast<double>(before.calls), 4.0 * static_cast<double>(behind.calls), 4.0);
   EXPECT_EQ(before.missed, 0);
   EXPECT_NEAR(before.position, before.increments / before.scale, 1e-9) << "SI units and process data are the same";
-  // The drive is two cycles behind its setpoints, and behind the motion there is one more.
+  // The drive lags its setpoints by two cycles; a task after the motion sees one more cycle.
   EXPECT_NEAR(behind.most_ahead - before.most_ahead, 2.0 * 125e-6, 50e-6);
 }
 
@@ -304,7 +304,7 @@ TEST_F(TaskTest, TwoSourcesOfSetpointsAreRefused) {
   EXPECT_THAT(refusal(other->add(pull, {"pull", {}, {"x"}})), HasSubstr("another source of setpoints"));
 }
 
-/// A task is told while the line runs: the call comes from within.
+/// A task is passed while the line runs: the call comes from within it.
 TEST_F(TaskTest, NoTaskIsAddedWhileTheLineRuns) {
   auto line = open(std::string(kSlaves) + kPositionAxes);
   Pull late;

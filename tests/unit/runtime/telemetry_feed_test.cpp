@@ -1,4 +1,4 @@
-// What goes into the feed of a line: cycles put together of two rings, its description, its status.
+// The content of a line's feed: cycles assembled from two rings, its description, its status.
 #include <gmock/gmock.h>
 
 #include <limits>

@@ -19,7 +19,7 @@ ValueType type(std::string_view name) {
 
 struct Row {
   const char* type;
-  const char* written;  ///< as typed in
+  const char* written;  ///< as typed by the user
   std::vector<std::byte> data;
   const char* shown;
 };

@@ -59,7 +59,7 @@ TEST_F(VirtualAxisConfig, RefusesWhatCannotBe) {
   EXPECT_THAT(refusal(kVirtual + kLimits + "[path]\nfile = \"p.csv\"\n"), HasSubstr("there must be no [path]"));
 }
 
-/// Asks for a motion of the virtual axis when the line is in operation.
+/// Requests a motion of the virtual axis when the line is in operation.
 class Mover final : public Observer {
  public:
   explicit Mover(Line& line) : line_(line) {}
@@ -107,7 +107,7 @@ TEST_F(VirtualAxisConfig, ALineRunsWithOne) {
   EXPECT_NEAR(report->axes[1].following_error_max, 0.0, 1e-3);
 }
 
-/// Couples x to the virtual axis and y to the encoder that x is, and moves the virtual axis then.
+/// Couples x to the virtual axis and y to the encoder that reads x, then moves the virtual axis.
 class Coupler final : public Observer {
  public:
   explicit Coupler(Line& line) : line_(line) {}
@@ -116,7 +116,7 @@ class Coupler final : public Observer {
     const bool ready = last[0].report && std::all_of(last.begin(), last.end(), [](const AxisStatus& one) {
                          return one.report->state != ecat_master::PlcopenState::kDisabled;
                        });
-    // The filter of the encoder has to know where that is.
+    // The filter of the encoder must have settled.
     if (!ready || ++looks_ < 20) return;
     AxisCaller caller;
     caller.name = "test";

@@ -8,7 +8,8 @@
 
 namespace driveline::runtime {
 
-/// The line that `text` describes, on virtual time, as line.toml in `folder`; its files go to the folder out in there.
+/// The line described by `text`, on virtual time; `text` is stored as line.toml in `folder`, its output goes to the
+/// folder out in there.
 [[nodiscard]] inline Result<std::unique_ptr<Line>> virtual_line(const std::string& text,
                                                                 const std::filesystem::path& folder) {
   const auto config = parse_line_config(text, folder / "line.toml");

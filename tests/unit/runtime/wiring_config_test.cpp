@@ -1,4 +1,4 @@
-// [wiring] of a line description: presets, cables, and what is wrong with them.
+// [wiring] of a line description: presets, cables, and errors.
 #include <gmock/gmock.h>
 
 #include "driveline/runtime/config/line_config.hpp"
@@ -12,7 +12,7 @@ using slaves::MasterPort;
 using slaves::PortId;
 using slaves::Wiring;
 
-/// `count` slaves a, b, c ... and the rest of the file, which begins at line 2 * count + 1.
+/// `count` slaves a, b, c ... and the rest of the file, which starts at line 2 * count + 1.
 std::string line_of(std::size_t count, const std::string& rest) {
   std::string text;
   for (std::size_t i = 0; i < count; ++i)

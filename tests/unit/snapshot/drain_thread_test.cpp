@@ -27,7 +27,7 @@ LineSample line_sample(std::uint64_t cycle) {
   return sample;
 }
 
-/// Remembers all it is given. Read it only after the thread was stopped.
+/// Stores all samples. Read it only after the thread has stopped.
 class Recorder : public SampleConsumer {
  public:
   void lines(std::span<const LineSample> samples) override {
@@ -119,7 +119,7 @@ TEST(DrainThread, BlockedConsumerCostsCountedSamplesAndNeverTheProducer) {
   ASSERT_TRUE(rings.axes.try_push(axis_sample(0, 0)));
   ASSERT_EQ(blocker.taken_when_blocked.get_future().get(), 1U);
 
-  // With the reader stuck, every push returns: the first ones find room, the others are dropped.
+  // While the reader is blocked, every push returns: the first ones are stored, the others dropped.
   std::uint64_t accepted = 0;
   for (std::uint64_t cycle = 1; cycle <= kPushes; ++cycle) {
     accepted += rings.axes.try_push(axis_sample(cycle, 0)) ? 1U : 0U;
@@ -135,7 +135,7 @@ TEST(DrainThread, BlockedConsumerCostsCountedSamplesAndNeverTheProducer) {
   EXPECT_EQ(recorder.last.axes_dropped, kPushes - kCapacity);
 }
 
-/// Puts back what it takes: a ring that never gets empty.
+/// Puts back the samples that it takes: a ring that never becomes empty.
 class Refiller : public SampleConsumer {
  public:
   explicit Refiller(rt::SpscRing<LineSample>& ring) : ring_(ring) {}
@@ -159,7 +159,7 @@ TEST(DrainThread, StopEndsAlthoughTheRingNeverGetsEmpty) {
   Recorder recorder;
   DrainThread drain{rings.lines, rings.axes, {&refiller, &recorder}, {.period = 1ms, .stop_limit = 10ms}};
   ASSERT_TRUE(drain.start());
-  drain.stop();  // the test's time limit is the judge
+  drain.stop();  // a hang is found by the time limit of the test
   EXPECT_EQ(recorder.finishes, 1);
   EXPECT_EQ(rings.lines.size(), 1024U) << "what is left stays in the ring";
 }
@@ -169,7 +169,7 @@ TEST(DrainThread, PassesGoOnWhileNothingArrives) {
   Recorder recorder;
   DrainThread drain{rings.lines, rings.axes, {&recorder}, {.period = 100us, .stop_limit = 1s}};
   ASSERT_TRUE(drain.start());
-  while (recorder.passes < 5) {  // the test's time limit is the judge
+  while (recorder.passes < 5) {  // a hang is found by the time limit of the test
     std::this_thread::sleep_for(1ms);
   }
   drain.stop();
@@ -182,7 +182,7 @@ TEST(DrainThread, StopDoesNotWaitForTheEndOfThePause) {
   DrainThread drain{rings.lines, rings.axes, {&recorder}, {.period = 24h, .stop_limit = 1s}};
   ASSERT_TRUE(drain.start());
   ASSERT_TRUE(rings.axes.try_push(axis_sample(7, 0)));
-  drain.stop();  // the test's time limit is the judge
+  drain.stop();  // a hang is found by the time limit of the test
   ASSERT_EQ(recorder.axes_seen.size(), 1U);
 }
 

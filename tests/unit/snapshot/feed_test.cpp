@@ -1,4 +1,4 @@
-// A feed between two processes: laps, writers that die, readers that come late, and regions that are none.
+// A feed between two processes: laps, writers that die, readers that start late, and invalid regions.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -43,7 +43,7 @@ FeedReader reader_of(const FeedWriter& feed, std::optional<std::uint64_t> from =
   return *std::move(reader);
 }
 
-/// All values of a cycle follow from its number, so that a record put together of two would show.
+/// All values of a cycle are derived from its number, so that a mixture of two records would show.
 AxisSample axis_of(std::uint64_t cycle, std::uint16_t axis) {
   const auto base = static_cast<double>(cycle * 100 + axis);
   return {.cycle = cycle,
@@ -94,7 +94,7 @@ void push(FeedWriter& feed, std::uint64_t cycle) {
   feed.push(to_feed(line_of(cycle)), axes);
 }
 
-/// The cycle that was taken is whole.
+/// Expects that the cycle is complete.
 void expect_cycle(const FeedReader& reader, std::uint64_t cycle) {
   ASSERT_NE(reader.line(), nullptr);
   EXPECT_EQ(reader.line()->cycle, cycle);
@@ -197,7 +197,7 @@ TEST(Feed, HalfACycleOfAKilledWriterIsNeverSeen) {
     writer.write(0, line);
     writer.commit();
   }
-  // The fifth takes the place of the first, and never comes to its end.
+  // The fifth replaces the first, and is never completed.
   line.cycle = 99;
   writer.begin();
   writer.write(0, line);
@@ -228,7 +228,7 @@ TEST(Feed, PartsThatDoNotFitAreLeftOut) {
   std::array<std::uint64_t, 2> record{};
   ASSERT_TRUE(reader.take(record));
   EXPECT_THAT(record, testing::ElementsAre(1, 2));
-  // The third takes the place of the first; behind that lies the number of the second.
+  // The third replaces the first; after that comes the number of the second.
   writer.begin();
   writer.write(16, std::uint64_t{8});
   ASSERT_TRUE(reader.take(record));
@@ -495,7 +495,7 @@ TEST(Feed, AReaderThatWaitsIsWoken) {
     while (!reader.take()) reader.wait(hours{1});
     woken = true;
   });
-  // However late the thread is: it sees the cycle, or is woken for it.
+  // However late the thread is, it sees the cycle, or is woken for it.
   feed.push({}, {});
   while (!woken) {
     feed.wake();
@@ -503,7 +503,7 @@ TEST(Feed, AReaderThatWaitsIsWoken) {
   }
   waiting.join();
   feed.push({}, {});
-  reader.wait(hours{1});  // comes back at once: there is one to take
+  reader.wait(hours{1});  // returns at once, because there is one to take
   EXPECT_TRUE(reader.take());
   const auto began = std::chrono::steady_clock::now();
   reader.wait(std::chrono::milliseconds{1});

@@ -1,4 +1,4 @@
-// The messages and records between a line and a client that streams setpoints: their bytes, and what is no message.
+// The messages and records between a line and a client that streams setpoints: their bytes, and invalid messages.
 #include "driveline/stream/greeting.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Hello some_hello() {
   return hello;
 }
 
-// A client that was compiled a year ago must still be understood, or refused by its version: nothing may move.
+// A client compiled a year ago must still be understood, or refused by its version: no offset may change.
 TEST(StreamLayout, StaysWhatItIsInThisVersion) {
   EXPECT_EQ(kVersion, 1U);
   EXPECT_EQ(sizeof(SetpointRecord), 24U + 24U * kMaxAxes);

@@ -69,7 +69,7 @@ TEST(Cam, PassesThroughItsPointsByEveryMethodAndKind) {
   }
 }
 
-// Differences over a small step, and at the points and across the end, must agree with slope and curvature.
+// Differences over a small step, at the points and across the end, must agree with slope and curvature.
 TEST(Cam, DerivativesAreThoseOfItsPositionAndContinueAcrossTheEnd) {
   test::Random random;
   for (int round = 0; round < 200; ++round) {

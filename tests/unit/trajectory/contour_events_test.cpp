@@ -32,7 +32,7 @@ MoveOutput change(std::uint32_t output, double at) {
   return {{output, 1.0}, at};
 }
 
-/// What the cycle told, and when.
+/// Reports of the cycle, with their times.
 struct Told {
   std::uint32_t output;
   std::size_t cycle;
@@ -40,7 +40,7 @@ struct Told {
   GroupVector position;
 };
 
-/// Everything that a run told and did.
+/// All reports and setpoints of a run.
 struct Story {
   std::vector<Told> told;
   std::vector<ContourSetpoint> setpoints;
@@ -57,7 +57,7 @@ struct Story {
     for (const auto& each : told) all.push_back(each.output);
     return all;
   }
-  /// Seconds at rest in a place.
+  /// Seconds at standstill at a position.
   [[nodiscard]] double rest_s(const GroupVector& place, double period_s) const {
     std::size_t count = 0;
     for (const auto& each : setpoints) count += test::distance(each.position, place) < 1e-9 ? 1 : 0;
@@ -100,7 +100,7 @@ TEST(ContourEvents, TheEndOfAMoveIsTheMiddleOfItsRoundedCorner) {
        with_outputs(line_to({0.1, 0.1}, 0.05, 0.0), {change(1, 0.0), change(2, 1e-3), change(3, 0.05)})}};
   const auto story = story_of(settings, plan);
   ASSERT_EQ(story.outputs(), (Numbers{0, 1, 2, 3}));
-  // In the middle the axes are as far from the one line as from the other.
+  // In the middle the axes are at the same distance from both lines.
   EXPECT_NEAR(0.1 - story.told[0].position[0], story.told[0].position[1], 1e-5);
   EXPECT_EQ(story.told[0].cycle, story.told[1].cycle);
   EXPECT_GT(story.told[2].cycle, story.told[1].cycle);
@@ -160,7 +160,7 @@ TEST(ContourEvents, EachIsToldOnceWhateverTheOperatorDoes) {
 
 TEST(ContourEvents, ADwellIsAsLongAsItSaysAndComesBetweenTheOutputsOfBothMoves) {
   const auto settings = settings_of(1);
-  // In the middle of a straight, and with a tolerance: the axes stop all the same.
+  // In the middle of a straight line, and with a tolerance: the axes stop nevertheless.
   const MovePlan plan{{},
                       {with_outputs(line_to({0.1}, kFast, 1e-3), {change(0, kEnd)}, 0.25),
                        with_outputs(line_to({0.2}, kFast, 0.0), {change(1, 0.0)})}};

@@ -51,7 +51,7 @@ ContourSettings scara_settings() {
   return settings;
 }
 
-/// Random lines and arcs about a place; those that the planner refuses are left out.
+/// Random lines and arcs around a position, without those that the planner refuses.
 MovePlan possible_moves(test::Random& random, const ContourSettings& settings, const GroupVector& about, double size,
                         std::size_t count) {
   MovePlan plan = test::random_moves(random, settings.axes, count, size);
@@ -108,7 +108,7 @@ void expect_limits_on_random_paths(const ContourSettings& settings, const GroupV
     ASSERT_LT(distance(tool, last.tool), 1e-12);
     for (std::size_t i = 0; i < 3; ++i) used[i] = std::max(used[i], oracle.used()[i]);
   }
-  // The limits of acceleration and jerk were used, or the test would show nothing.
+  // The limits of acceleration and jerk must be used, or the test would show nothing.
   EXPECT_GT(used[1], 0.9);
   EXPECT_GT(used[2], 0.7);
 }
@@ -122,7 +122,7 @@ TEST(ContourKinematics, AScaraKeepsTheLimitsOfItsJoints) {
 }
 
 TEST(ContourKinematics, ALineByTheInnerEdgeOfTheReachIsAsSlowAsTheElbowNeedsThere) {
-  // Where the arm is nearly folded a small step of the tool is a large one of the elbow.
+  // If the arm is almost folded, a small step of the tool is a large one of the elbow.
   auto settings = scara_settings();
   const MovePlan plan{{0.12, -0.3, 0.0, 0.0}, {line_to({0.12, 0.3, 0.0, 0.0}, kFast, 0.0)}};
   ContourRun run(settings, plan);
@@ -153,7 +153,7 @@ TEST(ContourKinematics, AJointLimitOnePercentTooLargeIsFound) {
   EXPECT_NE(verdict(slow_believed).find("velocity of axis"), std::string::npos);
 }
 
-/// Why a move is refused; empty: it is not.
+/// Why a move is refused; empty: it is accepted.
 std::string refusal(const ContourSettings& settings, const GroupVector& start, const std::vector<PathMove>& moves) {
   ContourTrack track(settings, start);
   ContourPlanner planner(track);
@@ -170,11 +170,11 @@ std::string refusal(const ContourSettings& settings, const GroupVector& start, c
 TEST(ContourKinematicsBadInput, UnreachablePlacesAreRefusedBeforeAnythingMoves) {
   const auto settings = scara_settings();
   EXPECT_EQ(refusal(settings, {0.4}, {line_to({0.5, 0.4}, kFast, 0.0)}).find("the machine cannot reach ("), 0U);
-  // Both ends can be reached, what is between them cannot.
+  // Both ends can be reached, but not the positions in between.
   const auto inner = refusal(settings, {0.0, 0.4}, {line_to({0.01, -0.4}, kFast, 0.0)});
   EXPECT_EQ(inner.find("the machine cannot reach ("), 0U) << inner;
   EXPECT_EQ(refusal(delta_settings(), {0.0, 0.0, -0.5}, {line_to({0.0, 0.0, -0.9}, kFast, 0.0)}).find("the "), 0U);
-  // The whole circle is looked at, not its ends.
+  // The whole circle is checked, not only its ends.
   EXPECT_NE(refusal(settings, {0.4}, {arc_by({0.4}, 0.52, 0.0, 2.0 * std::numbers::pi, kFast, 0.0)}), "");
   EXPECT_EQ(refusal(settings, {0.4}, {arc_by({0.4}, 0.45, 0.0, 2.0 * std::numbers::pi, kFast, 0.0)}), "");
 }
@@ -220,18 +220,18 @@ TEST(ContourSoftwareLimits, ExtremesOfArcsAndCurvesCount) {
             "axis 1 would be at 0.1001, beyond its highest position of 0.1 m or rad");
   EXPECT_EQ(refusal(settings, {}, {line_to({0.0, -0.1001}, kFast, 0.0)}),
             "axis 2 would be at -0.1001, beyond its lowest position of -0.1 m or rad");
-  // A whole circle that touches the limit, and one that is a micrometre too large: both begin and end in the middle.
+  // A whole circle that touches the limit, and another one a micrometre too large: both start and end in the middle.
   const auto circle = [](double radius) { return arc_by({}, radius, 0.0, 2.0 * std::numbers::pi, kFast, 0.0); };
   EXPECT_EQ(refusal(settings, {}, {circle(0.05)}), "");
   EXPECT_EQ(refusal(settings, {}, {circle(0.0500005)}),
             "axis 1 would be at 0.100001, beyond its highest position of 0.1 m or rad");
-  // An arc whose ends are inside, and whose middle is not.
+  // An arc whose ends are inside, but not its middle.
   const auto arc = arc_by({0.05, 0.05}, 0.02, 0.02, 2.5, kFast, 0.0);
-  // Its top is between the places that are looked at.
+  // Its top is between the checked positions.
   const double top = 0.02 + std::hypot(0.03, 0.03);
   EXPECT_EQ(refusal(limited(-0.1, top - 1e-6), {0.05, 0.05}, {arc}).find("axis 2 would be at 0.06242"), 0U);
   EXPECT_EQ(refusal(limited(-0.1, top), {0.05, 0.05}, {arc}), "");
-  // A spline swings beyond its points.
+  // A spline overshoots its points.
   PathMove spline = line_to({}, kFast, 0.0);
   spline.kind = PathMove::Kind::kSpline;
   spline.points = {{0.03, 0.09}, {0.06, 0.09}, {0.09, 0.0}};

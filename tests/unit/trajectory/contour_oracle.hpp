@@ -11,13 +11,13 @@
 
 namespace driveline::trajectory::test {
 
-/// Judges the positions that come out of the cycle, and nothing else: differences from cycle to cycle against the
-/// limits of each axis and of the tool, and the distance of the tool from the moves.
+/// Judges only the positions from the cycle: differences between cycles against the limits of each axis and of the
+/// tool, and the distance of the tool from the moves.
 class ContourOracle {
  public:
   ContourOracle(const ContourSettings& settings, const MovePlan& plan) : settings_(settings), plan_(plan) {}
 
-  /// Of the limits: what the rounding of positions to 2^-40 m and of a double, and the sampling, may add.
+  /// Tolerance of the limits: the effect of rounding positions to 2^-40 m and to a double, and of sampling.
   static constexpr double kMargin = 0.003;
 
   void take(const ContourSetpoint& setpoint) {
@@ -31,20 +31,20 @@ class ContourOracle {
     judge_place(setpoint);
   }
 
-  /// Empty: nothing was wrong.
+  /// The first violation; empty: there is none.
   [[nodiscard]] const std::string& verdict() const { return verdict_; }
-  /// The largest share of a limit that was used: velocity, acceleration, jerk.
+  /// The largest used share of each limit: velocity, acceleration, jerk.
   [[nodiscard]] const std::array<double, 3>& used() const { return used_; }
 
  private:
-  /// Where the tool is when the axes are there.
+  /// Position of the tool for positions of the axes.
   [[nodiscard]] GroupVector tool_of(const GroupVector& position) const {
     GroupVector tool = position;
     if (settings_.kinematics != nullptr && !settings_.kinematics->forward(position, tool)) tool[0] = 1e9;
     return tool;
   }
 
-  /// The tool moves as the vector of its coordinates.
+  /// Judges the magnitude of the tool's velocity, acceleration and jerk vectors.
   void judge_tool(double rounding) {
     const double dt = settings_.period_s;
     std::array<double, 3> squares{};
@@ -64,7 +64,7 @@ class ContourOracle {
   void judge_differences() {
     const double dt = settings_.period_s;
     double rounding = 2.0 / static_cast<double>(smoothing_cycles(settings_)) + 0.05;  // m/s^3
-    // Angles and places of some m or rad come from formulas with some ten operations.
+    // Angles and positions of some m or rad come from formulas with about ten operations.
     if (settings_.kinematics != nullptr) rounding += 64.0 * 2.2e-16 / (dt * dt * dt);
     for (std::size_t i = 0; i < settings_.axes; ++i) {
       const double p0 = last_[0][i];
@@ -104,7 +104,7 @@ class ContourOracle {
     verdict_ = text.str();
   }
 
-  static constexpr std::size_t kTool = kMaxGroupAxes;  ///< stands for the tool in verdicts
+  static constexpr std::size_t kTool = kMaxGroupAxes;  ///< represents the tool in verdicts
 
   const ContourSettings& settings_;
   const MovePlan& plan_;
@@ -121,7 +121,7 @@ class ContourRun {
   ContourRun(const ContourSettings& settings, const MovePlan& plan)
       : plan_(plan), track_(settings, plan.start), planner_(track_), follower_(track_) {}
 
-  /// Plans what there is room for.
+  /// Plans as much as there is room for.
   void plan() {
     while (planner_.flush() && next_ <= plan_.moves.size()) {
       if (next_ == plan_.moves.size()) {
@@ -135,7 +135,7 @@ class ContourRun {
 
   [[nodiscard]] ContourFollower& follower() { return follower_; }
   [[nodiscard]] bool planned() const { return next_ > plan_.moves.size(); }
-  /// Goes on until the axes stand at the end, `least` cycles at least; empty: they never do.
+  /// Continues until the axes are at rest at the end, for at least `least` cycles; empty: they never are.
   template <typename Each>
   std::optional<double> to_end(double period_s, std::size_t most, Each each, std::size_t least = 0) {
     for (std::size_t cycle = 0; cycle < most; ++cycle) {
@@ -155,7 +155,7 @@ class ContourRun {
   std::size_t next_ = 0;
 };
 
-/// Whether the shaper takes them.
+/// Whether the shaper accepts the moves.
 inline bool can_be_shaped(std::size_t axes, const MovePlan& plan) {
   PathShaper shaper(axes, plan.start);
   std::vector<ShapedPiece> out;

@@ -29,7 +29,7 @@ ContourSettings settings_of(std::size_t axes, double velocity, double accelerati
   return settings;
 }
 
-/// Sends the commands of an operator at random times, and none in the end.
+/// Sends an operator's commands at random times, and none at the end.
 class Operator {
  public:
   Operator(test::Random& random, std::size_t cycles) : random_(random), cycles_(cycles) { next_ = wait(); }
@@ -98,13 +98,13 @@ TEST(Contour, KeepsEveryLimitOnRandomPathsWhateverTheOperatorDoes) {
     ASSERT_EQ(last.speed, 0.0);
     for (std::size_t i = 0; i < 3; ++i) used[i] = std::max(used[i], oracle.used()[i]);
   }
-  // The limits were used, or the test would show nothing.
+  // The limits must be used, or the test would show nothing.
   if (count >= 1000) {
     for (const double each : used) EXPECT_GT(each, 0.99);
   }
 }
 
-/// What the oracle says about a planner that believes in limits which are too large.
+/// The oracle's verdict on a planner with limits that are too large.
 std::string verdict_with(const ContourSettings& believed, const ContourSettings& real) {
   const MovePlan plan{{}, {line_to({0.5}, kFast, 0.0)}};
   ContourRun run(believed, plan);
@@ -123,7 +123,7 @@ TEST(Contour, ALimitOnePercentTooLargeIsFound) {
   harder.limits[0].max_acceleration *= 1.01;
   EXPECT_NE(verdict_with(harder, real).find("acceleration of axis 0"), std::string::npos);
   auto jerkier = real;
-  jerkier.limits[0].max_jerk = 1000.0 * 80.0 / 79.0;  // one cycle less to average
+  jerkier.limits[0].max_jerk = 1000.0 * 80.0 / 79.0;  // one cycle less for averaging
   EXPECT_NE(verdict_with(jerkier, real).find("jerk of axis 0"), std::string::npos);
 }
 
@@ -132,11 +132,11 @@ TEST(Contour, ALineFromRestToRestTakesTheShortestTime) {
   const MovePlan plan{{}, {line_to({0.5}, kFast, 0.0)}};
   ContourRun run(settings, plan);
   const auto end = run.to_end(settings.period_s, kLongest, [](const ContourSetpoint&) {});
-  // Way by velocity, and the two ramps.
+  // Distance by velocity, and the two ramps.
   EXPECT_NEAR(end.value(), 0.5 / 1.0 + 1.0 / 10.0 + 10.0 / 1000.0, 0.001);
 }
 
-// What bench/path has found for these paths: motions within the limits of every axis, by a numeric optimum.
+// Durations from bench/path for these paths: motions within the limits of every axis, by a numeric optimum.
 TEST(Contour, BendsAndFlatCornersTakeHardlyLongerThanANumericOptimum) {
   auto settings = settings_of(2, 1.0, 10.0, 1000.0);
   settings.capacity = 8192;
@@ -168,7 +168,7 @@ TEST(Contour, TheFeedIsWhatTheMoveSaysTimesTheOverride) {
 }
 
 TEST(Contour, AnArcOfManyKilometersIsPlannedToItsEnd) {
-  // Its length in steps times the number of its stretches is more than 63 bits hold.
+  // Its length in steps times its number of stretches exceeds 63 bits.
   const auto settings = settings_of(2, 1e6, 1e6, 1e8);
   const MovePlan plan{{}, {arc_by({}, 0.0, 1e5, 6.0, kFast, 0.0)}};
   ContourRun run(settings, plan);
@@ -227,7 +227,7 @@ TEST(Contour, APathWithoutEndNeedsNoMoreMemory) {
   std::uint64_t moves = 0;
   MovePlan around{{}, {}};
   for (int cycle = 0; cycle < 400'000; ++cycle) {
-    // 256 places, but a path of many thousand pieces.
+    // 256 slots, but a path of many thousand pieces.
     while (planner.flush() && moves < 40'000) {
       angle += turn;
       ASSERT_TRUE(planner.add(line_to({0.05 * std::sin(angle), 0.05 - 0.05 * std::cos(angle)}, 0.2, 1e-5)));
@@ -240,7 +240,7 @@ TEST(Contour, APathWithoutEndNeedsNoMoreMemory) {
   EXPECT_GT(moves, 5'000U);
 }
 
-/// Goes along the moves to their end, within all limits.
+/// Follows the moves to their end, within all limits.
 void expect_end(const ContourSettings& settings, const MovePlan& plan) {
   ContourRun run(settings, plan);
   ContourOracle oracle(settings, plan);
@@ -266,7 +266,7 @@ TEST(Contour, AStraightOfMoreLinesThanThereIsRoomForEndsAtItsEnd) {
   expect_end(settings_of(1, 1.0, 10.0, 1000.0), straight_of(0x1p-6));
 }
 
-// Within the averaging there is way for more lines than there is room for.
+// The averaging spans more lines than there is room for.
 TEST(Contour, MoreShortLinesThanThereIsRoomForWithinTheAveragingEndAtTheirEnd) {
   expect_end(settings_of(1, 1.0, 10.0, 1000.0), straight_of(0x1p-16));
   expect_end(settings_of(1, 1000.0, 10.0, 1000.0), straight_of(0x1p-9));
@@ -315,7 +315,7 @@ TEST(Contour, WithoutMoreMovesTheAxesComeToRestOnThePathAndGoOnLater) {
   EXPECT_EQ(oracle.verdict(), "");
 }
 
-// The two threads as they are in a program. How they take turns is up to the machine; the limits hold in any case.
+// The two threads as in a program. Their order depends on the machine; the limits hold in any case.
 TEST(Contour, IsPlannedByOneThreadWhileAnotherFollows) {
   test::Random random;
   const auto settings = settings_of(2, 1.0, 10.0, 1000.0);

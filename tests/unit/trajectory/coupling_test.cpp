@@ -46,7 +46,7 @@ class RandomMaster {
     if (profile_.finished(elapsed_s_)) rest_ = 1 + static_cast<int>(random_->index(0, 800));
     return now_;
   }
-  /// From its next rest on it keeps its velocity.
+  /// From its next standstill on it keeps its velocity.
   void keep_velocity() { steady_ = true; }
   [[nodiscard]] const AxisSetpoint& now() const { return now_; }
 
@@ -66,12 +66,12 @@ class RandomMaster {
   bool steady_ = false;
 };
 
-/// Differentiates what a drive would be told, and compares it with limits. Knows nothing of couplings.
+/// Differentiates the setpoints of a drive, and compares them with limits. Independent of couplings.
 class Judge {
  public:
   explicit Judge(const FollowLimits& limits) : limits_(limits) {}
 
-  /// `with_jerk`: the jerk of the last three steps counts.
+  /// `with_jerk`: the jerk of the last three steps is judged, too.
   void look(double position, bool with_jerk = true) {
     std::rotate(places_.begin(), places_.begin() + 1, places_.end());
     places_.back() = position;
@@ -83,7 +83,7 @@ class Judge {
     if (with_jerk)
       compare("jerk", 4, p[3] - 3.0 * (p[2] - p[1]) - p[0], kPeriod * kPeriod * kPeriod, limits_.max_jerk, rounding);
   }
-  /// The first excess; empty: none.
+  /// The first violation; empty: none.
   [[nodiscard]] const std::string& complaint() const { return complaint_; }
 
  private:
@@ -158,15 +158,15 @@ TEST(CouplingLimits, HoldWithoutKnowingWhatTheMasterMayDo) {
   EXPECT_EQ(random_campaign(kSlave, 60, false), "");
 }
 
-// The oracle sees a limit that is one percent too large, each of the three.
+// The oracle must detect each of the three limits if it is one percent too large.
 TEST(CouplingLimits, AnExcessOfOnePercentIsCaught) {
   EXPECT_EQ(random_campaign({{10.1, 100.0}, 4000.0}, 60, true).substr(0, 8), "velocity");
   EXPECT_EQ(random_campaign({{10.0, 101.0}, 4000.0}, 60, true).substr(0, 12), "acceleration");
   EXPECT_EQ(random_campaign({{10.0, 100.0}, 4040.0}, 60, true).substr(0, 4), "jerk");
 }
 
-// Steps of the master's velocity, of any size: velocity and acceleration of the slave hold at every step, and it is
-// back in synchronism when the master is calm.
+// Steps of the master's velocity, of any size: velocity and acceleration of the slave are limited in every step, and it
+// is back in synchronism when the master is calm.
 TEST(CouplingLimits, VelocityAndAccelerationHoldForAMasterThatLeaps) {
   test::Random random;
   for (int round = 0; round < 40; ++round) {
@@ -211,7 +211,7 @@ TEST(Coupling, InSynchronismTheSlaveIsWhereTheLawHasItToTheLastBit) {
   EXPECT_EQ(coupling.losses(), 0U);
 }
 
-// A master that counts, in the last of 10^9 increments.
+// A master with a counter, at the last of 10^9 increments.
 TEST(Coupling, AGearIsExactAfterAThousandMillionIncrements) {
   constexpr double kIncrement = kTurn / 1048576.0;
   auto coupling = coupling_of(kSlave);
@@ -231,7 +231,7 @@ TEST(Coupling, AGearIsExactAfterAThousandMillionIncrements) {
   EXPECT_NEAR(slave.position / kIncrement, exact, 1e-5);
 }
 
-// MC_GearIn: only the velocities are brought together, and the places of that moment stay together.
+// MC_GearIn: only the velocities are matched, and the positions at that moment stay related.
 TEST(Coupling, CatchesUpWithTheVelocityAloneWhenAsked) {
   auto coupling = coupling_of(kSlave);
   ASSERT_EQ(coupling.engage(gear(1, 2), CatchUp::kVelocity, {5.0, 0.0, 0.0}, cruise(0.0, 4.0, 0)),
@@ -258,7 +258,7 @@ TEST(Coupling, ComesIntoSynchronismAtAPlaceWhateverTheMasterDoesOnTheWay) {
     double waited_until = 0.0;
     double in_sync_from = 0.0;
     while (master.position < 4.0) {
-      // Half as fast in the middle of the run-in, by a smooth change.
+      // Half as fast in the middle of the run-in, with a smooth change.
       const double part = std::clamp((master.position - 2.8) / 0.4, 0.0, 1.0);
       const double slow = 1.0 - 0.5 * part * part * (3.0 - 2.0 * part);
       const double slope = part > 0.0 && part < 1.0 ? -0.5 * 6.0 * part * (1.0 - part) / 0.4 : 0.0;
@@ -338,7 +338,7 @@ TEST(Coupling, APhaseMovesTheMasterAsTheSlaveSeesIt) {
   int step = 0;
   while (!coupling.in_sync() && step < 20000) judge.look(coupling.step(cruise(0.0, 2.0, ++step)).position);
   ASSERT_TRUE(coupling.in_sync());
-  // Half of what the limits of the slave leave, as a way of the master.
+  // Half of what the slave's limits leave, as a distance of the master.
   ASSERT_TRUE(coupling.shift_phase_to(-0.7, ProfileLimits::symmetric(1.0, 20.0, 900.0)));
   EXPECT_FALSE(coupling.phase_reached());
   EXPECT_FALSE(coupling.shift_phase_to(NAN, ProfileLimits::symmetric(1.0, 20.0, 900.0)));
@@ -372,7 +372,7 @@ TEST(Coupling, IsReleasedIntoItsVelocityOrToRestWithinItsLimits) {
   }
 }
 
-// A drive that was not told for some cycles is beside the law when it hears again.
+// A drive that missed commands for some cycles is off the law when it receives them again.
 TEST(Coupling, FindsBackFromWhereItsSlaveWasMovedTo) {
   auto coupling = coupling_of(kSlave);
   ASSERT_EQ(coupling.engage(gear(1, 1), CatchUp::kPosition, {}, {}), CouplingRefusal::kNone);
@@ -390,7 +390,7 @@ TEST(Coupling, FindsBackFromWhereItsSlaveWasMovedTo) {
   EXPECT_EQ(judge.complaint(), "");
 }
 
-// The master goes to 15 rad/s, and back to 4: the slave may have 10.
+// The master accelerates to 15 rad/s, and back to 4: the limit of the slave is 10.
 TEST(Coupling, AMasterThatIsTooFastIsFollowedWithinTheLimitsOrNotAnyMore) {
   for (const auto on_loss : {OnLoss::kFollow, OnLoss::kStop}) {
     auto coupling = coupling_of(kSlave, {});

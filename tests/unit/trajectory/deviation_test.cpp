@@ -20,7 +20,7 @@ AxisSetpoint swing(double t) {
           kAmplitude * kOmega * kOmega * std::cos(phase)};
 }
 
-/// Cycles until it is on the path.
+/// Number of cycles until it is on the path.
 int return_to(double time, double away, double velocity_away, double& hardest) {
   const auto begin = swing(time);
   Deviation way(begin.position + away, begin.velocity + velocity_away, kGentleLimits);
@@ -50,7 +50,7 @@ TEST(Deviation, GoesToZeroWithATenthOfTheAcceleration) {
   }
 }
 
-/// Gaps that follow one another while the path gets faster: each leaves the axis a little further ahead.
+/// Consecutive gaps while the path accelerates: each leaves the axis a little further ahead.
 TEST(Deviation, MakesNoAxisFasterThanItMayBe) {
   for (const double ahead : {0.5, 2.0, 4.0}) {
     SCOPED_TRACE(ahead);

@@ -42,7 +42,7 @@ TEST(GearRatio, IsExactAfterAThousandMillionIncrements) {
   EXPECT_NEAR(ratio.travel(static_cast<double>(kGigaIncrements)), exact, 3e-16 * exact);
 }
 
-// Adding up what each increment is worth would be off by many increments by then.
+// Adding up the value of each increment would be off by many increments by then.
 TEST(GearRatio, DoesNotDriftWhereAddingUpWould) {
   const auto ratio = GearRatio::make(1, 3).value();
   double added = 0.0;

@@ -1,4 +1,4 @@
-// What every method promises, on paths that are not kind: uneven steps, two points, 128 axes.
+// Guarantees of every method, on difficult paths: uneven steps, two points, 128 axes.
 #include "driveline/trajectory/interpolation_method.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ INSTANTIATE_TEST_SUITE_P(All, InterpolationMethods,
                                          Method::kClampedSpline, Method::kQuintic, Method::kCosine, Method::kBSpline),
                          [](const auto& tested) { return std::string(facts_of(tested.param).name); });
 
-/// Position, velocity, acceleration and jerk of axis 0 at both sides of a knot.
+/// Position, velocity, acceleration and jerk of axis 0 on both sides of a knot.
 struct Sides {
   std::array<double, 4> left;
   std::array<double, 4> right;
@@ -194,7 +194,7 @@ TEST_P(InterpolationMethods, CanBeBroughtToRestWithinTheLimitsThatTheyPassed) {
   EXPECT_EQ(rate, jumps ? 1.0 : 1.25);
 }
 
-// Half way between two points a curve of this kind is off by the power of the step.
+// Half way between two points the error of such a curve is a power of the step.
 TEST_P(InterpolationMethods, ConvergeToASmoothMotionWithTheirOrder) {
   const auto motion = [](double t) { return std::pow(std::sin(t), 6); };  // at rest at both ends, to the fifth degree
   const auto largest_error = [&](std::size_t segments) {

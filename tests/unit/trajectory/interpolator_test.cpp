@@ -38,7 +38,7 @@ TEST(LinearInterpolator, FollowsStraightLines) {
   auto now = evaluate_all(line, 1.25);
   expect_setpoint(now[0], {0.5, 2.0, 0.0});
   expect_setpoint(now[1], {10.0, 0.0, 0.0});
-  now = evaluate_all(line, 2.0);  // a corner belongs to the segment that begins there
+  now = evaluate_all(line, 2.0);  // a corner belongs to the segment that starts there
   expect_setpoint(now[0], {2.0, -2.0, 0.0});
   expect_setpoint(now[1], {10.0, 10.0, 0.0});
   now = evaluate_all(line, 3.5);

@@ -15,7 +15,7 @@ namespace {
 
 using Kind = PoseFault::Kind;
 
-/// A machine, and a box in which its tool can be everywhere.
+/// A machine, and a box that its tool can reach completely.
 struct Machine {
   std::string name;
   std::unique_ptr<Kinematics> kinematics;
@@ -78,7 +78,7 @@ TEST(Kinematics, DerivativesAreThoseOfThePlacesOfTheJoints) {
   for (const auto& machine : machines()) {
     for (int round = 0; round < 300; ++round) {
       DRIVELINE_TRACE_SEED(random, round);
-      // A helix: all derivatives of the tool are there.
+      // A helix: all derivatives of the tool are non-zero.
       CircularArc arc;
       arc.center = random_place(random, machine);
       arc.to_start[0] = 0.03;
@@ -153,7 +153,7 @@ TEST(Kinematics, PlacesOutOfReachAndSingularOnesAreToldApart) {
   const double lowest = -std::sqrt(0.85 * 0.85 - 0.15 * 0.15);
   EXPECT_EQ(kind_at(delta, {0.0, 0.0, lowest + 1e-5}).kind, Kind::kSingular);
   EXPECT_EQ(delta.explain(kind_at(delta, {0.0, 0.0, lowest + 1e-5})), "arm and rods of chain 1 would be in line there");
-  // Level with its knees the platform is not held, and above them it would be the other way round.
+  // Level with its knees the platform is not constrained, and above them the solution would be inverted.
   const LinearDeltaKinematics linear({0.25, 0.04, 0.5});
   EXPECT_EQ(kind_at(linear, {0.0, 0.0, 0.3}).kind, Kind::kNone);
   const LinearDeltaKinematics flat({0.25, 0.04, 0.21001});

@@ -72,7 +72,7 @@ TEST(LimitedAxis, StopsFromFullSpeedAndStaysThere) {
   for (int k = 0; k < 10; ++k) test::expect_setpoint(axis.stop(), {position, 0.0, 0.0});
 }
 
-// The jerk asks for more speed than there is: it gives way.
+// The jerk would require more speed than allowed: the jerk limit yields.
 TEST(LimitedAxis, AStopWhileItGainsSpeedKeepsTheSpeedLimit) {
   LimitedAxis axis({{2.0, 100.0}, 200.0}, kStep);
   axis.rest_at(0.0);

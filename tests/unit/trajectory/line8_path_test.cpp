@@ -1,4 +1,4 @@
-// The example path keeps what its users rely on.
+// The example path has the properties that its users rely on.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

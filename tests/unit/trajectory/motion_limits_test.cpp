@@ -57,7 +57,7 @@ TEST(CheckLimits, GivesTheFactsOfWhatIsTooMuch) {
   EXPECT_EQ(result.error().limit, 2.25);
 }
 
-// Slowing the path down by the reported excess is enough.
+// Slowing the path down by the reported excess is sufficient.
 TEST(CheckLimits, TellsTheMostOfWhatIsTooMuchFirst) {
   PathBuilder builder;
   require(builder.add_axis({"x", AxisKind::kRotary}));

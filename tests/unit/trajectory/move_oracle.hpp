@@ -11,7 +11,7 @@
 
 namespace driveline::trajectory::test {
 
-/// Random moves, and where their ways are by the formulas of school: nothing of the planner's geometry is used.
+/// Random moves, and their paths by elementary formulas, independent of the planner's geometry.
 struct MovePlan {
   GroupVector start{};
   std::vector<PathMove> moves;
@@ -31,7 +31,7 @@ inline PathMove line_to(const GroupVector& target, double feed, double tolerance
   return move;
 }
 
-/// An arc in the plane of the first two axes, by its centre and the angle that it covers (negative: clockwise).
+/// An arc in the plane of the first two axes, by its centre and its angle (negative: clockwise).
 inline PathMove arc_by(const GroupVector& from, double center_x, double center_y, double angle_rad, double feed,
                        double tolerance) {
   PathMove move = line_to(from, feed, tolerance);
@@ -46,7 +46,7 @@ inline PathMove arc_by(const GroupVector& from, double center_x, double center_y
   return move;
 }
 
-/// Lines and arcs of `axes` axes; every third corner or so is exact.
+/// Lines and arcs of `axes` axes; about every third corner is exact.
 inline MovePlan random_moves(Random& random, std::size_t axes, std::size_t count, double size) {
   MovePlan plan;
   GroupVector at{};
@@ -88,7 +88,7 @@ inline double distance_from_line(const GroupVector& p, const GroupVector& a, con
   return distance(p, nearest);
 }
 
-/// Of an arc in the plane of the first two axes.
+/// Distance from an arc in the plane of the first two axes.
 inline double distance_from_arc(const GroupVector& p, const GroupVector& from, const PathMove& move) {
   const double turn = move.clockwise ? -1.0 : 1.0;
   const auto angle_of = [&](const GroupVector& place) {
@@ -107,7 +107,7 @@ inline double distance_from_arc(const GroupVector& p, const GroupVector& from, c
   return std::min(ends, std::sqrt(total));
 }
 
-/// From one of the moves of lines and arcs.
+/// Distance from one of the lines and arcs.
 inline double distance_from_move(const GroupVector& p, const MovePlan& plan, std::size_t number) {
   const auto& from = number == 0 ? plan.start : plan.moves[number - 1].target;
   const auto& move = plan.moves[number];

@@ -22,7 +22,7 @@ TEST(OptionalTorque, IsNoneUntilItIsGiven) {
   EXPECT_FALSE(setpoint.torque);
 }
 
-/// The encoding of "none" must not be the result of any calculation: a failed controller would seem to give no torque.
+/// The encoding of "none" must not result from any calculation: a failed controller would appear to command no torque.
 TEST(OptionalTorque, NoResultOfACalculationIsNone) {
   const double none_as_number = AxisSetpoint{}.torque.value_or(std::numeric_limits<double>::quiet_NaN());
   for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::quiet_NaN(),
@@ -30,7 +30,7 @@ TEST(OptionalTorque, NoResultOfACalculationIsNone) {
                              std::numeric_limits<double>::infinity(), 0.0, -0.0}) {
     EXPECT_TRUE(OptionalTorque(wrong).has_value()) << wrong;
   }
-  // Not even of one that goes on with the value inside.
+  // Not even from a calculation with the encoded value itself.
   EXPECT_TRUE(OptionalTorque(*OptionalTorque() + 0.0).has_value());
   EXPECT_TRUE(std::isnan(OptionalTorque(std::sqrt(-1.0)).value_or(0.0)));
 }

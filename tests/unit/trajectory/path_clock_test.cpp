@@ -85,12 +85,12 @@ TEST(PathClock, CatchesUpByWhatItIsLate) {
     EXPECT_LE(fastest, 1.2 + 1e-9);
     EXPECT_NEAR(rate, 1.0, 1e-9);
     EXPECT_NEAR(clock.behind_s(), 0.0, 0.2 * kStep) << late;
-    // What it stood still on purpose, from the time on at which it was no faster than at full speed, is not caught up.
+    // Deliberate standstill, counted from the time when the path was no faster than at full speed, is not caught up.
     EXPECT_NEAR(clock.path_s() - now, late - 400 * kStep, 4.0 * 0.2 * 0.02 + 2 * kStep) << late;
   }
 }
 
-/// One raised cosine of one second.
+/// A raised cosine of one second.
 Interpolator cosine(double amplitude) {
   PathBuilder builder;
   EXPECT_TRUE(builder.add_axis({"a", AxisKind::kRotary}).has_value());
@@ -103,7 +103,7 @@ Interpolator cosine(double amplitude) {
 
 TEST(PathClock, TheRampKeepsEveryAxisWithinItsLimitsWhereverItBegins) {
   auto path = cosine(2.0);
-  // The path itself asks for 2 pi rad/s and 39.5 rad/s^2.
+  // The path itself needs 2 pi rad/s and 39.5 rad/s^2.
   const std::array limits{AxisLimits{10.0, 60.0}};
   const double ramp = path_ramp_s(path, limits);
   EXPECT_NEAR(ramp, 2.0 * std::numbers::pi / (60.0 - 39.5), 0.01);

@@ -1,4 +1,4 @@
-// How far a path goes, between its points as well.
+// The extent of a path, including the parts between its points.
 #include "driveline/trajectory/path_extent.hpp"
 
 #include <gtest/gtest.h>

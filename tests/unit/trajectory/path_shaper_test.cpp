@@ -39,7 +39,7 @@ double length_of(const GroupVector& v) {
   return distance(v, {});
 }
 
-/// Place, direction and curvature go on, unless the axes stand.
+/// Position, direction and curvature are continuous, unless the axes stop.
 void expect_smooth(const std::vector<ShapedPiece>& pieces) {
   for (std::size_t k = 1; k < pieces.size(); ++k) {
     const auto before = pieces[k - 1].piece.at(pieces[k - 1].piece.length());

@@ -61,7 +61,7 @@ TEST(PathBuilder, RefusesWhatIsNoPoint) {
             "position nan rad of axis 'x' is not within +-1e+09 rad");
   EXPECT_EQ(refusal(builder.add_point(2.0, std::array{0.0, -2e9})),
             "position -2e+09 m of axis 'y' is not within +-1e+09 m");
-  // None of these has left a trace.
+  // None of these has had an effect.
   require(builder.add_point(1.5, std::array{1.0, 1.0}));
   EXPECT_EQ(builder.build().value().points(), 2U);
 }
@@ -96,7 +96,7 @@ TEST(PathBuilder, TakesDerivativesOfTheAxesThatGiveThem) {
   EXPECT_EQ(refusal(builder.add_axis({"z", AxisKind::kLinear, nullptr, false, true})),
             "axis 'z' gives accelerations and no velocities");
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const std::array two{1.0, kNan};  // y gives none: what is there is left out
+  const std::array two{1.0, kNan};  // y gives none: existing ones are left out
   const std::array positions{1.0, 2.0};
   EXPECT_EQ(refusal(builder.add_point(0.0, positions)), "expected 2 velocities, found 0");
   EXPECT_EQ(refusal(builder.add_point({0.0, positions, two, std::array{1.0}})), "expected 2 accelerations, found 1");

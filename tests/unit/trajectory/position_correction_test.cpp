@@ -1,4 +1,4 @@
-// Pitch error and backlash: there and back, without a step, and what is refused.
+// Pitch error and backlash: conversion in both directions, without a step, and refusals.
 #include "driveline/trajectory/position_correction.hpp"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ TEST(PositionCorrection, PassesThePointsOfTheTable) {
     EXPECT_NEAR(correction.drive(point.position, 0.0).position, point.position + point.backward - 4e-5, 1e-15);
     EXPECT_NEAR(correction.gap(point.position), 4e-5 + point.forward - point.backward, 1e-15);
   }
-  // Behind its ends the nearest one counts.
+  // Beyond its ends the nearest point counts.
   EXPECT_NEAR(correction.drive(5.0, 1.0).position, 5.0 + table.points.back().forward, 1e-15);
   EXPECT_NEAR(correction.drive(-5.0, 1.0).position, -5.0 + table.points.front().forward, 1e-15);
 }
@@ -63,7 +63,7 @@ TEST(PositionCorrection, VelocityAndAccelerationOfTheDriveHaveNoStep) {
       const auto now = correction.drive(axis, forward);
       ASSERT_NEAR((now.position - before.position) / kStep, 0.5 * (now.slope + before.slope), 1e-7);
       ASSERT_NEAR((now.slope - before.slope) / kStep, 0.5 * (now.curvature + before.curvature), 1e-5);
-      // The curvature is some 1e-2; a step of it would be a share of that.
+      // The curvature is about 1e-2; a step of it would be a share of that.
       ASSERT_LT(std::abs(now.curvature - before.curvature), 20.0 * kStep);
       before = now;
     }

@@ -23,7 +23,7 @@ tl::expected<Profile, ProfileError> plan(const Motion& motion) {
   return plan_to_position(motion.from, motion.to, motion.limits);
 }
 
-/// The profile of a motion that must be possible, found right by the oracle.
+/// The profile of a motion that must be possible, checked by the oracle.
 Profile judged(const Motion& motion) {
   const auto profile = plan(motion);
   EXPECT_TRUE(profile.has_value()) << motion.text();
@@ -76,7 +76,7 @@ TEST(PositionProfile, AMovingAxisThatIsAlreadyThereComesBack) {
   const Profile profile = judged({{0.0, 1.0, 0.5}, {0.0, 0.0, 0.0}, ProfileLimits::symmetric(2.0, 3.0, 10.0)});
   EXPECT_GT(profile.extremes().max, 0.1);
   EXPECT_GT(profile.duration_s(), 1.0);
-  // To the state that it is in: no time, or all the way round.
+  // To the present state: no time, or a full loop.
   EXPECT_EQ(judged({{0.0, 1.0, 0.0}, {0.0, 1.0, 0.0}, ProfileLimits::symmetric(2.0, 3.0, 10.0)}).duration_s(), 0.0);
   EXPECT_EQ(judged({{0.0, 1.0, 0.5}, {0.0, 1.0, 0.5}, ProfileLimits::symmetric(2.0, 3.0, 10.0)}).duration_s(), 0.0);
 }
@@ -136,7 +136,7 @@ TEST(PositionProfile, RefusesATargetThatNeedsMoreThanTheLimits) {
   EXPECT_EQ(reason(-1.1, 0.0), Reason::kTarget);
   EXPECT_EQ(reason(0.0, 3.1), Reason::kTarget);
   EXPECT_EQ(reason(0.0, -4.1), Reason::kTarget);
-  // It would have been faster before: 1.5 + 9 / 10 > 2, -0.5 - 9 / 10 < -1.
+  // It would have been too fast before: 1.5 + 9 / 10 > 2, -0.5 - 9 / 10 < -1.
   EXPECT_EQ(reason(1.5, -3.0), Reason::kTarget);
   EXPECT_EQ(reason(-0.5, 3.0), Reason::kTarget);
   EXPECT_EQ(reason(1.5, 3.0), Reason::kLimits);
@@ -151,7 +151,7 @@ TEST(PositionProfile, RefusesWhatTakesForEverOrOverflows) {
   EXPECT_EQ(plan({{0.0, 0.0, 1e200}, {}, ProfileLimits::symmetric(1.0, 1.0, 1.0)}).error().reason, Reason::kTooLong);
 }
 
-// A state of any kind that a motion can start or end in.
+// A state of any kind that can be the start or end of a motion.
 AxisSetpoint random_state(test::Random& random, const ProfileLimits& limits, double reach) {
   const double top = std::isfinite(limits.max_velocity) ? limits.max_velocity : 10.0;
   const double bottom = std::isfinite(limits.min_velocity) ? limits.min_velocity : -10.0;
@@ -172,7 +172,7 @@ ProfileLimits random_limits(test::Random& random) {
   return limits;
 }
 
-/// A motion that can be done without coming back inside the limits first.
+/// A motion that does not have to return inside the limits first.
 Motion random_motion(test::Random& random) {
   for (;;) {
     const ProfileLimits limits = random_limits(random);
@@ -218,11 +218,11 @@ TEST(PositionProfile, IsNotSlowerThanTheBestOfASearch) {
     ASSERT_LE(profile->duration_s(), found_s * (1.0 + 1e-9) + 1e-9) << motion.text();
     far_off += found_s > 1.1 * profile->duration_s() ? 1 : 0;
   }
-  // The search finds nearly the same, or it would prove nothing.
+  // The search must find almost the same, or it would prove nothing.
   EXPECT_LT(far_off, rounds / 10);
 }
 
-/// A motion in which every limit is met.
+/// A motion that reaches every limit.
 Motion demanding() {
   return {{}, {20.0, 0.0, 0.0}, {2.0, -1.0, 1.0, -0.5, 1.0}};
 }
@@ -255,7 +255,7 @@ TEST(PositionProfile, LimitsOfVeryDifferentSizes) {
           }
           const Motion motion{{}, {distance, 0.0, 0.0}, ProfileLimits::symmetric(velocity, acceleration, jerk)};
           judged(motion);
-          // From rest to rest the largest velocity is in the middle, and the way back takes as long.
+          // From rest to rest the highest velocity is in the middle, and the return takes as long.
           const double duration_s = plan(motion)->duration_s();
           const AxisSetpoint middle = plan(motion)->evaluate(duration_s / 2.0);
           EXPECT_NEAR(middle.position, distance / 2.0, 1e-9 * distance) << motion.text();
@@ -265,7 +265,7 @@ TEST(PositionProfile, LimitsOfVeryDifferentSizes) {
   }
 }
 
-// An axis that is planned anew while it cruises has a velocity one rounding below the limit.
+// An axis that is replanned while it cruises has a velocity one rounding below the limit.
 TEST(PositionProfile, VelocitiesThatDifferInTheirLastDigits) {
   for (const double velocity : {2.9959738429213414, 50.0, 1e-3, 700.0}) {
     double slower = velocity;
@@ -299,7 +299,7 @@ TEST(PositionProfile, ComesBackInsideTheLimitsFirst) {
                         limits};
     const auto profile = plan(motion);
     ASSERT_TRUE(profile.has_value()) << motion.text();
-    // Only what is outside may stay outside, and only as long as it takes.
+    // Only a value that starts outside may stay outside, and only as long as necessary.
     double back_s = 0.0;
     while (back_s < profile->duration_s() && !test::is_inside(profile->evaluate(back_s), limits)) {
       back_s += profile->duration_s() / 500.0;

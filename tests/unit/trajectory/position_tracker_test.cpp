@@ -1,4 +1,5 @@
-// Position, velocity and acceleration out of an encoder with a grain, that loses measurements, stands and leaps.
+// Position, velocity and acceleration from an encoder with a coarse resolution that loses measurements, stops and
+// jumps.
 #include "driveline/trajectory/position_tracker.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ namespace driveline::trajectory {
 namespace {
 
 constexpr double kPeriod = 125e-6;
-/// 14 bits to a turn: a coarse encoder.
+/// 14 bits per turn: a coarse encoder.
 constexpr double kGrain = 2.0 * std::numbers::pi / 16384.0;
 
 TrackerSettings settings(double noise = kGrain) {
@@ -29,7 +30,7 @@ double grained(double position) {
   return std::round(position / kGrain) * kGrain;
 }
 
-/// Differences of what comes out, as a drive is told it.
+/// Differences of the output, as sent to a drive.
 class Demand {
  public:
   void see(double position) {
@@ -97,7 +98,7 @@ TEST(PositionTracker, WhatStandsDoesNotMoveWhateverTheNoise) {
   }
 }
 
-// So slow that it stands now and then: it is followed all the same, and nothing adds up.
+// So slow that the measured position pauses: it is followed nevertheless, and no error accumulates.
 TEST(PositionTracker, SlowMotionIsFollowed) {
   PositionTracker tracker(settings());
   settle(tracker, 0.0);

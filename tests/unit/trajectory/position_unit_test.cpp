@@ -1,4 +1,4 @@
-// The units that people write positions in.
+// The units in which positions are written.
 #include "driveline/trajectory/position_unit.hpp"
 
 #include <gtest/gtest.h>

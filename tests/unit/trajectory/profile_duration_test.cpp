@@ -45,7 +45,7 @@ TEST(ProfileDuration, FromRestToRestAnyLongerOneIsPossible) {
       ASSERT_TRUE(profile.has_value()) << factor;
       EXPECT_NEAR(profile->duration_s(), factor * least_s, 1e-12 * factor * least_s);
       EXPECT_EQ(ProfileOracle(motion).complaint(*profile), "");
-      // Without turning back.
+      // Without reversing.
       EXPECT_GE(profile->extremes().min, 1.0);
       EXPECT_LE(profile->extremes().max, 3.0 + 1e-12);
     }
@@ -60,7 +60,7 @@ TEST(ProfileDuration, AnAxisThatIsToStayDoesNotMove) {
   EXPECT_EQ(profile.duration_s(), 3.0);
   EXPECT_EQ(profile.extremes().min, 2.0);
   EXPECT_EQ(profile.extremes().max, 2.0);
-  // Nor does one change its velocity that has the time that it takes at it.
+  // If the given time matches its velocity, the velocity does not change either.
   const Motion steady{{0.0, 0.5, 0.0}, {2.0, 0.5, 0.0}, {1.5, -1.0, 2.0, -1.0, 7.0}};
   const Profile line = plan(steady, 4.0).value();
   for (int i = 0; i <= 10; ++i) {
@@ -80,7 +80,7 @@ TEST(ProfileDuration, RefusesWhatIsTooShortAndNamesWhatIsPossible) {
   EXPECT_EQ(plan(motion, 2.0 * kLongestProfileSeconds).error().reason, Reason::kTooLong);
 }
 
-// A little ahead at the velocity that the axis has: at once, or all the way round.
+// A little ahead at the present velocity: at once, or with a full loop.
 TEST(ProfileDuration, AMovingAxisHasAGap) {
   const Motion motion{{0.0, 1.0, 0.0}, {0.1, 1.0, 0.0}, ProfileLimits::symmetric(2.0, 2.0, 10.0)};
   const PossibleDurations durations = durations_of(motion).value();
@@ -100,7 +100,7 @@ TEST(ProfileDuration, AMovingAxisHasAGap) {
   }
 }
 
-// With an acceleration of 2 at both ends, either it is not taken back or it passes through zero.
+// With an acceleration of 2 at both ends, it either stays or passes through zero.
 TEST(ProfileDuration, AnAcceleratingAxisHasAGap) {
   const Motion motion{{0.0, 0.0, 2.0}, {0.0101, 0.2, 2.0}, ProfileLimits::symmetric(2.0, 3.0, 10.0)};
   const PossibleDurations durations = durations_of(motion).value();
@@ -110,7 +110,7 @@ TEST(ProfileDuration, AnAcceleratingAxisHasAGap) {
   EXPECT_LT(durations.shortest_s(), 0.11);
 }
 
-/// A motion of random jerks, in which no limit is exceeded, and how long it takes. None: this one leaves them.
+/// A motion of random jerks within the limits, and its duration. None: it exceeds them.
 std::optional<Profile> random_walk(test::Random& random, const ProfileLimits& limits, const AxisSetpoint& from) {
   Profile walk(from);
   AxisSetpoint at = from;
@@ -132,7 +132,7 @@ std::optional<Profile> random_walk(test::Random& random, const ProfileLimits& li
   return walk;
 }
 
-// Whatever way of moving there is: its duration must be possible, and none faster than the fastest.
+// The duration of any motion must be possible, and none may be shorter than the shortest.
 TEST(ProfileDuration, EveryRandomWalkIsPossible) {
   test::Random random;
   int walks = 0;
@@ -156,7 +156,7 @@ TEST(ProfileDuration, EveryRandomWalkIsPossible) {
     if (same) {
       ASSERT_EQ(ProfileOracle(motion, 50).complaint(*same), "") << walk->duration_s();
     } else {
-      // A walk at the begin of a gap: rounding decides.
+      // A walk at the start of a gap: rounding decides.
       const auto gaps = durations.gaps();
       ASSERT_TRUE(std::any_of(
           gaps.begin(), gaps.end(),
@@ -168,7 +168,7 @@ TEST(ProfileDuration, EveryRandomWalkIsPossible) {
   EXPECT_GT(with_gaps, walks / 50);
 }
 
-// Both kinds of answers agree, and profiles of both kinds are right, around every gap.
+// Both kinds of answers agree, and profiles of both kinds are correct, around every gap.
 TEST(ProfileDuration, GapsAreWhereThereIsNoProfile) {
   test::Random random;
   for (int round = 0; round < test::profile_rounds(3000); ++round) {

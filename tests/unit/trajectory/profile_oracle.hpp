@@ -13,16 +13,16 @@
 #include "driveline/trajectory/setpoint.hpp"
 #include "support.hpp"
 
-// Judges profiles by their setpoints alone. Nothing here knows how profiles are found.
+// Judges profiles by their setpoints alone, without knowledge of how profiles are computed.
 namespace driveline::trajectory::test {
 
-/// What a profile is to do.
+/// The required motion of a profile.
 struct Motion {
   AxisSetpoint from;
   AxisSetpoint to;
   ProfileLimits limits;
 
-  /// As it stands in the source of a test.
+  /// The motion in the notation of test sources.
   [[nodiscard]] std::string text() const {
     std::ostringstream out;
     out.precision(17);
@@ -34,13 +34,13 @@ struct Motion {
   }
 };
 
-/// How many rounds a random campaign takes: more by the environment variable DRIVELINE_PROFILE_ROUNDS.
+/// Number of rounds of a random campaign; the environment variable DRIVELINE_PROFILE_ROUNDS overrides `usual`.
 inline int profile_rounds(int usual) {
   const char* text = std::getenv("DRIVELINE_PROFILE_ROUNDS");
   return text == nullptr ? usual : std::atoi(text);
 }
 
-/// The velocity left when an acceleration is taken back as fast as possible.
+/// The velocity that remains when the acceleration is reduced to zero as fast as possible.
 inline double velocity_at_rest(double velocity, double acceleration, double jerk) {
   return velocity + acceleration * std::abs(acceleration) / (2.0 * jerk);
 }
@@ -54,19 +54,19 @@ inline bool is_inside(const AxisSetpoint& state, const ProfileLimits& limits) {
          rest <= limits.max_velocity && rest >= limits.min_velocity;
 }
 
-/// Whether a motion from inside the limits can end in a state.
+/// Whether a motion from inside the limits can end in this state.
 inline bool is_reachable(const AxisSetpoint& state, const ProfileLimits& limits) {
   return is_inside(
       {state.position, state.velocity, -state.acceleration},
       {limits.max_velocity, limits.min_velocity, -limits.min_acceleration, -limits.max_acceleration, limits.max_jerk});
 }
 
-/// Looks at a profile from outside: samples it, differentiates what it samples, compares with limits and ends.
+/// Checks a profile from outside: samples it, differentiates the samples, and compares them with limits and end states.
 class ProfileOracle {
  public:
   explicit ProfileOracle(const Motion& motion, int samples = 200) : motion_(motion), samples_(samples) {}
 
-  /// What is wrong with the profile; empty: nothing. `kept_from_s`: from when on the limits must be kept.
+  /// Why the profile is wrong; empty: it is right. `kept_from_s`: time from which on the limits must be kept.
   [[nodiscard]] std::string complaint(const Profile& profile, double kept_from_s = 0.0) {
     profile_ = &profile;
     set_scales();
@@ -79,7 +79,7 @@ class ProfileOracle {
   }
 
  private:
-  // Rounding grows with what is on the way, so tolerances are relative to that.
+  // Rounding grows with the magnitudes during the motion, so tolerances are relative to these.
   void set_scales() {
     const double duration_s = profile_->duration_s();
     position_ = std::max({std::abs(motion_.from.position), std::abs(motion_.to.position)});
@@ -119,8 +119,8 @@ class ProfileOracle {
     return out.str();
   }
 
-  /// Changes from one sample to the next: at most what the limits allow in this time, and those of position and
-  /// velocity are what velocity and acceleration say.
+  /// Checks the change between two samples: it is within the limits for this time, and the changes of position and
+  /// velocity match velocity and acceleration.
   [[nodiscard]] std::string step(double begin_s, double end_s, double kept_from_s) const {
     const ProfileLimits& limits = motion_.limits;
     const double h = end_s - begin_s;
@@ -128,7 +128,7 @@ class ProfileOracle {
     const AxisSetpoint m = profile_->evaluate(begin_s + h / 2.0);
     const AxisSetpoint b = profile_->evaluate(end_s);
     const bool has_jerk_limit = std::isfinite(limits.max_jerk);
-    // Within a phase Simpson's rule is exact; where the jerk or the acceleration jumps it is not.
+    // Simpson's rule is exact within a phase, but not where the jerk or the acceleration jumps.
     const double jump = has_jerk_limit ? limits.max_jerk * h : limits.max_acceleration - limits.min_acceleration;
     const double way_error = b.position - a.position - h / 6.0 * (a.velocity + 4.0 * m.velocity + b.velocity);
     if (std::abs(way_error) > jump * h * h + kRounding * position_) {
@@ -169,8 +169,8 @@ class ProfileOracle {
     return {};
   }
 
-  static constexpr double kKept = 1e-12;      // how well limits are kept
-  static constexpr double kRounding = 1e-12;  // of sums, relative to the largest term
+  static constexpr double kKept = 1e-12;      // tolerance of the limits
+  static constexpr double kRounding = 1e-12;  // rounding of sums, relative to the largest term
 
   Motion motion_;
   int samples_;
@@ -180,8 +180,8 @@ class ProfileOracle {
   double acceleration_ = 0.0;
 };
 
-/// The fastest of very many motions that obey the limits, as a bound for what a planner may need: two changes of
-/// velocity, each as fast as it can be, that meet in one of a grid of states, with a stretch of constant velocity where
+/// The fastest of very many motions that obey the limits, as a bound for the duration of a planned motion: two changes
+/// of velocity, each as fast as possible, that meet in one of a grid of states, with a stretch of constant velocity if
 /// they meet without acceleration. The start must be inside the limits.
 class ProfileSearch {
  public:
@@ -230,7 +230,7 @@ class ProfileSearch {
       const double middle = (low + high) / 2.0;
       (through(middle, a).way < wanted) == rises ? low = middle : high = middle;
     }
-    // Where the ways leap there is nothing in between.
+    // Where the distance jumps there is no motion in between.
     const Result one = through(low, a);
     const Result other = through(high, a);
     if (one.is_inside && other.is_inside && std::abs(one.way - other.way) < 1e-9 * (1.0 + std::abs(wanted))) {
@@ -245,7 +245,7 @@ class ProfileSearch {
     return result;
   }
 
-  /// The fastest change of velocity: to an extreme acceleration, held if it is a limit, to the last acceleration.
+  /// The fastest change of velocity: to an extreme acceleration, held if it is a limit, then to the final acceleration.
   void change(Result& result, double v0, double a0, double v1, double a1) const {
     const double j = m_.limits.max_jerk;
     const double straight = (a1 - a0) * (a1 + a0) / (2.0 * (a1 < a0 ? -j : j));

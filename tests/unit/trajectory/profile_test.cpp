@@ -15,7 +15,7 @@ using test::expect_setpoint;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Up to acceleration 2 within a second, held for one, and down again within half a second.
+/// Up to acceleration 2 within a second, held for one, and down within half a second.
 Profile three_phases() {
   Profile profile({10.0, -1.0, 0.0});
   profile.append(1.0, 0.0, 2.0);
@@ -69,7 +69,7 @@ TEST(Profile, TakesNoMorePhasesThanItHasPlacesFor) {
 }
 
 TEST(Profile, ExtremesAreThoseBetweenTheEnds) {
-  // v = -1 + t^2 is zero at 1, where the way is -2/3; the end is higher than the begin.
+  // v = -1 + t^2 is zero at 1, where the distance is -2/3; the end is higher than the start.
   Profile profile({10.0, -1.0, 0.0});
   profile.append(3.0, 0.0, 2.0);
   EXPECT_DOUBLE_EQ(profile.extremes().min, 10.0 - 2.0 / 3.0);

@@ -9,7 +9,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// A path that asks for at most half of the limits.
+/// A path that needs at most half of the limits.
 struct Wave {
   AxisLimits limits;
   double period_s;
@@ -43,7 +43,7 @@ TEST(Rejoin, CatchesUpWithAnyPathAndNeverAsksForMoreThanTheLimits) {
     double before_velocity = Wave::pick(random, -0.5, 0.5) * wave.limits.max_velocity;
     Rejoin rejoin(before_position, before_velocity, wave.limits);
     const double most = wave.limits.max_acceleration * wave.period_s;
-    // From rest to the limit, all the way at half of it and back, with time to settle.
+    // From rest to the limit, the whole distance at half of it and back, with time to settle.
     const double patience = 10.0 + 8.0 * wave.limits.max_velocity / wave.limits.max_acceleration +
                             6.0 * std::abs(start) / wave.limits.max_velocity;
     double t = 0.0;
@@ -58,7 +58,7 @@ TEST(Rejoin, CatchesUpWithAnyPathAndNeverAsksForMoreThanTheLimits) {
       before_position = setpoint.position;
       before_velocity = velocity;
     }
-    // From there on the path itself.
+    // From there on it follows the path itself.
     t += wave.period_s;
     EXPECT_EQ(rejoin.step(wave.at(t), wave.period_s).position, wave.at(t).position);
   }
@@ -126,7 +126,7 @@ TEST(Rejoin, LeavesAPathThatGetsFasterThanTheAxisMay) {
   double fastest = 0.0;
   for (int i = 1; i < 2000; ++i) {
     const double t = i * kStep;
-    // Told is no more than the limit.
+    // The velocity of the setpoint is capped at the limit, the acceleration is not.
     const auto setpoint = rejoin.step({0.5 * 90.0 * t * t, std::min(10.0, 90.0 * t), 90.0}, kStep);
     fastest = std::max(fastest, (setpoint.position - last) / kStep);
     last = setpoint.position;

@@ -25,8 +25,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array kAllMethods{StreamMethod::kHold,  StreamMethod::kLinear,  StreamMethod::kHermite,
                                  StreamMethod::kCubic, StreamMethod::kQuintic, StreamMethod::kBSpline};
 
-/// Differentiates the positions that a stream gives and holds them against the limits. Only the rounding of the
-/// positions is forgiven.
+/// Differentiates the positions of a stream and compares them with the limits. Only the rounding of the positions is
+/// tolerated.
 class Judge {
  public:
   explicit Judge(const AxisLimits& limits, double start) : limits_(limits), position_(start) {}
@@ -63,14 +63,14 @@ StreamSettings settings_of(StreamMethod method, double step_s = 1e-3) {
   return settings;
 }
 
-/// A smooth swing within kLimits that begins at rest without acceleration.
+/// A smooth motion within kLimits that starts at standstill without acceleration.
 StreamPoint swing(double t) {
   const double w = 2.0 * std::numbers::pi;
   const double x = w * t;
   return {t - std::sin(x) / w, 1.0 - std::cos(x), w * std::sin(x)};
 }
 
-/// One axis and the wall clock; sends what it is told to in each cycle.
+/// One axis and the wall clock; sends the given setpoints in each cycle.
 class Line {
  public:
   explicit Line(const StreamSettings& settings, const FollowLimits& limits = kLimits, double start = 0.0)
@@ -87,7 +87,7 @@ class Line {
     return out[0];
   }
   [[nodiscard]] double now() const { return cycles * kPeriod; }
-  /// The time of the cycle that comes.
+  /// The time of the next cycle.
   [[nodiscard]] double next() const { return (cycles + 1) * kPeriod; }
 
   SetpointStream stream;
@@ -181,7 +181,7 @@ TEST(SetpointStream, ARefusedSetpointLeavesNoTrace) {
   EXPECT_EQ(dirty.stream.counters().underruns, 0U);
 }
 
-// Sent just in time, with the stated delay and not more.
+// Sent just in time, with exactly the stated delay.
 TEST(SetpointStream, FollowsTheCurveExactlyWithTheStatedDelay) {
   for (const StreamMethod method : kAllMethods) {
     if (method == StreamMethod::kHold) continue;
@@ -233,7 +233,7 @@ TEST(SetpointStream, JitteredStampsAndArrivalsDoNotShowInTheDemand) {
     settings.delay_s += 2e-3;  // for the arrivals
     Line line(settings);
     double next_s = 0.0;
-    std::vector<std::pair<double, double>> under_way;  // when it arrives, and its stamp
+    std::vector<std::pair<double, double>> under_way;  // arrival time, and time stamp
     for (int k = 0; k < 8000; ++k) {
       while (next_s <= line.now()) {
         under_way.emplace_back(next_s + random.real(0.0, 0.9e-3), next_s);
@@ -254,7 +254,7 @@ TEST(SetpointStream, JitteredStampsAndArrivalsDoNotShowInTheDemand) {
   }
 }
 
-/// Streams the swing, but for the setpoints of a stretch of time.
+/// Streams the motion, except for the setpoints of an interval.
 void stream_without(Line& line, double from_s, double to_s, double until_s) {
   while (line.now() < until_s) {
     const double t = line.next();
@@ -426,7 +426,7 @@ TEST(SetpointStream, HundredAndTwentyEightAxesKeepTheirOwnLimits) {
   }
 }
 
-/// Everything that can go wrong between a sender and a cycle, at random.
+/// All disturbances between a sender and a cycle, at random.
 struct Sequence {
   StreamSettings settings;
   FollowLimits limits;

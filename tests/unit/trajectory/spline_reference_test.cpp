@@ -1,4 +1,4 @@
-// Compares the splines with two oracles that share nothing with the implementation: exact rational arithmetic done in
+// Compares the splines with two oracles that are independent of the implementation: exact rational arithmetic in
 // Python, and a dense solve for the power coefficients.
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ TEST(SplineReference, QuinticAgreesWithExactArithmetic) {
 
 enum class Ends { kNatural, kClamped };
 
-/// Power coefficients (time since the segment's start, ascending) of the spline of one axis from one dense system of
+/// Power coefficients (time since the segment's start, ascending) of the spline of an axis, from a dense system with
 /// four unknowns per segment.
 Eigen::VectorXd dense_spline(const Path& path, std::size_t axis, Ends ends, double start_velocity,
                              double end_velocity) {

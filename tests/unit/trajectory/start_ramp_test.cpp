@@ -15,7 +15,7 @@ using test::expect_setpoint;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// Duration by hand: velocity asks for 15/8 * 8 / 15 = 1 s, acceleration for sqrt(10/sqrt(3) * 8 / 100) = 0.68 s.
+// Duration by hand: velocity requires 15/8 * 8 / 15 = 1 s, acceleration sqrt(10/sqrt(3) * 8 / 100) = 0.68 s.
 TEST(StartRamp, FollowsTheQuinticByHand) {
   const StartRamp ramp = StartRamp::plan(2.0, 10.0, {15.0, 100.0}).value();
   EXPECT_DOUBLE_EQ(ramp.duration_s(), 1.0);

@@ -35,7 +35,7 @@ TEST(SteppedLimit, ReadFromItsBeginItIsTheLowestOfAllThatWasImposed) {
     };
     for (std::int64_t place = 0; place < kLength;) {
       const auto next = std::min(kLength, place + static_cast<std::int64_t>(random.index(1, 40)));
-      // Few values, so that equal ones meet.
+      // Few values, so that equal ones occur.
       const auto value = static_cast<double>(random.index(1, 12));
       const auto reach = static_cast<std::int64_t>(5.0 * value);
       for (auto k = std::max(read, place - reach); k < std::min(kLength, next + reach); ++k) {
@@ -44,7 +44,7 @@ TEST(SteppedLimit, ReadFromItsBeginItIsTheLowestOfAllThatWasImposed) {
       }
       limit.lower(place - reach, next + reach, value);
       place = next;
-      // None reaches farther back.
+      // No limit reaches further back.
       read_until(place - 60);
     }
     read_until(kLength);

@@ -52,7 +52,7 @@ TEST(StopProfile, AtStandstillThereIsNothingToDo) {
   }
 }
 
-// v = 1, a = -4, jerk 4: taking the acceleration back takes 1 s and 2 of velocity, 1 more than there is.
+// v = 1, a = -4, jerk 4: reducing the acceleration to zero takes 1 s and 2 of velocity, 1 more than available.
 TEST(StopProfile, AnAxisAboutToReverseComesBack) {
   const StopProfile stop = StopProfile::plan({0.0, 1.0, -4.0}, {5.0, 4.0}).value();
   EXPECT_LT(stop.evaluate(0.8).velocity, 0.0);
@@ -87,7 +87,7 @@ TEST(StopProfile, RefusesWhatItCannotPlan) {
   EXPECT_FALSE(StopProfile::plan({0.0, 0.0, 1e200}, {1.0, 1.0}).has_value());
 }
 
-/// Steps through a stop and checks bounds and that the reported quantities are each other's integrals.
+/// Steps through a stop; checks bounds and that the reported quantities are each other's integrals.
 void check_motion(const StopProfile& stop, const AxisSetpoint& from, const StopLimits& limits) {
   constexpr int kSteps = 4000;
   const double step = stop.duration_s() / kSteps;

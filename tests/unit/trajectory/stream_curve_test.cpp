@@ -124,7 +124,7 @@ TEST_P(StreamMethods, HasRoomForWhatWasAskedFor) {
   EXPECT_FALSE(curve.advance(100.0));
 }
 
-/// What came before the first setpoint is not lost where many come before the curve begins.
+/// Setpoints before the first one are not lost if many come before the curve starts.
 TEST_P(StreamMethods, BeginsTheSameHoweverMuchHasComeBefore) {
   constexpr std::size_t kFew = 5;
   StreamCurve full(GetParam(), 1, kFew, 1.0);
@@ -191,7 +191,7 @@ TEST_P(StreamMethods, GoesOnAlongThePolynomialBeyondTheLastSegment) {
   EXPECT_NEAR(out[0].velocity, holds ? 0.0 : 2.0, 1e-12);
 }
 
-// The same mathematics as for a path, whose ends lie elsewhere.
+// The same mathematics as for a path, whose ends are elsewhere.
 TEST(StreamCurve, AgreesWithThePathFarFromItsEnds) {
   test::Random random;
   const auto times_s = jittered(random, 40);

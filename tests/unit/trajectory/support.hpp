@@ -16,15 +16,15 @@
 
 namespace driveline::trajectory::test {
 
-/// Random numbers whose seed is fixed, printed when a test fails (see DRIVELINE_TRACE_SEED) and replaced by the
-/// environment variable DRIVELINE_TEST_SEED.
+/// Random numbers with a fixed seed, which is printed when a test fails (see DRIVELINE_TRACE_SEED) and can be replaced
+/// by the environment variable DRIVELINE_TEST_SEED.
 class Random {
  public:
   Random() : seed_(read_seed()), engine_(seed_) {}
 
   [[nodiscard]] std::uint64_t seed() const { return seed_; }
   double real(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
-  /// Spread evenly over the magnitudes.
+  /// Evenly distributed over the magnitudes.
   double magnitude(double low, double high) { return std::exp(real(std::log(low), std::log(high))); }
   std::size_t index(std::size_t low, std::size_t high) {
     return std::uniform_int_distribution<std::size_t>(low, high)(engine_);
@@ -43,7 +43,7 @@ class Random {
 #define DRIVELINE_TRACE_SEED(random, round) \
   SCOPED_TRACE("DRIVELINE_TEST_SEED=" + std::to_string((random).seed()) + ", round " + std::to_string(round))
 
-/// Ends the test unless the result is a success.
+/// Aborts the test unless the result is a success.
 inline void require(const tl::expected<void, PathError>& result) {
   if (!result) {
     throw std::runtime_error(result.error().message());
@@ -66,7 +66,7 @@ inline Path make_path(std::span<const double> times_s, const std::vector<std::ve
   return builder.build().value();
 }
 
-/// A path of one axis sampled from a function.
+/// A path of a single axis, sampled from a function.
 template <typename Function>
 Path sample_path(std::span<const double> times_s, Function position) {
   std::vector<std::vector<double>> rows;
@@ -99,7 +99,7 @@ inline std::vector<AxisSetpoint> evaluate_all(Interpolator& interpolator, double
   return out;
 }
 
-/// The first axis.
+/// Evaluates the first axis.
 inline AxisSetpoint evaluate_one(Interpolator& interpolator, double time_s) {
   return evaluate_all(interpolator, time_s).front();
 }

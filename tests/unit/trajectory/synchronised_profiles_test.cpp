@@ -72,7 +72,7 @@ TEST(SynchronisedProfiles, AllEndTogether) {
       expect_right(axes[i], profiles[i]);
     }
     if (plan->duration_s > longest_s * (1.0 + 1e-6)) {
-      // Waiting was necessary: just before, and half way, there is an axis that cannot.
+      // Waiting was necessary: just before, and half way, there is an axis that cannot arrive.
       for (const double share : {0.5, 1.0 - 1e-6}) {
         const double earlier_s = longest_s + share * (plan->duration_s - longest_s);
         bool can = true;
@@ -86,7 +86,7 @@ TEST(SynchronisedProfiles, AllEndTogether) {
   EXPECT_GT(gaps, 0);
 }
 
-// Both axes can be early or late, and one that ends in between makes them all wait.
+// Both outer axes can be early or late; the middle axis ends in their gap and makes all of them wait.
 TEST(SynchronisedProfiles, WaitUntilTheEndOfAGap) {
   const AxisMotion gap{{0.0, 1.0, 0.0}, {0.1, 1.0, 0.0}, ProfileLimits::symmetric(2.0, 2.0, 10.0)};
   const AxisMotion slow{{}, {1.0, 0.0, 0.0}, ProfileLimits::symmetric(2.5, 2.0, 10.0)};

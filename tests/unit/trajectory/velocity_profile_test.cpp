@@ -78,7 +78,7 @@ TEST(VelocityProfile, IsTheFastestChangeBetweenRandomStates) {
     motion.to.position = profile->end().position;
     if (test::is_inside(motion.from, limits)) {
       ASSERT_EQ(ProfileOracle(motion, 50).complaint(*profile), "");
-      // To where it gets there is no faster way.
+      // There is no faster motion to the position that it reaches.
       ASSERT_NEAR(plan_to_position(motion.from, motion.to, limits)->duration_s(), profile->duration_s(), 1e-6)
           << motion.text();
     }
@@ -89,7 +89,7 @@ TEST(VelocityProfile, FromOutsideTheLimitsItGoesStraightToTheTarget) {
   const ProfileLimits limits{2.0, -1.0, 3.0, -4.0, 5.0};
   const Profile profile = plan_to_velocity({0.0, 9.0, 0.0}, -0.5, 0.0, limits).value();
   EXPECT_DOUBLE_EQ(profile.duration_s(), 9.5 / 4.0 + 4.0 / 5.0);
-  // From an acceleration that is too large to the largest, and on.
+  // From an acceleration above the limit to the limit, and on.
   const Profile back = plan_to_velocity({0.0, 0.0, 8.0}, 2.0, 0.0, limits).value();
   EXPECT_DOUBLE_EQ(back.evaluate(0.5).acceleration, 5.5);
   EXPECT_NEAR(back.end().velocity, 2.0, 1e-12);

@@ -34,7 +34,7 @@ std::optional<Mail> take(EoeAssembler& assembler, const Mail& mail) {
   return Mail(frame->begin(), frame->end());
 }
 
-/// A fragment that is written by hand.
+/// A fragment written by hand.
 Mail fragment(unsigned number, unsigned blocks, unsigned frame, std::size_t bytes, bool last, bool stamped = false) {
   Mail mail(EoeHeader::kSize + bytes);
   const auto value = number | (blocks << 6) | (frame << 12);
@@ -125,7 +125,7 @@ TEST(EoeFrames, AFrameThatBeginsEndsTheOneBefore) {
   EXPECT_EQ(assembler.seen().lost, 1U);
 }
 
-/// Of two frames of one sender a fragment each was lost, so that the numbers go on as if nothing had happened.
+/// A fragment of each of two frames of a sender was lost, so that the numbers continue without a gap.
 TEST(EoeFrames, AFragmentOfAnotherFrameEndsThisOne) {
   EoeAssembler assembler;
   EXPECT_EQ(take(assembler, fragment(0, 3, 1, 32, false)), std::nullopt);
@@ -146,9 +146,9 @@ TEST(EoeFrames, ATimeStampIsNoPartOfTheFrame) {
 TEST(EoeFrames, ContradictionsAreMalformed) {
   const std::vector<std::vector<Mail>> cases = {
       {fragment(0, 0, 1, 32, false)},                               // no size
-      {fragment(0, 63, 1, 32, false)},                              // more than any frame has
-      {fragment(0, 2, 1, 96, true)},                                // longer than it says
-      {fragment(0, 3, 1, 64, true)},                                // shorter than it says
+      {fragment(0, 63, 1, 32, false)},                              // more than any frame can have
+      {fragment(0, 2, 1, 96, true)},                                // longer than announced
+      {fragment(0, 3, 1, 64, true)},                                // shorter than announced
       {fragment(0, 3, 1, 40, false)},                               // not in whole blocks
       {fragment(0, 3, 1, 0, false)},                                // empty
       {fragment(0, 4, 1, 64, false), fragment(1, 1, 1, 64, true)},  // overlapping
@@ -182,7 +182,7 @@ TEST(EoeFrames, AnythingMayArrive) {
   EXPECT_GT(seen.malformed, 100U);
 }
 
-/// With parameters missing some write the others one behind the other.
+/// If parameters are missing, some devices write the others without gaps.
 TEST(EoeFrames, IpParametersMayBeDense) {
   const std::array<std::byte, 12> dense = {std::byte{6}, std::byte{0},   std::byte{0},   std::byte{0},
                                            std::byte{5}, std::byte{38},  std::byte{168}, std::byte{192},

@@ -12,7 +12,7 @@ namespace {
 using test::Bytes;
 using test::bytes_of;
 
-/// twincat packet 18: BWR of 8 bytes to 0x0300 and BRD of 2 bytes from 0x0130, as it came back from one slave.
+/// twincat packet 18: BWR of 8 bytes to 0x0300 and BRD of 2 bytes from 0x0130, as returned by a slave.
 constexpr std::string_view kTwoDatagrams =
     "01 01 05 01 00 00 02 00 00 00 00 00 88 a4 22 10 08 83 01 00 00 03 08 80 00 00 00 00 00 00 00 00"
     "00 00 01 00 07 00 01 00 30 01 02 00 00 00 01 00 01 00 00 00 00 00 00 00 00 00 00 00";

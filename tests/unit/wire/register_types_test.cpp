@@ -4,8 +4,8 @@
 
 #include "wire_type_lists.hpp"
 
-/// Types made from the raw value of a register. Their buffers are the integer itself, so instead of short buffers every
-/// value there is is tried.
+/// Types made from the raw value of a register. Their buffer is the integer itself, so every value is tried instead of
+/// short buffers.
 namespace driveline::wire::test {
 namespace {
 

@@ -10,8 +10,8 @@
 namespace driveline::wire {
 namespace {
 
-/// Address and bytes of every register (arrays: of all elements), typed from the register overview of the ESC data
-/// sheet, section II, and not from the table under test.
+/// Address and size of every register (arrays: of all elements), typed from the register overview of the ESC data
+/// sheet, section II, independently of the table under test.
 struct Place {
   unsigned address;
   unsigned bytes;

@@ -8,7 +8,7 @@
 
 #include "wire_type_lists.hpp"
 
-/// A wire type that is in the headers but not in the lists has no golden bytes: this test names it.
+/// A wire type in the headers that is missing in the lists has no golden bytes: this test names it.
 namespace driveline::wire::test {
 namespace {
 

@@ -8,16 +8,16 @@
 
 namespace driveline::wire::test {
 
-/// Every type with encode() and decode(). wire_type_list_test compares with the headers.
+/// All types with encode() and decode(). wire_type_list_test compares this list with the headers.
 using Structures =
     std::tuple<EthernetHeader, EtherCatHeader, DatagramHeader, SyncManagerChannel, FmmuEntity, MailboxHeader,
                MailboxErrorReply, CoeHeader, SdoHeader, Emergency, SdoInfoHeader, FoeHeader, EoeHeader, EoeIpParameters,
                EoeAddressFilter, SoeHeader, SoeListHeader, SoeAttribute>;
 
-/// Every type with raw() and from_raw().
+/// All types with raw() and from_raw().
 using RegisterTypes = std::tuple<AlControl, AlStatus, DlStatus, SyncManagerControl, SdoSegmentHeader>;
 
-/// The tuple's types as GoogleTest wants them.
+/// The types of the tuple in the form for GoogleTest.
 template <typename Tuple>
 struct AsTestTypes;
 template <typename... T>

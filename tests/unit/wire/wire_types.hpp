@@ -17,9 +17,9 @@
 #include "driveline/wire/soe.hpp"
 #include "driveline/wire/sync_manager.hpp"
 
-/// Test data of each wire type: bytes that did not come from our encoder, their source and meaning, and random values.
-/// Captures: "soem" is a master that scans an AKD drive, "twincat" one that takes it to OP (both from the public
-/// ethercrab repository).
+/// Test data of each wire type: bytes from other sources than the encoder under test, their source and meaning, and
+/// random values. Captures: "soem" is from a master that scans an AKD drive, "twincat" from a master that takes it to
+/// OP (both from the public ethercrab repository).
 namespace driveline::wire::test {
 
 template <typename T>
@@ -43,12 +43,12 @@ inline MacAddress mac(const std::array<int, 6>& octets) {
   return address;
 }
 
-/// One specialisation per type that has encode() and decode(): `name`, `golden()`, `random()`.
+/// A specialisation for each type with encode() and decode(): `name`, `golden()`, `random()`.
 template <typename T>
 struct Sample;
 
-/// One specialisation per type that is made from the raw value of a register: `name`, `Raw`, `kMeaning` (bits that
-/// are not reserved), `golden()`.
+/// A specialisation for each type made from the raw value of a register: `name`, `Raw`, `kMeaning` (bits that are not
+/// reserved), `golden()`.
 template <typename T>
 struct RegisterSample;
 
@@ -450,7 +450,7 @@ struct RegisterSample<DlStatus> {
   using Raw = std::uint16_t;
   static constexpr Raw kMeaning = 0xFFF7;
   static std::vector<Golden<DlStatus>> golden() {
-    // Port 0 linked, open and communicating, the others closed.
+    // Port 0 is linked, open and communicating, the others are closed.
     DlStatus end_of_line;
     end_of_line.pdi_operational = true;
     end_of_line.pdi_watchdog_ok = true;

@@ -2,7 +2,7 @@
 
 #include "wire_type_lists.hpp"
 
-/// The four proofs of each structure: golden bytes from outside, their decoding, round trip, short buffers.
+/// The four checks of each structure: golden bytes from other sources, their decoding, round trip, short buffers.
 namespace driveline::wire::test {
 namespace {
 
@@ -15,7 +15,7 @@ class WireType : public ::testing::Test {
     value.encode(out);
     return {out.begin(), out.end()};
   }
-  /// Bytes that must follow the structure for it to be accepted: those its own length field promises.
+  /// Bytes that must follow the structure for it to be accepted, according to its own length field.
   static std::size_t promised(const T& value) {
     if constexpr (std::is_same_v<T, MailboxHeader>) return value.length;
     return 0;
@@ -77,7 +77,7 @@ TYPED_TEST(WireType, AnyBytesDecodeOrAreRejected) {
     if (bytes.size() < TypeParam::kSize) {
       ASSERT_FALSE(decoded);
     } else if (decoded) {
-      // What was understood is encoded again to bytes with the same meaning.
+      // A decoded value is encoded to bytes with the same meaning.
       Bytes again = this->encoded(*decoded);
       again.resize(again.size() + this->promised(*decoded));
       ASSERT_EQ(TypeParam::decode(again), *decoded);

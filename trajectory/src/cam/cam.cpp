@@ -10,7 +10,8 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Of the largest value of a cam: what decimals of a file may leave open at its end.
+/// Largest gap between the ends of a cam that counts as rounding of decimals in the file, relative to the largest
+/// value.
 constexpr double kOpenPosition = 1e-9;
 constexpr double kOpenDerivative = 1e-6;
 
@@ -66,7 +67,7 @@ tl::expected<void, PathError> check_points(const CamTable& table, CamMethod meth
   return {};
 }
 
-/// The largest magnitude of a value of the points.
+/// Largest magnitude of a value over all points.
 template <typename Value>
 double largest(const CamTable& table, Value value) {
   double most = 0.0;
@@ -83,7 +84,7 @@ std::string of_derivative(const CamTable& table, bool curvature, double value) {
          (curvature ? "^2" : "");
 }
 
-/// A derivative at both ends: the same, or none at all.
+/// Checks that a derivative is equal at both ends, or zero for a one-shot cam.
 tl::expected<void, PathError> check_ends(const CamTable& table, CamKind kind, bool curvature) {
   const auto value = [curvature](const CamPoint& point) { return curvature ? point.curvature : point.slope; };
   const double tolerance = kOpenDerivative * largest(table, value);
@@ -125,7 +126,7 @@ tl::expected<void, PathError> check_closed(const CamTable& table, CamMethod meth
   return uses_curvature(table, method) ? check_ends(table, kind, true) : tl::expected<void, PathError>{};
 }
 
-/// What the table does not give, or the method does not take from it.
+/// Computes the derivatives that the table does not give or that the method does not take from it.
 void complete_points(std::vector<CamPoint>& points, const CamTable& table, CamMethod method, CamKind kind) {
   if (method == CamMethod::kSpline) return spline_slopes(points, kind);
   if (method == CamMethod::kLinear) return;
@@ -149,7 +150,7 @@ Powers cubic(const CamPoint& from, const CamPoint& to) {
 Powers quintic(const CamPoint& from, const CamPoint& to) {
   const double step = to.master - from.master;
   const double half = 0.5 * from.curvature;
-  // What is left of the ends behind the parabola of the begin, in powers of the step.
+  // Remainders at the end of the step after subtracting the parabola of its start, in powers of the step.
   const double way = to.slave - from.slave - (from.slope + half * step) * step;
   const double slope = (to.slope - from.slope - from.curvature * step) * step;
   const double curvature = (to.curvature - from.curvature) * step * step;
@@ -184,7 +185,7 @@ tl::expected<Cam, PathError> Cam::make(const CamTable& table, CamMethod method, 
   for (const auto& point : points) cam.masters_.push_back(point.master);
   for (std::size_t i = 0; i + 1 < points.size(); ++i)
     cam.segments_.push_back(segment_between(points[i], points[i + 1], method));
-  // Behind the end of a one-shot cam.
+  // Constant segment after the end of a one-shot cam.
   cam.segments_.push_back({points.back().slave});
   return cam;
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kCamHeader = "master[rad],slave[mm]";
 
-/// What a column of a cam holds, in the order in which they have to be known.
+/// Meaning of a column of a cam, in the order in which their values must be known.
 enum class CamColumn : std::uint8_t { kMaster, kSlave, kSlope, kCurvature };
 constexpr std::size_t kCamColumns = 4;
 
@@ -21,7 +21,7 @@ std::string_view column_text(CamColumn column) {
   return kNames[static_cast<std::size_t>(column)];
 }
 
-/// A unit of a column: of a position, or of one by another.
+/// Unit of a column: a position unit, or a quotient of two.
 struct CamUnit {
   const PositionUnit* of = nullptr;
   const PositionUnit* by = nullptr;  // null: a position

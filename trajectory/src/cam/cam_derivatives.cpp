@@ -5,11 +5,11 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Steps of master and secants on both sides of a point; those of the last point are those of the first.
+/// Master steps and secant slopes on both sides of a point; those of the last point are those of the first.
 struct Neighbourhood {
-  double before;  // steps of the master
+  double before;  // step of the master
   double behind;
-  double slope_before;  // of the secants
+  double slope_before;  // slope of the secant
   double slope_behind;
 };
 
@@ -29,7 +29,7 @@ bool is_fixed_end(std::size_t i, std::size_t count, CamKind kind) {
   return kind == CamKind::kOneShot && (i == 0 || i + 1 == count);
 }
 
-/// A row of the equations of a spline: before * m[i-1] + 2 (before + behind) * m[i] + behind * m[i+1] = right.
+/// A row of the spline equations: before * m[i-1] + 2 (before + behind) * m[i] + behind * m[i+1] = right.
 struct SplineRow {
   double lower;
   double diagonal;
@@ -54,9 +54,10 @@ void solve(std::vector<SplineRow>& rows) {
     rows[i].right = (rows[i].right - rows[i].upper * rows[i + 1].right) / rows[i].diagonal;
 }
 
-/// The first and the last unknown are neighbours: two systems without that (Sherman and Morrison).
+/// Solves a system in which the first and the last unknown are neighbours, by two non-cyclic systems (Sherman and
+/// Morrison).
 void solve_cyclic(std::vector<SplineRow>& rows) {
-  const double corner_up = rows.front().lower;  // of the last unknown in the first row
+  const double corner_up = rows.front().lower;  // coefficient of the last unknown in the first row
   const double corner_down = rows.back().upper;
   const double gamma = -rows.front().diagonal;
   rows.front().diagonal -= gamma;
@@ -94,7 +95,7 @@ void estimate_curvatures(std::span<CamPoint> points, CamKind kind) {
 
 void spline_slopes(std::span<CamPoint> points, CamKind kind) {
   const bool fixed = kind == CamKind::kOneShot;
-  // The last point has the slope of the first, or both have none.
+  // The last point has the slope of the first one, or both slopes are zero.
   const std::size_t first = fixed ? 1 : 0;
   const std::size_t unknown = points.size() - 1 - first;
   points.front().slope = 0.0;

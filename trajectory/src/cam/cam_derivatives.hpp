@@ -6,13 +6,13 @@
 
 namespace driveline::trajectory {
 
-/// Gives points slopes, and curvatures, of the parabolas through three neighbours. At the ends of a one-shot cam they
-/// are zero; others know their neighbours across the end.
+/// Estimates the slopes, or curvatures, of all points from parabolas through three neighbours. At the ends of a
+/// one-shot cam they are zero; for other cams the neighbours continue across the end.
 void estimate_slopes(std::span<CamPoint> points, CamKind kind);
 void estimate_curvatures(std::span<CamPoint> points, CamKind kind);
 
-/// Gives points the slopes of the cubic spline through them, whose curvature does not jump: with slope zero at the ends
-/// of a one-shot cam, with the same slope and curvature at both ends of the others.
+/// Computes the slopes of the cubic spline through the points, which has a continuous curvature: with slope zero at the
+/// ends of a one-shot cam, with equal slope and curvature at both ends otherwise.
 void spline_slopes(std::span<CamPoint> points, CamKind kind);
 
 }  // namespace driveline::trajectory

@@ -10,9 +10,9 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Of the modulo: numbers in a file are rounded.
+/// Tolerance for the length of a table relative to the modulo, because numbers in a file are rounded.
 constexpr double kSameModulo = 1e-9;
-/// Steps until the inverse is exact: with the steepest slope each one leaves less than a thousandth of the error.
+/// Iterations until the inverse is exact: with the steepest slope each one leaves less than a thousandth of the error.
 constexpr int kInverseSteps = 6;
 
 tl::unexpected<PathError> refuse(const CorrectionTable& table, std::size_t line, std::string reason) {
@@ -57,7 +57,7 @@ CamTable cam_table(const CorrectionTable& table, double CorrectionPoint::*correc
   return cam;
 }
 
-/// What a cubic has at a place, and the steepest slope up to the next point.
+/// Steepest slope of a cubic between two points, and its position.
 struct Steepness {
   double slope = 0.0;
   double at = 0.0;
@@ -126,7 +126,7 @@ tl::expected<PositionCorrection, PathError> PositionCorrection::make(const std::
       sum += std::abs(most.slope);
     }
     if (both) bounds.gap_slope = std::max(bounds.gap_slope, sum);
-    // Between the points the gap is no more than at its ends and what it may rise until the middle.
+    // Between the points the gap does not exceed the value at an end plus its largest rise up to the middle.
     const double rise = both ? 0.5 * sum * (end - begin) : 0.0;
     bounds.gap = std::max({bounds.gap, std::abs(made.gap(begin)) + rise, std::abs(made.gap(end)) + rise});
   }

@@ -6,9 +6,9 @@
 namespace driveline::trajectory {
 namespace {
 
-/// So many stretches wait for those behind them at most.
+/// Maximum number of stretches that wait for following ones.
 constexpr std::size_t kMostCurved = 256;
-/// And so many pieces, as a share of the room for them.
+/// Maximum number of pieces that wait, as a divisor of the capacity.
 constexpr std::uint64_t kCurvedInRoom = 16;
 
 double length_of(PathTicks begin, PathTicks end) noexcept {
@@ -18,7 +18,7 @@ double length_of(PathTicks begin, PathTicks end) noexcept {
 }  // namespace
 
 // Where the path is bent, a lower speed leaves more of the acceleration for speeding up and braking. So the highest
-// speed of a stretch is no higher than what can be reached there from the slower stretches before and behind it.
+// speed of a stretch is limited to what can be reached there from the slower stretches before and after it.
 void ContourPlanner::append_curved(const Curved& gathered) {
   curved_.push_back(gathered);
   auto& next = curved_.back();
@@ -45,7 +45,7 @@ void ContourPlanner::append_curved(const Curved& gathered) {
   hand_on_curved(gathered.stretch.stops);
 }
 
-/// Those that what comes cannot lower any more, or all.
+/// Passes on the stretches that following ones cannot lower any more, or all.
 void ContourPlanner::hand_on_curved(bool all) {
   while (first_curved_ < curved_.size()) {
     const auto& [stretch, bend, begin2] = curved_[first_curved_];
@@ -67,7 +67,7 @@ void ContourPlanner::hand_on_curved(bool all) {
   }
 }
 
-/// With the square of the speed at one of its ends.
+/// Lowers the top speed to what can be reached from the squared speed `from2` at one end of the stretch.
 void ContourPlanner::lower_to_reachable(Curved& curved, double from2) const noexcept {
   auto& stretch = curved.stretch;
   const auto& bend = curved.bend;
@@ -79,8 +79,8 @@ void ContourPlanner::lower_to_reachable(Curved& curved, double from2) const noex
   const auto acceleration_of = [&](double square) {
     return std::max(at_top, acceleration_at(bend, std::sqrt(square)));
   };
-  // The acceleration falls with the square of the speed, nearly as a straight line: by the rule of false position.
-  // Every speed that comes out is one with an acceleration that fits.
+  // The acceleration falls with the square of the speed, nearly linearly, so use the method of false position. Every
+  // intermediate speed is stored with a matching acceleration.
   double low2 = from2;
   double low = acceleration_of(low2);
   double high = at_top;

@@ -8,14 +8,14 @@
 namespace driveline::trajectory {
 namespace {
 
-/// No loop of the cycle takes more rounds. Stretches and pieces are made so that fewer are needed.
+/// Upper bound for the iterations of any loop of the cycle. Stretches and pieces are made such that fewer are needed.
 constexpr int kMostRounds = 128;
-/// Of what a cycle can change: a smaller change of the speed is rounding.
+/// A change of the speed below this fraction of the largest change per cycle counts as rounding.
 constexpr double kNoChange = 1e-9;
-/// m or rad. What is nearer than that has arrived.
+/// Distance, m or rad, below which the end counts as reached.
 constexpr double kArrived = 1e-11;
-/// Cycles beyond the averaging between two accelerations of different sign. Differences of places see two cycles at
-/// once.
+/// Cycles in addition to the averaging window between two accelerations of different sign, because differences of
+/// positions span two cycles.
 constexpr std::int64_t kApart = 2;
 
 double to_length(PathTicks ticks) noexcept {
@@ -66,7 +66,7 @@ PathTicks ContourFollower::ticks_to_end(const Cell& cell) const noexcept {
 /// Square of the highest speed at the end of a cell in the direction of the motion.
 double ContourFollower::far_speed2(const Cell& cell, std::uint64_t index) noexcept {
   if (direction_ > 0) {
-    // In this order: a speed above zero that has been seen means that the next cell can be seen.
+    // Keep this order: if the loaded speed is above zero, the next cell is visible.
     const double ahead2 = cell.ahead2.load(std::memory_order_acquire);
     return has_next_cell(index) ? std::max(0.0, ahead2) : 0.0;
   }
@@ -75,8 +75,7 @@ double ContourFollower::far_speed2(const Cell& cell, std::uint64_t index) noexce
   return std::max(0.0, std::min(cell.behind2, cell.brakes2 - track_.cell(oldest).brakes2));
 }
 
-/// The highest speed up to `speed` that may be taken in this cycle and held for `coast_s` before there is a need to
-/// brake.
+/// The highest speed up to `speed` that can be used in this cycle and held for `coast_s` before braking must start.
 double ContourFollower::allowed(double speed, double coast_s) noexcept {
   auto index = cell_;
   const Cell* cell = &track_.cell(index);
@@ -85,7 +84,7 @@ double ContourFollower::allowed(double speed, double coast_s) noexcept {
     speed = std::min(speed, cell->top);
     const double end2 = far_speed2(*cell, index);
     if (speed * speed > end2) {
-      // v^2 = end2 + 2 a (near - way), with the way (speed + v) / 2 period + v coast.
+      // v^2 = end2 + 2 a (near - distance), with distance = (speed + v) / 2 period + v coast.
       const double slope = cell->acceleration * (coast_s + 0.5 * period_s_);
       const double rest = end2 + 2.0 * cell->acceleration * (near - 0.5 * speed_ * period_s_);
       const double square = slope * slope + rest;
@@ -106,8 +105,8 @@ double ContourFollower::wanted_speed(const Cell& cell) const noexcept {
   return held_ || is_against || override_ <= 0.0 ? 0.0 : override_ * cell.feed;
 }
 
-// Accelerations of different sign are apart by more than the averaging takes, so that the jerk of the mean is no more
-// than acceleration / averaging time. Therefore the speed rises only where it can be held that long before it has to
+// Accelerations of different sign are farther apart than the averaging time, so that the jerk of the mean does not
+// exceed acceleration / averaging time. Therefore the speed rises only where it can be held that long before it must
 // fall.
 double ContourFollower::next_speed(const Cell& cell) noexcept {
   const double change = cell.acceleration * period_s_;
@@ -123,7 +122,7 @@ double ContourFollower::next_speed(const Cell& cell) noexcept {
   }
   const double most = allowed(next, 0.0);
   if (most >= next - kNoChange * change) return next;
-  // On the way down. Where a cell with a higher limit begins within this cycle, it is used.
+  // Braking. If a cell with a higher limit starts within this cycle, use its limit.
   const double harder = direction_ > 0 && has_next_cell(cell_) ? track_.cell(cell_ + 1).acceleration * period_s_
                         : direction_ < 0 && cell_ > track_.cells_begin_.load(std::memory_order_relaxed)
                             ? track_.cell(cell_ - 1).acceleration * period_s_
@@ -134,15 +133,15 @@ double ContourFollower::next_speed(const Cell& cell) noexcept {
 void ContourFollower::advance(double speed) noexcept {
   const Cell* cell = &track_.cell(cell_);
   const double way = 0.5 * (speed_ + speed) * period_s_;
-  // One at least, or the axes would never get over the last ones.
+  // At least one step, otherwise the axes would never cover the last steps.
   auto ticks = static_cast<PathTicks>(std::max(way > 0.0 ? 1.0 : 0.0, std::round(way / kPathTick)));
-  // Never beyond a place where the axes have to stop.
+  // Never move beyond a position where the axes must stop.
   PathTicks near = ticks_to_end(*cell);
   auto index = cell_;
   for (int round = 0; round < kMostRounds && (near <= ticks || round == 0); ++round) {
     if (far_speed2(*cell, index) <= 0.0) {
       const bool arrives = speed * period_s_ <= kArrived && wanted_speed(*cell) > 0.0 && to_length(near) <= kArrived;
-      // With what rounding has left of the speed, maybe; it ends here.
+      // Stop here, even with a speed left by rounding.
       if (arrives || ticks >= near) {
         ticks = near;
         speed = 0.0;
@@ -173,7 +172,7 @@ void ContourFollower::advance(double speed) noexcept {
   mean_acceleration_ = gained / (count * period_s_);
 }
 
-/// Where the mean is on its piece.
+/// Position of the mean on its piece.
 double ContourFollower::local_length() noexcept {
   return to_length(place_ - track_.piece(piece_).begin) - to_length(lag_) / static_cast<double>(window_);
 }
@@ -195,17 +194,17 @@ void ContourFollower::find_piece() noexcept {
   }
 }
 
-// Going forwards, what is far behind is given back to the planner: first the cells, then the pieces that none of them
-// needs.
+// On the way forwards, returns stored data far behind the axes to the planner: first the cells, then the pieces that no
+// cell needs.
 void ContourFollower::forget() noexcept {
   const std::uint64_t kept = track_.settings().capacity / 4;
   auto cells = track_.cells_begin_.load(std::memory_order_relaxed);
   auto pieces = track_.pieces_begin_.load(std::memory_order_relaxed);
   const auto first_cell = cells;
   const auto first_piece = pieces;
-  // What has been given back is not looked at: the planner may be writing there.
+  // Do not access what has been returned: the planner may be writing there.
   const PathTicks needed = piece_ > pieces + kept ? track_.piece(piece_ - kept).begin : 0;
-  // The mean is behind: its own piece stays in any case.
+  // The mean lags behind, so its piece is always retained.
   const PathTicks mean = track_.piece(piece_).begin;
   for (int round = 0; round < kMostRounds; ++round) {
     const Cell& oldest = track_.cell(cells);
@@ -228,7 +227,7 @@ void ContourFollower::forget_event() noexcept {
   track_.events_begin_.store(++event_, std::memory_order_release);
 }
 
-/// Whether the point has to stay where it is: there is a dwell, maybe behind outputs that the mean has yet to reach.
+/// Whether the point must stay where it is: there is a dwell, possibly after outputs that the mean has not yet reached.
 bool ContourFollower::is_dwelling() noexcept {
   if (speed_ > 0.0) return false;
   if (backwards_) {
@@ -252,7 +251,7 @@ void ContourFollower::tell_outputs(ContourSetpoint& out) noexcept {
     const auto* const event = next_event();
     if (event == nullptr || event->at > place_ || (place_ - event->at) * window_ < lag_) return;
     if (event->dwell_cycles > 0) {
-      // It stays until it is over.
+      // A dwell remains until it is over.
       if (event->at == place_) return;
     } else {
       out.changed[out.changes++] = event->change;
@@ -264,12 +263,13 @@ void ContourFollower::tell_outputs(ContourSetpoint& out) noexcept {
 ContourSetpoint ContourFollower::setpoint() noexcept {
   ContourSetpoint out;
   const auto& piece = track_.piece(piece_);
-  // As a share of the piece, whose length in steps is a rounded one: pieces would join with half a step of the place.
+  // Scale by the fraction of the piece: its length in steps is rounded, so pieces would otherwise join with an offset
+  // of half a step.
   const double share = local_length() / to_length(piece.end - piece.begin);
   const double local = std::clamp(share, 0.0, 1.0) * piece.shape.length();
   const auto there = piece.shape.at(local);
   out.tool = there.position;
-  // The planner has found no place on the path where this fails.
+  // The planner has checked that this cannot fail on the path.
   to_joints(track_.settings_, there, joints_);
   out.position = joints_.position;
   for (std::size_t i = 0; i < kMaxGroupAxes; ++i) {

@@ -11,31 +11,35 @@ namespace driveline::trajectory {
 namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-/// Of the acceleration along the path that is left where the path is bent: the rest is for the bend. At the highest
-/// speed there is it would be this share, in proportion less where a bend is slower, so that braking in a bend takes no
-/// longer than four times what it takes from the highest speed on a straight line; within these bounds.
+/// Share of the acceleration reserved for motion along the path where the path is bent; the rest is for the bend. At
+/// the highest speed of any path the share would be kShareAtTopSpeed; slower bends get proportionally less, within the
+/// other two bounds, so that braking in a bend takes at most four times as long as from the highest speed on a straight
+/// line.
 constexpr double kShareAtTopSpeed = 0.25;
 constexpr double kSmallestShare = 0.05;
 constexpr double kLargestShare = 0.3;
-/// The cycle passes so many pieces at most.
+/// Maximum number of pieces that the cycle passes in one period.
 constexpr std::size_t kPiecesPerCycle = 64;
-/// Stretches are not shorter than this share of what is covered during the averaging: the cycle looks so far ahead.
+/// Minimum length of a stretch, relative to the distance covered during averaging, because the cycle looks that far
+/// ahead.
 constexpr double kShortestStretch = 1.0 / 16.0;
-/// A stretch reaches the cycle when the next one begins, its pieces need room until then. So a stretch has no more than
-/// this share of them, and those that may still be lowered have some more. With what the cycle keeps behind the axes (a
-/// quarter, and the rest of a stretch) the room is never taken by pieces that wait for their stretch.
+/// A stretch reaches the cycle when the next one starts, and its pieces need room until then. So a stretch may have
+/// capacity / kStretchesInRoom pieces, and all stretches that may still be lowered capacity / kOpenInRoom. Together
+/// with what the cycle keeps behind the axes (a quarter, and the rest of a stretch) the room is never filled by pieces
+/// that wait for their stretch.
 constexpr std::uint64_t kStretchesInRoom = 16;
 constexpr std::uint64_t kOpenInRoom = 4;
-/// Of the capacity: stretches of one piece at most, where more of them make for a better speed.
+/// Maximum number of stretches per piece, relative to the capacity, if more stretches give a higher speed.
 constexpr double kByTimeInRoom = 1.0 / 64.0;
-/// The same for the outputs and dwells on a stretch, which reach the cycle before it: with those of a move.
+/// Divisor of the capacity for outputs and dwells on a stretch, which reach the cycle before it; includes those of one
+/// move.
 constexpr std::uint64_t kEventsInRoom = 2;
 
 PathTicks to_ticks(double length) noexcept {
   return static_cast<PathTicks>(std::ceil(length / kPathTick));
 }
 
-/// Speed at which bend * v^3 + slope * v = room, by Newton from above: what is found is never below it.
+/// Speed at which bend * v^3 + slope * v = room, by Newton's method from above, so the result is never too low.
 double cubic_root(double bend, double slope, double room) noexcept {
   double v = kNoLimit;
   if (bend > 0.0) v = std::cbrt(room / bend);
@@ -66,7 +70,7 @@ ContourPlanner::ContourPlanner(ContourTrack& track)
   limits_[settings_.axes] = settings_.tool;
 }
 
-/// The highest speed, not above `top`, at which `share` of the acceleration along the path is left.
+/// The highest speed, at most `top`, at which `share` is left of the acceleration along the path.
 double ContourPlanner::top_of(const Bend& bend, double share, double top) const noexcept {
   for (std::size_t i = 0; i <= settings_.axes; ++i) {
     const auto& [f, g, h] = bend.demands[i];
@@ -80,11 +84,11 @@ double ContourPlanner::top_of(const Bend& bend, double share, double top) const 
   return top;
 }
 
-// With the direction r', curvature r'' and r''' of the path, an axis has
+// With the direction r', curvature r'' and third derivative r''' of the path, an axis has
 //   velocity      r' v
 //   acceleration  r' a + r'' v^2
 //   jerk          r' j + 3 r'' v a + r''' v^3        with j <= a / smoothing time
-// and the tool, as a vector, no more than the same with the lengths of the derivatives.
+// For the tool, as a vector, these hold as upper bounds with the norms of the derivatives.
 ContourPlanner::Bend ContourPlanner::bend_of(const PathPiece& piece, double begin, double end,
                                              double feed) const noexcept {
   const auto bounds = stretch_bounds(settings_, piece, begin, end);
@@ -110,7 +114,7 @@ ContourPlanner::Bend ContourPlanner::bend_of(const PathPiece& piece, double begi
   return bend;
 }
 
-/// What is left for the acceleration along the path where the path is bent, at a speed.
+/// Acceleration along the path that is left at `speed` where the path is bent.
 double ContourPlanner::acceleration_at(const Bend& bend, double speed) const noexcept {
   double left = kNoLimit;
   for (std::size_t i = 0; i <= settings_.axes; ++i) {
@@ -138,14 +142,14 @@ void ContourPlanner::finish() {
   for (const auto& shaped : shaped_) plan(shaped);
 }
 
-/// Speed at which the cycle does not pass too many pieces at once.
+/// Speed at which the cycle does not pass too many pieces in one period.
 double ContourPlanner::top_for_short_pieces(double length) noexcept {
   if (lengths_.size() < kPiecesPerCycle) {
     lengths_.push_back(length);
     sum_of_lengths_ += length;
     return kNoLimit;
   }
-  // Summed up anew from time to time: differences would add up their rounding.
+  // Sum up again from time to time, because differences accumulate rounding errors.
   sum_of_lengths_ += length - lengths_[next_length_];
   lengths_[next_length_] = length;
   next_length_ = (next_length_ + 1) % kPiecesPerCycle;
@@ -169,7 +173,7 @@ void ContourPlanner::plan(const ShapedPiece& shaped) {
                           planned_events_});
 }
 
-/// Known to the cycle at once, if there is room: no stretch refers to it yet.
+/// Publishes the piece to the cycle at once if there is room: no stretch refers to it yet.
 void ContourPlanner::put_piece(const ContourTrack::Piece& piece) {
   const auto end = track_.pieces_end_.load(std::memory_order_relaxed);
   if (!pieces_.empty() || end - track_.pieces_begin_.load(std::memory_order_acquire) > track_.mask_) {
@@ -203,7 +207,7 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
   const auto bend_of_whole = bend_of(shaped.piece, 0.0, length, shaped.feed);
   int count = 1;
   if (!shaped.piece.is_line()) {
-    // Pieces that last longer than the averaging are worth a closer look; and bounds of arcs want short stretches.
+    // Pieces that last longer than the averaging are subdivided; arcs need short stretches for good bounds.
     constexpr double kShortTurn = 0.25;
     constexpr double kMostStretches = 64.0;
     const double most_by_time = std::clamp(kByTimeInRoom * static_cast<double>(settings_.capacity), 16.0, 128.0);
@@ -215,7 +219,7 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
   Stretch part = whole;
   part.top = most;
   for (int k = 0; k < count; ++k) {
-    // Not multiplied first: a product may be too large.
+    // Divide before multiplying: the product may overflow.
     part.end = k + 1 == count ? whole.end : whole.begin + (whole.end - whole.begin) / count * (k + 1);
     if (part.end > part.begin) {
       part.stops = whole.stops && k + 1 == count;
@@ -226,8 +230,8 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
   }
 }
 
-/// What joints can do changes along a straight line, too: stretches are halved while a part of one takes longer than
-/// the averaging, or its bounds are no better than that.
+/// The limits of joints vary along a straight line, too: stretches are halved while one takes longer than the averaging
+/// time, or its bounds are too coarse.
 void ContourPlanner::plan_stretches_of_joints(const ShapedPiece& shaped, const Stretch& stretch, double begin,
                                               double end, int halvings) {
   constexpr int kForTime = 4;
@@ -247,7 +251,7 @@ void ContourPlanner::plan_stretches_of_joints(const ShapedPiece& shaped, const S
   append(stretch, bend);
 }
 
-// Short pieces one after the other are one stretch, with the lower limits.
+// Consecutive short pieces form one stretch, with the lower limits.
 void ContourPlanner::append(const Stretch& stretch, const Bend& bend) {
   Stretch next = stretch;
   next.top = std::min(bend.top, stretch.top);
@@ -270,8 +274,8 @@ void ContourPlanner::append(const Stretch& stretch, const Bend& bend) {
   gathered_.reset();
 }
 
-// The mean of the places of the last cycles is at a place only while the places themselves are near: within half of the
-// way that is covered meanwhile. So limits hold there, too.
+// While the mean of the last positions is at a point, the positions themselves are within half of the distance covered
+// during the averaging. So the limits of a stretch must also hold in that neighbourhood.
 void ContourPlanner::append_shaped(const Stretch& shaped) {
   Stretch stretch = shaped;
   stretch.top = std::min(stretch.top, top_for_room(stretch));
@@ -280,7 +284,7 @@ void ContourPlanner::append_shaped(const Stretch& shaped) {
   accelerations_.lower(stretch.begin - reach, stretch.end + reach, stretch.acceleration);
   open_.push_back(stretch);
   if (stretch.stops) {
-    // The axes stand here until the mean has arrived as well.
+    // The axes stop here until the mean has arrived as well.
     settle(std::numeric_limits<PathTicks>::max());
     tops_.clear();
     accelerations_.clear();
@@ -291,7 +295,7 @@ void ContourPlanner::append_shaped(const Stretch& shaped) {
   settle_beyond_room();
 }
 
-/// Many short pieces: what is far behind is settled although a fast stretch could still lower it.
+/// With many short pieces, settles stretches far behind although a fast stretch could still lower them.
 void ContourPlanner::settle_beyond_room() {
   const std::uint64_t kept = settings_.capacity / kOpenInRoom;
   while (open_.size() > 1 && open_.back().last_piece - open_[1].first_piece >= kept) {
@@ -304,12 +308,12 @@ void ContourPlanner::settle_beyond_room() {
 /// Speed at which a stretch lowers nothing that was settled early.
 double ContourPlanner::top_for_room(const Stretch& stretch) const noexcept {
   if (!early_end_) return kNoLimit;
-  // A step less, for rounding.
+  // One step less, for rounding.
   const auto open = static_cast<double>(stretch.begin - *early_end_ - 1);
   return open * kPathTick / reach_s_;
 }
 
-/// What ends before `until` is not lowered any more.
+/// Settles the stretches that end up to `until`: they will not be lowered any more.
 void ContourPlanner::settle(PathTicks until) {
   while (!open_.empty() && open_.front().end <= until) {
     settle_one(open_.front());
@@ -317,14 +321,14 @@ void ContourPlanner::settle(PathTicks until) {
   }
 }
 
-/// Whether two stretches can be one as far as stops and the numbers of pieces and events are concerned.
+/// Whether two stretches may merge with regard to stops and the numbers of pieces and events.
 bool ContourPlanner::may_be_one(const Stretch& last, const Stretch& stretch) const noexcept {
   return !last.stops && stretch.last_piece - last.first_piece < settings_.capacity / kStretchesInRoom &&
          stretch.last_event - last.first_event < settings_.capacity / kEventsInRoom;
 }
 
-/// Makes one of two stretches if they are equal, or short, or if one of them could do more but is soon over: the limits
-/// of the other reach as far anyway. Half a nanometre of a line between two blends is such a one.
+/// Merges two stretches if they are equal or short, or if the one with the higher limits is very short, because the
+/// limits of the other one extend over it anyway. An example is half a nanometre of a line between two blends.
 bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept {
   if (!may_be_one(last, stretch)) return false;
   const bool same_feed = last.feed == stretch.feed;
@@ -349,7 +353,7 @@ bool ContourPlanner::merge(Stretch& last, const Stretch& stretch) const noexcept
   return true;
 }
 
-/// In parts, with what it and its surroundings leave.
+/// Settles a stretch in parts, with the limits from itself and its neighbourhood.
 void ContourPlanner::settle_one(const Stretch& whole) {
   Stretch part = whole;
   while (true) {
@@ -366,7 +370,7 @@ void ContourPlanner::settle_one(const Stretch& whole) {
 }
 
 bool ContourPlanner::flush() {
-  // Cells refer to pieces: these first.
+  // Pieces first, because cells refer to them.
   return publish_pieces() && publish_cells();
 }
 
@@ -381,7 +385,7 @@ bool ContourPlanner::publish_pieces() {
   return pieces_.empty();
 }
 
-/// Whether all events up to a place are known to the cycle.
+/// Publishes events; returns whether all events up to a position are known to the cycle.
 bool ContourPlanner::publish_events(PathTicks until) {
   auto end = track_.events_end_.load(std::memory_order_relaxed);
   const auto begin = track_.events_begin_.load(std::memory_order_acquire);
@@ -397,7 +401,7 @@ bool ContourPlanner::publish_cells() {
   const auto first_new = track_.cells_end_.load(std::memory_order_relaxed);
   const auto begin = track_.cells_begin_.load(std::memory_order_acquire);
   auto end = first_new;
-  // The last one may still grow, unless the axes stop at its end.
+  // The last stretch may still grow, unless the axes stop at its end.
   while (!settled_.empty() && (settled_.size() > 1 || settled_.front().stops) && end - begin <= track_.mask_) {
     const auto& from = settled_.front();
     if (!publish_events(from.end)) break;
@@ -420,19 +424,19 @@ bool ContourPlanner::publish_cells() {
   return settled_.empty() || (settled_.size() == 1 && !settled_.front().stops);
 }
 
-// First the new cells, then the old ones, from the end backwards: whoever sees a speed that has risen finds all that is
-// ahead of it as well.
+// Raises the new cells first, then the old ones, from the end backwards: a reader that sees a raised speed also sees
+// everything ahead of it.
 void ContourPlanner::raise_speeds(std::uint64_t first_new, std::uint64_t end) {
   if (end == first_new) return;
   const auto oldest = track_.cells_begin_.load(std::memory_order_acquire);
-  double at_begin2 = 0.0;  // of the cell behind
+  double at_begin2 = 0.0;  // square of the speed at the start of the following cell
   double top_behind = 0.0;
   for (std::uint64_t index = end; index-- > oldest;) {
     if (index + 1 == first_new) track_.cells_end_.store(end, std::memory_order_release);
     auto& cell = track_.cell(index);
     const double known2 = cell.ahead2.load(std::memory_order_relaxed);
     const double top = std::min(cell.top, top_behind);
-    // Marked: the axes stop at its end, whatever comes.
+    // Negative: the axes always stop at the end of the cell.
     const double at_end2 = known2 < 0.0 ? known2 : std::min(at_begin2, top * top);
     if (index < first_new && (known2 < 0.0 || at_end2 <= known2)) return;
     cell.ahead2.store(at_end2, std::memory_order_release);

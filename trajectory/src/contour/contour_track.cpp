@@ -49,7 +49,7 @@ GroupVector joints_at(const ContourSettings& settings, const GroupVector& place)
   return joints.position;
 }
 
-/// From standstill to the highest acceleration, or the highest velocity if that comes before.
+/// Time from standstill to the highest acceleration, or to the highest velocity if that comes first.
 double rise_s(double velocity, double acceleration, double jerk) noexcept {
   return std::min(acceleration / jerk, std::sqrt(velocity / jerk));
 }
@@ -74,7 +74,7 @@ std::string check_settings(const ContourSettings& settings) {
       return "axis " + std::to_string(i + 1) + " needs a positive and finite velocity, acceleration and jerk limit";
     }
   }
-  // Faster ones are meant as "no limit"; but lengths are counted in steps of 2^-40 m, in 64 bits.
+  // Higher values mean "no limit"; but lengths are counted in steps of 2^-40 m in 64 bits.
   constexpr double kFastest = 1e6;
   for (std::size_t i = 0; i < settings.axes; ++i) {
     if (settings.limits[i].max_velocity > kFastest) {
@@ -93,7 +93,7 @@ std::string check_settings(const ContourSettings& settings) {
   if (static_cast<double>(smoothing_cycles(settings)) > kMostCycles) {
     return "the tool takes more than 65536 cycles to reach its acceleration limit";
   }
-  // The sum of what all places that are averaged are behind, with a factor of two to spare.
+  // Largest sum of the lags of all averaged positions, with a safety factor of two.
   constexpr double kLargestSum = 8388608.0;  // 2^63 steps of 2^-40 m
   const auto cycles = static_cast<double>(smoothing_cycles(settings));
   if (2.0 * top_speed(settings) * cycles * cycles * settings.period_s >= kLargestSum) {
@@ -116,7 +116,8 @@ std::size_t smoothing_cycles(const ContourSettings& settings) noexcept {
     const auto& limits = settings.limits[i];
     longest_s = std::max(longest_s, rise_s(limits.max_velocity, limits.max_acceleration, limits.max_jerk));
   }
-  // Without a jerk limit it is zero; with nothing but that one the axes' accelerations are the tool's.
+  // A tool without a jerk limit does not contribute; with a jerk limit alone, the acceleration limits of the axes apply
+  // to the tool.
   const auto& tool = settings.tool;
   if (std::isfinite(tool.max_jerk)) {
     const double rise = rise_s(top_speed(settings), tool.max_acceleration, tool.max_jerk);

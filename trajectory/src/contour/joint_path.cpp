@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t kSteps = 4;
 using Samples = std::array<PathGeometry, kSteps + 1>;
 
-/// The largest magnitude of a derivative on a stretch. Between two samples a function is above both by no more than an
-/// eighth of its second difference, as long as that is even; twice as much is added.
+/// Bound of the magnitude of a derivative on a stretch. Between two samples a function exceeds both by at most an
+/// eighth of its second difference if that is uniform; twice that is added.
 double bound_of(const Samples& samples, GroupVector PathGeometry::*derivative, std::size_t axis,
                 double& between) noexcept {
   double largest = 0.0;
@@ -54,8 +54,8 @@ StretchBounds stretch_bounds(const ContourSettings& settings, const PathPiece& p
   }
   if (settings.kinematics == nullptr) return out;
   for (std::size_t i = 0; i < settings.axes; ++i) {
-    // Smooth functions have second differences that fall with the square of the step; what is a tenth of the largest
-    // value here is nothing after one or two halvings.
+    // The second differences of smooth functions fall with the square of the step: a tenth of the largest value here
+    // becomes negligible after one or two halvings.
     constexpr double kCoarse = 0.1;
     std::array<double, 3> between{};
     out.axes.first[i] = bound_of(samples, &PathGeometry::first, i, between[0]);

@@ -5,8 +5,8 @@
 
 namespace driveline::trajectory {
 
-/// A point of the path in the space of the axes, from the same in the coordinates of the moves. Nothing is written when
-/// the machine cannot be there. \rtsafe
+/// Converts a path point from the coordinates of the moves to the space of the axes. Writes nothing if the machine
+/// cannot be there. \rtsafe
 inline PoseFault to_joints(const ContourSettings& settings, const PathGeometry& tool, PathGeometry& joints) noexcept {
   if (settings.kinematics == nullptr) {
     joints = tool;
@@ -18,16 +18,16 @@ inline PoseFault to_joints(const ContourSettings& settings, const PathGeometry& 
   return fault;
 }
 
-/// Bounds of what a path asks for on a stretch of a piece.
+/// Bounds of the derivatives on a stretch of a piece.
 struct StretchBounds {
-  PathBounds axes;         ///< of each axis
-  double curvature = 0.0;  ///< of the tool, 1/m
-  double third = 0.0;      ///< length of the third derivative of the tool, 1/m²
-  /// What lies between the samples may be more than a little: shorter stretches would show.
+  PathBounds axes;         ///< bounds per axis
+  double curvature = 0.0;  ///< curvature of the tool path, 1/m
+  double third = 0.0;      ///< norm of the third derivative of the tool path, 1/m²
+  /// The values between the samples may be considerably larger; shorter stretches would give better bounds.
   bool is_coarse = false;
 };
 
-/// Of a stretch of a piece that PathCheck has found nothing wrong with. \rtsafe
+/// Computes the bounds of a stretch of a piece that PathCheck has accepted. \rtsafe
 [[nodiscard]] StretchBounds stretch_bounds(const ContourSettings& settings, const PathPiece& piece, double begin,
                                            double end) noexcept;
 

@@ -11,13 +11,13 @@
 namespace driveline::trajectory {
 namespace {
 
-/// m or rad. Software limits are exceeded by more than the rounding of places far away.
+/// Tolerance of software limits, m or rad: the rounding of positions far from zero.
 constexpr double kRounding = 1e-9;
 
 std::string place_text(const ContourSettings& settings, const GroupVector& place) {
   const std::size_t count = settings.kinematics == nullptr ? settings.axes : settings.kinematics->coordinates().size();
   std::string text = "(";
-  // What is finer is rounding.
+  // Smaller differences are rounding.
   constexpr double kGrain = 1e-12;
   for (std::size_t i = 0; i < count; ++i)
     text += (i == 0 ? "" : ", ") + to_short_text(std::round(place[i] / kGrain) * kGrain + 0.0);
@@ -81,7 +81,7 @@ std::string PathCheck::fault_at(const GroupVector& place) const {
   return sample_at(PathPiece::line(place, beside), 0.0, sample);
 }
 
-/// Where an axis turns round between two places it is at an extreme, which is found by halving.
+/// If an axis reverses between two positions, it has an extreme there, which is found by bisection.
 std::string PathCheck::fault_of_extremes(const PathPiece& piece, const Sample& from, const Sample& to) const {
   for (std::size_t i = 0; i < settings_.axes; ++i) {
     const auto& limits = settings_.limits[i];
@@ -103,8 +103,8 @@ std::string PathCheck::fault_of_extremes(const PathPiece& piece, const Sample& f
   return "";
 }
 
-// Two places are near enough when a polynomial of third degree from the one to the other, with the directions of both,
-// is where the path is in the middle.
+// Two positions are close enough if the cubic polynomial between them, with the directions at both, matches the path in
+// the middle.
 std::string PathCheck::fault_between(const PathPiece& piece, const Sample& from, const Sample& to, int halvings) const {
   Sample middle;
   if (auto fault = sample_at(piece, 0.5 * (from.length + to.length), middle); !fault.empty()) return fault;

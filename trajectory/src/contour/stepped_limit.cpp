@@ -21,7 +21,7 @@ void SteppedLimit::put(std::int64_t begin, double value) {
 }
 
 void SteppedLimit::lower(std::int64_t from, std::int64_t until, double value) {
-  // Most stretches are like the one before: what they reach is low enough already.
+  // Most stretches equal the previous one, so that their range is low enough already.
   std::size_t first = steps_.size();
   for (std::size_t k = steps_.size(); k-- > front_;) {
     if (steps_[k].begin < until && steps_[k].value > value) first = k;
@@ -43,7 +43,7 @@ void SteppedLimit::lower(std::int64_t from, std::int64_t until, double value) {
 
 void SteppedLimit::forget(std::int64_t before) noexcept {
   while (front_ + 1 < steps_.size() && steps_[front_ + 1].begin <= before) ++front_;
-  // Moved to the begin from time to time.
+  // Removes the forgotten steps from time to time.
   constexpr std::size_t kMany = 256;
   if (front_ < kMany || 2 * front_ < steps_.size()) return;
   steps_.erase(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(front_));

@@ -9,20 +9,21 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Exceeding a limit by this part of it is rounding.
+/// Relative excess over a limit that counts as rounding.
 constexpr double kLimitRounding = 1e-9;
-/// Rounding of a position, as a part of it.
+/// Relative rounding error of a position.
 constexpr double kPlaceRounding = 1e-15;
-/// Of what the slave has left at this instant, for a deviation, when the master may ask for all of it later.
+/// Share of the slave's present reserve that a deviation may use if the master may demand all of it later.
 constexpr double kShareOfRoom = 0.8;
-/// Of each limit a deviation has at least this part.
+/// Minimum share of each limit for a deviation.
 constexpr double kLeastVelocity = 0.02;
 constexpr double kLeastShare = 0.25;
-/// Of the jerk when the master's is not known.
+/// Share of the jerk limit for a deviation if the jerk of the master is unknown.
 constexpr double kUnknownJerk = 0.5;
-/// A deviation is planned anew where the limits have become so much wider.
+/// A deviation is planned again when its limits have grown by this factor.
 constexpr double kWorthwhile = 1.5;
-/// By which the velocity may be exceeded between two steps, as a part of it, and of a step of the jerk.
+/// Largest accepted excess of the velocity between two steps, relative to the limit; never more than the jerk causes
+/// within a step.
 constexpr double kBetweenSteps = 1e-6;
 
 bool is_finite_state(const AxisSetpoint& state) noexcept {
@@ -37,7 +38,7 @@ AxisSetpoint sum(const AxisSetpoint& one, const AxisSetpoint& other) noexcept {
   return {one.position + other.position, one.velocity + other.velocity, one.acceleration + other.acceleration};
 }
 
-/// The highest acceleration at the end of a step of constant jerk, behind which a limit of the velocity can be kept.
+/// The highest acceleration at the end of a step of constant jerk after which a velocity limit can still be kept.
 double highest_acceleration(double velocity, double acceleration, double limit, double jerk, double period_s) noexcept {
   const double room = limit - velocity - 0.5 * acceleration * period_s;
   if (room < 0.0) return 2.0 * room / period_s;
@@ -50,7 +51,7 @@ double highest_acceleration(double velocity, double acceleration, double limit, 
 Coupling::Coupling(const FollowLimits& limits, double period_s) noexcept
     : max_velocity_(limits.motion.max_velocity),
       max_acceleration_(limits.motion.max_acceleration),
-      // No limit: from one end of the acceleration to the other in a step.
+      // Without a jerk limit: from one end of the acceleration range to the other in one step.
       max_jerk_(std::min(limits.max_jerk, 2.0 * limits.motion.max_acceleration / period_s)),
       period_s_(period_s) {}
 
@@ -111,7 +112,7 @@ void Coupling::moved_to(const AxisSetpoint& slave) noexcept {
   if (state_ == CouplingState::kIdle || state_ == CouplingState::kReleased) return;
   last_ = {slave.position, slave.velocity, slave.acceleration};
   step_velocity_ = slave.velocity;
-  // What is asked next is not to be had by a step, and a new way to it is planned.
+  // A single step cannot reach the next demand, so a new deviation will be planned.
   deviation_.reset();
   if (state_ == CouplingState::kInSync) state_ = CouplingState::kCatchingUp;
 }
@@ -121,7 +122,7 @@ void Coupling::release(Release how) noexcept {
   const auto limits = ProfileLimits::symmetric(max_velocity_, max_acceleration_, jerk_from(last_));
   const double velocity = how == Release::kStop ? 0.0 : std::clamp(last_.velocity, -max_velocity_, max_velocity_);
   const auto planned = plan_to_velocity(last_, velocity, 0.0, limits);
-  // What cannot be planned cannot be but for numbers that are none; the axis keeps its velocity then.
+  // A plan fails only for values that are not finite; the axis then keeps its velocity.
   exit_ = planned ? *planned : Profile(last_);
   elapsed_s_ = 0.0;
   run_in_.reset();
@@ -147,12 +148,12 @@ void Coupling::advance_phase() noexcept {
   phase_profile_.reset();
 }
 
-/// The master as the law sees it.
+/// The master as the law sees it, offset included.
 AxisSetpoint Coupling::leading(const AxisSetpoint& master) const noexcept {
   return sum(master, phase_);
 }
 
-/// Of the run-in until it is over, then of the law.
+/// Value of the run-in until it is over, then of the law.
 Cam::Value Coupling::value_at(double master) noexcept {
   if (run_in_) {
     const double part = run_in_->part(master);
@@ -166,7 +167,7 @@ Cam::Value Coupling::value_at(double master) noexcept {
   return law_.at(master);
 }
 
-/// The law plus what is left of the deviation.
+/// The law plus the remaining deviation.
 AxisSetpoint Coupling::deviated(const AxisSetpoint& wanted) noexcept {
   if (!deviation_) return wanted;
   elapsed_s_ += period_s_;
@@ -200,7 +201,7 @@ AxisSetpoint Coupling::step(const AxisSetpoint& master) noexcept {
   return last_;
 }
 
-/// The way to the law was planned when the slave had less room.
+/// Whether the deviation was planned when the slave had considerably less reserve.
 bool Coupling::could_be_faster(const AxisSetpoint& wanted, double slope) const noexcept {
   const auto limits = deviation_limits(wanted, slope);
   return limits.max_velocity > kWorthwhile * deviation_limits_.max_velocity ||
@@ -213,7 +214,7 @@ AxisSetpoint Coupling::free_step() noexcept {
   return take(exit_.evaluate(elapsed_s_));
 }
 
-/// What was to be cannot be: the nearest that can, and a new way to the law from there.
+/// The demand is not possible: take the nearest possible step, and plan a new deviation from there.
 AxisSetpoint Coupling::limited_step(const AxisSetpoint& next, const AxisSetpoint& wanted, double slope) noexcept {
   const bool lost = state_ == CouplingState::kInSync;
   if (lost) ++losses_;
@@ -245,7 +246,7 @@ bool Coupling::plan_deviation(const AxisSetpoint& wanted, double slope) noexcept
   return true;
 }
 
-/// What the limits of the slave leave to a deviation from the law, when the master does what it may.
+/// Limits that remain for a deviation from the law if the master uses its own limits.
 ProfileLimits Coupling::deviation_limits(const AxisSetpoint& wanted, double slope) const noexcept {
   const double gain = std::abs(slope);
   const auto times = [gain](double bound) { return gain > 0.0 ? gain * bound : 0.0; };
@@ -266,12 +267,12 @@ ProfileLimits Coupling::deviation_limits(const AxisSetpoint& wanted, double slop
   return limits;
 }
 
-/// Within the limits of velocity and acceleration, as told and as the positions change.
+/// Whether the limits of velocity and acceleration are kept, by the given values and by the change of the positions.
 bool Coupling::is_allowed(const AxisSetpoint& next) const noexcept {
   constexpr double kWithin = 1.0 + kLimitRounding;
   if (!(std::abs(next.velocity) <= max_velocity_ * kWithin)) return false;
   if (!(std::abs(next.acceleration) <= max_acceleration_ * kWithin)) return false;
-  // Where the acceleration ends within the next step.
+  // Excess of the velocity if the acceleration ends within the next step.
   const double between = std::min(max_jerk_ * period_s_ * period_s_ / 8.0, kBetweenSteps * max_velocity_);
   if (std::abs(next.velocity + 0.5 * next.acceleration * period_s_) > max_velocity_ * kWithin + between) return false;
   const double rounding = kPlaceRounding * std::abs(next.position) / period_s_;
@@ -281,7 +282,7 @@ bool Coupling::is_allowed(const AxisSetpoint& next) const noexcept {
   return std::abs(velocity - *step_velocity_) <= max_acceleration_ * period_s_ * kWithin + 2.0 * rounding;
 }
 
-/// Within the jerk, and where the velocity can be kept with it.
+/// Whether the jerk limit is kept, and the velocity limit can still be kept with it.
 bool Coupling::keeps_jerk(const AxisSetpoint& next) const noexcept {
   constexpr double kWithin = 1.0 + kLimitRounding;
   const double change = std::abs(next.acceleration - last_.acceleration);
@@ -290,14 +291,15 @@ bool Coupling::keeps_jerk(const AxisSetpoint& next) const noexcept {
   return std::abs(rest) <= max_velocity_ * kWithin;
 }
 
-/// An axis that already accelerates hard cannot keep its highest velocity with any jerk: the velocity has precedence.
+/// Returns the jerk limit, raised if the axis already accelerates so hard that it cannot keep the velocity limit
+/// otherwise: the velocity has precedence.
 double Coupling::jerk_from(const AxisSetpoint& state) const noexcept {
   const double room = state.acceleration > 0.0 ? max_velocity_ - state.velocity : max_velocity_ + state.velocity;
   const double needed = 0.5 * state.acceleration * state.acceleration * (1.0 + kLimitRounding);
   return max_jerk_ * room >= needed || !(room > 0.0) ? max_jerk_ : needed / room;
 }
 
-/// The step of constant jerk whose acceleration ends nearest to the one that is wanted.
+/// The step of constant jerk whose acceleration ends nearest to the requested one.
 AxisSetpoint Coupling::nearest(double acceleration) const noexcept {
   const double jerk = jerk_from(last_);
   const double change = jerk * period_s_;
@@ -307,7 +309,7 @@ AxisSetpoint Coupling::nearest(double acceleration) const noexcept {
   const double lowest = -highest_acceleration(-last_.velocity, -last_.acceleration, max_velocity_, jerk, period_s_);
   double to = std::clamp(acceleration, least, most);
   to = std::max(std::min(to, highest), lowest);
-  // One that has begun faster than its limit is braked with its jerk.
+  // An axis that started above its velocity limit is braked within its jerk limit.
   if (std::abs(last_.velocity) > max_velocity_ * (1.0 + kLimitRounding)) to = std::clamp(to, least, most);
   to = std::clamp(to, std::min(-max_acceleration_, most), std::max(max_acceleration_, least));
   return {last_.position + (last_.velocity + (2.0 * last_.acceleration + to) * period_s_ / 6.0) * period_s_,

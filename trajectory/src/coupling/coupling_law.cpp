@@ -6,7 +6,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Places at which a run-in is looked at: its extremes are broad.
+/// Number of samples of a run-in: its extremes are broad.
 constexpr int kRunInSamples = 64;
 
 }  // namespace

@@ -29,7 +29,7 @@ double GearRatio::travel(double master) const noexcept {
   return master * static_cast<double>(numerator_) / static_cast<double>(denominator_);
 }
 
-/// In whole turns of the denominator and a rest, whose product is below 2^62.
+/// Split into whole turns of the denominator and a remainder, whose product is below 2^62.
 GearRatio::Increments GearRatio::travel(std::int64_t master) const noexcept {
   std::int64_t turns = master / denominator_;
   std::int64_t rest = master % denominator_;

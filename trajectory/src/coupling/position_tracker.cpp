@@ -8,13 +8,13 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Time constants after which what was unknown at the begin has gone.
+/// Time constants after which the unknown initial state has decayed.
 constexpr double kSettlingConstants = 12.0;
-/// A measurement may come a period early or late, and the axis be a little faster than it should be.
+/// Tolerance for measurements that arrive a period early or late, and for an axis slightly above its largest velocity.
 constexpr double kSpare = 1.25;
-/// Of the noise: as near as both filters come to a standstill before it is one to the last bit.
+/// Fraction of the noise: when both filters are this close to standstill, they are set exactly to it.
 constexpr double kAtRest = 1e-6;
-/// In rad or m, of something without noise.
+/// Lower bound of that distance for an object without noise, rad or m.
 constexpr double kLeastRest = 1e-12;
 
 std::uint32_t steps_of(double time_s, double period_s) noexcept {
@@ -38,7 +38,7 @@ PositionTracker::PositionTracker(const TrackerSettings& settings) noexcept : set
   g_ = 1.0 - pole * pole * pole;
   h_ = 1.5 * away * away * (1.0 + pole) / period;
   k_ = away * away * away / (period * period);
-  // The poles of a triple integrator that is led by its jerk, held for a period, with z - 1 = w:
+  // Poles of a triple integrator that is driven by its jerk, held for a period, with z - 1 = w:
   // w^3 + c w^2 + b w (w + 2) / 2 + a (w^2 + 6 w + 6) / 6 = (w + away)^3.
   const double a = away * away * away;
   const double b = 3.0 * away * away - a;
@@ -94,7 +94,7 @@ void PositionTracker::correct(double measured) noexcept {
   estimate_.acceleration += k_ * beside;
 }
 
-/// The point on its way to the estimate, from the last step to this one.
+/// Moves the output of the second filter towards the estimate, from the last step to this one.
 void PositionTracker::follow() noexcept {
   const double jerk = to_position_ * (estimate_.position - smooth_.position) +
                       to_velocity_ * (estimate_.velocity - smooth_.velocity) +
@@ -108,7 +108,7 @@ void PositionTracker::follow() noexcept {
   if (there) estimate_ = smooth_ = {place_, 0.0, 0.0};
 }
 
-/// The measurement, or where it stands.
+/// Returns the measurement, or the position of the standstill.
 double PositionTracker::stood(double measured) noexcept {
   const double band = 2.0 * settings_.noise;
   if (standing_) {

@@ -12,7 +12,7 @@ namespace driveline::trajectory {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-/// Of the radius: what counts as the same point.
+/// Distance, relative to the radius, below which two points are the same.
 constexpr double kSamePlace = 1e-9;
 
 tl::unexpected<PathMoveError> bad_arc(std::string reason) {
@@ -28,7 +28,7 @@ tl::expected<CircularArc, PathMoveError> of_allowed_radius(const CircularArc& ar
   return arc;
 }
 
-/// From 0 (not included) to a full turn.
+/// Angle from 0 (exclusive) to a full turn.
 double positive_angle(double y, double x) {
   const double angle = std::atan2(y, x);
   return angle > 0.0 ? angle : angle + kTurn;
@@ -50,7 +50,7 @@ tl::expected<CircularArc, PathMoveError> arc_around(const GroupVector& from, con
   const bool whole = chord <= kSamePlace * radius;
   double shift = 0.0;
   if (!whole) {
-    // The centre that is as far from both ends, nearest to the one that was given.
+    // Find the centre with equal distance to both ends that is nearest to the given one.
     shift = ((from[i] + move.target[i]) / 2.0 - center_i) * chord_i / chord +
             ((from[j] + move.target[j]) / 2.0 - center_j) * chord_j / chord;
     center_i += shift * chord_i / chord;
@@ -95,8 +95,8 @@ tl::expected<CircularArc, PathMoveError> arc_via(const GroupVector& from, const 
       sum(sum(from, to_via, end2 * (via2 - product) / (2.0 * area)), to_end, via2 * (end2 - product) / (2.0 * area));
   arc.to_start = difference(from, arc.center);
   const double radius = norm(arc.to_start);
-  // The other direction of the plane: the end, without its part along the first one. It is reached behind the point on
-  // the way, or the arc goes round the other way.
+  // Second direction of the plane: the guide point (end or via point) without its part along the first direction. If
+  // the end comes before the via point, the arc runs the other way round.
   const GroupVector end = difference(move.target, arc.center);
   const GroupVector via = difference(move.via, arc.center);
   const GroupVector& guide = std::abs(dot(end, arc.to_start)) < std::abs(dot(via, arc.to_start)) ? end : via;

@@ -8,9 +8,9 @@
 
 namespace driveline::trajectory {
 
-/// The arc of a move of kind kArc that begins at `from`.
+/// Computes the arc of a kArc move that starts at `from`.
 [[nodiscard]] tl::expected<CircularArc, PathMoveError> arc_around(const GroupVector& from, const PathMove& move);
-/// The arc of a move of kind kArcVia that begins at `from`.
+/// Computes the arc of a kArcVia move that starts at `from`.
 [[nodiscard]] tl::expected<CircularArc, PathMoveError> arc_via(const GroupVector& from, const PathMove& move);
 
 }  // namespace driveline::trajectory

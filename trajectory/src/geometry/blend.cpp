@@ -8,19 +8,19 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Less is no corner: at 10 m/s a turn by so much is a step of 10 nm/s.
+/// A smaller turn is not a corner: at 10 m/s it is a velocity step of 10 nm/s.
 constexpr double kSmoothTurn = 1e-9;
-/// 1/m
+/// A smaller change of curvature, 1/m, is not a corner.
 constexpr double kSmoothBend = 1e-7;
-/// Sine of half of 175 degrees. Beyond it the path turns back.
+/// Sine of half of 175 degrees. With a sharper turn the path turns back.
 constexpr double kSharpestHalfTurn = 0.999048;
-/// m or rad. A shorter blend is within the rounding of positions.
+/// Shortest blend, m or rad: a shorter one is within the rounding of positions.
 constexpr double kShortestCut = 1e-8;
 
 /// Corner of two straight lines with the directions t0 and t1. With b(u) = 2 u^3 - u^4 the blend is
 ///   corner + cut * (b(u) * t1 - b(1 - u) * t0).
-/// b' and b'' are zero at u = 0, and b'' is zero at u = 1: there is no curvature where the lines begin. Its distance
-/// from the corner is least at u = 1/2, where b = 3/16: by symmetry that is the most by which the path is left,
+/// b' and b'' are zero at u = 0, and b'' is zero at u = 1: there is no curvature where the lines start. Its distance
+/// from the corner is smallest at u = 1/2, where b = 3/16; by symmetry that is the largest deviation from the path,
 ///   cut * 3/16 * |t1 - t0| = cut * 3/8 * sin(turn / 2).
 PathPolynomial line_corner(const GroupVector& corner, const GroupVector& t0, const GroupVector& t1,
                            double cut) noexcept {
@@ -33,7 +33,7 @@ PathPolynomial line_corner(const GroupVector& corner, const GroupVector& t0, con
   return c;
 }
 
-/// The polynomial of fifth degree that begins and ends like two pieces do, `length` long if it were straight.
+/// The fifth-degree polynomial that starts and ends like two pieces, with `length` as its length if it were straight.
 PathPolynomial joining(const PathGeometry& begin, const PathGeometry& end, double length) noexcept {
   PathPolynomial c{};
   for (std::size_t i = 0; i < kMaxGroupAxes; ++i) {
@@ -58,7 +58,7 @@ GroupVector place_on(const PathPolynomial& c, double u) noexcept {
   return place;
 }
 
-/// An upper bound of the distance from the pieces: the largest distance from the place on them that is as far along.
+/// Upper bound of the distance from the pieces: the largest distance to the point of equal length on them.
 double deviation(const PathPolynomial& c, const PathPiece& before, const PathPiece& behind, double cut) noexcept {
   constexpr int kSamples = 32;
   double largest = 0.0;
@@ -81,7 +81,7 @@ tl::expected<Blend, PathMoveError> corner_of_lines(const Joint& joint, double to
   out.cut = std::min(longest_cut, tolerance / (0.375 * joint.half_turn));
   if (out.cut < kShortestCut) return no_room();
   const auto curve = line_corner(joint.behind.position, joint.before.first, joint.behind.first, out.cut);
-  // In the middle the speed is smaller by the cosine of half the turn: for flat corners nobody sees the difference.
+  // In the middle the speed is lower by the cosine of half the turn; for flat corners the difference is negligible.
   constexpr double kFlat = 0.99 * PathPiece::kLengthError;
   if (joint.half_turn * joint.half_turn / 2.0 <= kFlat) {
     out.pieces.push_back(PathPiece::flat_corner(curve, 2.0 * out.cut));

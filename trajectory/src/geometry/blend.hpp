@@ -8,24 +8,24 @@
 
 namespace driveline::trajectory {
 
-/// How two pieces meet.
+/// Junction of two pieces.
 struct Joint {
-  PathGeometry before;     ///< where the first one ends
-  PathGeometry behind;     ///< where the second one begins
+  PathGeometry before;     ///< end of the first piece
+  PathGeometry behind;     ///< start of the second piece
   double half_turn = 0.0;  ///< sine of half the angle between their directions
-  bool is_smooth = false;  ///< neither direction nor curvature jump
+  bool is_smooth = false;  ///< neither direction nor curvature jumps
 };
 
 [[nodiscard]] Joint joint_of(const PathPiece& before, const PathPiece& behind) noexcept;
 
-/// What takes the place of a corner.
+/// Replacement of a corner.
 struct Blend {
-  double cut = 0.0;               ///< so much is cut from the end of the one piece and from the begin of the other
-  std::vector<PathPiece> pieces;  ///< from cut to cut, with equal direction and curvature at both
+  double cut = 0.0;               ///< length cut from the end of the first piece and from the start of the second one
+  std::vector<PathPiece> pieces;  ///< pieces between the cuts, with continuous direction and curvature at both
 };
 
-/// Rounds the joint of two pieces without leaving them by more than `tolerance` (> 0), with no more than `longest_cut`
-/// of either.
+/// Rounds the joint of two pieces with a deviation of at most `tolerance` (> 0), cutting at most `longest_cut` from
+/// each.
 [[nodiscard]] tl::expected<Blend, PathMoveError> blend(const PathPiece& before, const PathPiece& behind,
                                                        const Joint& joint, double tolerance, double longest_cut);
 

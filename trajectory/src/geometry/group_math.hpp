@@ -4,8 +4,7 @@
 
 #include "driveline/trajectory/group_vector.hpp"
 
-// Arithmetic of vectors of a group. All axes at once, whether the group has them or not: eight fit into a few
-// registers.
+// Arithmetic of group vectors. Functions process all axes, used or not: eight fit into a few registers.
 
 namespace driveline::trajectory {
 

@@ -8,7 +8,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// A polynomial and its derivatives by the parameter.
+/// A polynomial and its derivatives with respect to its parameter.
 struct CurvePoint {
   GroupVector place{};
   GroupVector first{};
@@ -35,7 +35,7 @@ double speed_at(const PathPolynomial& c, double u) noexcept {
   return norm(first);
 }
 
-/// Length of a curve between two parameters, by the rule of Gauss with five points on each half.
+/// Length of a curve between two parameters, by Gauss quadrature with five points on each half.
 double curve_length(const PathPolynomial& c, double from, double to) noexcept {
   constexpr std::array<double, 5> kPlaces{-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
                                           0.9061798459386640};
@@ -51,7 +51,7 @@ double curve_length(const PathPolynomial& c, double from, double to) noexcept {
   return total * quarter;
 }
 
-/// The polynomial of fifth degree over [0, length] with these values and two derivatives at its ends.
+/// The fifth-degree polynomial over [0, length] with these values and two derivatives at its ends.
 std::array<double, 6> quintic(double length, const std::array<double, 3>& begin, const std::array<double, 3>& end) {
   const double way = end[0] - begin[0] - length * (begin[1] + length * begin[2] / 2.0);
   const double slope = (end[1] - begin[1] - length * begin[2]) * length;
@@ -121,8 +121,8 @@ std::vector<PathPiece> PathPiece::curve(const PathPolynomial& polynomial) {
   return pieces;
 }
 
-// The parameter as a polynomial of the length that has the right value and derivatives at both ends of the stretch: two
-// stretches then join with equal direction and curvature. Halved until the speed is even.
+// Approximates the parameter as a polynomial of the length that has the exact value and derivatives at both ends of the
+// part, so that two parts join with equal direction and curvature. Halves the part until the speed is uniform.
 bool PathPiece::fit(const PathPolynomial& polynomial, double from, double to, std::vector<PathPiece>& out) {
   constexpr double kShortest = 1.0 / 1024.0;
   const auto end_conditions = [&](double u) -> std::array<double, 3> {
@@ -136,7 +136,7 @@ bool PathPiece::fit(const PathPolynomial& polynomial, double from, double to, st
   bool is_even = std::isfinite(piece.length_) && piece.length_ > 0.0 && std::isfinite(piece.parameter_[5]);
   for (int k = 1; is_even && k < kChecks; ++k) {
     const auto there = piece.at(piece.length_ * k / kChecks);
-    // Half of what is promised, since it is looked at in some places only.
+    // Half of the promised error, since only some points are checked.
     is_even = std::abs(norm(there.first) - 1.0) <= 0.5 * kLengthError;
   }
   if (is_even) {
@@ -208,8 +208,8 @@ PathGeometry PathPiece::at(double length) const noexcept {
   return curve_at(s);
 }
 
-// With c[3] = -2 c[4] the direction is monotone from end to end, the curvature a parabola around the middle, and what
-// is behind it a straight line through zero there.
+// With c[3] = -2 c[4] the direction is monotonic from end to end, the curvature is a parabola around the middle, and
+// the third derivative is a straight line through zero there.
 PathBounds PathPiece::corner_bounds(double begin, double end) const noexcept {
   const double rate = parameter_[1];
   const double from = rate * (begin_ + begin);
@@ -246,7 +246,7 @@ PathBounds PathPiece::bounds(double begin, double end) const noexcept {
     raise(out.second, there.second);
     raise(out.third, there.third);
   }
-  // What lies between the samples. A sine is above its samples by no more than amplitude * step^2 / 8; curves are
+  // Margin for values between the samples. A sine exceeds its samples by at most amplitude * step^2 / 8; curves are
   // polynomials of low degree on their pieces.
   const double step = parameter_[1] * (end - begin) / steps;
   const double share = kind_ == Kind::kArc ? step * step / 8.0 : 0.02;

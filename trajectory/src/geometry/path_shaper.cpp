@@ -14,9 +14,9 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Positions lie within +-1e6 rad or m: there a double resolves 0.1 nm.
+/// Largest magnitude of a position, rad or m: there a double resolves 0.1 nm.
 constexpr double kFarthest = 1e6;
-/// Shorter moves are no motion.
+/// Shorter moves count as no motion.
 constexpr double kShortestMove = 1e-9;
 
 tl::unexpected<PathMoveError> bad_move(std::string reason) {
@@ -72,7 +72,7 @@ double length_of(const std::vector<PathPiece>& pieces) {
   return length;
 }
 
-/// The events of a move by the length along it, in their order on the path.
+/// The events of a move with their positions along it, in path order.
 tl::expected<std::vector<PathEvent>, PathMoveError> events_of(const PathMove& move, double length) {
   std::vector<PathEvent> events;
   for (const auto& [change, at] : move.outputs) {
@@ -94,7 +94,7 @@ tl::unexpected<PathMoveError> too_many_events() {
   return bad_move("more than " + std::to_string(kMostOutputsOfMove) + " outputs and dwells belong to one move");
 }
 
-/// Pieces one after the other, with the events on them.
+/// Appends pieces one after the other, with the events on them.
 void put_pieces(const std::vector<PathPiece>& pieces, double feed, std::uint64_t move,
                 const std::vector<PathEvent>& events, std::vector<ShapedPiece>& out) {
   const auto first = out.size();
@@ -108,8 +108,8 @@ void put_pieces(const std::vector<PathPiece>& pieces, double feed, std::uint64_t
       begin += out[index].piece.length();
       ++index;
     }
-    if (index == out.size()) return;  // without a piece there is no event
-    // The end of the move is that of its last piece, whatever the sum of lengths was rounded to.
+    if (index == out.size()) return;  // no event without a piece
+    // The end of the move is the end of its last piece, however the sum of lengths was rounded.
     constexpr double kRounding = 1e-12;
     const double length = out[index].piece.length();
     event.at = std::clamp(event.at - begin, 0.0, length);
@@ -192,12 +192,12 @@ void PathShaper::add_without_way(const PathMove& move) {
   ++moves_;
 }
 
-/// Events of the kept move and of the one behind it that are on the corner between them; those of the other one are by
-/// what is left of it from then on.
+/// Extracts the events of the stored move and of the next one (`behind`) that lie on the corner between them; the
+/// positions of the remaining events of `behind` become relative to its remaining part.
 std::vector<PathEvent> PathShaper::take_events_of_corner(double cut, double corner, std::vector<PathEvent>& behind) {
   if (!(cut > 0.0)) return {};
   std::vector<PathEvent> taken;
-  const double left = length_of(last_);  // without what was cut
+  const double left = length_of(last_);  // length without the part that was cut off
   const double half = 0.5 * corner;
   while (!events_.empty() && events_.back().at > left) {
     auto event = events_.back();
@@ -243,7 +243,7 @@ tl::expected<void, PathMoveError> PathShaper::add(const PathMove& move, std::vec
     const auto joint = joint_of(last_.back(), pieces->front());
     stops = dwells_ || (!joint.is_smooth && !(tolerance_ > 0.0));
     if (!joint.is_smooth && !stops) {
-      // Half of each piece is left for the corner at its other end.
+      // Half of each piece is reserved for the corner at its other end.
       auto found = blend(last_.back(), pieces->front(), joint, tolerance_, std::min(last_half_, half));
       if (!found) return tl::unexpected(std::move(found.error()));
       if (auto possible = checked(found->pieces); !possible) return possible;
@@ -253,7 +253,7 @@ tl::expected<void, PathMoveError> PathShaper::add(const PathMove& move, std::vec
     }
   }
   const auto on_corner = take_events_of_corner(corner.cut, length_of(corner.pieces), *events);
-  // What has waited for the first move is before it.
+  // Events that waited for the first move come before it.
   if (last_.empty()) events->insert(events->begin(), events_.begin(), events_.end());
   hand_over(out, stops);
   put_pieces(corner.pieces, std::min(feed_, move.feed), number, on_corner, out);

@@ -5,7 +5,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// The second derivatives at the points, zero at both ends: a tridiagonal system, solved from end to end.
+/// Second derivatives at the points, zero at both ends, from a tridiagonal system.
 std::vector<GroupVector> second_derivatives(std::span<const GroupVector> points, std::span<const double> chords) {
   const std::size_t n = points.size();
   std::vector<GroupVector> second(n);

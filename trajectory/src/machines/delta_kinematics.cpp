@@ -55,8 +55,9 @@ std::span<const KinematicCoordinate> DeltaKinematics::joints() const noexcept {
   return joints_;
 }
 
-// The platform as a point is as far as a rod is long from three knees: it is on the line through the middle of the
-// circle around the knees, square to their plane, and of the two places the lower one.
+// The platform, reduced to a point, is at the distance of the rod length from all three knees. So it lies on the line
+// through the centre of the circle through the knees, perpendicular to their plane; the lower of the two solutions
+// applies.
 bool DeltaKinematics::forward(const GroupVector& joints, GroupVector& tool) const noexcept {
   std::array<Point, kChains> knees{};
   for (std::size_t k = 0; k < kChains; ++k) {
@@ -96,8 +97,8 @@ PoseFault DeltaKinematics::inverse(const PathGeometry& tool, PathGeometry& joint
     rods[k] = minus({x.value, y.value, z.value}, {kCosines[k] * out, kSines[k] * out, up});
   }
   for (std::size_t k = 0; k < kChains; ++k) put(joints, k, found[k]);
-  // Rods in one plane do not hold the platform square to it. The lower of the two places of forward() has a determinant
-  // below zero.
+  // Rods in one plane do not hold the platform in the direction perpendicular to it. The lower solution of forward()
+  // has a negative determinant.
   const double held = -dot(rods[0], cross(rods[1], rods[2])) / (rod_ * rod_ * rod_);
   if (fault.kind == PoseFault::Kind::kNone && held < kSingularSine) fault.kind = PoseFault::Kind::kSingular;
   return fault;
@@ -119,8 +120,8 @@ DeltaKinematics::Knee RotaryDeltaKinematics::knee(double joint) const noexcept {
   return {offset_ + upper_arm_ * std::cos(joint), -upper_arm_ * std::sin(joint)};
 }
 
-// With the place (a, w) in the plane of the arm, outwards and downwards from its axis, and the angle t of the arm, the
-// knee is as far as the rod is long where a cos t + w sin t = e; of the two such angles the outer one.
+// With the position (a, w) in the plane of the arm, outwards and downwards from its axis, and the angle t of the arm,
+// the knee is at the distance of the rod length if a cos t + w sin t = e; of both angles the outer one applies.
 PoseFault::Kind RotaryDeltaKinematics::solve(const PathJet& out, const PathJet& side, const PathJet& up,
                                              PathJet& joint) const noexcept {
   const PathJet a = out + -offset_;

@@ -9,7 +9,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// Lengths that are the same, m.
+/// Difference in m up to which two lengths are equal.
 constexpr double kSameLength = 1e-9;
 
 const KinematicKind* find_kind(std::string_view name) {

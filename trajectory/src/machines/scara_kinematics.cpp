@@ -46,7 +46,8 @@ bool ScaraKinematics::forward(const GroupVector& joints, GroupVector& tool) cons
   return true;
 }
 
-// The triangle of upper arm, forearm and distance, by its cosine; both angles by atan2, which is exact everywhere.
+// Solves the triangle of upper arm, forearm and distance by its cosine; both angles by atan2, which is accurate
+// everywhere.
 PoseFault ScaraKinematics::inverse(const PathGeometry& tool, PathGeometry& joints) const noexcept {
   const PathJet x = jet(tool, 0);
   const PathJet y = jet(tool, 1);

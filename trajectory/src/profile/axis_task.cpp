@@ -6,7 +6,7 @@
 namespace driveline::trajectory {
 namespace {
 
-/// How far a position is from the one that was meant, relative to it: half of the last digit.
+/// Relative rounding error of a position: half of the last digit.
 constexpr double kPositionRounding = 1.2e-16;
 
 bool is_finite(const AxisSetpoint& state) noexcept {
@@ -21,13 +21,13 @@ bool is_within(double value, double limit) noexcept {
   return value <= limit * (1.0 + kRounding);
 }
 
-/// Whether a motion within the limits can end as the boundary does.
+/// Whether a motion within the limits can end in the end state of the boundary.
 bool can_end(const Boundary& b) noexcept {
   return is_within(b.a1, b.rise) && is_within(-b.a1, b.fall) && is_within(Boundary::highest(b.v1, -b.a1), b.top) &&
          is_within(Boundary::highest(-b.v1, b.a1), b.bottom);
 }
 
-/// Limits that are exceeded by rounding at the ends are raised by as much, so that the ends are inside.
+/// Raises limits that the end states exceed by rounding, so that these are inside.
 void enclose_ends(Boundary& b) noexcept {
   b.rise = std::max({b.rise, b.a0, b.a1});
   b.fall = std::max({b.fall, -b.a0, -b.a1});

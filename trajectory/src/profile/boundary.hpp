@@ -6,8 +6,8 @@
 
 namespace driveline::trajectory {
 
-/// Two states of motion and the limits between them, as a frontier sees them: accelerations and velocities are divided
-/// by the jerk limit, so that the acceleration changes by one per second. All four limits are magnitudes.
+/// Two states of motion and the limits between them, in the units of a frontier: accelerations and velocities are
+/// divided by the jerk limit, so that the acceleration changes by one per second. All four limits are magnitudes.
 struct Boundary {
   double v0;      ///< velocity at the start
   double a0;      ///< acceleration at the start
@@ -18,34 +18,34 @@ struct Boundary {
   double top;     ///< largest velocity forwards
   double bottom;  ///< largest velocity backwards
 
-  /// The largest velocity that an acceleration leads to while it is taken back as fast as possible.
+  /// The velocity reached if an acceleration is reduced to zero as fast as possible.
   [[nodiscard]] static double highest(double velocity, double acceleration) noexcept {
     return velocity + (acceleration > 0.0 ? acceleration * acceleration / 2.0 : 0.0);
   }
-  /// The largest velocities, forwards and backwards, that the ends alone lead to or come from.
+  /// The smallest possible velocity limits, forwards and backwards, for these end states.
   [[nodiscard]] double least_top() const noexcept { return std::max(highest(v0, a0), highest(v1, -a1)); }
   [[nodiscard]] double least_bottom() const noexcept { return std::max(highest(-v0, -a0), highest(-v1, a1)); }
-  /// The same ends with no more room for the velocity than they need.
+  /// The same end states with the smallest possible velocity limits.
   [[nodiscard]] Boundary narrowed() const noexcept {
     Boundary narrow = *this;
     narrow.top = least_top();
     narrow.bottom = least_bottom();
     return narrow;
   }
-  /// The same motions with the axis turned round.
+  /// The same motions with the axis inverted.
   [[nodiscard]] Boundary mirrored() const noexcept { return {-v0, -a0, -v1, -a1, fall, rise, bottom, top}; }
-  /// The same motions as a film that runs backwards, with the axis turned round: velocities stay, accelerations do not.
+  /// The same motions reversed in time with the axis inverted: velocities stay, accelerations change sign.
   [[nodiscard]] Boundary reversed() const noexcept { return {v1, -a1, v0, -a0, fall, rise, top, bottom}; }
 };
 
-/// A stretch of constant jerk, divided by the jerk limit.
+/// A phase of constant jerk, divided by the jerk limit.
 struct JerkPhase {
   double duration_s;
-  double acceleration;  ///< at its begin
-  double jerk;          ///< -1 to 1; with unlimited jerk 0
+  double acceleration;  ///< acceleration at its start
+  double jerk;          ///< -1 to 1; 0 with unlimited jerk
 };
 
-/// The phases of a motion without its start.
+/// The phases of a motion without its start state.
 class PhaseList {
  public:
   void push(double duration_s, double acceleration, double jerk) noexcept {

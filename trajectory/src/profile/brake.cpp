@@ -6,12 +6,12 @@
 namespace driveline::trajectory {
 namespace {
 
-/// What is too fast forwards, or will be: the acceleration falls to `sign` times a value and, if that is more than the
-/// axis may have when it is back at its largest velocity, rises to it. `sign` -1: the axis is turned round.
+/// Brakes an axis that is too fast forwards, or will be: the acceleration falls and, if it ends up lower than allowed
+/// at the largest velocity, rises to the allowed value. `sign` -1: the axis is inverted.
 void brake_velocity(Brake& state, double sign, double fall, double top, double bottom) noexcept {
   const double velocity = sign * state.velocity;
   const double acceleration = sign * state.acceleration;
-  // The hardest deceleration at the largest velocity that does not lead beyond the largest velocity backwards.
+  // The hardest deceleration at the largest velocity that does not lead beyond the largest backward velocity.
   const double hardest = std::min(fall, std::sqrt(2.0 * (top + bottom)));
   const double excess = velocity - top;
   const double direct = std::sqrt(std::max(0.0, acceleration * acceleration + 2.0 * excess));
@@ -50,7 +50,7 @@ Brake brake_acceleration(double velocity, double acceleration, double rise, doub
 
 Brake brake_with_jerk(double velocity, double acceleration, const Boundary& limits) noexcept {
   Brake state = brake_acceleration(velocity, acceleration, limits.rise, limits.fall);
-  // What the acceleration still does to the velocity while it is taken back.
+  // Change of the velocity while the acceleration is reduced to zero.
   const double rest = state.acceleration * state.acceleration / 2.0;
   const double v = state.velocity;
   const bool gets_above = state.acceleration > 0.0 && exceeds(v + rest, limits.top);

@@ -4,24 +4,24 @@
 
 namespace driveline::trajectory {
 
-/// The way of an axis back inside its limits, and where it is then. Units as in Boundary.
+/// The motion of an axis back inside its limits, and the state after it. Units as in Boundary.
 struct Brake {
   PhaseList phases;
   double velocity;
   double acceleration;
 };
 
-/// How far a limit may be exceeded before an axis is brought back: what rounding does to a state that is at the limit.
+/// Relative excess over a limit up to which an axis is not brought back: rounding of a state at the limit.
 inline constexpr double kRounding = 1e-12;
 
-/// Brings the acceleration back inside its limits as fast as possible, and nothing else.
+/// Brings only the acceleration back inside its limits, as fast as possible.
 [[nodiscard]] Brake brake_acceleration(double velocity, double acceleration, double rise, double fall) noexcept;
 
-/// Brings a state to where it neither is outside the limits of a boundary nor must leave them, as fast as possible:
-/// first the acceleration, then the velocity. Ends of the boundary do not count.
+/// Brings a state inside the limits of a boundary, to a point from which it need not leave them, as fast as possible:
+/// first the acceleration, then the velocity. The end states of the boundary are ignored.
 [[nodiscard]] Brake brake_with_jerk(double velocity, double acceleration, const Boundary& limits) noexcept;
 
-/// The same with unlimited jerk.
+/// Like brake_with_jerk(), with unlimited jerk.
 [[nodiscard]] Brake brake_at_once(double velocity, const Boundary& limits) noexcept;
 
 }  // namespace driveline::trajectory

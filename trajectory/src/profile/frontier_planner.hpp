@@ -11,20 +11,21 @@
 
 namespace driveline::trajectory {
 
-/// Finds motions of one axis by two frontiers: how far it can get forwards, and backwards, in a given time. Every way
-/// in between can be done in this time as well, because a mixture of two motions that obey limits obeys them, too.
+/// Finds motions of an axis by means of two frontiers: the farthest displacement forwards, and backwards, in a given
+/// time. Every displacement in between is possible in the same time, because a mixture of two motions that keep limits
+/// keeps them, too.
 template <typename Frontier>
 class FrontierPlanner {
  public:
-  /// `way_error`: how far rounding may have moved the way.
+  /// `way`: displacement; `way_error`: its rounding error.
   FrontierPlanner(const Boundary& boundary, double way, double way_error) noexcept
       : boundary_(boundary), forwards_(boundary), backwards_(boundary.mirrored()), way_(way), way_error_(way_error) {}
 
-  /// A motion along one frontier.
+  /// A motion along one of the frontiers.
   struct Extreme {
     double duration_s;
     PhaseList phases;
-    double sign;  ///< -1: of the phases, because it is the backward one
+    double sign;  ///< -1: multiplies the phases of the backward frontier
   };
 
   [[nodiscard]] Extreme fastest() const noexcept {
@@ -42,7 +43,7 @@ class FrontierPlanner {
     return extreme ? *extreme : Extreme{kNever, {}, 1.0};
   }
 
-  /// The first duration, not before `from_s`, that is possible.
+  /// The first possible duration from `from_s` on.
   [[nodiscard]] double next_possible_s(double from_s) const noexcept {
     if (forwards_.has_short_stretch()) {
       const Stretch forward = forwards_.short_stretch();
@@ -58,7 +59,7 @@ class FrontierPlanner {
     return next_in(forwards_.main_stretch(), backwards_.main_stretch(), from_s).value_or(kNever);
   }
 
-  /// The first duration, not before `from_s`, that is impossible or from which on it is.
+  /// The first duration from `from_s` on that is impossible or after which durations are impossible.
   [[nodiscard]] double next_impossible_s(double from_s) const noexcept {
     if (forwards_.has_short_stretch() && from_s <= forwards_.short_stretch().longest_s()) {
       return next_gap_in(forwards_.short_stretch(), backwards_.short_stretch(), from_s);
@@ -67,7 +68,7 @@ class FrontierPlanner {
     return from_s < forward.shortest_s() ? from_s : next_gap_in(forward, backwards_.main_stretch(), from_s);
   }
 
-  /// Adds the motion of a possible duration to a profile, accelerations and jerks times `scale`.
+  /// Appends the motion of a possible duration to a profile, with accelerations and jerks times `scale`.
   void append_mixture(Profile& profile, double duration_s, double scale) const noexcept {
     if (forwards_.has_short_stretch() && duration_s <= forwards_.short_stretch().longest_s() * kAlmost) {
       mix(profile, part(forwards_.short_stretch(), duration_s, 1.0), part(backwards_.short_stretch(), duration_s, -1.0),
@@ -80,22 +81,22 @@ class FrontierPlanner {
  private:
   using Stretch = typename Frontier::Stretch;
   static constexpr double kNever = std::numeric_limits<double>::infinity();
-  /// Durations that differ by less are the same.
+  /// Relative difference below which two durations are equal.
   static constexpr double kSame = 1e-12;
   static constexpr double kAlmost = 1.0 + 4.0 * kSame;
   static constexpr double kLastDigits = 1.6e-15;
-  /// The two frontiers have a few turns only.
+  /// Iteration limit: the two frontiers have only a few turning points.
   static constexpr int kMostRounds = 12;
 
-  /// Whether the way is that of a stretch's shortest or longest motion, but for rounding. Perhaps no motion gets a
-  /// little less or more far in about the same time: a state on its way to the target must not be taken for one that
-  /// missed it.
+  /// Whether the displacement equals that of a stretch's shortest or longest motion, up to rounding. Perhaps no motion
+  /// moves slightly less or more far in about the same time, so a state on its way to the target must not be mistaken
+  /// for a state that missed it.
   [[nodiscard]] bool is_same_way(double displacement, double duration_s) const noexcept {
     const double velocities = std::abs(boundary_.v0) + std::abs(boundary_.v1);
     const double ends = std::abs(boundary_.a0) + std::abs(boundary_.a1);
     const double moved =
         duration_s * (velocities + duration_s * (ends + std::min(duration_s, boundary_.rise + boundary_.fall)));
-    // The last digit of the velocities moves the duration, the more the smaller the accelerations are.
+    // The last digit of the velocities shifts the duration, by more the smaller the accelerations are.
     const double slowest = Frontier::kJumps ? std::min(boundary_.rise, boundary_.fall) : ends + duration_s;
     const double moved_s = duration_s > 0.0 ? kLastDigits * velocities / slowest : 0.0;
     return std::abs(way_ - displacement) <= way_error_ + kSame * moved + velocities * moved_s;
@@ -143,11 +144,11 @@ class FrontierPlanner {
     return std::min({there ? there->duration_s : kNever, here ? here->duration_s : kNever, forward.longest_s()});
   }
 
-  /// One of two motions of the same duration that are mixed.
+  /// One of two motions of equal duration to be mixed.
   struct Part {
     PhaseList phases;
     double displacement;
-    double sign;  ///< -1: the phases are those of the axis turned round
+    double sign;  ///< -1: the phases apply to the inverted axis
   };
 
   [[nodiscard]] static Part part(const Stretch& stretch, double duration_s, double sign) noexcept {
@@ -155,8 +156,8 @@ class FrontierPlanner {
     return {stretch.phases(point), sign * stretch.displacement(point), sign};
   }
 
-  /// Between the frontiers of the velocity limits lie those of the velocities that the ends need: what is mixed is what
-  /// encloses the way most closely, so that an axis at rest that is to stay there does not move.
+  /// Between the frontiers of the velocity limits lie those of the velocities that the end states need. Mixes the two
+  /// frontiers that enclose the displacement most closely, so that an axis at rest that is to stay there does not move.
   void mix_main(Profile& profile, double duration_s, double scale) const noexcept {
     const Boundary narrow = boundary_.narrowed();
     const Part most = part(Frontier(narrow).main_stretch(), duration_s, 1.0);
@@ -177,7 +178,7 @@ class FrontierPlanner {
     const double share = room > 0.0 ? std::clamp((way_ - least.displacement) / room, 0.0, 1.0) : 1.0;
     const double most_scale = share * scale * most.sign;
     const double least_scale = (1.0 - share) * scale * least.sign;
-    double most_s = 0.0;  // since the begin of the phase
+    double most_s = 0.0;  // time since the start of the phase
     double least_s = 0.0;
     for (std::size_t i = 0, k = 0; i < most.phases.size() && k < least.phases.size();) {
       const JerkPhase& a = most.phases[i];

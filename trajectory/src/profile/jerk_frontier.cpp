@@ -8,12 +8,12 @@ namespace driveline::trajectory {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-/// Newton's steps end when the next one would be lost by rounding: the error is squared with each.
+/// Newton's method ends when the next step would be within rounding: each step squares the error.
 constexpr double kNewtonStep = 1e-9;
 constexpr int kMostSteps = 80;
-/// Changes of velocity that differ by less, relative to what they are made of, are the same.
+/// Relative difference below which changes of velocity are equal.
 constexpr double kSameChange = 1e-12;
-/// What is lost of sums of velocities, relative to them.
+/// Relative rounding error of sums of velocities.
 constexpr double kLastDigits = 4e-15;
 
 double square(double x) noexcept {
@@ -24,7 +24,7 @@ double root(double x) noexcept {
   return x > 0.0 ? std::sqrt(x) : 0.0;
 }
 
-/// Both zeros of 3 w^2 + 4 c w + k2 in x = sqrt(w), k2 >= 0.
+/// Both zeros of 3 w^2 + 4 c w + k2, as x = sqrt(w), k2 >= 0.
 std::array<double, 2> turns_of_free(double c, double k2) noexcept {
   const double discriminant = 4.0 * c * c - 3.0 * k2;
   if (c >= 0.0 || discriminant <= 0.0) {
@@ -44,7 +44,7 @@ std::array<double, 2> turns_of_held(double limit, double m) noexcept {
   return {m / (2.0 * larger), larger};
 }
 
-/// What is gained while a held acceleration's partner goes from y0 to y = y0 + step.
+/// Displacement gained while one acceleration is held and the other one goes from y0 to y = y0 + step.
 double gain_of_held(double limit, double m, double y0, double step) noexcept {
   const double y = y0 + step;
   const double sum = y + y0;
@@ -62,7 +62,7 @@ JerkStretch::JerkStretch(const Boundary& boundary, Begin begin, Extent extent) n
     : b_(begin == Begin::kPeak ? boundary : boundary.reversed()), is_reversed_(begin == Begin::kTrough) {
   k_ = b_.v1 - b_.v0 + (b_.a0 - b_.a1) * (b_.a0 + b_.a1) / 2.0;
   base_s_ = b_.a1 - b_.a0;
-  // A peak that is there by rounding alone is none: where the ends have little acceleration, it would take long.
+  // Ignore a peak that results from rounding: with small accelerations at the ends it would take long.
   const double least = std::max(b_.a0, b_.a1);
   const double squared = k_ + square(b_.a1);
   const double digits = kLastDigits * (std::abs(b_.v0) + std::abs(b_.v1) + square(b_.a0) + square(b_.a1));
@@ -101,7 +101,7 @@ void JerkStretch::add_main(double from, bool is_peak_held) noexcept {
       add_rest(Kind::kPeak, from);
       return;
     }
-    // The trough comes down from the acceleration of the end until the peak need not be held any more.
+    // The trough falls from the end acceleration until the peak need not be held any more.
     const double to = k_ / (b_.rise + root(square(b_.rise) - k_));
     add(Kind::kPeak, from, to);
     from = to;
@@ -296,7 +296,7 @@ std::array<double, 2> JerkStretch::turns(const Piece& piece) const noexcept {
   return {kNever, kNever};
 }
 
-// The gain from `from` on is monotonic between `low` and `high` and takes the value `wanted` there.
+// The gain after `from` is monotonic between `low` and `high` and takes the value `wanted` there.
 double JerkStretch::solve(const Piece& piece, double from, double low, double high, double wanted) const noexcept {
   if (piece.kind == Kind::kCruise) {
     return from + wanted / b_.top;
@@ -305,7 +305,7 @@ double JerkStretch::solve(const Piece& piece, double from, double low, double hi
     const double s = slope(piece, from);
     const double bend = (1.0 + b_.rise / b_.fall) * b_.rise;
     const double q = root(s * s + 2.0 * bend * wanted);
-    // Rising to more, or falling to less.
+    // Rising to a larger gain, or falling to a smaller one.
     if (wanted > 0.0) {
       return from + (s > 0.0 ? 2.0 * wanted / (s + q) : (q - s) / bend);
     }
@@ -363,12 +363,12 @@ std::optional<JerkStretch::Point> JerkStretch::next(double displacement, double 
 JerkFrontier::JerkFrontier(const Boundary& boundary) noexcept : b_(boundary) {
   using Begin = JerkStretch::Begin;
   const double change = b_.v1 - b_.v0;
-  // What the velocity changes by while the acceleration goes straight to that of the end.
+  // Change of the velocity while the acceleration goes directly to the end acceleration.
   const double straight = std::abs(b_.a1 - b_.a0) * (b_.a1 + b_.a0) / 2.0;
   const double squares = (square(b_.a0) + square(b_.a1)) / 2.0;
   const bool both_up = b_.a0 > 0.0 && b_.a1 > 0.0;
   const bool both_down = b_.a0 < 0.0 && b_.a1 < 0.0;
-  // A change that is straight but for rounding must not become one that passes through zero acceleration, because that
+  // A direct change must not become a change that passes through zero acceleration because of rounding, since that
   // takes much longer.
   const double rounding = kSameChange * (std::abs(b_.v0) + std::abs(b_.v1) + squares);
   const bool rises = change - straight >= (both_up ? -rounding : both_down ? rounding : 0.0);

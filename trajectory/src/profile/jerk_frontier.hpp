@@ -9,33 +9,33 @@
 
 namespace driveline::trajectory {
 
-/// The motions with limited jerk that get farthest in a given time. See trajectory/README.md, "How profiles are found".
-/// One of them: the jerk is +1, 0, -1, 0 (at the largest velocity), -1, 0, +1.
+/// A motion with limited jerk that moves farthest in a given time. See trajectory/README.md, "How profiles are found".
+/// The jerk is +1, 0, -1, 0 (at the largest velocity), -1, 0, +1.
 struct JerkShape {
   double peak;         ///< acceleration at the end of the first phase
-  double peak_hold_s;  ///< how long it is held
-  double cruise_s;     ///< how long the largest velocity is held
+  double peak_hold_s;  ///< time for which the peak is held
+  double cruise_s;     ///< time for which the largest velocity is held
   double trough;       ///< acceleration before the last phase
   double trough_hold_s;
 };
 
-/// The motions of a range of durations without a gap, in the order of their durations.
+/// The farthest motions for a range of durations without a gap, in order of duration.
 class JerkStretch {
  public:
   enum class Begin : std::uint8_t {
-    kPeak,    ///< the first motion rises to a peak and falls to the acceleration of the end
-    kTrough,  ///< the first motion falls to a trough and rises to the acceleration of the end
+    kPeak,    ///< the first motion rises to a peak and falls to the end acceleration
+    kTrough,  ///< the first motion falls to a trough and rises to the end acceleration
   };
   enum class Extent : std::uint8_t {
-    kShort,  ///< accelerations of both ends have the same sign, and none on the way has the other
-    kMain,   ///< without an end
+    kShort,  ///< both end accelerations have the same sign, and no acceleration in between has the other
+    kMain,   ///< unbounded
   };
 
   JerkStretch(const Boundary& boundary, Begin begin, Extent extent) noexcept;
 
   [[nodiscard]] double shortest_s() const noexcept { return shortest_s_; }
   [[nodiscard]] double longest_s() const noexcept;
-  /// Where the shortest motion gets.
+  /// Displacement of the shortest motion.
   [[nodiscard]] double shortest_way() const noexcept { return shortest_way_; }
 
   /// One of the farthest motions.
@@ -46,21 +46,21 @@ class JerkStretch {
   };
 
   [[nodiscard]] Point shortest() const noexcept { return {shortest_s_, 0, pieces_[0].from}; }
-  /// The first one, not shorter than `from_s`, from which on they get at least to `displacement` (`reached`) or no
-  /// longer get there (not `reached`). None: not in this stretch.
+  /// The first motion, not shorter than `from_s`, from which on the displacement is at least `displacement` (`reached`)
+  /// or less (not `reached`). nullopt: not in this stretch.
   [[nodiscard]] std::optional<Point> next(double displacement, double from_s, bool reached) const noexcept;
-  /// That of a duration within the stretch.
+  /// The motion of a duration within the stretch.
   [[nodiscard]] Point at(double duration_s) const noexcept;
   [[nodiscard]] double displacement(const Point& point) const noexcept { return displacement_of(canonical(point)); }
   [[nodiscard]] PhaseList phases(const Point& point) const noexcept;
 
  private:
-  // What changes from one motion to the next, and so what the parameter of a piece is.
+  // The quantity that changes from one motion to the next: the parameter of a piece.
   enum class Kind : std::uint8_t {
     kFree,    // peak - trough
-    kPeak,    // largest acceleration - trough, the peak is held
-    kTrough,  // peak + largest deceleration, the trough is held
-    kBoth,    // time at the peak, peak and trough are held
+    kPeak,    // largest acceleration - trough; the peak is held
+    kTrough,  // peak + largest deceleration; the trough is held
+    kBoth,    // time at the peak; peak and trough are held
     kCruise,  // time at the largest velocity
   };
   struct Piece {
@@ -91,20 +91,20 @@ class JerkStretch {
   Boundary b_;
   bool is_reversed_;
   double k_;                 // peak^2 - trough^2 while neither is held
-  double base_s_;            // duration less twice the swing of the acceleration
+  double base_s_;            // duration minus twice the swing of the acceleration
   double before_top_ = 0.0;  // square of the peak that leads to the largest velocity
-  double behind_top_ = 0.0;  // square of the trough that leads away from it
+  double behind_top_ = 0.0;  // square of the trough that leads away from the largest velocity
   std::array<Piece, 6> pieces_;
   std::size_t count_ = 0;
   double shortest_s_ = 0.0;
   double shortest_way_ = 0.0;
 };
 
-/// All motions that get farthest: one stretch of durations, or two with a gap between them.
+/// All farthest motions: one stretch of durations, or two with a gap between them.
 class JerkFrontier {
  public:
   using Stretch = JerkStretch;
-  static constexpr bool kJumps = false;  ///< the acceleration
+  static constexpr bool kJumps = false;  ///< whether the acceleration jumps
 
   explicit JerkFrontier(const Boundary& boundary) noexcept;
 

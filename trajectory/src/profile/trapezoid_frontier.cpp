@@ -34,7 +34,7 @@ std::optional<TrapezoidStretch::Point> TrapezoidStretch::next(double displacemen
   // d way / d velocity = velocity * per_speed_.
   const double squared = velocity * velocity + 2.0 * missing / per_speed_;
   if (!reached) {
-    // The way becomes shorter only as long as the axis goes backwards.
+    // The displacement decreases only while the axis moves backwards.
     return velocity < 0.0 && squared >= 0.0 ? std::optional(Point{duration_of(-std::sqrt(squared))}) : std::nullopt;
   }
   const double needed = std::sqrt(squared);

@@ -7,8 +7,8 @@
 
 namespace driveline::trajectory {
 
-/// The motions with unlimited jerk that get farthest in a given time: full acceleration to a velocity, which is held if
-/// it is the largest one, and full deceleration. Accelerations of a Boundary do not count.
+/// The motions with unlimited jerk that move farthest in a given time: full acceleration to a velocity, which is held
+/// if it is the largest one, and full deceleration. The accelerations of a Boundary are ignored.
 class TrapezoidStretch {
  public:
   explicit TrapezoidStretch(const Boundary& boundary) noexcept;
@@ -17,7 +17,7 @@ class TrapezoidStretch {
   [[nodiscard]] double longest_s() const noexcept { return std::numeric_limits<double>::infinity(); }
   [[nodiscard]] double shortest_way() const noexcept { return way_of(lowest_); }
 
-  /// As those of JerkStretch.
+  /// See JerkStretch::Point.
   struct Point {
     double duration_s;
   };
@@ -33,15 +33,15 @@ class TrapezoidStretch {
   [[nodiscard]] double velocity_at(double duration_s) const noexcept;
 
   Boundary b_;
-  double lowest_;     // largest velocity of the shortest motion
-  double per_speed_;  // s that an increase of the velocity takes, there and back
+  double lowest_;     // peak velocity of the shortest motion
+  double per_speed_;  // time in s to increase and decrease the velocity by one unit
 };
 
-/// All of them: one stretch without a gap.
+/// All farthest motions: one stretch without a gap.
 class TrapezoidFrontier {
  public:
   using Stretch = TrapezoidStretch;
-  static constexpr bool kJumps = true;  ///< the acceleration
+  static constexpr bool kJumps = true;  ///< whether the acceleration jumps
 
   explicit TrapezoidFrontier(const Boundary& boundary) noexcept : b_(boundary) {}
 

@@ -14,29 +14,29 @@ class DdsPublisher;
 
 /// Name of the DDS topic of setpoints.
 inline constexpr const char* kSetpointTopic = "driveline/v1/setpoints";
-/// Name of the DDS topic that tells how streams go on.
+/// Name of the DDS topic with the status of streams.
 inline constexpr const char* kStreamStatusTopic = "driveline/v1/stream_status";
 
-/// Streams of setpoints over DDS (bridge/idl/commands.idl). Nothing is checked here but that no client takes the room
-/// of others.
+/// Receives streams of setpoints over DDS (bridge/idl/commands.idl). Only the rate per participant is limited, so that
+/// no client uses up the capacity of others.
 ///
 /// Belongs to one thread.
 class DdsSetpoints {
  public:
-  /// Setpoints of one participant that are handed on in a second, and at once: one in each cycle of 125 us. What is
-  /// beyond is dropped.
+  /// Setpoints of a participant that are passed on per second, and at once: one per cycle of 125 us. Further setpoints
+  /// are dropped.
   static constexpr double kParticipantRate = 8000.0;
   static constexpr double kParticipantAtOnce = 1000.0;
 
-  /// Reads and reports in the domain of `publisher`, which must outlive it.
+  /// Joins the domain of `publisher`, which must outlive it.
   [[nodiscard]] static tl::expected<std::unique_ptr<DdsSetpoints>, DdsError> create(DdsPublisher& publisher);
   ~DdsSetpoints();
   DdsSetpoints(const DdsSetpoints&) = delete;
   DdsSetpoints& operator=(const DdsSetpoints&) = delete;
 
-  /// The next batch, setpoint by setpoint, in the place of what was in `setpoints`. False: there is none just now.
+  /// Replaces `setpoints` by the setpoints of the next batch. Returns false if there is none at present.
   [[nodiscard]] bool take(std::vector<snapshot::StreamedSetpoint>& setpoints);
-  /// Publishes how a stream goes on.
+  /// Publishes the status of a stream.
   void report(const snapshot::StreamReport& report);
 
  private:

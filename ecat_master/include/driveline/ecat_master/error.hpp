@@ -11,7 +11,7 @@
 
 namespace driveline::ecat_master {
 
-/// The facts of an error; the alternative is its kind.
+/// The details of an error; the alternative is its kind.
 using ErrorFacts = std::variant<
     facts::NoAnswer, facts::LinkDown, facts::WorkingCounter, facts::NoExchange, facts::Cancelled, facts::ExchangeFull,
     facts::NoSlaves, facts::TooManySlaves, facts::PortsFitNoTree, facts::IdentityMismatch, facts::SlaveMissing,
@@ -27,24 +27,24 @@ using ErrorFacts = std::variant<
     facts::SyncCycleAndPeriod, facts::SyncShift, facts::Sync1WithoutSync0, facts::Sync1Cycle, facts::Sync1Shift,
     facts::NoCommonCycle, facts::FrameLead, facts::NotLocked, facts::NotSynchronised>;
 
-/// An error with its facts; 40 bytes, trivially copyable, made without allocation. `describe()` makes the sentence.
+/// An error with its details; 40 bytes, trivially copyable, made without allocation. `describe()` makes the message.
 ///
 ///     return tl::unexpected(Error{facts::WorkingCounter{.address = 0x0130, .received = 0}, slave.position});
 ///     if (error.is<facts::WorkingCounter>()) ...
 ///     if (const auto* abort = error.as<facts::SdoAbort>()) use(abort->code);
 struct Error {
-  /// Value of `slave` for an error of the line as a whole.
+  /// Value of `slave` for an error of the whole line.
   static constexpr std::uint16_t kNoSlave = 0xFFFF;
 
   ErrorFacts facts;                ///< kind and facts
   std::uint16_t slave = kNoSlave;  ///< position on the line, 0 = first
 
-  /// Whether the error is of that kind. \rtsafe
+  /// Whether the error is of the kind. \rtsafe
   template <typename Kind>
   [[nodiscard]] constexpr bool is() const noexcept {
     return std::holds_alternative<Kind>(facts);
   }
-  /// Its facts if it is of that kind, else null. \rtsafe
+  /// The details if the error is of the kind, else null. \rtsafe
   template <typename Kind>
   [[nodiscard]] constexpr const Kind* as() const noexcept {
     return std::get_if<Kind>(&facts);
@@ -56,7 +56,7 @@ static_assert(std::is_trivially_copyable_v<Error> && sizeof(Error) <= 40);
 template <typename T>
 using Result = tl::expected<T, Error>;
 
-/// The error as one sentence with all of its facts. Allocates: not for the cycle.
+/// The error as one sentence with all its details. Allocates: not for the cycle.
 [[nodiscard]] std::string describe(const Error& error);
 
 }  // namespace driveline::ecat_master

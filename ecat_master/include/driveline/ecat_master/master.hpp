@@ -22,26 +22,26 @@ namespace driveline::ecat_master {
 
 struct PlaceClaim;
 
-/// The master of one line, from first frame to INIT again. The steps are called in this order, each at most once
-/// unless it failed:
+/// The master of a line, from the first frame until the slaves are back in INIT. Call the steps in this order, each at
+/// most once unless it failed:
 ///
 ///   scan -> configure -> start_cycle -> go_operational -> (monitor ...) -> shut_down
 ///
-/// Everything here runs on an ordinary thread; the cycle runs wherever the CycleRunner runs it. Port and clock must
-/// outlive the master. One thread at a time.
+/// Everything here runs on an ordinary thread; CycleRunner determines where the cycle runs. Port and clock must outlive
+/// the master. One thread at a time.
 class Master {
  public:
-  /// Time-outs and layout.
+  /// Time-outs and layout of the process data.
   struct Settings {
     DirectExchange::Settings exchange;                    ///< time-out and retries of frames
-    std::chrono::nanoseconds state_timeout = kOpTimeout;  ///< for SAFEOP and OP, unless the plan says less
-    LayoutSettings layout{};                              ///< how the process data are laid out
-    std::chrono::nanoseconds clock_timeout = std::chrono::seconds{10};  ///< until the clocks are together
+    std::chrono::nanoseconds state_timeout = kOpTimeout;  ///< for SAFEOP and OP, unless the plan has a shorter one
+    LayoutSettings layout{};                              ///< layout of the process data
+    std::chrono::nanoseconds clock_timeout = std::chrono::seconds{10};  ///< until the clocks are synchronised
     /// Accept slaves that frames enter at another port than IN. Such a slave has another position on the line than the
-    /// cabling suggests, so by default it is refused.
+    /// cabling suggests, so it is refused by default.
     bool accept_swapped_ports = false;
-    /// Device descriptions for slaves whose plan has none (SlavePlan::esi), called with the slave as found; null: the
-    /// EEPROM is used.
+    /// Provides device descriptions for slaves whose plan has none (SlavePlan::esi), called with the slave as found;
+    /// null: the EEPROM is used.
     std::function<std::shared_ptr<const esi::DeviceDescription>(const SlaveInfo&)> describe{};
   };
 
@@ -51,128 +51,129 @@ class Master {
   Master(port::Port& port, rt::Clock& clock) : Master(port, clock, Settings{}) {}
   ~Master();
 
-  /// AL status of all slaves by their position, without changing anything about them. Needs no scan().
+  /// AL status of all slaves by position, without changing anything in them. Needs no scan().
   [[nodiscard]] Result<std::vector<AlReport>> peek_states();
   /// Whether another master drives the line.
   struct Owner {
-    std::optional<std::uint16_t> in_op;  ///< the first slave in OP; none: nobody drives the line
-    bool heard = false;                  ///< frames of another master have come in
+    std::optional<std::uint16_t> in_op;  ///< the first slave in OP; empty: no master drives the line
+    bool heard = false;                  ///< frames of another master were received
   };
   /// Before scan(), without changing anything: while a slave is in OP, listens up to `patience` for another master. A
-  /// line whose master has died falls out of OP by its watchdogs meanwhile, or stays there in silence. Errors: those of
-  /// the bus.
+  /// line whose master has died leaves OP by its watchdogs in the meantime, or stays in OP without frames. Errors:
+  /// those of the bus.
   [[nodiscard]] Result<Owner> find_owner(std::chrono::nanoseconds patience);
-  /// Finds the slaves. Leaves them in INIT.
+  /// Finds the slaves and leaves them in INIT.
   [[nodiscard]] Result<void> scan();
   /// After scan(): connections of the slaves. Empty for a line whose ports fit no tree.
   [[nodiscard]] const Topology& topology() const noexcept { return topology_; }
-  /// From the next configure() on the clocks of the line are brought up in PREOP, cycle and reference clock are kept
-  /// together, and go_operational() waits until they are locked.
+  /// From the next configure() on, the clocks of the line are brought up in PREOP, the cycle is synchronised with the
+  /// reference clock, and go_operational() waits until they are locked.
   void use_clocks(dc::ClockPlan plan) { clock_plan_ = std::move(plan); }
-  /// Tells the master that its port is `ring`, possibly behind a capture: clocks are then kept together also while the
-  /// ring is open. `ring` must outlive the master.
+  /// Tells the master that its port is `ring`, possibly behind a capture port: the clocks then stay synchronised while
+  /// the ring is open. `ring` must outlive the master.
   void use_ring(port::RedundantPort& ring) noexcept { ring_ = &ring; }
-  /// After enter_pre_op(): brings up the clocks as configure() does, without process data. start_cycle() follows.
+  /// After enter_pre_op(): brings up the clocks as configure() does, without process data. Next step: start_cycle().
   [[nodiscard]] Result<void> synchronise_clocks();
   /// After scan(): compares the found slaves with `plans`, as configure() does, for callers that need the comparison
-  /// before it. Errors: the first difference.
+  /// earlier. Errors: the first difference.
   [[nodiscard]] Result<void> match(std::span<const SlavePlan> plans);
-  /// After match() or configure(): how the line differs from the plans, and which plan belongs to which slave.
+  /// After match() or configure(): the differences between line and plans, and the assignment of plans to slaves.
   [[nodiscard]] const LineComparison& comparison() const noexcept { return comparison_; }
-  /// After match() or configure(): position of the slave of plan number `plan`.
+  /// After match() or configure(): position of the slave for plan number `plan`.
   [[nodiscard]] std::optional<std::size_t> position_of(std::size_t plan) const noexcept;
-  /// Explicit device identifications of all slaves, into slaves()[n].info; after scan().
+  /// Reads the explicit device identifications of all slaves into slaves()[n].info; after scan().
   [[nodiscard]] Result<void> identify_devices();
   /// Compares the found slaves with `plans` (position, alias or device ID; empty: any slaves, each with the process
-  /// data that it has assigned by itself), configures them and takes them to SAFEOP. Starts from INIT, so that it may
-  /// be repeated after an error.
+  /// data that it has assigned itself), configures them and takes them to SAFEOP. Starts from INIT, so it may be
+  /// repeated after an error.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
-  /// Sync managers of the mailboxes and PREOP only: enough for SDO transfers. Alternative to configure().
+  /// Sets up only the sync managers of the mailboxes and takes the slaves to PREOP: enough for SDO transfers.
+  /// Alternative to configure().
   [[nodiscard]] Result<void> enter_pre_op();
 
-  /// After scan(): by position.
+  /// After scan(): the slaves by position.
   [[nodiscard]] std::span<const ConfiguredSlave> slaves() const noexcept { return slaves_; }
-  /// After configure(): where the process data of each slave lie.
+  /// After configure(): the process image with the position of each slave's process data.
   [[nodiscard]] const ProcessImage& image() const noexcept { return image_; }
 
-  /// Makes the runner for the cycle of `core`.
+  /// Creates the runner for the cycle of `core`.
   using MakeRunner = std::function<std::unique_ptr<CycleRunner>(CyclicCore& core)>;
 
   /// Starts the cyclic exchange in SAFEOP. `motion` may be null. Error: that of CycleRunner::start().
   [[nodiscard]] tl::expected<void, rt::RealtimeError> start_cycle(MotionControl* motion, SampleRings rings,
                                                                   CyclicCore::Settings settings,
                                                                   const MakeRunner& make_runner);
-  /// SAFEOP to OP while the cycle runs and provides valid outputs. Errors: NoExchange when within 100 cycles (and 100
-  /// ms) none has its first frame back in time. With clocks, first waits up to
+  /// Takes the slaves from SAFEOP to OP while the cycle runs and provides valid outputs. Errors: NoExchange when no
+  /// cycle has its first frame back in time within 100 cycles (and 100 ms). With clocks, first waits up to
   /// Settings::clock_timeout for the lock; errors then: NotLocked or NotSynchronised.
   [[nodiscard]] Result<void> go_operational();
 
-  /// AL status of every slave, through the cycle while it runs; empty for slaves that have never been on the line.
+  /// AL status of every slave, read through the cycle while it runs; empty for slaves that have never been on the line.
   [[nodiscard]] Result<std::vector<AlReport>> al_status();
-  /// AL status of one slave. Errors: WorkingCounter when it does not answer, those of the bus.
+  /// AL status of a slave. Errors: WorkingCounter when it does not answer, those of the bus.
   [[nodiscard]] Result<AlReport> al_status_of(std::size_t slave);
-  /// A slave that was given its station address back.
+  /// A slave whose station address was restored.
   struct Readdressed {
-    std::uint16_t slave = 0;  ///< by its number
-    std::uint16_t found = 0;  ///< the address it had
+    std::uint16_t slave = 0;  ///< number of the slave
+    std::uint16_t found = 0;  ///< the address it had before
   };
-  /// While the cycle runs: gives their station addresses back to slaves that were switched off or plugged in again, or
-  /// whose address was written over. A slave is identified by its place in the wiring or, where that is ambiguous, its
-  /// serial number; one with SlavePlan::hot_connect by its alias or device ID, one with SlavePlan::behind by its place
-  /// behind that. A slave that may be several of the missing ones gets no address, and recover() of these returns
-  /// PlaceUnknown. Errors: those of the bus.
+  /// While the cycle runs: restores the station addresses of slaves that were switched off, plugged in again, or whose
+  /// address was overwritten. A slave is identified by its position in the wiring or, where that is ambiguous, by its
+  /// serial number; with SlavePlan::hot_connect by its alias or device ID; with SlavePlan::behind by its place behind
+  /// the head of its group. A slave that may be several of the missing slaves gets no address, and recover() of these
+  /// returns PlaceUnknown. Errors: those of the bus.
   [[nodiscard]] Result<std::vector<Readdressed>> readdress_newcomers();
-  /// While the cycle runs: takes one slave from any state back to OP; checks that it is the device it was before and
-  /// configures it anew when it has lost its configuration. The others are not touched. Errors: IdentityMismatch, and
-  /// the slave loses its station address; WorkingCounter when it does not answer, PlaceUnknown when a slave has come
-  /// back that may be this one; those of configure().
+  /// While the cycle runs: takes a slave from any state back to OP; checks that it is the same device as before and
+  /// reconfigures it when it has lost its configuration. Does not affect the other slaves. Errors: IdentityMismatch
+  /// (the slave then loses its station address); WorkingCounter when it does not answer, PlaceUnknown when a slave has
+  /// returned that may be this one; those of configure().
   [[nodiscard]] Result<void> recover(std::size_t slave, std::chrono::nanoseconds state_timeout);
-  /// After configure(): registers of a slave that no longer read as they were set up. Errors: WorkingCounter when not
-  /// exactly one slave answers to its station address, those of the bus.
+  /// After configure(): registers of a slave that no longer have their configured values. Errors: WorkingCounter when
+  /// not exactly one slave answers to its station address, those of the bus.
   [[nodiscard]] Result<std::vector<RegisterChange>> changed_registers(std::size_t slave);
   /// Lets the cycle run for `duration` (sleeps, or runs it on virtual time).
   void pass(std::chrono::nanoseconds duration);
-  /// After configure() with clocks, else null.
+  /// After configure() with clocks: the clocks, else null.
   [[nodiscard]] const dc::LineClocks* clocks() const noexcept { return clocks_ ? &*clocks_ : nullptr; }
-  /// While the cycle runs with clocks, else null. To be polled every few milliseconds.
+  /// While the cycle runs with clocks: their supervision, else null. Poll it every few milliseconds.
   [[nodiscard]] dc::ClockWatch* clock_watch() noexcept { return watch_.get(); }
-  /// While the cycle runs with clocks: dc::ClockWatch::remeasure_delays() with the slaves in the order in which they
-  /// are on the line now. Errors: its own, those of the bus.
+  /// While the cycle runs with clocks: dc::ClockWatch::remeasure_delays() with the slaves in their current order on the
+  /// line. Errors: those of that function, those of the bus.
   [[nodiscard]] Result<void> remeasure_delays();
-  /// While the cycle runs with clocks, else null.
+  /// While the cycle runs with clocks: the synchronisation of the cycle, else null.
   [[nodiscard]] dc::ClockFollower* clock_follower() noexcept { return follower_.get(); }
-  /// While the cycle runs, else null.
+  /// While the cycle runs: its core, else null.
   [[nodiscard]] CyclicCore* core() noexcept { return core_.get(); }
-  /// While the cycle runs, else null.
+  /// While the cycle runs: its runner, else null.
   [[nodiscard]] CycleRunner* runner() noexcept { return runner_.get(); }
-  /// Between start_cycle() and shut_down().
+  /// Whether start_cycle() has been called and shut_down() has not.
   [[nodiscard]] bool cycling() const noexcept { return cycling_; }
-  /// Access for SDO transfers: through the cycle while it runs, directly otherwise. Null: no mailbox.
+  /// Access to SDO transfers: through the cycle while it runs, directly otherwise. Null: no mailbox.
   [[nodiscard]] MailboxClient* mailbox(std::size_t slave) noexcept { return slaves_[slave].mailbox.get(); }
   /// The mailboxes of all slaves; any ordinary thread.
   [[nodiscard]] MailboxEngine& mailboxes() noexcept { return engine_; }
-  /// Emergencies that slaves have sent; any ordinary thread.
+  /// Emergencies received from slaves; any ordinary thread.
   [[nodiscard]] EmergencyLog& emergencies() noexcept { return emergencies_; }
-  /// Notifications and emergencies of SoE, of all slaves.
+  /// SoE notifications and emergencies of all slaves.
   [[nodiscard]] SoeLog& soe_messages() noexcept { return soe_messages_; }
-  /// Ports of the slaves that Ethernet frames go through, from open_eoe() on; any ordinary thread.
+  /// EoE ports of the slaves, after open_eoe(); any ordinary thread.
   [[nodiscard]] EoePorts& eoe() noexcept { return eoe_; }
-  /// The slave knows EoE, by its ESI or EEPROM.
+  /// Whether the slave supports EoE, according to its ESI or EEPROM.
   [[nodiscard]] bool supports_eoe(std::size_t slave) const noexcept;
-  /// Opens the EoE port of a slave, which stays the same over recoveries: frames pass while the slave's mailboxes are
-  /// open. `receiver` must outlive the master. Errors: NoEoe.
+  /// Opens the EoE port of a slave, which persists across recoveries: frames pass while the slave's mailboxes are open.
+  /// `receiver` must outlive the master. Errors: NoEoe.
   [[nodiscard]] Result<std::shared_ptr<EoePort>> open_eoe(std::size_t slave, EoeReceiver& receiver);
   /// Access to registers and EEPROMs, through the cycle while it runs.
   [[nodiscard]] Bus& bus() noexcept { return bus_; }
-  /// Frames of acyclic work outside the cycle.
+  /// Frame counters of acyclic access outside the cycle.
   [[nodiscard]] const ExchangeStatistics& exchange_statistics() const noexcept { return direct_.statistics(); }
 
-  /// All slaves by way of SAFEOP and PREOP to INIT, whatever state they are in; ends the cycle. Goes on after an error,
-  /// without the slaves that do not answer, and returns the first. The motion must have been stopped before.
+  /// Takes all slaves through SAFEOP and PREOP to INIT, whatever their states, and ends the cycle. After an error
+  /// continues without the slaves that do not answer; returns the first error. The motion must be stopped before.
   Result<void> shut_down();
 
  private:
-  /// Sends requests directly or through the cycle, whichever is possible now. Serialises the threads that use it.
+  /// Sends requests directly or through the cycle, whichever is currently possible. Serialises the threads that use it.
   class SwitchedExchange final : public DatagramExchange {
    public:
     explicit SwitchedExchange(DatagramExchange& direct) noexcept : target_(&direct) {}
@@ -206,7 +207,7 @@ class Master {
   [[nodiscard]] Result<void> welcome(std::size_t slave);
   [[nodiscard]] Result<std::vector<std::optional<std::uint16_t>>> identify_newcomers(
       std::span<const std::uint16_t> positions);
-  /// Pairs of position and slave for newcomers that are identified by the wiring or their serial numbers.
+  /// Pairs of position and slave for new slaves that are identified by the wiring or their serial numbers.
   [[nodiscard]] Result<std::vector<std::pair<std::size_t, std::size_t>>> place_by_wiring(
       std::span<const std::optional<std::size_t>> known);
   [[nodiscard]] Result<void> settle_claims(std::span<const PlaceClaim> claims,
@@ -248,8 +249,8 @@ class Master {
   CycleMailboxStatus mailbox_status_{*this};
   std::vector<ConfiguredSlave> slaves_;
   std::vector<SlaveRef> refs_;
-  std::vector<std::optional<Error>> unplaced_;  ///< why a slave that may have come back has no address
-  std::vector<bool> unproven_;                  ///< got its address by its place; identity not checked yet
+  std::vector<std::optional<Error>> unplaced_;  ///< why a slave that may have returned has no address
+  std::vector<bool> unproven_;                  ///< got its address by its position; identity not checked yet
   std::vector<ControllerFacts> facts_;          ///< by position
   Topology topology_;
   LineComparison comparison_;

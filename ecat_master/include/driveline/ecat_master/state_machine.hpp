@@ -8,61 +8,61 @@
 
 namespace driveline::ecat_master {
 
-/// AL status of one slave, read in one go.
+/// AL status of a slave, read in a single datagram.
 struct AlReport {
   wire::AlStatus status;                                   ///< state and error flag
   wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< meaning depends on the error flag
 };
 
-/// Time a slave has for one transition unless told otherwise (ETG.1020: 3 s to PREOP, 10 s to SAFEOP and OP).
+/// Default time-out of a transition (ETG.1020: 3 s to PREOP, 10 s to SAFEOP and OP).
 inline constexpr std::chrono::seconds kPreOpTimeout{3};
-/// See kPreOpTimeout; for SAFEOP and for OP.
+/// See kPreOpTimeout; for transitions to SAFEOP and OP.
 inline constexpr std::chrono::seconds kOpTimeout{10};
 
-/// How long a slave may take for its transitions. Defaults: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s back to
-/// INIT, 200 ms back to SAFEOP.
+/// Time-outs of a slave's transitions. Defaults: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s back to INIT, 200 ms
+/// back to SAFEOP.
 struct StateTimeouts {
-  using Limit = std::optional<std::chrono::nanoseconds>;  ///< none: the default
+  using Limit = std::optional<std::chrono::nanoseconds>;  ///< empty: the default
   Limit to_pre_op;                                        ///< also to BOOT
   Limit to_safe_op;                                       ///< from PREOP
   Limit to_op;                                            ///< from SAFEOP
   Limit back_to_init;                                     ///< from any state
   Limit back_to_safe_op;                                  ///< from OP
   constexpr bool operator==(const StateTimeouts&) const = default;
-  /// The limit for going to `target`, from above when `down`.
+  /// The limit for the transition to `target`; `down`: from a higher state.
   [[nodiscard]] std::chrono::nanoseconds limit(wire::AlState target, bool down) const noexcept;
 };
 
-/// One slave of a change of state.
+/// A slave in a change of state.
 struct StateTarget {
-  SlaveRef slave;                       ///< whom
-  std::chrono::nanoseconds timeout{0};  ///< how long it may take
+  SlaveRef slave;                       ///< the slave
+  std::chrono::nanoseconds timeout{0};  ///< time-out of its transition
 };
 
-/// AL status of all `slaves`, in their order. Errors: WorkingCounter for a slave that does not answer, those of the
-/// bus.
+/// Reads the AL status of all `slaves`, in their order. Errors: WorkingCounter for a slave that does not answer, those
+/// of the bus.
 [[nodiscard]] Result<std::vector<AlReport>> read_al_status(Bus& bus, std::span<const SlaveRef> slaves);
 
-/// AL status of everything on the line by position, for slaves without station addresses. Errors: NoSlaves,
+/// Reads the AL status of all slaves on the line by position, for slaves without station addresses. Errors: NoSlaves,
 /// WorkingCounter, those of the bus.
 [[nodiscard]] Result<std::vector<AlReport>> peek_states(Bus& bus);
 
-/// Requests `target` from all `slaves` at once, acknowledging errors first, and waits for each of them until its own
-/// time limit, independently of the others. One result per slave: StateRefused with the AL status code, StateTimeout,
+/// Requests `target` from all `slaves` at once, acknowledging errors first, and waits for each of them until its time
+/// limit, independently of the others. One result per slave: StateRefused with the AL status code, StateTimeout,
 /// WorkingCounter for a slave that does not answer several times in a row, or the error of the bus.
 [[nodiscard]] std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves,
                                                       wire::AlState target);
 
-/// The first refusal, or else the first other failure, or success.
+/// The first refusal, else the first other failure, else success.
 [[nodiscard]] Result<void> first_failure(std::span<const Result<void>> results);
 
 /// change_states() with one time limit for all. Returns the error of the first slave that refused, or else of the first
-/// that failed otherwise. The slaves that made it stay where they are; the call may be repeated.
+/// slave that failed otherwise. Successful slaves stay in the new state; the call may be repeated.
 [[nodiscard]] Result<void> change_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                                         std::chrono::nanoseconds timeout);
 
-/// Takes those of `slaves` that are above `target` down to it; the others stay where they are. A slave that does not
-/// answer or refuses does not keep the rest from going; the first error is returned.
+/// Takes those of `slaves` that are above `target` down to it; the others do not change. A slave that does not answer
+/// or refuses does not stop the others; the first error is returned.
 [[nodiscard]] Result<void> lower_state(Bus& bus, std::span<const SlaveRef> slaves, wire::AlState target,
                                        std::chrono::nanoseconds timeout);
 

@@ -2,10 +2,10 @@
 
 #include <cstdint>
 
-/// Data types and object codes of a dictionary, with the numbers of CiA 301 and ETG.1000.6.
+/// Data types and object codes of an object dictionary, numbered as in CiA 301 and ETG.1000.6.
 namespace driveline::esi {
 
-/// CANopen / CoE data types by their index in the data type area (ETG.1000.6 Table 64).
+/// CANopen / CoE data types, numbered by their index in the data type area (ETG.1000.6 Table 64).
 enum class DataType : std::uint16_t {
   kBoolean = 0x0001,
   kInteger8 = 0x0002,

@@ -6,8 +6,8 @@
 
 namespace driveline::esi {
 
-/// The device's objects as an electronic data sheet (CiA 306-1) for configuration tools of CANopen. Equal input gives
-/// equal bytes: there is no date in it. Strings have no default value there.
+/// Writes the device's objects as an electronic data sheet (CiA 306-1) for CANopen configuration tools. Equal input
+/// gives equal bytes: the file contains no date. Strings are written without a default value.
 [[nodiscard]] std::string write_eds(const DeviceDescription& device, std::string_view file_name);
 
 }  // namespace driveline::esi

@@ -8,17 +8,18 @@
 
 namespace driveline::esi {
 
-/// The devices of many ESI files, by their identity. Not thread safe while it is filled.
+/// Devices of several ESI files, indexed by identity. Not thread safe while files are added.
 class EsiLibrary {
  public:
-  /// Adds all devices of a file. Of two with one identity the first stays.
+  /// Adds all devices of a file. A device whose identity is already present is ignored.
   void add(EsiFile file);
 
-  /// The device of this vendor and product: of exactly this revision, else of the highest one below it, since a device
-  /// keeps to the descriptions of its older revisions (ETG.2000, RevisionNo); null when there is none.
+  /// Returns the device of this vendor and product in exactly this revision, or else in the highest lower revision,
+  /// since a device conforms to the descriptions of its older revisions (ETG.2000, RevisionNo); null when there is
+  /// none.
   [[nodiscard]] std::shared_ptr<const DeviceDescription> find(std::uint32_t vendor, std::uint32_t product,
                                                               std::uint32_t revision) const;
-  /// Devices, every revision counted.
+  /// Returns the number of devices; every revision counts.
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
 
  private:

@@ -9,10 +9,11 @@
 
 namespace driveline::esi {
 
-/// Bytes of a hexBinary text (two digits per byte, either case, white space between digits ignored).
+/// Converts hexBinary text (two digits per byte, either case, white space ignored) to bytes; nullopt for any other
+/// text.
 [[nodiscard]] std::optional<std::vector<std::byte>> parse_hex(std::string_view text);
 
-/// Upper-case hexBinary text.
+/// Converts bytes to upper-case hexBinary text.
 [[nodiscard]] std::string to_hex(std::span<const std::byte> bytes);
 
 }  // namespace driveline::esi

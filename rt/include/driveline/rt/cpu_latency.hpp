@@ -7,17 +7,17 @@
 
 namespace driveline::rt {
 
-/// Keeps the processors of this machine out of sleep states that they would be too slow to leave.
+/// Keeps the CPUs of this machine out of sleep states with a long wake-up time.
 ///
-/// The longer a processor is idle the deeper it sleeps, and it takes up to 200 us to wake: too long for a thread that
-/// wakes every 125 us. The kernel honours the shortest limit that any process asks for, as long as that process keeps
-/// the device open (kernel documentation, "PM Quality Of Service Interface"), so the request ends with this object, or
-/// with the process, even when it is killed.
+/// The longer a CPU is idle the deeper it sleeps, and waking then takes up to 200 us: too long for a thread that wakes
+/// every 125 us. The kernel honours the shortest limit that any process requests, as long as that process keeps the
+/// device open (kernel documentation, "PM Quality Of Service Interface"), so the request ends with this object, or with
+/// the process, even when the process is killed.
 ///
-/// Concerns the whole machine. One thread at a time; not for the cycle.
+/// Affects the whole machine. One thread at a time; not for the cycle.
 class CpuLatencyHold {
  public:
-  /// Device file of the kernel that takes such requests.
+  /// Kernel device that accepts these requests.
   static constexpr const char* kDevice = "/dev/cpu_dma_latency";
 
   /// Makes no request yet.
@@ -27,15 +27,15 @@ class CpuLatencyHold {
   CpuLatencyHold(const CpuLatencyHold&) = delete;
   CpuLatencyHold& operator=(const CpuLatencyHold&) = delete;
 
-  /// Asks for processors that are awake `limit` after an interrupt, instead of what was asked for before; 0: they do
-  /// not sleep at all. `device` is another file in tests. The item says what is in effect now: the shortest limit that
-  /// any process asks for, read back.
+  /// Requests that CPUs wake within `limit` after an interrupt; 0: CPUs do not sleep at all. Replaces the previous
+  /// request. Tests pass another file as `device`. The returned item states the limit now in effect, read back: the
+  /// shortest one that any process requests.
   [[nodiscard]] RealtimeItem request(std::chrono::microseconds limit, const std::string& device = kDevice);
 
-  /// Ends the request, if there is one.
+  /// Withdraws the request, if any.
   void release() noexcept;
 
-  /// The item of a report when nothing is asked for.
+  /// The report item for a configuration without a request.
   [[nodiscard]] static RealtimeItem not_requested();
 
  private:

@@ -9,9 +9,9 @@
 namespace driveline::rt {
 
 /// Histogram of durations from 0 to 1 s in 12.5 KiB of fixed memory: exact up to 127 ns, then 64 equal buckets per
-/// octave, so that a bucket is at most 1/64 of its values wide and its middle at most 0.8 % off any of them.
+/// octave, so that a bucket is at most 1/64 of its values wide and its middle is at most 0.8 % off any of them.
 ///
-/// One writer; to look at it from another thread, copy it while the writer rests.
+/// One writer. To read it from another thread, copy it while the writer is inactive.
 class Histogram {
  public:
   /// Longer times are counted as overflows.
@@ -19,37 +19,36 @@ class Histogram {
 
   /// A non-empty class of values: lower <= value < upper.
   struct Bucket {
-    std::chrono::nanoseconds lower;  ///< smallest time in it
-    std::chrono::nanoseconds upper;  ///< smallest time of the next one
-    std::uint64_t count;             ///< times that fell into it
+    std::chrono::nanoseconds lower;  ///< smallest duration in the bucket
+    std::chrono::nanoseconds upper;  ///< smallest duration of the next bucket
+    std::uint64_t count;             ///< number of durations in the bucket
   };
 
-  /// Counts one value (or the same one `times`, at least 1), in constant time. Values outside 0 .. 1 s go to the
-  /// nearest bucket and are counted as underflow or overflow as well; min(), max() and mean() take them as they are.
-  /// \rtsafe
+  /// Counts `value` (`times` times, at least 1) in constant time. Values outside 0 .. 1 s go to the nearest bucket and
+  /// also count as underflow or overflow; min(), max() and mean_ns() use the unclamped values. \rtsafe
   void record(std::chrono::nanoseconds value, std::uint64_t times = 1) noexcept;
 
-  /// The value that the fraction `quantile` (clamped to 0 .. 1) of all values does not exceed: the value of rank
-  /// ceil(quantile * count), at least the first, within 0.8 %. 0 gives min(), 1 gives max(), exactly. Beyond 1 s only
-  /// the maximum is known: a rank among the overflows reports 1 s or a little more. 0 ns if empty.
+  /// Returns the value that the fraction `quantile` (clamped to 0 .. 1) of all values does not exceed: the value of
+  /// rank ceil(quantile * count), at least the first, within 0.8 %. 0 gives min() and 1 gives max(), exactly. Above 1 s
+  /// only the maximum is known: a rank among the overflows returns 1 s or slightly more. 0 ns if empty.
   [[nodiscard]] std::chrono::nanoseconds percentile(double quantile) const noexcept;
 
-  /// Times recorded, those out of range included. \rtsafe
+  /// Number of recorded values, out-of-range values included. \rtsafe
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }
-  /// Negative times; they count in the first bucket as well. \rtsafe
+  /// Number of negative values; they also count in the first bucket. \rtsafe
   [[nodiscard]] std::uint64_t underflows() const noexcept { return underflows_; }
-  /// Times above kLargest; they count in the last bucket as well. \rtsafe
+  /// Number of values above kLargest; they also count in the last bucket. \rtsafe
   [[nodiscard]] std::uint64_t overflows() const noexcept { return overflows_; }
   /// Smallest value, exact; 0 ns if empty.
   [[nodiscard]] std::chrono::nanoseconds min() const noexcept { return min_; }
   /// Largest value, exact; 0 ns if empty.
   [[nodiscard]] std::chrono::nanoseconds max() const noexcept { return max_; }
-  /// Arithmetic mean in nanoseconds, from the values themselves; 0 if empty.
+  /// Arithmetic mean in nanoseconds, computed from the exact values; 0 if empty.
   [[nodiscard]] double mean_ns() const noexcept;
 
-  /// Adds everything `other` has counted.
+  /// Adds all counts of `other`.
   void merge(const Histogram& other) noexcept;
-  /// Forgets everything. \rtsafe
+  /// Clears all counts. \rtsafe
   void reset() noexcept { *this = Histogram{}; }
 
   /// Calls `visit(Bucket)` for every non-empty bucket in ascending order.
@@ -65,8 +64,8 @@ class Histogram {
  private:
   static constexpr std::size_t kPerOctave = 64;
 
-  // A value keeps its 7 leading bits: below 128 that is the value itself, above, 64 .. 127 shifted right as often as
-  // needed. Each shift starts where the one before ends, so the index is continuous.
+  // The bucket index uses the 7 leading bits of a value: below 128 the value itself, above, 64 .. 127 after shifting
+  // right. The buckets of each shift start where those of the previous shift end, so the index is continuous.
   static constexpr std::size_t bucket_of(std::uint64_t value) noexcept {
     const auto width = static_cast<std::size_t>(std::bit_width(value));
     const std::size_t shift = width > 7 ? width - 7 : 0;
@@ -87,7 +86,7 @@ class Histogram {
   std::uint64_t overflows_ = 0;
   std::chrono::nanoseconds min_{};
   std::chrono::nanoseconds max_{};
-  double sum_ns_ = 0.0;  // not an integer: sums of wild values cannot overflow
+  double sum_ns_ = 0.0;  // floating point: sums of extreme values cannot overflow
 };
 
 }  // namespace driveline::rt

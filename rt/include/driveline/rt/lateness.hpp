@@ -7,15 +7,15 @@
 
 namespace driveline::rt {
 
-/// Records how late a wake-up was, with every instant of the grid that it missed: a thread that comes `late` after the
-/// instant it slept for was late for each of the `missed` instants in between as well, for each by its own time. A
-/// percentile of the histogram is then a share of the grid's instants, not of those that happened to be met.
+/// Records how late a wake-up was, for every grid instant that it missed: a thread that wakes `late` after the instant
+/// it slept for was also late for each of the `missed` instants in between, each by a period less. A percentile of the
+/// histogram is therefore a share of all grid instants, not only of those that were met.
 ///
-/// Constant time for long absences: instants beyond the last kSingleInstants are counted with the whole time. \rtsafe
+/// Constant time for long absences: instants before the last kSingleInstants are counted with the whole time. \rtsafe
 void record_lateness(Histogram& histogram, std::chrono::nanoseconds late, std::int64_t missed,
                      std::chrono::nanoseconds period) noexcept;
 
-/// See record_lateness().
+/// Number of missed instants that record_lateness() records one by one.
 inline constexpr std::int64_t kSingleInstants = 8192;
 
 }  // namespace driveline::rt

@@ -11,21 +11,21 @@
 
 namespace driveline::rt {
 
-/// The layout of a broadcast whose records are `record_bytes` long: a size that is known at run time only, such as one
-/// part for every axis of a line. Only create() uses `capacity`.
+/// Layout of a broadcast whose records are `record_bytes` long, for a size that is known only at run time, such as one
+/// part per axis of a line. Only create() uses `capacity`.
 [[nodiscard]] constexpr SharedLayout shared_blocks(std::uint32_t content, std::uint32_t content_version,
                                                    std::uint32_t record_bytes, std::uint64_t capacity = 0) noexcept {
   return {SharedForm::kBroadcast, content, content_version, record_bytes, capacity};
 }
 
-/// A SharedBroadcastWriter for records that are put together part by part: begin(), any number of write(), commit().
-/// Readers see nothing of a record before its commit(), and never one whose writer was killed before that.
+/// A SharedBroadcastWriter for records that are assembled part by part: begin(), any number of write(), commit().
+/// Readers see nothing of a record before its commit(), and never a record whose writer was killed before that.
 ///
 /// Belongs to one thread. The region must outlive it.
 class SharedBlockWriter {
  public:
-  /// The region must have been created, not opened, by this process.
-  /// @throws std::invalid_argument if it is no broadcast, or was opened.
+  /// `region` must have been created, not opened, by this process.
+  /// @throws std::invalid_argument if it is not a broadcast, or was opened.
   explicit SharedBlockWriter(const SharedMapping& region)
       : words_{region.words().data()},
         mask_{region.layout().capacity - 1},
@@ -36,11 +36,11 @@ class SharedBlockWriter {
     }
   }
 
-  /// Takes the place of the oldest record. \rtsafe
+  /// Starts a record in the slot of the oldest one. \rtsafe
   void begin() noexcept { shared_detail::store<std::memory_order_relaxed>(slot()[0], 0); }
 
-  /// Puts `value` at `offset` bytes from the begin of the record, a multiple of 8. A part that does not fit is left
-  /// out. \rtsafe
+  /// Writes `value` at `offset` bytes from the start of the record, a multiple of 8. A part that does not fit is
+  /// ignored. \rtsafe
   template <SharedRecord T>
   void write(std::size_t offset, const T& value) noexcept {
     if (offset % sizeof(std::uint64_t) != 0 || offset > bytes_ || sizeof(T) > bytes_ - offset) {
@@ -58,9 +58,9 @@ class SharedBlockWriter {
     shared_detail::store<std::memory_order_release>(words_[shared_detail::kHeadWord], head_);
   }
 
-  /// Records ever published. \rtsafe
+  /// Number of records published so far. \rtsafe
   [[nodiscard]] std::uint64_t written() const noexcept { return head_; }
-  /// Records that the region holds. \rtsafe
+  /// Number of records that fit into the region. \rtsafe
   [[nodiscard]] std::uint64_t capacity() const noexcept { return mask_ + 1; }
 
  private:
@@ -75,14 +75,14 @@ class SharedBlockWriter {
   std::uint64_t head_;
 };
 
-/// A reading side of SharedBlockWriter, like SharedBroadcastReader. It may also go on where another one has ended.
+/// The reading side of SharedBlockWriter, like SharedBroadcastReader. It may also continue where another reader ended.
 ///
 /// Belongs to one thread. The region must outlive it.
 class SharedBlockReader {
  public:
-  /// Begins with record number `from` (the first one ever is 0), as far as it is still there; none, or a record that
-  /// has not been published: with the first one that is published after now.
-  /// @throws std::invalid_argument if the region is no broadcast.
+  /// Starts with record number `from` (the first record ever is 0), or with the oldest one still available after it.
+  /// Without `from`, or if that record has not been published yet, starts with the next record to be published.
+  /// @throws std::invalid_argument if the region is not a broadcast.
   explicit SharedBlockReader(const SharedMapping& region, std::optional<std::uint64_t> from = std::nullopt)
       : words_{region.words().data()}, mask_{region.layout().capacity - 1}, bytes_{region.layout().record_bytes} {
     if (region.layout().form != SharedForm::kBroadcast) {
@@ -92,19 +92,19 @@ class SharedBlockReader {
     next_ = from && *from < now ? *from : now;
   }
 
-  /// Words of one record, whole.
+  /// Words per record, rounded up.
   [[nodiscard]] std::size_t record_words() const noexcept { return shared_detail::record_words(bytes_); }
 
-  /// Copies the next record to the front of `record`, which has room for record_words(); counts those that were
-  /// overwritten before. False: there is none, or no room. Looks at one record at most as often as records are
-  /// published, whatever the writer does. \rtsafe
+  /// Copies the next record to the front of `record`, which must have room for record_words(); counts the records that
+  /// were overwritten before. false: no record, or no room. Examines at most as many records as are published, whatever
+  /// the writer does. \rtsafe
   [[nodiscard]] bool take(std::span<std::uint64_t> record) noexcept {
     if (record.size() < record_words()) {
       return false;
     }
     const std::uint64_t published = head();
     if (published < next_) {
-      next_ = published;  // no writer of ours goes back; what it had before is gone
+      next_ = published;  // a driveline writer never goes back, so the earlier records are lost
     }
     if (published - next_ > mask_ + 1) {
       lost_ += published - next_ - (mask_ + 1);
@@ -122,7 +122,7 @@ class SharedBlockReader {
 
   /// Records that were overwritten before this reader took them. \rtsafe
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
-  /// Number of the record that comes next. \rtsafe
+  /// Number of the next record. \rtsafe
   [[nodiscard]] std::uint64_t next() const noexcept { return next_; }
 
  private:

@@ -8,36 +8,36 @@
 
 namespace driveline::rt {
 
-/// How the records lie in a shared region, and which side may write.
+/// How records are arranged in a shared region, and which side may write.
 enum class SharedForm : std::uint32_t {
-  kRing = 1,       ///< SharedRingWriter to SharedRingReader; both sides can write everywhere
-  kBroadcast = 2,  ///< SharedBroadcastWriter to SharedBroadcastReader; only the process that created it can write
+  kRing = 1,       ///< SharedRingWriter to SharedRingReader; both sides can write to the whole region
+  kBroadcast = 2,  ///< SharedBroadcastWriter to SharedBroadcastReader; only the creating process can write
 };
 
 /// What the two sides of a region must agree on.
 struct SharedLayout {
   SharedForm form = SharedForm::kRing;  ///< ring or broadcast
-  std::uint32_t content = 0;            ///< which records: a number that the two programs have agreed on
-  std::uint32_t content_version = 0;    ///< changes with the fields of the record
-  std::uint32_t record_bytes = 0;       ///< size of one record
-  /// Records that fit in; create() rounds up to a power of two, open() takes 0 for any number.
+  std::uint32_t content = 0;            ///< kind of the records: a number that the two programs agree on
+  std::uint32_t content_version = 0;    ///< changes when the fields of the record change
+  std::uint32_t record_bytes = 0;       ///< size of a record in bytes
+  /// Number of records that fit; create() rounds up to a power of two, open() accepts any number if it is 0.
   std::uint64_t capacity = 0;
 
-  /// Equal in every field.
+  /// Compares all fields.
   friend bool operator==(const SharedLayout&, const SharedLayout&) = default;
 };
 
-/// How the words of a region are used; for the handles.
+/// Arrangement of the words of a region; for the handles.
 namespace shared_detail {
 
 static_assert(std::atomic_ref<std::uint64_t>::is_always_lock_free, "a lock would not reach into the other process");
 
 inline constexpr std::size_t kLineWords = kCacheLineBytes / sizeof(std::uint64_t);
-inline constexpr std::size_t kHeadWord = kLineWords;         // records ever written, the header is before
-inline constexpr std::size_t kTailWord = 2 * kLineWords;     // records ever read
+inline constexpr std::size_t kHeadWord = kLineWords;         // number of records ever written; the header precedes it
+inline constexpr std::size_t kTailWord = 2 * kLineWords;     // number of records ever read
 inline constexpr std::size_t kRecordsWord = 3 * kLineWords;  // the first record
 
-/// Words that hold one record of `record_bytes`; in a broadcast one more stands before it.
+/// Number of words of a record of `record_bytes`; in a broadcast another word precedes it.
 constexpr std::size_t record_words(std::size_t record_bytes) noexcept {
   return (record_bytes + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t);
 }
@@ -46,7 +46,7 @@ constexpr std::size_t slot_words(SharedForm form, std::size_t record_bytes) noex
   return record_words(record_bytes) + (form == SharedForm::kBroadcast ? 1 : 0);
 }
 
-// The other process may write at any time: every access is atomic, and so happens once.
+// The other process may write at any time, so every access is atomic and happens exactly once.
 template <std::memory_order kOrder>
 std::uint64_t load(std::uint64_t& word) noexcept {
   return std::atomic_ref{word}.load(kOrder);

@@ -21,24 +21,25 @@
 
 namespace driveline::rt {
 
-/// Every region begins with it ("drvlnshm" in memory).
+/// First word of every region ("drvlnshm" in memory).
 inline constexpr std::uint64_t kSharedMagic = 0x6D68'736E'6C76'7264;
-/// Version of the way in which regions are laid out.
+/// Version of the layout of regions.
 inline constexpr std::uint32_t kSharedLayoutVersion = 1;
-/// No region is larger.
+/// Largest size of a region in bytes.
 inline constexpr std::uint64_t kMaxSharedBytes = std::uint64_t{1} << 30;
 
-/// The header of a region and its seals; for SharedMapping and SharedRegion.
+/// Header and seals of a region; for SharedMapping and SharedRegion.
 namespace shared_detail {
 
-// The header, word by word: the magic; version and form; content and its version; bytes of a record; capacity.
+// Words of the header: magic; version and form; content and its version; bytes per record; capacity.
 enum HeaderWord : std::size_t { kMagic, kVersionAndForm, kContentAndVersion, kRecordBytes, kCapacity };
 
 inline SharedRegionError call_failed(const char* call) {
   return SharedCallFailed{.call = call, .error_number = errno};
 }
 
-/// Size of a region in bytes, whole pages. With at most 2^30 records of at most 2^32 bytes nothing overflows.
+/// Size of a region in bytes, rounded up to whole pages. With at most 2^30 records of at most 2^32 bytes nothing
+/// overflows.
 inline std::uint64_t bytes_of(const SharedLayout& layout) {
   const std::uint64_t words = kRecordsWord + layout.capacity * slot_words(layout.form, layout.record_bytes);
   const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
@@ -53,7 +54,7 @@ inline unsigned seals_of(SharedForm form) {
 inline std::optional<SharedRegionError> check_seals(int descriptor, unsigned required) {
   const int seals = ::fcntl(descriptor, F_GET_SEALS);
   if (seals < 0) {
-    // EINVAL: a file without seals does not know the request.
+    // EINVAL: a file without seals does not support this request.
     return errno == EINVAL ? SharedRegionError{SharedNotMemory{}} : call_failed("fcntl(F_GET_SEALS)");
   }
   const auto present = static_cast<unsigned>(seals);
@@ -63,7 +64,7 @@ inline std::optional<SharedRegionError> check_seals(int descriptor, unsigned req
   return std::nullopt;
 }
 
-/// Reads the header once; an error if it is not one of this library.
+/// Reads the header once; returns an error if it is not a header of this library.
 inline std::variant<SharedLayout, SharedRegionError> read_header(std::span<std::uint64_t> words) {
   const std::uint64_t magic = load<std::memory_order_acquire>(words[kMagic]);
   if (magic != kSharedMagic) {
@@ -84,20 +85,20 @@ inline std::variant<SharedLayout, SharedRegionError> read_header(std::span<std::
 
 }  // namespace shared_detail
 
-/// Memory of fixed size that this process has mapped and shares with another: what the handles (SharedRingWriter,
-/// SharedRingReader, SharedBroadcastWriter, SharedBroadcastReader) work on. Needs nothing but the C++ library and
-/// Linux, for programs that take part without linking this library.
+/// Memory of fixed size that this process has mapped and shares with another process; the handles (SharedRingWriter,
+/// SharedRingReader, SharedBroadcastWriter, SharedBroadcastReader) work on it. Needs only the C++ library and Linux,
+/// for programs that take part without linking this library.
 ///
-/// The peer can write every byte of a ring. The header is read once, by open(); the handles keep their own indexes and
-/// check the peer's. Seals do not keep a peer with write access from handing pages back to the system (fallocate(2)
-/// with FALLOC_FL_PUNCH_HOLE); the next access then costs a page fault and reads zeros.
+/// The peer can write every byte of a ring. open() reads the header once; the handles keep their own indexes and check
+/// those of the peer. Seals do not prevent a peer with write access from returning pages to the system (fallocate(2)
+/// with FALLOC_FL_PUNCH_HOLE); the next access then causes a page fault and reads zeros.
 class SharedMapping {
  public:
   /// Maps a region that another process created (SharedRegion::create()). `descriptor` remains the caller's and may be
-  /// closed afterwards. A broadcast is mapped read-only. A region of another layout than `wanted`, or without its
-  /// seals, is refused. Not for the cycle.
+  /// closed afterwards. A broadcast is mapped read-only. A region whose layout differs from `wanted`, or whose seals
+  /// are missing, is refused. Not for the cycle.
   [[nodiscard]] static std::variant<SharedMapping, SharedRegionError> open(int descriptor, const SharedLayout& wanted) {
-    // The seals first: size and content then cannot change between check and use.
+    // Check the seals first: size and content then cannot change between check and use.
     if (auto missing = shared_detail::check_seals(descriptor, shared_detail::seals_of(wanted.form))) {
       return *missing;
     }
@@ -111,12 +112,12 @@ class SharedMapping {
     return mapping;
   }
 
-  /// Unmaps the memory. No handle may use it any more; the memory itself lives as long as another process maps it.
+  /// Unmaps the memory. Handles must not use it afterwards; the memory itself lives as long as another process maps it.
   ~SharedMapping() { unmap(); }
   /// The moved-from mapping may only be destroyed or assigned to. Handles stay valid.
   SharedMapping(SharedMapping&& other) noexcept
       : layout_{other.layout_}, words_{std::exchange(other.words_, {})}, made_here_{other.made_here_} {}
-  /// As the constructor; unmaps what this object had mapped.
+  /// Like the move constructor; first unmaps the memory that this object has mapped.
   SharedMapping& operator=(SharedMapping&& other) noexcept {
     if (this != &other) {
       unmap();
@@ -127,18 +128,18 @@ class SharedMapping {
     return *this;
   }
 
-  /// Layout as created, or as found and checked by open(), whatever the memory says now. \rtsafe
+  /// Layout as created, or as checked by open(), regardless of what the memory contains now. \rtsafe
   [[nodiscard]] const SharedLayout& layout() const noexcept { return layout_; }
-  /// All of the memory, header included; for the handles. \rtsafe
+  /// The whole memory, header included; for the handles. \rtsafe
   [[nodiscard]] std::span<std::uint64_t> words() const noexcept { return words_; }
-  /// This process created it, and may write to a broadcast. \rtsafe
+  /// Whether this process created the region, and so may write to a broadcast. \rtsafe
   [[nodiscard]] bool made_here() const noexcept { return made_here_; }
 
  protected:
-  /// Nothing is mapped yet.
+  /// Constructs a mapping without memory.
   SharedMapping(const SharedLayout& layout, bool made_here) noexcept : layout_{layout}, made_here_{made_here} {}
 
-  /// Maps the memory behind `descriptor`; the error, if that fails.
+  /// Maps the memory behind `descriptor`; returns the error if that fails.
   [[nodiscard]] std::optional<SharedRegionError> map(int descriptor, bool writable) {
     struct stat status {};
     if (::fstat(descriptor, &status) != 0) {
@@ -149,7 +150,7 @@ class SharedMapping {
     if (bytes < kLeast || bytes > kMaxSharedBytes) {
       return SharedWrongSize{.expected_bytes = std::clamp(bytes, kLeast, kMaxSharedBytes), .found_bytes = bytes};
     }
-    // Populated: every page is there before the cycle looks at it.
+    // MAP_POPULATE: every page is present before the cycle accesses it.
     void* const memory =
         ::mmap(nullptr, bytes, writable ? PROT_READ | PROT_WRITE : PROT_READ, MAP_SHARED | MAP_POPULATE, descriptor, 0);
     if (memory == MAP_FAILED) {
@@ -160,7 +161,7 @@ class SharedMapping {
   }
 
  private:
-  /// Compares the header with what is wanted, and takes the capacity over.
+  /// Compares the header with `wanted` and adopts the capacity of the header.
   [[nodiscard]] std::optional<SharedRegionError> accept(const SharedLayout& wanted) {
     const auto header = shared_detail::read_header(words_);
     if (const auto* wrong = std::get_if<SharedRegionError>(&header)) {

@@ -10,23 +10,24 @@
 
 namespace driveline::rt {
 
-/// Memory of fixed size that two processes share: the only way by which data enter or leave the process that runs the
+/// Memory of fixed size that two processes share: the only path by which data enter or leave the process that runs the
 /// cycle.
 ///
-/// The side that owns the cycle creates it (create()) and passes its descriptor to the other by inheritance or
-/// SCM_RIGHTS, which maps it with open(), or with SharedMapping::open() where this library is not linked. It is a memfd
-/// that is sealed against any change of its size, because a peer that truncated it would end the cycle with SIGBUS; a
-/// broadcast is sealed against writing by others, too. All of it is allocated and mapped when create() or open()
-/// returns, so that the first access does not fault; RealtimeThread locks it with the rest of the process.
+/// The side that owns the cycle creates the region (create()) and passes its descriptor to the other side by
+/// inheritance or SCM_RIGHTS. The other side maps it with open(), or with SharedMapping::open() if it does not link
+/// this library. The region is a memfd that is sealed against any change of its size, because a peer that truncated it
+/// would end the cycle with SIGBUS; a broadcast is also sealed against writing by others. All of it is allocated and
+/// mapped when create() or open() returns, so that the first access does not fault; RealtimeThread locks it with the
+/// rest of the process.
 ///
 /// Neither create() nor open() is for the cycle.
 class SharedRegion : public SharedMapping {
  public:
-  /// Makes a region of `layout`. `name` only appears in /proc. The descriptor is closed on exec.
+  /// Creates a region of `layout`. `name` only appears in /proc. The descriptor is closed on exec.
   [[nodiscard]] static tl::expected<SharedRegion, SharedRegionError> create(const std::string& name,
                                                                             SharedLayout layout);
 
-  /// SharedMapping::open().
+  /// Same as SharedMapping::open().
   [[nodiscard]] static tl::expected<SharedRegion, SharedRegionError> open(int descriptor, const SharedLayout& wanted);
 
   /// Unmaps the memory and closes the descriptor.
@@ -34,10 +35,10 @@ class SharedRegion : public SharedMapping {
   /// The moved-from region may only be destroyed or assigned to. Handles stay valid.
   SharedRegion(SharedRegion&& other) noexcept
       : SharedMapping{std::move(other)}, descriptor_{std::exchange(other.descriptor_, -1)} {}
-  /// As the constructor; unmaps what this object had mapped.
+  /// Like the move constructor; first unmaps the memory that this object has mapped.
   SharedRegion& operator=(SharedRegion&& other) noexcept;
 
-  /// Descriptor for the peer; -1 if the region was opened and not created here.
+  /// Descriptor for the peer; -1 if the region was opened, not created, here.
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
 
  private:
@@ -45,7 +46,7 @@ class SharedRegion : public SharedMapping {
       : SharedMapping{layout, true}, descriptor_{descriptor} {}
   explicit SharedRegion(SharedMapping mapping) noexcept : SharedMapping{std::move(mapping)} {}
 
-  int descriptor_ = -1;  // ours to close
+  int descriptor_ = -1;  // owned by this object
 };
 
 }  // namespace driveline::rt

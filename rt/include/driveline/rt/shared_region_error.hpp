@@ -14,56 +14,56 @@
 
 namespace driveline::rt {
 
-/// A call of the system failed.
+/// A system call failed.
 struct SharedCallFailed {
   const char* call;  ///< e.g. "mmap"
   int error_number;  ///< errno
 };
 
-/// The descriptor belongs to a file without seals: a plain file, a pipe.
+/// The descriptor belongs to a file without seals, such as a plain file or a pipe.
 struct SharedNotMemory {};
 
 /// The memory can still change its size, or its readers can write to it.
 struct SharedNotSealed {
-  unsigned required;  ///< F_SEAL_... that the form needs
-  unsigned present;   ///< F_SEAL_... that are set
+  unsigned required;  ///< required F_SEAL_... flags of the form
+  unsigned present;   ///< F_SEAL_... flags that are set
 };
 
-/// The memory is smaller than a header, or not of the size that follows from its header.
+/// The memory is smaller than a header, or its size does not match its header.
 struct SharedWrongSize {
-  std::uint64_t expected_bytes;  ///< what it should have, at least
-  std::uint64_t found_bytes;     ///< what it has
+  std::uint64_t expected_bytes;  ///< expected size, at least
+  std::uint64_t found_bytes;     ///< actual size
 };
 
-/// The memory does not begin as a region of driveline.
+/// The memory does not start with the magic number of a driveline region.
 struct SharedWrongMagic {
   std::uint64_t expected;  ///< kSharedMagic
-  std::uint64_t found;     ///< the first eight bytes
+  std::uint64_t found;     ///< first eight bytes of the memory
 };
 
-/// The region was made by another version of this library that lays regions out in another way.
+/// The region was created by a version of this library with another layout of regions.
 struct SharedWrongVersion {
   std::uint32_t expected;  ///< kSharedLayoutVersion
-  std::uint32_t found;     ///< of the region
+  std::uint32_t found;     ///< version in the region
 };
 
-/// The region has another layout or content than expected.
+/// The layout or content of the region differs from what is expected.
 struct SharedOtherContent {
-  SharedLayout expected;  ///< what was asked for
-  SharedLayout found;     ///< what the header says
+  SharedLayout expected;  ///< requested layout
+  SharedLayout found;     ///< layout in the header
 };
 
-/// No region can be made with so many records of this size.
+/// No region can be created for this number and size of records.
 struct SharedBadCapacity {
-  std::uint64_t capacity;      ///< records, as given
-  std::uint32_t record_bytes;  ///< of each, as given
+  std::uint64_t capacity;      ///< requested number of records
+  std::uint32_t record_bytes;  ///< requested size of a record in bytes
 };
 
-/// Why there is no shared region.
+/// Reasons why there is no shared region.
 using SharedRegionError = std::variant<SharedCallFailed, SharedNotMemory, SharedNotSealed, SharedWrongSize,
                                        SharedWrongMagic, SharedWrongVersion, SharedOtherContent, SharedBadCapacity>;
 
-/// Words of describe().
+/// Parts of the sentences of describe().
 namespace shared_detail {
 
 inline std::string hex(std::uint64_t value) {
@@ -104,7 +104,7 @@ inline std::string form_name(SharedForm form) {
   return hex(static_cast<std::uint32_t>(form));
 }
 
-/// The first thing that is not as expected.
+/// Describes the first field that differs.
 inline std::string first_difference(const SharedLayout& found, const SharedLayout& expected) {
   if (found.form != expected.form) {
     return differs("form", form_name(found.form), form_name(expected.form));

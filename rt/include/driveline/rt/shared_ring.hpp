@@ -10,24 +10,24 @@
 
 namespace driveline::rt {
 
-/// The layout that SharedRingWriter<T> and SharedRingReader<T> need. Only create() uses `capacity`.
+/// Layout that SharedRingWriter<T> and SharedRingReader<T> need. Only create() uses `capacity`.
 template <SharedRecord T>
 [[nodiscard]] constexpr SharedLayout shared_ring(std::uint32_t content, std::uint32_t content_version,
                                                  std::uint64_t capacity = 0) noexcept {
   return {SharedForm::kRing, content, content_version, sizeof(T), capacity};
 }
 
-/// The writing side of a ring between two processes: one writer, one reader, either may own the region. When the ring
-/// is full, or seems so because the reader has written nonsense, the new record is dropped and counted; the writer
-/// never waits. A writer that is killed leaves no half-written record behind; another process takes its place by
-/// constructing this object. Two writers at a time spoil each other's records and nothing else.
+/// The writing side of a ring between two processes: one writer, one reader; either may own the region. When the ring
+/// is full, or appears full because the reader wrote an invalid index, the new record is dropped and counted; the
+/// writer never waits. A writer that is killed leaves no half-written record behind; another process replaces it by
+/// constructing this object. Two writers at the same time corrupt each other's records and nothing else.
 ///
 /// Belongs to one thread. The region must outlive it.
 template <SharedRecord T>
 class SharedRingWriter {
  public:
-  /// Goes on where the writer before it has stopped; at the beginning of a new region. The owner of a region makes its
-  /// handle before it gives the descriptor away.
+  /// Continues where the previous writer stopped; at the start of a new region. The owner of a region must construct
+  /// its handle before it passes the descriptor on.
   /// @throws std::invalid_argument if the region is not a ring of records of this size.
   explicit SharedRingWriter(const SharedMapping& region)
       : slots_{region, SharedForm::kRing}, head_{shared_detail::load<std::memory_order_acquire>(slots_.head())} {
@@ -41,7 +41,7 @@ class SharedRingWriter {
   /// Appends a copy of `value`, or drops it and counts the drop.
   /// @return false if it was dropped. \rtsafe
   bool try_push(const T& value) noexcept {
-    // Acquire pairs with the reader's release: it has finished reading what it gave back.
+    // Acquire pairs with the reader's release: the reader has finished with the slots that it returned.
     const std::uint64_t waiting = head_ - shared_detail::load<std::memory_order_acquire>(slots_.tail());
     const bool has_room = waiting < slots_.capacity();
     if (has_room) {
@@ -58,12 +58,12 @@ class SharedRingWriter {
   /// Records dropped by this object. \rtsafe
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
 
-  /// How often the reader's index was impossible, so that the reader is broken or hostile. \rtsafe
+  /// Number of invalid indexes from the reader; if not 0, the reader is broken or hostile. \rtsafe
   [[nodiscard]] std::uint64_t breaches() const noexcept { return breaches_; }
 
  private:
-  // Only our own copy of the index counts: it is written also when nothing was pushed, in case the peer has overwritten
-  // it. Release: the reader that sees it sees the records before it.
+  // Only this object's copy of the index counts: it is stored even if nothing was pushed, in case the peer has
+  // overwritten it. Release: a reader that sees the index also sees the records before it.
   void publish() noexcept { shared_detail::store<std::memory_order_release>(slots_.head(), head_); }
 
   shared_detail::Slots<T> slots_;
@@ -72,19 +72,19 @@ class SharedRingWriter {
   std::uint64_t breaches_ = 0;
 };
 
-/// The reading side of such a ring. Another process takes the place of a reader that was killed by constructing this
-/// object; it goes on with the oldest record that was not given back, so the records that were taken last may come
-/// again.
+/// The reading side of a ring between two processes. Another process replaces a reader that was killed by constructing
+/// this object; it continues with the oldest record that was not returned to the writer, so the records taken last may
+/// appear again.
 ///
-/// pop() returns copies. If the writer is not trusted, they are to be checked like any other input: index and contents
-/// may be anything, and the memory may change at any time, but the copy does not.
+/// pop() returns copies. If the writer is not trusted, check them like any other input: index and contents may be
+/// arbitrary, and the memory may change at any time, but the copy does not.
 ///
 /// Belongs to one thread. The region must outlive it.
 template <SharedRecord T>
 class SharedRingReader {
  public:
-  /// Goes on where the reader before it has stopped; at the beginning of a new region. The owner of a region makes its
-  /// handle before it gives the descriptor away.
+  /// Continues where the previous reader stopped; at the start of a new region. The owner of a region must construct
+  /// its handle before it passes the descriptor on.
   /// @throws std::invalid_argument if the region is not a ring of records of this size.
   explicit SharedRingReader(const SharedMapping& region)
       : slots_{region, SharedForm::kRing}, tail_{shared_detail::load<std::memory_order_acquire>(slots_.tail())} {
@@ -95,9 +95,9 @@ class SharedRingReader {
     publish();
   }
 
-  /// Takes as many of the oldest records as there are and fit. When the writer's index is impossible, all waiting
-  /// records are discarded.
-  /// @return how many were written to the front of `values`. \rtsafe
+  /// Takes the oldest records, as many as are available and fit. If the writer's index is invalid, all waiting records
+  /// are discarded.
+  /// @return number of records written to the front of `values`. \rtsafe
   std::size_t pop(std::span<T> values) noexcept {
     // Acquire pairs with the writer's release: the records before head are complete.
     const std::uint64_t head = shared_detail::load<std::memory_order_acquire>(slots_.head());
@@ -115,15 +115,15 @@ class SharedRingReader {
   }
 
   /// Takes the oldest record.
-  /// @return false, leaving `value` alone, if there is none. \rtsafe
+  /// @return false, with `value` unchanged, if there is none. \rtsafe
   bool try_pop(T& value) noexcept { return pop(std::span<T>{&value, 1}) == 1; }
 
-  /// How often the writer's index was impossible, so that the writer is broken or hostile. \rtsafe
+  /// Number of invalid indexes from the writer; if not 0, the writer is broken or hostile. \rtsafe
   [[nodiscard]] std::uint64_t breaches() const noexcept { return breaches_; }
 
  private:
-  // Only our own copy of the index counts: it is written also when nothing was taken, in case the peer has overwritten
-  // it. Release: the writer may use these slots only after they were read.
+  // Only this object's copy of the index counts: it is stored even if nothing was taken, in case the peer has
+  // overwritten it. Release: the writer may reuse these slots only after they were read.
   void publish() noexcept { shared_detail::store<std::memory_order_release>(slots_.tail(), tail_); }
 
   shared_detail::Slots<T> slots_;

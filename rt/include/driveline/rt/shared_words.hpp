@@ -13,9 +13,9 @@
 
 namespace driveline::rt {
 
-/// A type that may travel through a shared region, where it is copied byte by byte. Every pattern of bits must be a
-/// value of its fields, because the peer may write any: integers, floating point and enumerations with a stated type,
-/// but no `bool`, no pointer, no reference.
+/// A type that can be passed through a shared region, where it is copied byte by byte. Every bit pattern must be a
+/// valid value of its fields, because the peer may write any: integers, floating point and enumerations with a fixed
+/// underlying type, but no `bool`, pointer or reference.
 template <typename T>
 concept SharedRecord = std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T> && !std::is_pointer_v<T> &&
                        !std::is_same_v<T, bool>;
@@ -41,7 +41,7 @@ void load_record(T& value, std::uint64_t* words) noexcept {
   }
 }
 
-/// The words of a region that holds records of T.
+/// The words of a region with records of type T.
 template <SharedRecord T>
 class Slots {
  public:

@@ -10,34 +10,34 @@
 
 namespace driveline::rt {
 
-/// A thread got a CPU.
+/// A CPU switched to a thread.
 struct CpuSwitch {
-  std::chrono::nanoseconds time{};  ///< CLOCK_MONOTONIC
-  std::int32_t thread = 0;          ///< its number; 0: idle
+  std::chrono::nanoseconds time{};  ///< time of the switch, CLOCK_MONOTONIC
+  std::int32_t thread = 0;          ///< thread id; 0: idle
 };
 
-/// Why there is no SwitchLog.
+/// Reason why there is no SwitchLog.
 struct SwitchLogError {
-  int cpu = 0;           ///< that was to be seen
-  int error_number = 0;  ///< of the kernel
-  /// A sentence with the remedy.
+  int cpu = 0;           ///< the CPU to be observed
+  int error_number = 0;  ///< errno of the failed call
+  /// The error as a sentence with the remedy.
   [[nodiscard]] std::string message() const;
 };
 
-/// Which threads a CPU went to, as the kernel writes it down (perf_event_open(2): context switches of a CPU) into
-/// memory that it shares with this process: the last 1,000 of them. Each switch costs the kernel some 0.3 us more
-/// meanwhile. What interrupts it, and the host of a virtual machine, are not seen.
+/// The threads that a CPU switched to, recorded by the kernel (perf_event_open(2): context switches of a CPU) in memory
+/// that it shares with this process: the last 1,000 or so. Each switch costs about 0.3 us more while the log is open.
+/// Interrupts of a thread, and the host of a virtual machine, do not appear.
 class SwitchLog {
  public:
-  /// Of `cpu`. Needs root or CAP_PERFMON.
+  /// Opens the log of `cpu`. Needs root or CAP_PERFMON.
   [[nodiscard]] static tl::expected<std::unique_ptr<SwitchLog>, SwitchLogError> open(int cpu);
 
   SwitchLog(const SwitchLog&) = delete;
   SwitchLog& operator=(const SwitchLog&) = delete;
   ~SwitchLog();
 
-  /// Puts the switches after `since`, and the last one before it, into `found`, newest first; at most as many as
-  /// there is room for. Returns how many. For a thread on that CPU, which no switch meets meanwhile. \rtsafe
+  /// Writes the switches after `since`, and the last one before it, to `found`, newest first, as many as fit. Returns
+  /// their number. Call it on a thread of that CPU, so that no switch happens meanwhile. \rtsafe
   [[nodiscard]] std::size_t look(std::chrono::nanoseconds since, std::span<CpuSwitch> found) const noexcept;
 
  private:
@@ -47,7 +47,7 @@ class SwitchLog {
   std::byte* memory_;
 };
 
-/// What a thread of this machine calls itself; empty: it has ended.
+/// Name of a thread of this machine; empty if it has ended.
 [[nodiscard]] std::string thread_name(std::int32_t thread);
 
 }  // namespace driveline::rt

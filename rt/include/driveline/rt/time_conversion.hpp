@@ -5,15 +5,15 @@
 #include <ctime>
 #include <limits>
 
-/// The only place where `timespec` and std::chrono meet. All arithmetic is 64 bit, whatever the width of time_t or
-/// long.
+/// Conversion between `timespec` and std::chrono, the only place for it. All arithmetic is 64 bit, whatever the width
+/// of time_t or long.
 namespace driveline::rt {
 
-/// One second.
+/// Nanoseconds per second.
 inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
-/// `time` as seconds and nanoseconds, with tv_nsec always in 0 .. 999'999'999 (negative times round tv_sec down), as
-/// the kernel demands it. \rtsafe
+/// Converts `time` to seconds and nanoseconds with tv_nsec always in 0 .. 999'999'999, as the kernel requires (negative
+/// times round tv_sec down). \rtsafe
 [[nodiscard]] constexpr std::timespec to_timespec(std::chrono::nanoseconds time) noexcept {
   std::int64_t seconds = time.count() / kNanosecondsPerSecond;
   std::int64_t nanoseconds = time.count() % kNanosecondsPerSecond;
@@ -27,7 +27,7 @@ inline constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
   return result;
 }
 
-/// `time` in nanoseconds; saturates at the limits of the type (292 years either side of the epoch). \rtsafe
+/// Converts `time` to nanoseconds; saturates at the limits of the type (292 years either side of the epoch). \rtsafe
 [[nodiscard]] constexpr std::chrono::nanoseconds from_timespec(const std::timespec& time) noexcept {
   const std::int64_t seconds = time.tv_sec;
   const std::int64_t nanoseconds = time.tv_nsec;

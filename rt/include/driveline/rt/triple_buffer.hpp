@@ -9,10 +9,10 @@
 
 namespace driveline::rt {
 
-/// Hands the latest value from one writer thread to one reader thread, wait-free on both sides: commands inward to the
-/// cycle, states outward. Values the reader did not fetch in time are overwritten; a value is never torn.
+/// Passes the latest value from one writer thread to one reader thread, wait-free on both sides: commands into the
+/// cycle, states out of it. Values that the reader does not fetch in time are overwritten; a value is never torn.
 ///
-/// Of the three slots one belongs to the writer, one to the reader, and the third is exchanged between them.
+/// One of the three slots belongs to the writer, another one to the reader, and they exchange the third.
 template <typename T>
 class TripleBuffer {
   static_assert(std::is_trivially_copyable_v<T>, "values are copied as bytes and must not own anything");
@@ -31,29 +31,28 @@ class TripleBuffer {
   /// Writer: makes `value` the latest. \rtsafe
   void write(const T& value) noexcept {
     slots_[writer_slot_].value = value;
-    // Release: the reader that takes this slot sees it filled. Acquire: the slot taken back in exchange is no longer
+    // Release: the reader that takes this slot sees its content. Acquire: the slot received in exchange is no longer
     // being read.
     writer_slot_ = exchanged_.exchange(writer_slot_ | kFresh, std::memory_order_acq_rel) & kSlotMask;
   }
 
-  /// Reader: takes over the latest value, if there is one it has not seen.
-  /// @return whether read() now returns something new. \rtsafe
+  /// Reader: takes the latest value if it is new.
+  /// @return whether read() now returns a new value. \rtsafe
   bool update() noexcept {
-    // A relaxed look suffices: if it misses a value just written, the next call finds it; the data are ordered by the
-    // exchange.
+    // A relaxed load suffices: if it misses a value just written, the next call finds it; the exchange orders the data.
     if ((exchanged_.load(std::memory_order_relaxed) & kFresh) == 0) {
       return false;
     }
-    // Acquire: the slot's content. Release: our reads of the slot given back are over.
+    // Acquire: the slot's content. Release: this thread has finished reading the slot that it returns.
     reader_slot_ = exchanged_.exchange(reader_slot_, std::memory_order_acq_rel) & kSlotMask;
     return true;
   }
 
-  /// Reader: the value taken over last; valid and unchanged until the next update(). \rtsafe
+  /// Reader: the value taken last; valid and unchanged until the next update(). \rtsafe
   [[nodiscard]] const T& read() const noexcept { return slots_[reader_slot_].value; }
 
  private:
-  static constexpr std::uint32_t kFresh = 4;  // the exchanged slot holds a value the reader has not seen
+  static constexpr std::uint32_t kFresh = 4;  // the exchanged slot holds a value that the reader has not seen
   static constexpr std::uint32_t kSlotMask = 3;
 
   struct alignas(kCacheLineBytes) Slot {

@@ -17,16 +17,16 @@
 namespace driveline::slaves {
 
 /// Use and limits of a process-data or mailbox sync manager of a device; the AL state machine compares the master's
-/// settings with it (ETG.1000.6 5.3.2).
+/// settings with them (ETG.1000.6 5.3.2).
 struct SyncManagerLayout {
-  /// The purposes that category 41 of the SII knows (types 1 to 4).
+  /// Purposes of SII category 41 (types 1 to 4).
   enum class Use : std::uint8_t { kMailboxOut, kMailboxIn, kOutputs, kInputs };
-  Use use = Use::kOutputs;           ///< what the master must set it up for
-  std::uint16_t start_address = 0;   ///< physical address; where the SII and the device want it
+  Use use = Use::kOutputs;           ///< required purpose
+  std::uint16_t start_address = 0;   ///< physical address that the SII and the device require
   std::uint16_t min_length = 0;      ///< mailboxes: smallest acceptable length
   std::uint16_t max_length = 0;      ///< mailboxes: largest acceptable length
-  std::uint16_t default_length = 0;  ///< as in the SII
-  /// Process data: the length that a device takes although it knows no PDOs for it; 0: none.
+  std::uint16_t default_length = 0;  ///< length in the SII
+  /// Process data: length that the device accepts although it has no PDOs for it; 0: none.
   std::uint16_t unmapped_length = 0;
 };
 
@@ -39,95 +39,96 @@ struct DeviceProfile {
   std::uint8_t sync_manager_count = 8;                 ///< sync managers of the controller, at most 16
   std::uint8_t ram_kib = 8;                            ///< process RAM in KiB, at most 60
   bool distributed_clock = true;                       ///< the controller has a DC unit
-  bool distributed_clock_64bit = true;                 ///< its times have 64 bits, else 32
+  bool distributed_clock_64bit = true;                 ///< the times of the DC unit have 64 bits, else 32
   std::uint16_t device_id = 0;                         ///< explicit device identification; 0: not supported
 };
 
-/// The application behind the process data interface of an emulated slave controller: a drive, a terminal, a coupler.
+/// Application at the process data interface of an emulated slave controller: a drive, a terminal, a coupler.
 ///
-/// All functions run on the thread that drives the line; none may block, and all but the mailbox functions are
+/// All functions run on the thread that drives the line; none may block, and all except the mailbox functions are
 /// \rtsafe (they run inside the cycle when the line is in process). Times are on the line's clock.
 class Device {
  public:
   virtual ~Device() = default;
 
-  /// Constant, also its address, for the life of the device: its SII image, layouts and controller are set up from it
-  /// once.
+  /// Returns the profile. Content and address are constant for the life of the device: its SII image, layouts and
+  /// controller are set up from it once.
   [[nodiscard]] virtual const DeviceProfile& profile() const noexcept = 0;
 
-  /// Bytes that output / input sync manager number `sync_manager` must have for the present PDO assignment and mapping.
+  /// Returns the number of bytes that output / input sync manager number `sync_manager` must have for the current PDO
+  /// assignment and mapping.
   [[nodiscard]] virtual std::size_t process_data_size(std::size_t sync_manager) const noexcept = 0;
 
-  /// Asks the application about a legal transition whose sync managers have been checked already: kNoError accepts,
-  /// anything else refuses it with that AL status code.
+  /// Requests a legal transition whose sync managers have been checked: kNoError accepts it, any other AL status code
+  /// refuses it.
   [[nodiscard]] virtual wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept = 0;
 
-  /// The slave has left its state by itself because of `reason` (watchdog: kSyncManagerWatchdog). Called after the
-  /// state was left.
+  /// Called after the slave has left its state on its own because of `reason` (watchdog: kSyncManagerWatchdog).
   virtual void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept = 0;
 
-  /// The supply was switched on again, or the controller was reset and with it the application: everything starts again
-  /// in INIT. No fault is reported: no application was running that could have noticed one. The clock of advance() may
-  /// have jumped. Not \rtsafe.
+  /// Called after power-on, or after a reset of the controller and thus of the application: everything starts again in
+  /// INIT. No fault is reported, since no application was running to detect one. The clock of advance() may have
+  /// jumped. Not \rtsafe.
   virtual void restart() {}
 
-  /// The controller has loaded its EEPROM, at power-on or by a reload command: `image` is its content; `valid`: the
-  /// configuration area has the right checksum, without which the process data interface does not come up. \rtsafe
+  /// Called after the controller has loaded its EEPROM, at power-on or by a reload command: `image` is its content;
+  /// `valid` means that the checksum of the configuration area is right, without which the process data interface does
+  /// not start. \rtsafe
   virtual void eeprom_loaded(std::span<const std::byte> /*image*/, bool /*valid*/) noexcept {}
 
-  /// \name Obstacles to a transition Asked before the sync managers are compared.
+  /// \name Obstacles to a transition Checked before the sync managers are compared.
   /// @{
 
-  /// INIT to PREOP needs a complete firmware, else 0x0014; BOOT is reached without.
+  /// Whether the firmware is complete. INIT to PREOP needs it, else it fails with 0x0014; BOOT does not.
   [[nodiscard]] virtual bool firmware_valid() const noexcept { return true; }
-  /// PREOP to SAFEOP: kInvalidInputMapping or kInvalidOutputMapping when PDO assignment and mapping cannot be process
-  /// data of this device.
+  /// Checks PDO assignment and mapping for PREOP to SAFEOP: kInvalidInputMapping or kInvalidOutputMapping when they
+  /// cannot be process data of this device.
   [[nodiscard]] virtual wire::AlStatusCode check_mapping() const noexcept { return wire::AlStatusCode::kNoError; }
-  /// PREOP to SAFEOP needs valid inputs (a connected sensor), else 0x0018.
+  /// Whether the inputs are valid (a sensor is connected). PREOP to SAFEOP needs this, else it fails with 0x0018.
   [[nodiscard]] virtual bool inputs_valid() const noexcept { return true; }
-  /// Requirements of synchronisation with the present settings.
+  /// Returns the synchronisation requirements with the current settings.
   [[nodiscard]] virtual SyncDemand sync_demand() const noexcept { return {}; }
   /// @}
 
-  /// SYNC0 or SYNC1 came, at `time` on the line's clock (the true time of the pulse, between two ticks of the device's
-  /// own clock). In every state; outputs are handed over and inputs published by the slave.
+  /// Called for each SYNC0 or SYNC1, at `time` on the line's clock (the true time of the pulse, between two ticks of
+  /// the device's own clock), in every state; the slave transfers outputs and inputs.
   virtual void sync_event(SyncSignal /*signal*/, std::chrono::nanoseconds /*time*/) noexcept {}
 
-  /// How long before the pulses the outputs have arrived so far; called after each pulse in OP.
+  /// Reports how long before the SYNC pulses the outputs arrived so far; called after each pulse in OP.
   virtual void sync_margin(const SyncMargin& /*margin*/) noexcept {}
 
-  /// New outputs have been handed over by an output sync manager; only in OP.
+  /// Receives new outputs of an output sync manager; only in OP.
   virtual void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept = 0;
 
-  /// Fills the input process data that the slave is about to publish; in SAFEOP and OP.
+  /// Fills in the input process data that the slave is about to publish; in SAFEOP and OP.
   virtual void read_inputs(std::size_t sync_manager, std::span<std::byte> data) noexcept = 0;
 
-  /// The device takes this mailbox now; else it stays in sync manager 0, which the master finds full, and is offered
-  /// again as soon as an answer has left. \rtsafe
+  /// Whether the device accepts this mailbox message now. If not, the message stays in sync manager 0, which the master
+  /// finds full, and is offered again after an answer has been sent. \rtsafe
   [[nodiscard]] virtual bool takes_mailbox(std::span<const std::byte> /*mailbox*/) const noexcept { return true; }
 
-  /// A mailbox the master has written, header included (as many bytes as sync manager 0 has). In PREOP, SAFEOP, OP
-  /// and BOOT.
+  /// Receives a mailbox message of the master, header included (as many bytes as sync manager 0 has). In PREOP, SAFEOP,
+  /// OP and BOOT.
   virtual void mailbox_request(std::span<const std::byte> mailbox) = 0;
 
-  /// Writes the next mailbox for the master, header included, into `out` (as long as sync manager 1); returns its
-  /// length, 0 when there is none. Called whenever sync manager 1 is empty.
+  /// Writes the next mailbox message for the master, header included, into `out` (as long as sync manager 1); returns
+  /// its length, 0 when there is none. Called whenever sync manager 1 is empty.
   [[nodiscard]] virtual std::size_t mailbox_reply(std::span<std::byte> out) = 0;
 
-  /// The network behind the device's EoE port, which must outlive the device or be replaced; null: none. False: the
-  /// device has no EoE. Not in the cycle.
+  /// Connects the network behind the device's EoE port; it must outlive the device or be replaced; null: none. Returns
+  /// false when the device has no EoE. Not for use in the cycle.
   virtual bool connect_network(EthernetLink* /*network*/) { return false; }
 
-  /// Writes what the device shows of itself to people, e.g. on its web page. \rtsafe
+  /// Writes the status that the device displays, e.g. on its web page. \rtsafe
   virtual void show(DeviceStatus& out) const noexcept { out = {}; }
 
   /// Runs the device's application (control loops, timers) up to `now`.
   virtual void advance(std::chrono::nanoseconds now) noexcept = 0;
 
-  /// Signals between the device and its machine; null: none that can be set or read from outside.
+  /// Returns the signals between the device and its machine; null: no signals can be set or read from outside.
   [[nodiscard]] virtual DeviceSignals* signals() noexcept { return nullptr; }
 
-  /// Length of the step in which the device reads its outputs and publishes its inputs, e.g. 125 us.
+  /// Returns the period in which the device reads its outputs and publishes its inputs, e.g. 125 us.
   [[nodiscard]] virtual std::chrono::nanoseconds process_data_period() const noexcept = 0;
 };
 

@@ -6,25 +6,25 @@
 
 namespace driveline::slaves {
 
-/// Synchronisation types as 1C32h:01 and 1C33h:01 code them (ETG.1020 Table 60).
+/// Synchronisation types, coded as in 1C32h:01 and 1C33h:01 (ETG.1020 Table 60).
 enum class SyncType : std::uint16_t { kFreeRun = 0, kSmEvent = 1, kSync0 = 2, kSync1 = 3 };
 
 /// Synchronisation types that the application of a device supports, and its settings.
 struct SyncDemand {
-  /// The type that is set in 1C32h:01; nothing: any type that the master activates.
+  /// Type selected in 1C32h:01; empty: any type that the master activates.
   std::optional<SyncType> type;
-  bool free_run = true;  ///< types the application supports
-  bool sm_event = true;  ///< type 1: outputs act when the frame has written them
-  bool sync0 = true;     ///< type 2: outputs act at SYNC0
-  bool sync1 = false;    ///< type 3: outputs act at SYNC1
-  /// Cycle the application is set to (1C32h:02, 60C2h); 0: it takes any.
+  bool free_run = true;  ///< type 0 is supported: no synchronisation
+  bool sm_event = true;  ///< type 1 is supported: outputs take effect when the frame has written them
+  bool sync0 = true;     ///< type 2 is supported: outputs take effect at SYNC0
+  bool sync1 = false;    ///< type 3 is supported: outputs take effect at SYNC1
+  /// Cycle that the application is set to (1C32h:02, 60C2h); 0: any.
   std::chrono::nanoseconds cycle{0};
-  /// SYNC0 must come in multiples of this; 0: any cycle.
+  /// The SYNC0 cycle must be a multiple of this; 0: any cycle.
   std::chrono::nanoseconds time_base{0};
   std::chrono::nanoseconds min_cycle{0};                                 ///< shortest SYNC0 cycle
-  std::chrono::nanoseconds max_cycle = std::chrono::nanoseconds::max();  ///< longest one
-  /// Sync error counter limit (10F1h:02): a cycle without new outputs counts 3 up, one with them 1 down, above the
-  /// limit it is an error; 0: never.
+  std::chrono::nanoseconds max_cycle = std::chrono::nanoseconds::max();  ///< longest SYNC0 cycle
+  /// Sync error counter limit (10F1h:02): a cycle without new outputs adds 3, a cycle with new outputs subtracts 1, and
+  /// a count above the limit is an error; 0: no error.
   unsigned error_limit = 0;
 };
 

@@ -5,7 +5,7 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// P 412-P 419: the same as the profile's objects, in units of the motor.
+/// P 412-P 419: the values of the profile's objects, in units of the motor.
 void publish_motor_values(const Motion& motion, ObjectDictionary& dictionary) noexcept {
   const auto actual = static_cast<std::uint32_t>(motion.motor().encoder_count());
   const auto difference = saturate<std::int32_t>(motion.following_error_increments());
@@ -30,7 +30,7 @@ void ActualValues::publish(const Motion& motion, ObjectDictionary& dictionary) c
   dictionary.set(kValue.velocity_actual, saturate<std::int32_t>(motion.velocity()));
   dictionary.set(kValue.velocity_demand, saturate<std::int32_t>(motion.velocity_demand()));
   dictionary.set(kValue.torque_actual, torque);
-  // The sign of the torque, the size of both currents: in saturated iron, or with d current, more than the torque's.
+  // Sign of the torque, amplitude of both currents: with saturated iron or d current it exceeds that of the torque.
   dictionary.set(kValue.current_actual, saturate<std::int16_t>(std::copysign(motion.current_permille(), torque)));
   dictionary.set(kValue.torque_demand, saturate<std::int16_t>(motion.torque_demand_permille()));
   publish_motor_values(motion, dictionary);

@@ -8,17 +8,17 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// Modes that show ROT_0 in status bit 14 (MSD manual Tables 12.5, 12.14, 12.18-12.24).
+/// Whether the mode shows ROT_0 in status bit 14 (MSD manual Tables 12.5, 12.14, 12.18-12.24).
 bool shows_standstill(OperationMode mode) noexcept {
   return mode != OperationMode::kNone && mode != OperationMode::kVelocity && mode != OperationMode::kProfileVelocity;
 }
 
-/// Modes that show "axis synchronised" in status bit 15 (MSD manual 12.3).
+/// Whether the mode shows "axis synchronised" in status bit 15 (MSD manual 12.3).
 bool shows_synchronism(OperationMode mode) noexcept {
   return mode >= OperationMode::kInterpolatedPosition;
 }
 
-/// Modes that show the following error in status bit 13 (MSD manual Table 11.9).
+/// Whether the mode shows the following error in status bit 13 (MSD manual Table 11.9).
 bool shows_following_error(OperationMode mode) noexcept {
   return mode == OperationMode::kProfilePosition || mode == OperationMode::kCyclicSynchronousPosition;
 }
@@ -49,14 +49,14 @@ void DeviceControl::prepare_setpoints() noexcept {
   if (references_from_bus(*dictionary_)) motion_->prepare(setpoints(*dictionary_, modes_.mode()));
 }
 
-/// Modes take their position from different objects: setpoints that came with the new mode are for it.
+/// Modes use different position objects: setpoints sent together with a new mode are for this mode.
 void DeviceControl::select_mode() noexcept {
   const OperationMode before = modes_.mode();
   modes_.select();
   if (modes_.mode() != before) prepare_setpoints();
 }
 
-/// Whether the axis stands or a stop has ended, and the brake has settled.
+/// Whether the axis is at standstill or a stop has ended, and the brake has settled.
 bool DeviceControl::came_to_rest(nanoseconds now) const noexcept {
   if (power_.motion() == MotionCommand::kFollow) return motion_->standstill();
   return motion_->stopped() && (brake_.open() || brake_.settled(now)) &&
@@ -83,7 +83,7 @@ ModeControl::Conditions DeviceControl::mode_conditions(nanoseconds now) const no
   return conditions;
 }
 
-/// The brake opens with the power stage and closes before a controlled stop takes the torque away (P 213, P 214).
+/// The brake opens with the power stage and closes before a controlled stop removes the torque (P 213, P 214).
 void DeviceControl::order(nanoseconds now) noexcept {
   const bool closes = power_.powers_off_at_standstill(option_codes_now()) && motion_->stopped();
   brake_.want_open(power_.power_on() && !closes);

@@ -45,7 +45,7 @@ void DriveCore::restart() {
   if (!store_.good()) raise(Fault::kParameterList);
 }
 
-/// Changed units count from the next start of the control on (MSD manual 10.3).
+/// Changed units take effect at the next start of the control (MSD manual 10.3).
 void DriveCore::apply_settings() noexcept {
   settings_changed_ = false;
   const bool initialise = std::exchange(initialise_control_, false);
@@ -94,7 +94,7 @@ void DriveCore::advance(nanoseconds now) noexcept {
   if (stepped) publish();
 }
 
-/// One control cycle.
+/// Runs one control cycle.
 void DriveCore::step() noexcept {
   if (clock_.process_data_cycle()) step_control();
   if (control_.step_homing(homing_time_out_)) raise(Fault::kHoming);
@@ -113,7 +113,7 @@ void DriveCore::step() noexcept {
   if (clock_.millisecond()) monitor_protection();
 }
 
-/// Device control, once the self-test is over.
+/// Runs device control after the end of the self-test.
 void DriveCore::step_control() noexcept {
   if (settings_changed_) apply_settings();
   if (starting()) {
@@ -130,7 +130,7 @@ void DriveCore::step_control() noexcept {
   control_.order(running_time());
 }
 
-/// Called before the events of a control cycle, so that edges in it meet the armed latches.
+/// Called before the events of a control cycle, so that its edges find the armed latches.
 void DriveCore::control_touch_probe() noexcept {
   const auto variant = static_cast<TouchProbe::Variant>(dictionary_.get(kValue.touch_probe_variant));
   probe_.control(variant, dictionary_.get(kValue.touch_probe_function));
@@ -142,7 +142,7 @@ void DriveCore::step_outputs() noexcept {
                            clock_.millisecond()});
 }
 
-/// The self-resetting commands: 200Bh sub 1 is 0 again when the data have been saved (MSD manual 7.5.3).
+/// Resets commands after execution: 200Bh sub 1 becomes 0 when the data have been saved (MSD manual 7.5.3).
 void DriveCore::finish_saving() noexcept {
   if (store_.finishes(kProcessDataPeriod)) dictionary_.set(kValue.save_parameters, std::uint8_t{0});
 }
@@ -164,8 +164,8 @@ void DriveCore::publish() noexcept {
   display_.follow(shown_state(), running_time());
 }
 
-/// Without DC link voltage the display shows "not ready" (MSD manual 4.7), although the state machine may be further
-/// (10.1.3).
+/// Without DC link voltage the display shows "not ready" (MSD manual 4.7), although the state machine may have advanced
+/// further (10.1.3).
 PowerState DriveCore::shown_state() const noexcept {
   const bool unpowered = state() == PowerState::kSwitchOnDisabled && !protection_.dc_link_present();
   return unpowered ? PowerState::kNotReadyToSwitchOn : state();

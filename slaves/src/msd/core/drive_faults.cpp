@@ -8,7 +8,7 @@
 
 namespace driveline::slaves::msd {
 
-/// The first fault stands until it is acknowledged; a later one can only make the reaction harder.
+/// The first fault remains active until it is acknowledged; a later fault can only make the reaction harder.
 void DriveCore::raise(Fault fault) noexcept {
   const FaultFacts& f = facts(fault);
   if (faults_.standing()) {
@@ -29,7 +29,7 @@ void DriveCore::acknowledge() noexcept {
   if (was && cause_persists(*was)) raise(*was);
 }
 
-/// The reset acts on the edge, also when both levels lie between two evaluations.
+/// The reset acts on the edge, even if both levels occur between two evaluations.
 void DriveCore::watch_fault_reset() noexcept {
   const auto word = dictionary_.get(kValue.control_word);
   const bool rising = (word & ~last_control_word_ & control_word::kFaultReset) != 0;
@@ -37,7 +37,7 @@ void DriveCore::watch_fault_reset() noexcept {
   if (rising && remote(dictionary_)) acknowledge();
 }
 
-/// Faults whose cause can still be there when they are acknowledged.
+/// Whether the cause of the fault persists when it is acknowledged.
 bool DriveCore::cause_persists(Fault fault) const noexcept {
   if (causes_.test(static_cast<std::size_t>(fault))) return true;
   switch (fault) {
@@ -52,7 +52,7 @@ bool DriveCore::cause_persists(Fault fault) const noexcept {
   }
 }
 
-/// In each process data cycle: currents, following error, limit switches, setpoints.
+/// Monitors in each process data cycle: currents, following error, limit switches, setpoints.
 void DriveCore::monitor() noexcept {
   if (protection_.overcurrent()) raise(Fault::kOvercurrent);
   if (monitor_.step_following_error()) raise(Fault::kFollowingError);
@@ -60,7 +60,7 @@ void DriveCore::monitor() noexcept {
   if (clock_.millisecond() && monitor_.follows_wrong_cycle()) raise(Fault::kInvalidConfiguration);
 }
 
-/// Once per millisecond: temperatures, I2t, voltages, causes from outside.
+/// Monitors once per millisecond: temperatures, I2t, voltages, external causes.
 void DriveCore::monitor_protection() noexcept {
   protection_.step();
   for (const Fault fault : {Fault::kMotorOverload, Fault::kMotorTemperature, Fault::kAmplifierTemperature,

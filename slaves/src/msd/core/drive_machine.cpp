@@ -11,7 +11,7 @@ void DriveCore::set_input(Input input, bool level) noexcept {
   terminal_changed(input, level, motion_.motor().position_rad());
 }
 
-/// Touch probes latch, a reset acknowledges.
+/// Touch probes latch at the change, a reset input acknowledges a fault.
 void DriveCore::terminal_changed(Input input, bool level, double position_rad) noexcept {
   if (terminals_.level(input) == level) return;
   const InputSignals before = terminals_.signals();

@@ -1,4 +1,4 @@
-// Reactions of the drive when an object is written: checks and commands.
+// Reactions of the drive to writes of objects: checks and commands.
 #include "driveline/slaves/msd/core/drive_core.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "driveline/slaves/msd/core/object_checks.hpp"
@@ -11,7 +11,7 @@ using wire::SdoAbort;
 constexpr std::uint32_t kSaveSignature = 0x65766173;  ///< "save", CiA 301 7.5.2.13
 constexpr std::uint32_t kLoadSignature = 0x64616F6C;  ///< "load", CiA 301 7.5.2.14
 
-/// 60C0h has the numbers of P 370 the other way round, except that linear is 0 and none is -1.
+/// 60C0h has the numbers of P 370 with inverted sign, except that linear is 0 and none is -1.
 constexpr std::int16_t sub_mode(std::uint8_t type) noexcept {
   return type == 0 ? std::int16_t{-1} : type == 1 ? std::int16_t{0} : static_cast<std::int16_t>(-type);
 }
@@ -19,7 +19,7 @@ constexpr std::uint8_t type_of(std::int16_t mode) noexcept {
   return mode == -1 ? std::uint8_t{0} : mode == 0 ? std::uint8_t{1} : static_cast<std::uint8_t>(-mode);
 }
 
-/// The slot of the object that a cyclic mode follows; of none for the others.
+/// Returns the slot of the object that a cyclic mode follows; an invalid slot for the other modes.
 constexpr std::uint16_t setpoint_slot(OperationMode mode) noexcept {
   switch (mode) {
     case OperationMode::kInterpolatedPosition:
@@ -42,7 +42,7 @@ SdoResult<void> require(bool condition, SdoAbort otherwise) noexcept {
 
 }  // namespace
 
-/// False: the parameter file could not be written, which is a fault.
+/// Returns false when the parameter file could not be written, which raises a fault.
 bool DriveCore::store_parameters() {
   const bool stored = store_.store(dictionary_);
   if (!stored) raise(Fault::kParameterList);
@@ -53,7 +53,7 @@ SdoResult<void> DriveCore::accept(const EntryRow& row, std::uint64_t raw) {
   const bool checked = dictionary_.get(kValue.parameter_download) == 0;
   if (checked && !consistent_with(dictionary_, row, raw)) return tl::unexpected(SdoAbort::kParameterIncompatible);
   switch (row.slot) {
-    // These writes save parameters: when saving fails, they fail (CiA 301 7.5.2.13: 0606 0000h).
+    // These writes save parameters and fail if saving fails (CiA 301 7.5.2.13: 0606 0000h).
     case kValue.store_command.number:
       if (raw != kSaveSignature) return tl::unexpected(SdoAbort::kCannotTransferOrStore);
       return require(store_parameters(), SdoAbort::kHardwareError);
@@ -99,7 +99,7 @@ void DriveCore::written(const EntryRow& row) {
     case kValue.factory_reset.number:
       if (dictionary_.get(kValue.factory_reset) == 1) store_.request_factory_reset();
       return dictionary_.set(kValue.factory_reset, std::uint8_t{0});
-    case kValue.parameter_download.number:  // end of the download: the check is made now
+    case kValue.parameter_download.number:  // end of the download: check now
       if (dictionary_.get(kValue.parameter_download) == 0 && !parameters_consistent(dictionary_)) {
         raise(Fault::kParameterList);
       }
@@ -114,7 +114,7 @@ void DriveCore::written(const EntryRow& row) {
     case kValue.target_torque.number:
     case kValue.interpolation_data.number:
       if (row.slot == setpoint_slot(control_.mode())) return control_.apply_setpoints();
-      [[fallthrough]];  // for another mode: nothing begins
+      [[fallthrough]];  // for another mode: no segment starts
     case kValue.velocity_offset.number:
     case kValue.torque_offset.number:
       return control_.prepare_setpoints();

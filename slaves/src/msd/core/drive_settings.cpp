@@ -18,7 +18,7 @@ constexpr std::uint16_t kThermalOverload = 1;  ///< P 735
 constexpr std::uint16_t kControlLocationCia402 = 5;
 constexpr std::uint16_t kReferenceSourceCia402 = 7;
 
-/// Values as numbers to calculate with.
+/// Reads values of the dictionary as doubles.
 class Reader {
  public:
   explicit Reader(const ObjectDictionary& dictionary) noexcept : dictionary_(dictionary) {}
@@ -30,7 +30,7 @@ class Reader {
   const ObjectDictionary& dictionary_;
 };
 
-/// 60C2h in control cycles.
+/// Returns 60C2h in control cycles.
 std::uint32_t steps_per_setpoint(const ObjectDictionary& dictionary) noexcept {
   const double period_s = dictionary.get(kValue.interpolation_period_value) *
                           std::pow(10.0, dictionary.get(kValue.interpolation_period_index));
@@ -49,7 +49,7 @@ ControllerParameters controller_settings(const Reader& value, const MotionSettin
   return controller;
 }
 
-/// P 457 and P 460 are the motor data that the drive assumes when it calculates current from torque.
+/// P 457 and P 460 are the motor data with which the drive converts torque to current.
 void set_motor_data(const Reader& value, const MotorParameters& motor, MotionSettings& s) noexcept {
   s.rated_current_a = value(kValue.motor_rated_current_a);
   s.rated_torque_nm = value(kValue.motor_rated_torque_nm);

@@ -1,4 +1,4 @@
-// The drive's terminals, and the machine around it, by name.
+// Named signals of the drive's terminals and of the machine.
 #include "driveline/slaves/msd/core/drive_signals.hpp"
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ struct NamedTerminal {
   Terminal terminal;
 };
 
-/// Names of the manual (Tables 10.6, 10.7); the STO relay has none there.
+/// Names of the manual (Tables 10.6, 10.7), which has no name for the STO relay.
 constexpr std::array kInputSignals = {
     NamedTerminal<Input>{"ENPO", Input::kEnpo},   NamedTerminal<Input>{"ISDSH", Input::kIsdsh},
     NamedTerminal<Input>{"ISD00", Input::kIsd00}, NamedTerminal<Input>{"ISD01", Input::kIsd01},
@@ -34,10 +34,10 @@ constexpr std::array kOutputSignals = {
     NamedTerminal<Output>{"OSD02", Output::kOsd02}, NamedTerminal<Output>{"BRAKE", Output::kBrake},
     NamedTerminal<Output>{"RELAY", Output::kRelay}, NamedTerminal<Output>{"STO_RELAY", Output::kStoRelay},
 };
-/// External feed-forward as shown by the oscilloscope of the PC tool (MSD manual 12.4), in rpm and Nm.
+/// External feed-forward in the oscilloscope of the PC tool (MSD manual 12.4), in rpm and Nm.
 constexpr std::array<std::string_view, 2> kScopeVariables = {"nref_Ext", "mref_Ext"};
 
-/// The inputs behind the terminals. Without a unit: 0 or 1.
+/// Inputs that follow the terminals in the numbering. Without a unit: 0 or 1.
 struct NamedMachineInput {
   std::string_view name;
   MachineInput input;

@@ -52,7 +52,7 @@ void write_factory_settings(const FactoryFacts& facts, const ServoMotor& motor, 
   text(kSoftwareVersionIndex) = facts.firmware.text();
   text(kNameIndex) = facts.name.substr(0, 100);
   dictionary.set(kValue.serial_number, facts.serial_number);
-  // A variant without the object has no such limit.
+  // A variant without this object has no such limit.
   if (dictionary.table().object(kMaxProfileVelocityIndex).empty()) {
     dictionary.set(kValue.max_profile_velocity, 0xFFFFFFFFU);
   }

@@ -7,11 +7,11 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// Change of a steady rise from period to period at most, in what the rate limit allows: controllers have larger
-/// limits.
+/// Maximum change of a steady rise from period to period, as a multiple of the change that the rate limit allows:
+/// controllers have larger limits.
 constexpr double kSteady = 2.0;
-/// Rise, in such changes, from which on two rises are no acceleration: twice the rise less 1 and 2 changes is more than
-/// the rise and one.
+/// Rise, in such changes, above which a double rise cannot be acceleration: twice the rise minus (1 + 2) changes
+/// exceeds the rise plus one change.
 constexpr double kFast = 4.0;
 
 }  // namespace
@@ -48,7 +48,7 @@ void FineInterpolator::reset(double value, double velocity) noexcept {
   last_sample_ = samples_[0];
 }
 
-/// The splines lag two samples behind: the newest are ahead of the output.
+/// The splines lag by two periods: the newest samples are ahead of the output.
 double FineInterpolator::periods_ahead() const noexcept {
   if (method_ == Method::kSpline || method_ == Method::kApproximation) return 2.0;
   return method_ == Method::kNone ? 0.0 : 1.0;
@@ -58,8 +58,8 @@ void FineInterpolator::start_line(double end) noexcept {
   polynomial_ = {value_, (end - value_) / period_s(), 0.0, 0.0};
 }
 
-/// Cubic from the present value and speed to these in one period. With samples on time this is exactly the segment of
-/// the spline whose knot it starts from.
+/// Starts a cubic from the current value and speed to these in one period. With samples on time this is exactly the
+/// segment of the spline that starts at this knot.
 void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
   const double rise = end - value_;
   const double t = period_s();
@@ -67,15 +67,15 @@ void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
                  ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
 }
 
-/// A curve that stands still at every sample, or has none, is not continued.
+/// Whether to extrapolate a missing sample; not on a curve that stands still at every sample, or without a curve.
 bool FineInterpolator::makes_up() const noexcept {
   return made_up_ < bridged_ && method_ != Method::kNone && method_ != Method::kCosine;
 }
 
-/// How many samples have come when this one does, which is on time: more than one when others were written over before
-/// they were taken, because frames come at about the instant at which they are taken, some just before and some just
-/// behind it. It is as far away as that many rises like those before, which were steady, and no acceleration makes one
-/// rise of it.
+/// Returns the number of samples that arrived with this sample, which is on time: more than one if others were
+/// overwritten before they were read, because frames arrive at about the time of reading, some just before and some
+/// just after it. In this case the sample is as far away as that many of the previous, steady rises, and no
+/// acceleration explains this as a single rise.
 std::uint32_t FineInterpolator::samples_in(double rise) const noexcept {
   const double change = kSteady * stop_rate_ * period_s() * period_s();
   const double last = samples_[0] - samples_[1];
@@ -87,7 +87,7 @@ std::uint32_t FineInterpolator::samples_in(double rise) const noexcept {
   return possible ? static_cast<std::uint32_t>(count) : 1;
 }
 
-/// True: with others before it that nobody has seen.
+/// Returns true if other samples before it were overwritten unread.
 bool FineInterpolator::take_on_time(double sample) noexcept {
   const double rise = sample - last_sample_;
   const auto count = samples_in(rise);
@@ -100,12 +100,12 @@ bool FineInterpolator::take_on_time(double sample) noexcept {
 }
 
 void FineInterpolator::take_late(double sample) noexcept {
-  // Late by up to half a period: it replaces the last extrapolated sample.
+  // Late by up to half a period: the sample replaces the last extrapolated one.
   const bool replaces = made_up_ > 0 && elapsed_ <= steps_ / 2;
   const std::uint32_t periods = made_up_ + elapsed_ / steps_;
   if (replaces) {
     samples_[0] = sample;
-  } else if (elapsed_ > steps_ && periods > 1) {  // the missing samples lay in between
+  } else if (elapsed_ > steps_ && periods > 1) {  // place the missing samples in between
     const double rise = (sample - last_sample_) / periods;
     samples_ = {sample, sample - rise, sample - 2.0 * rise};
   } else {
@@ -115,7 +115,7 @@ void FineInterpolator::take_late(double sample) noexcept {
 
 void FineInterpolator::push(double sample, double velocity) noexcept {
   const bool late = made_up_ > 0 || elapsed_ > steps_;
-  // The sample after a late one seems early when it comes in time, and has one before it that was made up.
+  // After a late sample, a punctual one appears early and follows an extrapolated sample.
   bool off_time = late || late_;
   late_ = late;
   if (late) {
@@ -130,8 +130,8 @@ void FineInterpolator::push(double sample, double velocity) noexcept {
   start_segment(velocity);
 }
 
-/// Whether the output would have to change its speed by more than it may in a period to be on the curve at the end of
-/// the next one, or the curve itself does so behind a sample that was made up.
+/// Whether the output would need a larger change of speed than allowed in a period to reach the curve at the end of the
+/// next period, or the curve itself has such a change after an extrapolated sample.
 bool FineInterpolator::leaps() const noexcept {
   if (method_ == Method::kNone || method_ == Method::kCosine || !std::isfinite(stop_rate_)) return false;
   const double most = stop_rate_ * period_s();
@@ -144,7 +144,7 @@ bool FineInterpolator::leaps() const noexcept {
   return std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s() > most;
 }
 
-/// The curve restarts at the samples, and the output approaches it.
+/// Restarts the curve at the samples; the output then approaches it.
 void FineInterpolator::begin_pursuit() noexcept {
   if (!pursuit_) pursuit_.emplace(output_.position, output_.velocity, trajectory::AxisLimits{top_speed_, stop_rate_});
   const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
@@ -152,7 +152,7 @@ void FineInterpolator::begin_pursuit() noexcept {
   velocity_ = (samples_[0] - samples_[2]) / (2.0 * period_s());
 }
 
-/// To the newest sample, or as near as the method goes.
+/// Starts a segment to the newest sample, or as close to it as the method gets.
 void FineInterpolator::start_segment(double velocity) noexcept {
   const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s());
   switch (method_) {

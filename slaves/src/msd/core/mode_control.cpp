@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Modes whose control word has a halt bit (MSD manual Table 11.5; mode 2: Table 12.8).
+/// Whether the control word of the mode has a halt bit (MSD manual Table 11.5; mode 2: Table 12.8).
 bool has_halt(OperationMode mode) noexcept {
   switch (mode) {
     case OperationMode::kProfilePosition:
@@ -79,7 +79,7 @@ MotionSource ModeControl::source(const Conditions& conditions) const noexcept {
   return MotionSource::kNone;
 }
 
-/// 605Dh: 0 torque off, 1 slow down ramp, 2 quick stop ramp, 3 current limit, 4 voltage limit.
+/// 605Dh, reaction to halt: 0 torque off, 1 slow down ramp, 2 quick stop ramp, 3 current limit, 4 voltage limit.
 MotionCommand ModeControl::command(const Conditions& conditions) const noexcept {
   const bool halt = conditions.enabled && has_halt(mode_) && (conditions.control_word & control_word::kHalt) != 0;
   if (!halt) return MotionCommand::kFollow;
@@ -109,8 +109,8 @@ ProfileLimits ModeControl::profile_limits(const Motion& motion) const noexcept {
           value(kValue.profile_deceleration) * scaling.acceleration_rad_s2, motion.settings().jerk_time_s};
 }
 
-/// The mode begins, or the drive was enabled in it. A movement commanded by the previous mode ends with it: the axis
-/// brakes and stands until this mode commands another.
+/// Called when the mode starts, or the drive is enabled in it. A movement of the previous mode ends: the axis brakes
+/// and stays at standstill until this mode commands a movement.
 void ModeControl::enter(const Conditions& conditions, Motion& motion) noexcept {
   entered_ = conditions.enabled ? mode_ : OperationMode::kNone;
   handshake_.reset(conditions.control_word);
@@ -126,9 +126,9 @@ void ModeControl::enter(const Conditions& conditions, Motion& motion) noexcept {
 }
 
 std::int64_t ModeControl::destination(const SetpointHandshake::Setpoint& setpoint, const Motion& motion) noexcept {
-  std::int64_t target = target_ + setpoint.target;  // relative: to the target before (CiA 402)
+  std::int64_t target = target_ + setpoint.target;  // relative: to the previous target (CiA 402)
   if (!setpoint.relative) {
-    // Only bits 6 and 7 of 60F2h count (MSD manual 14.2).
+    // Only bits 6 and 7 of 60F2h are used (MSD manual 14.2).
     const auto direction = dictionary_->get(kValue.positioning_option) >> 6U & 3U;
     target = motion.settings().range.destination(std::llrint(motion.position_demand()), setpoint.target,
                                                  static_cast<PositionRange::Direction>(direction));
@@ -152,7 +152,7 @@ void ModeControl::step_profile_position(const Conditions& conditions, Motion& mo
   if (setpoint || (resume && handshake_.busy())) motion.move_to(target_, profile_limits(motion));
 }
 
-/// "Updates cyclically the objects listed in the table" (MSD manual 12.2.3): target, limit and ramps.
+/// "Updates cyclically the objects listed in the table" (MSD manual 12.2.3): applies target, limit and ramps.
 void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
   const auto wanted = dictionary_->get(kValue.target_velocity);
   const double most = value(kValue.max_profile_velocity);
@@ -170,7 +170,7 @@ void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
   motion.run_at(velocity * motion.settings().scaling.velocity_rad_s, ramps);
 }
 
-/// Of 6042h and what belongs to it, in radians per second of the motor shaft: the velocity unit of the factor group
+/// Returns the unit of 6042h and related objects in rad/s of the motor shaft: the velocity unit of the factor group
 /// (MSD manual 12.2.2) times 604Ch.
 double ModeControl::velocity_mode_unit(const Motion& motion) const noexcept {
   const double numerator = dictionary_->get(kValue.velocity_dimension_numerator);
@@ -179,7 +179,7 @@ double ModeControl::velocity_mode_unit(const Motion& motion) const noexcept {
 }
 
 /// Ramp function generator of the velocity mode (MSD manual Tables 12.7, 12.8). Bit 4 is not in the manual and has no
-/// effect. The smallest velocity holds for every setpoint but zero (ours).
+/// effect. The minimum velocity applies to every setpoint except zero (ours).
 void ModeControl::step_velocity(std::uint16_t control_word, Motion& motion, bool resume) noexcept {
   if ((control_word & control_word::kUnlockRamp) == 0) {
     if (!ordered_velocity_) return;
@@ -233,7 +233,7 @@ void ModeControl::start_homing(const Conditions& conditions, Motion& motion) noe
 bool ModeControl::step_homing(const InputSignals& inputs, Motion& motion, std::chrono::nanoseconds time_out) noexcept {
   if (entered_ != OperationMode::kHoming) return false;
   const bool was_running = homing_.running();
-  // A halted axis still moves: edges and index pulses it passes while it brakes count where they are.
+  // A halted axis still moves: edges and index pulses that it passes while it brakes count at their positions.
   homing_.step(homing_inputs(inputs, motion), halted_ ? std::chrono::nanoseconds{0} : kControlStep, time_out);
   const auto demand = homing_.demand();
   if (!halted_ && (demand.direction != ordered_homing_.direction || demand.slow != ordered_homing_.slow)) {
@@ -281,7 +281,7 @@ void ModeControl::step(const Conditions& conditions, Motion& motion) noexcept {
   update_reached(motion);
 }
 
-/// Window and time of 6067h/6068h for positions, 606Dh/606Eh for speeds, and the speed threshold 606Fh/6070h.
+/// Evaluates window and time 6067h/6068h for positions, 606Dh/606Eh for speeds, and the speed threshold 606Fh/6070h.
 void ModeControl::update_reached(const Motion& motion) noexcept {
   const bool position = positioning();
   const bool velocity = mode_ == OperationMode::kProfileVelocity || mode_ == OperationMode::kCyclicSynchronousVelocity;
@@ -294,7 +294,7 @@ void ModeControl::update_reached(const Motion& motion) noexcept {
                ((position && window == kWindowOff) || std::abs(distance) <= window) &&
                (!profile || (motion.movement_finished() && !handshake_.busy()));
   if (mode_ == OperationMode::kCyclicSynchronousTorque) in_window_ = entered_ == mode_ && !motion.limited();
-  // In U/f operation the output of the ramp is compared with the target; the rotor is not measured.
+  // In U/f operation the ramp output is compared with the target; the rotor is not measured.
   if (mode_ == OperationMode::kVelocity) {
     in_window_ = entered_ == mode_ && !halted_ && ordered_velocity_ && motion.movement_finished();
   }

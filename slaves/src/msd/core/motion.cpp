@@ -11,13 +11,13 @@ namespace {
 
 using Loop = ControllerSetpoint::Loop;
 
-constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< ours
+constexpr std::uint32_t kSamplesForSynchronism = 8;  ///< setpoints on time; ours
 constexpr std::uint32_t kStandstillSteps = 64;       ///< 4 ms within the window of P 745; ours
-constexpr double kStopShare = 0.7;                   ///< of the speed controller's reset time, ours
-constexpr double kStopAtLeastS = 2e-3;               ///< and no faster
+constexpr double kStopShare = 0.7;                   ///< stop time constant per speed controller reset time; ours
+constexpr double kStopAtLeastS = 2e-3;               ///< minimum of this time constant
 constexpr double kSpeedLimitS = 2e-3;                ///< time constant of the approach to the speed limit; ours
-constexpr double kSpeedLagS = 1e-3;                  ///< of the measured speed at most; ours
-/// Position setpoints in a row that the interpolation makes up for when they do not come; ours.
+constexpr double kSpeedLagS = 1e-3;                  ///< maximum lag of the measured speed; ours
+/// Maximum number of consecutive position setpoints that the interpolation extrapolates; ours.
 constexpr std::uint32_t kBridgedSetpoints = 8;
 
 }  // namespace
@@ -44,7 +44,7 @@ void Motion::configure(const MotionSettings& settings) noexcept {
                                                                          : FineInterpolator::Method::kLinear;
   velocity_.configure(method, settings.steps_per_setpoint, kControlStepS);
   torque_.configure(method, settings.steps_per_setpoint, kControlStepS);
-  // Without one they are held: on a line that goes on, a speed would leave its limits (ours).
+  // Missing setpoints are held: with linear extrapolation a speed would exceed its limits (ours).
   velocity_.set_limits(0, 0.0);
   torque_.set_limits(0, 0.0);
 }
@@ -57,7 +57,7 @@ std::int64_t Motion::position() const noexcept {
   return position_at(motor_.encoder_count());
 }
 
-/// Position units to radians of the motor shaft.
+/// Converts position units to radians of the motor shaft.
 double Motion::to_rad(double position) const noexcept {
   return position * settings_.scaling.position_rad + static_cast<double>(zero_) * motor_.radians_per_increment();
 }
@@ -69,7 +69,7 @@ double Motion::torque_of(double permille) const noexcept {
 void Motion::set(const Setpoints& setpoints) noexcept {
   setpoints_ = setpoints;
   if (command_ == MotionCommand::kFollow) return push_setpoints();
-  // A drive that is switched on later knows how old its setpoint is.
+  // Records the age of the setpoint, for a drive that is switched on later.
   steps_since_sample_ = 0;
 }
 
@@ -78,11 +78,11 @@ void Motion::push_setpoints() noexcept {
                        steps_since_sample_ <= settings_.steps_per_setpoint + 1;
   samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
   steps_since_sample_ = 0;
-  // Only the active source starts a segment: the others take over the present setpoint when they are selected.
+  // Only the active source starts a segment: the others take over the current setpoint when they are selected.
   if (source_ == MotionSource::kCyclicVelocity) velocity_.push(setpoints_.velocity * settings_.scaling.velocity_rad_s);
   if (source_ == MotionSource::kCyclicTorque) torque_.push(torque_of(setpoints_.torque_permille));
   if (source_ != MotionSource::kCyclicPosition) return;
-  // Position setpoints wrap at the ends of their range; the shorter way is meant.
+  // Position setpoints wrap around at the ends of their range; the shorter distance applies.
   target_position_ =
       settings_.range.destination(target_position_, setpoints_.position, PositionRange::Direction::kShortest);
   std::int64_t target = target_position_;
@@ -91,7 +91,7 @@ void Motion::push_setpoints() noexcept {
     const std::int64_t low = settings_.position_min;
     const std::int64_t high = settings_.position_max;
     limited_ = target < low || target > high;
-    // An axis that is beyond a limit stands until its target leads back: the limit is no reason to move.
+    // An axis beyond a limit stays at standstill until its target leads back: the limit alone causes no movement.
     target = std::clamp(target, std::min(low, allowed_position_), std::max(high, allowed_position_));
   }
   allowed_position_ = target;
@@ -114,7 +114,7 @@ void Motion::stand() noexcept {
   generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, settings_.jerk_time_s});
 }
 
-/// Deceleration of the braking ramp in force.
+/// Returns the deceleration of the active braking ramp.
 double Motion::ramp_rad_s2() const noexcept {
   return command_ == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
 }
@@ -136,8 +136,8 @@ void Motion::restart_encoder() noexcept {
   if (motor_.parameters().encoder_turns != MotorParameters::kAllTurns) set_zero(motor_.power_on_origin());
 }
 
-/// Start of the next movement: the measured position with the present speed setpoint and the acceleration of the
-/// demand, so that the next ramp continues them. For an axis that cannot follow, its measured speed.
+/// Returns the start of the next movement: the measured position with the present speed setpoint and the acceleration
+/// of the demand, so that the next ramp continues them. If the axis cannot follow, returns its measured speed.
 ProfileState Motion::motion_in_force() const noexcept {
   const ProfileState measured{measured_position_rad(), controller_.measured_velocity_rad_s(), 0.0};
   const bool ramp = command_ == MotionCommand::kSlowDownRamp || command_ == MotionCommand::kQuickStopRamp;
@@ -156,7 +156,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   const bool ramp = command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp;
   const bool by_frequency =
       (command == MotionCommand::kFollow && source == MotionSource::kProfileFrequency) || (ramp && by_frequency_);
-  // In U/f operation there is no speed but the frequency.
+  // In U/f operation the frequency is the only known speed.
   const bool same_frequency = by_frequency && by_frequency_;
   const double speed = same_frequency ? generator_.state().velocity : controller_.measured_velocity_rad_s();
   auto before = motion_in_force();
@@ -177,11 +177,11 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   ramping_ = ramp;
   if (ramping_) run_ramp();
   if (command != MotionCommand::kFollow) return;
-  if (source == MotionSource::kProfilePosition) stand();  // until a movement is ordered
+  if (source == MotionSource::kProfilePosition) stand();  // until a movement is commanded
   if (source == MotionSource::kProfileFrequency) generator_.run_at(speed, {1.0, 1.0, 1.0, 0.0});
   target_position_ = allowed_position_ = position();
-  // The present setpoint acts at once (Device Help 8), and as if it had done so when it came: the next one comes that
-  // much earlier than in a period. What the offsets add is not in the targets.
+  // The current setpoint takes effect at once (Device Help 8), as if it had done so on arrival: the next setpoint
+  // arrives earlier than a period from now by that age. The targets do not include the offsets.
   const std::uint32_t since = steps_since_sample_ % settings_.steps_per_setpoint;
   const double begin_speed = source == MotionSource::kCyclicPosition ? speed_towards_setpoint(speed, since) : speed;
   position_.reset(measured_position_rad() - begin_speed * since * kControlStepS, begin_speed);
@@ -196,7 +196,7 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
   steps_since_sample_ = since;
 }
 
-/// The measured speed lags by its filter. Where the present position setpoint tells nearly the same, that is the speed.
+/// The measured speed lags by its filter. If the position setpoint implies nearly the same speed, that is used.
 double Motion::speed_towards_setpoint(double speed, std::uint32_t since) const noexcept {
   const auto target = settings_.range.destination(position(), setpoints_.position, PositionRange::Direction::kShortest);
   const double steps = position_.periods_ahead() * settings_.steps_per_setpoint - since;
@@ -222,7 +222,7 @@ double Motion::internal_torque(double acceleration_rad_s2) const noexcept {
   return settings_.torque_feed_forward * settings_.feed_forward_inertia_kg_m2 * acceleration_rad_s2;
 }
 
-/// The measured position is that of the beginning of the step, and so is the position it is compared with.
+/// The measured position is that at the start of the step, and so is the position that it is compared with.
 double Motion::follow_position() noexcept {
   const double reference_rad = position_.value();
   position_.step();
@@ -230,14 +230,14 @@ double Motion::follow_position() noexcept {
                            torque_feed_forward(position_.acceleration())});
 }
 
-/// In velocity mode there is no internal feed-forward: the offsets act when they are selected as external sources.
+/// In velocity mode there is no internal feed-forward: the offsets act only if they are selected as external sources.
 double Motion::follow_velocity() noexcept {
   velocity_.step();
   return controller_.step(
       {Loop::kVelocity, 0.0, velocity_.value() + speed_feed_forward(0.0), torque_feed_forward(0.0)});
 }
 
-/// Towards the highest speed (6080h) no more torque than brings the axis there smoothly; at it none that drives.
+/// Limits the torque so that the axis approaches the maximum speed (6080h) smoothly and is not driven beyond it.
 double Motion::follow_torque() noexcept {
   torque_.step();
   double torque = torque_.value() + torque_of(setpoints_.torque_offset_permille);
@@ -249,8 +249,7 @@ double Motion::follow_torque() noexcept {
   return controller_.step({Loop::kTorque, 0.0, 0.0, torque});
 }
 
-/// The profile generator feeds forward its own speed and acceleration (Device Help 8: the generator gives the
-/// pre-control).
+/// The profile generator feeds forward its own speed and acceleration (Device Help 8: it gives the pre-control).
 double Motion::follow_profile_position() noexcept {
   const double reference_rad = generator_.state().position;
   generator_.step(kControlStepS);
@@ -270,14 +269,14 @@ double Motion::inertia() const noexcept {
                                                     : motor_.parameters().inertia_kg_m2;
 }
 
-/// The speed loop goes on with the torque in force.
+/// The speed loop continues with the present torque.
 void Motion::start_limit_stop() noexcept {
   stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
   torque_demand_nm_ = controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, 0.0});
 }
 
-/// All the torque there is, then so much less that the axis comes to rest without turning round: the speed setpoint
-/// waits for the axis while the torque is at its limit, and runs into zero with a time constant (ours).
+/// Brakes with the maximum torque, then with so much less that the axis comes to rest without reversing: the speed
+/// setpoint follows the axis while the torque is at its limit, then decays to zero with a time constant (ours).
 double Motion::stop_at_limit() noexcept {
   const double most = settings_.controller.max_torque_nm / inertia();
   const double time_s = std::max(kStopShare * settings_.controller.velocity_reset_s, kStopAtLeastS);
@@ -381,7 +380,7 @@ double Motion::current_permille() const noexcept {
   return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * settings_.rated_current_a);
 }
 
-/// Through short-circuited cables the DC link's whole voltage drives the current, in every pulse of the inverter.
+/// Through short-circuited cables the full DC link voltage drives the current, in every pulse of the inverter.
 double Motion::phase_current_a(double dc_link_volts) const noexcept {
   constexpr double kCableOhm = 0.5;
   if (motor_.short_circuit()) return command_ == MotionCommand::kOff ? 0.0 : dc_link_volts / kCableOhm;

@@ -1,4 +1,4 @@
-// U/f operation: the profile generator gives the frequency, the characteristic the voltage.
+// U/f operation: the profile generator determines the frequency, the characteristic the voltage.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ void Motion::start_frequency_control() noexcept {
   frequency_control_.start({current.d_voltage_v(), current.q_voltage_v(), rotor}, angle, electrical);
 }
 
-/// The generator gives the frequency; the rotor is not checked (MSD manual 12.2.2).
+/// The generator determines the frequency; the rotor is not checked (MSD manual 12.2.2).
 void Motion::step_frequency_control(bool brake_closed) noexcept {
   generator_.step(kControlStepS);
   const double most = settings_.controller.max_velocity_rad_s;

@@ -32,7 +32,7 @@ bool MotionMonitor::wrong_cycle() const noexcept {
   return rhythm_.wrong() || !timing_valid(*dictionary_);
 }
 
-/// Setpoints that are interpolated over another time than the one they come in (MSD manual 7.4.2, 11.2).
+/// Setpoints are interpolated over another time than that of their arrival (MSD manual 7.4.2, 11.2).
 bool MotionMonitor::follows_wrong_cycle() const noexcept {
   const MotionSource source = motion_->source();
   const bool cyclic = source == MotionSource::kCyclicPosition || source == MotionSource::kCyclicVelocity ||

@@ -14,7 +14,7 @@ constexpr std::uint64_t kLinearProfile = 0;  ///< 6086h
 constexpr std::uint64_t kJerkLimitedProfile = 3;
 constexpr std::uint64_t kUnusedSensor = 5;  ///< P 732: "not used"
 
-/// Parameters of which the first must not exceed the second; which ones the manual's check knows is not described.
+/// Parameters of which the first must not exceed the second; the manual does not describe which ones its check covers.
 template <typename T>
 struct InOrder {
   Slot<T> low;
@@ -23,7 +23,7 @@ struct InOrder {
   [[nodiscard]] bool holds(const ObjectDictionary& dictionary) const noexcept {
     return dictionary.get(low) <= dictionary.get(high);
   }
-  /// With a new value in `slot`.
+  /// Whether the rule holds with a new value in `slot`.
   [[nodiscard]] bool holds_with(const ObjectDictionary& dictionary, std::uint16_t slot,
                                 std::uint64_t raw) const noexcept {
     const T value = static_cast<T>(raw);

@@ -11,9 +11,9 @@ namespace {
 constexpr double kOvervoltageVolts = 850.0;  ///< ours
 constexpr double kAmplifierMaxC = 85.0;      ///< ours
 constexpr double kWarningMarginK = 5.0;      ///< ours
-constexpr double kWarningShare = 0.9;        ///< of the I2t limit, ours
-constexpr double kVoltageMargin = 1.1;       ///< of the undervoltage limit, ours
-constexpr double kOvercurrentShare = 2.0;    ///< of the current of the peak torque, ours
+constexpr double kWarningShare = 0.9;        ///< share of the I2t limit that raises a warning; ours
+constexpr double kVoltageMargin = 1.1;       ///< multiple of the undervoltage limit that raises a warning; ours
+constexpr double kOvercurrentShare = 2.0;    ///< multiple of the current at peak torque; ours
 constexpr double kMillisecondS = 1e-3;
 constexpr std::uint16_t kWarningTexts = 8;  ///< P 33[1-8]
 
@@ -34,7 +34,7 @@ void Protection::configure() noexcept {
   limits_ = overload_limits(*dictionary_, motion_->motor().parameters().rated_current_a);
 }
 
-/// Device Help: 110 % with THERM; the FREQ integrator is full at 100 %.
+/// Device Help: THERM trips at 110 %; the FREQ integrator trips at 100 %.
 double Protection::overload_trip_percent() const noexcept {
   return limits_.thermal ? 110.0 : 100.0;
 }
@@ -62,7 +62,7 @@ bool Protection::cause_persists(Fault fault) const noexcept {
   }
 }
 
-/// A short circuit is seen as soon as the power stage drives it; without power it is not detected.
+/// A short circuit is detected as soon as the power stage drives current; without power it is not detected.
 bool Protection::overcurrent() const noexcept {
   return motion_->phase_current_a(dc_link_.volts()) > overcurrent_a_;
 }

@@ -13,9 +13,9 @@ namespace {
 constexpr std::uint8_t kPositionPolarity = 0x80;
 constexpr std::uint8_t kVelocityPolarity = 0x40;
 
-using Wide = Ratio::Wide;  // three 32-bit factors
+using Wide = Ratio::Wide;  // product of three 32-bit factors
 
-/// A factor in two 32-bit objects; halved until both fit.
+/// Stores a factor in two 32-bit objects; halves both terms until they fit.
 void store(ObjectDictionary& dictionary, Ratio factor, Slot<std::uint32_t> numerator,
            Slot<std::uint32_t> divisor) noexcept {
   auto n = static_cast<std::uint64_t>(factor.numerator());
@@ -34,7 +34,7 @@ constexpr Wide power_of_ten(int exponent) noexcept {
   return power;
 }
 
-/// ratio * 10^exponent; there is room for 10^18 above 64 bits.
+/// Returns numerator / divisor * 10^exponent; Wide has space for a factor of 10^18 above 64 bits.
 Ratio scaled(Wide numerator, Wide divisor, int exponent) noexcept {
   while ((numerator >> 64U) != 0 || (divisor >> 64U) != 0) {
     numerator >>= 1U;
@@ -51,7 +51,7 @@ Scaling Scaling::from(ObjectDictionary& dictionary, std::uint32_t encoder_increm
   const auto notation = [&](Slot<std::int8_t> v) { return int{dictionary.get(v)}; };
   const int velocity_exponent = notation(kValue.velocity_notation) - notation(kValue.position_notation);
   const int acceleration_exponent = notation(kValue.acceleration_notation) - notation(kValue.velocity_notation);
-  // gear / feed: motor revolutions per position unit. The encoder resolutions cancel out of the real movement.
+  // gear / feed: motor revolutions per position unit. The encoder resolutions cancel out in the actual movement.
   const Wide revolutions = value(kValue.gear_motor_revolutions) * value(kValue.feed_revolutions);
   const Wide units = value(kValue.gear_shaft_revolutions) * value(kValue.feed);
 

@@ -1,4 +1,4 @@
-// The simulated machine: switches along the way, scripted and scheduled inputs.
+// The simulated machine: position switches, scripted and scheduled inputs.
 #include "driveline/slaves/msd/core/scripted_machine.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ void ScriptedMachine::pass(const MachineSwitch& s) noexcept {
   const bool level = inside != s.normally_closed;
   if (level == terminals_->level(s.input)) return;
   const double edge = inside == upwards ? s.from_rad : s.to_rad;
-  // At the start no edge has been passed yet.
+  // At the start no edge has been passed.
   const bool passed = std::min(position, last) <= edge && edge <= std::max(position, last);
   events_->terminal_changed(s.input, level, passed ? edge : position);
 }
@@ -46,7 +46,7 @@ void ScriptedMachine::release(std::size_t input) noexcept {
   }
 }
 
-/// Within the control cycle that has just passed the shaft was between its places at the cycle's ends.
+/// Interpolates the shaft position within the elapsed control cycle from its positions at the ends of the cycle.
 void ScriptedMachine::change_within(const Change& change, nanoseconds cycle_end) noexcept {
   const auto into = change.at - (cycle_end - kControlStep);
   const double share =
@@ -61,7 +61,7 @@ void ScriptedMachine::start(nanoseconds now, nanoseconds cycle_end) noexcept {
   if (script_due_ == now) follow_scripts(cycle_end);
 }
 
-/// Everything that scripted inputs have done since script_due_, in order of time.
+/// Reports all changes of scripted inputs since script_due_, in order of time.
 void ScriptedMachine::follow_scripts(nanoseconds cycle_end) noexcept {
   while (script_due_ <= cycle_end) {
     const auto at = std::exchange(script_due_, kNever);

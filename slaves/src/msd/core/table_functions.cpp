@@ -15,14 +15,14 @@ constexpr std::string_view kCharacteristic =
     "SERCOS manual Table 10.1 (the sibling drive); rms between phases as P 312, default from the motor data: ours";
 constexpr std::uint8_t kMessages = 9;  ///< P 33[0-8]
 
-/// Element of a P-parameter array that starts with data at 0.
+/// Returns an element of a P-parameter array whose data start at sub-index 0.
 template <typename T>
 constexpr EntryRow parameter(std::uint16_t number, std::uint8_t subindex, std::uint16_t access, Slot<T> value,
                              std::string_view name, RowRange range, std::string_view unit, std::string_view source) {
   return element(p(number), subindex, access, value, name, range, unit, source);
 }
 
-/// Rows of the motor data.
+/// Returns a row of the motor data.
 template <typename T>
 constexpr EntryRow motor_data(std::uint16_t number, Slot<T> value, std::string_view name, RowRange range,
                               std::string_view unit, std::string_view source) {

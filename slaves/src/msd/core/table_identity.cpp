@@ -1,4 +1,4 @@
-// Rows that name the drive, keep its errors and store its parameters (CiA 301).
+// Rows that identify the drive, record its errors and store its parameters (CiA 301).
 #include "table_row.hpp"
 
 namespace driveline::slaves::msd {

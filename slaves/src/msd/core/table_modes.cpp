@@ -13,7 +13,7 @@ constexpr std::string_view kUnits = "MSD manual Table 10.4; 10^index";
 constexpr std::string_view kDimension = "MSD manual Table 10.4: indication only";
 constexpr std::string_view kOptionAlias = "SERCOS manual Table 10.1: alias of 605Ah-605Eh";
 
-/// Names of units.
+/// Returns a row with the name of a unit.
 constexpr EntryRow dimension(std::uint16_t index, std::string_view name) {
   return power_off(variable(index, esi::DataType::kUnsigned8, kStored, name, {}, {}, kDimension));
 }

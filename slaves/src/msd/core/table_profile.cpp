@@ -12,7 +12,7 @@ using esi::ObjectCode;
 constexpr std::string_view kCia = "CiA 402 (IEC 61800-7-201)";
 constexpr std::string_view kScaling = "MSD manual 10.3; default ours: increments of the motor encoder";
 
-/// One half of a fraction of the factor group: sub 1 numerator, sub 2 divisor.
+/// Returns the numerator (sub 1) or divisor (sub 2) of a fraction of the factor group.
 constexpr EntryRow fraction(std::uint16_t index, std::uint8_t subindex, Slot<std::uint32_t> value,
                             std::string_view name, double initial) {
   return power_off(element(index, subindex, kStored, value, name, {initial, 1}, {}, kScaling));

@@ -5,8 +5,8 @@
 #include "driveline/slaves/msd/core/drive_table.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 
-/// Short forms for rows of the table, for the implementation of the table only: one row is a line or two. The type of a
-/// row with a named value is that of its slot.
+/// Helpers for the rows of the table, only for its implementation: a row takes one or two lines. A row with a named
+/// value has the type of its slot.
 namespace driveline::slaves::msd {
 
 inline constexpr std::uint16_t kStored = access::kReadWrite | access::kBackup;
@@ -14,7 +14,8 @@ inline constexpr std::uint16_t kRx = access::kReadWrite | access::kRxMappable | 
 inline constexpr std::uint16_t kRxStored = kRx | access::kBackup;
 inline constexpr std::uint16_t kTx = access::kRead | access::kTxMappable;
 
-/// P-parameter: index 2000h + number, sub-index = parameter index, 0 included (MSD manual 8.2.3, 8.2.5).
+/// Returns the index of a P-parameter: 2000h + number; its sub-index is the parameter index, from 0 (MSD manual 8.2.3,
+/// 8.2.5).
 constexpr std::uint16_t p(std::uint16_t number) {
   return static_cast<std::uint16_t>(0x2000 + number);
 }
@@ -24,10 +25,10 @@ struct RowRange {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
 };
-/// The limit of the data type.
+/// The minimum of the data type.
 inline constexpr double kNoMinimum = RowRange{}.minimum;
 
-/// One object without sub-indices whose value has a place of its own.
+/// Returns an object without sub-indices whose value has a slot of its own.
 constexpr EntryRow variable(std::uint16_t index, esi::DataType type, std::uint16_t access, std::string_view name,
                             RowRange range, std::string_view unit, std::string_view source) {
   return {.index = index,
@@ -41,7 +42,7 @@ constexpr EntryRow variable(std::uint16_t index, esi::DataType type, std::uint16
           .source = source};
 }
 
-/// One object without sub-indices.
+/// Returns an object without sub-indices.
 template <typename T>
 constexpr EntryRow variable(std::uint16_t index, std::uint16_t access, Slot<T> value, std::string_view name,
                             RowRange range, std::string_view unit, std::string_view source) {
@@ -50,7 +51,7 @@ constexpr EntryRow variable(std::uint16_t index, std::uint16_t access, Slot<T> v
   return row;
 }
 
-/// One sub-index of an ARRAY.
+/// Returns a sub-index of an ARRAY.
 template <typename T>
 constexpr EntryRow element(std::uint16_t index, std::uint8_t subindex, std::uint16_t access, Slot<T> value,
                            std::string_view name, RowRange range, std::string_view unit, std::string_view source) {
@@ -60,7 +61,7 @@ constexpr EntryRow element(std::uint16_t index, std::uint8_t subindex, std::uint
   return row;
 }
 
-/// One sub-index of a RECORD.
+/// Returns a sub-index of a RECORD.
 template <typename T>
 constexpr EntryRow field(std::uint16_t index, std::uint8_t subindex, std::uint16_t access, Slot<T> value,
                          std::string_view name, RowRange range, std::string_view unit, std::string_view source) {
@@ -69,7 +70,7 @@ constexpr EntryRow field(std::uint16_t index, std::uint8_t subindex, std::uint16
   return row;
 }
 
-/// A value that never changes.
+/// Returns a value that never changes.
 constexpr EntryRow constant(std::uint16_t index, std::uint8_t subindex, esi::ObjectCode code, esi::DataType type,
                             std::string_view name, double value, std::string_view source) {
   return {.index = index,
@@ -82,13 +83,13 @@ constexpr EntryRow constant(std::uint16_t index, std::uint8_t subindex, esi::Obj
           .source = source};
 }
 
-/// Sub-index 0 of a standard ARRAY: how many follow.
+/// Returns sub-index 0 of a standard ARRAY: the number of further entries.
 constexpr EntryRow array_length(std::uint16_t index, std::string_view name, std::uint8_t entries,
                                 std::string_view source) {
   return constant(index, 0, esi::ObjectCode::kArray, esi::DataType::kUnsigned8, name, entries, source);
 }
 
-/// Sub-index 0 of a standard RECORD of this data type: how many follow.
+/// Returns sub-index 0 of a standard RECORD of this data type: the number of further entries.
 constexpr EntryRow record_length(std::uint16_t index, std::uint16_t record_type, std::string_view name,
                                  std::uint8_t entries, std::string_view source) {
   EntryRow row = constant(index, 0, esi::ObjectCode::kRecord, esi::DataType::kUnsigned8, name, entries, source);
@@ -96,7 +97,7 @@ constexpr EntryRow record_length(std::uint16_t index, std::uint16_t record_type,
   return row;
 }
 
-/// A text without sub-indices.
+/// Returns a text without sub-indices.
 constexpr EntryRow text(std::uint16_t index, std::uint16_t access, std::string_view name, std::string_view content,
                         std::uint16_t length, std::string_view source) {
   EntryRow row = variable(index, esi::DataType::kVisibleString, access, name, {}, {}, source);
@@ -105,7 +106,7 @@ constexpr EntryRow text(std::uint16_t index, std::uint16_t access, std::string_v
   return row;
 }
 
-/// May only be written while the power stage is off.
+/// Makes the row writable only while the power stage is off.
 constexpr EntryRow power_off(EntryRow row) {
   row.power_off_only = true;
   return row;

@@ -9,7 +9,7 @@ namespace {
 constexpr std::string_view kSelector = "MSD manual 12.2.4; terminal SERCOS manual Table 10.1; defaults ours";
 constexpr std::string_view kFreeSelector =
     "MSD manual 12.2.4; belongs to no terminal that a manual names: stored, without effect; name ours";
-constexpr std::size_t kTerminals = 11;  ///< of 2079h
+constexpr std::size_t kTerminals = 11;  ///< terminals in 2079h
 constexpr std::array<std::string_view, 13> kInputNames = {
     "MPRO_INPUT_FS_ENPO",         "MPRO_INPUT_FS_ISD00", "MPRO_INPUT_FS_ISD01", "MPRO_INPUT_FS_ISD02",
     "MPRO_INPUT_FS_ISD03",        "MPRO_INPUT_FS_ISD04", "MPRO_INPUT_FS_ISD05", "MPRO_INPUT_FS_ISD06",
@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 13> kInputNames = {
 constexpr std::array<std::string_view, 5> kOutputNames = {"MPRO_OUTPUT_FS_OSD00", "MPRO_OUTPUT_FS_OSD01",
                                                           "MPRO_OUTPUT_FS_OSD02", "MPRO_OUTPUT_FS_MOTO",
                                                           "MPRO_OUTPUT_FS_RELOUT1"};
-constexpr double kBrakeFunction = 1;  ///< of P 125
+constexpr double kBrakeFunction = 1;  ///< brake function of P 125
 
 constexpr std::array kTerminalRows = {
     variable(p(120), kStored, kValue.input_inversion, "Input inversion", {0, 0, 0x1007E}, {},

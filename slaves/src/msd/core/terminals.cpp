@@ -5,16 +5,16 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// In the order of the selectors P 100-P 110. No manual assigns terminals to P 111 and P 112, and 2079h has no further
-/// ones: the parameters are stored without effect.
+/// Terminals in the order of the selectors P 100-P 110. No manual assigns terminals to P 111 and P 112, and 2079h has
+/// no further ones: these parameters are stored without effect.
 constexpr std::array kInputTerminals = {Input::kEnpo,  Input::kIsd00, Input::kIsd01, Input::kIsd02,
                                         Input::kIsd03, Input::kIsd04, Input::kIsd05, Input::kIsd06,
                                         Input::kIsdsh, Input::kIsa00, Input::kIsa01};
-/// In the order of the selectors P 122-P 126.
+/// Terminals in the order of the selectors P 122-P 126.
 constexpr std::array kOutputTerminals = {Output::kOsd00, Output::kOsd01, Output::kOsd02, Output::kBrake,
                                          Output::kRelay};
 
-/// 60FEh has the bits of 208Fh 16 places higher (MSD manual Tables 10.7, 10.9).
+/// 60FEh has the bits of 208Fh 16 positions higher (MSD manual Tables 10.7, 10.9).
 constexpr unsigned kBusShift = 16;
 constexpr std::uint32_t kSafeStopBit = 1U << 18U;
 constexpr std::uint32_t kEnpoBit = 1U << 19U;

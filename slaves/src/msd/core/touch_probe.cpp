@@ -3,7 +3,8 @@
 namespace driveline::slaves::msd {
 namespace {
 
-// Bits of 60B8h and 60B9h of one probe; those of the second are eight places higher (MSD manual Tables 14.2, 14.3).
+// Bits of 60B8h and 60B9h of the first probe; those of the second are eight positions higher (MSD manual Tables 14.2,
+// 14.3).
 constexpr unsigned kProbeShift = 8;
 constexpr unsigned kActivate = 0;
 constexpr unsigned kContinuous = 1;
@@ -15,7 +16,7 @@ constexpr unsigned kStoredNegative = 2;
 constexpr unsigned kTogglePositive = 6;
 constexpr unsigned kToggleNegative = 7;
 
-// Manufacturer's variants: bits 0-4 arm and report five latches, bits 8-11 select one to read. The table prints the
+// Manufacturer's variants: bits 0-4 arm and report five latches, bits 8-11 select a latch to read. The table prints the
 // selection as bits 8-12, the text and the status word as 8-11; every code fits in four bits.
 constexpr std::size_t kInternalLatch = 4;
 constexpr std::uint16_t kReadMask = 0x0F00;
@@ -83,7 +84,7 @@ void TouchProbe::control_vendor(std::uint16_t function) noexcept {
   const unsigned request = (function & kReadMask) >> 8U;
   if (request == 0 || request > kLatches || (status_ >> (request - 1) & 1U) == 0) return;
   const std::size_t latch = request - 1;
-  // The internal latch has no object of its own in the SPECIFIC variant either: it is shown in 60BAh (ours).
+  // The internal latch has no object of its own in the SPECIFIC variant either: it is reported in 60BAh (ours).
   const bool first = variant_ == Variant::kBeck2 || latch == kInternalLatch;
   values_[first ? std::size_t{kFirstPositive} : latch] = latched_[latch];
   status_ = static_cast<std::uint16_t>(status_ | request << 8U);

@@ -17,7 +17,7 @@ constexpr bool variants_in_order() noexcept {
 }
 static_assert(variants_in_order(), "facts() finds a variant by its number");
 
-/// One row in which the dictionary of the ServoOne differs from the common table.
+/// A difference of the ServoOne's dictionary from the common table.
 struct Difference {
   enum class Kind : std::uint8_t { kMissing, kName };
   Kind kind = Kind::kMissing;
@@ -26,13 +26,13 @@ struct Difference {
   std::string_view source;
 };
 
-/// For both ServoOnes; 1008h, 100Ah and 1018h come from kVariants.
+/// Differences of both ServoOne variants; 1008h, 100Ah and 1018h come from kVariants.
 constexpr std::array kServoOneDifferences = {
     Difference{Difference::Kind::kMissing, 0x607F, {}, "ServoOne manual Table 12.8: the list ends with 607Eh"},
     Difference{Difference::Kind::kName, 0x605D, "Stop option code", "ServoOne manual Table 10.3; default CiA 402"},
 };
 
-/// The rows that name the drive.
+/// Sets the initial values of the rows that identify the drive.
 void identify(EntryRow& row, const VariantFacts& variant) {
   if (row.index == 0x1008) {
     row.text = variant.device_name;
@@ -48,8 +48,8 @@ void identify(EntryRow& row, const VariantFacts& variant) {
   }
 }
 
-/// "Device-specific parameters can also be mapped to the PDOs" (MSD manual 8.3.2): numbers, and in RxPDOs those that
-/// may be written at any time and are no commands (ours).
+/// "Device-specific parameters can also be mapped to the PDOs" (MSD manual 8.3.2): numbers only, and in RxPDOs only
+/// numbers that may be written at any time and are not commands (ours).
 void map_device_parameter(EntryRow& row) {
   constexpr std::array kCommands = {std::uint16_t{0x2000 + 11}, std::uint16_t{0x2000 + 153}};
   const bool parameter = row.index >= 0x2000 && row.index < 0x6000;
@@ -59,7 +59,7 @@ void map_device_parameter(EntryRow& row) {
   if ((row.access & access::kWriteOperating) != 0 && !row.power_off_only) row.access |= access::kRxMappable;
 }
 
-/// A decimal number of this many digits at the beginning of `text`; the rest stays.
+/// Takes a decimal number of this many digits from the start of `text`.
 std::optional<std::uint8_t> take_number(std::string_view& text, std::size_t min_digits, std::size_t max_digits) {
   std::uint8_t value = 0;
   const auto digits = std::min(text.find_first_not_of("0123456789"), text.size());

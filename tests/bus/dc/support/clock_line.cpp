@@ -67,7 +67,7 @@ void ClockLine::open(port::Port* port) {
 }
 
 void ClockLine::retrace() {
-  // The way of a frame, followed by what carries the frames themselves.
+  // Trace the path of a frame with the same code that carries the frames.
   std::vector<slaves::SlavePorts> ports(size());
   for (std::size_t i = 0; i < size(); ++i) {
     ports[i].delays = options_.delays;

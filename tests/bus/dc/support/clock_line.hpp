@@ -17,46 +17,46 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
 
-/// A slave that is of interest for its clock only.
+/// A slave that matters only for its clock.
 struct ClockSpec {
   bool clock = true;
   bool wide = true;
-  nanoseconds start{0};  ///< what its clock shows at time zero
-  double ppm = 0.0;      ///< how much too fast it runs
+  nanoseconds start{0};  ///< value of the clock at time zero
+  double ppm = 0.0;      ///< deviation of the clock; positive: too fast
   nanoseconds resolution{10};
-  nanoseconds jitter{0};  ///< of receive times, either way
-  /// Its speed wanders by up to 20 ppm around `ppm`, that fast.
+  nanoseconds jitter{0};  ///< jitter of receive times, plus and minus
+  /// Rate at which the frequency drifts, by up to 20 ppm around `ppm`.
   double temperature_ppm_per_s = 0.0;
 };
 
-/// `count` clocks with any start and up to +-`ppm`.
+/// `count` clocks with random starts and deviations of up to +-`ppm`.
 [[nodiscard]] std::vector<ClockSpec> random_clocks(std::size_t count, double ppm, unsigned seed = 1);
 
-/// A simulated line of slaves with clocks, whose true times are known, and a master's way to them. Slaves are numbered
-/// as in the wiring; positions are those on the line.
+/// A simulated line of slaves with clocks whose true times are known, and a master for it. Slaves are numbered as in
+/// the wiring; positions are positions on the line.
 class ClockLine {
  public:
   explicit ClockLine(const std::vector<ClockSpec>& specs, std::optional<slaves::Wiring> wiring = std::nullopt,
                      const slaves::LineOptions& options = {}, nanoseconds now = milliseconds{1});
 
-  /// Station addresses, topology, all in PREOP, through `port` (the line itself unless told otherwise).
+  /// Sets station addresses, reads the topology and takes all slaves to PREOP, through `port` (null: the line itself).
   void open(port::Port* port = nullptr);
-  /// The plan in which every slave with a clock has SYNC0 with the master's cycle.
+  /// A clock plan that gives every slave with a clock a SYNC0 in the master's cycle.
   [[nodiscard]] ecat_master::dc::ClockPlan plan(nanoseconds period = microseconds{125}) const;
   [[nodiscard]] ecat_master::Result<ecat_master::dc::LineClocks> bring_up(const ecat_master::dc::ClockPlan& plan);
 
-  /// True time a frame takes from the processing unit at position `from` to that at `to`, as the clock at `from`
-  /// counts.
+  /// True time of a frame from the processing unit at position `from` to the one at `to`, as counted by the clock at
+  /// `from`.
   [[nodiscard]] double true_delay(std::size_t from, std::size_t to) const;
-  /// From the master to the processing unit at a position.
+  /// True time of a frame from the master to the processing unit at a position.
   [[nodiscard]] nanoseconds passing(std::size_t position) const { return passing_[position]; }
-  /// The same when the line was opened.
+  /// The same at the time when the line was opened.
   [[nodiscard]] nanoseconds planned_passing(std::size_t position) const { return planned_[position]; }
-  /// To be called when slaves have lost their supply: frames take another way.
+  /// To be called after slaves have lost their supply, because frames then take another path.
   void retrace();
-  /// The local copy of the system time at a position, now.
+  /// The present local copy of the system time at a position.
   [[nodiscard]] std::uint64_t system_time(std::size_t position);
-  /// By how much the clock at a position is ahead of that at `reference`, now, in the lower 32 bits.
+  /// Present lead of the clock at a position over the one at `reference`, in the lower 32 bits.
   [[nodiscard]] nanoseconds ahead(std::size_t position, std::size_t reference);
   [[nodiscard]] slaves::Slave& slave(std::size_t position) { return line_->slave(numbers_[position]); }
   [[nodiscard]] const ClockSpec& spec(std::size_t position) const { return specs_[numbers_[position]]; }
@@ -74,8 +74,8 @@ class ClockLine {
   std::unique_ptr<slaves::Line> line_;
   std::unique_ptr<ecat_master::Master> master_;
   std::vector<ecat_master::SlaveRef> refs_;
-  std::vector<std::size_t> numbers_;  ///< slave of the wiring by position
-  std::vector<nanoseconds> passing_;  ///< when a frame is processed, by position
+  std::vector<std::size_t> numbers_;  ///< number of the slave in the wiring, by position
+  std::vector<nanoseconds> passing_;  ///< time until a frame is processed, by position
   std::vector<nanoseconds> planned_;
 };
 

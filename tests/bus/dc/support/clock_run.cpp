@@ -11,7 +11,7 @@ using ecat_master::describe;
 
 namespace {
 
-/// The pulses of SYNC0 around now, in true time, as the controller made them and is about to make the next.
+/// The SYNC0 pulses around the present, in true time: the last one and the next one.
 struct Pulses {
   nanoseconds last;
   nanoseconds next;
@@ -115,7 +115,7 @@ void ClockRun::run(nanoseconds duration, const std::function<void()>& each) {
 nanoseconds ClockRun::arrival_error() {
   const auto& clocks = this->clocks();
   const auto start = *master_->clocks();
-  // Frames pass another reference clock later, by its delay behind the first one.
+  // Frames pass another reference clock later, by its delay from the first one.
   const auto reference = clocks.reference;
   const auto arrival = probe_.cyclic_sent + line_.passing(reference);
   const auto way = line_.planned_passing(reference) - line_.planned_passing(start.reference);
@@ -123,7 +123,7 @@ nanoseconds ClockRun::arrival_error() {
   const auto own_time = [this, reference](nanoseconds distance) {
     return nanoseconds{std::llround(static_cast<double>(distance.count()) * (1.0 + line_.spec(reference).ppm * 1e-6))};
   };
-  // The frame was to come `frame_lead` before a pulse: one of those around now, or the one before or behind them.
+  // The frame was due `frame_lead` before a pulse: one of those around the present, the previous or the following one.
   const auto period = pulses.next - pulses.last;
   auto error = nanoseconds::max();
   for (const auto pulse : {pulses.last - period, pulses.last, pulses.next, pulses.next + period})
@@ -142,7 +142,7 @@ nanoseconds ClockRun::worst_sync0() {
   for (std::size_t i = 0; i < line_.size(); ++i) {
     if (!clocks.slaves[i].follows || !line_.slave(i).powered()) continue;
     const auto own = pulses_of(line_.slave(i));
-    // One of the two may have made its pulse already, and the other not yet.
+    // One of the two may already have made its pulse while the other has not.
     const auto apart = nearer(own.last - reference.last, nearer(own.last - reference.next, own.next - reference.last));
     worst = std::max(worst, std::chrono::abs(apart));
   }

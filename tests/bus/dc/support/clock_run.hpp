@@ -8,7 +8,7 @@
 
 namespace driveline::bus_test {
 
-/// A clock that wakes its sleeper late, by `latency`.
+/// A clock whose sleepers wake up late, by `latency`.
 class LateClock final : public rt::Clock {
  public:
   LateClock(rt::VirtualClock& inner, std::function<nanoseconds()> latency)
@@ -22,36 +22,36 @@ class LateClock final : public rt::Clock {
   std::function<nanoseconds()> latency_;
 };
 
-/// A line of clocks in OP under a cycling master, with the true times of frames and SYNC0.
+/// A line of clocks in OP with a cycling master, and the true times of frames and SYNC0.
 class ClockRun {
  public:
   struct Options {
-    std::function<nanoseconds()> latency;  ///< of wake-ups; empty: none
-    port::Port* port = nullptr;            ///< instead of the line
+    std::function<nanoseconds()> latency;  ///< latency of wake-ups; empty: none
+    port::Port* port = nullptr;            ///< used instead of the line
     nanoseconds clock_timeout = seconds{2};
-    port::RedundantPort* ring = nullptr;  ///< behind `port`
-    bool process_data = true;             ///< false: the slaves stay in PREOP, the cycle carries the time alone
-    nanoseconds early{};                  ///< of the cycle, before the instant; with a HoldingPort
+    port::RedundantPort* ring = nullptr;  ///< the ring behind `port`
+    bool process_data = true;             ///< false: the slaves stay in PREOP, and the cycle only distributes the time
+    nanoseconds early{};                  ///< lead of the cycle over the instant; needs a HoldingPort
   };
 
   explicit ClockRun(ClockLine& line) : ClockRun(line, Options{}) {}
   ClockRun(ClockLine& line, const Options& options);
 
-  /// To OP, or to PREOP without process data; the sentence of the error, empty on success.
+  /// Takes the line to OP, or to PREOP without process data; returns the sentence of the error, empty on success.
   [[nodiscard]] std::string start(const ecat_master::dc::ClockPlan& plan);
-  /// One cycle.
+  /// Runs one cycle.
   void cycle() { master_->pass(nanoseconds{1}); }
-  /// Cycles for `duration`, polling the watch as an application would; `each` sees every cycle.
+  /// Runs cycles for `duration` and polls the watch like an application; calls `each` after every cycle.
   void run(nanoseconds duration, const std::function<void()>& each = {});
 
-  /// How late the last cyclic frame met the reference clock, in the reference clock's own time: against the phase to
-  /// the pulses of its SYNC0 that was planned.
+  /// Lateness of the last cyclic frame at the reference clock, in the time of that clock, relative to the planned phase
+  /// between frame and SYNC0.
   [[nodiscard]] nanoseconds arrival_error();
-  /// The same had it been sent at its grid instant.
+  /// The arrival error without the deviation of the sending from the grid instant.
   [[nodiscard]] nanoseconds grid_error();
   /// Grid instant of the last cycle, as the master sees it.
   [[nodiscard]] nanoseconds grid() const { return grid_; }
-  /// The largest true distance of any pulse of SYNC0 from that of the reference clock, of those made last.
+  /// The largest true distance of the last SYNC0 pulse of any slave from that of the reference clock.
   [[nodiscard]] nanoseconds worst_sync0();
 
   [[nodiscard]] ecat_master::Master& master() { return *master_; }
@@ -63,15 +63,15 @@ class ClockRun {
   [[nodiscard]] std::size_t cycles() { return master_->core()->cycles(); }
 
  private:
-  /// Notes when frames are sent.
+  /// Records when frames are sent.
   class Probe final : public PassingPort {
    public:
     explicit Probe(port::Port& inner) : PassingPort(inner) {}
     [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;
     std::uint64_t frames = 0;
-    nanoseconds cyclic_sent{};  ///< last frame that begins with the broadcast read of the AL status
+    nanoseconds cyclic_sent{};  ///< last frame that starts with the broadcast read of the AL status
   };
-  /// Remembers the grid of the cycle it runs.
+  /// Records the grid of the cycle that it runs.
   class Runner;
 
   ClockLine& line_;

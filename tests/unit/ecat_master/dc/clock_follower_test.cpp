@@ -54,7 +54,7 @@ TEST(ClockFollower, LateFramesAreSentEarlierWhateverTheWakeUpDid) {
     ClockFollower follower(some_clocks());
     const auto grid = follower.first_grid(seconds{1});
     const auto sent = follower.next(grid + latency);
-    // The reference clock is 800 ns further on than expected: the frame met it late.
+    // The reference clock is 800 ns ahead of the expected time: the frame was late.
     const DriftAnswer answer{sent.time + 800, 3};
     EXPECT_LT(follower.finish(start_at(grid), grid + latency, answer), nanoseconds{0}) << latency.count();
     EXPECT_EQ(follower.finish(start_at(grid), grid + latency, std::nullopt), nanoseconds{0}) << "coasts";
@@ -78,7 +78,7 @@ TEST(ClockFollower, NoJumpOfTheTimeItFollowsIsTooFar) {
   std::uint64_t jumps = 0;
   for (int cycle = 0; cycle < 40; ++cycle) {
     const auto now = grid + cycle * kPeriod;
-    // Told in every second cycle; every fifth of these times is another one.
+    // Set in every second cycle; every fifth time is another one.
     const nanoseconds starts[] = {seconds{0}, nanoseconds::max() - seconds{1}, nanoseconds::min(), seconds{7}};
     time.time = wrapped_sum(starts[cycle / 10], now);
     if (cycle > 0 && cycle % 10 == 0) ++jumps;
@@ -114,10 +114,11 @@ TEST(ClockFollower, AnAnswerNobodyHasReadIsNone) {
   ClockFollower follower(some_clocks());
   const auto grid = follower.first_grid(seconds{1});
   auto sent = follower.next(grid);
-  // As it was sent, one short: the others have written it, the reference clock was not there.
+  // Returned as it was sent, with a working counter that is one short: the other slaves have written it, the reference
+  // clock was missing.
   static_cast<void>(follower.finish(start_at(grid), grid, DriftAnswer{sent.time, 2}));
   EXPECT_EQ(follower.status().silent, 1U);
-  // From then on it is only asked, so that the others are not told guesses.
+  // From then on the time is only read, so that the other clocks do not get guesses.
   sent = follower.next(grid + kPeriod);
   EXPECT_EQ(sent.command, wire::Command::kFprd);
   static_cast<void>(follower.finish(start_at(grid + kPeriod), grid + kPeriod, DriftAnswer{sent.time, 0}));
@@ -128,7 +129,7 @@ TEST(ClockFollower, AnAnswerNobodyHasReadIsNone) {
   EXPECT_EQ(follower.next(grid + 3 * kPeriod).command, wire::Command::kFrmw);
 }
 
-/// A reference clock whose time is exactly the expected one looks like no answer only every other time.
+/// A reference clock with exactly the expected time must not be taken for a silent one.
 TEST(ClockFollower, APerfectReferenceClockIsNotTakenForASilentOne) {
   ClockFollower follower(some_clocks());
   auto grid = follower.first_grid(seconds{1});
@@ -142,8 +143,8 @@ TEST(ClockFollower, APerfectReferenceClockIsNotTakenForASilentOne) {
   }
 }
 
-/// A reference clock that is told the master's time shows it to the nanosecond. That the frame comes back with the very
-/// time that was sent would look like a frame that nobody has answered, where another slave is missing as well.
+/// A reference clock that is set to the master's time has it to the nanosecond. A frame that returns with exactly the
+/// sent time would look unanswered if another slave is missing as well.
 TEST(ClockFollower, APerfectReferenceClockInBusShiftNeverLooksSilent) {
   auto clocks = some_clocks();
   clocks.mode = FollowMode::kReferenceFollows;
@@ -158,8 +159,8 @@ TEST(ClockFollower, APerfectReferenceClockInBusShiftNeverLooksSilent) {
   }
 }
 
-/// What is sent is the time at which the frame meets the reference clock, also where frames leave some microseconds
-/// after the clock was read for them.
+/// The sent time is that of the frame's arrival at the reference clock, even if frames leave some microseconds after
+/// the clock was read for them.
 TEST(ClockFollower, LearnsHowLongAfterTheReadingFramesLeave) {
   constexpr nanoseconds kWayOut{5000};
   ClockFollower follower(some_clocks());
@@ -197,7 +198,7 @@ TEST(ClockFollower, AnotherReferenceBehindTheFirstKeepsThePhase) {
   const auto grid = follower.first_grid(seconds{1});
   const auto sent = follower.next(grid);
   EXPECT_EQ(sent.address.adp(), 0x1005);
-  const std::uint64_t on_time = 5'000'075'000U + 2000;  // it is passed two microseconds later
+  const std::uint64_t on_time = 5'000'075'000U + 2000;  // it arrives two microseconds later
   EXPECT_NEAR(sent.time, static_cast<std::uint32_t>(on_time), 1.0);
   const auto shift = follower.finish(start_at(grid), grid, DriftAnswer{static_cast<std::uint32_t>(on_time), 2});
   EXPECT_EQ(shift, nanoseconds{0});

@@ -1,4 +1,4 @@
-// The speed of the reference clock out of frames of which many have been held up.
+// The frequency of the reference clock from frames, many of which were delayed.
 #include "dc/mapping_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 using std::chrono::seconds;
 
-/// Frames 300 us apart meet a clock that is `ppm` fast; `held_up` says how late each one does.
+/// Frames 300 us apart arrive at a clock that is `ppm` fast; `held_up` returns the delay of each.
 template <typename HeldUp>
 ClockMapping fitted(double ppm, std::size_t frames, HeldUp&& held_up) {
   const ClockMapping truth{seconds{1}, 5'000'000'000U, ppm};
@@ -50,7 +50,7 @@ TEST(MappingFit, FramesThatWereHeldUpDoNotMoveIt) {
   }
 }
 
-/// All late frames at one end would tilt a line of least squares the most.
+/// Late frames at one end only would tilt a least-squares line the most.
 TEST(MappingFit, NorDoesAMachineThatWasBusyAtTheStart) {
   for (const auto late : {microseconds{40}, microseconds{900}}) {
     const auto mapping =

@@ -1,7 +1,8 @@
-// The phase controller in a closed loop with a model of the line: a frame leaves at the grid instant on the master's
-// clock and meets a reference clock that runs at another speed.
+// The phase controller in a closed loop with a model of the line: a frame leaves at the grid instant of the master's
+// clock and arrives at a reference clock with another frequency.
 //
-//   e(k+1) = e(k) + reference's gain per period + shift(k)        e > 0: the frame met the reference clock too late
+//   e(k+1) = e(k) + reference's gain per period + shift(k)        e > 0: the frame arrived at the reference clock too
+// late
 #include "driveline/ecat_master/dc/phase_controller.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +37,7 @@ class Loop {
     error_ += (period + static_cast<double>(shift.count())) * (1.0 + ppm_ * 1e-6) - period;
     return shift;
   }
-  /// The largest true error meanwhile.
+  /// The largest true error during `duration`.
   double run(
       nanoseconds duration, const std::function<std::optional<double>()>& noise = [] { return 0.0; }) {
     double largest = 0.0;
@@ -173,7 +174,7 @@ TEST(PhaseController, NoiseOfTheMeasurementIsSmoothed) {
   EXPECT_TRUE(loop.controller().locked());
 }
 
-/// What a crowded machine makes of the arrival of frames: most a little late, some a lot.
+/// Arrival times of frames on a busy machine: most are a little late, some a lot.
 class CrowdedMachine {
  public:
   explicit CrowdedMachine(double mean_ns) : late_(1.0 / mean_ns), mean_ns_(mean_ns) {}
@@ -220,7 +221,7 @@ TEST(PhaseController, OnACrowdedMachineItLocksWithASmallerStepAndTheGridStaysQui
   }
 }
 
-/// Every other frame waits for a processor that sleeps: none of them is an outlier.
+/// Every other frame waits for a sleeping processor: neither kind is an outlier.
 TEST(PhaseController, FramesOfTwoKindsAreBothUsual) {
   std::mt19937 random(5);
   std::bernoulli_distribution waits(0.5);
@@ -290,7 +291,7 @@ TEST(PhaseController, ASilentReferenceIsReportedAndFoundAgain) {
   loop.run(milliseconds{100}, [] { return std::nullopt; });
   EXPECT_FALSE(loop.controller().locked());
   EXPECT_EQ(loop.controller().cause(), PhaseController::Cause::kNoReference);
-  // The grid has not run away meanwhile.
+  // The grid has not drifted meanwhile.
   EXPECT_LT(std::abs(loop.error()), 150.0);
   EXPECT_LT(loop.time_to_lock(seconds{1}), milliseconds{100});
   EXPECT_EQ(loop.controller().cause(), PhaseController::Cause::kNone);

@@ -26,7 +26,7 @@ struct Model {
     bool clock = true;
     std::array<std::int64_t, 4> received{};
     std::int64_t processed = 0;
-    std::int64_t own_extra = 0;  ///< of its processing unit, beyond that of all
+    std::int64_t own_extra = 0;  ///< extra delay of its processing unit
   };
   std::vector<Slave> slaves;
   std::int64_t forwarding = 300;
@@ -41,7 +41,7 @@ struct Model {
     return number;
   }
 
-  /// The frame comes in at the entry of `number` at `time`; returns when it leaves there again.
+  /// A frame enters at the entry port of `number` at `time`; returns when it leaves there again.
   std::int64_t pass(int number, std::int64_t time) {
     auto& slave = slaves[static_cast<std::size_t>(number)];
     const auto begin = static_cast<std::size_t>(std::find(kOrder.begin(), kOrder.end(), slave.entry) - kOrder.begin());
@@ -81,7 +81,7 @@ struct Model {
       node.processing_extra_ns = static_cast<double>(processing_extra + slave.own_extra);
       for (unsigned port = 0; port < 4; ++port) {
         if (slave.child[port] >= 0) node.children[port] = static_cast<std::uint16_t>(slave.child[port]);
-        // Ports without a frame keep what they had: anything.
+        // Ports without a frame keep arbitrary old values.
         node.receive_time_ns[port] = 0xDEADBEEFU * (port + 1);
         if (port == slave.entry || slave.child[port] >= 0) {
           node.receive_time_ns[port] = static_cast<std::uint32_t>(slave.received[port]) + slave.clock_offset;
@@ -133,7 +133,7 @@ TEST(PropagationDelay, OfALineWhoseProcessingUnitsTakeLonger) {
   expect_true(model);
 }
 
-/// Controllers of different make in one line: each has a processing unit of its own.
+/// Controllers of different makers in one line, with different delays of their processing units.
 TEST(PropagationDelay, OfSlavesWhoseProcessingUnitsDiffer) {
   auto model = make_line(9);
   for (std::size_t i = 0; i < model.slaves.size(); ++i) model.slaves[i].own_extra = static_cast<int>(i * 7 % 41);
@@ -249,7 +249,7 @@ TEST(PropagationDelay, OfAVeryLongLineWithoutClocksNeedsNoStack) {
   expect_true(model);
 }
 
-/// Any tree, any entry ports, any clocks.
+/// A random tree with random entry ports and clocks.
 Model any_tree(bool equal_cables, bool all_clocks) {
   Model model;
   model.forwarding = *rc::gen::inRange<std::int64_t>(40, 900);

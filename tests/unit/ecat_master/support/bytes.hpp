@@ -7,7 +7,7 @@
 
 namespace driveline::ecat_master_test {
 
-/// Bytes out of hex digits; blanks are skipped.
+/// Converts hex digits to bytes; skips blanks.
 [[nodiscard]] inline std::vector<std::byte> hex(std::string_view text) {
   std::vector<std::byte> bytes;
   int digits = 0;

@@ -10,16 +10,16 @@
 
 namespace driveline::ecat_master_test {
 
-/// A port whose far end is a function of the test. Time passes only while the master waits.
+/// A port whose far end is a function of the test. Time advances only while the master waits.
 class FakePort final : public port::Port {
  public:
   explicit FakePort(rt::VirtualClock& clock) : clock_(clock) {}
 
   /// Called for every frame that is sent.
   std::function<void(std::span<const std::byte> frame)> on_send = [](auto) {};
-  /// Called when the master starts to wait.
+  /// Called when the master starts waiting.
   std::function<void()> on_wait = [] {};
-  /// Results of the next sends instead of kSent; nothing is sent then.
+  /// Results of the next sends instead of kSent; these frames are not sent.
   std::deque<port::SendStatus> refusals;
   std::vector<std::vector<std::byte>> sent;
 
@@ -71,7 +71,7 @@ class FakePort final : public port::Port {
   std::vector<std::byte> held_;
 };
 
-/// A frame as it comes back from a line where one slave has answered every datagram with bytes of `fill`.
+/// A frame returning from a line where one slave has answered every datagram with bytes of `fill`.
 [[nodiscard]] inline std::vector<std::byte> answered(std::span<const std::byte> frame, std::byte fill) {
   std::vector<std::byte> answer(frame.begin(), frame.end());
   answer[6] |= std::byte{0x02};

@@ -16,26 +16,26 @@
 
 namespace driveline::ecat_master_test {
 
-/// Slaves that consist of two mailboxes each, by station address. Every exchange takes 10 us.
+/// Slaves with two mailboxes each, by station address. Every exchange takes 10 us.
 class MailLine final : public ecat_master::DatagramExchange {
  public:
   using Bytes = std::vector<std::byte>;
-  static constexpr std::uint16_t kLength = 80;  ///< of a mailbox: two blocks of 32 bytes fit into a fragment
+  static constexpr std::uint16_t kLength = 80;  ///< length of a mailbox: two blocks of 32 bytes fit into a fragment
   static constexpr ecat_master::MailboxWindow kWindow{0x1800, kLength, 0x1C00, kLength};
 
   struct Slave {
-    std::vector<Bytes> heard;                   ///< mails of the master, cut to header and service
-    std::deque<Bytes> says;                     ///< mails to the master, header and all
-    std::function<void(const Bytes&)> answers;  ///< called with every mail of the master
-    int busy = 0;                               ///< writes that find the mailbox full before one is taken; -1: all
-    int lost_reads = 0;                         ///< reads of the mailbox whose answer is lost
-    std::uint8_t counter = 0;                   ///< of the last mail that say() has made
-    int reads = 0;                              ///< of the mailbox
-    int looks = 0;                              ///< at its status
-    Bytes last{};                               ///< mail that was read last
-    bool repeat = false;                        ///< value of the repeat request that has been answered
+    std::vector<Bytes> heard;                   ///< messages from the master, cut to header and service
+    std::deque<Bytes> says;                     ///< messages to the master, including the header
+    std::function<void(const Bytes&)> answers;  ///< called with every message from the master
+    int busy = 0;              ///< number of writes that find the mailbox full before one is accepted; -1: all
+    int lost_reads = 0;        ///< number of mailbox reads whose answer is lost
+    std::uint8_t counter = 0;  ///< counter of the last message made by say()
+    int reads = 0;             ///< number of reads of the mailbox
+    int looks = 0;             ///< number of reads of the mailbox status
+    Bytes last{};              ///< last message that was read
+    bool repeat = false;       ///< value of the last repeat request that was answered
 
-    /// A mail of this protocol.
+    /// Queues a message of protocol `type` to the master.
     void say(unsigned type, std::span<const std::byte> service) {
       counter = wire::next_mailbox_counter(counter);
       Bytes mail(6);

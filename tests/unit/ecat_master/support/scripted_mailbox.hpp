@@ -8,8 +8,8 @@
 
 namespace driveline::ecat_master_test {
 
-/// A slave that consists of two mailboxes whose content the test dictates: to the slave at 0x1800 (sync manager 0),
-/// from the slave at 0x1C00 (sync manager 1, status 0x080D). Every exchange takes 10 us.
+/// A slave with two mailboxes whose content the test defines: to the slave at 0x1800 (sync manager 0), from the slave
+/// at 0x1C00 (sync manager 1, status 0x080D). Every exchange takes 10 us.
 class ScriptedMailbox final : public ecat_master::DatagramExchange {
  public:
   static constexpr std::uint16_t kOut = 0x1800;
@@ -18,13 +18,13 @@ class ScriptedMailbox final : public ecat_master::DatagramExchange {
 
   explicit ScriptedMailbox(std::size_t in_bytes) : in_bytes_(in_bytes) {}
 
-  /// Mailboxes written by the master, cut to header and service.
+  /// Mailbox messages written by the master, cut to header and service.
   std::vector<std::vector<std::byte>> requests;
-  /// Mailboxes that the n-th request is answered with, header and all, one after the other.
+  /// Mailbox messages that answer the n-th request, including the header, one after the other.
   std::deque<std::vector<std::vector<std::byte>>> answers;
-  /// Called instead of `answers` when set.
+  /// If set, called instead of using `answers`.
   std::function<std::vector<std::byte>()> endless;
-  /// Writes that find the mailbox full before one is taken.
+  /// Number of writes that find the mailbox full before one is accepted.
   int busy = 0;
 
   ecat_master::Result<void> exchange(std::span<ecat_master::Request> list) override {

@@ -8,7 +8,7 @@ namespace {
 
 using esi::DataType;
 
-/// Places among the signals: the order of the entries in the PDOs.
+/// Indices of the signals: the order of the entries in the PDOs.
 enum Output : std::size_t { kControlWord = 0, kMode = 1, kTargetPosition = 2 };
 enum Input : std::size_t { kStatusWord = 0, kModeDisplay = 1, kActualPosition = 2 };
 

@@ -11,18 +11,18 @@ namespace driveline::acme {
 
 constexpr std::uint32_t kVendorId = 0xE000ACE0;
 constexpr std::uint32_t kProductCode = 0x00000A1D;
-/// Own object: time from one setpoint to the next, in us. The drive does not switch on before it has been told.
+/// Vendor object: time between two setpoints, in us. The drive does not switch on before it has been written.
 constexpr std::uint16_t kSetpointTime = 0x4001;
 
-/// Everything that drives of this make have in common: six PDOs, the objects of CiA 402 in them, 60C2h and 4001h.
+/// The common part of all drives of this vendor: six PDOs, the objects of CiA 402 in them, 60C2h and 4001h.
 [[nodiscard]] std::shared_ptr<const slaves::generic::DeviceModel> drive_model();
 
-/// A simulated drive that knows csp alone and has no inertia: it goes to a setpoint when it gets the next one.
+/// A simulated drive without inertia that knows only CSP: it moves to a setpoint when the next one arrives.
 class AcmeDrive final : public slaves::Device {
  public:
   AcmeDrive(std::int32_t start_increments, std::uint32_t serial_number);
 
-  /// What is in its dictionary now.
+  /// The present value of an object of its dictionary.
   [[nodiscard]] std::uint64_t object(std::uint16_t index, std::uint8_t subindex) const;
 
   // Device
@@ -56,7 +56,7 @@ class AcmeDrive final : public slaves::Device {
   slaves::PowerStateMachine power_;
   std::chrono::nanoseconds last_{0};
   std::int32_t position_;
-  std::int32_t target_;  ///< the setpoint before the newest
+  std::int32_t target_;  ///< previous setpoint
 };
 
 }  // namespace driveline::acme

@@ -29,7 +29,7 @@ class AcmeRules final : public runtime::DriveRules {
     sdos.push_back(ecat_master::startup_sdo(kSetpointTime, 0, static_cast<std::uint32_t>(time_us)));
     return sdos;
   }
-  /// It goes to a setpoint when it gets the next one, and is seen there with the one behind that.
+  /// It moves to a setpoint when the next one arrives, and reports that with the following exchange.
   [[nodiscard]] unsigned interpolation_exchanges() const noexcept override { return 2; }
   [[nodiscard]] std::chrono::nanoseconds clock_base() const noexcept override { return std::chrono::microseconds{250}; }
   [[nodiscard]] runtime::AxisDefaults axis_defaults() const override {

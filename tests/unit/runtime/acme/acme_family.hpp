@@ -7,10 +7,10 @@
 
 namespace driveline::acme {
 
-/// Called with every simulated drive that is made; it lives as long as its line.
+/// Called with every simulated drive that is created; the drive exists as long as its line.
 using OnMade = std::function<void(AcmeDrive&)>;
 
-/// model = "acme" in a line description, with start_increments: where the drive stands at power-on.
+/// model = "acme" in a line description, with start_increments: the position at power-on.
 class AcmeFamily final : public runtime::DeviceFamily {
  public:
   explicit AcmeFamily(OnMade on_made = {}) : on_made_(std::move(on_made)) {}

@@ -10,7 +10,7 @@ using std::chrono::microseconds;
 using std::chrono::seconds;
 using State = HomingSequence::State;
 
-/// An axis that is told step by step what its switches say.
+/// An axis whose switches the test sets step by step.
 struct HomingBench {
   HomingSequence homing;
   HomingInputs inputs;
@@ -24,7 +24,8 @@ struct HomingBench {
   }
 };
 
-/// CiA 402: methods 7 to 10 and 23 to 26 search in positive direction, 11 to 14 and 27 to 30 are their mirror images.
+/// CiA 402: methods 7 to 10 and 23 to 26 search in the positive direction; 11 to 14 and 27 to 30 are their mirror
+/// images.
 TEST(HomingSequence, EveryMethodBeginsInItsDirection) {
   struct Expected {
     int first;
@@ -64,7 +65,7 @@ TEST(HomingSequence, AnIndexPulseThatIsPassedWhileTheAxisStillBrakesDoesNotCount
   EXPECT_EQ(bench.homing.home(), 15);
 }
 
-/// Method 17 leaves the switch with the slow speed; an axis that brakes on the switch may chatter across its edge.
+/// Method 17 leaves the switch at low speed; an axis that brakes on the switch may chatter across its edge.
 TEST(HomingSequence, AnEdgeThatIsMetOnTheWayBackDoesNotCount) {
   HomingBench bench(17);
   bench.inputs.negative_limit = true;

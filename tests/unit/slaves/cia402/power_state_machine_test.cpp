@@ -16,7 +16,7 @@ constexpr std::array kStates = {PowerState::kNotReadyToSwitchOn,  PowerState::kS
                                 PowerState::kOperationEnabled,    PowerState::kQuickStopActive,
                                 PowerState::kFaultReactionActive, PowerState::kFault};
 
-/// Options with which every transition happens at once.
+/// Options with which every transition is immediate.
 constexpr OptionCodes kImmediate{.quick_stop = 6, .shutdown = 0, .disable_operation = 0, .fault_reaction = 2};
 
 struct Machine {
@@ -69,8 +69,8 @@ Machine in_state(PowerState state) {
   return m;
 }
 
-/// MSD manual Table 11.4 (bits 7, 3, 2, 1, 0; x: irrelevant) with the transitions of 10.1.3, by state. What matches no
-/// row leaves the state alone.
+/// MSD manual Table 11.4 (bits 7, 3, 2, 1, 0; x: irrelevant) with the transitions of 10.1.3, by state. Words that match
+/// no row do not change the state.
 struct Row {
   PowerState from;
   std::string_view bits;
@@ -104,7 +104,7 @@ bool matches(std::string_view bits, std::uint16_t word) {
 }
 
 PowerState expected(PowerState from, std::uint16_t word) {
-  if (from == PowerState::kNotReadyToSwitchOn) return PowerState::kSwitchOnDisabled;  // 1, by itself
+  if (from == PowerState::kNotReadyToSwitchOn) return PowerState::kSwitchOnDisabled;  // 1, automatic
   for (const auto& row : kTable) {
     if (row.from == from && matches(row.bits, word)) return row.to;
   }
@@ -316,7 +316,7 @@ TEST(PowerStateMachine, AFaultWithoutPowerHasNoReaction) {
   EXPECT_EQ(m.machine.state(), PowerState::kFault);
 }
 
-/// MSD manual Table 11.8: bits 6, 5, 3, 2, 1, 0; x: irrelevant. Bit 4 is not the state's.
+/// MSD manual Table 11.8: bits 6, 5, 3, 2, 1, 0; x: irrelevant. Bit 4 is not part of the state.
 TEST(StatusBits, AreThoseOfTheManual) {
   constexpr std::array<std::string_view, 8> kPatterns = {"0x0000", "1x0000", "010001", "010011",
                                                          "010111", "000111", "0x1111", "0x1000"};

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kStep = 62.5e-6;
 
-/// What a movement did: steps until its end and the largest values on the way.
+/// The course of a movement: steps until its end and the largest values.
 struct Course {
   int steps = 0;
   double velocity = 0.0;
@@ -153,7 +153,7 @@ TEST(ProfileGenerator, EveryMovementEndsExactlyOnItsTarget) {
     ASSERT_TRUE(generator.finished());
     EXPECT_EQ(generator.state().position, target);
     EXPECT_EQ(generator.state().velocity, 0.0);
-    // The exact end is no correction of a plan that missed it.
+    // The exact end is not a correction of an inexact plan.
     EXPECT_NEAR(before.position + kStep * before.velocity, target, 5100.0 * kStep * kStep);
   }
 }

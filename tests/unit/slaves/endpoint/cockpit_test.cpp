@@ -1,4 +1,4 @@
-// The page of a drive, and its document.
+// The web page of a drive, and its document.
 #include "cockpit.hpp"
 
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@ namespace {
 using nlohmann::json;
 using slaves::DeviceStatus;
 
-/// What an MSD that has just been switched on shows.
+/// The state of an MSD that has just been switched on.
 CockpitState msd_state() {
   slaves::msd::MsdParameters parameters;
   parameters.name = "X-Axis";
@@ -61,7 +61,7 @@ TEST(Cockpit, ThePageNeedsNothingFromElsewhereAndReadsTheDocument) {
   EXPECT_THAT(cockpit_page(), testing::HasSubstr("fetch(\"/state.json\""));
   EXPECT_THAT(cockpit_page(), testing::Not(testing::HasSubstr("http://")));
   EXPECT_THAT(cockpit_page(), testing::Not(testing::HasSubstr("https://")));
-  // What it shows comes from outside: never as markup.
+  // The content comes from outside and must never be interpreted as markup.
   EXPECT_THAT(cockpit_page(), testing::Not(testing::HasSubstr("innerHTML")));
 }
 

@@ -231,7 +231,7 @@ TEST_F(AlStateMachineTest, WatchdogThatCannotDoItsDuty) {
   configure_process_data();
   write(reg::kWatchdogTimeProcessData, 0);
   expect_refused(AlState::kSafeOp, AlStatusCode::kInvalidWatchdogConfiguration);
-  write(reg::kWatchdogTimeProcessData, 1);  // 100 us, the device works every 125 us
+  write(reg::kWatchdogTimeProcessData, 1);  // 100 us, but the device works every 125 us
   request(AlState::kSafeOp, true);
   expect_status(AlState::kPreOp, AlStatusCode::kInvalidWatchdogConfiguration);
   write(reg::kWatchdogTimeProcessData, 2);
@@ -267,7 +267,7 @@ TEST_F(AlStateMachineTest, ApplicationRefusesWithItsOwnCode) {
 
 TEST_F(AlStateMachineTest, IncompleteFirmwareDoesNotLeaveInit) {
   with_bootstrap();
-  device().firmware_complete = false;  // what an interrupted download in BOOT leaves behind
+  device().firmware_complete = false;  // as left by an interrupted download in BOOT
   configure_mailboxes();
   expect_refused(AlState::kPreOp, AlStatusCode::kNoValidFirmware);
   for (const unsigned n : {0U, 1U}) write(static_cast<std::uint16_t>(0x0806 + 8 * n), bytes({0}));
@@ -280,7 +280,7 @@ TEST_F(AlStateMachineTest, MappingIsCheckedBeforeTheSyncManagers) {
   for (const auto wrong : {AlStatusCode::kInvalidInputMapping, AlStatusCode::kInvalidOutputMapping}) {
     rebuild();
     go_to(AlState::kPreOp);
-    device().mapping = wrong;  // the sync managers are not set up either
+    device().mapping = wrong;  // the sync managers are not set up, either
     expect_refused(AlState::kSafeOp, wrong);
     device().mapping = AlStatusCode::kNoError;
     configure_process_data();
@@ -314,7 +314,7 @@ TEST_F(AlStateMachineTest, AnApplicationThatHungReportsItsBackgroundWatchdog) {
   pass(1ms);
   EXPECT_EQ(device().fall_backs.back(),
             (TestDevice::FallBack{AlState::kOp, AlState::kSafeOp, AlStatusCode::kBackgroundWatchdog}));
-  expect_status(AlState::kInit);  // the request that waited
+  expect_status(AlState::kInit);  // the waiting request
   pass(1ms);
   EXPECT_GT(device().advance_count, steps);
 }
@@ -518,7 +518,7 @@ TEST_F(AlStateMachineTest, DeviceIdentificationOnRequest) {
   request(AlState::kPreOp);
   EXPECT_EQ(get(reg::kAlStatus), 0x0002);
   EXPECT_EQ(get(reg::kAlStatusCode), 0);
-  // An error has the status code register for itself.
+  // On an error the status code register contains the error, not the identification.
   request(AlState::kOp, false, true);
   EXPECT_EQ(get(reg::kAlStatus), 0x0012);
   EXPECT_EQ(get(reg::kAlStatusCode), 0x0011);

@@ -36,7 +36,7 @@ class DistributedClockTest : public BenchSlave {
     const std::int64_t magnitude = raw & 0x7FFFFFFF;
     return (raw & 0x80000000U) != 0 ? -magnitude : magnitude;
   }
-  /// How far the copy of the system time is from true time plus `offset`, modulo 2^32.
+  /// Distance of the copy of the system time from true time plus `offset`, modulo 2^32.
   std::int64_t error_ns(nanoseconds offset) {
     return static_cast<std::int32_t>(
         static_cast<std::uint32_t>((esc().clock().system_time(now()) - now() - offset).count()));
@@ -206,7 +206,7 @@ TEST_F(DistributedClockTest, FollowsThousandsOfReferenceTimesBackToBack) {
     clock.drift_ppm = drift_ppm;
     switch_on(clock);
     EXPECT_LE(follow(500ns, 4us, 15'000 * 4us, 10'000 * 4us), 20) << drift_ppm;
-    // The cyclic frames begin a while later.
+    // The cyclic frames start a little later.
     pass(1ms);
     EXPECT_LE(follow(500ns, 1ms, 1s, 0s), 30) << drift_ppm;
   }

@@ -103,7 +103,8 @@ TEST_F(FmmuTest, OfTwoFmmusOnTheSameBitsTheLowerNumberCounts) {
 }
 
 TEST_F(FmmuTest, OverlappingInputsAndOutputsShareTheBytes) {
-  // Inputs and outputs of the slave at the same logical addresses: outputs are taken, inputs put in their place.
+  // Inputs and outputs of the slave at the same logical addresses: outputs are read from the frame and replaced by
+  // inputs.
   go_to(AlState::kSafeOp);
   device().inputs[3] = bytes({0xA1, 0xA2, 0xA3, 0xA4, 0xA5, 0xA6});
   set_fmmu(0, {0x0, 4, 0, 7, kOutputsAddress, 0, kWrite, true});
@@ -132,7 +133,7 @@ TEST_F(FmmuTest, ABufferSpreadOverTwoFmmusIsOpenedAndClosedInLogicalOrder) {
   set_fmmu(4, {0x202, 2, 0, 7, kOutputsAddress + 2, 0, kWrite, true});
   EXPECT_EQ(logical(Command::kLwr, 0x200, bytes({1, 2, 3, 4})).working_counter, 1);
   EXPECT_EQ(esc().sync_managers().write_count(2), 1U);
-  // The other way round the last byte comes before the first one: nothing is handed over.
+  // In the reverse order the last byte comes before the first one: nothing is handed over.
   set_fmmu(5, {0x202, 2, 0, 7, kOutputsAddress, 0, kWrite, true});
   set_fmmu(4, {0x200, 2, 0, 7, kOutputsAddress + 2, 0, kWrite, true});
   EXPECT_EQ(logical(Command::kLwr, 0x200, bytes({1, 2, 3, 4})).working_counter, 1);
@@ -165,7 +166,7 @@ TEST_F(FmmuTest, BitwiseWritesOfOneSyncManagerByteAddUp) {
   request(AlState::kOp);
   pass(125us);
   EXPECT_EQ(device().outputs[2], bytes({0xA5}));
-  // One half alone keeps the other one, whichever of the three buffers is the newest.
+  // Writing one half keeps the other one, whichever of the three buffers is the newest.
   for (unsigned i = 1; i < 8; ++i) {
     EXPECT_EQ(logical(Command::kLwr, 0x300, bytes({i})).working_counter, 1);
     pass(125us);
@@ -176,7 +177,7 @@ TEST_F(FmmuTest, BitwiseWritesOfOneSyncManagerByteAddUp) {
 TEST_F(FmmuTest, InactiveOrEmptyFmmusMapNothing) {
   set_fmmu(0, {0x100, 2, 0, 7, kMappedRam, 0, kRead, false});
   set_fmmu(1, {0x100, 0, 0, 7, kMappedRam, 0, kRead, true});
-  set_fmmu(2, {0x100, 1, 6, 2, kMappedRam, 0, kRead, true});  // ends before it begins
+  set_fmmu(2, {0x100, 1, 6, 2, kMappedRam, 0, kRead, true});  // ends before its start
   set_fmmu(3, {0x100, 2, 0, 7, kMappedRam, 0, 0, true});
   EXPECT_EQ(logical(Command::kLrd, 0x100, bytes({7, 7})).working_counter, 0);
 }

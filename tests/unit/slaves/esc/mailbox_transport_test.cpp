@@ -1,4 +1,4 @@
-// Mailboxes between the sync managers and the device, repetition included (ETG.1000.4 6.6.3).
+// Mailboxes between the sync managers and the device, including repetition (ETG.1000.4 6.6.3).
 #include "bench_slave.hpp"
 
 namespace driveline::slaves::test {
@@ -97,7 +97,7 @@ TEST_F(MailboxTransportTest, LostReplyIsSentAgain) {
 TEST_F(MailboxTransportTest, RepetitionDisplacesANewerReplyThatFollowsAfterwards) {
   device().replies.push_back(bytes({1}));
   pass(1ms);
-  EXPECT_EQ(fetched(), 1U);  // and the frame is lost on its way back
+  EXPECT_EQ(fetched(), 1U);  // but the frame is lost on its way back
   device().replies.push_back(bytes({2}));
   pass(1ms);
   toggle_repeat();
@@ -191,7 +191,7 @@ TEST_F(MailboxTransportTest, AForeignMailComesAheadOfEachReplyAndNoneIsLostByRep
   std::vector<unsigned> types;
   for (int i = 0; i < 5; ++i) {
     pass(1ms);
-    // The one that was read last comes once more, then the one that was in the mailbox.
+    // The last read message is repeated, followed by the one that was in the mailbox.
     if (i == 2) toggle_repeat();
     const auto answer = fetch();
     types.push_back(answer.working_counter == 1 ? std::to_integer<unsigned>(answer.data[5]) : 0xFFU);

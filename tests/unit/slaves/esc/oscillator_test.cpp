@@ -1,4 +1,4 @@
-// The oscillator of an emulated slave: its rate, its steps, its way back from counts to true time.
+// The oscillator of an emulated slave: its rate, its steps, its conversion from counts to true time.
 #include "driveline/slaves/esc/oscillator.hpp"
 
 #include <gtest/gtest.h>

@@ -17,7 +17,7 @@ bool in_some_register(unsigned address) {
 }
 
 TEST_F(RegisterTest, ResetValuesAreThoseOfTheTable) {
-  // Those that the device, the EEPROM or the links decide.
+  // Registers that the device, the EEPROM or the links determine.
   const std::vector<unsigned> own = {0x0004, 0x0005, 0x0006, 0x0008, 0x0012, 0x0110, 0x0140, 0x0141, 0x0150, 0x0151,
                                      0x0152, 0x0210, 0x0220, 0x0440, 0x0502, 0x0517, 0x0800, 0x0910, 0x0982};
   for (const auto& row : wire::kRegisters) {
@@ -123,7 +123,7 @@ TEST_F(RegisterTest, WriteProtectionIsOpenedForOneFrame) {
   EXPECT_EQ(write(0x0020, bytes({0})), 1);
   EXPECT_EQ(write(reg::kStationAddress, 0x1234), 0) << "that was another frame";
 
-  // The same frame: one serial for both datagrams.
+  // The same frame: one serial number for both datagrams.
   esc().begin_frame(1'000'000);
   EXPECT_TRUE(esc().ecat_write(0x0020, bytes({0}), now()));
   EXPECT_TRUE(esc().ecat_write(0x0010, bytes({0x34, 0x12}), now()));
@@ -239,7 +239,7 @@ TEST_F(RegisterTest, TemporaryLoopSettingsGoBackAfterOneSecond) {
   slave().advance(now());
   EXPECT_EQ(esc().loop_control(1), wire::LoopControl::kClosed);
   pass(900ms);
-  write(0x0101, bytes({0x08}));  // once more: another second
+  write(0x0101, bytes({0x08}));  // another write starts another second
   pass(900ms);
   EXPECT_EQ(read(0x0101, 1).data, bytes({0x08}));
   EXPECT_TRUE(esc().take_loop_control_change());

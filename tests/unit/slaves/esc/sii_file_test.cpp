@@ -1,4 +1,4 @@
-// The EEPROM content in a file: what a master writes is there after the next start.
+// The EEPROM content in a file: a master's changes persist after a restart.
 #include <filesystem>
 #include <fstream>
 

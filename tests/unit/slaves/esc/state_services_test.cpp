@@ -1,4 +1,5 @@
-// What every transition of the EtherCAT state machine starts and stops: mailbox, inputs, outputs (MSD manual 9.2).
+// Services that each transition of the EtherCAT state machine starts and stops: mailbox, inputs, outputs (MSD manual
+// 9.2).
 #include "bench_slave.hpp"
 
 namespace driveline::slaves::test {

@@ -6,7 +6,7 @@ namespace {
 
 constexpr std::uint16_t kArea = 0x1400;
 
-/// Sync managers without a state machine in the way: the application's side by hand.
+/// Sync managers without a state machine: the test plays the application.
 class SyncManagerTest : public BenchSlave {
  protected:
   SyncManagerUnit& unit() { return esc().sync_managers(); }
@@ -57,7 +57,7 @@ TEST_F(SyncManagerTest, MailboxTheMasterReadsIsLockedWhileEmpty) {
 }
 
 TEST_F(SyncManagerTest, MailboxInTwoPieces) {
-  // As a master does that knows the length only after reading the header: first bytes, again, then the last one.
+  // Like a master that learns the length only from the header: first bytes, again, then the last one.
   enable(1, kArea, 8, 0x22);
   publish(1, bytes({1, 2, 3, 4, 5, 6, 7, 8}));
   EXPECT_EQ(read(kArea, 2).data, bytes({1, 2}));
@@ -163,7 +163,7 @@ TEST_F(SyncManagerTest, AccessAcrossSeveralChannelsAndPlainRam) {
   EXPECT_EQ(read(kArea - 1, 1).data, bytes({0}));
   EXPECT_EQ(read(kArea + 4, 4).data, bytes({5, 6, 7, 8}));
   EXPECT_EQ(read(kArea + 12, 1).data, bytes({13}));
-  // One of them full: the others still take their part, the access counts once.
+  // One of them is full: the others still accept their part, and the access counts once.
   write(kArea, bytes({1, 1, 1, 1}));
   EXPECT_EQ(write(kArea - 1, data), 1);
   EXPECT_EQ(take(0), bytes({1, 1, 1, 1}));

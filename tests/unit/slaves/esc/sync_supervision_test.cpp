@@ -1,5 +1,5 @@
-// Synchronisation as the slave sees it: settings that cannot work, SYNC0 that is missing or uneven, outputs that come
-// too late, each with its AL status code (ETG.1020).
+// Synchronisation as seen by the slave: invalid settings, missing or uneven SYNC0, late outputs, each with its AL
+// status code (ETG.1020).
 #include "bench_slave.hpp"
 
 namespace driveline::slaves::test {
@@ -27,7 +27,7 @@ class SyncSupervisionTest : public BenchSlave {
     write(reg::kSync1CycleTime, cycle1);
     write(reg::kDcActivation, static_cast<std::uint8_t>(activation));
   }
-  /// One cycle of the master: outputs 300 us in front of SYNC0.
+  /// A cycle of the master: outputs 300 us before SYNC0.
   void cycle(bool with_outputs = true) {
     pass(nanoseconds{kCycle} - 300us);
     if (with_outputs) write_outputs(bytes({1, 2, 3, 4}));
@@ -152,7 +152,7 @@ TEST_F(SyncSupervisionTest, OpWaitsForEvenPulses) {
   request(AlState::kSafeOp);
   pass(100us);
   request(AlState::kOp);
-  // The first pulse tells nothing, the eight behind it are even.
+  // The first pulse gives no interval, the next eight are even.
   for (int i = 0; i < 8; ++i) cycle();
   expect_status(AlState::kSafeOp);
   cycle();
@@ -224,7 +224,7 @@ TEST_F(SyncSupervisionTest, OutputsThatMissEverySecondPulse) {
   expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncIoError);
 }
 
-/// On a network interface a frame may be served before the pulse in front of it is looked at.
+/// On a network interface a frame may be served before the preceding pulse is processed.
 TEST_F(SyncSupervisionTest, OutputsBehindThePulseAreNotItsOwn) {
   EscMemory memory(8);
   memory.set(reg::kDcActivation, 0x03);
@@ -232,12 +232,12 @@ TEST_F(SyncSupervisionTest, OutputsBehindThePulseAreNotItsOwn) {
   SyncSupervision supervision(memory);
   supervision.start(demand_of_a_drive());
   supervision.enter_op(0ns, 10);
-  supervision.pulse(SyncSignal::kSync0, 1ms, 10, 0ns);  // the first tells nothing
+  supervision.pulse(SyncSignal::kSync0, 1ms, 10, 0ns);  // the first one gives no interval
   supervision.pulse(SyncSignal::kSync0, 2ms, 11, 1700us);
   EXPECT_EQ(supervision.margin().shortest, 300us);
-  supervision.pulse(SyncSignal::kSync0, 3ms, 12, 3100us);  // came 100 us too late
+  supervision.pulse(SyncSignal::kSync0, 3ms, 12, 3100us);  // arrived 100 us too late
   EXPECT_EQ(supervision.margin().missed, 1U);
-  supervision.pulse(SyncSignal::kSync0, 4ms, 12, 3100us);  // and is used now
+  supervision.pulse(SyncSignal::kSync0, 4ms, 12, 3100us);  // used for this pulse
   EXPECT_EQ(supervision.margin().missed, 1U);
   EXPECT_EQ(supervision.margin().longest, 900us);
   supervision.pulse(SyncSignal::kSync0, 5ms, 14, 5100us);  // one in time, one for the next pulse

@@ -1,4 +1,4 @@
-// SYNC0 and SYNC1: when they come (in true time), what starts and stops them, what the device gets (ESC data sheet I,
+// SYNC0 and SYNC1: their true times, how they are started and stopped, what the device receives (ESC data sheet I,
 // SyncSignal generation; section II, 0x0980-0x09A7).
 #include "bench_slave.hpp"
 #include "random.hpp"
@@ -21,7 +21,7 @@ class SyncUnitTest : public BenchSlave {
     reserve();
   }
   std::uint64_t system_time() { return static_cast<std::uint64_t>(esc().clock().system_time(now()).count()); }
-  /// As a master sets it up: off, times, on.
+  /// Set up as by a master: off, times, on.
   void activate(std::uint64_t start, std::uint32_t cycle0, std::uint32_t cycle1 = 0, unsigned activation = 0x03) {
     write(reg::kDcActivation, 0);
     write(reg::kStartTimeCyclic, start);
@@ -142,7 +142,7 @@ TEST_F(SyncUnitTest, ShortCyclesAreNotMadeUpForWithoutEnd) {
 TEST_F(SyncUnitTest, Sync1FollowsSync0) {
   struct Row {
     std::uint32_t cycle1;
-    std::vector<int> expected_us;  ///< behind the start
+    std::vector<int> expected_us;  ///< after the start
   };
   for (const auto& row : {Row{0, {0, 100, 200, 300, 400, 500, 600}},        // with SYNC0
                           Row{30'000, {30, 130, 230, 330, 430, 530, 630}},  // behind it
@@ -266,7 +266,7 @@ TEST_F(SyncUnitTest, NoClockRegisterLeadsTheUnitAstray) {
           pass(nanoseconds{random() % 3'000'000});
       }
       slave().advance(now());
-      // When a pulse is due, the clock shows its time, and not a nanosecond earlier.
+      // When a pulse is due, the clock shows its time, not a nanosecond less.
       const auto next = esc().clock().sync().next();
       const auto due = esc().clock().sync_due();
       if (!next || due == DistributedClock::kNever) continue;
@@ -295,7 +295,7 @@ TEST_F(SyncUnitTest, AStartTimeInThePastIsReachedWhenA32BitClockComesByAgain) {
   EXPECT_TRUE(sync0().empty());
   pass(1s);
   ASSERT_EQ(sync0().size(), 1U);
-  // The clock advances in steps of 10 ns, 2^32 ns is none of them.
+  // The clock advances in steps of 10 ns, and 2^32 ns is not a multiple.
   EXPECT_EQ(sync0()[0], begin - 1ms + nanoseconds{4'294'967'300});
 }
 

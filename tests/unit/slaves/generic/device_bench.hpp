@@ -58,8 +58,8 @@ inline ScriptedInput script(const DeviceModel& model, std::string_view input, co
   return {row.value_or(nullptr), signal};
 }
 
-/// A device behind its slave controller, run by single datagrams. Everything the bench knows of it comes out of its
-/// EEPROM, and process data go through FMMUs, outputs and inputs of all sync managers in the same logical bytes.
+/// A device behind its slave controller, driven by single datagrams. The bench knows it only through its EEPROM.
+/// Process data go through FMMUs that map outputs and inputs of all sync managers to the same logical bytes.
 class DeviceBench {
  public:
   explicit DeviceBench(const esi::DeviceDescription& description, const GenericOptions& options = {})
@@ -101,7 +101,7 @@ class DeviceBench {
     EXPECT_EQ(transfer(wire::Command::kAprd, std::uint32_t{address} << 16, data), 1) << address;
     return data;
   }
-  /// Exchanges outputs against inputs with one LRW and lets the device run a step; expects the working counter.
+  /// Exchanges outputs for inputs with an LRW and lets the device run a step; expects the working counter.
   std::vector<std::byte> exchange(std::vector<std::byte> data, unsigned working_counter) {
     data.resize(std::max(output_bytes_, input_bytes_));
     EXPECT_EQ(transfer(wire::Command::kLrw, kLogical, data), working_counter);
@@ -143,7 +143,7 @@ class DeviceBench {
     }
     request(AlState::kPreOp);
   }
-  /// Sync managers with the lengths the device asks for, and their FMMUs.
+  /// Configures the sync managers with the lengths that the device requires, and their FMMUs.
   void map_process_data() {
     output_bytes_ = input_bytes_ = 0;
     unsigned fmmu = 0;
@@ -174,7 +174,7 @@ class DeviceBench {
   std::size_t output_bytes() const { return output_bytes_; }
   std::size_t input_bytes() const { return input_bytes_; }
 
-  /// A mailbox with CoE service data; the service data of the answer.
+  /// Sends CoE service data in a mailbox message; returns the service data of the answer.
   std::vector<unsigned> coe(const std::vector<unsigned>& data) {
     const auto& out = description_.sync_managers.at(0);
     const auto& in = description_.sync_managers.at(1);

@@ -5,7 +5,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// As little as a file may say: a type, and PDOs or a mailbox.
+/// The minimum content of a file: a type, and PDOs or a mailbox.
 esi::DeviceDescription bare_device() {
   esi::DeviceDescription device;
   device.vendor_id = 1;
@@ -28,7 +28,7 @@ TEST(CompleteDescription, MakesWhatTheFileLeavesOut) {
   EXPECT_EQ(device.sync_managers[0].start_address, 0x1000);
   EXPECT_EQ(device.sync_managers[1].start_address, 0x1080);
   EXPECT_EQ(device.sync_managers[2].start_address, 0x1100);
-  EXPECT_EQ(device.sync_managers[3].start_address, 0x1104);  // behind three buffers of a byte, on an even address
+  EXPECT_EQ(device.sync_managers[3].start_address, 0x1104);  // after three buffers of a byte, on an even address
   EXPECT_EQ(device.sync_managers[2].control, 0x64);
   EXPECT_EQ(device.sync_managers[3].control, 0x00);  // three buffers, read by the master
   EXPECT_EQ(device.sync_managers[3].default_size, 2);

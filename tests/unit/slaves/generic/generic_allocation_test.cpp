@@ -1,4 +1,4 @@
-// Nothing in the cycle of a device allocates, frees or locks. A program of its own, because the guard replaces malloc.
+// The cycle of a device must not allocate, free or lock. A separate program, because the guard replaces malloc.
 #include "device_bench.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 

@@ -1,4 +1,4 @@
-// The object dictionary of a device that is known by its ESI file alone, asked over its mailbox.
+// The object dictionary of a device known only by its ESI file, read through its mailbox.
 #include "device_bench.hpp"
 
 namespace driveline::slaves::generic {

@@ -1,5 +1,5 @@
-// Devices from an ESI file, run over their slave controller: mailbox or not, inputs only, outputs only, entries below a
-// byte and across byte borders, several sync managers per direction.
+// Devices from an ESI file, operated through their slave controller: with or without mailbox, inputs only, outputs
+// only, entries smaller than a byte and across byte borders, several sync managers per direction.
 #include "device_bench.hpp"
 
 namespace driveline::slaves::generic {
@@ -80,7 +80,7 @@ TEST(GenericDevice, ScriptedInputsAreNotLoopedBack) {
   for (int i = 0; i < 3; ++i) bench.exchange(outputs, 3);
   const auto inputs = bench.exchange(outputs, 3);
   EXPECT_EQ(wire::load_le<std::uint32_t>(inputs) >> 3 & 0xFFFF, 100U);
-  // The next input of 16 bits repeats the first output of 16 bits then.
+  // The next input of 16 bits then repeats the first output of 16 bits.
   EXPECT_EQ(wire::load_le<std::uint16_t>(std::span(inputs).subspan(7)), 0x8123U);
 }
 
@@ -121,13 +121,13 @@ TEST(GenericDevice, WrongLengthsAreRefusedPerSyncManager) {
   EXPECT_EQ(bench.code(), AlStatusCode::kInvalidInputConfiguration);
 }
 
-/// A device whose EEPROM has lengths of its sync managers but no PDOs takes these lengths, and none.
+/// A device whose EEPROM has sync manager lengths but no PDOs accepts these lengths, or none.
 TEST(GenericDevice, WithoutKnownPdosTheLengthsOfTheEepromAreTaken) {
   esi::DeviceDescription device;
   device.type = "Bare";
   device.vendor_id = 1;
   device.product_code = 2;
-  device.mailbox.coe = true;  // with an application, which checks what the master sets up
+  device.mailbox.coe = true;  // with an application, which checks the master's settings
   struct Length {
     Use use;
     std::uint16_t bytes;

@@ -1,4 +1,4 @@
-// Once a line runs, frames allocate nothing: neither process data nor mailboxes nor polls nor the slaves' firmware.
+// In operation frames allocate nothing: neither process data nor mailboxes nor polls nor the slaves' firmware.
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "test_line.hpp"
 
@@ -52,7 +52,7 @@ TEST_F(AllocationTest, NoneInTheCycle) {
   ASSERT_EQ(line().slave(7).state(), AlState::kOp);
   const auto poll = make_frame(Command::kBrd, DatagramAddress::physical(0, 0x0130), bytes({0, 0}));
   const auto time = make_frame(Command::kArmw, DatagramAddress::position(0, 0x0910), bytes({0, 0, 0, 0}));
-  // What an overrun leads to: silence, watchdog, fall-back. The device of this test notes it in a vector.
+  // The consequences of an overrun: silence, watchdog, fall-back. The device of this test records them in a vector.
   for (std::size_t i = 0; i < 8; ++i) {
     device(i).fall_backs.reserve(4);
     device(i).echo = true;
@@ -61,7 +61,7 @@ TEST_F(AllocationTest, NoneInTheCycle) {
                                   std::vector<std::byte>(kMailboxLength, std::byte{5}));
   const auto reply = make_frame(Command::kBrd, DatagramAddress::physical(0, kMailboxInAddress),
                                 std::vector<std::byte>(kMailboxLength));
-  // The vectors that note outputs have their size by now.
+  // The vectors that record outputs have reached their size.
   rt::RtGuard::enter();
   for (int cycle = 0; cycle < 10'000; ++cycle) {
     send_once(lrw);

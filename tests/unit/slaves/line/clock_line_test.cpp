@@ -1,4 +1,4 @@
-// Distributed clocks over a line: measurements of a master compared with the true times.
+// Distributed clocks on a line: measurements of a master compared with the true times.
 #include <cmath>
 
 #include "random.hpp"
@@ -48,14 +48,15 @@ TEST_F(ClockLineTest, PortTimesOfAPlainLineGiveTheTrueDelays) {
   clocks[2].drift_ppm = -200.0;
   build_clocks(clocks, options);
   latch();
-  // Behind slave i are 3 - i cables there and back, a turn through the last slave and the ones on the way.
+  // After slave i there are 3 - i cables in both directions, a turn-around in the last slave, and the slaves in
+  // between.
   for (std::size_t i = 0; i < 3; ++i) {
     const auto behind = static_cast<std::int64_t>(3 - i);
     const std::int64_t round_trip = 300 + behind * 2 * 50 + behind * 300 + (behind - 1) * 260;
     EXPECT_NEAR(between(i, 0, 1), static_cast<double>(round_trip), 10.0) << i;
   }
   EXPECT_EQ(port_time(3, 1), 0U) << "nothing is plugged in there";
-  // As masters compute it: half of what the round trips differ by.
+  // As masters compute it: half of the difference of the round trips.
   for (std::size_t i = 0; i < 2; ++i) {
     const double delay = (static_cast<double>(between(i, 0, 1)) - static_cast<double>(between(i + 1, 0, 1))) / 2.0;
     EXPECT_NEAR(delay, (2 * 50 + 300 + 260) / 2.0, 10.0) << i;
@@ -119,7 +120,7 @@ TEST_F(ClockLineTest, TheSync0OfAllSlavesIsOnePulseInTrueTime) {
     clocks[i].seed = i;
   }
   build_clocks(clocks, options);
-  // Delays and offsets as they are; a master would measure them.
+  // True delays and offsets, which a master would measure.
   for (std::size_t i = 0; i < kSlaves; ++i) {
     set(i, reg::kSystemTimeDelay, static_cast<std::uint32_t>(350 * i));
     const auto now = clock().now();
@@ -142,7 +143,7 @@ TEST_F(ClockLineTest, TheSync0OfAllSlavesIsOnePulseInTrueTime) {
     const auto& first = line().slave(0).esc().clock();
     for (std::size_t s = 1; s < kSlaves; ++s) {
       const auto& other = line().slave(s).esc().clock();
-      // A pulse at this very moment may have come to one and not yet to the other.
+      // At this very moment a pulse may have reached one of them and not the other.
       const auto apart = static_cast<double>((*other.last_sync0() - *first.last_sync0()).count());
       worst = std::max(worst, std::abs(std::remainder(apart, static_cast<double>(kCycle.count()))));
     }

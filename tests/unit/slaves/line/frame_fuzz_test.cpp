@@ -1,5 +1,5 @@
-// Whatever comes in on the wire, the line neither crashes nor reads or writes out of bounds (run under the
-// sanitizers), nor does a reply change its length. Fixed seeds; the open-ended search is the fuzzers' business.
+// Whatever arrives on the wire, the line neither crashes nor reads or writes out of bounds (checked by sanitizers), nor
+// does a reply change its length. Fixed seeds; the fuzzers do the open-ended search.
 #include "random.hpp"
 #include "test_line.hpp"
 

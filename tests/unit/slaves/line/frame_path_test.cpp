@@ -1,4 +1,4 @@
-// The way of a frame through lines, branches and rings (ESC data sheet I, frame processing order).
+// The path of a frame through lines, branches and rings (ESC data sheet I, frame processing order).
 #include "driveline/slaves/line/frame_path.hpp"
 
 #include <gmock/gmock.h>
@@ -9,7 +9,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 
-/// All loops as auto control sets them when every cable works.
+/// All loops as set by auto control when every cable works.
 std::vector<SlavePorts> ports_of(const Wiring& wiring, SlaveDelays delays = {500ns, 300ns}) {
   std::vector<SlavePorts> ports(wiring.slave_count());
   for (std::size_t i = 0; i < ports.size(); ++i) {
@@ -61,7 +61,7 @@ TEST(FramePathTest, BranchesInTheOrderOfPorts3Then1Then2) {
 }
 
 TEST(FramePathTest, NestedBranch) {
-  // 0 - 1 - 2, and 3 - 4 hang at port 3 of slave 1.
+  // 0 - 1 - 2, and 3 - 4 are on port 3 of slave 1.
   Wiring wiring(5);
   wiring.connect_master(MasterPort::kPrimary, {0, 0});
   wiring.connect({0, 1}, {1, 0});
@@ -120,7 +120,7 @@ TEST(FramePathTest, ClosedPortDestroysWhatComesIn) {
 }
 
 TEST(FramePathTest, WiringWithoutAnEndIsNotFollowedForever) {
-  // Slaves 1, 2 and 3 in a circle that the frame can enter but never leave: port 0 of slave 1 leads on, not back.
+  // Slaves 1, 2 and 3 in a circle that the frame can enter but never leave: port 0 of slave 1 leads forward, not back.
   Wiring wiring(3);
   wiring.connect_master(MasterPort::kPrimary, {0, 0});
   wiring.connect({0, 1}, {1, 1});

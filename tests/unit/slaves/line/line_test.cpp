@@ -1,4 +1,4 @@
-// Frames through a line of slaves: order, times, replies as long as requests, kinds of frames.
+// Frames through a line of slaves: order, times, lengths of replies, kinds of frames.
 #include "test_line.hpp"
 
 namespace driveline::slaves::test {

@@ -32,7 +32,7 @@ class LineTest : public ::testing::Test {
     }
     line_ = std::make_unique<Line>(clock_, std::move(slaves), options, std::move(wiring));
   }
-  /// Position of a slave that is to have no distributed clock.
+  /// Position of the slave without a distributed clock.
   std::optional<std::size_t> without_clock;
 
   Line& line() { return *line_; }
@@ -71,7 +71,7 @@ class LineTest : public ::testing::Test {
     reply.circulating = view->header.circulating;
     return reply;
   }
-  /// Sends and waits up to 1 ms; nothing when no frame came back.
+  /// Sends a frame and waits up to 1 ms for it; nothing: it did not return.
   std::optional<Reply> exchange(std::span<const std::byte> frame, port::Port& out, port::Port& in) {
     EXPECT_EQ(out.send(frame), port::SendStatus::kSent);
     if (!in.wait_readable(clock_.now() + 1ms)) return std::nullopt;
@@ -86,7 +86,7 @@ class LineTest : public ::testing::Test {
     const auto reply = exchange(Command::kBrd, wire::DatagramAddress::physical(0, 0), bytes({0}));
     return reply ? reply->working_counter : 0xFFFF;
   }
-  /// A register of the slave at `position`, read past the line.
+  /// Reads a register of the slave at `position` directly, without a frame.
   template <typename T>
   T peek(std::size_t position, const wire::Register<T>& r, unsigned n = 0) {
     return line().slave(position).esc().memory().get(r, n);

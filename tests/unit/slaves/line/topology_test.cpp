@@ -49,7 +49,7 @@ TEST_F(TopologyTest, CutOffSlavesNoticeTheSilence) {
   build(2);
   count_slaves();
   line().break_cable({0, 1});
-  // A slave behind the break lives on: it is advanced although no frame reaches it.
+  // A slave behind the break keeps running: it is advanced although no frame reaches it.
   clock().advance(20ms);
   count_slaves();
   EXPECT_GE(device(1).local_time, 1s + 20ms);

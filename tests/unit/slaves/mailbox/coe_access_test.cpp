@@ -9,7 +9,7 @@ namespace {
 
 using wire::AlState;
 
-/// The mailbox runs in INIT not at all and in BOOT for firmware alone.
+/// The mailbox does not work in INIT, and in BOOT for firmware only.
 TEST(CoeAccess, ADictionaryIsOpenInTheStatesThatHaveAMailboxForIt) {
   EXPECT_EQ(access_phase(AlState::kInit), AccessPhase::kClosed);
   EXPECT_EQ(access_phase(AlState::kBootstrap), AccessPhase::kClosed);

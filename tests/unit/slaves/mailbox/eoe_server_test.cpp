@@ -1,4 +1,4 @@
-// Ethernet over EtherCAT of a device (ETG.1000.6 5.7). All mails are written and read as plain numbers.
+// Ethernet over EtherCAT of a device (ETG.1000.6 5.7). All messages are written and read as plain numbers.
 #include "driveline/slaves/mailbox/eoe_server.hpp"
 
 #include <deque>
@@ -11,7 +11,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// What the device's network has seen, and has to say.
+/// Frames that the device's network has received, and frames to be sent.
 class Network final : public EthernetLink {
  public:
   bool send(std::span<const std::byte> frame) noexcept override {
@@ -46,7 +46,7 @@ struct EoeRig {
     eoe.enter(wire::AlState::kPreOp);
   }
 
-  /// A mail of a type, with the next counter; false: the device has no room for it.
+  /// Writes a message of a type, with the next counter; false: the device has no room for it.
   bool write(unsigned type, const Bytes& data) {
     counter = counter % 7 + 1;
     return repeat(type, data);
@@ -65,7 +65,7 @@ struct EoeRig {
     server.request(mail);
     return true;
   }
-  /// Type and service data of the next mail of the device, in one list; empty: there is none.
+  /// Type and service data of the next message of the device, in one list; empty: there is none.
   Bytes read() {
     std::vector<std::byte> out(bytes, std::byte{0xEE});
     const auto length = server.reply(out, wire::AlState::kPreOp);
@@ -76,7 +76,7 @@ struct EoeRig {
     for (std::size_t i = 6; i < length; ++i) mail.push_back(std::to_integer<unsigned>(out[i]));
     return mail;
   }
-  /// An EoE request; the service data of the answer, which must be EoE.
+  /// Sends an EoE request; returns the service data of the answer, which must be EoE.
   Bytes ask(const Bytes& data) {
     EXPECT_TRUE(write(2, data));
     auto answer = read();
@@ -94,7 +94,7 @@ struct EoeRig {
   MailboxServer server{std::array<MailboxProtocol*, 2>{&inner.coe_server, &eoe}, bytes};
 };
 
-/// An Ethernet frame to `receiver`, so many bytes, counting up behind the addresses.
+/// An Ethernet frame to `receiver` with `length` bytes, counting up after the addresses.
 Bytes frame_to(Bytes receiver, std::size_t length) {
   while (receiver.size() < length) receiver.push_back(static_cast<unsigned>(receiver.size()) & 0xFFU);
   return receiver;
@@ -109,7 +109,7 @@ const Bytes kToDevice = {0x02, 0xE0, 0x01, 0x02, 0x03, 0x04};
 const Bytes kBroadcast = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
 const Bytes kUploadByte = {0x00, 0x20, 0x40, 0x00, 0x20, 0x00, 0, 0, 0, 0};
 
-/// A frame that fits into one mail: first and last fragment of frame 1, size in blocks.
+/// A frame that fits into one message: first and last fragment of frame 1, size in blocks.
 Bytes whole(const Bytes& frame, unsigned flags = 1) {
   const auto blocks = static_cast<unsigned>((frame.size() + 31) / 32);
   return joined({0x00, flags, (blocks & 3U) << 6, 0x10U | blocks >> 2}, frame);
@@ -159,7 +159,7 @@ TEST(EoeServer, BeginsWithTheFactoryAddress) {
   EXPECT_EQ(rig.network.address, rig.eoe.address());
 }
 
-/// MAC, IP 192.168.38.5, mask /24, gateway .1, DNS .2, name "drive": everything at its place.
+/// MAC, IP 192.168.38.5, mask /24, gateway .1, DNS .2, name "drive", each at its fixed offset.
 Bytes all_parameters() {
   Bytes data = {0x02, 0x01, 0,   0,   0x3F, 0,  0,   0,   0x02, 0,  0,   0,   0,   0x55, 5,   38,  168, 192,
                 0,    255,  255, 255, 1,    38, 168, 192, 2,    38, 168, 192, 'd', 'r',  'i', 'v', 'e'};
@@ -294,7 +294,7 @@ TEST(EoeServer, MalformedMailsAreErrorsAndMalformedFragmentsAreCounted) {
   rig.write(2, {0x00, 0x01, 0x00, 0x10});                     // no size
   rig.write(2, joined({0x00, 0x00, 0xC0, 0x1F}, Bytes(32)));  // 63 blocks
   rig.write(2, whole(Bytes(10)));                             // shorter than an Ethernet header
-  rig.write(2, {0x00, 0x01, 0x41, 0x10, 1});                  // nothing began it
+  rig.write(2, {0x00, 0x01, 0x41, 0x10, 1});                  // without a first fragment
   EXPECT_EQ(rig.eoe.assembly().malformed, 3U);
   EXPECT_EQ(rig.eoe.assembly().stray, 1U);
   EXPECT_THAT(rig.network.taken, IsEmpty());

@@ -9,7 +9,7 @@ using testing::ElementsAre;
 using Bytes = std::vector<unsigned>;
 
 /// A file "F" behind mailboxes with room for four bytes of data. Requests and answers are plain numbers from ETG.1000.6
-/// 5.8: nothing of the encoder under test builds or reads them.
+/// 5.8, independent of the encoder under test.
 class FoeRig : private FileStore {
  public:
   static constexpr std::size_t kRoom = 10;
@@ -104,12 +104,12 @@ TEST(FoeServer, RefusesWithTheCodesOfTheStandard) {
   FoeRig rig;
   EXPECT_THAT(rig.ask({1, 0, 0, 0, 0, 0, 'G'}), ElementsAre(5, 0, 0x01, 0x80, 0, 0, 'n', 'o', 'n', 'e'));
   EXPECT_THAT(rig.ask({2, 0, 0, 0, 0, 0, 'G'}), ElementsAre(5, 0, 0x01, 0x80, 0, 0, 'n', 'o', 'n', 'e'));
-  // A packet that was not to come, each way.
+  // An unexpected packet, in each direction.
   EXPECT_THAT(rig.ask(kWrite), ElementsAre(4, 0, 0, 0, 0, 0));
   EXPECT_THAT(rig.ask({3, 0, 2, 0, 0, 0, 'a'}), ElementsAre(5, 0, 0x05, 0x80, 0, 0));
   EXPECT_THAT(rig.ask(kRead), testing::SizeIs(10));
   EXPECT_THAT(rig.ask({4, 0, 1, 0, 1, 0}), ElementsAre(5, 0, 0x05, 0x80, 0, 0)) << "all 32 bits of the number";
-  // More than the file may have; a text is cut to the mailbox.
+  // More than the file may contain; a text is cut to the mailbox.
   rig.limit = 4;
   EXPECT_THAT(rig.ask(kWrite), ElementsAre(4, 0, 0, 0, 0, 0));
   EXPECT_THAT(rig.ask({3, 0, 1, 0, 0, 0, 'a', 'b', 'c', 'd'}), ElementsAre(4, 0, 1, 0, 0, 0));

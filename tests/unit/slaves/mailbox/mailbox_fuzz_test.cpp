@@ -5,7 +5,7 @@
 namespace driveline::slaves {
 namespace {
 
-/// Whatever the master writes, the reply is a mailbox of its own length with a protocol the device has.
+/// Whatever the master writes, the reply is a mailbox message with a correct length and a protocol of the device.
 void expect_sound(const Bytes& reply) {
   if (reply.empty()) return;
   ASSERT_GE(reply.size(), 6U);
@@ -25,7 +25,7 @@ TEST_P(MailboxFuzz, RandomMailboxes) {
   for (int i = 0; i < 5000; ++i) {
     Bytes mailbox(byte(random) % size);
     for (auto& b : mailbox) b = byte(random);
-    if (mailbox.size() > 8 && byte(random) < 200) {  // mostly CoE that is nearly right
+    if (mailbox.size() > 8 && byte(random) < 200) {  // mostly almost correct CoE
       mailbox[0] = static_cast<unsigned>(mailbox.size() - 6);
       mailbox[1] = 0;
       mailbox[5] = (mailbox[5] & 0x70) | 0x03;

@@ -12,21 +12,21 @@ namespace driveline::slaves {
 
 using Bytes = std::vector<unsigned>;  // prints well in failures
 
-/// A device with CoE behind mailboxes of a chosen size. Requests and replies are plain numbers: nothing of the
-/// encoder under test builds or reads them.
+/// A device with CoE and mailboxes of a given size. Requests and replies are plain numbers, independent of the encoder
+/// under test.
 class MailboxRig : private DictionaryOwner {
  public:
   explicit MailboxRig(std::size_t size = 512) : MailboxRig(size, table(), {}) {}
   MailboxRig(std::size_t size, const DictionaryTable& table, const CoeServer::Options& options)
       : dictionary(table), size_(size), coe_server(dictionary, *this, options) {}
 
-  /// Writes a mailbox of `size` bytes that starts with these.
+  /// Writes a mailbox message of `size` bytes that starts with `start`.
   void write(Bytes start) {
     std::vector<std::byte> mailbox(size_);
     for (std::size_t i = 0; i < start.size(); ++i) mailbox.at(i) = static_cast<std::byte>(start[i]);
     server.request(mailbox);
   }
-  /// The next mailbox of the device, header included; empty when there is none.
+  /// The next mailbox message of the device, including the header; empty: there is none.
   Bytes read() {
     std::vector<std::byte> out(size_, std::byte{0xEE});
     const std::size_t length = server.reply(out, state);
@@ -48,8 +48,8 @@ class MailboxRig : private DictionaryOwner {
     write(mailbox);
     return service_data(read());
   }
-  /// SDO request: the bytes behind the CoE header; the answer without its CoE header, which must be an SDO response, or
-  /// an SDO request when it aborts the transfer (ETG.1000.6 5.6.2.7).
+  /// Sends an SDO request, the bytes after the CoE header. Returns the answer without its CoE header, which must be an
+  /// SDO response, or an SDO request if it aborts the transfer (ETG.1000.6 5.6.2.7).
   Bytes sdo(Bytes request) {
     request.insert(request.begin(), {0x00, 0x20});
     Bytes answer = coe(request);
@@ -148,7 +148,7 @@ inline const DictionaryTable& MailboxRig::table() {
   return kTable;
 }
 
-/// An SDO abort as it stands on the wire.
+/// The bytes of an SDO abort on the wire.
 inline Bytes aborted(unsigned index, unsigned sub, std::uint32_t code) {
   return {0x80, index & 0xFF, index >> 8, sub, code & 0xFF, code >> 8 & 0xFF, code >> 16 & 0xFF, code >> 24};
 }

@@ -101,7 +101,7 @@ TEST(SdoDownload, SegmentsThatDoNotAddUp) {
   MailboxRig toggle;
   start(toggle);
   EXPECT_EQ(toggle.sdo(with({0x10}, 10, 'a')), aborted(0x2003, 0, 0x05030000));
-  EXPECT_EQ(toggle.sdo(with({0x00}, 10, 'a')), aborted(0, 0, 0x05040001));  // the transfer is gone
+  EXPECT_EQ(toggle.sdo(with({0x00}, 10, 'a')), aborted(0, 0, 0x05040001));  // the transfer has ended
   MailboxRig none;
   EXPECT_EQ(none.sdo(with({0x00}, 7, 'a')), aborted(0, 0, 0x05040001));
   for (auto* rig : {&more, &less, &toggle, &none}) EXPECT_EQ(text(*rig), "X-Axis");

@@ -20,7 +20,7 @@ TEST(SdoUpload, ExpeditedSizesAndUnusedBytes) {
 }
 
 // MSD manual 8.2.4 shows this upload on CANopen: 41h, size 64h, then 15 segments of 7 bytes. CoE puts the first data
-// behind the size, and a segment is as long as the mailbox.
+// after the size, and a segment is as long as the mailbox.
 TEST(SdoUpload, StringThatFitsComesInOneMailbox) {
   MailboxRig rig(512);
   EXPECT_THAT(rig.sdo({0x40, 0x03, 0x20, 0, 0, 0, 0, 0}),
@@ -33,7 +33,7 @@ TEST(SdoUpload, LongStringIsSegmented) {
               ElementsAreArray(with({0x41, 0x03, 0x20, 0, 0x64, 0, 0, 0}, "X-Axis", 32)));
   EXPECT_THAT(rig.sdo({0x60, 0, 0, 0, 0, 0, 0, 0}), ElementsAreArray(with({0x00}, "", 39)));
   EXPECT_THAT(rig.sdo({0x70, 0, 0, 0, 0, 0, 0, 0}), ElementsAreArray(with({0x11}, "", 29)));
-  EXPECT_THAT(rig.sdo({0x60, 0, 0, 0, 0, 0, 0, 0}), ElementsAreArray(aborted(0, 0, 0x05040001)));  // it is over
+  EXPECT_THAT(rig.sdo({0x60, 0, 0, 0, 0, 0, 0, 0}), ElementsAreArray(aborted(0, 0, 0x05040001)));  // it has ended
 }
 
 TEST(SdoUpload, ShortLastSegmentCountsItsUnusedBytes) {

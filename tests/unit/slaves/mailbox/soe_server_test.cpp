@@ -60,8 +60,8 @@ class Table final : public SoeTable {
   }
 };
 
-/// A server behind mailboxes with room for eight bytes behind the SoE header. Requests and answers are plain numbers
-/// from ETG.1000.6 5.9: nothing of the encoder under test builds or reads them.
+/// A server behind mailboxes with room for eight bytes after the SoE header. Requests and answers are plain numbers
+/// from ETG.1000.6 5.9, independent of the encoder under test.
 struct SoeRig {
   static constexpr std::size_t kRoom = 12;
   Bytes ask(const Bytes& request, wire::AlState in = wire::AlState::kPreOp) {
@@ -81,7 +81,7 @@ struct SoeRig {
     for (std::size_t i = 0; i < length; ++i) answer.push_back(std::to_integer<unsigned>(out[i]));
     return answer;
   }
-  /// Writes to P-0-0003 as fragments of 8 bytes; the answer to the last one.
+  /// Writes to P-0-0003 in fragments of 8 bytes; returns the answer to the last one.
   Bytes write_list(const Bytes& data, unsigned count_more = 0) {
     std::size_t at = 0;
     for (auto left = static_cast<unsigned>((data.size() - 1) / 8); left > 0; --left, at += 8) {
@@ -168,7 +168,7 @@ TEST(SoeServer, AFragmentThatIsMissingOrForeignSpoilsTheWrite) {
   const auto general = refused(4, 0x40, 0x8003, 0x800B);
   const Bytes end{3, 0x40, 3, 0x80, 1};
   SoeRig rig;
-  // A gap; one that comes twice; one that is missing at the end; another drive; other elements.
+  // A gap; a repeated fragment; a missing last fragment; another drive; other elements.
   const std::vector<std::vector<Bytes>> cases{{{0x0B, 0x40, 3, 0, 4, 0, 4, 0}, {0x0B, 0x40, 1, 0}},
                                               {{0x0B, 0x40, 3, 0, 4, 0, 4, 0}, {0x0B, 0x40, 3, 0}},
                                               {{0x0B, 0x40, 3, 0, 4, 0, 4, 0}},
@@ -216,7 +216,7 @@ TEST(SoeServer, RefusesWithTheCodesOfTheStandard) {
   EXPECT_EQ(rig.ask({1, 0, 1, 0}), refused(2, 0, 1, 0x800C));
   EXPECT_EQ(rig.ask({3, 0, 1, 0, 1, 0}), refused(4, 0, 1, 0x800C));
   EXPECT_EQ(rig.ask({3, 0x50, 1, 0, 1, 0}), refused(4, 0x50, 1, 0x800B)) << "one element at a time";
-  // Elements that are not there.
+  // Missing elements.
   const std::pair<unsigned, unsigned> none[] = {{0x01, 0x7014}, {0x02, 0x2001}, {0x08, 0x4001}, {0x80, 0x8001}};
   for (const auto& [element, code] : none) {
     EXPECT_EQ(rig.ask({1, element, 2, 0x80}), refused(2, element, 0x8002, code));

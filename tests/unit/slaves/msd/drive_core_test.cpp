@@ -1,5 +1,5 @@
-// The drive without EtherCAT: no slave controller, no AL state, no mailbox. What stands in for its bus writes objects
-// and reads them.
+// The drive without EtherCAT: no slave controller, no AL state, no mailbox. A replacement for the bus writes and reads
+// objects.
 #include "driveline/slaves/msd/core/drive_core.hpp"
 
 #include <gmock/gmock.h>
@@ -23,13 +23,13 @@ constexpr std::uint16_t kEnable = 0x0F;
 constexpr std::uint16_t kResetFault = 0x80;
 constexpr std::int32_t kTurn = 1 << 20;  ///< increments
 
-/// The drive's own rows are a whole dictionary.
+/// The drive's own rows form a complete dictionary.
 const DictionaryTable& core_table() {
   static const DictionaryTable kTable({drive_rows(Variant::kMsd)}, kValue.end());
   return kTable;
 }
 
-/// Another bus: setpoints every 125 us, faults of its own.
+/// Another bus: setpoints every 125 us, and its own faults.
 class OtherBus : public testing::Test, private DriveBus {
  protected:
   OtherBus() {
@@ -46,7 +46,7 @@ class OtherBus : public testing::Test, private DriveBus {
     write(kValue.interpolation_period_value, value);
     write(kValue.interpolation_period_index, index);
   }
-  /// A parameter, as any service of the bus writes it.
+  /// Writes a parameter, like any service of the bus.
   template <typename T>
   void write(Slot<T> slot, T value) {
     drive.dictionary().set(slot, value);
@@ -58,7 +58,7 @@ class OtherBus : public testing::Test, private DriveBus {
                          [&](const EntryRow& row) { return !is_string(row.type) && row.slot == slot; });
   }
   void pass(std::chrono::nanoseconds time) { drive.advance(now += time); }
-  /// One cycle of the bus: outputs, time, inputs.
+  /// Runs a cycle of the bus: outputs, time, inputs.
   void cycle() {
     drive.dictionary().set(kValue.control_word, control);
     drive.dictionary().set(kValue.mode, kCyclicPosition);
@@ -88,7 +88,7 @@ class OtherBus : public testing::Test, private DriveBus {
   std::int32_t target = 0;
   std::int32_t position = 0;
   std::vector<FaultMessage> messages;
-  Fault broken = Fault::kCount;  ///< what the bus says of its faults
+  Fault broken = Fault::kCount;  ///< fault reported by the bus
 };
 
 TEST_F(OtherBus, EnablesByControlWord) {
@@ -102,7 +102,7 @@ TEST_F(OtherBus, EnablesByControlWord) {
   EXPECT_EQ(drive.state(), PowerState::kSwitchOnDisabled);
 }
 
-/// Two turns of the shaft in 0.1 s, smoothly; the axis is where it was told, in its own units and in radians.
+/// Two turns of the shaft in 0.1 s, smoothly; the axis reaches its target, in its own units and in radians.
 TEST_F(OtherBus, FollowsAPosition) {
   enable();
   ASSERT_EQ(drive.state(), PowerState::kOperationEnabled);
@@ -172,7 +172,7 @@ TEST_F(OtherBus, RefusesValuesThatMakeNoSense) {
   EXPECT_FALSE(drive.accept(row_of(kValue.position_limit_min.number), 101)) << "beyond the other limit";
 }
 
-/// The signals of the machine do not need a bus either.
+/// The signals of the machine do not need a bus, either.
 TEST_F(OtherBus, HearsItsMachineByName) {
   const auto enpo = drive.signals().find_signal(SignalPlace::Way::kInput, "ENPO");
   ASSERT_TRUE(enpo);
@@ -183,7 +183,7 @@ TEST_F(OtherBus, HearsItsMachineByName) {
   EXPECT_EQ(drive.signals().signal(*enpo), 0.0);
 }
 
-/// A whole dictionary, and nothing in it that only one bus has.
+/// A complete dictionary, without objects of a particular bus.
 TEST(DriveTable, HasNoObjectsOfEtherCat) {
   const auto rows = core_table().rows();
   EXPECT_GT(rows.size(), 200U);

@@ -26,10 +26,10 @@ inline constexpr std::uint16_t kEnabled = 0x0F;    ///< control word: operation 
 inline constexpr std::uint16_t kHalt = 0x100;      ///< control word
 inline constexpr std::uint16_t kReached = 0x0400;  ///< status word: target reached
 
-/// One drive with a master's hands: SDOs as bytes, AL transitions, PDOs with a fixed layout, time in 125 us cycles.
+/// A drive with a manual master: SDOs as bytes, AL transitions, PDOs with a fixed layout, time in cycles of 125 us.
 /// Layout: RxPDO1 control word, mode, 2807h filler, target position; RxPDO2 target velocity, target torque, torque
-/// offset; RxPDO3 velocity offset. TxPDO1 status word, mode display, filler, position; TxPDO2 velocity, torque,
-/// error code; TxPDO3 following error.
+/// offset; RxPDO3 velocity offset. TxPDO1 status word, mode display, filler, position; TxPDO2 velocity, torque, error
+/// code; TxPDO3 following error.
 class DriveRig {
  public:
   explicit DriveRig(const MsdParameters& parameters = {}) : device(parameters) {
@@ -44,9 +44,10 @@ class DriveRig {
     return code;
   }
 
-  /// SDO request bytes (without CoE header); the response likewise. Emergencies on the way are kept.
+  /// Sends SDO request bytes (without CoE header); returns the response in the same form. Stores emergencies received
+  /// meanwhile.
   std::vector<unsigned> sdo(std::vector<unsigned> request) { return coe(2, std::move(request)); }
-  /// The same for any service of CoE (ETG.1000.6 5.6.1): 2 SDO request, 8 SDO information.
+  /// The same for any CoE service (ETG.1000.6 5.6.1): 2 SDO request, 8 SDO information.
   std::vector<unsigned> coe(unsigned service, std::vector<unsigned> request) {
     std::vector<std::byte> mailbox(512);
     const std::size_t length = request.size() + 2;
@@ -58,7 +59,7 @@ class DriveRig {
     device.mailbox_request(mailbox);
     return receive();
   }
-  /// Fetches mailboxes up to the next SDO response.
+  /// Fetches mailbox messages up to the next SDO response.
   std::vector<unsigned> receive() {
     std::vector<std::byte> out(512);
     for (;;) {
@@ -83,7 +84,7 @@ class DriveRig {
   std::uint32_t write_real(std::uint16_t index, unsigned sub, float value) {
     return write(index, sub, std::bit_cast<std::uint32_t>(value), 4);
   }
-  /// Expedited upload; fails the test when it is aborted.
+  /// Expedited upload; fails the test if it is aborted.
   std::uint32_t read(std::uint16_t index, unsigned sub = 0) {
     const auto answer = sdo({0x40, index & 0xFFU, unsigned{index} >> 8, sub, 0, 0, 0, 0});
     EXPECT_NE(answer.at(0), 0x80U) << std::hex << index << ':' << sub << " abort " << number(answer, 4);
@@ -94,7 +95,7 @@ class DriveRig {
   }
   void fetch_emergencies() { receive(); }
 
-  /// Switches the drive off and on, and takes it to PREOP, where the mailbox is.
+  /// Power-cycles the drive, and takes it to PREOP, where it has a mailbox.
   void restart() {
     device.restart();
     EXPECT_EQ(to(AlState::kInit, AlState::kPreOp), AlStatusCode::kNoError);
@@ -123,7 +124,7 @@ class DriveRig {
     cycle();
   }
 
-  /// One bus cycle: outputs, time, inputs.
+  /// Runs a bus cycle: outputs, time, inputs.
   void cycle() { cycle(cycle_); }
   void cycle(std::chrono::nanoseconds time) {
     std::array<std::byte, 20> out{};
@@ -141,7 +142,7 @@ class DriveRig {
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
   }
-  /// Time without a bus.
+  /// Advances the time without a bus.
   void pass(std::chrono::nanoseconds time) {
     now += time;
     device.advance(now);
@@ -156,7 +157,7 @@ class DriveRig {
     error_code = wire::load_le<std::uint16_t>(bytes.subspan(14));
     following_error = wire::load_le<std::int32_t>(bytes.subspan(16));
   }
-  /// Operation enabled in this mode, target position on the actual one.
+  /// Enables operation in this mode, with the target position at the actual one.
   void enable(std::int8_t operation_mode) {
     mode = operation_mode;
     control = 0x00;
@@ -176,7 +177,7 @@ class DriveRig {
     ASSERT_NEAR(velocity, increments_s, 2000);
   }
 
-  MsdDrive device;  ///< at the bus
+  MsdDrive device;  ///< interface of the drive to the bus
   DriveCore& drive = device.core();
   AlState state = AlState::kInit;
   std::chrono::nanoseconds now{1'000'000'000};

@@ -1,5 +1,5 @@
-// CSP at 125 us along the path of the eight-axis example: what the motor data say the torque must be, and how far the
-// axis may lag.
+// CSP at 125 us along the path of the eight-axis example: the required torque by the motor data, and the allowed lag of
+// the axis.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,14 +11,14 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// One cycle as the drive and the path have it.
+/// A cycle: the path's demand and the drive's reports.
 struct Sample {
-  trajectory::AxisSetpoint demand;  ///< rad, where the shaft is to be
+  trajectory::AxisSetpoint demand;  ///< rad, demanded position of the shaft
   double torque_nm = 0.0;
   double following_error = 0.0;  ///< increments, as the drive reports it
 };
 
-/// A drive that follows one axis of the path for so many seconds.
+/// A drive that follows an axis of the path for `seconds`.
 std::vector<Sample> follow(std::size_t axis, double seconds, const MsdParameters& parameters,
                            void (*prepare)(DriveRig&)) {
   const auto path = trajectory::load_path(DRIVELINE_EXAMPLES_DIR "/line8.csv");
@@ -50,12 +50,12 @@ double needed_nm(const MotorParameters& motor, const trajectory::AxisSetpoint& d
   return motor.inertia_kg_m2 * demand.acceleration + motor.viscous_friction_nm_s * demand.velocity + friction;
 }
 
-/// The spline is two periods late, the torque a lag later: samples are compared that many cycles apart.
+/// The spline is two periods late, the torque another lag later: samples are compared at this distance in cycles.
 constexpr std::size_t kLate = 4;
 constexpr std::size_t kMean = 16;  ///< cycles of the mean values: 2 ms
 
-/// Setpoints are whole increments: their second difference is off by up to two, and the torque feed-forward is made
-/// from it. That ripple is real; it has no mean.
+/// Setpoints are whole increments: their second difference is off by up to two, and the torque feed-forward is derived
+/// from it. That ripple is real, but has no mean.
 double ripple_nm(const MotorParameters& motor) {
   return 2.0 * motor.inertia_kg_m2 / (kIncrementsPerRadian * kCycleS * kCycleS);
 }
@@ -71,7 +71,7 @@ struct Peaks {
 Peaks peaks(const std::vector<Sample>& samples, const MotorParameters& motor) {
   Peaks result;
   double difference = 0.0;
-  std::size_t turning = 0;  // when the axis turned last
+  std::size_t turning = 0;  // when the axis last reversed
   for (std::size_t i = kLate; i < samples.size(); ++i) {
     const auto& demand = samples[i - kLate].demand;
     const double needed = needed_nm(motor, demand);
@@ -80,7 +80,7 @@ Peaks peaks(const std::vector<Sample>& samples, const MotorParameters& motor) {
     result.speed = std::max(result.speed, std::abs(demand.velocity));
     result.following_error = std::max(result.following_error, std::abs(samples[i].following_error));
     difference += (samples[i].torque_nm - needed - difference) / kMean;
-    // Where the axis turns or rests the friction turns too, and the controller needs its time.
+    // At a reversal or standstill the friction reverses too, and the controller needs time.
     if (std::abs(demand.velocity) < 2.0) turning = i;
     if (i > turning + 400) result.mean_error_nm = std::max(result.mean_error_nm, std::abs(difference));
   }

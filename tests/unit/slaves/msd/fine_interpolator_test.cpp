@@ -150,7 +150,7 @@ TEST(FineInterpolator, MissingSamplesSlowItDownAtItsRate) {
   f.set_limits(1, 4.0);
   f.reset(0.0, 10.0);
   f.push(10.0);
-  for (int i = 0; i < 4; ++i) f.step();  // the sample and one bridged period
+  for (int i = 0; i < 4; ++i) f.step();  // the sample and a bridged period
   EXPECT_DOUBLE_EQ(f.value(), 20.0);
   EXPECT_DOUBLE_EQ(f.velocity(), 10.0);
   double expected = 20.0;
@@ -180,7 +180,7 @@ TEST(FineInterpolator, SamplesThatDoNotComeLeaveNoTraceAtConstantSpeed) {
   }
 }
 
-/// Whatever happens to samples that do not come in time, the output changes its speed no faster than it may.
+/// Whatever happens to late samples, the output changes its speed within the limit.
 TEST(FineInterpolator, PursuesACurveThatItCouldMeetOnlyByALeap) {
   constexpr double kRate = 1000.0;
   for (const auto method : kSmooth) {
@@ -193,7 +193,7 @@ TEST(FineInterpolator, PursuesACurveThatItCouldMeetOnlyByALeap) {
       const auto next = [&] { f.push(sample += speed * kPeriod); };
       for (int k = 0; k < 10; ++k, run(f)) next();
       run(f, 20 * kSteps);
-      sample += stays_behind;  // of the way the samples would have gone
+      sample += stays_behind;  // of the distance that the samples would have covered
       double before = f.velocity();
       for (int k = 0; k < 800; ++k) {
         next();
@@ -210,8 +210,8 @@ TEST(FineInterpolator, PursuesACurveThatItCouldMeetOnlyByALeap) {
   }
 }
 
-/// Behind a gap the path goes on otherwise than the samples that were made up: the axis that was missing samples has
-/// slowed down meanwhile, as its master knows, stands elsewhere by a little, and accelerates at once.
+/// After a gap the path continues differently than extrapolated: the axis without samples has slowed down meanwhile, as
+/// its master knows, is slightly displaced, and accelerates at once.
 TEST(FineInterpolator, GoesOverFromSamplesThatWereMadeUpWithoutAKink) {
   constexpr double kRate = 1000.0;
   constexpr int kBridged = 8;
@@ -235,7 +235,7 @@ TEST(FineInterpolator, GoesOverFromSamplesThatWereMadeUpWithoutAKink) {
           if (k >= kGapBegins + gap) f.push(sample + 2e-5 * beside);
           output[static_cast<std::size_t>(k)] = f.value();
         }
-        // Of two periods each, from where the samples have led the output.
+        // Differences over two periods each, from where samples have led the output.
         for (std::size_t k = 14; k < output.size(); ++k) {
           const double change = output[k] - 2.0 * output[k - 2] + output[k - 4];
           ASSERT_LE(std::abs(change), kMost * 4.0 * kPeriod * kPeriod) << "sample " << k;
@@ -262,9 +262,8 @@ TEST(FineInterpolator, EarlyAndLateSamplesCauseNoJump) {
   }
 }
 
-/// Frames that come at about the instant at which samples are taken: just behind it for a long time, so that all seem
-/// to be on time, and now and then just before it. That one is written over the one before, and none comes in the next
-/// period.
+/// Frames that arrive close to the sampling instant: just after it for a long time, so that all appear to be in time,
+/// and occasionally just before it. Such a sample overwrites the previous one, and none arrives in the next period.
 TEST(FineInterpolator, SamplesThatAreWrittenOverAreNoLeap) {
   constexpr int kSpeed = 130;
   constexpr int kRate = 2500;
@@ -298,7 +297,7 @@ TEST(FineInterpolator, SamplesThatAreWrittenOverAreNoLeap) {
   }
 }
 
-/// What a controller asks for itself is followed as it is: leaps, and accelerations up to twice the rate limit.
+/// Motion commanded by the controller is followed as it is: steps, and accelerations up to twice the rate limit.
 TEST(FineInterpolator, SamplesOnTimeAreFollowedHoweverTheyLeap) {
   constexpr double kRate = 2500.0;
   auto f = make_interpolator(Method::kLinear);
@@ -328,7 +327,7 @@ TEST(FineInterpolator, ReconfigurationKeepsTheOutput) {
   f.configure(Method::kSpline, 2, kStep);
   EXPECT_NEAR(f.value(), 4.0, 1e-12);
   f.step();
-  EXPECT_NEAR(f.value(), 4.0 + 1.0, 1e-9);  // goes on with its speed
+  EXPECT_NEAR(f.value(), 4.0 + 1.0, 1e-9);  // continues with its speed
   f.configure(Method::kSpline, 0, kStep);   // zero steps count as one
   f.push(5.0);
   f.step();

@@ -1,4 +1,4 @@
-// The ESI files in esi/data are generated; here they are compared with what the object dictionary says now.
+// The ESI files in esi/data are generated; here they are compared with the present object dictionary.
 
 #include <gtest/gtest.h>
 

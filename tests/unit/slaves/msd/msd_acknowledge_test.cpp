@@ -1,4 +1,4 @@
-// The six ways of acknowledging a fault (MSD manual 13.2), and faults that cannot be acknowledged (4.7: the point).
+// The six methods of acknowledging a fault (MSD manual 13.2), and faults that cannot be acknowledged (4.7: the point).
 #include <functional>
 
 #include "drive_rig.hpp"
@@ -15,7 +15,7 @@ class MsdAcknowledge : public testing::Test {
     rig.operate();
     trip();
   }
-  /// A watchdog time-out: its cause is gone when it is told.
+  /// A watchdog time-out, whose cause has ended when it is reported.
   void trip() {
     rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
     rig.pass(1ms);
@@ -41,8 +41,8 @@ class MsdAcknowledge : public testing::Test {
     rig.fetch_emergencies();
     EXPECT_THAT(rig.emergencies, testing::IsEmpty()) << why;
   }
-  /// The same with a cause that lasts: the fault comes again with its emergency, in every way (13.3), until the cause
-  /// is gone.
+  /// The same with a lasting cause: the fault returns with its emergency after every method (13.3), until the cause has
+  /// ended.
   void expect_only_after_remedy(const std::function<void()>& acknowledge) {
     const FaultFacts& f = facts(Fault::kEncoder);
     rig.drive.set_cause(Fault::kEncoder, true);

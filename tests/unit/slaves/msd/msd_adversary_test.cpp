@@ -1,5 +1,5 @@
-// Everything a master may do wrong with the object dictionary, tried on every row of every variant's table; and values
-// that must never reach the plant.
+// Every misuse of the object dictionary by a master, tried on every row of every variant's table; and values that must
+// never reach the plant.
 #include <limits>
 #include <random>
 #include <set>
@@ -221,8 +221,8 @@ TEST_P(MsdAdversary, MappingsAndAssignmentsThatAreTooLong) {
   }
 }
 
-/// Values at and beyond the ends of their ranges, by process data, which have no abort: every mode, every object that
-/// can be mapped to be written, while the axis is enabled.
+/// Values at and beyond the ends of their ranges, by process data, which cannot be refused: every mode, every writable
+/// mappable object, while the axis is enabled.
 TEST_P(MsdAdversary, ExtremeProcessDataKeepThePlantFinite) {
   std::vector<const EntryRow*> targets;
   for (const auto& row : table().rows()) {
@@ -278,7 +278,7 @@ TEST_P(MsdAdversary, ParametersAtTheEndsOfTheirRangesKeepThePlantFinite) {
         const double least = real ? -3e38 : is_signed(row.type) ? -std::exp2(bits - 1) : 0.0;
         axis.mode = static_cast<std::int8_t>(mode);
         for (const std::uint16_t word : {std::uint16_t{0x80}, std::uint16_t{0}, std::uint16_t{6}, std::uint16_t{7},
-                                         std::uint16_t{15}}) {  // as far as the parameters let it
+                                         std::uint16_t{15}}) {  // as far as the parameters allow
           axis.control = word;
           axis.cycles(2);
         }
@@ -299,7 +299,7 @@ TEST_P(MsdAdversary, ParametersAtTheEndsOfTheirRangesKeepThePlantFinite) {
 
 TEST_P(MsdAdversary, ModesChangedInMotionNeverJump) {
   std::mt19937 random(3);
-  ASSERT_EQ(rig.write(0x6072, 0, 1000, 2), 0U);  // the plant could do three times as much
+  ASSERT_EQ(rig.write(0x6072, 0, 1000, 2), 0U);  // the plant could deliver three times as much
   rig.operate();
   rig.enable(8);
   constexpr std::array<std::int8_t, 9> kModes = {1, 2, 3, 6, 7, 8, 9, 10, 0};
@@ -318,7 +318,7 @@ TEST_P(MsdAdversary, ModesChangedInMotionNeverJump) {
     const double now = rig.drive.velocity_rad_s();
     ASSERT_LE(std::abs(now - before), most) << "cycle " << i << " mode " << int{rig.mode};
     before = now;
-    if (rig.drive.state() != PowerState::kOperationEnabled) {  // a following error may well be the answer
+    if (rig.drive.state() != PowerState::kOperationEnabled) {  // a following error is a valid reaction
       rig.control = 0x80;
       rig.cycles(400);
       rig.enable(8);

@@ -1,4 +1,4 @@
-// Nothing in the drive's cycle allocates, frees or locks. A program of its own, because the guard replaces malloc.
+// The cycle of the drive must not allocate, free or lock. A separate program, because the guard replaces malloc.
 #include "drive_rig.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 

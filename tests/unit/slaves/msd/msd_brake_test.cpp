@@ -1,4 +1,4 @@
-// The holding brake before the drive is enabled for the first time, and at the output it hangs at.
+// The holding brake before the drive is first enabled, and at the output that it is connected to.
 #include <unistd.h>
 
 #include <filesystem>
@@ -17,7 +17,7 @@ MsdParameters vertical_axis() {
   return parameters;
 }
 
-/// The lowest place of the axis while the drive runs by itself for this time.
+/// The lowest position of the axis while the drive runs on its own for this time.
 double lowest(DriveCore& drive, std::chrono::nanoseconds from, std::chrono::nanoseconds time) {
   double low = drive.position_rad();
   for (auto t = from; t <= from + time; t += kCycle) {
@@ -76,7 +76,7 @@ TEST(MsdBrake, ClosesInItsTimeWhenTheDriveIsSwitchedOffWhileItIsOpen) {
   }
 }
 
-/// P 125 is what the brake's output does; the brake follows the output.
+/// P 125 is the function of the brake's output; the brake follows the output.
 TEST(MsdBrake, StaysClosedAtAnOutputThatIsOff) {
   for (const std::uint32_t function : {0U, 39U, 40U}) {
     SCOPED_TRACE(function);

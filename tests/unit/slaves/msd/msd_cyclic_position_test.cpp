@@ -4,7 +4,7 @@
 namespace driveline::slaves::msd {
 namespace {
 
-/// An axis that stands three turns out, with limits at one turn, in CSP or in interpolated position mode.
+/// An axis three turns outside, with limits at one turn, in CSP or in interpolated position mode.
 class MsdSoftwareLimit : public testing::TestWithParam<std::tuple<int, std::int8_t>> {
  protected:
   MsdSoftwareLimit() : rig_(parameters()) {}
@@ -23,7 +23,7 @@ class MsdSoftwareLimit : public testing::TestWithParam<std::tuple<int, std::int8
     rig_.enable(mode);
     if (mode == 7) rig_.control = 0x1F;
   }
-  /// Counted outwards.
+  /// Positive values are outwards.
   void target(double turns) {
     rig_.target_position = static_cast<std::int32_t>(side_ * turns * kRevolution);
     if (std::get<1>(GetParam()) == 7) {
@@ -70,7 +70,7 @@ TEST_P(MsdSoftwareLimit, AnAxisBeyondItStandsAndMayOnlyGoBack) {
 INSTANTIATE_TEST_SUITE_P(SidesAndModes, MsdSoftwareLimit,
                          testing::Combine(testing::Values(1, -1), testing::Values(std::int8_t{7}, std::int8_t{8})));
 
-/// Turns at this many revolutions per second in CSP.
+/// Moves at this number of revolutions per second in CSP.
 double run_csp(DriveRig& rig, double speed) {
   rig.operate();
   EXPECT_EQ(rig.write(0x6085, 0, 400 << 20, 4), 0U);

@@ -41,8 +41,8 @@ TEST(MsdCyclic, PositionModeTracksASine) {
   EXPECT_NEAR(tracking.peak_torque_permille, 137.0, 25.0);
 }
 
-/// What the drive reports of a second in motion in this mode, with a bus cycle of 1 ms; with `sdos`, every setpoint
-/// object that the mode does not follow is written by SDO in the middle of each cycle.
+/// The reports of the drive during a second of motion in this mode, with a bus cycle of 1 ms; with `sdos`, every
+/// setpoint object that the mode does not use is written by SDO in the middle of each cycle.
 std::vector<std::array<std::int64_t, 4>> run_with_sdos(std::int8_t mode, bool sdos) {
   constexpr std::int32_t kStepIncrements = 10'485;  // 10 rev/s
   DriveRig rig;
@@ -290,7 +290,7 @@ TEST(MsdCyclic, ModesChangeInMotionWithoutAJump) {
       last_speed = rig.drive.velocity_rad_s();
     }
   };
-  // The master sends setpoints that go on from where the axis is, as it must in these modes.
+  // The master sends setpoints that continue from the present position, as these modes require.
   rig.mode = 8;
   double target = rig.position;
   observe(800, [&] {

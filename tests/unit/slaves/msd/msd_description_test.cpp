@@ -1,4 +1,4 @@
-// What ESI and SII get from the drive's table.
+// The content of ESI and SII from the drive's table.
 #include <algorithm>
 
 #include "drive_rig.hpp"

@@ -9,7 +9,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// What the drive tells its network.
+/// The network side of the drive's EoE port.
 struct Plug final : EthernetLink {
   bool send(std::span<const std::byte> /*frame*/) noexcept override { return ++frames != 0; }
   std::size_t receive(std::span<std::byte> /*out*/) noexcept override { return 0; }
@@ -20,7 +20,7 @@ struct Plug final : EthernetLink {
   wire::EoeIpParameters address;
 };
 
-/// A mail of EoE; the answer with its header, as far as `length` says.
+/// Sends an EoE message; returns the answer with its header, cut to its length.
 std::vector<unsigned> eoe(MsdDrive& drive, std::vector<unsigned> data) {
   std::vector<std::byte> mail(512);
   data.insert(data.begin(), {static_cast<unsigned>(data.size()), 0, 0, 0, 0, 0x02});

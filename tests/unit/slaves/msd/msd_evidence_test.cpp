@@ -1,4 +1,4 @@
-// Facts of the manual that a nearly right model gets wrong, each looked at where it acts.
+// Facts of the manual that an almost correct model gets wrong, each checked where it takes effect.
 #include "drive_rig.hpp"
 #include "driveline/slaves/esc/slave.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
@@ -68,8 +68,8 @@ TEST(MsdFeedForward, ScaleOfTheSpeedActsInVelocityMode) {
   }
 }
 
-/// The same in position mode, where the external feed-forward takes the place of the internal one: what is missing of
-/// it the position controller has to make up for, by speed over gain.
+/// The same in position mode, where the external feed-forward replaces the internal one: the position controller has to
+/// supply the missing part, with an error of speed over gain.
 TEST(MsdFeedForward, ScaleOfTheSpeedActsInPositionMode) {
   const auto error_with = [](float percent) {
     DriveRig rig;
@@ -131,7 +131,7 @@ TEST(MsdQuickStop, EveryCodeThatStaysReportsItsEnd) {
   }
 }
 
-/// P n is object 2000h + n: under that address the drive has the parameter of that name.
+/// P n is object 2000h + n: that address has the parameter of that name.
 TEST(MsdAddresses, ParametersHaveTheNamesOfTheManualAtTheirAddresses) {
   struct Named {
     std::uint16_t index;  ///< by hand: 2000h and the number in hexadecimal
@@ -148,8 +148,8 @@ TEST(MsdAddresses, ParametersHaveTheNamesOfTheManualAtTheirAddresses) {
   }
 }
 
-/// The trace of MSD manual 8.2.4 as far as CoE has it: the request and the answer that tells 100 bytes. Where CANopen
-/// goes on in segments, the mailbox has room for all of them.
+/// The trace of MSD manual 8.2.4 as far as CoE has it: the request and the answer announcing 100 bytes. CANopen
+/// continues in segments, but the mailbox has room for all bytes.
 TEST(MsdTrace, UploadOfTheAliasNameBeginsAsInTheManual) {
   DriveRig rig;
   const auto answer = rig.sdo({0x40, 0x03, 0x20, 0x00, 0x00, 0x00, 0x00, 0x00});
@@ -161,8 +161,8 @@ TEST(MsdTrace, UploadOfTheAliasNameBeginsAsInTheManual) {
       << "X-Axis";
 }
 
-/// SDOs are served beside the process data: an answer is there within the 5 ms that the manual calls typical (8.1), and
-/// no cycle waits for it.
+/// SDOs are served during process data exchange: an answer arrives within the 5 ms that the manual calls typical (8.1),
+/// and no cycle waits for it.
 TEST(MsdCommunication, SdosAreAcyclicAndAnsweredInTheirTime) {
   DriveRig rig;
   rig.operate();
@@ -184,7 +184,7 @@ TEST(MsdCommunication, SdosAreAcyclicAndAnsweredInTheirTime) {
   }
 }
 
-/// Table 8.1, what of it EtherCAT has.
+/// The part of Table 8.1 that applies to EtherCAT.
 TEST(MsdCommunication, ObjectsOfTheStandardAreReadOnlyOrWritableAsListed) {
   DriveRig rig;
   constexpr std::uint32_t kReadOnly = 0x06010002;
@@ -270,7 +270,7 @@ TEST(MsdScope, ExternalFeedForwardShowsAsNrefExtAndMrefExt) {
   EXPECT_NEAR(shown("mref_Ext"), -0.6, 1e-6) << "Nm";
 }
 
-/// The drive behind its slave controller, by registers alone.
+/// The drive behind its slave controller, accessed through registers only.
 class DriveSlave : public testing::Test {
  protected:
   DriveSlave() {
@@ -320,7 +320,7 @@ class DriveSlave : public testing::Test {
     write(wire::reg::kAlControl.address, {raw.begin(), raw.end()});
     pass(1ms);
   }
-  /// A CoE upload of 1000h; the type of the mailbox that comes back.
+  /// Uploads 1000h over CoE; returns the type of the returned mailbox message.
   unsigned coe_answer_type() {
     std::vector<std::byte> mailbox(kMailboxSize);
     const std::array<unsigned, 16> bytes = {10, 0, 0, 0, 0, 0x13, 0, 0x20, 0x40, 0x00, 0x10, 0, 0, 0, 0, 0};
@@ -366,7 +366,7 @@ TEST_F(MsdBootstrap, IsReachedFromInitHasNoCoeAndItsEndRestartsTheDevice) {
 
 using MsdEeprom = DriveSlave;
 
-/// Er 14 02 (MSD manual 5.3.3), found by the drive: its EEPROM cannot be loaded, or is another device's.
+/// Er 14 02 (MSD manual 5.3.3), detected by the drive: its EEPROM cannot be loaded, or belongs to another device.
 TEST_F(MsdEeprom, WrongDataAreAFaultUntilTheyAreRight) {
   constexpr std::size_t kChecksum = 14;
   constexpr std::size_t kProduct = 0x14;

@@ -44,8 +44,8 @@ TEST(MsdFault, FaultReactionOptionCodesInThePhysics) {
   EXPECT_NEAR(speed_after_10_ms(0), kFaultSpeed, 0.03 * kFaultSpeed);                     // coasts
   EXPECT_NEAR(speed_after_10_ms(1), kFaultSpeed - 104857600 * 0.01, 0.03 * kFaultSpeed);  // 6084h
   EXPECT_NEAR(speed_after_10_ms(2), kFaultSpeed - 419430400 * 0.01, 0.03 * kFaultSpeed);  // 6085h
-  EXPECT_NEAR(speed_after_10_ms(3), 0.0, 0.08 * kFaultSpeed);               // all the torque: swings through standstill
-  EXPECT_NEAR(speed_after_10_ms(0xFFFE), kFaultSpeed, 0.01 * kFaultSpeed);  // the controller's business
+  EXPECT_NEAR(speed_after_10_ms(3), 0.0, 0.08 * kFaultSpeed);               // full torque: swings through standstill
+  EXPECT_NEAR(speed_after_10_ms(0xFFFE), kFaultSpeed, 0.01 * kFaultSpeed);  // left to the controller
 }
 
 TEST(MsdFault, ExternalReactionEndsAfterP154) {
@@ -117,7 +117,7 @@ TEST(MsdFault, TimingParametersMustAgreeBeforeOp) {
   rig.to(AlState::kPreOp, AlState::kSafeOp);
   EXPECT_EQ(rig.to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kInconsistentSettings);
   rig.pass(1ms);
-  EXPECT_EQ(rig.drive.display(), "Er. 14 04");  // the point: the cause is still there
+  EXPECT_EQ(rig.drive.display(), "Er. 14 04");  // the point: the cause persists
   // Acknowledged while the cause persists: back in fault with a new emergency (MSD manual 13.3).
   ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
   rig.pass(1ms);
@@ -143,7 +143,7 @@ TEST(MsdFault, CycleMustBeAMultipleOf125Microseconds) {
   EXPECT_EQ(rig.to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kInconsistentSettings);
 }
 
-/// A drive set to 1 ms in this mode, enabled, that then gets 600 frames this far apart, the two times by turns.
+/// A drive set to 1 ms in this mode, enabled, that then gets 600 frames with the two distances alternating.
 std::optional<Fault> fault_of_rhythm(std::int8_t mode, std::chrono::nanoseconds odd, std::chrono::nanoseconds even) {
   DriveRig rig;
   rig.operate(1000);
@@ -258,7 +258,7 @@ TEST(MsdFault, FollowingErrorCountsOnBothSides) {
   }
 }
 
-/// Each excursion has the whole time of 6066h to itself.
+/// Each excursion has the full time of 6066h.
 TEST(MsdFault, FollowingErrorsThatEndInTimeDoNotAddUp) {
   DriveRig rig;
   rig.operate();

@@ -1,4 +1,4 @@
-// Mode 2, U/f operation, in the drive (MSD manual 12.2.2): what is different from a mode on the speed controller.
+// Mode 2, U/f operation, of the drive (MSD manual 12.2.2): the differences from modes with the speed controller.
 #include "drive_rig.hpp"
 
 namespace driveline::slaves::msd {
@@ -44,7 +44,7 @@ TEST(MsdFrequency, TurnsExactlyAsOftenAsTheFieldAlsoUnderLoad) {
 }
 
 TEST(MsdFrequency, PullsOutWhenOverloadedAndTheSpeedControllerDoesNotHelp) {
-  // What the speed controller holds easily is too much for the field at this speed.
+  // A load that the speed controller holds easily is too much for the field at this speed.
   DriveRig held(with_weight(4.5));
   use_milli_revolutions(held);
   held.operate();
@@ -96,7 +96,7 @@ TEST(MsdFrequency, VoltageFollowsTheCharacteristicOfTheParameters) {
   EXPECT_NEAR(static_cast<std::int16_t>(rig.read(0x6078)), 400, 20) << "half the boost, half the current";
 }
 
-/// Modes with the speed and the position controller before and after; the weight hangs on the axis all the time.
+/// Modes with the speed and the position controller before and after; the weight is always attached to the axis.
 TEST(MsdFrequency, ChangesOfModeUnderLoadDoNotJump) {
   for (const bool windings : {false, true}) {
     auto parameters = with_weight(0.8);
@@ -126,10 +126,10 @@ TEST(MsdFrequency, ChangesOfModeUnderLoadDoNotJump) {
       run(2, 4000);
       EXPECT_EQ(static_cast<std::int32_t>(rig.read(0x606B)), 5'000);
       run(9, 4000);
-      run(2, 57);  // before the vector has gone over
+      run(2, 57);  // before the transition of the vector has ended
       run(3, 4000);
     }
-    // The ramps allow 20 rev/s2, 0.016 rad/s in a cycle; a whole newton metre that is missing would be 0.42.
+    // The ramps allow 20 rev/s2, 0.016 rad/s in a cycle; a missing newton metre would be 0.42.
     EXPECT_LT(largest, 0.1);
   }
 }

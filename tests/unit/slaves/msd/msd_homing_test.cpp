@@ -1,4 +1,4 @@
-// Homing mode (MSD manual 12.2.4): every method from three start positions each, on a machine with switches.
+// Homing mode (MSD manual 12.2.4): every method from three start positions, on a machine with switches.
 #include <limits>
 
 #include "drive_rig.hpp"
@@ -9,7 +9,7 @@ namespace {
 constexpr double kIncrementsPerTurn = kRevolution;
 
 constexpr double kEndless = std::numeric_limits<double>::infinity();
-constexpr double kLimit = 4.3;    ///< limit switches beyond this many revolutions either way
+constexpr double kLimit = 4.3;    ///< limit switches beyond this number of revolutions on either side
 constexpr double kEdge = 1.3;     ///< home switch of methods 3-6, active from here on outwards
 constexpr double kCamLeft = 0.6;  ///< cam of methods 7-14
 constexpr double kCamRight = 1.7;
@@ -72,7 +72,7 @@ class HomingRig : public DriveRig {
     return false;
   }
   [[nodiscard]] double revolutions() const { return drive.position_rad() / kTurnRad; }
-  /// The home position in revolutions of the motor, from what the drive calls its position now: zero is the sum of home
+  /// The home position in revolutions of the motor, from the present position of the drive: zero is the sum of home
   /// position and offset.
   [[nodiscard]] double home_revolutions() const {
     return revolutions() - (double{0} + position + offset_) / kIncrementsPerTurn;
@@ -106,7 +106,7 @@ constexpr std::array kMethods = {
     Method{29, kCamLeft, 1, {-1, -1, -1}}, Method{30, kCamLeft, -1, {-1, -1, -1}},
 };
 
-/// On the switch and on both sides of it, as far as the method has them.
+/// On the switch and on both sides of it, as far as the method has these sides.
 std::array<double, 3> starts(int method) {
   switch (without_index(method)) {
     case 1:
@@ -154,11 +154,11 @@ TEST_P(MsdHomingMethods, BreakContactsInvertedByP120AreTheSame) {
   }
 }
 
-/// How the axis went.
+/// The motion of the axis.
 struct Way {
   int begins = 0;            ///< direction of the first movement
-  int approach = 0;          ///< direction in which it was last at home
-  double speed_at_home = 0;  ///< rev/s, then
+  int approach = 0;          ///< direction in which it last passed home
+  double speed_at_home = 0;  ///< rev/s, at that time
   double fastest = 0;        ///< rev/s, before it stopped
 };
 
@@ -194,11 +194,12 @@ TEST_P(MsdHomingMethods, TakesItsWayAtItsSpeedsToTheIncrement) {
     EXPECT_EQ(way.begins, method.begins[i]) << "from " << places[i];
     EXPECT_EQ(way.approach, method.approach) << "from " << places[i];
     EXPECT_NEAR(way.speed_at_home, kSlow, 0.3 * kSlow) << "from " << places[i];
-    // Where the first edge is the one that counts, or a slow leg comes first, nothing is fast.
+    // If the first edge counts, or a slow leg comes first, there is no fast motion.
     const bool fast = way.fastest > 2.0 * kSlow;
     EXPECT_TRUE(fast || method.begins[i] == method.approach) << "from " << places[i];
     EXPECT_LT(way.fastest, 1.05 * kFast) << "from " << places[i];
-    // 6064h is -607Ch at home, exactly: an index pulse is latched where it is, an edge by the control cycle behind it.
+    // 6064h is exactly -607Ch at home: an index pulse is latched at its position, an edge in the following control
+    // cycle.
     const auto count = static_cast<std::int64_t>(std::floor(rig.revolutions() * kIncrementsPerTurn));
     const std::int64_t home = count - rig.position - kOffset;
     const auto expected = std::llround(method.home * kIncrementsPerTurn);
@@ -214,7 +215,7 @@ TEST_P(MsdHomingMethods, TakesItsWayAtItsSpeedsToTheIncrement) {
 
 constexpr double kQuick = 0.5;  ///< 6099h:02 of the halts, rev/s
 
-/// Brakes slowly when halted, so that what it looks for often lies on the way of braking.
+/// Brakes slowly when halted, so that the edge or pulse is often passed while braking.
 class HaltedHoming : public HomingRig {
  public:
   HaltedHoming(int method, double start) : HomingRig(method, start) {
@@ -222,7 +223,7 @@ class HaltedHoming : public HomingRig {
     EXPECT_EQ(write(0x6084, 0, static_cast<std::uint32_t>(2 * kIncrementsPerTurn), 4), 0U);  // 605Dh = 1: this ramp
     control = 0x1F;
   }
-  /// The cycle in which the axis was last at `home` on its way, of an undisturbed homing.
+  /// The cycle in which the axis last passed `home`, in an undisturbed homing.
   int undisturbed(double home) {
     int passed = 0;
     double last = revolutions();
@@ -248,7 +249,7 @@ TEST_P(MsdHomingMethods, HaltAtAnyMomentDoesNotMoveTheHome) {
   const double start = starts(method.number)[1];
   const int passed = HaltedHoming(method.number, start).undisturbed(method.home);
   ASSERT_GT(passed, 8);
-  // All of the way, and moments close before home, which is then passed while the axis brakes.
+  // Moments during the whole motion, and close before home, which is then passed while the axis brakes.
   for (const int moment : {passed / 7, passed / 3, passed / 2, 3 * passed / 4, passed - 800, passed - 400, passed - 80,
                            passed - 8, passed + 8}) {
     HaltedHoming rig(method.number, start);
@@ -300,8 +301,7 @@ TEST(MsdHoming, LaterTargetsReferToTheNewZero) {
 }
 
 TEST(MsdHoming, PolarityTurnsDirectionsAndSwitches) {
-  // Seen from the user the machine is mirrored: method 2 goes to the positive limit, which lies at negative shaft
-  // angles.
+  // For the user the machine is mirrored: method 2 moves to the positive limit, which is at negative shaft angles.
   DriveRig rig(machine(2, 0.2));
   ASSERT_EQ(rig.write(0x607E, 0, 0xC0, 1), 0U);
   ASSERT_EQ(rig.write(0x2065, 0, 5, 2), 0U);

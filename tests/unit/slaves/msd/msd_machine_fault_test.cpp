@@ -1,5 +1,5 @@
-// Faults as a user of the simulation makes them: something happens to the machine, the drive finds out, and display,
-// emergency, 603Fh, 1001h and 1003h say the same.
+// Faults caused by the machine of the simulation: the drive detects them, and display, emergency, 603Fh, 1001h and
+// 1003h agree.
 #include "drive_rig.hpp"
 
 namespace driveline::slaves::msd {
@@ -23,7 +23,7 @@ class MsdMachineFault : public testing::Test {
   double level(std::string_view input) {
     return rig.drive.signals().signal(*rig.drive.signals().find_signal(SignalPlace::Way::kInput, input));
   }
-  /// The fault as seen by the controller and on the display.
+  /// The fault as reported to the master and shown on the display.
   void expect_fault(Fault fault, bool lasting) {
     const FaultFacts& f = facts(fault);
     rig.pass(500ms);
@@ -65,7 +65,7 @@ class MsdMachineFault : public testing::Test {
     rig.fetch_emergencies();
     rig.emergencies.clear();
   }
-  /// With the cause gone: acknowledged, and the axis runs again.
+  /// The cause has ended: the fault is acknowledged, and the axis runs again.
   void expect_good_again() {
     acknowledge();
     ASSERT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);

@@ -1,4 +1,4 @@
-// The drive with the machine behind it: weight, end stops, winding, encoder.
+// The drive with its machine: weight, end stops, winding, encoder.
 #include "drive_rig.hpp"
 
 namespace driveline::slaves::msd {
@@ -98,7 +98,7 @@ TEST(MsdMachine, PowerComesBackToATurningMotorWithoutAJerk) {
   rig.target_velocity = rig.velocity;
   for (int i = 0; i < 80; ++i) {
     rig.cycle();
-    // The speed in force fades out while the setpoint, which came later, fades in.
+    // The present speed fades out while the setpoint, which came later, fades in.
     EXPECT_NEAR(rig.drive.velocity_rad_s(), coasting, 8.0);
   }
 }

@@ -1,4 +1,4 @@
-// Tables of the MSD manual, checked row by row, and behaviour that belongs to no single mode.
+// Tables of the MSD manual, checked row by row, and behaviour that is independent of the mode.
 #include "drive_rig.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 
@@ -73,7 +73,7 @@ TEST(MsdManual, ParametersAreAt2000hPlusTheirNumber) {
     EXPECT_EQ(0x2000 + parameter.number, parameter.index);
     EXPECT_FALSE(dictionary_table().object(parameter.index).empty());
   }
-  // Every parameter the chapters on EtherCAT and CiA 402 name.
+  // Every parameter named in the chapters on EtherCAT and CiA 402.
   for (const unsigned number :
        {3U,   11U,  33U,  34U,  45U,  100U, 106U, 107U, 110U, 121U,  122U,  123U,  124U,  126U,  143U,  153U, 154U,
         159U, 165U, 306U, 370U, 375U, 376U, 379U, 455U, 745U, 2011U, 2055U, 2060U, 2208U, 2209U, 2266U, 2285U}) {
@@ -207,8 +207,8 @@ TEST(MsdManual, QuickStopIsSmoothedLikeTheProfileAndTheFaultRampIsNot) {
   EXPECT_NEAR(speed_after_20_ms(true, true), trapezoid, 0.1);
 }
 
-/// Largest jerk of the shaft, of the mean acceleration of 2 ms, while this control word stops a movement of mode 1 or 3
-/// that has got to its full acceleration.
+/// Largest jerk of the shaft, from the mean acceleration over 2 ms, while this control word stops a movement of mode 1
+/// or 3 at its full acceleration.
 double jerk_of_stop(std::int8_t mode, std::uint16_t word, std::uint32_t halt_option) {
   DriveRig rig;
   EXPECT_EQ(rig.write(0x6086, 0, 3, 2), 0U);
@@ -288,7 +288,7 @@ TEST(MsdManual, ExternalTorqueFeedForwardCountsRatedTorque) {
     DriveRig rig;
     ASSERT_EQ(rig.write(0x217B, 2, 1, 2), 0U);
     ASSERT_EQ(rig.write_real(0x2178, 0, scale), 0U);
-    ASSERT_EQ(rig.write_real(0x2140, 0, 0.0F), 0U);  // no speed control: the feed-forward alone
+    ASSERT_EQ(rig.write_real(0x2140, 0, 0.0F), 0U);  // no speed control, only the feed-forward
     rig.operate();
     rig.enable(9);
     rig.torque_offset = 200;  // 20 % of the rated torque

@@ -1,4 +1,4 @@
-// Objects of the drive: identity, strings, parameters that check or command, storage.
+// Objects of the drive: identity, strings, parameters with checks or commands, storage.
 #include <random>
 
 #include "drive_rig.hpp"
@@ -210,7 +210,7 @@ TEST(MsdObject, RandomProcessDataNeverBreaksThePlant) {
   std::vector<std::byte> data(20);
   for (int i = 0; i < 20000; ++i) {
     for (auto& b : data) b = static_cast<std::byte>(random());
-    if (i % 50 != 0) {  // mostly enabled, in a mode that runs
+    if (i % 50 != 0) {  // mostly enabled, in a moving mode
       data[0] = std::byte{0x0F};
       data[1] = std::byte{0};
       data[2] = static_cast<std::byte>(8 + i / 1000 % 3);

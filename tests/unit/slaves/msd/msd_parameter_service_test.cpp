@@ -172,7 +172,7 @@ TEST_F(MsdParameterFile, ABrokenFileIsFault0205WithItsLineAndFactorySettings) {
     EXPECT_NE(rig.drive.parameter_file_error().what.find(c.what), std::string::npos)
         << c.line << ": " << rig.drive.parameter_file_error().what;
     EXPECT_EQ(rig.read(0x605B), 0U) << "nothing of it is taken";
-    // Saving makes the file good again.
+    // Saving repairs the file.
     ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
     ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
     rig.pass(5ms);

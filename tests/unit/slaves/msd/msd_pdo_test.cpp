@@ -69,8 +69,8 @@ TEST(MsdPdo, OddByteCountNeedsNoFiller) {
   EXPECT_EQ(rig.device.process_data_size(2), 1U);
 }
 
-// What a SOEM master and a real drive with the same object layout say to each other (soem-sdinfo-akd, packets 281 to
-// 352); the answers of this drive must be the same bytes.
+// The dialogue of a SOEM master with a real drive with the same object layout (soem-sdinfo-akd, packets 281 to 352);
+// the answers of this drive must be the same bytes.
 TEST(MsdPdo, AnswersTheAssignmentScanLikeARealDrive) {
   DriveRig rig;
   rig.map(0x1600, {0x60400010});

@@ -364,7 +364,7 @@ class MsdRoundTable : public testing::Test {
     return parameters;
   }
   [[nodiscard]] double degrees() const { return rig.drive.position_rad() * 180.0 / std::numbers::pi; }
-  /// Degrees really travelled.
+  /// Degrees actually travelled.
   double travel(std::int32_t target, std::uint32_t option, std::uint16_t bits = 0) {
     EXPECT_EQ(rig.write(0x60F2, 0, option, 2), 0U);
     rig.target_position = target;

@@ -131,7 +131,7 @@ class MsdVelocityMode : public testing::Test {
 };
 
 TEST_F(MsdVelocityMode, FollowsItsRamps) {
-  // 606Bh is the frequency; the rotor swings a little around it where a ramp begins or ends.
+  // 606Bh is the frequency; the rotor oscillates a little around it at the start and end of a ramp.
   const auto demand = [this] { return static_cast<std::int32_t>(rig.read(0x606B)); };
   setpoint(10'000);
   run(kUnlock | kReference, 800);
@@ -262,8 +262,8 @@ TEST_F(MsdInterpolatedPosition, HaltStopsTheAxis) {
 }
 
 TEST(MsdModes, SwitchingInMotionKeepsTheSpeed) {
-  // Under load of friction the axis runs at 5 rev/s; every change of mode that asks for the same speed again leaves it
-  // alone, and a change to a mode with standstill as its target brakes on its ramp.
+  // Under the load of friction the axis runs at 5 rev/s; a change of mode that commands the same speed again does not
+  // affect it, and a change to a mode with standstill as its target brakes on its ramp.
   DriveRig rig;
   rig.operate();
   ASSERT_EQ(rig.write(0x6092, 1, kRevolution, 4), 0U);
@@ -282,7 +282,7 @@ TEST(MsdModes, SwitchingInMotionKeepsTheSpeed) {
     EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
   };
   const auto nothing = [] {};
-  const auto follow = [&] { rig.target_position = rig.position + 655; };  // where it will be
+  const auto follow = [&] { rig.target_position = rig.position + 655; };  // the predicted position
   run(3, 400, nothing);
   run(8, 1, follow);
   run(8, 400, [&] { rig.target_position += 655; });

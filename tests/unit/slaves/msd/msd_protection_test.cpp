@@ -1,4 +1,4 @@
-// Protection of motor and power stage, faults whose cause stays, warnings (MSD manual 4.7, 11.3.2, 13).
+// Protection of motor and power stage, faults with a persistent cause, warnings (MSD manual 4.7, 11.3.2, 13).
 #include <set>
 
 #include "drive_rig.hpp"
@@ -122,7 +122,7 @@ TEST(MsdProtection, OverloadOfTypeThermReachesItsShareWithItsTimeConstant) {
   EXPECT_NEAR(model.motor_c(), 25.0 + 65.0 * (1.0 - std::exp(-10.0 / 600.0)), 0.1);
 }
 
-/// An axis that pushes with 1.5 times its rated current against an end stop, until something trips.
+/// An axis that pushes with 1.5 times its rated current against an end stop, until a protection trips.
 double seconds_of_stall(DriveRig& rig, std::uint32_t overload_type) {
   EXPECT_EQ(rig.write(0x22DF, 0, overload_type, 2), 0U);
   EXPECT_EQ(rig.write(0x22DC, 0, 0, 2), 0U);  // no temperature sensor
@@ -215,7 +215,7 @@ TEST(MsdProtection, MotorTemperatureIsMonitoredWithASensor) {
   EXPECT_EQ(rig.write(0x22DC, 0, 5, 2), 0x06090030U) << "not used";
 }
 
-/// The default limits of speed, 6000 rpm in 607Fh and 6080h, are ones the axis can run at for ever.
+/// The axis can run continuously at the default speed limits, 6000 rpm in 607Fh and 6080h.
 TEST(MsdProtection, TheHighestSpeedNeedsNoMoreThanFriction) {
   for (const bool windings : {false, true}) {
     for (const std::int8_t mode : {std::int8_t{9}, std::int8_t{3}, std::int8_t{10}}) {
@@ -232,7 +232,7 @@ TEST(MsdProtection, TheHighestSpeedNeedsNoMoreThanFriction) {
           rig.cycles(8000);
           ASSERT_FALSE(rig.drive.fault().has_value())
               << "mode " << int{mode} << " after " << second << " s: " << facts(*rig.drive.fault()).text;
-          if (second == 0) continue;  // the way there
+          if (second == 0) continue;  // the acceleration phase
           EXPECT_NEAR(rig.drive.velocity_rad_s(), sign * 628.3, 0.003 * 628.3) << "mode " << int{mode};
           EXPECT_NEAR(rig.drive.torque_nm(), sign * friction_nm, 0.1 * friction_nm) << "mode " << int{mode};
         }
@@ -241,7 +241,7 @@ TEST(MsdProtection, TheHighestSpeedNeedsNoMoreThanFriction) {
   }
 }
 
-/// Work of the torque against friction and inertia, as the drive runs up to its limit and along it.
+/// Work of the torque against friction and inertia, while the drive accelerates to its limit and stays there.
 TEST(MsdProtection, NoTorqueVanishesAtTheSpeedLimit) {
   DriveRig rig;
   rig.operate();

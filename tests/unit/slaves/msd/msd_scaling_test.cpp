@@ -171,7 +171,7 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
 }
 
 TEST(MsdScaling, NoDriftOverTheWholeRangeAndBack) {
-  // 1/3 of a unit per increment: no double holds it.
+  // 1/3 of a unit per increment, which no double represents.
   const Ratio units = Ratio::of(1, 3);
   for (std::int64_t increments = -(std::int64_t{1} << 40); increments <= (std::int64_t{1} << 40);
        increments += 987'654'321) {
@@ -182,8 +182,8 @@ TEST(MsdScaling, NoDriftOverTheWholeRangeAndBack) {
   EXPECT_EQ(units.inverse().apply((std::int64_t{1} << 60)), 3 * (std::int64_t{1} << 60)) << "needs more than 64 bits";
 }
 
-/// A round table of 7 motor revolutions in 1000 units turns for more than 2^32 increments and back, in CSP: the shaft
-/// is where exact fractions say it is, and the position object never steps.
+/// A round table of 7 motor revolutions in 1000 units turns by more than 2^32 increments and back, in CSP: the shaft is
+/// where exact fractions predict, and the position object never makes a step.
 TEST(MsdScaling, NoDriftInMotionPastTheEndsOf32Bits) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);

@@ -1,4 +1,4 @@
-// What the drive takes from its settings, and when: cyclically (MSD manual 12.2.3), from PDOs (8.3.2), about its motor
+// The effect of the drive's settings, and its time: cyclically (MSD manual 12.2.3), from PDOs (8.3.2), of its motor
 // (8.2.2, 8.2.3), in its answers (8.2.2); movements across a change of mode.
 #include "drive_rig.hpp"
 
@@ -66,7 +66,7 @@ TEST_F(MsdProfileVelocityCyclic, RampsCountOnTheWay) {
   EXPECT_NEAR(acceleration(), -25.0, 2.0);
 }
 
-/// A braking ramp follows its deceleration too: quick stop 6085h, halt 6084h.
+/// A braking ramp also follows a change of its deceleration: quick stop 6085h, halt 6084h.
 TEST_F(MsdProfileVelocityCyclic, BrakingRampsCountOnTheWay) {
   for (const bool quick : {true, false}) {
     rig.control = 0x0F;
@@ -85,8 +85,8 @@ TEST_F(MsdProfileVelocityCyclic, BrakingRampsCountOnTheWay) {
   }
 }
 
-/// A movement belongs to the mode that has ordered it: with bit 4 at 0 homing is not started and interpolation not
-/// enabled (CiA 402), so the axis brakes with 6084h and stands.
+/// A movement belongs to the mode that has started it: with bit 4 at 0 homing is not started and interpolation not
+/// enabled (CiA 402), so the axis brakes with 6084h and stops.
 TEST(MsdModes, AMovementEndsWithItsMode) {
   struct Change {
     std::int8_t from;
@@ -97,7 +97,7 @@ TEST(MsdModes, AMovementEndsWithItsMode) {
     DriveRig rig;
     ASSERT_EQ(rig.write(0x6081, 0, 10 * kRev, 4), 0U);
     ASSERT_EQ(rig.write(0x6084, 0, 100 * kRev, 4), 0U);
-    ASSERT_EQ(rig.write(0x6098, 0, 23, 1), 0U);  // to a home switch that is not there
+    ASSERT_EQ(rig.write(0x6098, 0, 23, 1), 0U);  // to a missing home switch
     ASSERT_EQ(rig.write(0x6099, 1, 10 * kRev, 4), 0U);
     rig.operate();
     rig.enable(change.from);
@@ -212,8 +212,8 @@ TEST(MsdMotorData, IsWrittenWithThePowerStageOff) {
   EXPECT_EQ(rig.write_real(0x21C9, 0, 2.5F), 0x08000022U);
 }
 
-/// Of a motor with 2.4 Nm at 2.5 A the drive is told other data: it asks for the current they name, and gets the torque
-/// the motor makes of it.
+/// The drive gets wrong data of a motor with 2.4 Nm at 2.5 A: it commands the current according to these data, and the
+/// motor converts it to torque.
 TEST(MsdMotorData, WrongDataMakeWrongTorque) {
   struct Told {
     float current_a;

@@ -1,4 +1,4 @@
-// Device control of the drive: state machine in the physics, option codes, terminals, display.
+// Device control of the drive: effect of the state machine on the motion, option codes, terminals, display.
 #include "drive_rig.hpp"
 
 namespace driveline::slaves::msd {
@@ -82,7 +82,7 @@ TEST(MsdState, CurrentLimitStopsWithAllTheTorqueThereIs) {
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
 }
 
-/// An axis that swings through standstill is not at it: status bit 14 needs some time within the window.
+/// An axis that swings through standstill has not stopped: status bit 14 requires some time within the window.
 TEST(MsdState, StandstillIsMoreThanPassingZero) {
   DriveRig rig;
   rig.operate();

@@ -1,5 +1,5 @@
-// The drive and SYNC0: its requirements, its reaction when SYNC0 does not come, and its control steps that follow it
-// (MSD manual 9.1).
+// The drive and SYNC0: its requirements, its reaction to missing SYNC0, and its control steps, which follow SYNC0 (MSD
+// manual 9.1).
 #include <gmock/gmock.h>
 
 #include <functional>
@@ -43,7 +43,7 @@ class MsdSynchronisation : public ::testing::Test {
     slave_.advance(now_);
     return static_cast<AlStatusCode>(slave_.esc().memory().get(reg::kAlStatusCode));
   }
-  /// Expedited download, handed to the drive as its mailbox.
+  /// Expedited download, passed to the drive as its mailbox message.
   void download(unsigned index, unsigned sub, std::uint32_t value, unsigned size) {
     std::vector<std::byte> mail(kMailboxSize);
     counter_ = counter_ % 7 + 1;
@@ -104,7 +104,7 @@ class MsdSynchronisation : public ::testing::Test {
     for (int i = 0; i < 12; ++i) cycle();
     ASSERT_EQ(slave_.state(), AlState::kOp);
   }
-  /// Fetches the mailboxes that wait, as a master does.
+  /// Fetches the waiting mailbox messages, like a master.
   std::vector<std::array<unsigned, 4>> emergencies() {
     std::vector<std::array<unsigned, 4>> found;
     std::vector<std::byte> mail(kMailboxSize);
@@ -160,7 +160,7 @@ TEST_F(MsdSynchronisation, OutputsThatComeNoMoreAreNoticedBeforeTheWatchdog) {
   EXPECT_EQ(drive().fault(), Fault::kLocalError);
 }
 
-/// Emergencies that the slave has sent: error code, error register, fault number and location.
+/// Emergencies sent by the slave: error code, error register, fault number and location.
 using Emergencies = std::vector<std::array<unsigned, 4>>;
 
 /// Er 14 06 in manufacturer-specific form (MSD manual 13.3, FF00h).
@@ -292,7 +292,7 @@ TEST_F(MsdSynchronisation, TheLimitOfMissingOutputsIsASetting) {
   EXPECT_EQ(code(), AlStatusCode::kDcSyncTimeout);
 }
 
-/// Outputs come 500 us before SYNC0, once 200 us later, and three times not at all: 1C32h tells.
+/// Outputs arrive 500 us before SYNC0, once 200 us later, and three times not at all, which 1C32h reports.
 TEST_F(MsdSynchronisation, TheDriveMeasuresHowPunctualOutputsAre) {
   to_op();
   for (int i = 0; i < 20; ++i) cycle();
@@ -320,8 +320,8 @@ TEST(MsdSynchronisationType, DcInsistsOnSync0) {
   EXPECT_EQ(rig.device.sync_demand().type, SyncType::kSync0);
 }
 
-/// Largest difference of two speeds while the setpoint moves evenly, in increments per second. SYNC0 comes every
-/// 125.025 us; the drive's own time base is 200 ppm faster.
+/// Largest difference of two speeds while the setpoint moves at constant speed, in increments per second. SYNC0 comes
+/// every 125.025 us; the drive's own time base is 200 ppm faster.
 std::int32_t ripple(bool sync) {
   DriveRig rig;
   rig.operate();

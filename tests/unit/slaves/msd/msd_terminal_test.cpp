@@ -27,7 +27,7 @@ TEST(MsdTerminal, FunctionImageDoesNotDependOnTheTerminal) {
   };
   DriveRig rig;
   for (unsigned selector = 1; selector <= 10; ++selector) {
-    if (selector == 8) continue;  // ISDSH, its own function is seen below
+    if (selector == 8) continue;  // ISDSH, whose own function is checked below
     for (const auto& f : {Function{6, 1U << 0U}, Function{5, 1U << 1U}, Function{10, 1U << 2U}}) {
       ASSERT_EQ(rig.write(static_cast<std::uint16_t>(0x2064 + selector), 0, f.code, 2), 0U);
       rig.drive.set_input(kAllInputs[selector], true);
@@ -151,7 +151,7 @@ TEST(MsdTerminal, StoRelayFollowsIsdsh) {
   EXPECT_EQ(rig.read(0x208F) & 0x8000U, 0x8000U);
 }
 
-/// A broken wire of a limit switch that is a break contact stops the axis, which is what break contacts are for.
+/// A broken wire of a limit switch with a break contact stops the axis, which is the purpose of break contacts.
 TEST(MsdTerminal, P120InvertsInputsSoThatABrokenWireIsALimit) {
   MsdParameters parameters;
   parameters.switches = {{Input::kIsd01, 1e6, 1e7, true}};  // far away: the contact is closed

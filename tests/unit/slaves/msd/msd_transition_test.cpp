@@ -1,4 +1,4 @@
-// Movement of the shaft in transitions: every value of the option codes 605Ah-605Eh, every change of mode under load.
+// Motion of the shaft during transitions: every value of the option codes 605Ah-605Eh, every change of mode under load.
 #include <algorithm>
 
 #include "drive_rig.hpp"
@@ -8,10 +8,10 @@ namespace {
 
 constexpr double kSlowDownRamp = 100.0 * kTurnRad;   ///< 6084h in this file, rad/s2
 constexpr double kQuickStopRamp = 300.0 * kTurnRad;  ///< 6085h
-constexpr double kFriction = 0.03 / 3.0e-4;          ///< what coasting takes, rad/s2; the viscous part is small
-constexpr double kTorqueLimit = 7.2 / 3.0e-4;        ///< what the current limit gives, rad/s2
+constexpr double kFriction = 0.03 / 3.0e-4;          ///< deceleration while coasting, rad/s2; the viscous part is small
+constexpr double kTorqueLimit = 7.2 / 3.0e-4;        ///< acceleration at the current limit, rad/s2
 
-/// How the axis comes to rest.
+/// How the axis is stopped.
 enum class Stop : std::uint8_t { kCoasts, kSlowDown, kQuickStop, kCurrentLimit };
 
 /// Runs at 10 rev/s in mode 3, with the two ramps far apart.
@@ -25,7 +25,7 @@ void run_fast(DriveRig& rig) {
   ASSERT_NEAR(rig.velocity, 10 * kRevolution, 20'000);
 }
 
-/// Deceleration over the middle half of the way down, in rad/s2; 0 when it takes longer than half a second.
+/// Deceleration over the middle half of the stop, in rad/s2; 0 if it takes longer than half a second.
 double deceleration(DriveRig& rig) {
   const double speed = rig.drive.velocity_rad_s();
   int begin = -1;
@@ -87,7 +87,7 @@ TEST(MsdOptionCode, QuickStopEveryValue605A) {
   }
 }
 
-/// What a stop on the current limit does from here on: how far the axis turns back, and how fast it is when it is over.
+/// A stop on the current limit from here on: how far the axis turns back, and its speed at the end.
 struct LimitStop {
   double backwards_rad_s = 0.0;
   double at_end_rad_s = 1e9;
@@ -149,7 +149,7 @@ TEST(MsdOptionCode, StopOnTheCurrentLimitOfAVerticalAxisEndsAtZero) {
   }
 }
 
-/// Out of torque control and out of an acceleration, where the torque in force pushes on.
+/// From torque control and from an acceleration, where the present torque pushes on.
 TEST(MsdOptionCode, StopOnTheCurrentLimitTakesOverAnyTorque) {
   for (const std::int8_t mode : {std::int8_t{9}, std::int8_t{10}}) {
     SCOPED_TRACE(int{mode});
@@ -237,8 +237,8 @@ TEST(MsdOptionCode, FaultReactionEveryValue605E) {
   }
 }
 
-/// A master as it should be: its setpoints go on from where the shaft is and as fast as it turns. Modes with a profile
-/// of their own bring it to rest, or to speed again, on their ramps.
+/// A correct master: its setpoints continue from the position and speed of the shaft. Modes with a profile of their own
+/// stop or accelerate it on their ramps.
 class ModeMaster {
  public:
   ModeMaster(DriveRig& rig, std::int32_t speed, std::int16_t torque) : rig_(rig), fast_(speed), torque_(torque) {}
@@ -304,7 +304,8 @@ TEST(MsdModes, EveryChangeOfModeUnderLoadStaysWithinTheJerkLimitedRamps) {
     SCOPED_TRACE(testing::Message() << int{from} << " to " << int{to} << " after " << dwell);
     DriveRig rig(parameters);
     rig.operate();
-    // Every mode moves: positioning and homing a long way, the velocity mode as fast as its setpoint can say.
+    // Every mode moves: positioning and homing over a long distance, the velocity mode as fast as its setpoint can
+    // express.
     ASSERT_EQ(rig.write(0x6081, 0, kSpeed, 4), 0U);
     ASSERT_EQ(rig.write(0x6098, 0, 18, 1), 0U);
     ASSERT_EQ(rig.write(0x6099, 1, kSpeed, 4), 0U);

@@ -1,16 +1,16 @@
-// The timing diagrams of the touch probe (MSD manual Figures 14.1, 14.2), cycle by cycle through the process data of a
-// drive that moves; every signal that can be configured, since their "timing is corresponding".
+// The timing diagrams of the touch probe (MSD manual Figures 14.1, 14.2), cycle by cycle with the process data of a
+// moving drive; for every signal that can be configured, because their "timing is corresponding".
 #include "drive_rig.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
 
-/// One line of a diagram: what the controller and the machine do in a bus cycle, and what the inputs say at its end.
+/// A line of a diagram: the commands and machine signals in a bus cycle, and the inputs at its end.
 struct DiagramRow {
   unsigned function = 0;  ///< 60B8h
-  bool level = false;     ///< of the input; the zero pulse: passed in this cycle
+  bool level = false;     ///< level of the input; zero pulse: whether it is passed in this cycle
   unsigned status = 0;    ///< 60B9h
-  int taken = 0;          ///< the object holds the position of the edge in this line; 0: nothing yet
+  int taken = 0;          ///< line whose edge position the object holds; 0: none yet
   const char* says = "";
 };
 
@@ -40,7 +40,7 @@ class ProbeDiagram {
     EXPECT_GT(std::abs(rig_.drive.velocity_rad_s()), 10.0);
   }
 
-  /// `source`: 1, 2 the inputs, 0 the zero pulse. `object`: which of 60BAh-60BDh.
+  /// `source`: 1, 2 the inputs, 0 the zero pulse. `object`: index in 60BAh-60BDh.
   void follow(unsigned source, unsigned object, const std::vector<DiagramRow>& rows) {
     std::vector<double> edges(rows.size() + 1, 0.0);
     bool level = false;
@@ -59,7 +59,7 @@ class ProbeDiagram {
         EXPECT_TRUE(other == object || value_[other] == 0) << "another object: " << other;
       }
     }
-    // The other sources have nothing to do with it.
+    // The other sources must have no effect.
     const unsigned status = status_;
     if (source != 1) change(1, {rows.back().function, true}, true);
     if (source != 2) change(2, {rows.back().function, true}, true);
@@ -67,7 +67,7 @@ class ProbeDiagram {
   }
 
  private:
-  static constexpr auto kInto = 37us;  ///< of the bus cycle, when inputs change
+  static constexpr auto kInto = 37us;  ///< time in the bus cycle at which inputs change
 
   double change(unsigned source, const DiagramRow& row, bool edge) {
     const double from = rig_.drive.position_rad();
@@ -77,7 +77,7 @@ class ProbeDiagram {
     const double share = 37.0 / 125.0;
     return (from + share * (rig_.drive.position_rad() - from)) * kIncrementsPerRadian;
   }
-  /// With the zero pulse: all cycles up to the one that passes it. Without: one cycle that does not.
+  /// With the zero pulse: runs cycles up to the one that passes it. Without: runs a cycle that does not pass it.
   double pulse(const DiagramRow& row) {
     const auto turn = [this] { return std::floor(rig_.drive.position_rad() / (2.0 * std::numbers::pi)); };
     const double before = turn();
@@ -134,7 +134,7 @@ TEST_P(TouchProbeDiagram402, SingleTriggerMode) {
   const unsigned armed = on | s.edge();
   const unsigned active = s.activate();
   const unsigned taken = active | s.stored();
-  // `a` makes the edge that counts; the zero pulse has no other.
+  // `a` makes the relevant edge; the zero pulse has no other.
   const bool a = !s.negative || s.source == 0;
   const bool b = s.source != 0 && !a;
   std::vector<DiagramRow> rows = {
@@ -198,7 +198,7 @@ INSTANTIATE_TEST_SUITE_P(
 /// One of the five latches of Tables 14.5 and 14.6.
 struct VendorLatch {
   unsigned source = 1;
-  unsigned bit = 0;  ///< of 60B8h and 60B9h; the code that reads it is one more
+  unsigned bit = 0;  ///< bit in 60B8h and 60B9h; the code that reads it is one higher
   bool negative = false;
   const char* name = "";
 };

@@ -1,4 +1,4 @@
-// Touch probe (MSD manual 14.1): the function by itself as timing diagrams, then in the drive.
+// Touch probe (MSD manual 14.1): the function alone with timing diagrams, then in the drive.
 #include "driveline/slaves/msd/core/touch_probe.hpp"
 
 #include "drive_rig.hpp"
@@ -162,7 +162,7 @@ class MsdTouchProbe : public testing::Test {
     rig.operate();
     rig.run_at(10'000'000);
   }
-  /// Runs for `cycles` and lets the input change in the middle of a control cycle; the position the axis had there.
+  /// Runs for `cycles` and changes the input in the middle of a control cycle; returns the axis position at that time.
   double change(Input input, bool level, std::chrono::nanoseconds into) {
     const double before = rig.drive.position_rad();
     EXPECT_TRUE(rig.drive.schedule_input(input, level, rig.now + into));

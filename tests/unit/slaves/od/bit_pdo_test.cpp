@@ -1,4 +1,4 @@
-// Process data of less than a byte, across byte borders, with gaps, and of more than one sync manager per direction.
+// Process data smaller than a byte, across byte borders, with gaps, and of several sync managers per direction.
 #include <gtest/gtest.h>
 
 #include "driveline/slaves/pdo/pdo_map.hpp"
@@ -16,7 +16,7 @@ EntryRow fixed(std::uint16_t index, std::uint8_t subindex, DataType type, double
       .index = index, .subindex = subindex, .type = type, .slot = slot::kConstant, .name = "Fixed", .initial = value};
 }
 
-/// Two output sync managers (0 and 2) and one input sync manager (5), all fixed, and one mapping that may be written.
+/// Two output sync managers (0 and 2) and one input sync manager (5), all fixed, and one writable mapping.
 const DictionaryTable& bit_table() {
   static const auto kRows = [] {
     const auto value = [](std::uint16_t index, DataType type) {

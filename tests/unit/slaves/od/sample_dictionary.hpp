@@ -114,7 +114,7 @@ inline std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
   return out;
 }
 
-/// Owner that can refuse, notes what was written, and has a power stage.
+/// An owner that can refuse, records writes, and has a power stage.
 struct SampleOwner : DictionaryOwner {
   std::function<SdoResult<void>(const EntryRow&, std::uint64_t)> decide;
   std::vector<std::pair<std::uint16_t, std::uint8_t>> writes;

@@ -1,4 +1,4 @@
-// Values are read and written with their own type: anything else does not compile.
+// Values can be read and written only with their own type: anything else does not compile.
 #include "driveline/slaves/od/slot.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ struct Four : SlotNumbers {
   Slot<bool> last{next()};
 };
 
-/// Behind those of another struct.
+/// Slots after those of another struct.
 struct More : SlotNumbers {
   constexpr More() noexcept : SlotNumbers(Four{}.end()) {}
   Slot<std::uint8_t> first{next()};

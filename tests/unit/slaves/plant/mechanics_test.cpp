@@ -84,7 +84,7 @@ TEST(Mechanics, EnergyNeverGrowsWithoutTorque) {
     for (int i = 0; i < 2000; ++i) {
       mechanics.step(0.0, false);
       if (std::abs(mechanics.load_position_rad()) > 0.5)
-        continue;  // what a hard stop holds for a moment does not count
+        continue;  // forces that a hard stop holds for a moment do not count
       ASSERT_LE(mechanics.energy_j(), energy + 1e-12 * most) << run << ' ' << i;
       energy = mechanics.energy_j();
     }

@@ -30,7 +30,7 @@ MotorParameters machine() {
   return p;
 }
 
-/// Two seconds of torque that lifts, brakes and lets down.
+/// Two seconds of torque that lifts, brakes and lowers.
 Account run(const MotorParameters& parameters) {
   ServoMotor motor(parameters, kStepS, 0.0);
   const auto stored = [&motor] { return motor.mechanics().energy_j(); };
@@ -82,8 +82,8 @@ TEST(PowerBalance, WeightIsLiftedAndLetDown) {
   expect_balanced(run(parameters));
 }
 
-/// Accelerate with all the torque there is, hold the speed, brake: at every speed either way what the DC link gives is
-/// heat, friction and motion, to one percent of what has gone to and fro.
+/// Accelerates with full torque, holds the speed, brakes: at every speed in either direction the energy from the DC
+/// link becomes heat, friction and motion, to one percent of the exchanged energy.
 TEST(PowerBalance, HoldsOverTheWholeSpeedRange) {
   for (const bool windings : {false, true}) {
     for (const double speed : {50.0, 150.0, 300.0, 450.0, 550.0, 620.0, 200.0 * std::numbers::pi, 700.0, 5000.0}) {
@@ -123,7 +123,7 @@ TEST(PowerBalance, HoldsOverTheWholeSpeedRange) {
   }
 }
 
-/// With the power stage off nothing goes into the windings or out of them: the shaft pays for friction alone.
+/// With the power stage off no energy enters or leaves the windings: the shaft loses energy only by friction.
 TEST(PowerBalance, PowerStageOffLeavesFrictionAlone) {
   const auto parameters = machine();
   for (const double dc_link_volts : {560.0, 0.0}) {
@@ -149,7 +149,7 @@ TEST(PowerBalance, PowerStageOffLeavesFrictionAlone) {
   }
 }
 
-/// There is no voltage to switch, so nothing flows, also in the step in which it goes.
+/// Without a voltage to switch no current flows, also in the step in which the voltage is lost.
 TEST(PowerBalance, NoDcLinkIsNoShortCircuit) {
   ServoMotor motor(machine(), kStepS, 0.0);
   for (int i = 0; i < 1600; ++i) motor.step(1.2);

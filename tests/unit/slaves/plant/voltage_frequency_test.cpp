@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStep = 62.5e-6;
 
-/// A motor on its voltage, with a weight as its load.
+/// A motor on a voltage, with a weight as its load.
 class Bench {
  public:
   explicit Bench(double load_nm, MotorParameters parameters = {}) : motor_(with_load(parameters, load_nm), kStep, 0.0) {
@@ -42,7 +42,7 @@ class Bench {
     motor_.step(vector_, false);
     highest_current_ = std::max(highest_current_, current.current_a());
   }
-  /// Largest distance of the shaft's speed from the frequency in this time.
+  /// Largest difference of the shaft's speed from the frequency in this time.
   double swing(double time_s) {
     double most = 0.0;
     for (int i = 0; i < static_cast<int>(time_s / kStep); ++i) {
@@ -51,9 +51,9 @@ class Bench {
     }
     return most;
   }
-  /// Between voltage and d axis, electrical.
+  /// Electrical angle between voltage and d axis.
   [[nodiscard]] double angle() const { return angle_; }
-  /// The most torque at this speed.
+  /// The highest torque at this speed.
   [[nodiscard]] double pull_out_nm(double speed_rad_s) const {
     const double volts = control_.characteristic_v(motor_.parameters().pole_pairs * speed_rad_s);
     double torque = 0.0;
@@ -134,7 +134,7 @@ TEST(VoltageFrequency, PullsOutJustAboveTheTorqueTheCircuitCanGive) {
   const auto mean_speed = [&](double share) {
     Bench bench(0.0, parameters);
     bench.run(60.0, 0.5);
-    // The same speed and angle with the load: it comes slowly, as a weight that is lowered onto the hook.
+    // The same speed and angle with the load, which is applied slowly, like a weight lowered onto a hook.
     const double start = bench.motor().position_rad();
     for (int i = 0; i < 16000; ++i) bench.step();
     EXPECT_NEAR(bench.motor().position_rad() - start, 60.0, 0.1);
@@ -148,7 +148,7 @@ TEST(VoltageFrequency, PullsOutJustAboveTheTorqueTheCircuitCanGive) {
   EXPECT_LT(mean_speed(1.15), 0.0) << "the weight falls";
 }
 
-/// A long time at the limit: the current stays near it, whatever the rotor does.
+/// A long time at the limit: the current stays close to it, whatever the rotor does.
 TEST(VoltageFrequency, VoltageGivesWayAtTheCurrentLimit) {
   Bench bench(0.0);
   auto characteristic = bench.motor().rated_characteristic();
@@ -177,7 +177,7 @@ TEST(VoltageFrequency, TakesOverTorqueAndSpeedWithoutAJump) {
         parameters.load.gravity_nm = load;
         parameters.coulomb_friction_nm = 0.0;
         ServoMotor motor(parameters, kStep, 0.0);
-        // A speed controller of the test takes it there and holds it.
+        // A speed controller of the test accelerates it and holds the speed.
         for (int i = 0; i < 40000; ++i) motor.step(load + 2e-4 * speed + 0.2 * (speed - motor.velocity_rad_s()));
         ASSERT_NEAR(motor.velocity_rad_s(), speed, 0.1);
         const double torque = motor.torque_nm();
@@ -193,7 +193,7 @@ TEST(VoltageFrequency, TakesOverTorqueAndSpeedWithoutAJump) {
         double last = motor.velocity_rad_s();
         for (int i = 0; i < 8000; ++i) {
           motor.step(control.step(electrical, {current.current_a(), current.active_current_a()}), false);
-          // 800 rad/s2 at most, where the torque that is taken over gives 3,300.
+          // At most 800 rad/s2, although the torque taken over would cause 3,300.
           ASSERT_NEAR(motor.velocity_rad_s(), last, 0.05) << speed << " rad/s, " << load << " Nm, step " << i;
           last = motor.velocity_rad_s();
           ASSERT_NEAR(motor.velocity_rad_s(), speed, 1.0 + 0.01 * std::abs(speed))

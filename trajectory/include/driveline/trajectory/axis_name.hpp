@@ -10,37 +10,36 @@
 
 namespace driveline::trajectory {
 
-/// Longest name of an axis, in characters: the limit of the telemetry records.
+/// Longest name of an axis in characters; the telemetry records have no room for more.
 inline constexpr std::size_t kMaxAxisNameLength = 31;
 
-/// Why a name cannot be that of an axis.
+/// Reason why a name is not a valid axis name.
 struct AxisNameError {
-  /// The part of the rule that the name breaks.
+  /// The violated part of the rule.
   enum class Fault : std::uint8_t {
-    kSpelling,  ///< too long, empty, `time`, or of other characters
-    kTaken,     ///< another axis has it
+    kSpelling,  ///< too long, empty, `time`, or containing other characters
+    kTaken,     ///< used by another axis
   };
-  Fault fault = Fault::kSpelling;  ///< the part of the rule that the name breaks
-  std::string name;                ///< as it was given
+  Fault fault = Fault::kSpelling;  ///< the violated part of the rule
+  std::string name;                ///< the name as given
 };
 
 /// The error as a sentence.
 [[nodiscard]] std::string describe(const AxisNameError& error);
 
-/// Whether `name` can be that of a further axis beside those that have the names `taken`.
+/// Checks whether `name` is valid for a further axis beside those named in `taken`.
 ///
-/// The one rule for axes, in a line description as in the heading of a path: 1 to 31 characters out of letters (a to z,
-/// A to Z), digits and "_-."; not `time`, which is the column beside them; no two alike.
+/// The single rule for axis names, in line descriptions as well as in the heading of a path: 1 to 31 characters out of
+/// letters (a to z, A to Z), digits and "_-."; not `time`, which is the time column; all names differ.
 [[nodiscard]] tl::expected<void, AxisNameError> check_axis_name(std::string_view name,
                                                                 std::span<const std::string_view> taken = {});
 
-/// The place of `name` among `names`; none: it is not there. Names are the same character by character: upper and lower
-/// case differ.
+/// Index of `name` in `names`; nullopt if it is absent. The comparison is case-sensitive.
 [[nodiscard]] std::optional<std::size_t> find_axis_name(std::string_view name,
                                                         std::span<const std::string_view> names) noexcept;
 
-/// Hint for a name that is not among `names`: `; there is "X", and upper and lower case differ` when a name differs in
-/// case only, else empty.
+/// Hint for a name that is not in `names`: `; there is "X", and upper and lower case differ` if a name differs in case
+/// only, otherwise empty.
 [[nodiscard]] std::string axis_name_hint(std::string_view name, std::span<const std::string_view> names);
 
 }  // namespace driveline::trajectory

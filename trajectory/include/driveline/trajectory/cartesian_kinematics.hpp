@@ -7,7 +7,7 @@
 
 namespace driveline::trajectory {
 
-/// A machine whose axes are the coordinates: x, y, z.
+/// A machine whose joints are the coordinates x, y, z of the tool.
 class CartesianKinematics final : public Kinematics {
  public:
   [[nodiscard]] std::span<const KinematicCoordinate> coordinates() const noexcept override;

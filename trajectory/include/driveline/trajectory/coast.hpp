@@ -6,26 +6,27 @@
 
 namespace driveline::trajectory {
 
-/// Estimates where a drive is while setpoints do not reach it: it goes on as it moved for some periods and then slows
-/// down. A plain value without memory of its own.
+/// Estimates the position of a drive while setpoints do not reach it: the drive continues its motion for some periods
+/// and then decelerates. A plain value without heap memory.
 class Coast {
  public:
   Coast() = default;
-  /// `straight`: number of periods with the last velocity or acceleration; then the drive slows down by `deceleration`,
-  /// in rad/s^2 or m/s^2 (0: never).
+  /// `straight`: number of periods with the last velocity or acceleration; afterwards the drive decelerates by
+  /// `deceleration`, in rad/s^2 or m/s^2 (0: never).
   Coast(std::uint32_t straight, double deceleration) noexcept : straight_(straight), deceleration_(deceleration) {}
 
-  /// A setpoint has reached the drive; `velocity` is that of the step to it. `acceleration`, rad/s^2 or m/s^2: with
-  /// which a drive that holds its torque goes on; 0: it holds its velocity. \rtsafe
+  /// Reports that a setpoint has reached the drive; `velocity` is the velocity of the step to it. `acceleration`,
+  /// rad/s^2 or m/s^2: acceleration with which a drive that holds its torque continues; 0: it holds its velocity.
+  /// \rtsafe
   void give(double position, double velocity, double acceleration = 0.0) noexcept;
-  /// A period has passed without a setpoint for the drive. \rtsafe
+  /// Reports that a period has passed without a setpoint for the drive. \rtsafe
   void step(double period_s) noexcept;
 
-  /// The estimated position now, in rad or m. \rtsafe
+  /// Current estimated position, rad or m. \rtsafe
   [[nodiscard]] double position() const noexcept { return position_; }
-  /// The estimated velocity now, in rad/s or m/s.
+  /// Current estimated velocity, rad/s or m/s.
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
-  /// The setpoint that, sent one period from now, continues the estimated motion. \rtsafe
+  /// Returns the setpoint that continues the estimated motion if it is sent one period from now. \rtsafe
   [[nodiscard]] AxisSetpoint next(double period_s) const noexcept;
 
  private:

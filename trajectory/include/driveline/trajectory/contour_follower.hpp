@@ -10,53 +10,53 @@
 
 namespace driveline::trajectory {
 
-/// Outputs that are reported in one cycle; further ones follow in the next.
+/// Maximum number of outputs reported in one cycle; further ones are reported in the next cycle.
 inline constexpr std::size_t kMostOutputsOfCycle = 4;
 
-/// Where the axes of a group shall be in one cycle.
+/// Setpoints of the axes of a group for one cycle.
 struct ContourSetpoint {
-  GroupVector position{};      ///< of the axes, rad or m
-  GroupVector velocity{};      ///< rad/s or m/s
-  GroupVector acceleration{};  ///< rad/s² or m/s²
-  GroupVector
-      tool{};  ///< the place on the path in the coordinates of the moves: of a machine without kinematics the position
-  std::uint64_t move = 0;  ///< number of the move that they are on, 0 is the first
-  double length = 0.0;     ///< along the path since its begin, m or rad
-  double speed = 0.0;      ///< along the path, m/s or rad/s, negative backwards
-  bool at_rest = true;     ///< all axes stand
-  /// They stand at the end of what is planned: the path is finished, or the planner has nothing.
+  GroupVector position{};      ///< positions of the axes, rad or m
+  GroupVector velocity{};      ///< velocities of the axes, rad/s or m/s
+  GroupVector acceleration{};  ///< accelerations of the axes, rad/s² or m/s²
+  GroupVector tool{};  ///< position on the path in the coordinates of the moves; equals `position` without kinematics
+  std::uint64_t move = 0;  ///< number of the current move, from 0
+  double length = 0.0;     ///< length along the path since its start, m or rad
+  double speed = 0.0;      ///< speed along the path, m/s or rad/s; negative: backwards
+  bool at_rest = true;     ///< all axes are at standstill
+  /// The axes are at standstill at the end of the planned path: the path is finished, or nothing is planned.
   bool at_end = true;
-  bool dwells = false;                                    ///< they stand because a move says so
-  std::size_t changes = 0;                                ///< so many of `changed`
+  bool dwells = false;                                    ///< the axes are at standstill because of a dwell
+  std::size_t changes = 0;                                ///< number of valid elements in `changed`
   std::array<PathOutput, kMostOutputsOfCycle> changed{};  ///< outputs of this cycle, see changed_outputs()
 
-  /// Outputs whose places the axes have passed with this cycle, in the order of the path. Each is told once: backwards
-  /// there are none, and what has been passed before is not told again when the axes come back. \rtsafe
+  /// Outputs whose positions on the path the axes have passed in this cycle, in path order. Each output is reported
+  /// once: never on the way backwards, and not again when the axes return. \rtsafe
   [[nodiscard]] std::span<const PathOutput> changed_outputs() const noexcept {
     return std::span(changed).first(changes);
   }
 };
 
-/// The cycle's part of a planned path: goes along it, faster, slower, backwards or not at all, always on the path and
-/// always within the limits of the axes, whatever is asked for and when. What is asked for takes effect with the next
-/// cycle, or when the acceleration that is under way has been taken back (at most smoothing_cycles() later).
+/// The cyclic part of a planned path: moves the axes along it faster, slower, backwards or not at all, always on the
+/// path and always within the limits of the axes, whatever is requested and when. A request takes effect in the next
+/// cycle, or after the present acceleration has been reduced to zero (at most smoothing_cycles() later).
 ///
-/// The speed along the path has an acceleration that jumps within its limits; the mean of the places of the last N
-/// cycles is where the axes are told to be, so that the jerk is limited, too. See trajectory/README.md, "Along a path".
+/// The speed along the path has a bounded acceleration that may jump. The position setpoint is the mean of the path
+/// positions of the last N cycles, which bounds the jerk as well. See trajectory/README.md, "Along a path".
 class ContourFollower {
  public:
-  /// Begins at rest at the begin of `track`, which must outlive it. Allocates.
+  /// Starts at rest at the start of `track`, which must outlive it. Allocates.
   explicit ContourFollower(ContourTrack& track);
 
-  /// Feed, as a share of what the moves say, from 0 to kMaxOverride; 0 stops the axes on the path. False, and nothing
-  /// happens: the value is out of range or not a number. \rtsafe
+  /// Sets the feed override, from 0 to kMaxOverride times the feed of the moves; 0 stops the axes on the path. Returns
+  /// false, without effect, if the value is out of range or NaN. \rtsafe
   bool set_override(double share) noexcept;
-  /// Stops the axes on the path, or lets them go on. The time of a dwell does not run while they are held. \rtsafe
+  /// Stops the axes on the path, or lets them continue. The time of a dwell does not elapse while they are held.
+  /// \rtsafe
   void hold(bool held) noexcept { held_ = held; }
-  /// Backwards along the path, as far as it is still known, or forwards. Dwells and outputs belong to the way forwards,
-  /// and are done once. \rtsafe
+  /// Selects the direction: backwards along the path, as far as it is still stored, or forwards. Dwells and outputs are
+  /// executed only on the way forwards, and once. \rtsafe
   void reverse(bool backwards) noexcept { backwards_ = backwards; }
-  /// The next cycle. Bounded: looks at some 40 stretches ahead. \rtsafe
+  /// Computes the setpoints of the next cycle. Bounded: checks about 40 stretches ahead. \rtsafe
   ContourSetpoint step() noexcept;
 
  private:
@@ -81,34 +81,34 @@ class ContourFollower {
 
   ContourTrack& track_;
   const double period_s_;
-  const std::int64_t window_;  ///< cycles that are averaged
+  const std::int64_t window_;  ///< number of cycles in the average
   double override_ = 1.0;
   bool held_ = false;
   bool backwards_ = false;
 
-  // Before the averaging.
+  // State before averaging.
   PathTicks place_ = 0;
-  double speed_ = 0.0;  ///< in the direction of the motion, >= 0
+  double speed_ = 0.0;  ///< in the direction of motion, >= 0
   int direction_ = 1;
-  std::int64_t since_rise_;  ///< cycles since the speed (forwards is positive) rose
-  std::int64_t since_fall_;  ///< and fell
+  std::int64_t since_rise_;  ///< cycles since the signed speed rose
+  std::int64_t since_fall_;  ///< cycles since the signed speed fell
   std::uint64_t cell_ = 0;
   std::uint64_t cells_known_ = 0;
-  std::uint64_t event_ = 0;  ///< the next one
+  std::uint64_t event_ = 0;  ///< number of the next event
   std::uint64_t events_known_ = 0;
-  std::uint64_t dwelt_ = 0;  ///< cycles
+  std::uint64_t dwelt_ = 0;  ///< elapsed cycles of the present dwell
   bool dwells_ = false;
 
-  // The averaging.
-  std::vector<PathTicks> places_;  ///< of the last cycles, a ring
-  std::vector<double> speeds_;     ///< the same
-  std::size_t oldest_ = 0;         ///< in the ring
-  PathTicks lag_ = 0;              ///< sum of what is left to place_ of each of them
+  // State of the averaging.
+  std::vector<PathTicks> places_;  ///< path positions of the last cycles, a ring
+  std::vector<double> speeds_;     ///< signed speeds of the last cycles, a ring
+  std::size_t oldest_ = 0;         ///< index of the oldest entry of both rings
+  PathTicks lag_ = 0;              ///< sum of the distances from each entry of places_ to place_
   std::uint64_t piece_ = 0;
   std::uint64_t pieces_known_ = 0;
   double mean_speed_ = 0.0;
   double mean_acceleration_ = 0.0;
-  PathGeometry joints_;  ///< of the last cycle
+  PathGeometry joints_;  ///< joint geometry of the last cycle
 };
 
 }  // namespace driveline::trajectory

@@ -15,64 +15,64 @@
 
 namespace driveline::trajectory {
 
-/// Plans a path while it is followed: from moves to the speeds at which every axis keeps its limits, far enough ahead
-/// that the axes can always come to rest on what is planned. Runs beside the cycle.
+/// Plans a path while it is followed: turns moves into speeds at which every axis keeps its limits, far enough ahead
+/// that the axes can always come to rest on the planned part. Runs outside the cycle.
 class ContourPlanner {
  public:
   /// Plans on `track`, which must outlive it.
   explicit ContourPlanner(ContourTrack& track);
 
-  /// Adds a move. An error leaves everything as it was: what the shaper refuses, and places that the axes must not or
-  /// cannot have (PathCheck). To be called when flush() has returned true, or the memory
+  /// Adds a move. Errors: the shaper refuses the move, or the path leads to positions that the axes must not or cannot
+  /// reach (PathCheck). An error changes nothing. Call it only after flush() has returned true; otherwise the memory
   /// grows.
   [[nodiscard]] tl::expected<void, PathMoveError> add(const PathMove& move);
-  /// The path ends with the last move, at a standstill; more moves may come later.
+  /// Ends the path with the last move, at standstill; more moves may follow later.
   void finish();
-  /// Hands what has been planned to the cycle, as far as there is room. True: all of it. Otherwise to be called again
-  /// when the axes have moved on, some milliseconds later.
+  /// Passes the planned part to the cycle, as far as there is room. Returns true if all of it was passed; otherwise
+  /// call it again some milliseconds later, when the axes have moved on.
   bool flush();
 
-  /// Where the last move ends.
+  /// End position of the last move.
   [[nodiscard]] const GroupVector& target() const noexcept { return shaper_.target(); }
-  /// The length of what has been shaped, in m.
+  /// Length of the shaped path in m.
   [[nodiscard]] double planned_length() const noexcept { return static_cast<double>(shaped_end_) * kPathTick; }
 
  private:
-  /// A stretch with equal limits, which may still be lowered by what comes.
+  /// A part of the path with equal limits, which following stretches may still lower.
   struct Stretch {
     PathTicks begin;
     PathTicks end;
     double top;
     double acceleration;
     double feed;
-    bool stops;  ///< at its end
-    /// Number of the first and the last of the pieces it lies on. The parts of a stretch may name more than theirs.
+    bool stops;  ///< the axes stop at its end
+    /// First and last piece that the stretch lies on. For parts of a stretch the range may be larger than necessary.
     std::uint64_t first_piece;
     std::uint64_t last_piece;
-    /// So many events are before it, and before its end.
+    /// Number of events before its start, and before its end.
     std::uint64_t first_event;
     std::uint64_t last_event;
-    PathTicks spare = 0;  ///< so much at its end could do more
+    PathTicks spare = 0;  ///< length at its end whose own limits are higher
   };
-  /// What a stretch asks of an axis, or of the tool: bounds of the derivatives by the length.
+  /// Demand of a stretch on an axis, or on the tool: bounds of the derivatives with respect to the length.
   struct Demand {
     double first;
     double second;
     double third;
   };
-  /// The same of all axes and the tool, and limits along the path at which every one of them keeps its own.
+  /// Demands on all axes and the tool, and limits along the path at which each of them keeps its own limits.
   struct Bend {
     std::array<Demand, kMaxGroupAxes + 1> demands;
-    double top = 0.0;           ///< the highest speed that leaves something for braking
-    double acceleration = 0.0;  ///< up to that speed
+    double top = 0.0;           ///< highest speed that leaves a reserve for braking
+    double acceleration = 0.0;  ///< highest acceleration at speeds up to `top`
     bool is_bent = false;
-    bool is_coarse = false;  ///< shorter stretches would have better bounds
+    bool is_coarse = false;  ///< shorter stretches would have tighter bounds
   };
-  /// A stretch whose limits may be exchanged for others: a lower speed, a higher acceleration.
+  /// A stretch whose limits may still change to a lower speed with a higher acceleration.
   struct Curved {
     Stretch stretch;
     Bend bend;
-    double begin2 = 0.0;  ///< square of the highest speed at its begin
+    double begin2 = 0.0;  ///< square of the highest speed at its start
   };
 
   [[nodiscard]] Bend bend_of(const PathPiece& piece, double begin, double end, double feed) const noexcept;
@@ -106,31 +106,31 @@ class ContourPlanner {
   PathCheck check_;
   PathShaper shaper_;
   double smoothing_s_;
-  double reach_s_;          ///< limits hold for so long before and behind their place; speeds change with the cycles
-  double top_speed_ = 0.0;  ///< no path is faster
-  std::array<ToolLimits, kMaxGroupAxes + 1> limits_{};  ///< of the axes, then of the tool
+  double reach_s_;  ///< time around a position during which its limits hold, because of averaging and discrete cycles
+  double top_speed_ = 0.0;                              ///< highest speed of any path
+  std::array<ToolLimits, kMaxGroupAxes + 1> limits_{};  ///< limits of the axes, then of the tool
   std::vector<ShapedPiece> shaped_;
   PathTicks shaped_end_ = 0;
   std::uint64_t planned_pieces_ = 0;
-  std::deque<ContourTrack::Piece> pieces_;  ///< to be published, when there is room
-  std::deque<ContourTrack::Event> events_;  ///< the same
+  std::deque<ContourTrack::Piece> pieces_;  ///< pieces to be published when there is room
+  std::deque<ContourTrack::Event> events_;  ///< events to be published when there is room
   std::uint64_t planned_events_ = 0;
-  std::optional<Curved> gathered_;      ///< short ones, which may still become one with the next
-  std::vector<Curved> curved_;          ///< may still be exchanged
-  std::size_t first_curved_ = 0;        ///< those before it are gone
-  double curved_brakes2_ = 0.0;         ///< what they can take from the square of a speed, all together
-  double reached2_ = 0.0;               ///< square of the highest speed behind them
-  std::deque<Stretch> open_;            ///< to be lowered, maybe, with their own limits
-  SteppedLimit tops_;                   ///< with their surroundings, from open_ on
-  SteppedLimit accelerations_;          ///< the same
-  std::deque<Stretch> settled_;         ///< to be published
-  std::optional<PathTicks> early_end_;  ///< what ends here could have been lowered, but the room was needed
-  std::vector<double> lengths_;         ///< of the last pieces, a ring
+  std::optional<Curved> gathered_;      ///< short stretches that may still merge with the next one
+  std::vector<Curved> curved_;          ///< stretches whose limits may still change
+  std::size_t first_curved_ = 0;        ///< earlier elements have been passed on
+  double curved_brakes2_ = 0.0;         ///< sum of the squared speed that all of them can take away by braking
+  double reached2_ = 0.0;               ///< square of the highest reachable speed after them
+  std::deque<Stretch> open_;            ///< stretches with their own limits, which may still be lowered
+  SteppedLimit tops_;                   ///< speed limits from open_ on, neighbouring stretches included
+  SteppedLimit accelerations_;          ///< acceleration limits, likewise
+  std::deque<Stretch> settled_;         ///< stretches to be published
+  std::optional<PathTicks> early_end_;  ///< end of a stretch that was settled early for lack of room
+  std::vector<double> lengths_;         ///< lengths of the last pieces, a ring
   std::size_t next_length_ = 0;
   double sum_of_lengths_ = 0.0;
-  double reverse2_ = 0.0;  ///< behind2 of the next cell
-  double brakes2_ = 0.0;   ///< the same
-  double last_top_ = 0.0;  ///< of the last published cell
+  double reverse2_ = 0.0;  ///< `behind2` of the next cell
+  double brakes2_ = 0.0;   ///< `brakes2` of the next cell
+  double last_top_ = 0.0;  ///< `top` of the last published cell
 };
 
 }  // namespace driveline::trajectory

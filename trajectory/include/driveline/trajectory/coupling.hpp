@@ -13,117 +13,119 @@
 
 namespace driveline::trajectory {
 
-/// How far the coupling of a slave to its master is.
+/// Progress of the coupling of a slave to its master.
 enum class CouplingState : std::uint8_t {
-  kIdle,        ///< has not begun
-  kWaiting,     ///< the master has not come to the begin of the run-in
-  kRunningIn,   ///< between the begin of the run-in and the place of synchronism
-  kCatchingUp,  ///< on its way to where the law has the slave
-  kInSync,      ///< where the law has the slave
-  kReleased,    ///< goes on by itself, at a velocity or to rest
+  kIdle,        ///< not started
+  kWaiting,     ///< the master has not reached the start of the run-in
+  kRunningIn,   ///< between the start of the run-in and the position of synchronism
+  kCatchingUp,  ///< moving towards the position of the law
+  kInSync,      ///< at the position of the law
+  kReleased,    ///< independent of the master, at a constant velocity or stopping
 };
 
-/// What a slave is brought to when it is coupled at once.
+/// Target of a slave that is coupled immediately.
 enum class CatchUp : std::uint8_t {
-  kPosition,  ///< the position that the law has
-  kVelocity,  ///< its velocity only: the law is moved to where the slave is by then (MC_GearIn)
+  kPosition,  ///< the position that the law gives
+  kVelocity,  ///< only the velocity of the law; the law is shifted to the slave's position at that time (MC_GearIn)
 };
 
-/// What becomes of a slave of which its master asks more than its limits allow.
+/// Reaction if the master demands more of a slave than the limits of the slave allow.
 enum class OnLoss : std::uint8_t {
-  kFollow,  ///< it follows with all that its limits allow, and catches up
-  kStop,    ///< it comes to rest
+  kFollow,  ///< follow with all that the limits allow, then catch up
+  kStop,    ///< come to rest
 };
 
-/// What becomes of a slave that is released.
+/// Behaviour of a released slave.
 enum class Release : std::uint8_t {
-  kKeepVelocity,  ///< on at the velocity of this instant
-  kStop,          ///< to rest
+  kKeepVelocity,  ///< continue at the present velocity
+  kStop,          ///< come to rest
 };
 
-/// Why a slave cannot be coupled.
+/// Reasons why a slave cannot be coupled.
 enum class CouplingRefusal : std::uint8_t {
   kNone,
-  kNotFinite,  ///< a state or a place is not finite
-  kTooLate,    ///< the master has passed the begin of the run-in
-  kNoWay,      ///< without a distance there is no run-in that never turns round
-  kTooSteep,   ///< at the master's velocity the run-in needs more than the limits of the slave
+  kNotFinite,  ///< a state or a position is not finite
+  kTooLate,    ///< the master has passed the start of the run-in
+  kNoWay,      ///< a run-in without given distance would have to reverse
+  kTooSteep,   ///< at the master's velocity the run-in would exceed the limits of the slave
 };
 
 /// The reason as the end of a sentence. \rtsafe
 [[nodiscard]] std::string_view to_text(CouplingRefusal refusal) noexcept;
 
-/// The setpoints of one axis that is coupled to a master by a law (a gear, a cam): catching up, in synchronism,
-/// released.
+/// Setpoints of an axis that is coupled to a master by a law (a gear or a cam): catching up, in synchronism, released.
 ///
-/// * On its way to synchronism the slave is the law plus a deviation of limited jerk that goes to zero in the shortest
-///   time: what the master may do is left free of the limits, and every step is held against them. So velocity,
-///   acceleration and jerk of the slave stay within its limits whatever the master does on the way.
-/// * In synchronism the slave is where the law has it, to the last bit, as long as its velocity and acceleration allow
-/// it, as
-///   told and as the change of its position; the jerk is then that of law and master.
-/// * Where master and law ask for more the slave leaves the law within its limits (OnLoss). The jerk gives way there to
-///   the limit of velocity, and to nothing else.
+/// * While it catches up the slave follows the law plus a deviation of limited jerk that goes to zero in the shortest
+///   time. The deviation leaves the part of the limits free that the master may use, and every step is checked against
+///   the limits. So velocity, acceleration and jerk of the slave stay within its limits whatever the master does
+///   meanwhile.
+/// * In synchronism the slave is exactly at the position of the law, as long as its velocity and acceleration limits
+///   allow it, both for the reported values and for the change of its position; its jerk is then that of law and
+///   master.
+/// * If master and law demand more, the slave leaves the law and stays within its limits (OnLoss). The jerk limit then
+///   yields to the velocity limit, and to nothing else.
 ///
 /// Master and slave are setpoints of the same instant in every call. A plain value; everything is \rtsafe: noexcept, no
-/// allocation, bounded (at most one plan of a profile per step).
+/// allocation, bounded (at most one profile plan per step).
 class Coupling {
  public:
-  /// Limits that the master keeps, as far as they are known: left free of those of the slave. Infinite: not known.
+  /// Limits that the master keeps, as far as they are known; they are reserved within the limits of the slave.
+  /// Infinite: unknown.
   using MasterBounds = FollowLimits;
 
-  /// Where a slave is to be in synchronism.
+  /// Where a slave must be in synchronism.
   struct SyncPlace {
-    double master = 0.0;  ///< of the master, rad or m
-    double distance =
-        0.0;  ///< of the master from the begin of the run-in to there, >= 0; 0: the one with half the slope
+    double master = 0.0;    ///< position of the master at synchronism, rad or m
+    double distance = 0.0;  ///< length of the run-in in master positions, >= 0; 0: mean slope is half the law's slope
   };
 
   Coupling() = default;
-  /// Limits of the slave: velocity and acceleration positive and finite, the jerk positive. `period_s`: from step to
-  /// step.
+  /// `limits` of the slave: velocity and acceleration positive and finite, jerk positive. `period_s`: time between
+  /// steps.
   Coupling(const FollowLimits& limits, double period_s) noexcept;
 
-  /// What the master does at most; for what begins afterwards.
+  /// Sets the limits that the master keeps; applies to couplings that start afterwards.
   void set_master_bounds(const MasterBounds& bounds) noexcept { bounds_ = bounds; }
-  /// What happens when synchronism is lost.
+  /// Sets the reaction to a loss of synchronism.
   void set_on_loss(OnLoss on_loss) noexcept { on_loss_ = on_loss; }
 
-  /// Couples the slave at once. Refused (it stays as it was): kNotFinite.
+  /// Couples the slave immediately. Refused, without effect: kNotFinite.
   [[nodiscard]] CouplingRefusal engage(const CouplingLaw& law, CatchUp catch_up, const AxisSetpoint& slave,
                                        const AxisSetpoint& master) noexcept;
-  /// Couples the slave at a place of the master, which it comes to in the direction in which the place is now. Until
-  /// the run-in begins the slave comes to rest and waits.
+  /// Couples the slave at a position of the master, which the master reaches by moving towards it from its present
+  /// position. Until the run-in starts the slave comes to rest and waits.
   [[nodiscard]] CouplingRefusal engage_at(const CouplingLaw& law, const SyncPlace& place, const AxisSetpoint& slave,
                                           const AxisSetpoint& master) noexcept;
   /// Ends the coupling.
   void release(Release how) noexcept;
 
-  /// Moves the master, as the law sees it, to `offset` (rad or m) from where it is, by a motion within `limits`, which
-  /// are those of the offset alone: the slave has to have as much left. False: the limits or the offset cannot be.
+  /// Moves the offset that the law adds to the master's position to `offset` (rad or m) by a motion within `limits`.
+  /// These limits apply to the offset alone, so the slave needs that much reserve. Returns false if the limits or the
+  /// offset are invalid.
   [[nodiscard]] bool shift_phase_to(double offset, const ProfileLimits& limits) noexcept;
 
-  /// The slave was moved beside what it was told: it is here, and finds back. \rtsafe
+  /// Reports that the slave was moved independently of its setpoints and is at `slave`; it then returns to the law.
+  /// \rtsafe
   void moved_to(const AxisSetpoint& slave) noexcept;
 
-  /// The setpoint of the slave one period later, when the master is there.
+  /// Returns the setpoint of the slave one period later, when the master is at `master`.
   AxisSetpoint step(const AxisSetpoint& master) noexcept;
 
-  /// \rtsafe
+  /// Progress of the coupling. \rtsafe
   [[nodiscard]] CouplingState state() const noexcept { return state_; }
-  /// The slave was where the law has it in the last step. \rtsafe
+  /// Whether the slave was at the position of the law in the last step. \rtsafe
   [[nodiscard]] bool in_sync() const noexcept { return state_ == CouplingState::kInSync; }
-  /// How often it was in synchronism and was not any more, without being released. \rtsafe
+  /// Number of times that synchronism was lost without a release. \rtsafe
   [[nodiscard]] std::uint32_t losses() const noexcept { return losses_; }
-  /// The offset of the master as the law sees it: position in rad or m. \rtsafe
+  /// Present offset of the master's position for the law, rad or m. \rtsafe
   [[nodiscard]] const AxisSetpoint& phase() const noexcept { return phase_; }
-  /// The offset has arrived. \rtsafe
+  /// Whether the offset has reached its target. \rtsafe
   [[nodiscard]] bool phase_reached() const noexcept { return !phase_profile_; }
-  /// A released slave has come to rest, or to its velocity. \rtsafe
+  /// Whether a released slave has come to rest, or reached its velocity. \rtsafe
   [[nodiscard]] bool settled() const noexcept {
     return state_ == CouplingState::kReleased && exit_.finished(elapsed_s_);
   }
-  /// The last setpoint. \rtsafe
+  /// Last setpoint. \rtsafe
   [[nodiscard]] const AxisSetpoint& setpoint() const noexcept { return last_; }
 
  private:
@@ -153,15 +155,15 @@ class Coupling {
   CatchUp catch_up_ = CatchUp::kPosition;
   CouplingLaw law_{};
   std::optional<RunIn> run_in_{};
-  std::optional<Profile> deviation_{};  ///< of the slave from the law, to zero
-  ProfileLimits deviation_limits_{};    ///< with which it was planned
-  double elapsed_s_ = 0.0;              ///< of `deviation_`, or of `exit_`
-  Profile exit_{};                      ///< once released
+  std::optional<Profile> deviation_{};  ///< deviation of the slave from the law, going to zero
+  ProfileLimits deviation_limits_{};    ///< limits with which `deviation_` was planned
+  double elapsed_s_ = 0.0;              ///< time since the start of `deviation_` or `exit_`
+  Profile exit_{};                      ///< motion after the release
   AxisSetpoint phase_{};
   std::optional<Profile> phase_profile_{};
   double phase_s_ = 0.0;
   AxisSetpoint last_{};
-  std::optional<double> step_velocity_{};  ///< from the last position but one to the last
+  std::optional<double> step_velocity_{};  ///< velocity of the last position step
   std::uint32_t losses_ = 0;
 };
 

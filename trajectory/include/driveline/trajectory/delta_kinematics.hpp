@@ -8,8 +8,8 @@
 
 namespace driveline::trajectory {
 
-/// What deltas have in common: three chains at 0, 120 and 240 degrees around z, each with a pair of rods that holds a
-/// platform, which stays level. Coordinates x, y, z, with z upwards from the height of the base.
+/// Common part of delta machines: three chains at 0, 120 and 240 degrees around z, each with a pair of rods that holds
+/// the platform, which stays level. Coordinates x, y, z, with z upwards from the height of the base.
 class DeltaKinematics : public Kinematics {
  public:
   [[nodiscard]] std::span<const KinematicCoordinate> coordinates() const noexcept override;
@@ -19,19 +19,19 @@ class DeltaKinematics : public Kinematics {
   [[nodiscard]] std::string explain(const PoseFault& fault) const override;
 
  protected:
-  /// In the vertical plane of a chain: from its axis outwards, and upwards.
+  /// Position in the vertical plane of a chain: outwards from the axis of the machine, and upwards.
   struct Knee {
     double out = 0.0;
     double up = 0.0;
   };
 
-  /// Throws std::invalid_argument unless it is positive and finite.
+  /// Throws std::invalid_argument unless `rod` is positive and finite.
   DeltaKinematics(double rod, AxisKind joint);
 
-  /// Where the upper end of the rods would be for a platform that is a point. \rtsafe
+  /// Position of the upper end of the rods, with the platform reduced to a point. \rtsafe
   [[nodiscard]] virtual Knee knee(double joint) const noexcept = 0;
-  /// The joint of a chain for a platform that is a point at these distances: outwards and sideways of the plane of the
-  /// chain, and upwards. Not reachable: kind kUnreachable. \rtsafe
+  /// Solves for the joint of a chain, with the platform reduced to a point at these distances: outwards and sideways
+  /// from the plane of the chain, and upwards. kUnreachable if there is no solution. \rtsafe
   [[nodiscard]] virtual PoseFault::Kind solve(const PathJet& out, const PathJet& side, const PathJet& up,
                                               PathJet& joint) const noexcept = 0;
 
@@ -41,18 +41,18 @@ class DeltaKinematics : public Kinematics {
   std::array<KinematicCoordinate, 3> joints_;
 };
 
-/// A delta with turning arms (Clavel's). Its joints are the angles of the upper arms from the horizontal downwards; the
-/// knees are outside. The platform is below the base.
+/// A delta with rotating arms (Clavel's). Its joints are the angles of the upper arms, downwards from the horizontal;
+/// the knees point outwards. The platform is below the base.
 class RotaryDeltaKinematics final : public DeltaKinematics {
  public:
-  /// Lengths in m.
+  /// Dimensions in m.
   struct Shape {
-    double base_radius = 0.0;      ///< from the middle to the axes of the motors, > 0
-    double platform_radius = 0.0;  ///< from the middle of the platform to the ends of the rods, > 0
-    double upper_arm = 0.0;        ///< > 0
-    double rod = 0.0;              ///< > 0
+    double base_radius = 0.0;      ///< from the centre to the motor axes, > 0
+    double platform_radius = 0.0;  ///< from the centre of the platform to the ends of the rods, > 0
+    double upper_arm = 0.0;        ///< length of the upper arms, > 0
+    double rod = 0.0;              ///< length of the rods, > 0
   };
-  /// Throws std::invalid_argument.
+  /// Throws std::invalid_argument if a length is invalid.
   explicit RotaryDeltaKinematics(const Shape& shape);
 
  private:
@@ -60,20 +60,20 @@ class RotaryDeltaKinematics final : public DeltaKinematics {
   [[nodiscard]] PoseFault::Kind solve(const PathJet& out, const PathJet& side, const PathJet& up,
                                       PathJet& joint) const noexcept override;
 
-  double offset_;  ///< base radius without that of the platform
+  double offset_;  ///< base radius minus platform radius
   double upper_arm_;
 };
 
 /// A delta whose chains are carriages on vertical columns. Its joints are their heights; the platform is below them.
 class LinearDeltaKinematics final : public DeltaKinematics {
  public:
-  /// Lengths in m.
+  /// Dimensions in m.
   struct Shape {
-    double column_radius = 0.0;    ///< from the middle to the joints on the carriages, > 0
-    double platform_radius = 0.0;  ///< from the middle of the platform to the ends of the rods, > 0
-    double rod = 0.0;              ///< > 0
+    double column_radius = 0.0;    ///< from the centre to the joints on the carriages, > 0
+    double platform_radius = 0.0;  ///< from the centre of the platform to the ends of the rods, > 0
+    double rod = 0.0;              ///< length of the rods, > 0
   };
-  /// Throws std::invalid_argument.
+  /// Throws std::invalid_argument if a length is invalid.
   explicit LinearDeltaKinematics(const Shape& shape);
 
  private:
@@ -81,7 +81,7 @@ class LinearDeltaKinematics final : public DeltaKinematics {
   [[nodiscard]] PoseFault::Kind solve(const PathJet& out, const PathJet& side, const PathJet& up,
                                       PathJet& joint) const noexcept override;
 
-  double offset_;  ///< column radius without that of the platform
+  double offset_;  ///< column radius minus platform radius
 };
 
 }  // namespace driveline::trajectory

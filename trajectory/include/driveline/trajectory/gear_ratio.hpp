@@ -6,50 +6,50 @@
 
 namespace driveline::trajectory {
 
-/// Largest magnitude of the two numbers of a ratio.
+/// Largest magnitude of numerator and denominator.
 inline constexpr std::int64_t kMaxGearNumber = std::int64_t{1} << 31;
 
-/// Why two numbers are no ratio of a gear.
+/// Two numbers that are not a valid gear ratio.
 struct GearError {
-  std::int64_t numerator = 0;    ///< as it was given
-  std::int64_t denominator = 0;  ///< as it was given
+  std::int64_t numerator = 0;    ///< numerator as given
+  std::int64_t denominator = 0;  ///< denominator as given
 
-  /// One sentence.
+  /// The error as one sentence.
   [[nodiscard]] std::string message() const;
 };
 
-/// The ratio of an electronic gear, two whole numbers: the slave goes numerator / denominator as far as the master. A
+/// Ratio of an electronic gear, two integers: the slave moves numerator / denominator times as far as the master. A
 /// plain value.
 ///
-/// Both ways of applying it begin with the whole way of the master, so nothing adds up from cycle to cycle: after any
-/// number of turns the slave is where the ratio has it.
+/// Both forms of travel() start from the total displacement of the master, so no error accumulates from cycle to cycle:
+/// the slave follows the ratio exactly after any number of turns.
 class GearRatio {
  public:
-  /// Whole increments and what is left of one.
+  /// Whole increments and the remaining fraction.
   struct Increments {
-    std::int64_t whole = 0;      ///< rounded down
-    std::int64_t remainder = 0;  ///< in 1 / denominator() of an increment, 0 to denominator() - 1
+    std::int64_t whole = 0;      ///< whole increments, rounded down
+    std::int64_t remainder = 0;  ///< fraction in 1 / denominator() of an increment, 0 to denominator() - 1
 
     /// \rtsafe
     friend bool operator==(const Increments&, const Increments&) noexcept = default;
   };
 
-  /// 1 : 1.
+  /// The ratio 1 : 1.
   GearRatio() = default;
-  /// Reduced to lowest terms. Error: one of the numbers is zero, or beyond +-kMaxGearNumber.
+  /// Reduces the ratio to lowest terms. Error: one of the numbers is zero, or beyond +-kMaxGearNumber.
   [[nodiscard]] static tl::expected<GearRatio, GearError> make(std::int64_t numerator, std::int64_t denominator);
 
-  /// With the sign of the ratio. \rtsafe
+  /// Numerator, with the sign of the ratio. \rtsafe
   [[nodiscard]] std::int64_t numerator() const noexcept { return numerator_; }
-  /// Positive. \rtsafe
+  /// Denominator, positive. \rtsafe
   [[nodiscard]] std::int64_t denominator() const noexcept { return denominator_; }
-  /// The nearest number. \rtsafe
+  /// The ratio as the nearest floating-point number. \rtsafe
   [[nodiscard]] double factor() const noexcept {
     return static_cast<double>(numerator_) / static_cast<double>(denominator_);
   }
-  /// The way of the slave for one of the master, both in rad or m: within 3e-16 of it. \rtsafe
+  /// Displacement of the slave for a displacement of the master, rad or m; relative error within 3e-16. \rtsafe
   [[nodiscard]] double travel(double master) const noexcept;
-  /// The way of the slave in increments, exactly, for whole increments of the master. The result must be within 63
+  /// Exact displacement of the slave in increments, for whole increments of the master. The result must fit into 63
   /// bits. \rtsafe
   [[nodiscard]] Increments travel(std::int64_t master) const noexcept;
 

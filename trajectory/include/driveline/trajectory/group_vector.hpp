@@ -5,11 +5,11 @@
 
 namespace driveline::trajectory {
 
-/// The most axes that move together along one geometric path.
+/// Maximum number of axes that move together along one geometric path.
 inline constexpr std::size_t kMaxGroupAxes = 8;
 
-/// A value for each axis of a group, in rad or m by the kind of the axis (or a derivative of that). Axes that the group
-/// does not have are zero, so that nothing needs to know how many there are.
+/// One value per axis of a group, in rad or m by the kind of the axis (or a derivative of these). Unused axes are zero,
+/// so that functions need not know the number of axes.
 using GroupVector = std::array<double, kMaxGroupAxes>;
 
 }  // namespace driveline::trajectory

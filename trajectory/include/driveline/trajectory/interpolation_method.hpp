@@ -6,19 +6,19 @@
 
 namespace driveline::trajectory {
 
-/// How the points of a path are joined.
+/// Interpolation between the points of a path.
 enum class InterpolationMethod : std::uint8_t {
   kHold,           ///< each point is held until the next
   kLinear,         ///< straight lines
-  kHermite,        ///< cubics with the velocity given at each point, or estimated
+  kHermite,        ///< cubics with given or estimated velocity at each point
   kNaturalSpline,  ///< cubic spline with free ends
   kClampedSpline,  ///< cubic spline with given velocities at the ends, by default standstill
-  kQuintic,        ///< fifth degree, with velocity and acceleration given at each point, or estimated
-  kCosine,         ///< half a period of a cosine between two points, standing still at each
+  kQuintic,        ///< fifth degree, with given or estimated velocity and acceleration at each point
+  kCosine,         ///< half a period of a cosine between two points, at standstill at each
   kBSpline,        ///< cubic B-spline: approximates the points
 };
 
-/// What is continuous where two segments of a curve meet; everything is within a segment.
+/// Continuity at the points where two segments of a curve meet; within a segment everything is continuous.
 enum class Continuity : std::uint8_t {
   kNone,          ///< the position jumps
   kPosition,      ///< C0: the velocity jumps
@@ -26,19 +26,19 @@ enum class Continuity : std::uint8_t {
   kAcceleration,  ///< C2: the jerk jumps
 };
 
-/// What is known of a method.
+/// Properties of a method.
 struct MethodFacts {
   InterpolationMethod method = InterpolationMethod::kHold;
-  std::string_view name;  ///< in line descriptions
+  std::string_view name;  ///< name in line descriptions
   Continuity continuity = Continuity::kNone;
-  bool meets_points = true;  ///< false: the curve passes by the inner points
+  bool meets_points = true;  ///< false: the curve does not pass through the inner points
 };
 
 /// All methods, in the order of InterpolationMethod.
 [[nodiscard]] std::span<const MethodFacts> interpolation_methods() noexcept;
-/// The method of this name, valid as long as the program runs; null if there is none.
+/// Finds the method called `name`; valid until the program ends; null if there is none.
 [[nodiscard]] const MethodFacts* find_interpolation_method(std::string_view name) noexcept;
-/// \rtsafe
+/// Properties of `method`. \rtsafe
 [[nodiscard]] const MethodFacts& facts_of(InterpolationMethod method) noexcept;
 
 }  // namespace driveline::trajectory

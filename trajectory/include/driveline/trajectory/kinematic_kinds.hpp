@@ -10,28 +10,28 @@
 
 namespace driveline::trajectory {
 
-/// A value of a machine as a file gives it: in m, or 0 and 1 for no and yes.
+/// A parameter of a machine in SI units: a length in m, or 0 and 1 for no and yes.
 struct KinematicParameter {
-  std::string_view name;  ///< "rod"
-  double value = 0.0;     ///< m
+  std::string_view name;  ///< e.g. "rod"
+  double value = 0.0;     ///< m, or 0 and 1
 };
 
-/// A kind of machine, as files call it.
+/// A kind of machine, as named in files.
 struct KinematicKind {
-  std::string_view name;                      ///< "delta"
-  std::span<const std::string_view> lengths;  ///< all of them are needed
-  std::span<const std::string_view> choices;  ///< yes or no; no if it is not said
+  std::string_view name;                      ///< e.g. "delta"
+  std::span<const std::string_view> lengths;  ///< names of the lengths; all are required
+  std::span<const std::string_view> choices;  ///< names of the yes/no parameters; default no
 };
 
-/// "cartesian", "scara", "delta", "linear_delta".
+/// All kinds: "cartesian", "scara", "delta", "linear_delta".
 [[nodiscard]] std::span<const KinematicKind> kinematic_kinds() noexcept;
-/// Why there is no such machine.
+/// Reason why a machine cannot be created.
 struct KinematicError {
-  std::string reason;  ///< one sentence without a full stop: what is not known, missing, twice or out of range
-  std::string key{};   ///< the value that is wrong, or "type" for the kind; empty: one is missing
+  std::string reason;  ///< one sentence without a full stop: what is unknown, missing, duplicated or out of range
+  std::string key{};   ///< the wrong parameter, or "type" for the kind; empty: a parameter is missing
 };
 
-/// The machine of a kind.
+/// Creates the machine of a kind.
 [[nodiscard]] tl::expected<std::unique_ptr<Kinematics>, KinematicError> make_kinematics(
     std::string_view kind, std::span<const KinematicParameter> parameters);
 

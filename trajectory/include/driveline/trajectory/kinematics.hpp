@@ -13,31 +13,31 @@
 
 namespace driveline::trajectory {
 
-/// Why a machine cannot be at a place, or must not pass it.
+/// Reason why a machine cannot reach a position, or must not pass through it.
 struct PoseFault {
-  /// What kind.
+  /// Kind of the fault.
   enum class Kind : std::uint8_t {
-    kNone,         ///< it can
-    kUnreachable,  ///< there is no position of the joints for it
-    kSingular,     ///< there is one, but near it a small step of the tool is a large one of a joint, or none at all
+    kNone,         ///< no fault
+    kUnreachable,  ///< no joint positions give this tool position
+    kSingular,     ///< reachable, but nearby a small step of the tool is a large step of a joint, or none at all
   };
   Kind kind = Kind::kNone;
-  /// The joint it is about; kAllJoints: all together.
+  /// The affected joint; kAllJoints: all together.
   std::size_t joint = kAllJoints;
 
-  /// No joint in particular.
+  /// Value of `joint` if no single joint is affected.
   static constexpr std::size_t kAllJoints = kMaxGroupAxes;
 };
 
 /// A coordinate of the tool, or a joint of the machine.
 struct KinematicCoordinate {
-  std::string_view name;              ///< "x"
-  AxisKind kind = AxisKind::kLinear;  ///< a length or an angle
+  std::string_view name;              ///< e.g. "x"
+  AxisKind kind = AxisKind::kLinear;  ///< length or angle
 };
 
-/// How the joints of a machine and the coordinates of its tool belong together; there are as many of the one as of the
-/// other. Paths are given in the coordinates of the tool, drives are told positions of joints. Made at start-up, and
-/// not changed afterwards, so that cycle and planner may use the same one.
+/// Mapping between the joints of a machine and the coordinates of its tool, which are equal in number. Paths are given
+/// in tool coordinates; drives receive joint positions. Created at start-up and not changed afterwards, so that cycle
+/// and planner may share it.
 class Kinematics {
  public:
   Kinematics() = default;
@@ -45,28 +45,28 @@ class Kinematics {
   Kinematics(const Kinematics&) = delete;
   Kinematics& operator=(const Kinematics&) = delete;
 
-  /// Of the tool: the first axes of the group's moves. The axes of a group behind them are joints and coordinates at
-  /// once.
+  /// Coordinates of the tool: the first axes of the group's moves. Further axes of a group are joints and coordinates
+  /// at the same time.
   [[nodiscard]] virtual std::span<const KinematicCoordinate> coordinates() const noexcept = 0;
-  /// Of the machine, as many.
+  /// Joints of the machine, as many as coordinates().
   [[nodiscard]] virtual std::span<const KinematicCoordinate> joints() const noexcept = 0;
 
-  /// Where the tool is. False: with such joints the machine cannot be put together. Values of other axes are left
-  /// alone. \rtsafe
+  /// Computes the tool position. Returns false if the machine cannot be assembled with these joint positions. Does not
+  /// change the values of other axes. \rtsafe
   [[nodiscard]] virtual bool forward(const GroupVector& joints, GroupVector& tool) const noexcept = 0;
-  /// Where the joints are, and their derivatives by the length of the path of the tool, from those of the tool (PathJet
-  /// does it). Nothing is written when the place is unreachable; near a singular one the values are right, as far as
-  /// they are finite. Values of other axes are left alone. \rtsafe
+  /// Computes the joint positions and their derivatives with respect to the length of the tool path from those of the
+  /// tool (by PathJet). Writes nothing if the position is unreachable; near a singular position the values are correct
+  /// as far as they are finite. Does not change the values of other axes. \rtsafe
   [[nodiscard]] virtual PoseFault inverse(const PathGeometry& tool, PathGeometry& joints) const noexcept = 0;
-  /// The fault as the end of a sentence: "arm 2 is too short for it".
+  /// Describes the fault as the end of a sentence, e.g. "arm 2 is too short for it".
   [[nodiscard]] virtual std::string explain(const PoseFault& fault) const = 0;
 
  protected:
-  /// A coordinate with its derivatives. \rtsafe
+  /// Extracts a coordinate with its derivatives. \rtsafe
   [[nodiscard]] static PathJet jet(const PathGeometry& from, std::size_t axis) noexcept {
     return {from.position[axis], from.first[axis], from.second[axis], from.third[axis]};
   }
-  /// The other way. \rtsafe
+  /// Stores a coordinate with its derivatives. \rtsafe
   static void put(PathGeometry& to, std::size_t axis, const PathJet& jet) noexcept {
     to.position[axis] = jet.value;
     to.first[axis] = jet.first;
@@ -75,7 +75,7 @@ class Kinematics {
   }
 };
 
-/// Sine of the angle between two arms, or what corresponds to it, below which a place counts as singular.
+/// Sine of the angle between two arms, or its equivalent, below which a position counts as singular.
 inline constexpr double kSingularSine = 0.02;
 
 }  // namespace driveline::trajectory

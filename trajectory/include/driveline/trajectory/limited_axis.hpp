@@ -10,36 +10,36 @@
 
 namespace driveline::trajectory {
 
-/// Limits of an axis that follows setpoints that nobody has checked.
+/// Limits of an axis that follows unchecked setpoints.
 struct FollowLimits {
-  AxisLimits motion;                                          ///< positive and finite
-  double max_jerk = std::numeric_limits<double>::infinity();  ///< of a stop, rad/s^3 or m/s^3, positive
+  AxisLimits motion;                                          ///< velocity and acceleration limits, positive and finite
+  double max_jerk = std::numeric_limits<double>::infinity();  ///< jerk limit of a stop, rad/s^3 or m/s^3, positive
 };
 
-/// The demand of one axis that follows any setpoints without ever breaking the limits of velocity and acceleration,
-/// which are held by the change from one position to the next: on the setpoints where they keep the limits themselves,
-/// otherwise beside them and back (Rejoin), and to rest with bounded jerk (StopProfile). Where the jerk would break
-/// another limit, it gives way. A plain value without memory of its own.
+/// The demand of an axis that follows arbitrary setpoints and never exceeds its limits of velocity and acceleration,
+/// which apply to the change from one position to the next. It stays on the setpoints while these keep the limits;
+/// otherwise it leaves them and returns (Rejoin), and it stops with bounded jerk (StopProfile). If the jerk limit would
+/// violate another limit, the jerk limit yields. A plain value without heap memory.
 class LimitedAxis {
  public:
   LimitedAxis() = default;
-  /// At rest at 0. `period_s`: from step to step.
+  /// Starts at rest at 0. `period_s`: time between steps.
   LimitedAxis(const FollowLimits& limits, double period_s) noexcept
       : limits_(limits),
         period_s_(period_s),
         rate_hz_(1.0 / period_s),
         most_change_(limits.motion.max_acceleration * period_s) {}
 
-  /// At rest at a position. \rtsafe
+  /// Restarts at rest at `position`. \rtsafe
   void rest_at(double position) noexcept;
-  /// The setpoint one step later, towards `target`, which must be finite. \rtsafe
+  /// Returns the setpoint one step later, towards `target`, which must be finite. \rtsafe
   AxisSetpoint follow(const AxisSetpoint& target) noexcept;
-  /// The setpoint one step later, on the way to rest. \rtsafe
+  /// Returns the setpoint one step later while the axis stops. \rtsafe
   AxisSetpoint stop() noexcept;
 
-  /// The last step was to the target itself. \rtsafe
+  /// Whether the last step was to the target itself. \rtsafe
   [[nodiscard]] bool on_target() const noexcept { return !pursuit_ && !stop_; }
-  /// The way to rest has ended. \rtsafe
+  /// Whether the stop is complete. \rtsafe
   [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
 
  private:
@@ -54,12 +54,12 @@ class LimitedAxis {
   FollowLimits limits_{};
   double period_s_ = 1.0;
   double rate_hz_ = 1.0;
-  double most_change_ = 0.0;  // of the velocity from step to step
+  double most_change_ = 0.0;  // largest velocity change per step
   AxisSetpoint last_{};
-  double step_velocity_ = 0.0;  // from the last position but one to the last
+  double step_velocity_ = 0.0;  // velocity of the last position step
   std::optional<Rejoin> pursuit_;
   std::optional<StopProfile> stop_;
-  double stopping_s_ = 0.0;  // since the stop was planned
+  double stopping_s_ = 0.0;  // time since the stop was planned
   bool at_rest_ = true;
 };
 

@@ -13,45 +13,44 @@
 
 namespace driveline::trajectory {
 
-/// An axis, or a coordinate of moves, as people read it.
+/// An axis, or a coordinate of moves, with the unit shown to users.
 struct NamedAxis {
-  std::string name;                    ///< "x"
-  const PositionUnit* unit = nullptr;  ///< of its positions
+  std::string name;                    ///< e.g. "x"
+  const PositionUnit* unit = nullptr;  ///< unit of its positions
 };
 
-/// A value of a machine as a file gives it.
+/// A parameter of a machine as given in a file.
 struct MachineValue {
-  std::string name;        ///< "rod"
-  double value = 0.0;      ///< in the unit of the machine; of a choice 0 or 1
-  bool is_choice = false;  ///< written as yes or no
+  std::string name;        ///< e.g. "rod"
+  double value = 0.0;      ///< in the unit of the machine; 0 or 1 for a yes/no parameter
+  bool is_choice = false;  ///< a yes/no parameter
 };
 
-/// A machine with kinematics as files describe it: its kind, its lengths and the unit of them, which is that of the
-/// lengths among its coordinates, too; angles are in degrees. The same words in files of moves and in line
-/// descriptions.
+/// A machine with kinematics as described in files of moves and in line descriptions: its kind, its lengths and their
+/// unit. Linear coordinates have the same unit; angles are in degrees.
 class Machine {
  public:
-  /// Errors name the value that is wrong: `type`, `unit`, or that of a length or a choice.
+  /// Creates a machine. Errors name the wrong parameter: `type`, `unit`, or a length or yes/no parameter.
   [[nodiscard]] static tl::expected<Machine, KinematicError> make(std::string_view kind, std::string_view unit,
                                                                   std::vector<MachineValue> values);
 
-  /// "delta".
+  /// Kind of the machine, e.g. "delta".
   [[nodiscard]] const std::string& kind() const noexcept { return kind_; }
-  /// Of its lengths.
+  /// Unit of its lengths.
   [[nodiscard]] const PositionUnit& unit() const noexcept { return *unit_; }
-  /// Of a coordinate of its tool.
+  /// Unit of a coordinate of its tool.
   [[nodiscard]] const PositionUnit& unit_of(const KinematicCoordinate& coordinate) const;
-  /// As they were given.
+  /// Parameters as given.
   [[nodiscard]] std::span<const MachineValue> values() const noexcept { return values_; }
-  /// Lives as long as this object, and its copies.
+  /// Kinematics of the machine; valid as long as this object or a copy of it exists.
   [[nodiscard]] const Kinematics& kinematics() const noexcept { return *kinematics_; }
-  /// Of the moves of a group with such axes: those of the tool, then the axes that the machine does not have.
-  /// The axes must be possible.
+  /// Coordinates of the moves of a group with these axes: the coordinates of the tool, then the axes that do not belong
+  /// to the machine. Precondition: fault_of(axes) is empty.
   [[nodiscard]] std::vector<NamedAxis> coordinates(std::span<const NamedAxis> axes) const;
-  /// Why these cannot be its joints, in this order, and what is behind them: too few, or an angle for a length. A
-  /// sentence without a full stop; empty: they can.
+  /// Explains why the first of these axes cannot be the joints of the machine, in this order: too few, or an angle
+  /// instead of a length. A sentence without a full stop; empty if they can.
   [[nodiscard]] std::string fault_of(std::span<const NamedAxis> axes) const;
-  /// What `other` has that this one has not, as a sentence without a full stop; empty: both are the same machine.
+  /// Describes how `other` differs from this machine, as a sentence without a full stop; empty if both are the same.
   [[nodiscard]] std::string difference_to(const Machine& other) const;
 
  private:

@@ -10,24 +10,24 @@
 
 namespace driveline::trajectory {
 
-/// Judges the places of a path before anything moves: whether all axes stay within their software limits, at the
-/// extremes of arcs and curves as well, and whether a machine with kinematics can be everywhere on it, without singular
-/// places and without a joint that would have to leap. For the planning side; not for the cycle.
+/// Checks the positions of a path before anything moves: whether all axes stay within their software limits, at the
+/// extremes of arcs and curves as well, and whether a machine with kinematics can reach every position without singular
+/// positions and without a joint that would have to jump. For the planning side; not for the cycle.
 class PathCheck {
  public:
-  /// `settings` must outlive it. `axes`: names and units of the axes for its sentences; empty: they are numbered, in m
-  /// and rad.
+  /// `settings` must outlive it. `axes`: names and units of the axes for messages; empty: axes are numbered, in m and
+  /// rad.
   explicit PathCheck(const ContourSettings& settings, std::vector<NamedAxis> axes = {}) noexcept;
 
-  /// What is wrong with a place, as a sentence without a full stop; empty: nothing.
+  /// Describes what is wrong with a position, as a sentence without a full stop; empty if nothing is.
   [[nodiscard]] std::string fault_at(const GroupVector& place) const;
-  /// What is wrong with a piece of a path.
+  /// Describes what is wrong with a piece of a path; empty if nothing is.
   [[nodiscard]] std::string fault_on(const PathPiece& piece) const;
-  /// False: no place is wrong, whatever the path.
+  /// Returns false if no position can be wrong on any path.
   [[nodiscard]] bool is_needed() const noexcept { return is_needed_; }
 
  private:
-  /// A place on a piece.
+  /// A position on a piece.
   struct Sample {
     double length = 0.0;
     PathGeometry joints;
@@ -41,7 +41,7 @@ class PathCheck {
 
   [[nodiscard]] std::string name_of(std::size_t axis) const;
   [[nodiscard]] std::string text_of(std::size_t axis, double position) const;
-  /// Behind positions whose unit is not known.
+  /// Unit text for positions whose unit is unknown.
   [[nodiscard]] std::string_view any_unit(std::size_t axis) const noexcept;
 
   const ContourSettings& settings_;

@@ -5,14 +5,14 @@
 
 namespace driveline::trajectory {
 
-/// A quantity along a path with its first three derivatives by the length of the path. Arithmetic carries the
-/// derivatives along by the rules of product, quotient and chain, so a formula that is written once for the places of
-/// the joints gives their motion as well, exactly.
+/// A quantity along a path with its first three derivatives with respect to the length of the path. Arithmetic
+/// propagates the derivatives by the product, quotient and chain rules, so a formula written once for the joint
+/// positions also gives the exact motion of the joints.
 struct PathJet {
   double value = 0.0;   ///< the quantity
-  double first = 0.0;   ///< its derivatives by the length
-  double second = 0.0;  ///< the same
-  double third = 0.0;   ///< the same
+  double first = 0.0;   ///< first derivative with respect to the length
+  double second = 0.0;  ///< second derivative
+  double third = 0.0;   ///< third derivative
 };
 
 /// \rtsafe
@@ -42,7 +42,7 @@ struct PathJet {
           a.third * b.value + 3.0 * (a.second * b.first + a.first * b.second) + a.value * b.third};
 }
 
-/// The square root of a quantity above zero. \rtsafe
+/// Square root of a positive quantity. \rtsafe
 [[nodiscard]] inline PathJet sqrt(const PathJet& a) noexcept {
   // root^2 = a, differentiated three times.
   PathJet root;
@@ -54,7 +54,7 @@ struct PathJet {
   return root;
 }
 
-/// The angle of a point that is not the origin, from -pi to pi. \rtsafe
+/// Angle of a point other than the origin, from -pi to pi. \rtsafe
 [[nodiscard]] inline PathJet atan2(const PathJet& y, const PathJet& x) noexcept {
   // angle' * (x^2 + y^2) = x y' - y x', differentiated twice.
   const PathJet square = x * x + y * y;
@@ -69,7 +69,7 @@ struct PathJet {
   return angle;
 }
 
-/// The same angle, from -pi (not included) to pi. \rtsafe
+/// Wraps an angle to -pi (exclusive) to pi. \rtsafe
 [[nodiscard]] inline PathJet within_half_turns(PathJet angle) noexcept {
   constexpr double kWhole = 2.0 * std::numbers::pi;
   if (angle.value > std::numbers::pi) angle.value -= kWhole;

@@ -13,39 +13,40 @@
 
 namespace driveline::trajectory {
 
-/// What happens at a point of a piece: an output changes, or the axes stand for some time.
+/// An event at a point of a piece: an output changes, or the axes dwell.
 struct PathEvent {
-  double at = 0.0;       ///< along the piece, m or rad
-  PathOutput change{};   ///< where they do not stand
-  double dwell_s = 0.0;  ///< above zero: the axes stand, here only, where the path stops
+  double at = 0.0;       ///< position along the piece, m or rad
+  PathOutput change{};   ///< the output change, unless it is a dwell
+  double dwell_s = 0.0;  ///< above zero: the axes dwell; only at a stop of the path
 };
 
-/// A piece of the path, ready to be planned.
+/// A piece of the path, ready for planning.
 struct ShapedPiece {
   PathPiece piece;                  ///< its geometry
   double feed = 0.0;                ///< m/s or rad/s
-  std::uint64_t move = 0;           ///< number of its move, 0 is the first; a blend belongs to the move behind it
-  bool stops = false;               ///< the axes stand still at its end
-  std::vector<PathEvent> events{};  ///< on the way, in their order
+  std::uint64_t move = 0;           ///< number of its move, from 0; a blend belongs to the move after it
+  bool stops = false;               ///< the axes stop at its end
+  std::vector<PathEvent> events{};  ///< events on the piece, in order
 };
 
-/// Makes a path of moves: joins them, rounds their corners within the tolerance, and hands over pieces that go on in
-/// place, direction and curvature, or stop. It keeps the last move back, since its end depends on the next one, and
-/// needs no memory for what it has handed over. For the planning side; not for the cycle.
+/// Turns moves into a path: joins them, rounds their corners within the tolerance, and returns pieces that continue in
+/// position, direction and curvature, or stop. It holds back the last move, because the end of that move depends on the
+/// next one, and stores nothing of the pieces it has returned. For the planning side; not for the cycle.
 class PathShaper {
  public:
-  /// `axes`: from 1 to kMaxGroupAxes; `start`: where the path begins; `check`, which must outlive it, judges each move,
-  /// as it is asked for and with its corner rounded, before it is taken. Throws std::invalid_argument otherwise.
+  /// `axes`: 1 to kMaxGroupAxes; `start`: start of the path; `check`, which must outlive it, checks each move, as
+  /// requested and with its corner rounded, before it is accepted. Throws std::invalid_argument if an argument is
+  /// invalid.
   PathShaper(std::size_t axes, const GroupVector& start, const PathCheck* check = nullptr);
 
-  /// Appends what a move makes final to `out`. A move that ends where it begins has no pieces, unless it is an arc
-  /// around a centre, which is a whole circle; its outputs and its dwell are those of the end of the move before it, or
-  /// of the begin of the next one if the path begins here. An error leaves everything as it was.
+  /// Appends to `out` the pieces that a move makes final. A move that ends where it starts has no pieces, unless it is
+  /// an arc around a centre, which is then a full circle; its outputs and its dwell are added to the end of the
+  /// previous move, or to the start of the next one if the path starts here. An error changes nothing.
   [[nodiscard]] tl::expected<void, PathMoveError> add(const PathMove& move, std::vector<ShapedPiece>& out);
-  /// The path ends here, for now: appends the rest, which ends at a standstill.
+  /// Ends the path for now: appends the remaining pieces, which end at standstill.
   void finish(std::vector<ShapedPiece>& out);
 
-  /// Where the last move ends.
+  /// End position of the last move.
   [[nodiscard]] const GroupVector& target() const noexcept { return target_; }
 
  private:
@@ -59,14 +60,14 @@ class PathShaper {
   std::size_t axes_;
   const PathCheck* check_;
   GroupVector target_;
-  std::vector<PathPiece> last_;    ///< the move that is kept back; empty: none
-  double last_half_ = 0.0;         ///< half of its last piece, as it was before a corner took from it
-  double feed_ = 0.0;              ///< of it
-  double tolerance_ = 0.0;         ///< at its end
-  std::vector<PathEvent> events_;  ///< of it, by the length of what is kept; without a move those of the next one
-  bool dwells_ = false;            ///< the axes stand at its end for some time
-  std::uint64_t moves_ = 0;        ///< so many have been added
-  std::uint64_t last_move_ = 0;    ///< number of the one that is kept back
+  std::vector<PathPiece> last_;    ///< the move held back; empty: none
+  double last_half_ = 0.0;         ///< half of the length of its last piece, before a corner was cut off
+  double feed_ = 0.0;              ///< feed of that move
+  double tolerance_ = 0.0;         ///< tolerance at its end
+  std::vector<PathEvent> events_;  ///< its events by remaining length; without a move: events of the next one
+  bool dwells_ = false;            ///< the axes dwell at its end
+  std::uint64_t moves_ = 0;        ///< number of moves added
+  std::uint64_t last_move_ = 0;    ///< number of the move held back
 };
 
 }  // namespace driveline::trajectory

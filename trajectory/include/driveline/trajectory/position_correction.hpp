@@ -14,69 +14,72 @@
 
 namespace driveline::trajectory {
 
-/// One point of a table of corrections, rad or m.
+/// One point of a correction table, rad or m.
 struct CorrectionPoint {
-  double position = 0.0;  ///< of the axis
-  double forward = 0.0;   ///< to be added for the drive where the axis has come with rising positions
-  double backward = 0.0;  ///< the same with falling ones
-  std::size_t line = 0;   ///< of the file, from 1; 0: none
+  double position = 0.0;  ///< position of the axis
+  double forward = 0.0;   ///< correction added for the drive when the axis arrives with rising positions
+  double backward = 0.0;  ///< correction added for the drive when the axis arrives with falling positions
+  std::size_t line = 0;   ///< line in the file, from 1; 0: none
 };
 
-/// A table of corrections as it was written; nothing of it has been checked but its form.
+/// A correction table as read; only its format has been checked.
 struct CorrectionTable {
-  std::string file;                       ///< for errors
-  AxisKind kind = AxisKind::kRotary;      ///< of its positions and corrections
-  const PositionUnit* unit = nullptr;     ///< of its positions; null: rad or m
-  std::vector<CorrectionPoint> points{};  ///< in the order of the positions
+  std::string file;                       ///< name of the file, for errors
+  AxisKind kind = AxisKind::kRotary;      ///< kind of its positions and corrections
+  const PositionUnit* unit = nullptr;     ///< unit of its positions; null: rad or m
+  std::vector<CorrectionPoint> points{};  ///< in ascending order of the positions
 };
 
-/// Reads a table of corrections out of CSV text: `position[mm],correction[um]`, and a third column, `backward[um]`,
-/// where the way back needs others. Units are rad, deg, rev, m, mm, um. The rest is as in a path (parse_path_csv).
-/// `name` stands for the file in errors.
+/// Parses a correction table from CSV text: `position[mm],correction[um]`, and a third column, `backward[um]`, if the
+/// backward direction needs other values. Units are rad, deg, rev, m, mm, um. Otherwise the format is that of a path
+/// (parse_path_csv). `name` is the file name in errors.
 [[nodiscard]] tl::expected<CorrectionTable, PathError> parse_correction_csv(std::string_view text,
                                                                             std::string_view name);
 /// Reads and parses a CSV file of at most 128 MiB.
 [[nodiscard]] tl::expected<CorrectionTable, PathError> load_correction_table(const std::filesystem::path& file);
 
-/// Where a drive must be for its axis to be at a place: pitch error and backlash of what lies between the two. A cubic
-/// spline through the points of a table, so that velocity and acceleration of the drive have no step; outside of it
-/// the correction is that of the nearest end. Constant: any number of threads may use one.
+/// Maps the position of an axis to the position of its drive: corrects the pitch error and the backlash of the
+/// mechanics in between. A cubic spline through the points of a table, so that velocity and acceleration of the drive
+/// have no step; outside the table the correction is that of the nearest end. Immutable: any number of threads may
+/// share one.
 ///
-/// `forward` is 1 where the axis has come with rising positions, 0 where with falling ones, and in between while the
-/// backlash is taken up.
+/// `forward` is 1 if the axis arrived with rising positions, 0 if with falling ones, and in between while the backlash
+/// is taken up.
 class PositionCorrection {
  public:
-  /// Steepest slope of a correction: beyond, it is no error of a screw, and most likely a wrong unit.
+  /// Steepest slope of a correction: a steeper one is not a screw error, but most likely a wrong unit.
   static constexpr double kSteepest = 0.05;
 
-  /// Position of the drive, and its derivatives by that of the axis.
+  /// Position of the drive, and its derivatives with respect to the position of the axis.
   struct Value {
     double position = 0.0;   ///< rad or m
     double slope = 0.0;      ///< near 1
     double curvature = 0.0;  ///< 1/rad or 1/m
   };
-  /// The most there is anywhere.
+  /// Upper bounds over all positions.
   struct Bounds {
-    double slope = 0.0;      ///< of a correction, magnitude
-    double curvature = 0.0;  ///< of a correction, magnitude
-    double gap = 0.0;        ///< between the corrections of both directions, rad or m
-    double gap_slope = 0.0;  ///< of that
+    double slope = 0.0;      ///< slope of a correction, magnitude
+    double curvature = 0.0;  ///< curvature of a correction, magnitude
+    double gap = 0.0;        ///< difference of the corrections of both directions, rad or m
+    double gap_slope = 0.0;  ///< slope of that difference
   };
 
-  /// `table`: none, there is backlash alone. `backlash`, 0 or more, rad or m: what the drive has to go before the axis
-  /// moves the other way. `modulo` of an endless axis: the table goes from 0 to it and begins anew. Errors, with file
-  /// and line: what a Cam refuses, a slope beyond kSteepest, a table of an endless axis that is of another length.
+  /// `table`: nullopt: there is only backlash. `backlash`, 0 or more, rad or m: distance that the drive must move
+  /// before the axis moves in the other direction. `modulo` of a modulo axis: the table covers 0 to `modulo` and
+  /// repeats. Errors, with file and line: those of a Cam, a slope beyond kSteepest, a table of a modulo axis with
+  /// another length.
   [[nodiscard]] static tl::expected<PositionCorrection, PathError> make(const std::optional<CorrectionTable>& table,
                                                                         double backlash,
                                                                         std::optional<double> modulo = std::nullopt);
 
-  /// \rtsafe
+  /// Position of the drive for the position `axis` of the axis. \rtsafe
   [[nodiscard]] Value drive(double axis, double forward) const noexcept;
-  /// The axis, where the drive is there; the inverse of drive(), exact but for rounding. \rtsafe
-  [[nodiscard]] double axis(double drive, double forward) const noexcept;
-  /// What the drive goes when the direction changes from backward to forward, rad or m. \rtsafe
-  [[nodiscard]] double gap(double axis) const noexcept;
+  /// Position of the axis for the position `drive` of the drive; the inverse of drive(), exact except for rounding.
   /// \rtsafe
+  [[nodiscard]] double axis(double drive, double forward) const noexcept;
+  /// Distance that the drive moves when the direction changes from backward to forward, rad or m. \rtsafe
+  [[nodiscard]] double gap(double axis) const noexcept;
+  /// Upper bounds over all positions. \rtsafe
   [[nodiscard]] const Bounds& bounds() const noexcept { return bounds_; }
 
  private:
@@ -85,7 +88,7 @@ class PositionCorrection {
   [[nodiscard]] Value backward_at(double axis) const noexcept;
 
   std::optional<Cam> forward_{};
-  std::optional<Cam> backward_{};  ///< none: as forward
+  std::optional<Cam> backward_{};  ///< nullopt: same as forward
   double backlash_ = 0.0;
   Bounds bounds_{};
 };

@@ -13,49 +13,49 @@
 
 namespace driveline::trajectory {
 
-/// The fastest motion of one axis from any state to a position, velocity and acceleration. Where the start is outside
-/// the limits, the axis is first brought back inside as fast as possible, and then takes the fastest way that stays
-/// inside. With an infinite jerk limit the accelerations of both ends do not count. The target must be inside the
-/// limits, and so must what comes before and after it: with a target acceleration a < 0, velocity + a^2 / (2 jerk) <=
+/// Plans the fastest motion of an axis from any state to a position, velocity and acceleration. If the start is outside
+/// the limits, the axis is first brought back inside as fast as possible, and then takes the fastest motion that stays
+/// inside. With an infinite jerk limit the accelerations at both ends are ignored. The target must be inside the
+/// limits, and so must the motion before and after it: with a target acceleration a < 0, velocity + a^2 / (2 jerk) <=
 /// max_velocity. Bounded cost, no allocation. \rtsafe
 [[nodiscard]] tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, const AxisSetpoint& to,
                                                                    const ProfileLimits& limits) noexcept;
 
-/// The same in exactly the given time, with as little of the limits as the mixture of the farthest and the shortest
-/// motion of this duration needs. An error names the next longer duration that is possible. \rtsafe
+/// Plans the same motion for exactly the given duration, as the mixture of the farthest and the shortest motion of this
+/// duration. An error states the next longer possible duration. \rtsafe
 [[nodiscard]] tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, const AxisSetpoint& to,
                                                                    const ProfileLimits& limits,
                                                                    double duration_s) noexcept;
 
-/// What to do about a motion that would leave a range of positions.
+/// Reaction to a motion that would leave a range of positions.
 enum class OutOfRange : std::uint8_t {
-  kRefuse,  ///< there is no profile
-  /// The axis is brought to a standstill instead, as fast as possible, and Profile::end() is not the target. One that
-  /// is too fast for the range leaves it all the same.
+  kRefuse,  ///< return an error
+  /// The axis is stopped instead, as fast as possible, and Profile::end() is not the target. An axis that is too fast
+  /// for the range leaves it nevertheless.
   kBrake,
 };
 
-/// The fastest motion, if it stays within a range of positions on its whole way. \rtsafe
+/// Plans the fastest motion, if it stays within a range of positions throughout. \rtsafe
 [[nodiscard]] tl::expected<Profile, ProfileError> plan_to_position(const AxisSetpoint& from, const AxisSetpoint& to,
                                                                    const ProfileLimits& limits,
                                                                    const PositionRange& range,
                                                                    OutOfRange otherwise) noexcept;
 
-/// In which time a motion can be done: in the shortest one and any longer one that is not between the ends of a gap.
+/// The possible durations of a motion: the shortest and every longer duration outside the gaps.
 class PossibleDurations {
  public:
-  /// Two for the acceleration at the ends, up to three on the way.
+  /// Up to two gaps for the acceleration at the ends, up to three during the motion.
   static constexpr std::size_t kMaxGaps = 8;
 
-  /// Durations between the two are impossible; the ends themselves are possible.
+  /// Durations between both ends are impossible; the ends themselves are possible.
   struct Gap {
-    double begin_s = 0.0;  ///< the longest duration before it
-    double end_s = 0.0;    ///< the shortest duration behind it
+    double begin_s = 0.0;  ///< longest possible duration before the gap
+    double end_s = 0.0;    ///< shortest possible duration after the gap
   };
 
-  /// \rtsafe
+  /// Shortest possible duration. \rtsafe
   [[nodiscard]] double shortest_s() const noexcept { return shortest_s_; }
-  /// In the order of time. \rtsafe
+  /// Gaps in ascending order. \rtsafe
   [[nodiscard]] std::span<const Gap> gaps() const noexcept { return {gaps_.data(), count_}; }
 
  private:
@@ -68,7 +68,7 @@ class PossibleDurations {
   std::size_t count_ = 0;
 };
 
-/// All durations in which plan_to_position can do a motion. \rtsafe
+/// Determines all durations for which plan_to_position can plan a motion. \rtsafe
 [[nodiscard]] tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpoint& from,
                                                                                const AxisSetpoint& to,
                                                                                const ProfileLimits& limits) noexcept;

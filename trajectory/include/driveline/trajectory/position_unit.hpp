@@ -11,16 +11,15 @@ enum class AxisKind {
   kLinear,  ///< m
 };
 
-/// "rad" or "m".
+/// Returns "rad" or "m".
 std::string_view si_unit(AxisKind kind) noexcept;
 
-/// A unit in which positions of an axis are written and shown, and with "/s" and "/s^2" its velocities and
-/// accelerations. All calculations are in rad or m.
+/// A unit in which positions of an axis are written and shown; velocities and accelerations append "/s" and "/s^2". All
+/// calculations are in rad or m.
 struct PositionUnit {
-  std::string_view name;              ///< as it is written: "mm"
-  AxisKind kind = AxisKind::kRotary;  ///< kind of axes it is for
-  /// The unit is numerator / denominator rad or m. Dividing by 1000 is correctly rounded where multiplying by 0.001 is
-  /// not.
+  std::string_view name;              ///< name as written, e.g. "mm"
+  AxisKind kind = AxisKind::kRotary;  ///< kind of axes with this unit
+  /// The unit is numerator / denominator rad or m. Dividing by 1000 is correctly rounded; multiplying by 0.001 is not.
   double numerator = 1.0;
   double denominator = 1.0;  ///< see numerator
 
@@ -30,11 +29,11 @@ struct PositionUnit {
   [[nodiscard]] double from_si(double value) const noexcept { return value * denominator / numerator; }
 };
 
-/// rad, deg, rev, m, mm, um, in this order.
+/// All units: rad, deg, rev, m, mm, um, in this order.
 [[nodiscard]] std::span<const PositionUnit> position_units() noexcept;
-/// The unit called `name`, valid as long as the program runs; null if there is none.
+/// Finds the unit called `name`; valid until the program ends; null if there is none.
 [[nodiscard]] const PositionUnit* find_position_unit(std::string_view name) noexcept;
-/// `unit`, or rad or m when it is null.
+/// Returns `unit`, or rad or m if it is null.
 [[nodiscard]] const PositionUnit& unit_or_si(const PositionUnit* unit, AxisKind kind) noexcept;
 
 }  // namespace driveline::trajectory

@@ -14,46 +14,47 @@ struct PositionRange {
   double max = 0.0;  ///< rad or m
 };
 
-/// The motion of one axis as a sequence of phases of constant jerk. Behind the last one the axis goes on at the
-/// velocity of the end. Planners make it (plan_to_position, plan_to_velocity). A plain value.
+/// The motion of an axis as a sequence of phases of constant jerk. After the last phase the axis continues at the end
+/// velocity. Created by planners (plan_to_position, plan_to_velocity). A plain value.
 class Profile {
  public:
-  /// Four in which an axis comes back inside its limits, and up to thirteen for what follows.
+  /// Four phases to bring an axis back inside its limits, and up to thirteen for the remaining motion.
   static constexpr std::size_t kMaxPhases = 17;
 
-  /// A stretch of constant jerk: the state at its begin.
+  /// A phase of constant jerk with the state at its start.
   struct Phase {
-    double begin_s;       ///< since the begin of the profile
-    double displacement;  ///< from the first position, rad or m
+    double begin_s;       ///< time since the start of the profile
+    double displacement;  ///< displacement from the first position, rad or m
     double velocity;      ///< rad/s or m/s
     double acceleration;  ///< rad/s^2 or m/s^2
     double jerk;          ///< rad/s^3 or m/s^3
   };
 
-  /// A motion at the given velocity that has no phase yet. \rtsafe
+  /// Creates a motion without phases that starts at `from`. \rtsafe
   explicit Profile(const AxisSetpoint& from = {}) noexcept;
 
-  /// Adds a phase that starts at the given acceleration; one that does not last is left out, as is one too many.
+  /// Adds a phase that starts at the given acceleration. A phase without duration, or beyond kMaxPhases, is ignored.
   /// \rtsafe
   void append(double duration_s, double acceleration, double jerk) noexcept;
-  /// Says what the last phase is to end in: the state from duration_s() on, without what was lost by rounding. \rtsafe
+  /// Sets the exact state at the end of the last phase, which replaces the result with its rounding errors. \rtsafe
   void end_at(const AxisSetpoint& to) noexcept;
-  /// The motion of another axis on a straight line: this one times a factor, between other ends. \rtsafe
+  /// Returns the motion of another axis on a straight line: this motion times `factor`, between other end states.
+  /// \rtsafe
   [[nodiscard]] Profile scaled(double factor, const AxisSetpoint& from, const AxisSetpoint& to) const noexcept;
 
-  /// The setpoint at a time after the begin. Times before zero (and NaN) count as zero; behind the end the velocity of
-  /// the end is kept, without acceleration. \rtsafe
+  /// Returns the setpoint at a time after the start. Times before zero (and NaN) count as zero; after the end the end
+  /// velocity continues without acceleration. \rtsafe
   [[nodiscard]] AxisSetpoint evaluate(double elapsed_s) const noexcept;
 
-  /// \rtsafe
+  /// Whether the end has been reached. \rtsafe
   [[nodiscard]] bool finished(double elapsed_s) const noexcept { return elapsed_s >= duration_s_; }
-  /// \rtsafe
+  /// Duration of all phases. \rtsafe
   [[nodiscard]] double duration_s() const noexcept { return duration_s_; }
-  /// The state in which the last phase ends. \rtsafe
+  /// State at the end of the last phase. \rtsafe
   [[nodiscard]] const AxisSetpoint& end() const noexcept { return end_; }
-  /// \rtsafe
+  /// The phases in order of time. \rtsafe
   [[nodiscard]] std::span<const Phase> phases() const noexcept { return {phases_.data(), count_}; }
-  /// The smallest and the largest position from begin to end, not only at the ends of phases. \rtsafe
+  /// Smallest and largest position from start to end, inside the phases as well. \rtsafe
   [[nodiscard]] PositionRange extremes() const noexcept;
 
  private:
@@ -65,8 +66,8 @@ class Profile {
   AxisSetpoint end_;
 };
 
-/// Whether a profile stays within a range of positions on its whole way, its end included; what comes behind the end
-/// does not count. \rtsafe
+/// Whether a profile stays within a range of positions from start to end; the motion after the end does not count.
+/// \rtsafe
 [[nodiscard]] bool fits(const Profile& profile, const PositionRange& range) noexcept;
 
 }  // namespace driveline::trajectory

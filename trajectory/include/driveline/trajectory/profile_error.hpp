@@ -4,28 +4,28 @@
 
 namespace driveline::trajectory {
 
-/// Why there is no profile.
+/// Reason why there is no profile.
 struct ProfileError {
-  /// What is wrong.
+  /// The kind of error.
   enum class Reason : std::uint8_t {
     kLimits,         ///< a limit has the wrong sign, is zero, not a number, or an infinite acceleration
     kState,          ///< the start is not finite
     kTarget,         ///< the target is not finite, outside the limits, or cannot be reached or left inside them
-    kTooLong,        ///< would take longer than kLongestProfileSeconds, or further than numbers go
-    kTooShort,       ///< cannot be done in so short a time
-    kBlocked,        ///< can be done faster and slower, but not in just this time
-    kPositionRange,  ///< would leave the range of positions
-    kAxes,           ///< the lists of axes differ in length, or there are too many
+    kTooLong,        ///< takes longer than kLongestProfileSeconds, or exceeds the range of floating-point numbers
+    kTooShort,       ///< impossible in so short a time
+    kBlocked,        ///< possible faster and slower, but not in exactly this time
+    kPositionRange,  ///< leaves the range of positions
+    kAxes,           ///< the lists of axes differ in length, or have too many axes
   };
 
-  Reason reason = Reason::kLimits;   ///< what is wrong
-  double possible_duration_s = 0.0;  ///< for kTooShort and kBlocked: the next longer duration that can be done
+  Reason reason = Reason::kLimits;   ///< kind of error
+  double possible_duration_s = 0.0;  ///< for kTooShort and kBlocked: next longer possible duration
 
-  /// \rtsafe
+  /// Compares all fields. \rtsafe
   friend bool operator==(const ProfileError&, const ProfileError&) noexcept = default;
 };
 
-/// No profile is longer, in s: at greater times the resolution of a double would be seen in its positions.
+/// Longest duration of a profile in s: at greater times the resolution of a double would be visible in its positions.
 inline constexpr double kLongestProfileSeconds = 1e5;
 
 }  // namespace driveline::trajectory

@@ -7,18 +7,18 @@
 
 namespace driveline::trajectory {
 
-/// A SCARA: two horizontal arms, a spindle that rises and turns. Coordinates x, y, z, c; joints shoulder, elbow, lift,
-/// wrist. With all joints at zero the arms are stretched along x. The shoulder is within half a turn to both sides of
-/// x: a path through the half plane behind it, where it would leap, is refused.
+/// A SCARA: two horizontal arms and a spindle that rises and rotates. Coordinates x, y, z, c; joints shoulder, elbow,
+/// lift, wrist. With all joints at zero the arms are stretched along x. The shoulder angle lies between -pi and pi from
+/// x; a path through the half plane behind the shoulder, where that angle would jump, is refused.
 class ScaraKinematics final : public Kinematics {
  public:
-  /// Lengths in m.
+  /// Dimensions in m.
   struct Shape {
-    double upper_arm = 0.0;   ///< from shoulder to elbow, > 0
-    double forearm = 0.0;     ///< from elbow to spindle, > 0
-    bool elbow_left = false;  ///< angles of the elbow are above zero; otherwise below
+    double upper_arm = 0.0;   ///< length from shoulder to elbow, > 0
+    double forearm = 0.0;     ///< length from elbow to spindle, > 0
+    bool elbow_left = false;  ///< true: elbow angles are positive; false: negative
   };
-  /// Throws std::invalid_argument.
+  /// Throws std::invalid_argument if a length is invalid.
   explicit ScaraKinematics(const Shape& shape);
 
   [[nodiscard]] std::span<const KinematicCoordinate> coordinates() const noexcept override;

@@ -7,26 +7,25 @@
 
 namespace driveline::trajectory {
 
-/// Takes one axis smoothly from standstill at one position to standstill at another: a polynomial of fifth degree in
-/// time with zero velocity and acceleration at both ends (minimum jerk). Used to approach the first point of a path.
-/// A plain value without memory of its own.
+/// Moves one axis smoothly from standstill at one position to standstill at another: a polynomial of fifth degree in
+/// time with zero velocity and acceleration at both ends (minimum jerk). Used to approach the first point of a path. A
+/// plain value without heap memory.
 class StartRamp {
  public:
-  /// The shortest ramp that respects the limits, which must be positive and finite. Empty if an argument or the
+  /// Plans the shortest ramp that keeps the limits, which must be positive and finite. nullopt if an argument or the
   /// duration is not finite or a limit is not positive. \rtsafe
   [[nodiscard]] static std::optional<StartRamp> plan(double from, double to, const AxisLimits& limits) noexcept;
 
-  /// Makes the ramp last longer, so that several axes arrive together; a shorter duration or NaN changes nothing.
-  /// \rtsafe
+  /// Lengthens the ramp, so that several axes arrive together; a shorter duration or NaN changes nothing. \rtsafe
   void stretch_to(double duration_s) noexcept;
 
-  /// The setpoint at a time after the ramp's start: the start position before it, the end position after it, both at
-  /// standstill. \rtsafe
+  /// Returns the setpoint at a time after the ramp's start: before it the start position, after it the end position,
+  /// both at standstill. \rtsafe
   [[nodiscard]] AxisSetpoint evaluate(double elapsed_s) const noexcept;
 
-  /// \rtsafe
+  /// Whether the ramp has ended. \rtsafe
   [[nodiscard]] bool finished(double elapsed_s) const noexcept { return elapsed_s >= duration_s_; }
-  /// Zero if start and end are the same. \rtsafe
+  /// Duration of the ramp; zero if start and end are the same. \rtsafe
   [[nodiscard]] double duration_s() const noexcept { return duration_s_; }
 
  private:

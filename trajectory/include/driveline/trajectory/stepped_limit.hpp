@@ -6,37 +6,37 @@
 
 namespace driveline::trajectory {
 
-/// A limit along a path, constant from place to place, that is lowered near its end again and again and read from its
-/// begin: the lower envelope of what stretches impose on their surroundings. Places are steps of 2^-40 m. Reading and
-/// lowering cost what lies in the range, not the length of the path.
+/// A limit along a path, constant between steps, that is repeatedly lowered near its end and read from its start: the
+/// lower envelope of the limits that stretches impose on their neighbourhood. Positions are in steps of 2^-40 m.
+/// Reading and lowering cost time in proportion to the steps in the range, not to the length of the path.
 class SteppedLimit {
  public:
-  /// No limit anywhere.
+  /// Starts without a limit.
   SteppedLimit() { clear(); }
 
-  /// No limit anywhere.
+  /// Removes all limits.
   void clear();
-  /// Not above `value` from `from` until `until`, which is behind it. What was forgotten stays so.
+  /// Lowers the limit to at most `value` from `from` to `until` (> `from`). The forgotten part is not affected.
   void lower(std::int64_t from, std::int64_t until, double value);
-  /// What is before this place is not asked for any more.
+  /// Forgets the part before this position; it will not be read again.
   void forget(std::int64_t before) noexcept;
 
-  /// The limit where the rest begins.
+  /// The limit at the start of the remaining part.
   [[nodiscard]] double value() const noexcept { return steps_[front_].value; }
-  /// Where it changes next; the largest number there is: nowhere.
+  /// Position of the next change; the largest integer if there is none.
   [[nodiscard]] std::int64_t end() const noexcept;
 
  private:
   struct Step {
     std::int64_t begin;
-    double value;  ///< up to the next step
+    double value;  ///< limit up to the next step
   };
 
   void put(std::int64_t begin, double value);
 
-  std::vector<Step> steps_;  ///< by their begin; those before front_ are forgotten
+  std::vector<Step> steps_;  ///< in order of `begin`; elements before front_ are forgotten
   std::size_t front_ = 0;
-  std::vector<Step> tail_;  ///< while it is being lowered
+  std::vector<Step> tail_;  ///< scratch memory of lower()
 };
 
 }  // namespace driveline::trajectory

@@ -10,58 +10,58 @@
 
 namespace driveline::trajectory {
 
-/// How setpoints that arrive one after the other are joined.
+/// Interpolation between setpoints that arrive one after the other.
 enum class StreamMethod : std::uint8_t {
-  kHold,     ///< each is held until the next
+  kHold,     ///< each setpoint is held until the next
   kLinear,   ///< straight lines
   kHermite,  ///< cubics through positions and velocities
-  kCubic,    ///< cubics through positions, with the velocities of the parabolas through three neighbours
+  kCubic,    ///< cubics through positions, with the velocities of parabolas through three neighbours
   kQuintic,  ///< fifth degree through positions, velocities and accelerations
   kBSpline,  ///< cubic B-spline: approximates the positions
 };
 
-/// Setpoint of one axis. What the method does not use is ignored.
+/// Setpoint of an axis. Values that the method does not use are ignored.
 struct StreamPoint {
   double position = 0.0;      ///< rad or m
   double velocity = 0.0;      ///< rad/s or m/s
   double acceleration = 0.0;  ///< rad/s^2 or m/s^2
 };
 
-/// What is known of a method.
+/// Properties of a method.
 struct StreamMethodFacts {
-  Continuity continuity;  ///< of the curve at the setpoints
-  std::size_t delay;      ///< setpoints that must be there beyond an instant before the curve reaches it
-  std::size_t columns;    ///< coefficients per axis
+  Continuity continuity;  ///< continuity of the curve at the setpoints
+  std::size_t delay;      ///< number of setpoints after an instant that must be known before the curve reaches it
+  std::size_t columns;    ///< number of coefficients per axis
 };
 
-/// \rtsafe
+/// Properties of `method`. \rtsafe
 [[nodiscard]] StreamMethodFacts facts_of(StreamMethod method) noexcept;
 
-/// A curve through setpoints of several axes that is continued while it is evaluated. It has room for a fixed number of
-/// setpoints and allocates when it is made only. Their steps may differ; a curve begins as if its first straight line
-/// had come from before. One thread.
+/// A curve through setpoints of several axes that is extended while it is evaluated. It stores a fixed number of
+/// setpoints; only the constructor allocates. Time steps may differ; a curve starts as if its first straight line
+/// extended into the past. One thread.
 class StreamCurve {
  public:
-  /// `capacity`: setpoints that may lie ahead, at least facts_of(method).delay + 1. `hold_s`: how long kHold holds a
-  /// setpoint that no other follows.
+  /// `capacity`: number of setpoints that may lie ahead, at least facts_of(method).delay + 1. `hold_s`: how long kHold
+  /// holds a setpoint without a successor.
   StreamCurve(StreamMethod method, std::size_t axes, std::size_t capacity, double hold_s);
 
-  /// Forgets all setpoints. \rtsafe
+  /// Removes all setpoints. \rtsafe
   void clear() noexcept;
-  /// No more setpoints fit in before time has advanced. \rtsafe
+  /// Whether no more setpoints fit until time has advanced. \rtsafe
   [[nodiscard]] bool full() const noexcept { return end_ - segment_ > capacity_; }
-  /// Adds a setpoint; not when full. `time_s` is later than the last one. \rtsafe
+  /// Adds a setpoint; not when full. `time_s` must be later than the previous one. \rtsafe
   void add(double time_s, std::span<const StreamPoint> points) noexcept;
-  /// Goes on to a time, which never decreases while there are setpoints. False: setpoints that would tell where the
-  /// curve is there are missing. Cost: the setpoints on the way, and the coefficients of one segment. \rtsafe
+  /// Advances to a time, which must not decrease while there are setpoints. Returns false if the setpoints that
+  /// determine the curve there are missing. Cost: the setpoints passed, and the coefficients of a segment. \rtsafe
   bool advance(double time_s) noexcept;
-  /// There is something to evaluate. \rtsafe
+  /// Whether there is a curve to evaluate. \rtsafe
   [[nodiscard]] bool begun() const noexcept { return begun_; }
-  /// The curve at a time in the segment that advance() has gone to, or beyond it, where the polynomial goes on. Writes
-  /// one setpoint for each axis. Only when begun(). \rtsafe
+  /// Evaluates the curve at a time in the current segment of advance(), or beyond it, where the polynomial continues.
+  /// Writes one setpoint per axis. Only when begun(). \rtsafe
   void evaluate(double time_s, std::span<AxisSetpoint> out) const noexcept;
 
-  /// \rtsafe
+  /// Number of axes. \rtsafe
   [[nodiscard]] std::size_t axes() const noexcept { return axes_; }
 
  private:
@@ -73,7 +73,7 @@ class StreamCurve {
     Row derivatives;
   };
 
-  // Control points of a B-spline, of all axes: each at a setpoint, or a part of the way to the one beside it.
+  // Control points of a B-spline for all axes: each at a setpoint, or at a fraction of the way to a neighbour.
   struct ControlPoints {
     const double* at;
     const double* beside;
@@ -98,17 +98,17 @@ class StreamCurve {
   std::size_t capacity_;
   std::size_t delay_;
   double hold_s_;
-  // Rings of setpoints; setpoint i is at i modulo their size. Two before the segment are kept.
+  // Rings of setpoints; setpoint i is at index i modulo their size. Two setpoints before the segment are stored.
   std::vector<double> times_s_;
   Row positions_;
   Row velocities_;
   Row accelerations_;
-  Ends from_;  // of a segment whose ends are derived from several setpoints
+  Ends from_;  // ends of a segment, derived from several setpoints
   Ends to_;
-  double start_s_ = 0.0;  // of the present segment
+  double start_s_ = 0.0;  // start time of the current segment
   std::vector<double> coefficients_;
-  std::uint64_t segment_ = 0;  // setpoint at which the present segment starts
-  std::uint64_t end_ = 0;      // one behind the newest
+  std::uint64_t segment_ = 0;  // setpoint at which the current segment starts
+  std::uint64_t end_ = 0;      // one past the newest setpoint
   bool begun_ = false;
 };
 

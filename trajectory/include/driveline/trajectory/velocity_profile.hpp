@@ -9,14 +9,14 @@
 
 namespace driveline::trajectory {
 
-/// The fastest change of one axis to a velocity (rad/s or m/s) and an acceleration (rad/s^2 or m/s^2), wherever it gets
-/// on the way. An acceleration outside the limits at the start is first brought back inside. With an infinite jerk
-/// limit the accelerations of both ends do not count. Bounded cost, no allocation. \rtsafe
+/// Plans the fastest change of an axis to a velocity (rad/s or m/s) and an acceleration (rad/s^2 or m/s^2), at any
+/// position. A start acceleration outside the limits is first brought back inside. With an infinite jerk limit the
+/// accelerations at both ends are ignored. Bounded cost, no allocation. \rtsafe
 [[nodiscard]] tl::expected<Profile, ProfileError> plan_to_velocity(const AxisSetpoint& from, double velocity,
                                                                    double acceleration,
                                                                    const ProfileLimits& limits) noexcept;
 
-/// The fastest way to a standstill. As StopProfile, with limits that may differ between the directions. \rtsafe
+/// Plans the fastest stop. Like StopProfile, with limits that may differ between the directions. \rtsafe
 [[nodiscard]] tl::expected<Profile, ProfileError> plan_to_standstill(const AxisSetpoint& from,
                                                                      const ProfileLimits& limits) noexcept;
 

@@ -11,25 +11,25 @@
 
 namespace driveline::ecat_master {
 
-/// Exchange straight through the port, for everything that happens while no cycle runs.
+/// Exchange directly through the port, while no cycle runs.
 class DirectExchange final : public DatagramExchange {
  public:
-  /// Frames on their way at the same time: more would overrun the receive buffers of network cards and sockets.
+  /// Most frames in flight: more would overrun the receive buffers of network cards and sockets.
   static constexpr std::size_t kMaxInFlight = 24;
 
   /// Time-out and retries of frames.
   struct Settings {
-    /// Time-out for the answers of the first try; the time of the frames on the wire is added. Each further try waits
-    /// four times as long as the one before, 512 ms at most: a lost frame costs 2 ms, and a line whose machine is
+    /// Time-out for the answers of the first try; the transmission time of the frames is added. Each further try waits
+    /// four times as long as the previous one, at most 512 ms: a lost frame costs 2 ms, and a line whose machine is
     /// suspended may be silent for 0.68 s.
     std::chrono::nanoseconds timeout = std::chrono::milliseconds{2};
     int retries = 4;  ///< further tries after the first
-    /// FrameTag::instance; none: one that no other master has (next_frame_instance()).
+    /// FrameTag::instance; none: an unused instance from next_frame_instance().
     std::optional<std::uint16_t> instance = std::nullopt;
-    bool guest = false;  ///< for a tool on a line that may have a master: marks the frames (FrameTag::guest())
+    bool guest = false;  ///< for a tool on a line that may have a master: marks its frames (FrameTag::guest())
   };
 
-  /// Port and clock must outlive it.
+  /// Port and clock must outlive the exchange.
   DirectExchange(port::Port& port, rt::Clock& clock, Settings settings);
   /// With the default settings.
   DirectExchange(port::Port& port, rt::Clock& clock) : DirectExchange(port, clock, Settings{}) {}
@@ -38,13 +38,13 @@ class DirectExchange final : public DatagramExchange {
   void pause(std::chrono::nanoseconds duration) override;
   /// Time of the clock given to the constructor.
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return clock_.now(); }
-  /// FrameTag::instance of all its frames.
+  /// FrameTag::instance of all frames of this exchange.
   [[nodiscard]] std::uint16_t instance() const noexcept { return instance_; }
-  /// Since it was made.
+  /// Counters since construction.
   [[nodiscard]] const ExchangeStatistics& statistics() const noexcept { return statistics_; }
 
  private:
-  /// Requests first..last travel in the frame with number `sequence`.
+  /// A frame in flight: it carries the requests first..last and has the number `sequence`.
   struct Flight {
     std::uint32_t sequence = 0;
     std::size_t first = 0;
@@ -72,9 +72,8 @@ class DirectExchange final : public DatagramExchange {
   std::array<std::byte, port::kMaxFrameBytes> buffer_{};
 };
 
-/// Copies the answers in `frame` into `requests` when its datagrams are those of the requests, numbered from 0 in the
-/// same order; false, and nothing changed, when they are not.
-/// \rtsafe
+/// Copies the answers in `frame` into `requests` when its datagrams match the requests, numbered from 0 in the same
+/// order. Returns false and changes nothing when they do not match. \rtsafe
 [[nodiscard]] bool match_answers(std::span<Request> requests, std::span<const std::byte> frame) noexcept;
 
 }  // namespace driveline::ecat_master

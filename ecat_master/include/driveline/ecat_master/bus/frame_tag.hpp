@@ -8,25 +8,25 @@ namespace driveline::ecat_master {
 
 /// The identity of a frame, carried in its Ethernet source address.
 ///
-/// The 8-bit datagram index comes round after 256 frames, 32 ms at 8 kHz, so a late frame could be taken for a new
-/// one. Slave controllers do not look at the source address; the first one only sets the "locally administered" bit
-/// in its first byte (ESC data sheet I, "Ethernet frame processing"). The master therefore numbers its frames there:
-/// the upper five bits of byte 0 and byte 1 tell masters on one wire apart, bytes 2-5 are a sequence number that lasts
-/// for days. The multicast bit of byte 0 stays clear, and so does bit 2,
-/// with which a ring marks its second copy (port::RedundantPort).
+/// The 8-bit datagram index repeats after 256 frames, 32 ms at 8 kHz, so a late frame could be mistaken for a new one.
+/// Slave controllers ignore the source address; the first slave only sets the "locally administered" bit in its first
+/// byte (ESC data sheet I, "Ethernet frame processing"). The master therefore numbers its frames there: the upper five
+/// bits of byte 0 and byte 1 distinguish the masters on a wire, bytes 2-5 are a sequence number that lasts for days.
+/// The multicast bit of byte 0 stays clear, and so does bit 2, with which a ring marks its second copy
+/// (port::RedundantPort).
 ///
-/// A guest, which is a tool on a line that may have a master already, counts in the lower half of the sequence number
-/// only; the upper half marks it, so that the master recognises its frames.
+/// A guest is a tool on a line that may already have a master. It counts only in the lower half of the sequence number;
+/// the upper half marks it, so that the master recognises its frames.
 struct FrameTag {
-  /// Most values of `instance`: 13 bits.
+  /// Number of values of `instance`: 13 bits.
   static constexpr std::uint16_t kInstances = 0x2000;
   /// Upper half of `sequence` in the frames of a guest; a master reaches this value after days at 8 kHz.
   static constexpr std::uint32_t kGuest = 0xFFFF'0000;
 
-  std::uint16_t instance = 0;  ///< of the master, below kInstances
-  std::uint32_t sequence = 0;  ///< of the frame
+  std::uint16_t instance = 0;  ///< instance of the master, below kInstances
+  std::uint32_t sequence = 0;  ///< number of the frame
 
-  /// As a source address; \rtsafe.
+  /// The tag as a source address. \rtsafe
   [[nodiscard]] constexpr wire::MacAddress to_mac() const noexcept {
     wire::MacAddress mac{};
     mac[0] = static_cast<std::byte>((std::uint32_t{instance} >> 8U << 3U) & 0xF8U);
@@ -34,19 +34,19 @@ struct FrameTag {
     wire::store_le(std::span(mac).subspan<2, 4>(), sequence);
     return mac;
   }
-  /// The tag in a received source address, with or without the bit that slaves set; \rtsafe.
+  /// The tag in a received source address, with or without the bit that slaves set. \rtsafe
   [[nodiscard]] static constexpr FrameTag from_mac(const wire::MacAddress& mac) noexcept { return from_source(mac); }
-  /// The tag of a whole frame, which must be at least as long as an Ethernet header; \rtsafe.
+  /// The tag of a whole frame, which must be at least as long as an Ethernet header. \rtsafe
   [[nodiscard]] static constexpr FrameTag of(std::span<const std::byte> frame) noexcept {
     return from_source(frame.subspan(6, 6));
   }
-  /// The frame of a guest, number `count` modulo 2^16; \rtsafe.
+  /// The tag of a guest's frame, number `count` modulo 2^16. \rtsafe
   [[nodiscard]] static constexpr FrameTag of_guest(std::uint16_t instance, std::uint32_t count) noexcept {
     return {instance, kGuest | (count & ~kGuest)};
   }
-  /// Whether a guest has sent it; \rtsafe.
+  /// Whether a guest sent the frame. \rtsafe
   [[nodiscard]] constexpr bool guest() const noexcept { return (sequence & kGuest) == kGuest; }
-  /// True once a slave has processed the frame.
+  /// Whether a slave has processed the frame.
   [[nodiscard]] static constexpr bool processed(const wire::MacAddress& mac) noexcept {
     return (mac[0] & std::byte{0x02}) != std::byte{0};
   }
@@ -60,9 +60,8 @@ struct FrameTag {
   }
 };
 
-/// An instance for one more master: masters of this process get different ones until all are used up, those of other
-/// processes and machines start from a random number, so that two of them agree once in 8192 times. Any thread, not
-/// real-time safe.
+/// An instance for another master: masters of this process get different instances until all are used. Other processes
+/// and machines start from a random number, so two of them collide once in 8192 times. Any thread, not real-time safe.
 [[nodiscard]] std::uint16_t next_frame_instance();
 
 }  // namespace driveline::ecat_master

@@ -10,15 +10,15 @@
 
 namespace driveline::ecat_master {
 
-/// The result of an SDO transfer that is still under way. May be copied; the engine must outlive it.
+/// The result of an SDO transfer in progress. May be copied; the engine must outlive it.
 class SdoFuture {
  public:
-  /// Made by CoeClient.
+  /// Created by CoeClient.
   SdoFuture(MailboxEngine& engine, std::shared_ptr<SdoTransfer> transfer)
       : engine_(&engine), transfer_(std::move(transfer)) {}
-  /// The transfer is over, well or not; get() does not wait then.
+  /// Whether the transfer has ended, successfully or not; get() then does not wait.
   [[nodiscard]] bool ready() const noexcept { return transfer_->done(); }
-  /// Waits, driving the engine meanwhile.
+  /// Waits for the end of the transfer, driving the engine meanwhile.
   void wait() const { engine_->wait(*transfer_); }
   /// Waits for the result. Errors: see SdoTransfer::result().
   [[nodiscard]] const Result<std::vector<std::byte>>& get() const {
@@ -31,20 +31,20 @@ class SdoFuture {
   std::shared_ptr<SdoTransfer> transfer_;
 };
 
-/// SDO transfers with one slave (ETG.1000.6 5.6.2) in three styles: calls that wait, calls with a callback, and
-/// futures. Transfers with many slaves at the same time travel together. Any ordinary thread; not \rtsafe (the cycle
-/// uses SdoRequest). Errors of all transfers: SdoAbort, Mailbox* and SdoSize, each with slave,
-/// index and sub-index; those of the bus, with slave and register.
+/// SDO transfers with one slave (ETG.1000.6 5.6.2) in three styles: blocking calls, calls with a callback, and futures.
+/// Simultaneous transfers with several slaves share frames. Any ordinary thread; not \rtsafe (the cycle uses
+/// SdoRequest). Errors of all transfers: SdoAbort, Mailbox* and SdoSize, each with slave, index and sub-index; those of
+/// the bus, with slave and register.
 class CoeClient {
  public:
-  /// Longest object that is taken from a slave.
+  /// Largest object accepted from a slave, in bytes.
   static constexpr std::size_t kMaxObjectBytes = SdoTransfer::kMaxObjectBytes;
-  /// Called on the thread that serves the mailboxes when a transfer is over.
+  /// Called on the thread that serves the mailboxes when a transfer has ended.
   using Callback = SdoTransfer::Callback;
 
-  /// Of the slave of this mailbox, whose engine must outlive the client.
+  /// For the slave of this mailbox, whose engine must outlive the client.
   explicit CoeClient(MailboxClient& mailbox) : engine_(mailbox.engine()), position_(mailbox.slave().position) {}
-  /// Of the slave at this position, whose mailbox is open in `engine`.
+  /// For the slave at this position, whose mailbox is open in `engine`.
   CoeClient(MailboxEngine& engine, std::uint16_t position) : engine_(engine), position_(position) {}
 
   /// Reads an object entry. `complete` reads all sub-indices from `subindex` (0 or 1) on.
@@ -54,15 +54,15 @@ class CoeClient {
   [[nodiscard]] Result<void> download(std::uint16_t index, std::uint8_t subindex, std::span<const std::byte> data,
                                       bool complete = false);
 
-  /// Starts a transfer; whoever waits for the future, or steps the engine, carries it out. `callback` (may be empty) is
-  /// called by that thread.
+  /// Starts a transfer; the thread that waits for the future, or steps the engine, carries it out and calls `callback`
+  /// (may be empty).
   SdoFuture start_upload(SdoAddress at, Callback callback = {}, std::uint8_t priority = 0);
-  /// Like start_upload(), in the other direction; `data` is copied.
+  /// Like start_upload(), for a download; `data` is copied.
   SdoFuture start_download(SdoAddress at, std::span<const std::byte> data, Callback callback = {},
                            std::uint8_t priority = 0);
 
   template <wire::WireInteger T>
-  /// Uploads a number. Further error: SdoSize when it has another size.
+  /// Uploads a number. Further error: SdoSize when its size differs.
   [[nodiscard]] Result<T> upload_as(std::uint16_t index, std::uint8_t subindex) {
     auto data = upload(index, subindex);
     if (!data) return tl::unexpected(data.error());
@@ -78,11 +78,11 @@ class CoeClient {
   /// \name SDO information (ETG.1000.6 5.6.3). Errors: SdoAbort with the slave's reason, Mailbox*, those of the bus.
   /// @{
 
-  /// Indices of the objects in a list of the slave, by SDO information.
+  /// Indices of the objects in a list of the slave.
   [[nodiscard]] Result<std::vector<std::uint16_t>> object_list(ObjectList list = ObjectList::kAll);
-  /// What the slave says about an object.
+  /// The slave's description of an object.
   [[nodiscard]] Result<ObjectDescription> object_description(std::uint16_t index);
-  /// What the slave says about an entry of an object.
+  /// The slave's description of an entry of an object.
   [[nodiscard]] Result<EntryDescription> entry_description(std::uint16_t index, std::uint8_t subindex);
   /// @}
 
@@ -95,26 +95,26 @@ class CoeClient {
   std::uint16_t position_;
 };
 
-/// Values to be written to objects of one slave, in this order.
+/// Values to be written to objects of a slave, in order.
 struct SdoScript {
-  std::uint16_t position = 0;  ///< of the slave
-  /// One value and where it goes.
+  std::uint16_t position = 0;  ///< position of the slave on the line
+  /// A value and its destination.
   struct Step {
     SdoAddress at;                ///< object and entry
-    std::vector<std::byte> data;  ///< to be written
+    std::vector<std::byte> data;  ///< value to be written
 
-    /// `value` in the byte order of the wire.
+    /// Step that writes `value` in wire byte order.
     template <typename T>
     static Step of(std::uint16_t index, std::uint8_t subindex, T value) {
       const auto bytes = wire::to_le_bytes(value);
       return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
     }
   };
-  std::vector<Step> steps;  ///< in their order
+  std::vector<Step> steps;  ///< writes, in order
 };
 
-/// Writes the scripts of many slaves at the same time: each slave's in order, all slaves side by side. A script ends at
-/// its first failure, the others go on. Returns one result per script.
+/// Writes the scripts of several slaves: each script in order, the slaves in parallel. A script ends at its first
+/// failure, the others continue. Returns one result per script.
 [[nodiscard]] std::vector<Result<void>> run_scripts(MailboxEngine& engine, std::span<const SdoScript> scripts);
 
 }  // namespace driveline::ecat_master

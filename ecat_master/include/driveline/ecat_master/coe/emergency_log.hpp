@@ -13,32 +13,32 @@
 
 namespace driveline::ecat_master {
 
-/// A CoE emergency and when it was fetched.
+/// A CoE emergency and the time at which it was fetched.
 struct EmergencyRecord {
   std::uint16_t slave = 0;           ///< position on the line
-  std::chrono::nanoseconds time{0};  ///< clock of the master
+  std::chrono::nanoseconds time{0};  ///< time on the master's clock
   wire::Emergency message;           ///< as the slave sent it
 };
 
 /// "3.201 s slave 4: emergency 0x3220, DC link undervoltage, error register 0x05, 01 00 ...".
 [[nodiscard]] std::string describe(const EmergencyRecord& record);
 
-/// Emergencies of all slaves, the newest of each slave: what CoE does with mails that nobody has asked for
-/// (MailboxEngine::handle()). May be used by any thread; not \rtsafe.
+/// The newest emergencies of all slaves: the handler of unsolicited CoE messages (MailboxEngine::handle()). May be used
+/// by any thread; not \rtsafe.
 class EmergencyLog final : public MailboxProtocolHandler {
  public:
-  /// Most emergencies kept of one slave; the oldest goes first.
+  /// Most emergencies stored per slave; the oldest is dropped first.
   static constexpr std::size_t kMaxPerSlave = 64;
 
-  /// Keeps the mail if it is an emergency.
+  /// Stores the message if it is an emergency.
   void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) override;
-  /// Keeps one more; the oldest of a slave that has too many goes.
+  /// Stores an emergency; drops the oldest one of the slave when there are too many.
   void add(const EmergencyRecord& record);
-  /// Those of one slave, oldest first; they are gone afterwards.
+  /// Removes and returns the emergencies of a slave, oldest first.
   [[nodiscard]] std::vector<EmergencyRecord> take(std::uint16_t slave);
-  /// Those of all slaves, oldest first; they stay.
+  /// The emergencies of all slaves, oldest first, without removing them.
   [[nodiscard]] std::vector<EmergencyRecord> all() const;
-  /// How many of a slave had to go unread.
+  /// Number of emergencies of a slave that were dropped unread.
   [[nodiscard]] std::uint64_t dropped(std::uint16_t slave) const;
 
  private:

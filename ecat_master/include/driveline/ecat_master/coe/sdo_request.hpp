@@ -11,41 +11,42 @@
 
 namespace driveline::ecat_master {
 
-/// One SDO of one slave, asked for by the cycle and carried out by the mailbox engine: the cycle starts it, looks at
-/// state() in later cycles and reads the value when it is there. Made by make_request().
+/// An SDO transfer with a slave that the cycle requests and the mailbox engine executes: the cycle starts it, polls
+/// state() in later cycles and reads the value when it is available. Created by make_request().
 ///
-/// The buffers change hands with the state: they belong to the cycle but in kPending and kBusy. One thread (the cycle)
-/// uses start_*(), data() and error().
+/// The ownership of the buffers follows the state: they belong to the cycle except in kPending and kBusy. Only one
+/// thread (the cycle) uses start_*(), data() and error().
 class SdoRequest final : public DialogueRequest, public std::enable_shared_from_this<SdoRequest> {
  public:
-  /// Where the request is.
+  /// State of the request.
   enum class State : std::uint8_t {
     kIdle,     ///< never started
-    kPending,  ///< started, not seen by the engine yet
-    kBusy,     ///< on its way
-    kDone,     ///< data() holds the value read, or the value has been written
-    kFailed,   ///< error() tells why
+    kPending,  ///< started, not yet seen by the engine
+    kBusy,     ///< transfer in progress
+    kDone,     ///< data() holds the uploaded value, or the value has been downloaded
+    kFailed,   ///< error() holds the reason
   };
 
-  /// For objects of at most `capacity` bytes; allocates all that it will need.
+  /// For objects of at most `capacity` bytes; allocates all memory in advance.
   SdoRequest(std::uint16_t position, std::uint16_t index, std::uint8_t subindex, std::size_t capacity);
   SdoRequest(const SdoRequest&) = delete;
   SdoRequest& operator=(const SdoRequest&) = delete;
 
-  /// Starts an upload. False: one is under way. \rtsafe
+  /// Starts an upload. Returns false when a transfer is in progress. \rtsafe
   [[nodiscard]] bool start_upload() noexcept;
-  /// Starts a download. False: one is under way, or `data` is longer than the capacity. \rtsafe
+  /// Starts a download. Returns false when a transfer is in progress or `data` is longer than the capacity. \rtsafe
   [[nodiscard]] bool start_download(std::span<const std::byte> data) noexcept;
-  /// \rtsafe
+  /// State of the current or last transfer. \rtsafe
   [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
-  /// What the last upload has read; empty unless state() is kDone. \rtsafe
+  /// The value read by the last upload; empty unless state() is kDone. \rtsafe
   [[nodiscard]] std::span<const std::byte> data() const noexcept;
-  /// Why the last transfer failed: as for SdoTransfer, and SdoSize when the value is longer than the capacity. \rtsafe
+  /// Why the last transfer failed: errors of SdoTransfer, and SdoSize when the value is longer than the capacity.
+  /// \rtsafe
   [[nodiscard]] const Error& error() const noexcept { return error_; }
 
-  // The engine's side.
+  // Used by the engine.
   [[nodiscard]] std::uint16_t position() const noexcept override { return position_; }
-  /// The transfer that carries it out.
+  /// The transfer that executes the request.
   [[nodiscard]] std::shared_ptr<MailboxDialogue> take() override;
 
  private:
@@ -61,8 +62,8 @@ class SdoRequest final : public DialogueRequest, public std::enable_shared_from_
   std::atomic<State> state_{State::kIdle};
 };
 
-/// An SDO of the slave at `position` that the cycle may ask for, looked after by `engine`. `capacity`: most bytes of
-/// its value. Any ordinary thread.
+/// Creates an SDO request for the slave at `position`, executed by `engine`. `capacity`: largest size of its value in
+/// bytes. Any ordinary thread.
 [[nodiscard]] std::shared_ptr<SdoRequest> make_request(MailboxEngine& engine, std::uint16_t position,
                                                        std::uint16_t index, std::uint8_t subindex,
                                                        std::size_t capacity);

@@ -8,36 +8,36 @@
 
 namespace driveline::ecat_master {
 
-/// Object, sub-index and whether all sub-indices from there on are meant (complete access).
+/// Address of an SDO transfer: an object entry, or all sub-indices from there on (complete access).
 struct SdoAddress {
-  std::uint16_t index = 0;    ///< of the object
-  std::uint8_t subindex = 0;  ///< of the entry; 0 or 1 with complete access
+  std::uint16_t index = 0;    ///< index of the object
+  std::uint8_t subindex = 0;  ///< sub-index of the entry; 0 or 1 with complete access
   bool complete = false;      ///< complete access: all sub-indices from `subindex` on
 };
 
-/// One SDO upload or download (ETG.1000.6 5.6.2): expedited, normal and segmented, complete access both ways.
+/// An SDO upload or download (ETG.1000.6 5.6.2): expedited, normal and segmented, complete access in both directions.
 ///
-/// Nothing that the slave says about lengths is trusted: what is larger than kMaxObjectBytes, or more or less than
-/// announced, is cut off with an abort. Answers about another object belong to a request that was given up before; they
-/// are passed over.
+/// Does not trust lengths reported by the slave: data larger than kMaxObjectBytes, or more or less than announced, end
+/// the transfer with an abort. Answers about another object belong to an earlier, abandoned request; they are skipped.
 class SdoTransfer : public MailboxDialogue {
  public:
-  /// Largest object accepted; a slave that announces or sends more is cut off with an abort.
+  /// Largest object accepted, in bytes; a slave that announces or sends more gets an abort.
   static constexpr std::size_t kMaxObjectBytes = std::size_t{1} << 20;
-  /// Told the result: the bytes of an upload, none of a download.
+  /// Receives the result: the bytes of an upload, none for a download.
   using Callback = std::function<void(const Result<std::vector<std::byte>>&)>;
 
-  /// Upload.
+  /// Creates an upload.
   explicit SdoTransfer(SdoAddress at, std::uint8_t priority = 0);
-  /// Download of `data`.
+  /// Creates a download of `data`.
   SdoTransfer(SdoAddress at, std::vector<std::byte> data, std::uint8_t priority = 0);
 
-  /// Called once when the transfer is over, by the thread that has finished it; before it is submitted only.
+  /// Sets a function that is called once when the transfer has ended, by the thread that ended it. Call before
+  /// submitting.
   void on_completion(Callback callback) { callback_ = std::move(callback); }
-  /// After done(): what was read (empty for a download), or why not. Errors: SdoAbort, Mailbox*
-  /// and SdoSize, each with slave, index and sub-index; those of the bus, with slave and register.
+  /// After done(): the uploaded data (empty for a download), or the error: SdoAbort, Mailbox* and SdoSize, each with
+  /// slave, index and sub-index; those of the bus, with slave and register.
   [[nodiscard]] const Result<std::vector<std::byte>>& result() const noexcept { return result_; }
-  /// What is transferred.
+  /// The address of the transfer.
   [[nodiscard]] const SdoAddress& address() const noexcept { return at_; }
 
   void begin(std::uint16_t position, MailboxRoom room) override;
@@ -66,7 +66,7 @@ class SdoTransfer : public MailboxDialogue {
 
   SdoAddress at_;
   bool download_;
-  std::vector<std::byte> data_;  ///< download: what to write; upload: what has arrived
+  std::vector<std::byte> data_;  ///< download: data to write; upload: data received so far
   Callback callback_;
   Result<std::vector<std::byte>> result_;
 
@@ -74,9 +74,9 @@ class SdoTransfer : public MailboxDialogue {
   std::uint16_t position_ = Error::kNoSlave;
   std::vector<std::byte> outgoing_;
   std::size_t max_sdo_ = 0;        ///< bytes that fit behind the CoE header
-  std::size_t done_bytes_ = 0;     ///< download: sent
-  std::size_t segment_bytes_ = 0;  ///< download: in the segment on its way
-  std::size_t complete_size_ = 0;  ///< upload: announced
+  std::size_t done_bytes_ = 0;     ///< download: bytes sent
+  std::size_t segment_bytes_ = 0;  ///< download: bytes of the segment in flight
+  std::size_t complete_size_ = 0;  ///< upload: size announced by the slave
   bool toggle_ = false;
   bool stray_ = false;
 };

@@ -8,21 +8,21 @@ namespace driveline::ecat_master {
 /// The PDOs that the EEPROM assigns to sync managers, with their mapping.
 [[nodiscard]] PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device);
 
-/// Reads the present assignment and mapping: over CoE (1C10h + sync manager and the mapping objects) from slaves that
-/// have it, else from the EEPROM. All slaves in parallel, and every process data sync manager of a slave, of which
-/// there may be several per direction. The slaves must be in PREOP or above, their mailboxes open in `engine`. One
+/// Reads the current assignment and mapping: over CoE (1C10h + sync manager, and the mapping objects) if the slave has
+/// these objects, else from the EEPROM. Covers every process data sync manager, of which a slave may have several per
+/// direction; all slaves in parallel. The slaves must be in PREOP or above, their mailboxes open in `engine`. One
 /// result per slave. Errors: SdoAbort, SdoSize, Mailbox*, those of the bus. Not real-time safe.
 [[nodiscard]] std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
                                                                             std::span<const SlaveInfo> slaves);
 
 /// A PDO of a slave.
 struct PdoPlace {
-  std::size_t slave = 0;    ///< number in the list of slaves
+  std::size_t slave = 0;    ///< index in the list of slaves
   std::uint16_t index = 0;  ///< mapping object, 1600h-17FFh or 1A00h-1BFFh
 };
 
-/// Reads the present mapping of PDOs, assigned or not: over CoE, or from the EEPROM of a slave without it (empty when
-/// that does not contain the PDO). All in parallel; one result per place. Conditions and errors as for
+/// Reads the current mapping of PDOs, assigned or not: over CoE, or from the EEPROM of a slave without CoE (empty when
+/// it does not contain the PDO). All in parallel; one result per place. Conditions and errors as for
 /// read_pdo_configurations().
 [[nodiscard]] std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engine,
                                                                            std::span<const SlaveInfo> slaves,

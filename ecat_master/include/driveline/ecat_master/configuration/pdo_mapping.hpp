@@ -7,21 +7,21 @@
 
 namespace driveline::ecat_master {
 
-/// The assignment object of sync manager 0; those of the others follow (ETG.1000.6 Table 67).
+/// The assignment object of sync manager 0; the other sync managers follow (ETG.1000.6 Table 67).
 inline constexpr std::uint16_t kPdoAssignment = 0x1C10;
 
-/// The SDOs that write_pdo_configuration() writes, for run_scripts().
+/// The SDOs written by write_pdo_configuration(), for run_scripts().
 [[nodiscard]] std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration);
 
-/// Writes mapping and assignment over CoE in the order that the standard requires: assignment emptied, each mapping
-/// emptied, filled and counted, assignment filled and counted (ETG.1000.6 5.6.7.4). The slave must be in PREOP.
+/// Writes mapping and assignment over CoE in the order that the standard requires: clear the assignment; clear, fill
+/// and count each mapping; fill and count the assignment (ETG.1000.6 5.6.7.4). The slave must be in PREOP.
 [[nodiscard]] Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration);
 
 /// Reads the PDOs that the slave has assigned to a sync manager (`assignment`: 1C10h + its number), and their mapping.
 /// Errors: those of CoeClient.
 [[nodiscard]] Result<std::vector<PdoMapping>> read_assigned_pdos(CoeClient& coe, std::uint16_t assignment);
 
-/// Reads the assigned PDOs of 1C12h or 1C13h back and returns their length in bytes.
+/// Reads back the assigned PDOs of 1C12h or 1C13h and returns their total length in bytes.
 [[nodiscard]] Result<std::size_t> read_assigned_bytes(CoeClient& coe, std::uint16_t assignment);
 
 }  // namespace driveline::ecat_master

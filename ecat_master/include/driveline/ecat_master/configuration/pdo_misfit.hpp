@@ -6,39 +6,39 @@
 
 namespace driveline::ecat_master {
 
-/// Why a device cannot exchange PDOs as they are planned, one type for each reason.
+/// Why a device cannot exchange the planned PDOs: one type per reason.
 namespace misfits {
 
 /// The device has no such PDO in this direction.
 struct UnknownPdo {};
-/// The PDO is fixed, other entries are planned.
+/// The PDO is fixed, but other entries are planned.
 struct FixedEntries {};
-/// Other entries are planned, and the device has no PDO configuration.
+/// Other entries are planned, but the device has no PDO configuration.
 struct NoPdoConfiguration {};
 /// The planned sync manager does not carry this direction.
 struct WrongSyncManager {
   std::uint8_t planned = 0;  ///< number of the sync manager
   bool output = false;       ///< the PDO carries outputs; else inputs
 };
-/// The PDO is fixed in another sync manager.
+/// The PDO is fixed to another sync manager.
 struct FixedSyncManager {
-  std::uint8_t fixed = 0;    ///< where it is
-  std::uint8_t planned = 0;  ///< where it was to be
+  std::uint8_t fixed = 0;    ///< sync manager of the device
+  std::uint8_t planned = 0;  ///< planned sync manager
 };
-/// The PDO excludes another one that is planned as well.
+/// The PDO excludes another planned PDO.
 struct ExcludedPdo {
   std::uint16_t other = 0;  ///< index of the other PDO
 };
-/// The PDO is mandatory, and not planned.
+/// The PDO is mandatory, but not planned.
 struct MandatoryPdo {};
-/// The device assigns the PDO, or does not, and that cannot be changed.
+/// The assignment of the PDO is fixed and differs from the plan.
 struct FixedAssignment {
-  bool assigned = false;  ///< by the device; the plan has the opposite
+  bool assigned = false;  ///< the device assigns the PDO; the plan has the opposite
 };
 
 }  // namespace misfits
 
-/// One of the reasons with its facts.
+/// One of the reasons with its details.
 using MisfitFacts =
     std::variant<misfits::UnknownPdo, misfits::FixedEntries, misfits::NoPdoConfiguration, misfits::WrongSyncManager,
                  misfits::FixedSyncManager, misfits::ExcludedPdo, misfits::MandatoryPdo, misfits::FixedAssignment>;

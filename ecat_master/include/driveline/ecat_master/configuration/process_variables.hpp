@@ -12,105 +12,105 @@
 
 namespace driveline::ecat_master {
 
-/// An entry of the process data with its names and its place.
+/// An entry of the process data with its names and position.
 struct ProcessVariable {
-  std::string slave_name;      ///< as planned; its position where it has none
+  std::string slave_name;      ///< planned name of the slave; its position if it has none
   std::uint16_t slave = 0;     ///< position on the line
-  std::string name;            ///< out of the slave's description; may be empty
-  std::string pdo_name;        ///< of the PDO it is mapped into; may be empty
+  std::string name;            ///< name from the slave's description; may be empty
+  std::string pdo_name;        ///< name of the PDO that contains the entry; may be empty
   std::string alias;           ///< given by ProcessVariables::rename(); may be empty
-  std::uint16_t index = 0;     ///< of the mapped object
-  std::uint8_t subindex = 0;   ///< of the mapped object
+  std::uint16_t index = 0;     ///< index of the mapped object
+  std::uint8_t subindex = 0;   ///< sub-index of the mapped object
   bool output = false;         ///< written by the master
-  std::size_t bit_offset = 0;  ///< of ProcessImage::outputs() or inputs()
+  std::size_t bit_offset = 0;  ///< offset in ProcessImage::outputs() or inputs()
   unsigned bits = 0;           ///< length in the process data
 
   /// "x.6041h:00 (Status word)".
   [[nodiscard]] std::string text() const;
 };
 
-/// Why a name or handle of a process variable is refused, one type for each reason.
+/// Why a name or handle of a process variable is refused: one type per reason.
 namespace variable_faults {
 
-/// No variable has that name.
+/// No variable has the name.
 struct NotThere {
-  std::string name;                      ///< name that was looked for
-  std::vector<std::string> of_slave;     ///< variables of its slave; empty: there is no such slave
+  std::string name;                      ///< the name searched for
+  std::vector<std::string> of_slave;     ///< variables of the slave; empty: there is no such slave
   std::optional<std::string> example{};  ///< an existing name; none: no process data are mapped
 };
-/// Several variables have that name.
+/// Several variables have the name.
 struct Ambiguous {
-  std::string name;                     ///< name that was looked for
+  std::string name;                     ///< the name searched for
   std::vector<std::string> candidates;  ///< the variables with that name
 };
-/// Another variable of the slave has that name already.
+/// Another variable of the slave already has the name.
 struct NameTaken {
   std::string alias;  ///< the new name
   std::string owner;  ///< the variable that has it
 };
-/// Size or place do not allow such a handle.
+/// Size or position of the variable do not allow the handle.
 struct Unfit {
-  ProcessVariable variable;     ///< that was found
-  std::size_t wanted_bits = 0;  ///< of the handle
+  ProcessVariable variable;     ///< the variable found
+  std::size_t wanted_bits = 0;  ///< size of the handle
 };
-/// An output cannot be copied from.
+/// An output cannot be the source of a copy.
 struct NoSource {
-  ProcessVariable variable;  ///< that was found
+  ProcessVariable variable;  ///< the variable found
 };
-/// An input cannot be copied to.
+/// An input cannot be the target of a copy.
 struct NoTarget {
-  ProcessVariable variable;  ///< that was found
+  ProcessVariable variable;  ///< the variable found
 };
-/// Only variables of the same size are copied.
+/// Source and target of a copy differ in size.
 struct SizesDiffer {
-  ProcessVariable from;  ///< that was found
-  ProcessVariable to;    ///< that was found
+  ProcessVariable from;  ///< the source found
+  ProcessVariable to;    ///< the target found
 };
 
 }  // namespace variable_faults
 
 /// Why a name or handle of a process variable is refused.
 struct VariableError {
-  /// The reason with its facts.
+  /// The reason with its details.
   std::variant<variable_faults::NotThere, variable_faults::Ambiguous, variable_faults::NameTaken,
                variable_faults::Unfit, variable_faults::NoSource, variable_faults::NoTarget,
                variable_faults::SizesDiffer>
       facts;
 };
 
-/// The error as one sentence, with the existing names where none or several match.
+/// The error as one sentence, listing existing names when no variable or several variables match.
 [[nodiscard]] std::string describe(const VariableError& error);
 
-/// The process data of a line by their names, for programs and line descriptions. Made at start-up; its handles are for
-/// the cycle. Not \rtsafe.
+/// The process data of a line by name, for programs and line descriptions. Created at start-up; the cycle uses its
+/// handles. Not \rtsafe.
 ///
-/// A variable is called `slave.object`: the name of the slave (or its position), then the name of the object as the
-/// slave's description has it, with that of its PDO in front where several are called so ("io.Channel 1/Input"), or its
-/// address as 0x6041, 6041h or 6041, with :subindex (hexadecimal) unless that is 0. In names letters may be upper or
-/// lower case, and whatever is neither letter nor digit counts as one separator: "x.position_actual_value" is
-/// "x.Position actual value".
+/// A variable is named `slave.object`: the name of the slave (or its position), then either the name of the object from
+/// the slave's description, preceded by the name of its PDO if several have this name ("io.Channel 1/Input"), or its
+/// address as 0x6041, 6041h or 6041, with :subindex (hexadecimal) unless that is 0. Names are not case-sensitive, and
+/// any characters other than letters and digits count as one separator: "x.position_actual_value" is "x.Position actual
+/// value".
 class ProcessVariables {
  public:
   template <typename T>
   /// The result of a search, or why it failed.
   using Found = tl::expected<T, VariableError>;
 
-  /// Collects the variables of configured slaves. Gaps in the mapping (index 0) are no variables.
+  /// Collects the variables of configured slaves. Gaps in the mapping (index 0) are not variables.
   ProcessVariables(std::span<const ConfiguredSlave> slaves, const ProcessImage& image);
 
-  /// In the order of slaves and of their process data, outputs first.
+  /// All variables in the order of slaves and of their process data, outputs first.
   [[nodiscard]] std::span<const ProcessVariable> all() const noexcept { return variables_; }
   /// Errors: NotThere, Ambiguous.
   [[nodiscard]] Found<ProcessVariable> find(std::string_view name) const;
-  /// The name by which find() finds the variable: its alias, else its name, with its PDO in front when the slave has
-  /// several of that name, else its address.
+  /// The name by which find() finds the variable: its alias, else its name, preceded by its PDO when the slave has
+  /// several variables of that name, else its address.
   [[nodiscard]] std::string full_name(const ProcessVariable& variable) const;
-  /// Gives the variable `name` another name behind that of its slave, which takes precedence over its other names.
+  /// Gives the variable `name` an alias behind the name of its slave; the alias takes precedence over its other names.
   /// Errors: those of find(), NameTaken.
   [[nodiscard]] Found<void> rename(std::string_view name, std::string_view alias);
 
-  /// The handle of an entry of exactly this type's size; bool for a single bit. Errors: Unfit also when
-  /// size or place do not allow a single load or store.
+  /// A handle for an entry of exactly this type's size; bool for a single bit. Errors: those of find(); Unfit when size
+  /// or position do not allow a single load or store.
   template <typename T>
   [[nodiscard]] Found<PdoEntry<T>> entry(std::string_view name) const {
     auto variable = find(name);
@@ -125,9 +125,9 @@ class ProcessVariables {
       return PdoEntry<T>(variable->bit_offset / 8);
     }
   }
-  /// The handle of an entry of up to 32 bits, wherever it lies.
+  /// A handle for an entry of up to 32 bits, at any bit position.
   [[nodiscard]] Found<PdoBits> bits(std::string_view name) const;
-  /// A copy of an input of one slave to an output of another in every cycle. Errors: also NoSource, NoTarget,
+  /// A copy of an input of a slave to an output of another slave in every cycle. Errors: also NoSource, NoTarget,
   /// SizesDiffer.
   [[nodiscard]] Found<ProcessDataCopy> copy(std::string_view from, std::string_view to) const;
 

@@ -7,26 +7,25 @@
 
 namespace driveline::ecat_master::dc {
 
-/// Synchronisation types as 1C32h:01 and 1C33h:01 code them (ETG.1020 6.2).
+/// Synchronisation types in 1C32h:01 and 1C33h:01 (ETG.1020 6.2).
 inline constexpr std::uint16_t kSyncTypeFreeRun = 0;
-inline constexpr std::uint16_t kSyncTypeSync0 = 2;  ///< at SYNC0
+inline constexpr std::uint16_t kSyncTypeSync0 = 2;  ///< synchronised by SYNC0
 
-/// Tells the application of a slave in PREOP how it is synchronised: type (1C32h:01, 1C33h:01) and cycle (sub-index 02)
-/// of outputs and inputs, each read back. Objects that the slave does not have are left out; one that cannot be written
-/// must hold the right type already; its cycle is not checked.
+/// Writes to the application of a slave in PREOP how it is synchronised: type (1C32h:01, 1C33h:01) and cycle (sub-index
+/// 02) of outputs and inputs, each read back. Skips objects that the slave does not have; a read-only type must already
+/// have the right value, and its cycle is not checked.
 ///
-/// Errors: SyncObject for an entry that reads otherwise than it was written; those of the transfer. Not
-/// real-time safe.
+/// Errors: SyncObject for an entry that reads back differently; those of the transfer. Not real-time safe.
 [[nodiscard]] Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncSignals& signals);
 
-/// Time from the outputs to SYNC0 as a slave has measured it since it entered OP (ETG.1020, 1C32h).
+/// Time from the outputs to SYNC0 as measured by the slave since it entered OP (ETG.1020, 1C32h).
 struct SyncMarginReport {
-  std::chrono::nanoseconds shortest{0};  ///< sub-index 11h: least time from complete outputs to SYNC0
-  std::chrono::nanoseconds longest{0};   ///< sub-index 12h
+  std::chrono::nanoseconds shortest{0};  ///< sub-index 11h: shortest time from complete outputs to SYNC0
+  std::chrono::nanoseconds longest{0};   ///< sub-index 12h: longest time from complete outputs to SYNC0
   std::uint32_t missed = 0;              ///< sub-index 0Bh: SYNC0 pulses without new outputs
 };
 
-/// Reads it from one slave; nothing where the slave does not have these entries. Errors: those of the transfer. Not
+/// Reads the report of a slave; empty when the slave does not have these entries. Errors: those of the transfer. Not
 /// real-time safe.
 [[nodiscard]] Result<std::optional<SyncMarginReport>> read_sync_margin(CoeClient& coe);
 

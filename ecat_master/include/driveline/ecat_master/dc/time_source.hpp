@@ -4,21 +4,21 @@
 
 namespace driveline::ecat_master::dc {
 
-/// A time that the clocks can follow: that of the machine, of a PTP domain, of a test.
+/// A time that the clocks can follow: of the machine, a PTP domain, or a test.
 class TimeSource {
  public:
   virtual ~TimeSource() = default;
-  /// Nanoseconds since 2000-01-01 00:00, where the system time of EtherCAT begins (ETG.1000.4 6.7). Any thread. \rtsafe
+  /// Nanoseconds since 2000-01-01 00:00, the epoch of the EtherCAT system time (ETG.1000.4 6.7). Any thread. \rtsafe
   [[nodiscard]] virtual std::chrono::nanoseconds now() const noexcept = 0;
 };
 
-/// The clock of this machine, whatever disciplines it.
+/// The clock of this machine, as set and disciplined by the system.
 class SystemTimeSource final : public TimeSource {
  public:
-  /// Which of the kernel's clocks.
+  /// The kernel clock to read.
   enum class Scale {
     kUtc,  ///< CLOCK_REALTIME: repeats a second at a leap second
-    kTai,  ///< CLOCK_TAI: even, as PTP counts; right only where the kernel has been told the offset (by ptp4l, chrony)
+    kTai,  ///< CLOCK_TAI: uniform, like PTP; correct only if ptp4l or chrony has set the kernel's TAI offset
   };
   /// Selects the clock.
   explicit SystemTimeSource(Scale scale) noexcept : scale_(scale) {}
@@ -31,11 +31,11 @@ class SystemTimeSource final : public TimeSource {
 /// The same instant on two clocks.
 struct TimePair {
   std::chrono::nanoseconds local{0};     ///< on the local clock
-  std::chrono::nanoseconds external{0};  ///< as TimeSource::now() tells it
+  std::chrono::nanoseconds external{0};  ///< from TimeSource::now()
 };
 
-/// Both clocks read at once, or as nearly as several attempts come to it: between two readings a thread may be
-/// suspended. `local` returns the local time.
+/// Reads both clocks at the same instant as closely as several attempts allow, because the thread may be preempted
+/// between the two readings. `local` returns the local time.
 template <typename Local>
 [[nodiscard]] TimePair read_both(const TimeSource& source, Local&& local) noexcept {
   constexpr int kAttempts = 5;

@@ -11,43 +11,42 @@ namespace driveline::ecat_master {
 
 /// A slave as found on the line.
 struct SlaveInfo {
-  SlaveRef ref;                            ///< place on the line and station address
-  std::uint16_t alias = 0;                 ///< station alias, out of the EEPROM
-  std::optional<std::uint16_t> device_id;  ///< explicit device identification, when it has been asked for
+  SlaveRef ref;                            ///< position on the line and station address
+  std::uint16_t alias = 0;                 ///< station alias from the EEPROM
+  std::optional<std::uint16_t> device_id;  ///< explicit device identification, if it was requested
   esi::DeviceDescription description;      ///< from its EEPROM
   std::vector<std::byte> sii;              ///< EEPROM content, up to the end of the categories
-  /// Error of the EEPROM: SiiBusy, SiiError, SiiContent, SiiChecksum. Only with the last one there may be a
-  /// description. The other slaves are found all the same, and the EEPROM can be repaired.
+  /// Error of the EEPROM: SiiBusy, SiiError, SiiContent, SiiChecksum. Only with SiiChecksum the description may be
+  /// valid. The other slaves are found nevertheless, and the EEPROM can be repaired.
   std::optional<Error> problem;
-  /// False: the place of the slave is known, its identity is not. A slave with a wrong checksum has not loaded its
-  /// EEPROM: its own processor has no access and it cannot leave INIT (ETG.1000.4, EEPROM status register, bits 11 and
-  /// 12).
+  /// False: the position of the slave is known, its identity is not. A slave with a wrong checksum has not loaded its
+  /// EEPROM: its processor has no access and it cannot leave INIT (ETG.1000.4, EEPROM status register, bits 11 and 12).
   [[nodiscard]] bool usable() const noexcept { return !problem; }
 };
 
-/// First configured station address; slave n gets this plus n.
+/// First configured station address; slave n gets this address plus n.
 inline constexpr std::uint16_t kFirstStationAddress = 0x1001;
-/// Most slaves of one line: addresses stay below the range that other tools use for temporary ones.
+/// Most slaves on a line: addresses stay below the range that other tools use for temporary addresses.
 inline constexpr std::uint16_t kMaxSlaves = 4096;
 
-/// Counts the slaves, brings all of them to INIT with their errors acknowledged and their FMMUs and sync managers
-/// cleared, gives them station addresses and reads their EEPROMs.
+/// Counts the slaves, takes all of them to INIT with their errors acknowledged and their FMMUs and sync managers
+/// cleared, assigns station addresses and reads their EEPROMs.
 ///
-/// Errors: NoSlaves, TooManySlaves, those of the bus. An unusable EEPROM is no error; it is noted in
+/// Errors: NoSlaves, TooManySlaves, those of the bus. An unusable EEPROM is not an error; it is stored in
 /// SlaveInfo::problem. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> discover(Bus& bus);
 
 /// Reads the EEPROMs of `slaves` without changing their states or settings. One result per slave; an unusable EEPROM is
-/// noted in SlaveInfo::problem. Errors: those of the bus. Not real-time safe.
+/// stored in SlaveInfo::problem. Errors: those of the bus. Not real-time safe.
 [[nodiscard]] Result<std::vector<SlaveInfo>> inspect(Bus& bus, std::span<const SlaveRef> slaves);
 
-/// The slave as described by `image`, its EEPROM, or with the error in SlaveInfo::problem.
+/// The slave as described by its EEPROM `image`, or with the error in SlaveInfo::problem.
 [[nodiscard]] SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image);
 
-/// Switches off all FMMUs and sync managers of all slaves: controllers keep them across a change to INIT, and their
-/// settings can only be changed while they are off. The slaves should be in INIT. Not real-time safe.
+/// Disables all FMMUs and sync managers of all slaves: controllers retain them across a change to INIT, and their
+/// settings can only be changed while they are disabled. The slaves should be in INIT. Not real-time safe.
 [[nodiscard]] Result<void> clear_channels(Bus& bus);
-/// The same for some slaves.
+/// Disables all FMMUs and sync managers of `slaves`. Not real-time safe.
 [[nodiscard]] Result<void> clear_channels(Bus& bus, std::span<const SlaveRef> slaves);
 
 }  // namespace driveline::ecat_master

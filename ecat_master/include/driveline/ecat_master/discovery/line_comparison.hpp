@@ -28,78 +28,77 @@ struct IdentityRule {
   constexpr bool operator==(const IdentityRule&) const = default;
 };
 
-/// The place of a slave in a hot-connect group: so many slaves behind the head of the group, in the order in which
+/// Position of a slave in a hot-connect group: number of slaves behind the head of the group, in the order in which
 /// frames pass them.
 struct GroupPlace {
-  std::size_t head = 0;      ///< number of its plan
-  std::size_t distance = 1;  ///< 1: right behind it
+  std::size_t head = 0;      ///< plan number of the head
+  std::size_t distance = 1;  ///< 1: directly behind the head
   constexpr bool operator==(const GroupPlace&) const = default;
 };
 
-/// A planned slave: its identity, and how it is told from the others.
+/// A planned slave: its identity, and how it is distinguished from the others.
 struct ExpectedSlave {
   std::string name;                        ///< for messages
-  IdentityRule vendor;                     ///< by the EEPROM
-  IdentityRule product;                    ///< by the EEPROM
-  IdentityRule revision;                   ///< by the EEPROM
-  IdentityRule serial;                     ///< by the EEPROM
-  std::optional<std::uint16_t> alias;      ///< anywhere on the line, by its station alias
-  std::optional<std::uint16_t> device_id;  ///< anywhere on the line, by its explicit device identification
-  bool optional = false;                   ///< it may be missing; needs alias or device ID
-  std::optional<GroupPlace> behind{};      ///< found by the head of its group; optional if the head is
-  /// Whether it is identified by its place on the line alone. \rtsafe
+  IdentityRule vendor;                     ///< rule for the vendor ID in the EEPROM
+  IdentityRule product;                    ///< rule for the product code in the EEPROM
+  IdentityRule revision;                   ///< rule for the revision in the EEPROM
+  IdentityRule serial;                     ///< rule for the serial number in the EEPROM
+  std::optional<std::uint16_t> alias;      ///< station alias; finds the slave anywhere on the line
+  std::optional<std::uint16_t> device_id;  ///< explicit device identification; finds the slave anywhere on the line
+  bool optional = false;                   ///< the slave may be missing; needs alias or device ID
+  std::optional<GroupPlace> behind{};      ///< found relative to the head of its group; optional if the head is
+  /// Whether the slave is identified only by its position on the line. \rtsafe
   [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id && !behind; }
 };
 
-/// One way in which the line is not what was planned.
+/// A difference between the line and the plan.
 struct Difference {
   /// Kind of difference.
   enum class Kind : std::uint8_t {
-    kMissing,      ///< planned, nowhere found
-    kExtra,        ///< found, not planned
+    kMissing,      ///< planned, but not found
+    kExtra,        ///< found, but not planned
     kWrongDevice,  ///< another vendor or product
-    kRevision,     ///< the right device in another revision
-    kSerial,       ///< the right device, but not this one
-    kSwapped,      ///< two neighbours have changed places: `slave` and `other`
-    kInOut,        ///< a slave is entered at another port than IN: its cables are swapped
-    kDuplicate,    ///< an alias or device ID by which a slave is planned is there more than once
-    kEeprom,       ///< its identity is unknown: SlaveInfo::problem
+    kRevision,     ///< the planned device in another revision
+    kSerial,       ///< the planned device with another serial number
+    kSwapped,      ///< two adjacent slaves are swapped: `slave` and `other`
+    kInOut,        ///< frames enter the slave at another port than IN: its cables are swapped
+    kDuplicate,    ///< an alias or device ID in the plan exists more than once on the line
+    kEeprom,       ///< the identity of the slave is unknown: SlaveInfo::problem
   };
-  /// No such slave or plan.
+  /// No slave, or no plan.
   static constexpr std::uint16_t kNone = 0xFFFF;
   Kind kind = Kind::kMissing;   ///< kind of difference
-  std::uint16_t slave = kNone;  ///< position on the line; kNone: not there
-  /// The second slave of kSwapped and kDuplicate; the port of kInOut; of kMissing the slave behind which it should be.
+  std::uint16_t slave = kNone;  ///< position on the line; kNone: not on the line
+  /// kSwapped, kDuplicate: the second slave; kInOut: the port; kMissing: the slave behind which it should be.
   std::uint16_t other = kNone;
-  std::uint16_t plan = kNone;  ///< number in the plan; kNone: not planned
+  std::uint16_t plan = kNone;  ///< plan number; kNone: not planned
   bool operator==(const Difference&) const = default;
 };
 
-/// How a line differs from its plans, and which plan belongs to which slave.
+/// The differences between a line and its plans, and the assignment of plans to slaves.
 struct LineComparison {
-  /// Swapped cables first and unusable EEPROMs next, because they may cause the others; the rest in the order of the
-  /// line.
+  /// Swapped cables first, then unusable EEPROMs, because they may cause the others; the rest in line order.
   std::vector<Difference> differences;
-  /// For each slave of the line the number of its plan; nothing for a slave that is not planned.
+  /// For each slave of the line the number of its plan; empty for a slave that is not planned.
   std::vector<std::optional<std::size_t>> plan_of_slave;
-  std::vector<std::size_t> absent;  ///< plans of slaves that may be missing, and are
-  /// The line is as planned.
+  std::vector<std::size_t> absent;  ///< plans of missing optional slaves
+  /// Whether the line is as planned.
   [[nodiscard]] bool matches() const noexcept { return differences.empty(); }
 };
 
-/// Compares the planned slaves with those on the line. Slaves that are planned by alias or device ID may be anywhere;
-/// the rest must come in the order of the plan. The comparison is an alignment: one missing slave is one difference,
-/// not as many as there are slaves behind it. An empty plan accepts anything. `topology` may be empty; its swapped
-/// slaves are differences.
+/// Compares the planned slaves with those on the line. Slaves planned by alias or device ID may be anywhere; the others
+/// must appear in the order of the plan. The comparison is an alignment: one missing slave is one difference, whatever
+/// the number of slaves behind it. An empty plan accepts anything. `topology` may be empty; its swapped slaves are
+/// differences.
 [[nodiscard]] LineComparison compare_line(std::span<const ExpectedSlave> planned, std::span<const SlaveInfo> found,
                                           const Topology& topology);
 
-/// One sentence for each difference, with what was planned and what is there.
+/// The difference in one sentence, with the planned and the found slave.
 [[nodiscard]] std::string describe(const Difference& difference, std::span<const ExpectedSlave> planned,
                                    std::span<const SlaveInfo> found);
 
-/// All of them, one sentence each: of Master::configure() that was refused, with the slaves and expected_slaves() of
-/// the plans.
+/// All differences, one sentence each; for a refused Master::configure(), with its slaves and expected_slaves() of the
+/// plans.
 [[nodiscard]] std::vector<std::string> describe(const LineComparison& comparison,
                                                 std::span<const ExpectedSlave> planned,
                                                 std::span<const SlaveInfo> found);
@@ -108,14 +107,14 @@ struct LineComparison {
 [[nodiscard]] Error to_error(const Difference& difference, std::span<const ExpectedSlave> planned,
                              std::span<const SlaveInfo> found);
 
-/// Station aliases (not 0) that several slaves have, each with all of their positions.
+/// A station alias (not 0) that several slaves have, with all their positions.
 struct DuplicateAlias {
   std::uint16_t alias = 0;               ///< station alias
-  std::vector<std::uint16_t> positions;  ///< of the slaves that have it
+  std::vector<std::uint16_t> positions;  ///< positions of these slaves
 };
-/// All of them, in ascending order; alias 0 is none. Allocates.
+/// Finds all duplicate aliases, in ascending order; alias 0 means no alias. Allocates.
 [[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
-/// One sentence on the duplicate.
+/// The duplicate in one sentence.
 [[nodiscard]] std::string describe(const DuplicateAlias& duplicate);
 
 /// Problems of a line that do not depend on plans, one sentence each: unusable EEPROMs, duplicate aliases.

@@ -10,20 +10,20 @@
 
 namespace driveline::ecat_master {
 
-/// The EoE services of one slave for callers that wait. Any ordinary thread; not \rtsafe. Errors: EoeService::result().
+/// The EoE services of a slave as blocking calls. Any ordinary thread; not \rtsafe. Errors: EoeService::result().
 class EoeClient {
  public:
-  /// Client for the slave at this position; its mailbox is open in `engine`, which must outlive the client.
+  /// For the slave at this position; its mailbox is open in `engine`, which must outlive the client.
   EoeClient(MailboxEngine& engine, std::uint16_t position) : engine_(engine), position_(position) {}
 
-  /// Sets those IP parameters that `parameters` has; the others are not changed. Slaves differ in where they look for a
-  /// parameter behind one that is missing; so the gaps are filled with what the slave says that it has.
+  /// Sets the IP parameters present in `parameters`; the others do not change. Slaves differ in where they expect a
+  /// parameter behind a missing one, so missing parameters are filled in with the slave's current values.
   [[nodiscard]] Result<void> set_ip(const wire::EoeIpParameters& parameters);
-  /// The IP parameters that the slave has.
+  /// Reads the IP parameters of the slave.
   [[nodiscard]] Result<wire::EoeIpParameters> get_ip();
   /// Sets the address filter.
   [[nodiscard]] Result<void> set_filter(const wire::EoeAddressFilter& filter);
-  /// The address filter that the slave has.
+  /// Reads the address filter of the slave.
   [[nodiscard]] Result<wire::EoeAddressFilter> get_filter();
 
  private:

@@ -12,12 +12,12 @@
 
 namespace driveline::ecat_master {
 
-/// One EoE service with its answer: IP parameters or address filter of a slave, set or read (ETG.1000.6 5.7).
-/// Fragments of Ethernet frames ahead of the answer go to the port.
+/// An EoE service with its answer: sets or reads the IP parameters or the address filter of a slave (ETG.1000.6 5.7).
+/// Fragments of Ethernet frames that arrive before the answer go to the port.
 class EoeService final : public MailboxDialogue {
  public:
-  /// Sets IP parameters, each sent at its place; those that `parameters` has none of are not changed. Slaves differ in
-  /// how they understand gaps, see EoeClient::set_ip().
+  /// Sets IP parameters, each sent at its fixed offset; parameters missing in `parameters` do not change. Slaves
+  /// interpret gaps differently, see EoeClient::set_ip().
   [[nodiscard]] static std::shared_ptr<EoeService> set_ip(const wire::EoeIpParameters& parameters);
   /// Reads IP parameters.
   [[nodiscard]] static std::shared_ptr<EoeService> get_ip();
@@ -26,7 +26,7 @@ class EoeService final : public MailboxDialogue {
   /// Reads the address filter.
   [[nodiscard]] static std::shared_ptr<EoeService> get_filter();
 
-  /// After done(): what the slave said. Errors: EoeRefused, Mailbox*, ProcessDataSize, those of the bus.
+  /// After done(): the result of the service. Errors: EoeRefused, Mailbox*, ProcessDataSize, those of the bus.
   [[nodiscard]] const Result<void>& result() const noexcept { return result_; }
   /// After done() without error: the answer to get_ip().
   [[nodiscard]] const wire::EoeIpParameters& ip() const noexcept { return ip_; }

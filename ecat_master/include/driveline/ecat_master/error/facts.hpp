@@ -21,21 +21,21 @@ enum class IdentityNumber : std::uint8_t { kVendor, kProduct, kRevision, kSerial
 /// How a planned slave is identified.
 enum class KnownBy : std::uint8_t { kPosition, kAlias, kDeviceId };
 
-/// Errors of the bus: one type for each kind, with its facts. Error::facts is one of them.
+/// Errors of the bus: one type per kind, with its details. Error::facts is one of them.
 namespace facts {
 
 /// An entry of a slave's object dictionary.
 struct ObjectAddress {
-  std::uint16_t index = 0;    ///< of the object
-  std::uint8_t subindex = 0;  ///< of its entry
+  std::uint16_t index = 0;    ///< index of the object
+  std::uint8_t subindex = 0;  ///< sub-index of the entry
   constexpr bool operator==(const ObjectAddress&) const = default;
 };
 
 // Frames and datagrams.
 
-/// Frames did not come back within the retries.
+/// Frames did not return within the retries.
 struct NoAnswer {
-  std::uint32_t tries = 0;  ///< the first one included
+  std::uint32_t tries = 0;  ///< number of tries, including the first
 };
 /// The port has no carrier.
 struct LinkDown {};
@@ -43,149 +43,149 @@ struct LinkDown {};
 struct WorkingCounter {
   std::uint16_t address = 0;   ///< register or memory of the slave
   std::uint16_t expected = 1;  ///< slaves that should have answered
-  std::uint16_t received = 0;  ///< slaves that did
+  std::uint16_t received = 0;  ///< slaves that answered
 };
-/// The cycle runs, and no frame of it comes back in time.
+/// The cycle runs, but none of its frames returns in time.
 struct NoExchange {
-  std::chrono::nanoseconds window{0};  ///< how long a cycle waits for its frames
-  std::uint32_t cycles = 0;            ///< cycles that have waited in vain
-  std::uint32_t late = 0;              ///< frames that came later
+  std::chrono::nanoseconds window{0};  ///< time for which a cycle waits for its frames
+  std::uint32_t cycles = 0;            ///< cycles that waited without result
+  std::uint32_t late = 0;              ///< frames that returned later
 };
 /// Stopped on request.
 struct Cancelled {};
-/// The channel through the cycle is still full of frames that were given up.
+/// The channel through the cycle is still full of abandoned frames.
 struct ExchangeFull {};
 
 // The line.
 
 /// No slave answers.
 struct NoSlaves {};
-/// More slaves than addresses.
+/// More slaves than station addresses.
 struct TooManySlaves {
-  std::uint32_t found = 0;  ///< slaves that answer
-  std::uint32_t limit = 0;  ///< most that can be addressed
+  std::uint32_t found = 0;  ///< number of slaves that answer
+  std::uint32_t limit = 0;  ///< most slaves that can be addressed
 };
-/// The slaves' ports fit no tree.
+/// No tree explains the slaves' ports.
 struct PortsFitNoTree {
-  std::uint32_t open_ports = 0;  ///< of the slave
+  std::uint32_t open_ports = 0;  ///< open ports of the slave
 };
-/// Another device than planned, or than was there at start.
+/// Another device than planned, or than was present at the start.
 struct IdentityMismatch {
   IdentityNumber number = IdentityNumber::kVendor;  ///< the number that differs
-  bool at_least = false;                            ///< `expected` is the least value planned
+  bool at_least = false;                            ///< `expected` is a lower limit
   bool at_start = false;                            ///< `expected` is the value found at start; else the planned one
-  std::uint32_t expected = 0;                       ///< as it should be
-  std::uint32_t found = 0;                          ///< as the slave has it
+  std::uint32_t expected = 0;                       ///< expected value
+  std::uint32_t found = 0;                          ///< value of the slave
 };
 /// A planned slave is not on the line.
 struct SlaveMissing {
   std::uint16_t plan = 0;                 ///< number of the planned slave
-  KnownBy known_by = KnownBy::kPosition;  ///< what `number` is
-  std::uint16_t number = 0;               ///< its alias or device ID
-  std::uint32_t planned = 0;              ///< slaves in all
-  std::uint32_t found = 0;                ///< slaves in all
+  KnownBy known_by = KnownBy::kPosition;  ///< meaning of `number`
+  std::uint16_t number = 0;               ///< alias or device ID of the planned slave
+  std::uint32_t planned = 0;              ///< number of planned slaves
+  std::uint32_t found = 0;                ///< number of slaves found
 };
 /// A slave that is not planned.
 struct SlaveExtra {
-  std::uint32_t planned = 0;  ///< slaves in all
-  std::uint32_t found = 0;    ///< slaves in all
+  std::uint32_t planned = 0;  ///< number of planned slaves
+  std::uint32_t found = 0;    ///< number of slaves found
 };
-/// Two neighbours have changed places.
+/// Two adjacent slaves are swapped.
 struct SlavesSwapped {
-  std::uint16_t other = 0;  ///< position of its neighbour
+  std::uint16_t other = 0;  ///< position of the adjacent slave
 };
 /// IN and OUT of a slave are swapped.
 struct InOutSwapped {
-  std::uint16_t port = 0;  ///< where frames come in
+  std::uint16_t port = 0;  ///< port where frames enter
 };
-/// An alias or device ID that must be unique is not.
+/// An alias or device ID that must be unique exists twice.
 struct DuplicateAlias {
   std::uint16_t other = 0;                ///< position of the second slave
-  KnownBy known_by = KnownBy::kDeviceId;  ///< what `number` is
-  std::uint16_t number = 0;               ///< alias or device ID of both
+  KnownBy known_by = KnownBy::kDeviceId;  ///< meaning of `number`
+  std::uint16_t number = 0;               ///< alias or device ID of both slaves
 };
-/// A slave has come back, and cannot be told from other missing ones.
+/// A slave has returned but cannot be distinguished from other missing slaves.
 struct PlaceUnknown {
-  std::uint32_t missing = 0;   ///< missing slaves that it may be
-  std::uint32_t returned = 0;  ///< newcomers that may be one of them
+  std::uint32_t missing = 0;   ///< number of missing slaves that it may be
+  std::uint32_t returned = 0;  ///< number of new slaves that may be one of them
 };
 
-// EEPROMs; `word` is an address in words.
+// EEPROMs; `word` is a word address.
 
 /// The EEPROM interface stays busy.
 struct SiiBusy {
-  std::uint16_t word = 0;  ///< that was to be read or written
+  std::uint16_t word = 0;  ///< word to be read or written
 };
 /// The EEPROM interface reports an error.
 struct SiiError {
-  std::uint16_t word = 0;    ///< that was to be read or written
+  std::uint16_t word = 0;    ///< word to be read or written
   std::uint16_t status = 0;  ///< register 0x0502
 };
-/// EEPROM content cannot be used.
+/// The EEPROM content cannot be used.
 struct SiiContent {
   std::uint16_t word = 0;  ///< first word that cannot be decoded
 };
-/// Nothing but 0xFF where the configuration should be.
+/// Only 0xFF where the configuration should be.
 struct SiiBlank {};
-/// An EEPROM word reads back as something else than was written.
+/// An EEPROM word reads back differently than written.
 struct SiiVerify {
-  std::uint16_t word = 0;     ///< that was written
-  std::uint16_t written = 0;  ///< its value
-  std::uint16_t read = 0;     ///< what it holds
+  std::uint16_t word = 0;     ///< word that was written
+  std::uint16_t written = 0;  ///< written value
+  std::uint16_t read = 0;     ///< value read back
 };
 /// The checksum of the EEPROM's configuration area is wrong.
 struct SiiChecksum {
-  std::uint8_t right = 0;  ///< of what the configuration area holds
-  std::uint8_t found = 0;  ///< in the EEPROM
+  std::uint8_t right = 0;  ///< checksum of the configuration area's content
+  std::uint8_t found = 0;  ///< checksum in the EEPROM
 };
 
 // EtherCAT states.
 
 /// A slave reports an error instead of the requested AL state.
 struct StateRefused {
-  wire::AlState requested = wire::AlState::kNone;          ///< where the slave was to go
-  wire::AlState actual = wire::AlState::kNone;             ///< where it is
-  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< why, by the slave
-  std::optional<ConfigurationFinding> finding{};           ///< the cause that the master has found
+  wire::AlState requested = wire::AlState::kNone;          ///< requested state
+  wire::AlState actual = wire::AlState::kNone;             ///< actual state
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< reason reported by the slave
+  std::optional<ConfigurationFinding> finding{};           ///< cause found by the master
 };
 /// A slave did not reach the requested AL state in time.
 struct StateTimeout {
-  wire::AlState requested = wire::AlState::kNone;          ///< where the slave was to go
-  wire::AlState actual = wire::AlState::kNone;             ///< where it is
-  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< as it stands in its register
-  std::chrono::nanoseconds timeout{0};                     ///< time that it had
+  wire::AlState requested = wire::AlState::kNone;          ///< requested state
+  wire::AlState actual = wire::AlState::kNone;             ///< actual state
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< content of the AL status code register
+  std::chrono::nanoseconds timeout{0};                     ///< time allowed
 };
 
 // Mailboxes and CoE.
 
-/// The slave has no mailbox, or none that knows the protocol.
+/// The slave has no mailbox, or none that supports the protocol.
 struct NoMailbox {
-  std::optional<wire::MailboxType> protocol{};  ///< that was to be spoken; none: any
+  std::optional<wire::MailboxType> protocol{};  ///< required protocol; empty: any
 };
 /// The slave has no mailbox for BOOT.
 struct NoBootMailbox {};
 /// No mailbox reply in time.
 struct MailboxTimeout {
-  ObjectAddress object{};               ///< that was asked for
-  std::chrono::nanoseconds timeout{0};  ///< that the slave had
+  ObjectAddress object{};               ///< object of the request
+  std::chrono::nanoseconds timeout{0};  ///< time allowed
 };
 /// The slave answered with a mailbox error reply.
 struct MailboxError {
-  ObjectAddress object{};  ///< that was asked for
-  std::uint16_t code = 0;  ///< of the error reply
+  ObjectAddress object{};  ///< object of the request
+  std::uint16_t code = 0;  ///< code of the error reply
 };
-/// The slave's mailbox does not decode.
+/// The slave's mailbox message cannot be decoded.
 struct MailboxMalformed {
-  ObjectAddress object{};  ///< that was asked for
+  ObjectAddress object{};  ///< object of the request
 };
 /// The slave aborted an SDO transfer.
 struct SdoAbort {
-  ObjectAddress object{};  ///< that was to be read or written
-  wire::SdoAbort code{};   ///< why, by the slave
+  ObjectAddress object{};  ///< object to be read or written
+  wire::SdoAbort code{};   ///< reason reported by the slave
 };
-/// An SDO has another size than asked for.
+/// An SDO has another size than requested.
 struct SdoSize {
-  ObjectAddress object{};      ///< that was read
+  ObjectAddress object{};      ///< object that was read
   std::uint32_t expected = 0;  ///< bytes
   std::uint32_t received = 0;  ///< bytes
 };
@@ -194,83 +194,83 @@ struct SdoSize {
 
 /// The slave refused a file.
 struct FileRefused {
-  wire::FoeError code{};  ///< why, by the slave
+  wire::FoeError code{};  ///< reason reported by the slave
 };
-/// Another packet of a file came than the awaited one.
+/// Another packet of a file arrived than the expected one.
 struct FilePacket {
-  std::uint32_t expected = 0;  ///< number of the awaited packet
-  std::uint32_t received = 0;  ///< number that came
+  std::uint32_t expected = 0;  ///< number of the expected packet
+  std::uint32_t received = 0;  ///< number of the received packet
 };
-/// A slave sends more than is taken of a file.
+/// A slave sends more than the largest accepted file.
 struct FileSize {
-  std::uint64_t limit = 0;  ///< bytes
+  std::uint64_t limit = 0;  ///< limit in bytes
 };
-/// The slave was busy with a file for too long.
+/// The slave was busy too long with a file.
 struct FileBusy {
-  std::chrono::nanoseconds waited{0};  ///< since it has moved on
+  std::chrono::nanoseconds waited{0};  ///< time since its last progress
 };
 
 // Ethernet (EoE).
 
-/// The slave's description says that it does not know EoE.
+/// According to its description the slave does not support EoE.
 struct NoEoe {};
 /// The slave refused an EoE service.
 struct EoeRefused {
   wire::EoeType service{};   ///< the request
-  wire::EoeResult result{};  ///< why, by the slave
+  wire::EoeResult result{};  ///< reason reported by the slave
 };
 
 // Operation data (SoE).
 
-/// An operation datum of a drive that a slave has.
+/// An operation datum of a drive of a slave.
 struct SoeDatum {
-  std::uint8_t drive = 0;  ///< of the slave, 0 to 7
-  wire::Idn idn{};         ///< its number
+  std::uint8_t drive = 0;  ///< drive of the slave, 0 to 7
+  wire::Idn idn{};         ///< number of the operation datum
   constexpr bool operator==(const SoeDatum&) const = default;
 };
 /// The slave refused an access to an operation datum.
 struct SoeRefused {
-  SoeDatum datum{};       ///< that was to be read or written
-  wire::SoeError code{};  ///< why, by the slave
+  SoeDatum datum{};       ///< operation datum to be read or written
+  wire::SoeError code{};  ///< reason reported by the slave
 };
-/// An answer is about another operation datum than the one asked for.
+/// An answer is about another operation datum than the requested one.
 struct SoeOther {
-  SoeDatum asked{};     ///< as it should be
-  SoeDatum answered{};  ///< as it came
+  SoeDatum asked{};     ///< requested operation datum
+  SoeDatum answered{};  ///< operation datum in the answer
 };
-/// A fragment announces another number of fragments to come than the one before.
+/// A fragment announces a number of further fragments that does not match the previous fragment.
 struct SoeFragments {
-  SoeDatum datum{};            ///< that is being read
-  std::uint16_t expected = 0;  ///< still to come
-  std::uint16_t received = 0;  ///< as announced
+  SoeDatum datum{};            ///< operation datum being read
+  std::uint16_t expected = 0;  ///< expected number of fragments to come
+  std::uint16_t received = 0;  ///< announced number of fragments to come
 };
-/// What came of an operation datum is not what its attribute says.
+/// The received data of an operation datum do not match its attribute.
 struct SoeContent {
-  SoeDatum datum{};         ///< that was read
-  std::uint32_t bytes = 0;  ///< that came
+  SoeDatum datum{};         ///< operation datum read
+  std::uint32_t bytes = 0;  ///< bytes received
 };
-/// A procedure command has not come to a good end.
+/// A procedure command has not ended successfully.
 struct SoeCommandEnded {
   SoeDatum datum{};               ///< the command
-  wire::SoeCommandState state{};  ///< as it ended
+  wire::SoeCommandState state{};  ///< final data state
 };
-/// A procedure command is not over in time.
+/// A procedure command has not ended in time.
 struct SoeCommandTimeout {
   SoeDatum datum{};                     ///< the command
-  std::chrono::nanoseconds timeout{0};  ///< time that it had
+  std::chrono::nanoseconds timeout{0};  ///< time allowed
 };
 
 // Process data.
 
-/// Process data, a datagram or a mailbox is too large for its place.
+/// Process data, a datagram or a mailbox message is too large.
 struct ProcessDataSize {
   std::uint32_t bytes = 0;  ///< bytes of the data
   std::uint32_t limit = 0;  ///< most bytes that fit
 };
 /// The slave has not enough FMMUs for its process data.
 struct TooFewFmmus {
-  std::uint32_t needed = 0;   ///< by the process data
-  std::uint32_t present = 0;  ///< in the slave
+  std::uint32_t needed = 0;   ///< FMMUs needed by the process data
+  std::uint32_t present = 0;  ///< FMMUs of the slave
 };
 
 }  // namespace facts

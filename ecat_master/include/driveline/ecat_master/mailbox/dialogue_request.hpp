@@ -7,14 +7,14 @@
 
 namespace driveline::ecat_master {
 
-/// Something that becomes a dialogue when it is asked for, by the cycle say, which cannot make one itself. The engine
-/// looks whenever it steps (MailboxEngine::watch()).
+/// A request that becomes a dialogue, for example from the cycle, which cannot create a dialogue itself. The engine
+/// polls it on every step (MailboxEngine::watch()).
 class DialogueRequest {
  public:
   virtual ~DialogueRequest() = default;
-  /// Position of the slave whose mailbox it goes to. \rtsafe
+  /// Position of the slave that it addresses. \rtsafe
   [[nodiscard]] virtual std::uint16_t position() const noexcept = 0;
-  /// The dialogue that carries the request out, once for every time it is asked for; else null.
+  /// The dialogue that executes the request, once per request; else null.
   [[nodiscard]] virtual std::shared_ptr<MailboxDialogue> take() = 0;
 };
 

@@ -9,20 +9,20 @@
 
 namespace driveline::ecat_master {
 
-/// A service of any protocol as it is, and the answer as it is: for protocols that mean something to the caller alone
-/// (VoE), and for services that come from elsewhere (a mailbox gateway). An answer of several mails (the lists of CoE
-/// and fragments of SoE say that more follows) is complete in answers(); an emergency is no answer.
+/// Exchanges raw services of any protocol: for protocols known only to the caller (VoE), and for services from
+/// elsewhere (a mailbox gateway). An answer of several messages (lists of CoE and fragments of SoE announce further
+/// messages) is complete in answers(); an emergency is not an answer.
 class MailExchange final : public MailboxDialogue {
  public:
-  /// Sends `service`, the bytes behind the mailbox header. `patience`: for each mail of the answer; none: nobody
-  /// answers this service, and it is done when the slave has taken it.
+  /// Sends `service`, the bytes behind the mailbox header. `patience`: time-out of each message of the answer; empty:
+  /// the service has no answer, and the exchange is done when the slave has taken it.
   MailExchange(wire::MailboxType type, std::vector<std::byte> service,
                std::optional<std::chrono::nanoseconds> patience);
 
-  /// After done(): service bytes that fit into a mail of the slave; 0: it was never sent.
+  /// After done(): service bytes that fit into a message from the slave; 0: the service was never sent.
   [[nodiscard]] std::size_t answer_room() const noexcept { return answer_room_; }
-  /// After done(): the services of the answer, at least one unless nobody answers. Errors: Mailbox*, ProcessDataSize
-  /// (longer than the mailbox), those of the bus.
+  /// After done(): the services of the answer, at least one unless the service has no answer. Errors: Mailbox*,
+  /// ProcessDataSize (longer than the mailbox), those of the bus.
   [[nodiscard]] const Result<std::vector<std::vector<std::byte>>>& answers() const noexcept { return answers_; }
 
   void begin(std::uint16_t position, MailboxRoom room) override;

@@ -21,94 +21,95 @@
 
 namespace driveline::ecat_master {
 
-/// What a channel has seen.
+/// Counters of a channel.
 struct MailboxStatistics {
-  std::uint64_t sent = 0;       ///< mails to the slave
-  std::uint64_t received = 0;   ///< mails from the slave
-  std::uint64_t repeated = 0;   ///< replies asked for again because they were lost on the way
-  std::uint64_t malformed = 0;  ///< header or length that cannot be
-  std::uint64_t unclaimed = 0;  ///< mails that nobody waited for
-  std::uint64_t refused = 0;    ///< mails of protocols that nobody knows
-  std::uint64_t timeouts = 0;   ///< dialogues that got no answer in time
+  std::uint64_t sent = 0;       ///< messages to the slave
+  std::uint64_t received = 0;   ///< messages from the slave
+  std::uint64_t repeated = 0;   ///< replies requested again because they were lost in transit
+  std::uint64_t malformed = 0;  ///< messages with an invalid header or length
+  std::uint64_t unclaimed = 0;  ///< messages that no dialogue waited for
+  std::uint64_t refused = 0;    ///< messages of unknown protocols
+  std::uint64_t timeouts = 0;   ///< dialogues without an answer in time
 };
 
-/// The mailboxes of one slave: carries out one dialogue after the other, in the order of their priorities, and lets the
-/// mails of a stream through whenever no dialogue has anything to send. It never waits; each step contributes the
-/// datagrams it needs now to a batch that travels for all slaves together, and takes the answers. Counter, polling of
-/// the sync manager's status, and repetition of replies that were lost on the wire as in ETG.1000.4 5.6 and 6.6.3.
+/// The mailboxes of a slave: executes one dialogue after another, in the order of their priorities, and sends messages
+/// of a stream whenever no dialogue has anything to send. It never waits; each step contributes the datagrams it
+/// currently needs to a batch shared by all slaves, and processes the answers. Counter, polling of the sync manager
+/// status, and repetition of replies lost on the wire follow ETG.1000.4 5.6 and 6.6.3.
 ///
 /// One thread at a time; see MailboxEngine.
 class MailboxChannel {
  public:
-  /// Patience with the slave.
+  /// Time-outs and polling intervals for the slave.
   struct Settings {
-    std::chrono::nanoseconds reply_timeout = std::chrono::seconds{2};  ///< for each answer
-    /// A mailbox error reply names no request: the awaited answer may still come this long.
+    std::chrono::nanoseconds reply_timeout = std::chrono::seconds{2};  ///< time-out of each answer
+    /// A mailbox error reply names no request: after it, the expected answer may still arrive for this time.
     std::chrono::nanoseconds error_grace = std::chrono::milliseconds{50};
-    std::chrono::nanoseconds idle_poll = std::chrono::milliseconds{10};  ///< for what slaves send unasked
-    /// A stream that has moved is likely to move again: the slave is polled without pause for this long.
+    std::chrono::nanoseconds idle_poll = std::chrono::milliseconds{10};  ///< polling interval for unsolicited messages
+    /// After activity a stream is likely to continue: the slave is polled without pause for this time.
     std::chrono::nanoseconds stream_poll = std::chrono::milliseconds{20};
   };
-  /// Mails that no dialogue waits for. False: of a protocol that nobody knows.
+  /// Receives messages that no dialogue waits for. Returns false when the protocol is unknown.
   using Deliver = std::function<bool(SlaveRef, wire::MailboxType, std::span<const std::byte> service)>;
-  /// Dialogues that are over.
+  /// Dialogues that have ended.
   using Finished = std::vector<std::shared_ptr<MailboxDialogue>>;
 
-  /// `window`: of the sync managers that are set up for it.
+  /// `window`: mailboxes for which the sync managers are set up.
   MailboxChannel(SlaveRef slave, MailboxWindow window, Settings settings);
 
-  /// Puts a dialogue into the queue, behind those of the same priority.
+  /// Queues a dialogue behind those of the same priority.
   void submit(std::shared_ptr<MailboxDialogue> dialogue);
-  /// True while a dialogue is in progress or waiting.
+  /// Whether a dialogue is in progress or waiting.
   [[nodiscard]] bool busy() const noexcept { return active_ != nullptr || !queue_.empty(); }
-  /// From now on the mails of this stream are sent, too; null: of none. Tells the stream before that it is closed.
+  /// From now on also sends the messages of this stream; null: of no stream. Notifies the previous stream that it is
+  /// closed.
   void use_stream(std::shared_ptr<MailboxStream> stream);
-  /// The next prepare() looks into the mailbox, due or not.
+  /// Makes the next prepare() poll the mailbox, whether or not a poll is due.
   void poll_now() noexcept { reader_.poll_now(); }
-  /// What the process data say about the mailbox now; nothing: it is asked for with a datagram of its own.
+  /// Current mailbox status from the process data; empty: the status is read with a separate datagram.
   void use_sample(std::optional<MailboxStatusSample> sample) noexcept { reader_.use_sample(sample); }
-  /// Nothing has been found in the mailbox since poll_now().
+  /// Whether nothing has been found in the mailbox since poll_now().
   [[nodiscard]] bool polled_empty() const noexcept { return reader_.polled_empty(); }
 
-  /// Appends what this slave needs now to `batch`; dialogues that cannot even begin go to `finished`.
+  /// Appends the datagrams that this slave needs now to `batch`; dialogues that cannot start go to `finished`.
   void prepare(std::chrono::nanoseconds now, std::vector<Request>& batch, Finished& finished);
-  /// Appends to `batch` what follows when all goes well, before the answers to the last turn are taken: mails of the
-  /// stream, or the answer to what a dialogue has asked. `alone`: no other slave needs the bytes on the wire, so mails
-  /// are read without looking for them.
+  /// Appends to `batch` the datagrams that follow when all goes well, before the answers to the last turn are
+  /// processed: messages of the stream, or the read of the answer to a dialogue's request. `alone`: no other slave
+  /// needs the bandwidth, so messages are read without checking for them first.
   void prepare_ahead(std::chrono::nanoseconds now, bool alone, std::vector<Request>& batch);
-  /// Takes the answers to what prepare(), or prepare_ahead() in the turn before, has appended. True: something has
-  /// moved on, no need to pause.
+  /// Processes the answers to the datagrams of prepare(), or of prepare_ahead() in the previous turn. Returns true when
+  /// there was progress, so that no pause is needed.
   bool evaluate(std::chrono::nanoseconds now, std::span<const Request> answers, const Deliver& deliver,
                 Finished& finished);
   /// Ends all dialogues with `error`.
   void fail_all(Error error, Finished& finished);
 
-  /// Whose mailboxes these are.
+  /// The slave of these mailboxes.
   [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }
-  /// Where they are.
+  /// Position of the mailboxes in the slave's memory.
   [[nodiscard]] const MailboxWindow& window() const noexcept { return window_; }
-  /// Service bytes that fit into one mailbox to the slave.
+  /// Service bytes that fit into a message to the slave.
   [[nodiscard]] std::size_t max_service() const noexcept { return writer_.room(); }
-  /// Since the channel was opened.
+  /// Counters since the channel was opened.
   [[nodiscard]] MailboxStatistics statistics() const noexcept;
 
  private:
-  /// Whose mail the slave has not taken yet.
+  /// Sender of the message that the slave has not taken yet.
   enum class Sender : std::uint8_t { kNobody, kDialogue, kStream };
 
-  /// What has been appended to a batch.
+  /// Datagrams appended to a batch.
   struct Turn {
-    bool wrote = false;    ///< a mail
-    bool fetched = false;  ///< something about the mailbox from the slave
-    bool reads = false;    ///< and that is the read of a mail
-    /// By prepare_ahead().
+    bool wrote = false;    ///< writes a message
+    bool fetched = false;  ///< reads something about the slave's mailbox
+    bool reads = false;    ///< and that is a message
+    /// Kind of datagram appended by prepare_ahead().
     std::optional<MailboxReader::Ahead> ahead;
   };
 
   [[nodiscard]] std::chrono::nanoseconds request_timeout() const noexcept;
-  /// Of the dialogue in progress.
+  /// Time-out of the answers of the dialogue in progress.
   [[nodiscard]] std::chrono::nanoseconds reply_timeout() const noexcept;
-  /// The slave has not taken the mail of the dialogue in progress.
+  /// Whether the slave has not yet taken the message of the dialogue in progress.
   [[nodiscard]] bool sending() const noexcept { return owed_ || sender_ == Sender::kDialogue; }
 
   void start_next(std::chrono::nanoseconds now, Finished& finished);
@@ -141,30 +142,30 @@ class MailboxChannel {
   MailboxStatistics statistics_;
   MailboxWriter writer_;
   MailboxReader reader_;
-  Sender sender_ = Sender::kNobody;  ///< of the mail in writer_
+  Sender sender_ = Sender::kNobody;  ///< sender of the message in writer_
 
-  // The dialogue in progress, and those behind it.
+  // The dialogue in progress, and the queued ones.
   std::deque<std::shared_ptr<MailboxDialogue>> queue_;
   std::shared_ptr<MailboxDialogue> active_;
-  bool owed_ = false;       ///< its service waits until the slave has taken a mail of the stream
-  bool attempted_ = false;  ///< its mail may have been taken
-  bool leaving_ = false;    ///< its mail is the last word after it has failed
+  bool owed_ = false;       ///< its service waits until the slave has taken a message of the stream
+  bool attempted_ = false;  ///< its message may have been taken
+  bool leaving_ = false;    ///< its message is the final message after a failure
   std::optional<std::uint16_t> error_reply_;
   std::chrono::nanoseconds deadline_{0};
-  std::optional<std::chrono::nanoseconds> resume_at_;  ///< the slave has asked to be left alone until then
+  std::optional<std::chrono::nanoseconds> resume_at_;  ///< the slave is busy; resume at this time
 
   std::shared_ptr<MailboxStream> stream_;
-  std::chrono::nanoseconds stream_deadline_{0};     ///< for the slave to take its mail
-  std::chrono::nanoseconds stream_moved_until_{0};  ///< a mail either way not long ago
-  std::chrono::nanoseconds stream_echo_until_{0};   ///< an error reply may be about a mail of the stream
+  std::chrono::nanoseconds stream_deadline_{0};     ///< time limit for the slave to take the stream's message
+  std::chrono::nanoseconds stream_moved_until_{0};  ///< until then the stream counts as active
+  std::chrono::nanoseconds stream_echo_until_{0};   ///< until then an error reply may refer to a message of the stream
 
-  std::uint16_t known_ = 0;    ///< a bit per protocol in which something has been asked
-  std::uint16_t refused_ = 0;  ///< a bit per protocol that has been refused
+  std::uint16_t known_ = 0;    ///< one bit per protocol in which a request has been sent
+  std::uint16_t refused_ = 0;  ///< one bit per protocol that has been refused
   std::chrono::nanoseconds echo_until_{0};
   std::uint8_t last_received_ = 0;
 
-  Turn turn_;   ///< whose answers are taken next
-  Turn ahead_;  ///< behind it
+  Turn turn_;   ///< turn whose answers are processed next
+  Turn ahead_;  ///< the following turn
 };
 
 }  // namespace driveline::ecat_master

@@ -6,28 +6,28 @@
 
 namespace driveline::ecat_master {
 
-/// The mailbox of one slave for callers that wait: a view of the slave's channel in the engine of the line. Any
-/// ordinary thread; not \rtsafe.
+/// The mailbox of a slave as blocking calls: a view of the slave's channel in the engine of the line. Any ordinary
+/// thread; not \rtsafe.
 class MailboxClient {
  public:
-  /// How long an answer may take unless told otherwise.
+  /// Default time-out of an answer.
   static constexpr std::chrono::nanoseconds kReplyTimeout = MailboxEngine::Settings{}.reply_timeout;
 
   /// Opens the mailboxes of `slave` in `engine`, which must outlive the client.
   MailboxClient(MailboxEngine& engine, SlaveRef slave, MailboxWindow window);
-  /// With an engine of its own, for tools that talk to a single slave.
+  /// With its own engine, for tools that access a single slave.
   MailboxClient(Bus& bus, SlaveRef slave, MailboxWindow window);
 
-  /// Hands `service` (the bytes behind the mailbox header) over without waiting for an answer. Errors: MailboxTimeout,
-  /// ProcessDataSize (service longer than the mailbox), those of the bus.
+  /// Hands `service` (the bytes behind the mailbox header) to the slave without waiting for an answer. Errors:
+  /// MailboxTimeout, ProcessDataSize (service longer than the mailbox), those of the bus.
   [[nodiscard]] Result<void> send(wire::MailboxType type, std::span<const std::byte> service);
 
-  /// Fetches what the slave has put into its mailbox by itself, e.g. emergencies.
+  /// Fetches unsolicited messages from the slave's mailbox, e.g. emergencies.
   [[nodiscard]] Result<void> poll() { return engine_->poll(slave_.position); }
 
-  /// Whose mailboxes these are.
+  /// The slave of these mailboxes.
   [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }
-  /// That serves them.
+  /// The engine that serves the mailboxes.
   [[nodiscard]] MailboxEngine& engine() noexcept { return *engine_; }
 
  private:

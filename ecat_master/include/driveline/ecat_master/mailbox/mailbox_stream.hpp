@@ -8,32 +8,32 @@
 
 namespace driveline::ecat_master {
 
-/// Mails of one protocol to one slave that await no answers, beside its dialogues: a source that MailboxChannel pulls
-/// from whenever no dialogue has anything to send. What the slave sends in this protocol goes to the protocol's handler
+/// Messages of a protocol to a slave that expect no answers, in addition to its dialogues: MailboxChannel pulls them
+/// whenever no dialogue has anything to send. Messages from the slave in this protocol go to the protocol's handler
 /// (MailboxEngine::handle()).
 ///
-/// All functions are called by the thread that steps the engine or opens and closes its mailboxes, never by two at
-/// once; they must not call the engine back.
+/// All functions are called by the thread that steps the engine or opens and closes its mailboxes, never by two threads
+/// at once; they must not call the engine.
 class MailboxStream {
  public:
   virtual ~MailboxStream() = default;
-  /// Protocol of its mails.
+  /// Protocol of its messages.
   [[nodiscard]] virtual wire::MailboxType type() const noexcept = 0;
-  /// The mailboxes have been opened, perhaps anew: the slave knows nothing of what was before. `room`: service bytes
-  /// that fit into a mail to the slave.
+  /// The mailboxes have been opened or reopened: the slave has no knowledge of earlier messages. `room`: service bytes
+  /// that fit into a message to the slave.
   virtual void opened(std::size_t room) = 0;
-  /// The mailboxes have been closed; nothing is pulled until they are opened again.
+  /// The mailboxes have been closed; no messages are pulled until they are opened again.
   virtual void closed() = 0;
-  /// Writes the next service into `out` and returns its length; 0: there is none now. The mail is carried until it is
-  /// taken() or given_up(); at most kMostOpen are on their way.
+  /// Writes the next service into `out` and returns its length; 0: none now. The message is pending until taken() or
+  /// given_up(); at most kMostOpen are pending.
   [[nodiscard]] virtual std::size_t next(std::span<std::byte> out) = 0;
-  /// Mails that next() may be asked for before the slave has taken the first of them.
+  /// Most messages that next() may provide before the slave has taken the first of them.
   static constexpr std::size_t kMostOpen = 2;
-  /// Mails of the slave that certainly come, behind those that the handler has had.
+  /// Number of messages from the slave that will certainly follow those already passed to the handler.
   [[nodiscard]] virtual std::size_t expected() const = 0;
-  /// The slave has taken the oldest of the mails that are on their way.
+  /// The slave has taken the oldest pending message.
   virtual void taken() = 0;
-  /// The slave has not taken a mail in time; nobody will send it again, nor those behind it.
+  /// The slave did not take a message in time; neither it nor the following pending messages will be sent again.
   virtual void given_up() = 0;
 };
 

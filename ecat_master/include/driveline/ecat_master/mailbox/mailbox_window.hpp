@@ -9,21 +9,21 @@
 
 namespace driveline::ecat_master {
 
-/// Patience with the mailboxes of one slave; none: as for all (MailboxChannel::Settings).
+/// Time-outs of a slave's mailboxes; empty: the default (MailboxChannel::Settings).
 struct MailboxTimeouts {
-  std::optional<std::chrono::nanoseconds> request;   ///< until it takes a mailbox
-  std::optional<std::chrono::nanoseconds> response;  ///< until it answers
+  std::optional<std::chrono::nanoseconds> request;   ///< until the slave takes a message
+  std::optional<std::chrono::nanoseconds> response;  ///< until the slave answers
   constexpr bool operator==(const MailboxTimeouts&) const = default;
 };
 
-/// Where a slave has its mailboxes: sync manager 0 (to the slave) and 1 (from the slave).
+/// Position of a slave's mailboxes: sync manager 0 (to the slave) and 1 (from the slave).
 struct MailboxWindow {
-  std::uint16_t out_address = 0;  ///< of the master's mails, in the slave's memory
-  std::uint16_t out_length = 0;   ///< bytes
-  std::uint16_t in_address = 0;   ///< of the slave's mails, in the slave's memory
-  std::uint16_t in_length = 0;    ///< bytes
-  MailboxTimeouts timeouts{};     ///< of this slave
-  std::uint8_t last_counter = 0;  ///< of the last mail it has had, 1 to 7; 0: none since INIT
+  std::uint16_t out_address = 0;  ///< address of the mailbox to the slave, in the slave's memory
+  std::uint16_t out_length = 0;   ///< its length in bytes
+  std::uint16_t in_address = 0;   ///< address of the mailbox from the slave, in the slave's memory
+  std::uint16_t in_length = 0;    ///< its length in bytes
+  MailboxTimeouts timeouts{};     ///< time-outs of this slave
+  std::uint8_t last_counter = 0;  ///< counter of the last message to the slave, 1 to 7; 0: none since INIT
   constexpr bool operator==(const MailboxWindow&) const = default;
 };
 

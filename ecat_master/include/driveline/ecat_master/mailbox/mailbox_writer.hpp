@@ -12,31 +12,31 @@
 
 namespace driveline::ecat_master {
 
-/// The way of one slave's mailboxes to the slave: one mail, written with the same counter until the slave has taken it
-/// (ETG.1000.4 5.6), and perhaps the one behind it, which may be on its way before that is known (Relay::next). For
+/// The sending side of a slave's mailboxes: writes one message with the same counter until the slave has taken it
+/// (ETG.1000.4 5.6), and possibly the next message, which may be sent before that is known (Relay::next). Used by
 /// MailboxChannel.
 class MailboxWriter {
  public:
-  /// `window`: of the sync managers that are set up for it.
+  /// `window`: mailboxes for which the sync managers are set up.
   MailboxWriter(SlaveRef slave, const MailboxWindow& window);
 
-  /// Service bytes that fit into a mail.
+  /// Service bytes that fit into a message.
   [[nodiscard]] std::size_t room() const noexcept { return service_room(length_); }
-  /// Place for the service of the next mail, room() zeros. The mails before are gone.
+  /// Buffer for the service of the next message, room() zeros. Discards the previous messages.
   [[nodiscard]] std::span<std::byte> blank();
-  /// The same for the mail behind it.
+  /// Buffer for the service of the message after it, room() zeros.
   [[nodiscard]] std::span<std::byte> blank_ahead();
-  /// Makes a mail with a new counter of the first `length` bytes of what was blanked last.
+  /// Makes a message with a new counter from the first `length` bytes of the last buffer returned.
   void seal(wire::MailboxType type, std::uint8_t priority, std::size_t length);
-  /// There is a mail behind the one that is written.
+  /// Whether there is a message after the current one.
   [[nodiscard]] bool has_ahead() const noexcept { return ahead_; }
-  /// The mail has been taken: the one behind it follows. False: there is none.
+  /// The current message has been taken: continues with the next one. Returns false when there is none.
   bool advance() noexcept;
-  /// Forgets the mail behind.
+  /// Discards the message after the current one.
   void drop_ahead() noexcept { ahead_ = false; }
-  /// Appends the datagram that writes the mail.
+  /// Appends the datagram that writes the current message.
   void append(std::vector<Request>& batch);
-  /// Appends the datagram that writes the mail behind it.
+  /// Appends the datagram that writes the message after it.
   void append_ahead(std::vector<Request>& batch);
 
  private:
@@ -47,12 +47,13 @@ class MailboxWriter {
   std::uint16_t address_;
   std::uint16_t length_;
   std::uint8_t counter_;
-  std::array<std::vector<std::byte>, 2> mails_;  ///< the mailbox as it is to be written
-  std::array<std::vector<std::byte>, 2> wire_;   ///< their copies in datagrams by turns: two may be on their way
-  std::size_t current_ = 0;                      ///< of mails_
-  std::size_t blanked_ = 0;                      ///< of mails_
-  std::size_t side_ = 0;                         ///< of wire_
-  bool ahead_ = false;                           ///< the other one of mails_ is behind the current one
+  std::array<std::vector<std::byte>, 2> mails_;  ///< mailbox contents to be written
+  std::array<std::vector<std::byte>, 2>
+      wire_;                 ///< copies of mails_ in datagrams, used alternately: two may be in flight
+  std::size_t current_ = 0;  ///< index into mails_
+  std::size_t blanked_ = 0;  ///< index into mails_
+  std::size_t side_ = 0;     ///< index into wire_
+  bool ahead_ = false;       ///< the other element of mails_ follows the current one
 };
 
 }  // namespace driveline::ecat_master

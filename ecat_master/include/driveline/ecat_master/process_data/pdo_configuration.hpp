@@ -8,13 +8,13 @@
 
 namespace driveline::ecat_master {
 
-/// One object in a PDO, as in the mapping objects 1600h and 1A00h.
+/// An object in a PDO, as in the mapping objects 1600h and 1A00h.
 struct MappedObject {
-  std::uint16_t index = 0;    ///< of the object; 0 with sub-index 0: a gap
-  std::uint8_t subindex = 0;  ///< of the entry
+  std::uint16_t index = 0;    ///< index of the object; 0 with sub-index 0: a gap
+  std::uint8_t subindex = 0;  ///< sub-index of the entry
   std::uint8_t bits = 0;      ///< length in the process data
 
-  /// The entry as it is written: index << 16 | sub-index << 8 | bits (ETG.1000.6 Table 74).
+  /// The entry in wire format: index << 16 | sub-index << 8 | bits (ETG.1000.6 Table 74).
   [[nodiscard]] constexpr std::uint32_t raw() const noexcept {
     return (std::uint32_t{index} << 16) | (std::uint32_t{subindex} << 8) | bits;
   }
@@ -28,24 +28,24 @@ struct MappedObject {
 /// A PDO and its mapping.
 struct PdoMapping {
   std::uint16_t index = 0;                     ///< mapping object, 1600h-17FFh or 1A00h-1BFFh
-  std::vector<MappedObject> objects;           ///< in the order of the process data; none: as the slave has it
-  std::optional<std::uint8_t> sync_manager{};  ///< none: the first of its direction
-  bool own_mapping = false;                    ///< `objects` were read from the slave; they are not written
-  /// Length of the PDO in the process data.
+  std::vector<MappedObject> objects;           ///< in the order of the process data; empty: the slave's mapping is kept
+  std::optional<std::uint8_t> sync_manager{};  ///< empty: the first of its direction
+  bool own_mapping = false;                    ///< `objects` were read from the slave and are not written
+  /// Length of the PDO in the process data, in bits.
   [[nodiscard]] std::size_t bits() const noexcept;
 };
 
-/// The PDOs of one slave: outputs on sync manager 2 (1C12h), inputs on sync manager 3 (1C13h).
+/// The PDOs of a slave: outputs on sync manager 2 (1C12h), inputs on sync manager 3 (1C13h).
 struct PdoConfiguration {
   std::vector<PdoMapping> outputs;  ///< RxPDOs in the order of their assignment
   std::vector<PdoMapping> inputs;   ///< TxPDOs in the order of their assignment
-  /// Process data in bytes; a last byte that is not full counts.
+  /// Size of the output process data in bytes, rounded up.
   [[nodiscard]] std::size_t output_bytes() const noexcept;
-  /// See output_bytes().
+  /// Size of the input process data in bytes, rounded up.
   [[nodiscard]] std::size_t input_bytes() const noexcept;
 };
 
-/// Process data of these PDOs in bytes; a last byte that is not full counts.
+/// Size of the process data of these PDOs in bytes, rounded up.
 [[nodiscard]] std::size_t bytes_of(std::span<const PdoMapping> pdos) noexcept;
 
 }  // namespace driveline::ecat_master

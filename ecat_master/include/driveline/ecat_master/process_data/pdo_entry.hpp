@@ -10,8 +10,8 @@
 
 namespace driveline::ecat_master {
 
-/// An entry of the process image that lies on a byte border: one load or store in the cycle. Made at start-up, by
-/// ProcessVariables or out of a ProcessDataPlace.
+/// A byte-aligned entry of the process image: one load or store in the cycle. Created at start-up, by ProcessVariables
+/// or from a ProcessDataPlace.
 template <typename T>
 class PdoEntry {
  public:
@@ -20,21 +20,21 @@ class PdoEntry {
   PdoEntry() = default;
   /// `offset`: bytes from the start of ProcessImage::inputs() or outputs(); the entry must lie inside.
   explicit PdoEntry(std::size_t offset) noexcept : offset_(static_cast<std::uint32_t>(offset)) {}
-  /// \rtsafe
+  /// Reads the entry. \rtsafe
   [[nodiscard]] T get(std::span<const std::byte> image) const noexcept {
     return std::bit_cast<T>(wire::load_le<Raw>(image.subspan(offset_, sizeof(T))));
   }
-  /// \rtsafe
+  /// Writes the entry. \rtsafe
   void set(std::span<std::byte> image, T value) const noexcept {
     wire::store_le<Raw>(image.subspan(offset_, sizeof(T)), std::bit_cast<Raw>(value));
   }
 
  private:
-  /// Floating point numbers travel as the integers of their IEEE 754 bits.
+  /// Floating point numbers are sent as integers with their IEEE 754 bits.
   using Raw = std::conditional_t<std::same_as<T, float>, std::uint32_t,
                                  std::conditional_t<std::same_as<T, double>, std::uint64_t, T>>;
 
-  /// An image never takes 4 GiB, and every axis has a dozen of these in the cycle.
+  /// 32 bits, because an image never reaches 4 GiB, and every axis has a dozen of these in the cycle.
   std::uint32_t offset_ = 0;
 };
 
@@ -45,11 +45,11 @@ class PdoEntry<bool> {
   PdoEntry() = default;
   /// `bit` 0 to 7 of the byte at `offset`; 0 is the lowest.
   PdoEntry(std::size_t offset, unsigned bit) noexcept : offset_(offset), mask_(static_cast<std::byte>(1U << bit)) {}
-  /// \rtsafe
+  /// Reads the bit. \rtsafe
   [[nodiscard]] bool get(std::span<const std::byte> image) const noexcept {
     return (image[offset_] & mask_) != std::byte{0};
   }
-  /// Leaves the other bits of the byte alone. \rtsafe
+  /// Writes the bit and preserves the other bits of the byte. \rtsafe
   void set(std::span<std::byte> image, bool value) const noexcept {
     auto& byte = image[offset_];
     byte = value ? byte | mask_ : byte & ~mask_;
@@ -60,26 +60,26 @@ class PdoEntry<bool> {
   std::byte mask_{1};
 };
 
-/// `bits` bits (1..32) of the process image from any bit on: entries that are no whole bytes, or lie across byte
-/// borders.
+/// An entry of `bits` bits (1..32) at any bit offset of the process image: for entries that are not whole bytes or not
+/// byte-aligned.
 class PdoBits {
  public:
-  /// Longest entry; it touches five bytes when it begins inside of one.
+  /// Longest entry in bits; it spans five bytes when it starts inside a byte.
   static constexpr unsigned kMaxBits = 32;
 
   PdoBits() = default;
-  /// `bit_offset` from bit 0 of the image's first byte, 1 <= bits <= kMaxBits; the entry must lie inside.
+  /// `bit_offset` counts from bit 0 of the image's first byte, 1 <= bits <= kMaxBits; the entry must lie inside.
   PdoBits(std::size_t bit_offset, unsigned bits) noexcept
       : offset_(bit_offset / 8),
         bytes_(static_cast<unsigned>((bit_offset % 8 + bits + 7) / 8)),
         shift_(static_cast<unsigned>(bit_offset % 8)),
         mask_((std::uint64_t{1} << bits) - 1) {}
 
-  /// \rtsafe
+  /// Reads the entry. \rtsafe
   [[nodiscard]] std::uint32_t get(std::span<const std::byte> image) const noexcept {
     return static_cast<std::uint32_t>((load(image) >> shift_) & mask_);
   }
-  /// Bits of `value` beyond the length of the entry are ignored; the bits around the entry stay. \rtsafe
+  /// Writes the entry. Ignores bits of `value` beyond its length and preserves the surrounding bits. \rtsafe
   void set(std::span<std::byte> image, std::uint32_t value) const noexcept {
     const std::uint64_t raw = (load(image) & ~(mask_ << shift_)) | ((value & mask_) << shift_);
     for (unsigned i = 0; i < bytes_; ++i) image[offset_ + i] = static_cast<std::byte>(raw >> (8 * i) & 0xFF);

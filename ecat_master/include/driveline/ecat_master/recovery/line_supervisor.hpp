@@ -13,85 +13,86 @@ namespace driveline::ecat_master {
 struct LineEvent {
   /// Kind of event.
   enum class Kind : std::uint8_t {
-    kLeftOp,          ///< a slave is in another state than OP: `state`, `code`
-    kGone,            ///< a slave does not answer any more
+    kLeftOp,          ///< a slave is not in OP: `state`, `code`
+    kGone,            ///< a slave no longer answers
     kRecovered,       ///< a slave is back in OP
-    kRecoveryFailed,  ///< `error` is the cause; it is tried again
+    kRecoveryFailed,  ///< `error` is the cause; the recovery will be repeated
     kRingBroken,      ///< slaves on the primary side (`slave`), on the secondary side (`count`), on neither (`cut_off`)
     kRingClosed,
-    kJoined,         ///< a hot-connected slave that was missing is in OP
+    kJoined,         ///< a missing hot-connect slave has reached OP
     kOutputsZeroed,  ///< a group (`slave`) reached its limit of bad cycles (`count`)
-    /// `count` registers of a slave in OP have changed, `change` is the first; it is taken down and configured anew
+    /// `count` registers of a slave in OP have changed, `change` is the first; the slave is reconfigured
     kRegistersChanged,
     kOtherMaster,        ///< `other`: another master sends EtherCAT frames, or more harmful ones than before
-    kRegistersRestored,  ///< `count` registers have changed and were written again while the slave stayed in OP
+    kRegistersRestored,  ///< `count` registers changed and were restored while the slave stayed in OP
   };
-  Kind kind = Kind::kLeftOp;                               ///< decides which of the members below count
-  std::uint16_t slave = 0;                                 ///< position, or as Kind says
-  std::uint16_t count = 0;                                 ///< as Kind says
+  Kind kind = Kind::kLeftOp;                               ///< determines which of the following members are used
+  std::uint16_t slave = 0;                                 ///< position, or as described at Kind
+  std::uint16_t count = 0;                                 ///< as described at Kind
   std::uint16_t cut_off = 0;                               ///< slaves that neither side of a broken ring reaches
-  std::chrono::nanoseconds time{0};                        ///< of the cycle that noticed it, or of the poll
-  wire::AlStatus state{};                                  ///< of the slave, kLeftOp
-  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< kLeftOp, why
-  Error error{};                                           ///< kRecoveryFailed, why
-  RegisterChange change{};                                 ///< kRegistersChanged, kRegistersRestored: the first
+  std::chrono::nanoseconds time{0};                        ///< time of the cycle that detected it, or of the poll
+  wire::AlStatus state{};                                  ///< kLeftOp: AL status of the slave
+  wire::AlStatusCode code = wire::AlStatusCode::kNoError;  ///< kLeftOp: AL status code
+  Error error{};                                           ///< kRecoveryFailed: cause
+  RegisterChange change{};                                 ///< kRegistersChanged, kRegistersRestored: the first change
   OtherMaster other{};                                     ///< kOtherMaster
 };
 
 /// "12.345678 s slave 3: left OP, is in SAFEOP with error, AL status code 0x001B (...)". Allocates: not for the cycle.
 [[nodiscard]] std::string describe(const LineEvent& event);
-/// The same without the time; `name` of the slave, when it has one, stands behind its position.
+/// The event without the time; the `name` of the slave, if any, follows its position.
 [[nodiscard]] std::string what_happened(const LineEvent& event, std::string_view name = {});
 
-/// Supervises a line in OP from an ordinary thread, reports errors, and brings slaves back that lost power, were
-/// unplugged, or fell out of OP. Reads the registers of all slaves back, one slave per poll and those with invalid
-/// process data first, because a damaged frame may have overwritten any register. The cycle goes on meanwhile:
-/// everything here travels in its gaps. Not \rtsafe.
+/// Supervises a line in OP from an ordinary thread, reports errors, and recovers slaves that lost power, were
+/// unplugged, or left OP. Reads back the registers of all slaves, one slave per poll and slaves with invalid process
+/// data first, because a damaged frame may have overwritten any register. The cycle continues meanwhile: all traffic
+/// here travels in its gaps. Not \rtsafe.
 class LineSupervisor {
  public:
-  /// How slaves are brought back.
+  /// Settings for the recovery of slaves.
   struct Settings {
-    bool recover = true;  ///< false: only slaves with SlavePlan::hot_connect
-    std::chrono::nanoseconds state_timeout = std::chrono::seconds{5};  ///< per transition of a slave that is recovered
-    std::chrono::nanoseconds retry_pause = std::chrono::milliseconds{50};  ///< between two tries at the same slave
-    bool guard_registers = true;                                           ///< registers are read back
+    bool recover = true;  ///< false: recover only slaves with SlavePlan::hot_connect
+    std::chrono::nanoseconds state_timeout = std::chrono::seconds{5};      ///< per transition of a slave in recovery
+    std::chrono::nanoseconds retry_pause = std::chrono::milliseconds{50};  ///< between two tries for the same slave
+    bool guard_registers = true;                                           ///< read back the registers
   };
-  /// Longest of the histories below.
+  /// Most entries of each of the histories below.
   static constexpr std::size_t kMaxHistory = 1024;
 
-  /// For a master whose cycle is running and whose slaves are in OP. `ring` may be null. Both must outlive this.
+  /// For a master whose cycle is running and whose slaves are in OP. `ring` may be null. Both must outlive the
+  /// supervisor.
   LineSupervisor(Master& master, const port::RedundantPort* ring, Settings settings);
   /// With the default settings.
   explicit LineSupervisor(Master& master, const port::RedundantPort* ring = nullptr)
       : LineSupervisor(master, ring, Settings{}) {}
 
-  /// Records the events since the last call and tries the recoveries that are due. To be called every few milliseconds;
-  /// returns when a recovery is over.
+  /// Records the events since the last call and tries the recoveries that are due. Call it every few milliseconds;
+  /// returns when a recovery has ended.
   void poll();
 
-  /// True when every slave is in OP and exchanges valid data, as of the last poll; hot-connected ones that have not
-  /// been there yet are not waited for.
+  /// Whether every slave is in OP and exchanges valid data, as of the last poll; hot-connect slaves that have never
+  /// been on the line do not count.
   [[nodiscard]] bool all_operational() const noexcept;
-  /// False while a slave is not in OP: its axis is unavailable.
+  /// Whether the slave is in OP; otherwise its axis is unavailable.
   [[nodiscard]] bool operational(std::size_t slave) const noexcept { return !slaves_[slave].trouble; }
-  /// Events, oldest first; the newest kMaxHistory are kept.
+  /// The newest kMaxHistory events, oldest first.
   [[nodiscard]] const std::deque<LineEvent>& history() const noexcept { return history_; }
-  /// Events so far, those included that history() has no more.
+  /// Number of events so far, including those no longer in history().
   [[nodiscard]] std::uint64_t events() const noexcept { return events_; }
-  /// Changes of the working counters and lost frames, oldest first, as many as kMaxHistory.
+  /// Changes of the working counters and lost frames, oldest first, at most kMaxHistory.
   [[nodiscard]] const std::deque<CyclicEvent>& exchange_history() const noexcept { return exchange_history_; }
-  /// Changes of AL states seen in the process data, oldest first, as many as kMaxHistory.
+  /// Changes of AL states seen in the process data, oldest first, at most kMaxHistory.
   [[nodiscard]] const std::deque<CyclicEvent>& state_history() const noexcept { return state_history_; }
-  /// Recoveries that succeeded.
+  /// Number of successful recoveries.
   [[nodiscard]] std::uint64_t recoveries() const noexcept { return recoveries_; }
-  /// Statistics of reading registers back.
+  /// Counters of the register guard.
   struct GuardStatistics {
-    std::uint64_t looks = 0;                 ///< reads of the registers of one slave
+    std::uint64_t looks = 0;                 ///< reads of the registers of a slave
     std::uint64_t rounds = 0;                ///< complete rounds over all slaves in OP
     std::uint64_t changes = 0;               ///< registers that had changed
-    std::chrono::nanoseconds last_round{0};  ///< how long the last round took
+    std::chrono::nanoseconds last_round{0};  ///< duration of the last round
   };
-  /// Since the cycle was started.
+  /// Counters since the cycle was started.
   [[nodiscard]] const GuardStatistics& guard() const noexcept { return guard_; }
 
  private:
@@ -100,8 +101,8 @@ class LineSupervisor {
     bool gone = false;
     std::chrono::nanoseconds next_try{0};
     std::optional<Error> noted_failure;
-    bool suspicious = false;     ///< in OP by its own account, without valid process data
-    bool restore_noted = false;  ///< until its registers are as they should be
+    bool suspicious = false;     ///< in OP according to the slave, but without valid process data
+    bool restore_noted = false;  ///< until its registers are restored
   };
 
   void take_cycle_events();
@@ -131,7 +132,7 @@ class LineSupervisor {
   std::uint64_t events_ = 0;
   std::uint64_t recoveries_ = 0;
   GuardStatistics guard_;
-  OtherMaster other_;  ///< as it was told
+  OtherMaster other_;  ///< as last reported
   std::size_t next_guarded_ = 0;
   std::chrono::nanoseconds round_began_{0};
 };

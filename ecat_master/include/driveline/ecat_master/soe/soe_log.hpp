@@ -14,38 +14,38 @@
 
 namespace driveline::ecat_master {
 
-/// A procedure command has changed its data state.
+/// A change of the data state of a procedure command.
 struct SoeNotification {
   wire::Idn idn;                  ///< the command
   wire::SoeCommandState state{};  ///< its data state
   bool operator==(const SoeNotification&) const = default;
 };
 
-/// What a drive has said unasked, and when it was fetched.
+/// An unsolicited message of a drive, and the time at which it was fetched.
 struct SoeRecord {
   std::uint16_t slave = 0;                                 ///< position on the line
-  std::uint8_t drive = 0;                                  ///< of the slave
-  std::chrono::nanoseconds time{0};                        ///< clock of the master
+  std::uint8_t drive = 0;                                  ///< drive of the slave
+  std::chrono::nanoseconds time{0};                        ///< time on the master's clock
   std::variant<SoeNotification, wire::Emergency> message;  ///< as the slave sent it
 };
 
 /// "drive 0: data state of S-0-0099 is 0x0003 (executed)".
 [[nodiscard]] std::string describe_message(const SoeRecord& record);
-/// The same behind time and slave: "3.201 s slave 4 drive 0: ...".
+/// Like describe_message(), preceded by time and slave: "3.201 s slave 4 drive 0: ...".
 [[nodiscard]] std::string describe(const SoeRecord& record);
 
-/// Notifications and emergencies of all slaves, the newest: what SoE does with mails that nobody has asked for
+/// The newest notifications and emergencies of all slaves: the handler of unsolicited SoE messages
 /// (MailboxEngine::handle()). May be used by any thread; not \rtsafe.
 class SoeLog final : public MailboxProtocolHandler {
  public:
-  /// Most records kept; the oldest goes first.
+  /// Most records stored; the oldest is dropped first.
   static constexpr std::size_t kMaxRecords = 256;
 
-  /// Keeps the mail if it is a notification or an emergency.
+  /// Stores the message if it is a notification or an emergency.
   void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) override;
-  /// Those kept, oldest first; they are gone afterwards.
+  /// Removes and returns the stored records, oldest first.
   [[nodiscard]] std::vector<SoeRecord> take();
-  /// How many had to go unread.
+  /// Number of records dropped unread.
   [[nodiscard]] std::uint64_t dropped() const;
 
  private:

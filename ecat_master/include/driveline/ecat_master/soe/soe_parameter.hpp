@@ -11,30 +11,30 @@
 
 namespace driveline::ecat_master {
 
-/// Elements of an operation datum as a slave sends them, one behind the other.
+/// Elements of an operation datum as sent by a slave, concatenated.
 struct SoeReading {
-  wire::SoeElementSet elements;  ///< that are in `data`, in the order of their bits
-  std::vector<std::byte> data;   ///< lists, names and units begin with a wire::SoeListHeader
+  wire::SoeElementSet elements;  ///< elements in `data`, in bit order
+  std::vector<std::byte> data;   ///< raw data; lists, names and units start with a wire::SoeListHeader
 };
 
-/// Elements of an operation datum, each by itself and without the header of lists; nothing: not read, or there is none.
+/// Decoded elements of an operation datum, without list headers; empty: not read, or not present.
 struct SoeParameter {
-  std::optional<std::uint16_t> state;            ///< data state; of procedure commands wire::SoeCommandState
+  std::optional<std::uint16_t> state;            ///< data state; for procedure commands wire::SoeCommandState
   std::optional<std::string> name;               ///< in the drive's language
   std::optional<wire::SoeAttribute> attribute;   ///< length, display, write protection
-  std::optional<std::string> unit;               ///< of the shown value
-  std::optional<std::vector<std::byte>> min;     ///< as long as the value
-  std::optional<std::vector<std::byte>> max;     ///< as long as the value
-  std::optional<std::vector<std::byte>> value;   ///< the operation datum itself
-  std::optional<std::vector<std::byte>> preset;  ///< its default, as long as the value
+  std::optional<std::string> unit;               ///< unit of the displayed value
+  std::optional<std::vector<std::byte>> min;     ///< minimum, as long as the value
+  std::optional<std::vector<std::byte>> max;     ///< maximum, as long as the value
+  std::optional<std::vector<std::byte>> value;   ///< the value
+  std::optional<std::vector<std::byte>> preset;  ///< default value, as long as the value
 };
 
-/// Takes elements apart. The length of minimum, maximum, value and default is that of the attribute in the reading,
-/// else of `attribute`; without either only the last element can be one of them. Nothing: the lengths do not add up.
+/// Decodes the elements. The length of minimum, maximum, value and default comes from the attribute in the reading,
+/// else from `attribute`; without either, only the last element can be one of them. Empty: the lengths do not match.
 [[nodiscard]] std::optional<SoeParameter> take_apart(const SoeReading& reading,
                                                      std::optional<wire::SoeAttribute> attribute = std::nullopt);
 
-/// The IDNs in a list of them, two bytes each; nothing: an odd number of bytes.
+/// Decodes a list of IDNs, two bytes each; empty: an odd number of bytes.
 [[nodiscard]] std::optional<std::vector<wire::Idn>> idns_of(std::span<const std::byte> list);
 
 }  // namespace driveline::ecat_master

@@ -13,30 +13,30 @@
 
 namespace driveline::ecat_master {
 
-/// Elements of an operation datum to or from a drive of a slave (SoE, ETG.1000.6 5.9). An answer that is too long for
-/// the mailbox comes in fragments, each with the number of those that follow; the number must go down by one from each
-/// to the next, and drive and IDN of the answer must be those asked for.
+/// Transfers elements of an operation datum to or from a drive of a slave (SoE, ETG.1000.6 5.9). An answer that is too
+/// long for the mailbox arrives in fragments, each with the number of fragments to come; this number must decrease by
+/// one from fragment to fragment, and drive and IDN of the answer must match the request.
 class SoeTransfer final : public MailboxDialogue {
  public:
-  /// Most bytes that are taken of an answer: all elements with the longest lists.
+  /// Most bytes accepted in an answer: all elements with the longest lists.
   static constexpr std::size_t kLargest = std::size_t{6} << 16;
 
   /// Reads elements.
   SoeTransfer(facts::SoeDatum at, wire::SoeElementSet elements);
-  /// Writes one element that fits into the mailbox; longer ones are for SoeClient, which sends all but the end of it
-  /// ahead.
+  /// Writes one element that fits into the mailbox; SoeClient handles longer ones and sends all fragments but the last
+  /// in advance.
   SoeTransfer(facts::SoeDatum at, wire::SoeElement element, std::vector<std::byte> data, std::uint8_t priority = 0);
 
   /// After done(): the elements that were read (none after writing). Errors: SoeRefused, SoeOther, SoeFragments,
   /// Mailbox*, ProcessDataSize, those of the bus.
   [[nodiscard]] const Result<SoeReading>& result() const noexcept { return result_; }
 
-  /// Takes the services ahead of the last one out of what is to be written to the slave at `position`, for mails with
-  /// `room` bytes; none: it fits into one.
+  /// Removes all fragments but the last from the data to be written to the slave at `position`, and returns them as
+  /// services for messages with `room` bytes; empty: the data fit into one message.
   [[nodiscard]] std::vector<std::vector<std::byte>> split(std::uint16_t position, std::size_t room);
-  /// What was sent ahead has failed: nothing more is sent, and this is the result.
+  /// A fragment sent in advance has failed: nothing more is sent, and `error` is the result.
   void abandon(const Error& error);
-  /// Something has failed already.
+  /// Whether the transfer has failed already.
   [[nodiscard]] bool failed() const noexcept { return !result_; }
 
   void begin(std::uint16_t position, MailboxRoom room) override;
@@ -54,14 +54,14 @@ class SoeTransfer final : public MailboxDialogue {
   facts::SoeDatum at_;
   wire::SoeElementSet elements_;
   bool write_;
-  std::vector<std::byte> data_;  ///< to be written, or read so far
-  std::size_t ahead_ = 0;        ///< bytes of it that were sent ahead
+  std::vector<std::byte> data_;  ///< data to be written, or read so far
+  std::size_t ahead_ = 0;        ///< bytes of `data_` sent in advance
   Result<SoeReading> result_;
-  bool unusable_ = false;  ///< an answer has come that cannot be used
+  bool unusable_ = false;  ///< an unusable answer has been received
 
   std::uint16_t position_ = Error::kNoSlave;
   std::vector<std::byte> outgoing_;
-  std::optional<std::uint16_t> left_;  ///< fragments that follow, as the last one says
+  std::optional<std::uint16_t> left_;  ///< number of fragments to come, according to the last one
 };
 
 }  // namespace driveline::ecat_master

@@ -12,15 +12,16 @@
 namespace driveline::port {
 
 /// Waits for frames at one or two ports. Faster than RawSocketPort::wait_readable(), for a simulated line that must
-/// answer each frame at once: the timer of the deadline is armed before the wait and left running when a frame comes,
-/// instead of being cancelled first, which costs some microseconds on a virtual machine.
+/// answer each frame at once: the timer of the deadline is armed before the wait and keeps running when a frame
+/// arrives, instead of being cancelled first, which costs some microseconds on a virtual machine.
 class FrameWaiter {
  public:
-  /// `second` may be null. Both must live as long as the waiter.
+  /// `second` may be null. Both ports must outlive the waiter.
   [[nodiscard]] static tl::expected<std::unique_ptr<FrameWaiter>, PortError> open(const RawSocketPort& first,
                                                                                   const RawSocketPort* second);
 
-  /// Waits until a frame can be received or `deadline`, on the monotonic clock, has passed; true in the first case.
+  /// Waits until a frame can be received or until `deadline` on the monotonic clock. Returns true when a frame can be
+  /// received.
   bool wait(std::chrono::nanoseconds deadline) noexcept;
 
  private:

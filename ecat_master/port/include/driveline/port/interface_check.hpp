@@ -11,38 +11,41 @@
 
 namespace driveline::port {
 
-/// When a network interface tells the kernel of frames.
+/// Interrupt coalescing of a network interface: when it notifies the kernel of frames.
 struct Coalescing {
-  std::uint32_t rx_usecs = 0;  ///< how long a received frame may wait for others, in us
-  std::uint32_t tx_usecs = 0;  ///< the same for the end of sending
-  bool adaptive = false;       ///< the driver changes both by the traffic
+  std::uint32_t rx_usecs = 0;  ///< longest time that a received frame waits for others, in us
+  std::uint32_t tx_usecs = 0;  ///< longest time that a completed transmission waits for others, in us
+  bool adaptive = false;       ///< the driver adapts both times to the traffic
 };
 
-/// Settings of a network interface that matter for an EtherCAT master. What the driver does not tell is nothing.
+/// Settings of a network interface that matter for an EtherCAT master. A value that the driver does not report is
+/// empty.
 struct InterfaceFacts {
   std::string name;                       ///< as in `ip link`
-  std::string driver;                     ///< e.g. "igb"; empty: no device, as one end of a veth pair
+  std::string driver;                     ///< e.g. "igb"; empty when there is no device, as for one end of a veth pair
   bool up = false;                        ///< administratively up
   bool running = false;                   ///< up, and the link has a carrier
-  std::uint32_t mtu = 0;                  ///< bytes of payload of the largest frame
-  std::optional<int> speed_mbit_s;        ///< of the link
-  std::optional<bool> full_duplex;        ///< of the link
-  std::optional<Coalescing> coalescing;   ///< of its interrupts
-  std::optional<bool> receive_offload;    ///< GRO or LRO: received frames are joined to larger ones
+  std::uint32_t mtu = 0;                  ///< largest payload of a frame, in bytes
+  std::optional<int> speed_mbit_s;        ///< speed of the link, in Mbit/s
+  std::optional<bool> full_duplex;        ///< whether the link is full duplex
+  std::optional<Coalescing> coalescing;   ///< coalescing of the interface's interrupts
+  std::optional<bool> receive_offload;    ///< GRO or LRO: received frames are joined into larger ones
   std::optional<bool> energy_saving;      ///< EEE, energy efficient Ethernet, active on the link
-  std::optional<bool> flow_control;       ///< pause frames are obeyed
-  std::vector<std::string> ip_addresses;  ///< of IPv4 and IPv6, as text
+  std::optional<bool> flow_control;       ///< the interface obeys pause frames
+  std::vector<std::string> ip_addresses;  ///< IPv4 and IPv6 addresses of the interface, as text
 };
 
-/// Asks the kernel about the interface `name`. Needs no privileges; not for the cycle.
+/// Reads the settings of the interface `name` from the kernel. Needs no privileges; not for the cycle.
 /// Errors: kInvalidName, kNoSuchInterface, kNotEthernet, kSystem.
 [[nodiscard]] tl::expected<InterfaceFacts, PortError> read_interface_facts(const std::string& name);
 
-/// What of it delays frames, or lets others onto the line; what that costs, and the command that mends it.
+/// Lists the settings that delay frames or let foreign traffic onto the line, each with its cost and the command that
+/// corrects it.
 [[nodiscard]] std::vector<rt::RealtimeItem> inspect_interface(const InterfaceFacts& facts);
 
-/// Whether this process may use AF_XDP, and whether another program has the interface already. `needed`: the line
-/// description asks for it with port = "xdp"; else nothing of it is a shortcoming. `interface` may be empty.
+/// Whether this process may use AF_XDP, and whether another program already uses the interface. `needed`: the line
+/// description requests AF_XDP with port = "xdp"; otherwise no result counts as a shortcoming. `interface` may be
+/// empty.
 [[nodiscard]] rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed);
 
 /// Whether this process may open raw sockets.

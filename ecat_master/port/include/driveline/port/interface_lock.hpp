@@ -10,26 +10,26 @@ namespace driveline::port {
 
 /// The process that holds the lock of a network interface.
 struct InterfaceHolder {
-  int pid = 0;          ///< 0: not visible from here, because it belongs to another user or container
-  std::string command;  ///< program and first argument, printable; empty when they cannot be read
+  int pid = 0;          ///< 0: not visible to this process, because it belongs to another user or container
+  std::string command;  ///< program and first argument, printable; empty when it cannot be read
 };
 
-/// Keeps other processes of this program off an interface: only one master may drive a line, and only one simulated
-/// line may answer on an interface. Tools that only read take no lock; they may ask holder().
+/// Keeps other driveline processes off an interface: only one master may drive a line, and only one simulated line may
+/// answer on an interface. Tools that only read take no lock; they may call holder().
 ///
-/// A name in the abstract namespace of Unix sockets (unix(7)): no file is left behind, the kernel gives the name back
-/// when the process ends, however it ends, and there is one such namespace per network namespace, like the interfaces
-/// themselves. The name contains the interface's index, because one interface may have several names. A convention
-/// between well-meaning processes, no protection.
+/// The lock is a name in the abstract namespace of Unix sockets (unix(7)): no file is left behind, the kernel releases
+/// the name when the process ends, however it ends, and each network namespace has one such namespace, like the
+/// interfaces themselves. The name contains the interface's index, because one interface may have several names. The
+/// lock is a convention between cooperating processes, not a protection.
 ///
 /// One thread at a time; not for the cycle.
 class InterfaceLock {
  public:
-  /// Takes the lock of `interface`. Error: another process has it. Where the kernel provides no such sockets the lock
-  /// succeeds and protects nothing.
+  /// Takes the lock of `interface`. Error: another process holds it. Where the kernel provides no such sockets, the
+  /// call succeeds and protects nothing.
   [[nodiscard]] static tl::expected<InterfaceLock, InterfaceHolder> take(const std::string& interface);
 
-  /// The process that holds the lock of `interface`, which may be this one; nothing if it is free.
+  /// The process that holds the lock of `interface`, possibly this process; empty when the lock is free.
   [[nodiscard]] static std::optional<InterfaceHolder> holder(const std::string& interface);
 
  private:

@@ -14,41 +14,42 @@
 
 namespace driveline::port {
 
-/// A port that is a network interface of this machine.
+/// A port on a network interface of this machine.
 class InterfacePort : public Port {
  public:
   /// Hardware address of the interface when it was opened. \rtsafe
   [[nodiscard]] virtual const wire::MacAddress& mac() const noexcept = 0;
   /// Whether the interface still exists, is up and has a carrier. Asks the kernel: not for the cycle. Any thread.
   [[nodiscard]] virtual bool link_up() const noexcept = 0;
-  /// What frames travel through, in a few words: "packet socket with a receive ring".
+  /// How frames pass between this process and the interface, in a few words: "packet socket with a receive ring".
   [[nodiscard]] virtual std::string way() const = 0;
 };
 
-/// What a network interface is to be opened with.
+/// Which kernel interface a network interface is opened with.
 enum class PortChoice : std::uint8_t {
-  kAuto,  ///< AF_XDP where the driver copies nothing, else a packet socket
+  kAuto,  ///< AF_XDP where the driver supports zero copy, else a packet socket
   kRaw,   ///< a packet socket (RawSocketPort)
-  kXdp,   ///< AF_XDP (XdpPort), as fast as the driver can
+  kXdp,   ///< AF_XDP (XdpPort), in the fastest mode that the driver supports
 };
 
-/// An interface that is open.
+/// A network interface that is open.
 struct OpenInterface {
   std::unique_ptr<InterfacePort> port;
-  /// Why it is not opened with what would be faster, a sentence for each step down; empty: there was none.
+  /// Why a faster mode is not used: one sentence for each mode that was skipped; empty when none was.
   std::vector<std::string> steps_down;
-  bool launches = false;  ///< the port holds frames back (Port::hold_until())
+  bool launches = false;  ///< the port holds frames back until their launch time (Port::hold_until())
 };
 
-/// Opens `interface` with what was chosen. `may_fall_back`: where AF_XDP cannot be had at all, PortChoice::kXdp takes a
-/// packet socket as well and says why; else that is an error. `clock` must outlive the port. Needs CAP_NET_RAW, for
-/// AF_XDP also CAP_BPF and CAP_NET_ADMIN. Errors: those of RawSocketPort::open() and XdpPort::open().
+/// Opens `interface` as `choice` says. `may_fall_back`: where AF_XDP is not available at all, PortChoice::kXdp falls
+/// back to a packet socket and reports why; else that is an error. `clock` must outlive the port. Needs CAP_NET_RAW,
+/// for AF_XDP also CAP_BPF and CAP_NET_ADMIN. Errors: those of RawSocketPort::open() and XdpPort::open().
 [[nodiscard]] tl::expected<OpenInterface, PortError> open_interface(const std::string& interface, PortChoice choice,
                                                                     bool may_fall_back, const rt::Clock& clock);
 
-/// The same for a packet socket whose frames leave at launch times (RawSocketConfig::launch_times), handed over by
-/// `early` before them. `may_fall_back`: where there are no launch times, or `etf` needs frames earlier than that, it
-/// takes PortChoice::kRaw and says why; else that is an error. Errors: also those of find_launch_times().
+/// Opens a packet socket whose frames leave at launch times (RawSocketConfig::launch_times); the caller hands each
+/// frame over by `early` before its launch time. `may_fall_back`: where there are no launch times, or `etf` needs
+/// frames earlier than that, it opens PortChoice::kRaw and reports why; else that is an error. Errors: also those of
+/// find_launch_times().
 [[nodiscard]] tl::expected<OpenInterface, PortError> open_launching_interface(const std::string& interface,
                                                                               std::chrono::nanoseconds early,
                                                                               bool may_fall_back,

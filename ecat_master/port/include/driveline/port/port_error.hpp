@@ -12,12 +12,12 @@ enum class PortErrorCode : std::uint8_t {
   kNotEthernet,      ///< the loopback interface, a tunnel or another interface that carries no Ethernet frames
   kInterfaceDown,    ///< the interface is administratively down
   kNoPermission,     ///< the process may not open raw sockets, or attach an XDP program
-  kUnsupported,      ///< the kernel or the driver of the interface cannot do what was asked for
+  kUnsupported,      ///< the kernel or the driver of the interface does not support the request
   kSystem,           ///< any other refusal by the kernel
   kFile,             ///< a file could not be created or written
 };
 
-/// An error of start-up or shut-down; none of these occurs in the cycle.
+/// An error of start-up or shut-down; none of them occurs in the cycle.
 struct PortError {
   PortErrorCode code = PortErrorCode::kSystem;  ///< kind of error
   int error_number = 0;                         ///< errno, or 0 if no system call failed

@@ -23,15 +23,15 @@
 
 namespace driveline::port {
 
-/// How a network interface is to be used.
+/// Settings of a RawSocketPort.
 struct RawSocketConfig {
   std::string interface;  ///< name as in `ip link`, at most 15 characters
 
-  /// Hands frames to the driver directly, past the queueing discipline (packet(7), PACKET_QDISC_BYPASS). Saves about a
-  /// microsecond and its jitter per frame, and send() learns that the link is down or the transmit ring is full. The
-  /// price: no traffic shaping, and nothing waits when the ring is full; the frame is refused with kBusy. Switch it off
-  /// if the interface is shared with bulk traffic that a queueing discipline limits; the kernel then discards frames
-  /// silently while there is no carrier.
+  /// Hands frames to the driver directly, bypassing the queueing discipline (packet(7), PACKET_QDISC_BYPASS). Saves
+  /// about a microsecond and its jitter per frame, and send() learns that the link is down or the transmit ring is
+  /// full. The price: no traffic shaping and no queue when the ring is full; the frame is refused with kBusy. Switch it
+  /// off if the interface is shared with bulk traffic that a queueing discipline limits; the kernel then discards
+  /// frames silently while there is no carrier.
   bool bypass_queue = true;
 
   /// SO_PRIORITY of outgoing frames, 0..6 (7 and above need CAP_NET_ADMIN). Selects the band of the queueing
@@ -43,14 +43,14 @@ struct RawSocketConfig {
   /// where the kernel offers no ring.
   bool receive_ring = true;
 
-  /// ReceivedFrame::time is the time at which the kernel got the frame, not at which receive() found it: for a
-  /// simulated line, whose clocks must stamp frames when they arrive, as slave controllers do, and not when a thread
-  /// has woken up. If the machine's clock is set while a frame waits, the time of that frame is wrong.
+  /// ReceivedFrame::time is the time at which the kernel received the frame, not the time at which receive() found it.
+  /// For a simulated line, whose clocks must stamp frames on arrival, as slave controllers do, and not when a thread
+  /// wakes up. If the machine's clock is set while a frame waits, the time of that frame is wrong.
   bool arrival_times = false;
 
-  /// Frames leave at the instant of Port::hold_until(), by the queueing discipline that find_launch_times() has found
-  /// (which bypass_queue would pass by, and so has no effect): the sending thread may be early by as much as its
-  /// wake-up varies, and the frame is not. A frame that is not held back leaves LaunchTimes::ahead later than without.
+  /// Frames leave at the instant of Port::hold_until(), held by the queueing discipline that find_launch_times() found
+  /// (bypass_queue then has no effect, because it would skip that discipline). The sending thread may wake up early by
+  /// its jitter without the frame leaving early. A frame without a launch time leaves later by LaunchTimes::ahead.
   /// Needs CAP_NET_ADMIN for every clock but CLOCK_MONOTONIC.
   std::optional<LaunchTimes> launch_times{};
 };
@@ -60,23 +60,22 @@ struct RawSocketStatistics {
   std::uint64_t sent = 0;           ///< frames handed to the driver
   std::uint64_t send_failures = 0;  ///< frames refused for any reason
   std::uint64_t received = 0;       ///< frames returned by receive()
-  std::uint64_t too_short = 0;      ///< discarded: no room for an EtherCAT header
+  std::uint64_t too_short = 0;      ///< discarded: too short for an EtherCAT header
   std::uint64_t too_long = 0;       ///< discarded: longer than kMaxFrameBytes
 };
 
-/// EtherCAT on a network interface of this machine: an AF_PACKET socket bound to EtherType 0x88A4.
+/// EtherCAT on a network interface of this machine, through an AF_PACKET socket bound to EtherType 0x88A4.
 ///
-/// - Nothing waits in send() and receive(). send() makes one system call, receive() none (one without a receive ring);
-/// a
-///   few more when a frame is refused or discarded. The real-time thread spins on receive() up to its deadline.
-/// - Time stamps: send takes the time just before its system call, receive when it has found the frame, so that their
+/// - send() and receive() do not wait. send() makes one system call, receive() none (one without a receive ring); a few
+///   more when a frame is refused or discarded. The real-time thread spins on receive() up to its deadline.
+/// - Time stamps: send() takes the time just before its system call, receive() when it has found the frame, so that the
 ///   difference is the whole cost of the exchange for the caller; RawSocketConfig::arrival_times changes the latter.
 /// - Own frames: the frames of a line come back with the master's address as source (the first slave sets bit 0x02 of
 ///   the first octet, ETG.1000.4 5.3.2) and a broadcast destination, so no promiscuous mode is needed. The port never
 ///   receives what it has sent itself, only what arrives.
 /// - Pulled cable: send() reports kLinkDown. The kernel notices up to a second late; until then refused frames are
 ///   reported as kBusy.
-/// - VLAN: the kernel removes an 802.1Q tag before the frame gets here; a tagged frame looks like an untagged one.
+/// - VLAN: the kernel removes an 802.1Q tag before the frame arrives here; a tagged frame looks like an untagged one.
 /// - Both ends of a cable may be RawSocketPorts: a master and a simulated line.
 ///
 /// The clock must run in real time (MonotonicClock): it gives the time stamps and the deadline of wait_readable().
@@ -90,8 +89,8 @@ class RawSocketPort final : public InterfacePort {
   RawSocketPort& operator=(const RawSocketPort&) = delete;
   ~RawSocketPort() override = default;
 
-  /// kTooLong also for a frame longer than the interface takes (MTU); kBusy also for one the kernel refuses for any
-  /// other reason. \rtsafe
+  /// kTooLong also for a frame longer than the MTU of the interface; kBusy also for a frame that the kernel refuses for
+  /// any other reason. \rtsafe
   [[nodiscard]] SendStatus send(std::span<const std::byte> frame) noexcept override;
 
   void hold_until(std::chrono::nanoseconds instant) noexcept override { hold_until_ = instant; }
@@ -110,17 +109,17 @@ class RawSocketPort final : public InterfacePort {
   /// Whether frames come through memory shared with the kernel. \rtsafe
   [[nodiscard]] bool has_receive_ring() const noexcept { return ring_.has_value(); }
 
-  /// The socket, to wait for it together with others.
+  /// The socket descriptor, for waiting on several sockets at once.
   [[nodiscard]] int descriptor() const noexcept { return socket_.get(); }
 
   [[nodiscard]] bool link_up() const noexcept override;
   [[nodiscard]] std::string way() const override;
 
-  /// Any thread. \rtsafe
+  /// Counters so far. Any thread. \rtsafe
   [[nodiscard]] RawSocketStatistics statistics() const noexcept;
 
  private:
-  /// A frame as the kernel has it: as much as fits, and its true length.
+  /// A frame as the kernel delivers it: as many bytes as fit, and the true length.
   using Arrival = ReceiveRing::Frame;
 
   RawSocketPort(FileDescriptor socket, std::optional<ReceiveRing> ring, const RawSocketConfig& config, int index,
@@ -142,7 +141,7 @@ class RawSocketPort final : public InterfacePort {
   std::chrono::nanoseconds hold_until_{};
   std::chrono::nanoseconds last_send_time_{};
   std::chrono::nanoseconds last_arrival_{};
-  std::array<std::byte, kMaxFrameBytes> buffer_{};  ///< without a ring
+  std::array<std::byte, kMaxFrameBytes> buffer_{};  ///< receive buffer when there is no ring
 
   Counter sent_;
   Counter send_failures_;

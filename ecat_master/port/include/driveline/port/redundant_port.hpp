@@ -10,67 +10,68 @@
 
 namespace driveline::port {
 
-/// State of the ring as a RedundantPort has seen it last.
+/// State of the ring as last seen by a RedundantPort.
 struct RingStatus {
-  /// What is known about the ring from the frames of the last exchange.
+  /// What the frames of the last exchange show about the ring.
   enum class State : std::uint8_t {
-    kUnknown,  ///< no frame has come back yet
-    kClosed,   ///< frames come out at the other end
-    kOpen,     ///< frames come back to the end they were sent from
+    kUnknown,  ///< no frame has returned yet
+    kClosed,   ///< frames arrive at the other end
+    kOpen,     ///< frames return to the end that sent them
   };
-  State state = State::kUnknown;  ///< closed, broken, or not known yet
-  /// While open: slaves between the primary interface and the break, and between the break and the secondary one. Known
-  /// from frames that begin with a broadcast read. The other half of a single half may only be late, so the state
-  /// changes after RedundantPort::kLoneHalves of them in a row, or at once when the other interface could not send.
+  State state = State::kUnknown;  ///< closed, open (broken) or not known yet
+  /// While open: number of slaves between the primary interface and the break, and between the break and the secondary
+  /// interface. Known from frames that start with a broadcast read. When only one half of an answer arrives, the other
+  /// half may merely be late, so the state changes after RedundantPort::kLoneHalves such answers in a row, or at once
+  /// when the other interface could not send.
   std::uint16_t primary_slaves = 0;
-  std::uint16_t secondary_slaves = 0;  ///< slaves that the secondary interface reached
+  std::uint16_t secondary_slaves = 0;  ///< number of slaves that the secondary interface reaches
 };
 
-/// The two ends of a ring as one port. Every frame leaves on both interfaces. In a whole ring the primary one comes out
-/// at the secondary end with the work of all slaves done, and the copy, which slaves only pass on, at the primary end.
-/// When the ring is broken somewhere each copy turns round at the break and brings back the work of the slaves on its
-/// side; the two are put together, so that a broken ring loses nothing. Of a frame that is under way in the moment of
-/// the break, or of its repair, one copy may travel through the ring as it was before and the other as it is after:
-/// then the slaves of one side are missing in the answer and its working counters. So a break and a repair cost at most
-/// the frames that are under way, and those for the slaves of one side only.
+/// The two ends of a ring as one port. Every frame leaves on both interfaces. In a whole ring the primary copy arrives
+/// at the secondary end, processed by all slaves, and the secondary copy, which slaves only forward, at the primary
+/// end. When the ring is broken, each copy returns at the break and brings back the work of the slaves on its side; the
+/// port merges the two, so that a broken ring loses nothing. When the ring breaks or is repaired while a frame is in
+/// flight, one copy may travel through the old ring and the other through the new one: then the work of the slaves on
+/// one side is missing in the answer and its working counters. So a break or a repair costs at most the frames in
+/// flight, and only the data of the slaves on one side.
 ///
-/// The copy on the secondary interface does nothing where it must not do it twice or at the wrong place: commands that
-/// count positions (APxx, ARMW) and those that read one slave and write the others (FRMW) are NOPs in it. While the
-/// ring is open slaves behind the break can therefore be addressed by station address, not by position.
+/// In the secondary copy, commands that would act twice or on the wrong slave are NOPs: commands that count positions
+/// (APxx, ARMW) and commands that read one slave and write the others (FRMW). While the ring is open, slaves behind the
+/// break can therefore be addressed by station address, not by position.
 ///
-/// The time of the reference clock (FRMW to 0x0910) is the exception: route_time() says how it gets to both parts.
+/// The time of the reference clock (FRMW to 0x0910) is the exception: route_time() sets how it reaches both parts.
 ///
-/// One thread at a time, like any port; status() and the counters may be read by others. Nothing allocates after
+/// One thread at a time, like any port; other threads may read status() and the counters. Does not allocate after
 /// construction.
 class RedundantPort final : public Port {
  public:
-  /// How long to wait for the other half of an answer.
+  /// Time-outs of the port.
   struct Settings {
-    /// How long after the send half of an answer waits for the other half before it is handed over alone: longer than
-    /// a frame takes, shorter than the master waits for it.
+    /// How long after sending one half of an answer waits for the other half before it is handed over alone: longer
+    /// than a frame takes, shorter than the master waits for the answer.
     std::chrono::nanoseconds half_wait = std::chrono::microseconds{60};
   };
-  /// Frames that may be on the way at the same time.
+  /// Frames that may be in flight at the same time.
   static constexpr std::size_t kMaxInFlight = 16;
-  /// After so many answers in a row of which only one half has come the ring counts as open, see RingStatus.
+  /// Number of answers in a row with only one half after which the ring counts as open, see RingStatus.
   static constexpr unsigned kLoneHalves = 3;
 
   /// How the time of the reference clock travels (FRMW to register 0x0910, ETG.1000.4 Table 60).
   struct TimeRoute {
-    /// The interface whose copy passes the reference clock while it holds the reference time.
+    /// The interface whose copy carries the reference time when it passes the reference clock.
     enum class Leader : std::uint8_t { kPrimary, kSecondary };
-    Leader leader = Leader::kPrimary;  ///< by the place of the reference clock
-    /// With kPrimary: the time in the secondary copy is the one that the master has written, plus this delay in ns by
-    /// which the copy passes later. Nothing: the secondary copy carries no time.
+    Leader leader = Leader::kPrimary;  ///< depends on the position of the reference clock
+    /// With kPrimary: the time in the secondary copy is the time that the master has written plus this delay in ns, by
+    /// which the copy passes later. Empty: the secondary copy carries no time.
     std::optional<std::int32_t> other_later_ns{};
-    /// RingStatus::primary_slaves of the break it was made for. Once the ring is closed, or open elsewhere, the primary
-    /// copy leads and the other carries no time.
+    /// RingStatus::primary_slaves of the break that this route is for. Once the ring is closed, or open elsewhere, the
+    /// primary copy leads and the other carries no time.
     std::uint16_t primary_slaves = 0;
   };
 
-  /// Both ports and the clock must outlive this one.
+  /// `primary`, `secondary` and `clock` must outlive this port.
   RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock, Settings settings);
-  /// With the default settings. Both ports and the clock must outlive it.
+  /// With the default settings. `primary`, `secondary` and `clock` must outlive this port.
   RedundantPort(Port& primary, Port& secondary, const rt::Clock& clock)
       : RedundantPort(primary, secondary, clock, Settings{}) {}
 
@@ -86,17 +87,17 @@ class RedundantPort final : public Port {
   /// \rtsafe
   [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return last_send_; }
 
-  /// From the next frame on. Any one thread. \rtsafe
+  /// Takes effect with the next frame. Any one thread. \rtsafe
   void route_time(const TimeRoute& route) noexcept;
 
-  /// Any thread. \rtsafe
+  /// State of the ring as last seen. Any thread. \rtsafe
   [[nodiscard]] RingStatus status() const noexcept;
-  /// Answers put together of two halves. Any thread. \rtsafe
+  /// Number of answers merged from two halves. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t merged() const noexcept { return merged_.value(); }
-  /// Halves of answers that were handed over alone. Any thread. \rtsafe
+  /// Number of halves of answers that were handed over alone. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t halves() const noexcept { return halves_.value(); }
-  /// Those of halves() whose other half was waited for in vain: it was late or lost. For the rest there was no other
-  /// half, because the other copy had come all the way round. Any thread. \rtsafe
+  /// Number of halves() whose other half was expected but late or lost. For the rest there was no other half, because
+  /// the other copy had passed the whole ring. Any thread. \rtsafe
   [[nodiscard]] std::uint64_t late_halves() const noexcept { return late_halves_.value(); }
 
  private:
@@ -135,7 +136,7 @@ class RedundantPort final : public Port {
   Settings settings_;
   std::vector<Flight> flights_;
   std::size_t next_flight_ = 0;
-  unsigned lone_halves_ = 0;  ///< in a row
+  unsigned lone_halves_ = 0;  ///< answers in a row with only one half
   Bytes copy_{};
   Bytes merged_frame_{};
   std::optional<ReceivedFrame> ready_;

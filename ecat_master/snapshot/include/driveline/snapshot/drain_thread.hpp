@@ -17,31 +17,31 @@
 
 namespace driveline::snapshot {
 
-/// How a DrainThread paces itself.
+/// Timing of a DrainThread.
 struct DrainConfig {
   /// Pause between two passes over empty rings. The rings must hold what the cycle writes in this time and in the
-  /// longest pause of the machine's scheduler; at 125 µs a pass per millisecond finds eight cycles.
+  /// longest pause of the machine's scheduler; at a period of 125 µs a pass per millisecond finds eight cycles.
   std::chrono::nanoseconds period = std::chrono::milliseconds{1};
-  /// Longest time `stop` goes on emptying rings that a producer still fills.
+  /// Longest time for which `stop` empties rings that a producer still fills.
   std::chrono::nanoseconds stop_limit = std::chrono::seconds{1};
 };
 
-/// Why a DrainThread does not run.
+/// Why a DrainThread could not be started.
 struct DrainStartError {
-  std::error_code cause{};  ///< error of the system, which could not create a thread; none: it was started before
+  std::error_code cause{};  ///< system error, because no thread could be created; none: the thread was started before
 };
 
-/// The error as a sentence.
+/// The error as a message.
 [[nodiscard]] std::string describe(const DrainStartError& error);
 
-/// The one reader of the telemetry rings: a thread of normal priority that takes the samples out and hands them to
+/// The only reader of the telemetry rings: a thread of normal priority that takes the samples out and hands them to
 /// every consumer in turn.
 ///
-/// It polls, because waking a sleeper would cost the real-time writer a system call. Rings and consumers belong to the
-/// caller and must outlive the thread.
+/// It polls, because waking a sleeping thread would cost the real-time writer a system call. Rings and consumers belong
+/// to the caller and must outlive the thread.
 class DrainThread {
  public:
-  /// Nothing is read before `start`.
+  /// Reads nothing before `start`.
   DrainThread(rt::SpscRing<LineSample>& lines, rt::SpscRing<AxisSample>& axes, std::vector<SampleConsumer*> consumers,
               DrainConfig config = {});
   /// Stops the thread if it runs.
@@ -54,12 +54,12 @@ class DrainThread {
   /// Not real-time safe.
   [[nodiscard]] tl::expected<void, DrainStartError> start();
 
-  /// Empties the rings, lets the consumers finish and joins the thread. Safe to call twice. It waits for a consumer
-  /// that is at work; when a producer still fills the rings after `stop_limit`, the rest stays in them. Not real-time
-  /// safe.
+  /// Empties the rings, lets the consumers finish and joins the thread. Safe to call twice. It waits for a busy
+  /// consumer; when a producer still fills the rings after `stop_limit`, the remaining samples stay in them. Not
+  /// real-time safe.
   void stop();
 
-  /// Samples handed on and dropped so far. Any thread.
+  /// Samples handed to the consumers and dropped so far. Any thread.
   [[nodiscard]] DrainCounters counters() const noexcept;
 
  private:
@@ -67,8 +67,8 @@ class DrainThread {
   bool pass();  ///< true when the rings may hold more
   bool wait_for_stop(std::chrono::nanoseconds duration);
 
-  static constexpr std::size_t kBatch = 256;          ///< samples handed on in one call
-  static constexpr std::size_t kBatchesPerPass = 16;  ///< so that timed work is not starved by full rings
+  static constexpr std::size_t kBatch = 256;          ///< samples handed to the consumers in one call
+  static constexpr std::size_t kBatchesPerPass = 16;  ///< limit, so that full rings do not starve timed work
 
   rt::SpscRing<LineSample>& lines_;
   rt::SpscRing<AxisSample>& axes_;

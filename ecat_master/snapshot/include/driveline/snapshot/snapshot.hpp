@@ -4,8 +4,8 @@
 #include <limits>
 #include <type_traits>
 
-/// The records of the real-time cycle, of fixed size, which go through wait-free rings to their consumers. All records
-/// are trivially copyable and carry SI units: rad, rad/s and Nm for a rotary axis, m, m/s and N for a linear one.
+/// The fixed-size records of the real-time cycle, which reach their consumers through wait-free rings. All records are
+/// trivially copyable and carry SI units: rad, rad/s and Nm for a rotary axis, m, m/s and N for a linear one.
 namespace driveline::snapshot {
 
 /// State of the CiA 402 power drive system, as decoded from the status word (CiA 402-2, status word masks).
@@ -23,7 +23,7 @@ enum class AxisState : std::uint8_t {
 
 /// State of an axis in the sense of PLCopen (Motion Control, part 1: the state diagram).
 enum class PlcopenState : std::uint8_t {
-  kNone,  ///< the axes of the line are moved together: by a path, a task or a program
+  kNone,  ///< all axes of the line are moved together: by a path, a task or a program
   kDisabled,
   kStandstill,
   kHoming,
@@ -34,14 +34,14 @@ enum class PlcopenState : std::uint8_t {
   kErrorStop,
 };
 
-/// Whether the axis has found its reference in this run.
+/// Whether the axis has been homed in this run.
 enum class AxisHomed : std::uint8_t {
-  kUnknown,  ///< nobody has had it homed in this run: the drive may know its place all the same
-  kNo,       ///< homing is under way, or has failed
+  kUnknown,  ///< no homing in this run; the drive may still know its position
+  kNo,       ///< homing is in progress, or has failed
   kYes,      ///< homed in this run
 };
 
-/// AxisSample::digital_inputs of an axis that has none.
+/// AxisSample::digital_inputs of an axis that has no digital inputs.
 inline constexpr std::int64_t kNoDigitalInputs = -1;
 
 /// One axis in one cycle.
@@ -53,22 +53,22 @@ struct AxisSample {
   std::uint16_t status_word = 0;                     ///< 6041h as received in this cycle
   std::int8_t mode = 0;                              ///< 6061h mode of operation display
   AxisState state = AxisState::kUnavailable;         ///< CiA 402 state of the drive
-  PlcopenState plcopen_state = PlcopenState::kNone;  ///< of an axis that is commanded by itself
-  AxisHomed homed = AxisHomed::kUnknown;             ///< by a request of this run
+  PlcopenState plcopen_state = PlcopenState::kNone;  ///< for axes that are commanded individually
+  AxisHomed homed = AxisHomed::kUnknown;             ///< result of the homing requests of this run
   std::uint16_t error_code = 0;                      ///< 603Fh; 0 also where it is not mapped
   std::uint32_t reserved = 0;                        ///< 0
   std::int64_t digital_inputs = kNoDigitalInputs;    ///< 60FDh, 32 bits; kNoDigitalInputs where it is not mapped
   double target_position = 0;                        ///< commanded in this cycle; rad, m for a linear axis
-  double actual_position = 0;                        ///< as the drive reported it; rad, m for a linear axis
+  double actual_position = 0;                        ///< reported by the drive; rad, m for a linear axis
   double target_velocity = 0;                        ///< commanded; rad/s, m/s for a linear axis
-  double actual_velocity = 0;                        ///< as the drive reported it; rad/s, m/s for a linear axis
+  double actual_velocity = 0;                        ///< reported by the drive; rad/s, m/s for a linear axis
   double target_torque = 0;                          ///< commanded; Nm, N for a linear axis
-  double actual_torque = 0;                          ///< as the drive reported it; Nm, N for a linear axis
-  /// Setpoint the drive was following at the time of `actual_position`, minus that position; rad, m for a linear axis.
+  double actual_torque = 0;                          ///< reported by the drive; Nm, N for a linear axis
+  /// Setpoint that the drive followed at the time of `actual_position`, minus that position; rad, m for a linear axis.
   double following_error = 0;
-  /// The following error that the drive itself reports (60F4h), in the same unit; not a number where it is not mapped.
+  /// The following error reported by the drive (60F4h), in the same unit; NaN when it is not mapped.
   double drive_following_error = std::numeric_limits<double>::quiet_NaN();
-  /// What the loops of the drive follow (6062h, 606Bh, 6074h); each not a number where it is not mapped.
+  /// Setpoints of the drive's control loops (6062h, 606Bh, 6074h); each is NaN when it is not mapped.
   double demand_position = std::numeric_limits<double>::quiet_NaN();  ///< rad, m for a linear axis
   double demand_velocity = std::numeric_limits<double>::quiet_NaN();  ///< rad/s, m/s for a linear axis
   double demand_torque = std::numeric_limits<double>::quiet_NaN();    ///< Nm, N for a linear axis
@@ -77,17 +77,18 @@ static_assert(std::is_trivially_copyable_v<AxisSample>);
 
 /// The line as a whole in one cycle.
 struct LineSample {
-  std::uint64_t cycle = 0;                     ///< number of the cycle, from 0 at the start of the exchange
-  std::int64_t time_ns = 0;                    ///< grid time of the cycle on the master's clock
-  std::int64_t wake_latency_ns = 0;            ///< wake-up after the grid time, missed periods included
-  std::int64_t cost_ns = 0;                    ///< work of the cycle, from wake-up to the end of the send
-  std::int64_t round_trip_ns = 0;              ///< send to receive of the frame; 0 when none came back
-  std::int64_t dc_difference_ns = 0;           ///< reference clock minus the master's estimate, as read last
-  std::uint32_t missed_periods = 0;            ///< periods skipped before this cycle
-  std::uint16_t working_counter = 0;           ///< received
-  std::uint16_t expected_working_counter = 0;  ///< sum over the datagrams that were due, from the FMMUs
+  std::uint64_t cycle = 0;            ///< number of the cycle, from 0 at the start of the exchange
+  std::int64_t time_ns = 0;           ///< grid time of the cycle on the master's clock
+  std::int64_t wake_latency_ns = 0;   ///< wake-up after the grid time, missed periods included
+  std::int64_t cost_ns = 0;           ///< work of the cycle, from wake-up to the end of the send
+  std::int64_t round_trip_ns = 0;     ///< from sending to receiving the frame; 0 when none returned
+  std::int64_t dc_difference_ns = 0;  ///< reference clock minus the master's estimate, most recent value
+  std::uint32_t missed_periods = 0;   ///< periods skipped before this cycle
+  std::uint16_t working_counter = 0;  ///< received working counter
+  std::uint16_t expected_working_counter =
+      0;                        ///< expected working counter: sum over the datagrams that were due, from the FMMUs
   std::uint16_t axes = 0;       ///< number of axes; as many AxisSamples follow with the same cycle number
-  bool frame_received = false;  ///< all frames that were due have come back in time
+  bool frame_received = false;  ///< all frames that were due have returned in time
   bool dc_locked = false;       ///< the grid is locked to the reference clock
 };
 static_assert(std::is_trivially_copyable_v<LineSample>);

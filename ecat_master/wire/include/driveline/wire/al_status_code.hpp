@@ -7,7 +7,7 @@
 
 namespace driveline::wire {
 
-/// AL status codes, register 0x0134 (ETG.1000.6 Table 11, ETG.1020 Table 27). Other values may arrive and are kept.
+/// AL status codes, register 0x0134 (ETG.1000.6 Table 11, ETG.1020 Table 27). Other values may arrive and are retained.
 enum class AlStatusCode : std::uint16_t {
   kNoError = 0x0000,
   kUnspecifiedError = 0x0001,

@@ -7,7 +7,7 @@
 
 namespace driveline::wire {
 
-/// CoE services (ETG.1000.6 5.6.1, service field of the CoE header). Other values may arrive and are kept.
+/// CoE services (ETG.1000.6 5.6.1, service field of the CoE header). Other values may arrive and are retained.
 enum class CoeService : std::uint8_t {
   kEmergency = 1,
   kSdoRequest = 2,
@@ -29,13 +29,13 @@ inline constexpr std::uint16_t kWriteSafeOp = 0x0010;  ///< writable in SAFEOP
 inline constexpr std::uint16_t kWriteOp = 0x0020;      ///< writable in OP
 inline constexpr std::uint16_t kRxMappable = 0x0040;   ///< may be mapped into an RxPDO
 inline constexpr std::uint16_t kTxMappable = 0x0080;   ///< may be mapped into a TxPDO
-inline constexpr std::uint16_t kBackup = 0x0100;       ///< kept by "store parameters"
+inline constexpr std::uint16_t kBackup = 0x0100;       ///< saved by "store parameters"
 inline constexpr std::uint16_t kSettings = 0x0200;     ///< part of the settings of the device
 }  // namespace entry_access
 
 /// CoE header: number (PDO services) and service, 2 bytes (ETG.1000.6 Table 29).
 struct CoeHeader {
-  static constexpr std::size_t kSize = 2;        ///< on the wire, bytes
+  static constexpr std::size_t kSize = 2;        ///< size on the wire, in bytes
   std::uint16_t number = 0;                      ///< 9 bits
   CoeService service = CoeService::kSdoRequest;  ///< bits 12-15
 
@@ -43,7 +43,7 @@ struct CoeHeader {
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     store_le(out, static_cast<std::uint16_t>((number & 0x1FFU) | (static_cast<unsigned>(service) << 12)));
   }
-  /// Error: kTooShort. Unknown services are kept as they are. \rtsafe
+  /// Error: kTooShort. Unknown services are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<CoeHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     const auto raw = load_le<std::uint16_t>(in);
@@ -73,23 +73,23 @@ enum class SdoResponseCommand : std::uint8_t {
 /// The eight bytes that start every SDO initiate and abort message: command, index, sub-index and four bytes that
 /// hold expedited data, the complete size, or the abort code.
 struct SdoHeader {
-  static constexpr std::size_t kSize = 8;  ///< on the wire, bytes
+  static constexpr std::size_t kSize = 8;  ///< size on the wire, in bytes
   std::uint8_t command = 0;                ///< specifier << 5 | flags
-  std::uint16_t index = 0;                 ///< of the object
-  std::uint8_t subindex = 0;               ///< of the entry; 0 or 1 with complete access
+  std::uint16_t index = 0;                 ///< index of the object
+  std::uint8_t subindex = 0;               ///< sub-index of the entry; 0 or 1 with complete access
   std::array<std::byte, 4> data{};         ///< size of the object, or the value of an expedited transfer
 
-  static constexpr std::uint8_t kSizeIndicated = 0x01;   ///< command bit 0: `data` tells the size
+  static constexpr std::uint8_t kSizeIndicated = 0x01;   ///< command bit 0: `data` holds the size
   static constexpr std::uint8_t kExpedited = 0x02;       ///< command bit 1: `data` is the value
   static constexpr std::uint8_t kCompleteAccess = 0x10;  ///< command bit 4: all sub-indices
 
-  /// Bits 5-7: what is asked for or answered. \rtsafe
+  /// Bits 5-7: the command specifier (SdoRequestCommand, SdoResponseCommand). \rtsafe
   [[nodiscard]] constexpr std::uint8_t specifier() const noexcept { return static_cast<std::uint8_t>(command >> 5); }
-  /// The value is in the header. \rtsafe
+  /// Whether the value is in the header. \rtsafe
   [[nodiscard]] constexpr bool expedited() const noexcept { return (command & kExpedited) != 0; }
-  /// The size of the object, or of the value, is told. \rtsafe
+  /// Whether the header states the size of the object or of the expedited value. \rtsafe
   [[nodiscard]] constexpr bool size_indicated() const noexcept { return (command & kSizeIndicated) != 0; }
-  /// All sub-indices in one transfer. \rtsafe
+  /// Whether all sub-indices travel in one transfer. \rtsafe
   [[nodiscard]] constexpr bool complete_access() const noexcept { return (command & kCompleteAccess) != 0; }
   /// Bytes of expedited data: 4 minus the "unused" field when the size is indicated, else 4.
   [[nodiscard]] constexpr std::size_t expedited_size() const noexcept {
@@ -124,19 +124,20 @@ struct SdoHeader {
 
 /// First byte of a segment message (download request, upload response): toggle, unused bytes, last flag.
 struct SdoSegmentHeader {
-  static constexpr std::size_t kSize = 1;     ///< on the wire, bytes
-  static constexpr std::size_t kMinData = 7;  ///< a segment is never shorter; unused bytes are counted
-  std::uint8_t specifier = 0;                 ///< bits 5-7
-  bool toggle = false;                        ///< bit 4: changes from segment to segment, 0 first
-  std::uint8_t unused = 0;                    ///< 0..7, bytes of a 7-byte segment without data
-  bool last = false;                          ///< bit 0: no further segment
+  static constexpr std::size_t kSize = 1;  ///< size on the wire, in bytes
+  static constexpr std::size_t kMinData =
+      7;                       ///< a segment has at least 7 data bytes; `unused` counts those without data
+  std::uint8_t specifier = 0;  ///< bits 5-7
+  bool toggle = false;         ///< bit 4: alternates from segment to segment, starts with 0
+  std::uint8_t unused = 0;     ///< 0..7, bytes of a 7-byte segment without data
+  bool last = false;           ///< bit 0: no further segment
 
-  /// As the command byte. \rtsafe
+  /// The command byte. \rtsafe
   [[nodiscard]] constexpr std::uint8_t raw() const noexcept {
     return static_cast<std::uint8_t>((unsigned{specifier} << 5) | (toggle ? 0x10U : 0U) | ((unused & 7U) << 1) |
                                      (last ? 1U : 0U));
   }
-  /// From the command byte. \rtsafe
+  /// Decodes the command byte. \rtsafe
   [[nodiscard]] static constexpr SdoSegmentHeader from_raw(std::uint8_t raw) noexcept {
     return {static_cast<std::uint8_t>(raw >> 5), (raw & 0x10) != 0, static_cast<std::uint8_t>((raw >> 1) & 7U),
             (raw & 1) != 0};
@@ -144,12 +145,12 @@ struct SdoSegmentHeader {
   constexpr bool operator==(const SdoSegmentHeader&) const = default;
 };
 
-/// CoE emergency message (ETG.1000.6 5.6.4): error code, error register, five bytes of the manufacturer.
+/// CoE emergency message (ETG.1000.6 5.6.4): error code, error register, five manufacturer-specific bytes.
 struct Emergency {
-  static constexpr std::size_t kSize = 8;  ///< on the wire, bytes
-  std::uint16_t error_code = 0;            ///< error code, CiA 402 for drives; 0: the error is gone
+  static constexpr std::size_t kSize = 8;  ///< size on the wire, in bytes
+  std::uint16_t error_code = 0;            ///< error code, CiA 402 for drives; 0: the error has been reset
   std::uint8_t error_register = 0;         ///< object 1001h
-  std::array<std::byte, 5> data{};         ///< of the manufacturer
+  std::array<std::byte, 5> data{};         ///< manufacturer-specific data
 
   /// Writes all 8 bytes. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
@@ -166,7 +167,7 @@ struct Emergency {
   constexpr bool operator==(const Emergency&) const = default;
 };
 
-/// SDO information op-codes (ETG.1000.6 5.6.3). Other values may arrive and are kept.
+/// SDO information op-codes (ETG.1000.6 5.6.3). Other values may arrive and are retained.
 enum class SdoInfoOpCode : std::uint8_t {
   kListRequest = 1,
   kListResponse = 2,
@@ -179,10 +180,10 @@ enum class SdoInfoOpCode : std::uint8_t {
 
 /// SDO information header: op-code, "incomplete" flag, fragments left (ETG.1000.6 5.6.3.2).
 struct SdoInfoHeader {
-  static constexpr std::size_t kSize = 4;               ///< on the wire, bytes
+  static constexpr std::size_t kSize = 4;               ///< size on the wire, in bytes
   SdoInfoOpCode op_code = SdoInfoOpCode::kListRequest;  ///< bits 0-6 of the first byte
   bool incomplete = false;                              ///< bit 7 of the first byte: further fragments follow
-  std::uint16_t fragments_left = 0;                     ///< how many fragments follow
+  std::uint16_t fragments_left = 0;                     ///< number of fragments that follow
 
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
@@ -190,7 +191,7 @@ struct SdoInfoHeader {
     out[1] = std::byte{0};
     store_le(out.subspan<2, 2>(), fragments_left);
   }
-  /// Error: kTooShort. Unknown operations are kept as they are. \rtsafe
+  /// Error: kTooShort. Unknown operations are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<SdoInfoHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     const auto raw = load_le<std::uint8_t>(in);

@@ -9,14 +9,14 @@ namespace driveline::wire {
 /// Why bytes from the wire were not accepted.
 enum class DecodeError : std::uint8_t {
   kTooShort,      ///< fewer bytes than the structure needs
-  kBadLength,     ///< a length field points beyond the bytes that are there
+  kBadLength,     ///< a length field exceeds the available bytes
   kNotEtherCat,   ///< neither EtherType 0x88A4 nor EtherCAT in UDP
   kNotCommands,   ///< EtherCAT type other than 1 (datagrams)
   kBadService,    ///< the service or type field does not fit the expected structure
   kReservedBits,  ///< bits that must be zero are set
 };
 
-/// Text for a DecodeError, for people.
+/// Text of a DecodeError for messages.
 [[nodiscard]] constexpr std::string_view to_text(DecodeError error) noexcept {
   switch (error) {
     case DecodeError::kTooShort:
@@ -36,7 +36,7 @@ enum class DecodeError : std::uint8_t {
 }
 
 template <typename T>
-/// Result of decoding: the structure, or why the bytes are none.
+/// Result of decoding: the structure, or why the bytes do not form one.
 using Decoded = tl::expected<T, DecodeError>;
 
 }  // namespace driveline::wire

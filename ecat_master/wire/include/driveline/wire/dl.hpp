@@ -5,7 +5,7 @@
 
 namespace driveline::wire {
 
-/// Loop setting of one port in DL control 0x0100, bits 8-15 (ETG.1000.4 Table 37).
+/// Loop setting of a port in DL control 0x0100, bits 8-15 (ETG.1000.4 Table 37).
 enum class LoopControl : std::uint8_t { kAuto = 0, kAutoClose = 1, kOpen = 2, kClosed = 3 };
 
 /// DL status register 0x0110 (ETG.1000.4 Table 39): PDI state and, per port, physical link, loop and communication.
@@ -13,16 +13,16 @@ struct DlStatus {
   /// One port of the slave controller.
   struct Port {
     bool link = false;           ///< physical link detected
-    bool loop_closed = true;     ///< frames are turned round at this port
+    bool loop_closed = true;     ///< frames return at this port
     bool communication = false;  ///< stable communication established
     constexpr bool operator==(const Port&) const = default;
   };
   bool pdi_operational = false;          ///< bit 0: EEPROM loaded, the application has access
   bool pdi_watchdog_ok = false;          ///< bit 1: the application's watchdog has not expired
   bool enhanced_link_detection = false;  ///< bit 2
-  std::array<Port, 4> ports{};           ///< by their number
+  std::array<Port, 4> ports{};           ///< indexed by port number
 
-  /// As register 0x0110. \rtsafe
+  /// The value of register 0x0110. \rtsafe
   [[nodiscard]] constexpr std::uint16_t raw() const noexcept {
     unsigned value = (pdi_operational ? 1U : 0U) | (pdi_watchdog_ok ? 2U : 0U) | (enhanced_link_detection ? 4U : 0U);
     for (unsigned i = 0; i < 4; ++i) {
@@ -32,7 +32,7 @@ struct DlStatus {
     }
     return static_cast<std::uint16_t>(value);
   }
-  /// From register 0x0110. \rtsafe
+  /// Decodes register 0x0110. \rtsafe
   [[nodiscard]] static constexpr DlStatus from_raw(std::uint16_t raw) noexcept {
     DlStatus status;
     status.pdi_operational = (raw & 1U) != 0;

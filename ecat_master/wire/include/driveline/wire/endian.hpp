@@ -9,8 +9,8 @@
 #include <span>
 #include <type_traits>
 
-/// Little-endian loads and stores, the only way bytes of a frame become numbers (ETG.1000.4 5.2: all EtherCAT
-/// fields are little endian; the Ethernet header alone is big endian).
+/// Little-endian loads and stores, the only functions that convert bytes of a frame to numbers (ETG.1000.4 5.2: all
+/// EtherCAT fields are little endian; only the Ethernet header is big endian).
 namespace driveline::wire {
 
 template <typename T>
@@ -19,7 +19,7 @@ concept WireInteger = std::integral<T> && !std::same_as<T, bool>;
 /// Reads a little-endian integer from the first sizeof(T) bytes. Precondition: `bytes.size() >= sizeof(T)`. \rtsafe
 template <WireInteger T>
 [[nodiscard]] constexpr T load_le(std::span<const std::byte> bytes) noexcept {
-  // One load instead of sizeof(T): compilers do not reliably join the bytes themselves.
+  // One load instead of sizeof(T): compilers do not reliably combine the byte loads.
   if (std::endian::native == std::endian::little && !std::is_constant_evaluated()) {
     T native{};
     std::memcpy(&native, bytes.data(), sizeof(T));
@@ -56,7 +56,7 @@ constexpr void store_be16(std::span<std::byte> bytes, std::uint16_t value) noexc
   bytes[1] = static_cast<std::byte>(value & 0xFF);
 }
 
-/// The little-endian bytes of an integer, for callers that need a buffer of their own. \rtsafe
+/// The little-endian bytes of an integer, for callers that need a separate buffer. \rtsafe
 template <WireInteger T>
 [[nodiscard]] constexpr std::array<std::byte, sizeof(T)> to_le_bytes(T value) noexcept {
   std::array<std::byte, sizeof(T)> bytes{};

@@ -12,21 +12,21 @@
 
 namespace driveline::wire {
 
-/// What an EoE mail is (ETG.1000.6 5.7). Other values may arrive and are kept.
+/// Type of an EoE mailbox message (ETG.1000.6 5.7). Other values may arrive and are retained.
 enum class EoeType : std::uint8_t {
   kFragment = 0,           ///< a part of an Ethernet frame
-  kTimeStampResponse = 1,  ///< when a frame was sent that asked for its time
+  kTimeStampResponse = 1,  ///< send time of a frame whose sender requested a time stamp
   kSetIpRequest = 2,       ///< EoeIpParameters ("initiate EoE")
   kSetIpResponse = 3,      ///< EoeResult
   kSetFilterRequest = 4,   ///< EoeAddressFilter
   kSetFilterResponse = 5,  ///< EoeResult
-  kGetIpRequest = 6,       ///< nothing
+  kGetIpRequest = 6,       ///< no data
   kGetIpResponse = 7,      ///< EoeIpParameters
-  kGetFilterRequest = 8,   ///< nothing
+  kGetFilterRequest = 8,   ///< no data
   kGetFilterResponse = 9,  ///< EoeAddressFilter
 };
 
-/// Results of the EoE services (ETG.1000.6 5.7). Other values may arrive and are kept.
+/// Results of the EoE services (ETG.1000.6 5.7). Other values may arrive and are retained.
 enum class EoeResult : std::uint16_t {
   kSuccess = 0x0000,
   kUnspecified = 0x0001,
@@ -55,18 +55,18 @@ enum class EoeResult : std::uint16_t {
   return "unknown EoE result";
 }
 
-/// Place of a fragment in its Ethernet frame.
+/// Position of a fragment in its Ethernet frame.
 struct EoeFragment {
   static constexpr std::size_t kBlock = 32;  ///< unit of offsets and sizes, bytes
   std::uint8_t number = 0;                   ///< 0..63; 0 is the first
-  std::uint8_t blocks = 0;                   ///< 0..63; of the first fragment the size of the frame, else the offset
-  std::uint8_t frame = 0;                    ///< 0..15, counts the frames
+  std::uint8_t blocks = 0;  ///< 0..63; first fragment: size of the frame in blocks; other fragments: offset in blocks
+  std::uint8_t frame = 0;   ///< 0..15; number of the frame, modulo 16
 
-  /// As EoeHeader::value. \rtsafe
+  /// Encodes the fields as EoeHeader::value. \rtsafe
   [[nodiscard]] constexpr std::uint16_t value() const noexcept {
     return static_cast<std::uint16_t>((number & 0x3FU) | ((blocks & 0x3FU) << 6) | ((frame & 0x0FU) << 12));
   }
-  /// From EoeHeader::value. \rtsafe
+  /// Decodes EoeHeader::value. \rtsafe
   [[nodiscard]] static constexpr EoeFragment from_value(std::uint16_t value) noexcept {
     return {static_cast<std::uint8_t>(value & 0x3FU), static_cast<std::uint8_t>((value >> 6) & 0x3FU),
             static_cast<std::uint8_t>(value >> 12)};
@@ -74,16 +74,17 @@ struct EoeFragment {
   constexpr bool operator==(const EoeFragment&) const = default;
 };
 
-/// What every EoE mail begins with.
+/// Header of every EoE mailbox message.
 struct EoeHeader {
-  static constexpr std::size_t kSize = 4;           ///< on the wire, bytes
-  static constexpr std::size_t kTimeStampSize = 4;  ///< behind the last fragment, where `time_appended` is set
-  EoeType type = EoeType::kFragment;                ///< what follows
-  std::uint8_t port = 0;                            ///< 0..15, of the slave's switch; 0: none in particular
-  bool last_fragment = false;                       ///< the frame is complete with this one; set in all other services
-  bool time_appended = false;                       ///< a time stamp follows the last fragment
-  bool time_requested = false;                      ///< the sender asks when the frame leaves the slave
-  std::uint16_t value = 0;                          ///< of a fragment EoeFragment, of a response EoeResult
+  static constexpr std::size_t kSize = 4;  ///< size on the wire, in bytes
+  static constexpr std::size_t kTimeStampSize =
+      4;  ///< size of the time stamp behind the last fragment (with `time_appended`), in bytes
+  EoeType type = EoeType::kFragment;  ///< type of the message
+  std::uint8_t port = 0;              ///< 0..15, port of the slave's switch; 0: no specific port
+  bool last_fragment = false;         ///< this fragment completes the frame; set in all other services
+  bool time_appended = false;         ///< a time stamp follows the last fragment
+  bool time_requested = false;        ///< the sender requests the time at which the frame leaves the slave
+  std::uint16_t value = 0;            ///< fragment: EoeFragment; response: EoeResult
 
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
@@ -92,7 +93,7 @@ struct EoeHeader {
     out[1] = static_cast<std::byte>(flags);
     store_le(out.subspan<2, 2>(), value);
   }
-  /// Error: kTooShort. Unknown types are kept, reserved bits ignored. \rtsafe
+  /// Error: kTooShort. Unknown types are retained, reserved bits ignored. \rtsafe
   [[nodiscard]] static constexpr Decoded<EoeHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     const auto first = std::to_integer<unsigned>(in[0]);
@@ -109,22 +110,22 @@ struct EoeHeader {
   constexpr bool operator==(const EoeHeader&) const = default;
 };
 
-/// IPv4 address, as it is written: {192, 168, 39, 5}. On the wire of EoE it is a little-endian number.
+/// IPv4 address in the written order: {192, 168, 39, 5}. EoE sends it as a little-endian number.
 using IpV4Address = std::array<std::uint8_t, 4>;
 
-/// IP parameters of a slave, in EoE services (ETG.1000.6 5.7.3). What is not there is not to be changed.
+/// IP parameters of a slave, in EoE services (ETG.1000.6 5.7.3). An empty parameter is not to be changed.
 struct EoeIpParameters {
-  static constexpr std::size_t kFlagsSize = 4;                       ///< in front of the parameters, bytes
-  static constexpr std::size_t kSize = kFlagsSize + 6 + 4 * 4 + 32;  ///< on the wire, bytes
+  static constexpr std::size_t kFlagsSize = 4;  ///< size of the flags in front of the parameters, in bytes
+  static constexpr std::size_t kSize = kFlagsSize + 6 + 4 * 4 + 32;  ///< size on the wire, in bytes
   using Name = std::array<char, 32>;                                 ///< padded with 0
-  std::optional<MacAddress> mac{};                                   ///< of the slave's EoE port
-  std::optional<IpV4Address> ip{};                                   ///< of the slave
-  std::optional<IpV4Address> subnet_mask{};                          ///< of its network
-  std::optional<IpV4Address> gateway{};                              ///< its way to other networks
-  std::optional<IpV4Address> dns_server{};                           ///< that it asks for names
-  std::optional<Name> dns_name{};                                    ///< its own
+  std::optional<MacAddress> mac{};                                   ///< MAC address of the slave's EoE port
+  std::optional<IpV4Address> ip{};                                   ///< IP address of the slave
+  std::optional<IpV4Address> subnet_mask{};                          ///< subnet mask of the slave's network
+  std::optional<IpV4Address> gateway{};                              ///< default gateway of the slave
+  std::optional<IpV4Address> dns_server{};                           ///< DNS server that the slave uses
+  std::optional<Name> dns_name{};                                    ///< DNS name of the slave
 
-  /// Writes every parameter at its place, zeros for those that are not there. \rtsafe
+  /// Writes every parameter at its fixed offset, zeros for empty parameters. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     std::fill(out.begin(), out.end(), std::byte{0});
     std::uint32_t flags = 0;
@@ -138,18 +139,18 @@ struct EoeIpParameters {
     });
     store_le(out.first<kFlagsSize>(), flags);
   }
-  /// Takes every parameter from its place. Error: kTooShort. \rtsafe
+  /// Reads every parameter from its fixed offset. Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<EoeIpParameters> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     return take(in, false);
   }
-  /// The same for parameters without gaps: those that are there follow one another, which some masters and slaves do
-  /// where parameters are missing. Error: kTooShort. \rtsafe
+  /// Reads parameters without gaps: only the present parameters are sent, one after another, as some masters and slaves
+  /// do. Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<EoeIpParameters> decode_dense(std::span<const std::byte> in) noexcept {
     if (in.size() < kFlagsSize || in.size() < dense_size(in)) return tl::unexpected(DecodeError::kTooShort);
     return take(in, true);
   }
-  /// Bytes of the dense form with the flags that `in` begins with. Precondition: kFlagsSize bytes. \rtsafe
+  /// Bytes of the dense form, according to the flags at the start of `in`. Precondition: kFlagsSize bytes. \rtsafe
   [[nodiscard]] static constexpr std::size_t dense_size(std::span<const std::byte> in) noexcept {
     const auto flags = load_le<std::uint32_t>(in);
     std::size_t length = kFlagsSize;
@@ -161,7 +162,7 @@ struct EoeIpParameters {
   constexpr bool operator==(const EoeIpParameters&) const = default;
 
  private:
-  /// Calls `visit(bit of the flag, bytes on the wire, parameter)` for every parameter in the order of the wire.
+  /// Calls `visit(bit of the flag, bytes on the wire, parameter)` for every parameter in wire order.
   template <typename Self, typename Visit>
   static constexpr void each(Self&& self, Visit visit) noexcept {
     visit(0U, 6, self.mac);
@@ -202,17 +203,17 @@ struct EoeIpParameters {
   }
 };
 
-/// Which frames a slave's EoE port lets through to it (ETG.1000.6 5.7.5): those for one of the addresses, or for an
-/// address that fits one of the masks.
+/// Which frames the EoE port of a slave forwards to the slave (ETG.1000.6 5.7.5): frames to one of the addresses, or to
+/// an address that matches one of the masks.
 struct EoeAddressFilter {
-  static constexpr std::size_t kAddresses = 16;                        ///< places on the wire; its counter allows 15
-  static constexpr std::size_t kMasks = 4;                             ///< places on the wire; its counter allows 3
-  static constexpr std::size_t kSize = 2 + 6 * (kAddresses + kMasks);  ///< on the wire, bytes
-  std::uint8_t address_count = 0;                                      ///< of `addresses`
-  std::uint8_t mask_count = 0;                                         ///< of `masks`
-  bool no_broadcasts = false;                                          ///< broadcasts do not pass
-  std::array<MacAddress, kAddresses> addresses{};                      ///< those behind the count are 0
-  std::array<MacAddress, kMasks> masks{};                              ///< those behind the count are 0
+  static constexpr std::size_t kAddresses = 16;                        ///< slots on the wire; the counter allows 15
+  static constexpr std::size_t kMasks = 4;                             ///< slots on the wire; the counter allows 3
+  static constexpr std::size_t kSize = 2 + 6 * (kAddresses + kMasks);  ///< size on the wire, in bytes
+  std::uint8_t address_count = 0;                                      ///< number of valid `addresses`
+  std::uint8_t mask_count = 0;                                         ///< number of valid `masks`
+  bool no_broadcasts = false;                                          ///< broadcasts are blocked
+  std::array<MacAddress, kAddresses> addresses{};                      ///< entries from `address_count` on are 0
+  std::array<MacAddress, kMasks> masks{};                              ///< entries from `mask_count` on are 0
 
   /// Writes the filter. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {

@@ -8,24 +8,24 @@
 
 namespace driveline::wire {
 
-/// Longest Ethernet frame that EoE carries here, bytes without check sequence: a VLAN tag and 1500 bytes of payload.
+/// Longest Ethernet frame for EoE, in bytes without check sequence: a VLAN tag and 1500 bytes of payload.
 inline constexpr std::size_t kMaxEoeFrame = 1518;
-/// Shortest one: destination, source, type.
+/// Shortest Ethernet frame for EoE, in bytes: destination, source, type.
 inline constexpr std::size_t kMinEoeFrame = 14;
 
-/// Cuts Ethernet frames into EoE fragments (ETG.1000.6 5.7.2). Counts the frames, so that each slave needs one of its
-/// own. No allocation.
+/// Cuts Ethernet frames into EoE fragments (ETG.1000.6 5.7.2). Counts the frames, so each slave needs its own
+/// fragmenter. No allocation.
 class EoeFragmenter {
  public:
-  /// Bytes of a frame that fit into one fragment but the last, in a mailbox with `room` bytes behind its header; 0:
-  /// none do.
+  /// Bytes of a frame that fit into each fragment but the last, in a mailbox with `room` bytes behind its header; 0:
+  /// none.
   [[nodiscard]] static constexpr std::size_t fragment_size(std::size_t room) noexcept {
     if (room < EoeHeader::kSize) return 0;
     return (room - EoeHeader::kSize) / EoeFragment::kBlock * EoeFragment::kBlock;
   }
 
-  /// Begins with `frame`, which must be valid until done(). False, and nothing has changed: it is longer than
-  /// kMaxEoeFrame or shorter than kMinEoeFrame. \rtsafe
+  /// Starts with `frame`, which must be valid until done(). Returns false and changes nothing when the frame is longer
+  /// than kMaxEoeFrame or shorter than kMinEoeFrame. \rtsafe
   [[nodiscard]] constexpr bool begin(std::span<const std::byte> frame, std::uint8_t port = 0) noexcept {
     if (frame.size() < kMinEoeFrame || frame.size() > kMaxEoeFrame) return false;
     rest_ = frame;
@@ -35,10 +35,11 @@ class EoeFragmenter {
     frame_ = (frame_ + 1) & 0x0FU;
     return true;
   }
-  /// No fragment is left. \rtsafe
+  /// Whether no fragment is left. \rtsafe
   [[nodiscard]] constexpr bool done() const noexcept { return rest_.empty(); }
-  /// Writes the next fragment, header included, into `out`, the service data of one mailbox; returns its length. 0:
-  /// done, or `out` has no room for a block, or the frame would take more than 64 fragments. \rtsafe
+  /// Writes the next fragment, header included, into `out`, the service data of a mailbox message; returns its length.
+  /// Returns 0 when done, when `out` has no room for a block, or when the frame would take more than 64 fragments.
+  /// \rtsafe
   [[nodiscard]] constexpr std::size_t next(std::span<std::byte> out) noexcept {
     const auto most = fragment_size(out.size());
     if (rest_.empty() || most == 0 || number_ > 63) return 0;
@@ -56,7 +57,7 @@ class EoeFragmenter {
     ++number_;
     return EoeHeader::kSize + length;
   }
-  /// Gives the frame up; the receiver sees the next one begin. \rtsafe
+  /// Abandons the frame; the receiver detects it when the next frame starts. \rtsafe
   constexpr void abandon() noexcept { rest_ = {}; }
 
  private:
@@ -67,22 +68,22 @@ class EoeFragmenter {
   std::uint8_t frame_ = 0;
 };
 
-/// What EoeAssembler has seen.
+/// Counters of an EoeAssembler.
 struct EoeAssembly {
-  std::uint64_t frames = 0;     ///< complete
-  std::uint64_t fragments = 0;  ///< of any frame
-  std::uint64_t lost = 0;       ///< frames given up: a fragment was missing, or another frame began
-  std::uint64_t malformed = 0;  ///< fragments that cannot be: sizes and offsets that contradict
-  std::uint64_t stray = 0;      ///< fragments of a frame that is not in progress
+  std::uint64_t frames = 0;     ///< complete frames
+  std::uint64_t fragments = 0;  ///< fragments of any frame
+  std::uint64_t lost = 0;       ///< frames abandoned because a fragment was missing or another frame started
+  std::uint64_t malformed = 0;  ///< fragments with invalid or contradictory sizes and offsets
+  std::uint64_t stray = 0;      ///< fragments that belong to no frame in progress
   constexpr bool operator==(const EoeAssembly&) const = default;
 };
 
-/// Puts Ethernet frames together from the EoE fragments of one sender. A fragment that does not continue the frame
-/// in progress costs this frame and nothing else. No allocation.
+/// Assembles Ethernet frames from the EoE fragments of a single sender. A fragment that does not continue the frame in
+/// progress costs only that frame. No allocation.
 class EoeAssembler {
  public:
-  /// Takes a fragment: `header` of type kFragment, and what follows it. Returns the frame when it is complete, valid
-  /// until the next call; nothing otherwise. \rtsafe
+  /// Takes a fragment: `header` of type kFragment, and the data behind it. Returns the frame when it is complete, valid
+  /// until the next call; empty otherwise. \rtsafe
   [[nodiscard]] constexpr std::optional<std::span<const std::byte>> take(const EoeHeader& header,
                                                                          std::span<const std::byte> data) noexcept {
     ++seen_.fragments;
@@ -104,13 +105,14 @@ class EoeAssembler {
     if (stamped) data = data.first(data.size() - EoeHeader::kTimeStampSize);
     return append(header, data);
   }
-  /// The sender has been away: what is in progress is forgotten. \rtsafe
+  /// Discards the frame in progress, after the sender was disconnected. \rtsafe
   constexpr void reset() noexcept { in_progress_ = false; }
-  /// Fragments that the frame in progress lacks, if they are as long as those before; 0: none is in progress. \rtsafe
+  /// Number of fragments still missing in the frame in progress if they are as long as the previous ones; 0: no frame
+  /// in progress. \rtsafe
   [[nodiscard]] constexpr std::size_t missing() const noexcept {
     return in_progress_ ? ((size_ - length_) * next_ + length_ - 1) / length_ : 0;
   }
-  /// Since the beginning. \rtsafe
+  /// Counters since construction. \rtsafe
   [[nodiscard]] constexpr const EoeAssembly& seen() const noexcept { return seen_; }
 
  private:
@@ -144,10 +146,10 @@ class EoeAssembler {
   }
 
   std::array<std::byte, kMaxEoeFrame> bytes_{};
-  std::size_t size_ = 0;    ///< of the frame, in whole blocks
-  std::size_t length_ = 0;  ///< so far
+  std::size_t size_ = 0;    ///< size of the frame, rounded up to whole blocks, in bytes
+  std::size_t length_ = 0;  ///< bytes received so far
   std::uint8_t frame_ = 0;
-  std::uint8_t next_ = 0;  ///< number of the awaited fragment
+  std::uint8_t next_ = 0;  ///< number of the expected fragment
   bool in_progress_ = false;
   EoeAssembly seen_;
 };

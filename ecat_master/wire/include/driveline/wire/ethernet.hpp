@@ -11,25 +11,25 @@ namespace driveline::wire {
 
 inline constexpr std::uint16_t kEtherTypeEtherCat = 0x88A4;  ///< ETG.1000.4 5.3.2
 inline constexpr std::uint16_t kEtherTypeVlan = 0x8100;      ///< IEEE 802.1Q tag
-/// Of IPv4, for EtherCAT in UDP.
+/// EtherType of IPv4, for EtherCAT in UDP.
 inline constexpr std::uint16_t kEtherTypeIpv4 = 0x0800;
 inline constexpr std::size_t kMinFrameBytes = 60;      ///< shortest Ethernet frame, without FCS
 inline constexpr std::size_t kMaxPayloadBytes = 1500;  ///< longest Ethernet payload
 
-/// In the order of the wire.
+/// MAC address in wire order.
 using MacAddress = std::array<std::byte, 6>;
-/// Broadcast, the destination of EtherCAT frames.
+/// Broadcast address, the destination of EtherCAT frames.
 inline constexpr MacAddress kBroadcastMac{std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF},
                                           std::byte{0xFF}, std::byte{0xFF}, std::byte{0xFF}};
 
 /// Ethernet II header (IEEE 802.3), 14 bytes, big endian.
 struct EthernetHeader {
-  static constexpr std::size_t kSize = 14;  ///< on the wire, bytes
+  static constexpr std::size_t kSize = 14;  ///< size on the wire, in bytes
   MacAddress destination{};                 ///< ignored by slave controllers
-  MacAddress source{};                      ///< the first slave sets the bit of locally administered addresses in it
-  std::uint16_t ether_type = 0;             ///< in the order of the host
+  MacAddress source{};                      ///< the first slave sets its "locally administered" bit
+  std::uint16_t ether_type = 0;             ///< in host byte order
 
-  /// \rtsafe
+  /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     for (std::size_t i = 0; i < 6; ++i) {
       out[i] = destination[i];
@@ -38,7 +38,7 @@ struct EthernetHeader {
     store_be16(out.subspan<12, 2>(), ether_type);
   }
 
-  /// \rtsafe
+  /// Error: kTooShort. \rtsafe
   [[nodiscard]] static constexpr Decoded<EthernetHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     EthernetHeader header;

@@ -8,9 +8,9 @@ namespace driveline::wire {
 /// One FMMU entity: 16 bytes at 0x0600 + 16 n (ETG.1000.4 Table 56). Maps `length` bytes of the logical process
 /// image, bit-granular at both ends, to physical memory of the slave.
 struct FmmuEntity {
-  static constexpr std::size_t kSize = 16;          ///< on the wire, bytes
+  static constexpr std::size_t kSize = 16;          ///< size on the wire, in bytes
   static constexpr std::uint8_t kTypeRead = 0x01;   ///< `type`: logical reads read the slave's memory
-  static constexpr std::uint8_t kTypeWrite = 0x02;  ///< `type`: logical writes write it
+  static constexpr std::uint8_t kTypeWrite = 0x02;  ///< `type`: logical writes write the slave's memory
 
   std::uint32_t logical_start = 0;      ///< first byte in the process image
   std::uint16_t length = 0;             ///< bytes touched in the logical image
@@ -19,7 +19,7 @@ struct FmmuEntity {
   std::uint16_t physical_start = 0;     ///< first byte in the slave's memory
   std::uint8_t physical_start_bit = 0;  ///< 0..7
   std::uint8_t type = 0;                ///< kTypeRead and/or kTypeWrite
-  bool active = false;                  ///< an entity that is not active maps nothing
+  bool active = false;                  ///< an inactive entity maps nothing
 
   /// The three reserved bytes at the end are written as zero.
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {

@@ -9,20 +9,20 @@
 
 namespace driveline::wire {
 
-/// What a FoE mail is (ETG.1000.6 5.8). Other values may arrive and are kept.
+/// Type of a FoE mailbox message (ETG.1000.6 5.8). Other values may arrive and are retained.
 enum class FoeOpCode : std::uint8_t {
   kReadRequest = 1,   ///< password, then the file name
   kWriteRequest = 2,  ///< password, then the file name
-  kData = 3,          ///< packet number from 1 on, then the data; less than would fit: the last one
+  kData = 3,          ///< packet number from 1 on, then the data; the last packet is shorter than the mailbox allows
   kAck = 4,           ///< packet number; 0 answers a write request
   kError = 5,         ///< error code, then a text that may be empty
-  kBusy = 6,          ///< how far the other side is, then a text that may be empty; the last mail is to be repeated
+  kBusy = 6,          ///< progress of the other side, then a text that may be empty; the last message must be repeated
 };
 
-/// What every FoE mail begins with: op-code, a reserved byte, and four bytes that mean what the op-code says.
+/// Header of every FoE mailbox message: op-code, a reserved byte, and four bytes whose meaning depends on the op-code.
 struct FoeHeader {
-  static constexpr std::size_t kSize = 6;       ///< on the wire, bytes
-  FoeOpCode op_code = FoeOpCode::kReadRequest;  ///< what follows
+  static constexpr std::size_t kSize = 6;       ///< size on the wire, in bytes
+  FoeOpCode op_code = FoeOpCode::kReadRequest;  ///< type of the message
   std::uint32_t value = 0;                      ///< password, packet number, error code or FoeBusy
 
   /// Writes the header; the reserved byte is 0. \rtsafe
@@ -31,7 +31,7 @@ struct FoeHeader {
     out[1] = std::byte{0};
     store_le(out.subspan<2, 4>(), value);
   }
-  /// Error: kTooShort. Unknown op-codes are kept as they are. \rtsafe
+  /// Error: kTooShort. Unknown op-codes are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<FoeHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     return FoeHeader{static_cast<FoeOpCode>(load_le<std::uint8_t>(in)), load_le<std::uint32_t>(in.subspan(2))};
@@ -39,21 +39,21 @@ struct FoeHeader {
   constexpr bool operator==(const FoeHeader&) const = default;
 };
 
-/// The value of a busy mail: `done` of `entire`, in units of the sender.
+/// Value of a busy message: `done` of `entire`, in a unit chosen by the sender.
 struct FoeBusy {
-  std::uint16_t done = 0;    ///< so far
-  std::uint16_t entire = 0;  ///< in the end; 0: not known
+  std::uint16_t done = 0;    ///< progress so far
+  std::uint16_t entire = 0;  ///< value at completion; 0: not known
 
-  /// As FoeHeader::value. \rtsafe
+  /// Encodes the fields as FoeHeader::value. \rtsafe
   [[nodiscard]] constexpr std::uint32_t value() const noexcept { return done | (std::uint32_t{entire} << 16); }
-  /// From FoeHeader::value. \rtsafe
+  /// Decodes FoeHeader::value. \rtsafe
   [[nodiscard]] static constexpr FoeBusy from_value(std::uint32_t value) noexcept {
     return {static_cast<std::uint16_t>(value & 0xFFFFU), static_cast<std::uint16_t>(value >> 16)};
   }
   constexpr bool operator==(const FoeBusy&) const = default;
 };
 
-/// FoE error codes (ETG.1000.6 Table 92). Other values may arrive and are kept.
+/// FoE error codes (ETG.1000.6 Table 92). Other values may arrive and are retained.
 enum class FoeError : std::uint32_t {
   kNotDefined = 0x8000,
   kNotFound = 0x8001,

@@ -8,12 +8,12 @@
 
 namespace driveline::wire {
 
-/// Bytes in front of the first datagram of a frame.
+/// Number of bytes in front of the first datagram of a frame.
 inline constexpr std::size_t kDatagramsOffset = EthernetHeader::kSize + EtherCatHeader::kSize;
-/// Longest data of a single datagram in one untagged frame: 1500 - 2 - 12.
+/// Most data bytes of a single datagram in one untagged frame: 1500 - 2 - 12.
 inline constexpr std::size_t kMaxDatagramData = kMaxPayloadBytes - EtherCatHeader::kSize - DatagramHeader::kOverhead;
 
-/// Where a datagram lies in its frame (offsets from the first byte of the Ethernet header).
+/// Position of a datagram in its frame (offsets from the first byte of the Ethernet header).
 struct DatagramPlace {
   std::size_t header = 0;  ///< offset of the datagram header in the frame
   std::size_t length = 0;  ///< data bytes
@@ -23,12 +23,12 @@ struct DatagramPlace {
   [[nodiscard]] constexpr std::size_t working_counter() const noexcept { return data() + length; }
 };
 
-/// Builds one EtherCAT frame in a buffer of the caller, datagram after datagram, without allocation.
+/// Builds one EtherCAT frame in a buffer of the caller, datagram by datagram, without allocation.
 ///
 /// The buffer must hold at least kMinFrameBytes; data and working counters start as zero. \rtsafe throughout.
 class FrameBuilder {
  public:
-  /// Begins a frame in `buffer`, which must outlive the builder and hold at least the headers. \rtsafe
+  /// Starts a frame in `buffer`, which must outlive the builder and hold at least the headers. \rtsafe
   constexpr FrameBuilder(std::span<std::byte> buffer, const MacAddress& source,
                          const MacAddress& destination = kBroadcastMac) noexcept
       : buffer_(buffer.first(std::min(buffer.size(), EthernetHeader::kSize + kMaxPayloadBytes))) {
@@ -36,14 +36,14 @@ class FrameBuilder {
     EthernetHeader{destination, source, kEtherTypeEtherCat}.encode(buffer_.first<EthernetHeader::kSize>());
   }
 
-  /// Appends a datagram with zeroed data and working counter; nothing when it does not fit any more.
+  /// Appends a datagram with zeroed data and working counter; empty when it no longer fits.
   constexpr std::optional<DatagramPlace> add(Command command, std::uint8_t index, DatagramAddress address,
                                              std::size_t length) noexcept {
     if (length > DatagramHeader::kMaxLength || end_ + DatagramHeader::kOverhead + length > buffer_.size()) {
       return std::nullopt;
     }
     if (!empty()) {
-      buffer_[last_header_ + 7] |= std::byte{0x80};  // "more" flag of the predecessor
+      buffer_[last_header_ + 7] |= std::byte{0x80};  // "more" flag of the previous datagram
     }
     const DatagramPlace place{end_, length};
     DatagramHeader header;
@@ -57,16 +57,16 @@ class FrameBuilder {
     return place;
   }
 
-  /// Data of a datagram that add() has placed, to be filled in. \rtsafe
+  /// Data of a datagram placed by add(), to be filled in. \rtsafe
   [[nodiscard]] constexpr std::span<std::byte> data(const DatagramPlace& place) noexcept {
     return buffer_.subspan(place.data(), place.length);
   }
-  /// Bytes a further datagram may carry.
+  /// Number of data bytes that another datagram may carry.
   [[nodiscard]] constexpr std::size_t room() const noexcept {
     const std::size_t used = end_ + DatagramHeader::kOverhead;
     return used >= buffer_.size() ? 0 : buffer_.size() - used;
   }
-  /// No datagram has been added. \rtsafe
+  /// Whether no datagram has been added. \rtsafe
   [[nodiscard]] constexpr bool empty() const noexcept { return last_header_ == 0; }
 
   /// Writes the EtherCAT header and returns the frame, padded to the Ethernet minimum of 60 bytes.
@@ -79,25 +79,25 @@ class FrameBuilder {
  private:
   std::span<std::byte> buffer_;
   std::size_t end_ = kDatagramsOffset;
-  std::size_t last_header_ = 0;  ///< of the last datagram; 0: none yet
+  std::size_t last_header_ = 0;  ///< offset of the last datagram's header; 0: none yet
 };
 
 /// One datagram of a received frame.
 template <typename Byte>
 struct BasicDatagramView {
   DatagramHeader header;                  ///< as received
-  DatagramPlace place;                    ///< where it is in the frame
-  std::span<Byte> data;                   ///< as long as the header says
-  std::span<Byte> working_counter_bytes;  ///< behind the data
+  DatagramPlace place;                    ///< position in the frame
+  std::span<Byte> data;                   ///< data bytes, as many as the header says
+  std::span<Byte> working_counter_bytes;  ///< the two bytes behind the data
   /// The working counter: the sum over the slaves that executed the command. \rtsafe
   [[nodiscard]] constexpr std::uint16_t working_counter() const noexcept {
     return load_le<std::uint16_t>(working_counter_bytes);
   }
 };
-/// Of a frame that is only read.
+/// View of a datagram in a read-only frame.
 using DatagramView = BasicDatagramView<const std::byte>;
 
-/// Walks the datagrams of a frame. Every length is checked against the bytes that are there before it is used.
+/// Iterates over the datagrams of a frame. Checks every length against the available bytes before using it.
 ///
 /// \code
 /// auto cursor = DatagramCursor::open(frame);            // checks Ethernet and EtherCAT header
@@ -122,7 +122,7 @@ class BasicDatagramCursor {
     return open_payload(frame, offset);
   }
 
-  /// The same for a frame whose EtherCAT header starts at `offset` (behind a UDP header, for example).
+  /// Like open(), for a frame whose EtherCAT header starts at `offset` (behind a UDP header, for example).
   [[nodiscard]] static constexpr Decoded<BasicDatagramCursor> open_payload(std::span<Byte> frame,
                                                                            std::size_t offset) noexcept {
     if (frame.size() < offset) return tl::unexpected(DecodeError::kTooShort);
@@ -134,7 +134,7 @@ class BasicDatagramCursor {
     return BasicDatagramCursor(frame, begin, begin + header->length);
   }
 
-  /// The last datagram has been handed out. \rtsafe
+  /// Whether the last datagram has been returned. \rtsafe
   [[nodiscard]] constexpr bool done() const noexcept { return done_; }
 
   /// The next datagram. After an error the cursor is done.
@@ -160,9 +160,9 @@ class BasicDatagramCursor {
   std::size_t end_;
   bool done_;
 };
-/// For frames that are only read.
+/// Cursor for read-only frames.
 using DatagramCursor = BasicDatagramCursor<const std::byte>;
-/// For frames that are changed on their way, as slaves do.
+/// Cursor for frames that are modified in transit, as slaves do.
 using MutableDatagramCursor = BasicDatagramCursor<std::byte>;
 
 }  // namespace driveline::wire

@@ -7,7 +7,7 @@
 
 namespace driveline::wire {
 
-/// Mailbox protocols (ETG.1000.4 Table 29, type field). Other values may arrive and are kept.
+/// Mailbox protocols (ETG.1000.4 Table 29, type field). Other values may arrive and are retained.
 enum class MailboxType : std::uint8_t { kError = 0, kAoe = 1, kEoe = 2, kCoe = 3, kFoe = 4, kSoe = 5, kVoe = 15 };
 
 /// Name of a protocol; "?" when the standard has none.
@@ -31,15 +31,15 @@ enum class MailboxType : std::uint8_t { kError = 0, kAoe = 1, kEoe = 2, kCoe = 3
   return "?";
 }
 
-/// Mailbox header, 6 bytes in front of every mailbox (ETG.1000.4 5.6).
+/// Mailbox header, 6 bytes at the start of every mailbox message (ETG.1000.4 5.6).
 struct MailboxHeader {
-  static constexpr std::size_t kSize = 6;  ///< on the wire, bytes
+  static constexpr std::size_t kSize = 6;  ///< size on the wire, in bytes
   std::uint16_t length = 0;                ///< bytes of service data behind the header
   std::uint16_t address = 0;               ///< station address of the source (to a slave) or destination
   std::uint8_t channel = 0;                ///< 0..63, reserved for future use
   std::uint8_t priority = 0;               ///< 0 lowest .. 3 highest
   MailboxType type = MailboxType::kError;  ///< protocol of the service data
-  std::uint8_t counter = 0;                ///< 1..7 tells a repetition from a new mailbox; 0 is not counted
+  std::uint8_t counter = 0;                ///< 1..7 distinguishes a repeated message from a new one; 0: not counted
 
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
@@ -112,16 +112,16 @@ enum class MailboxErrorCode : std::uint16_t {
 
 /// Service data of a mailbox error reply: type 0x0001 and the detail code.
 struct MailboxErrorReply {
-  static constexpr std::size_t kSize = 4;             ///< on the wire, bytes
+  static constexpr std::size_t kSize = 4;             ///< size on the wire, in bytes
   static constexpr std::uint16_t kErrorType = 1;      ///< value of the type field
-  MailboxErrorCode code = MailboxErrorCode::kSyntax;  ///< why the mailbox was not accepted
+  MailboxErrorCode code = MailboxErrorCode::kSyntax;  ///< why the slave rejected the message
 
   /// Writes the reply. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
     store_le(out.subspan<0, 2>(), kErrorType);
     store_le(out.subspan<2, 2>(), static_cast<std::uint16_t>(code));
   }
-  /// Error: kTooShort. Unknown codes are kept as they are. \rtsafe
+  /// Errors: kTooShort, kBadService for another error type. Unknown codes are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<MailboxErrorReply> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     if (load_le<std::uint16_t>(in) != kErrorType) return tl::unexpected(DecodeError::kBadService);

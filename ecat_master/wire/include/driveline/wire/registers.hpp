@@ -4,26 +4,26 @@
 #include <cstdint>
 #include <string_view>
 
-/// The register space of an EtherCAT slave controller, 0x0000-0x0FFF. One table for the master, which reads and
-/// writes the registers, and the emulated controller, which has them.
+/// The register space of an EtherCAT slave controller, 0x0000-0x0FFF. One table for the master, which accesses the
+/// registers, and for the emulated controller, which implements them.
 ///
-/// Sources: ETG.1000.4 chapter 6 (tables cited per row), Beckhoff ESC data sheet section II (register description)
-/// for what the standard leaves to the controller.
+/// Sources: ETG.1000.4 chapter 6 (tables cited per row); Beckhoff ESC data sheet section II (register description)
+/// where the standard leaves the details to the controller.
 namespace driveline::wire {
 
-/// Access of one side (EtherCAT or PDI) to a register.
+/// Access rights of EtherCAT or PDI to a register.
 enum class RegisterAccess : std::uint8_t { kNone, kRead, kWrite, kReadWrite, kReadClearOnWrite };
 
-/// A register, or an array of equal registers `stride` bytes apart. T is the type of one element.
+/// A register, or an array of equal registers with `stride` bytes between their starts. T is the element type.
 template <typename T>
 struct Register {
-  std::uint16_t address;             ///< of the first element
+  std::uint16_t address;             ///< address of the first element
   std::string_view name;             ///< as in the ESC data sheet
-  RegisterAccess ecat;               ///< what the master may do
-  RegisterAccess pdi;                ///< what the slave's application may do
+  RegisterAccess ecat;               ///< access rights of the master
+  RegisterAccess pdi;                ///< access rights of the slave's application
   T reset;                           ///< value after power-on
   std::string_view source;           ///< document and table
-  std::uint16_t count = 1;           ///< elements
+  std::uint16_t count = 1;           ///< number of elements
   std::uint16_t stride = sizeof(T);  ///< bytes from one element to the next
   /// Bits that exist; the others are reserved, read zero and ignore writes.
   T bits = static_cast<T>(~T{0});
@@ -34,8 +34,8 @@ struct Register {
   }
 };
 
-/// Registers of a slave controller that master or simulated slave use; each value tells name, access of ECAT and PDI,
-/// reset value and source.
+/// Registers of a slave controller that the master or the simulated slave uses; each value states name, access of ECAT
+/// and PDI, reset value and source.
 namespace reg {
 using A = RegisterAccess;
 using U8 = Register<std::uint8_t>;
@@ -212,18 +212,18 @@ inline constexpr U64 kGeneralPurposeInput{0x0F18, "general purpose inputs", A::k
 inline constexpr U8 kUserRam{0x0F80, "user RAM", A::kReadWrite, A::kReadWrite, 0, "ESC data sheet II 2.88", 128};
 }  // namespace reg
 
-/// A row of the register table, the type of the register reduced to its size.
+/// A row of the register table, with the type of the register reduced to its size.
 struct RegisterRow {
-  std::uint16_t address = 0;                    ///< of the first element
-  std::uint16_t size = 0;                       ///< bytes of one element
-  std::uint16_t count = 1;                      ///< elements
+  std::uint16_t address = 0;                    ///< address of the first element
+  std::uint16_t size = 0;                       ///< bytes per element
+  std::uint16_t count = 1;                      ///< number of elements
   std::uint16_t stride = 0;                     ///< bytes from one element to the next
-  RegisterAccess ecat = RegisterAccess::kNone;  ///< what the master may do
-  RegisterAccess pdi = RegisterAccess::kNone;   ///< what the slave's application may do
+  RegisterAccess ecat = RegisterAccess::kNone;  ///< access rights of the master
+  RegisterAccess pdi = RegisterAccess::kNone;   ///< access rights of the slave's application
   std::uint64_t reset = 0;                      ///< value after power-on
   std::string_view name;                        ///< as in the ESC data sheet
   std::string_view source;                      ///< document and table
-  std::uint64_t bits = 0;                       ///< that exist
+  std::uint64_t bits = 0;                       ///< bits that exist
   /// First address behind the last element.
   [[nodiscard]] constexpr std::uint32_t end() const noexcept { return address + std::uint32_t{count} * stride; }
 };
@@ -234,7 +234,7 @@ template <typename T>
   return {r.address, sizeof(T), r.count, r.stride, r.ecat, r.pdi, r.reset, r.name, r.source, r.bits};
 }
 
-/// First byte behind the registers: process RAM.
+/// First byte behind the registers: start of the process RAM.
 inline constexpr std::uint16_t kProcessRamStart = 0x1000;
 
 /// All registers, ascending by address. Gaps are reserved: they read as zero and ignore writes.

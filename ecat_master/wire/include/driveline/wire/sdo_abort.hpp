@@ -6,7 +6,7 @@
 
 namespace driveline::wire {
 
-/// SDO abort codes (ETG.1000.6 Table 41, CiA 301 7.2.4.3.17). Other values may arrive and are kept.
+/// SDO abort codes (ETG.1000.6 Table 41, CiA 301 7.2.4.3.17). Other values may arrive and are retained.
 enum class SdoAbort : std::uint32_t {
   kToggleNotAlternated = 0x05030000,
   kTimeout = 0x05040000,

@@ -11,67 +11,68 @@
 
 namespace driveline::wire {
 
-/// What a SoE mail is (ETG.1000.6 5.9). Other values may arrive and are kept.
+/// Type of a SoE mailbox message (ETG.1000.6 5.9). Other values may arrive and are retained.
 enum class SoeOpCode : std::uint8_t {
-  kReadRequest = 1,    ///< nothing behind the header
-  kReadResponse = 2,   ///< the elements asked for, in the order of their bits; or an error
+  kReadRequest = 1,    ///< no data behind the header
+  kReadResponse = 2,   ///< the requested elements in bit order, or an error
   kWriteRequest = 3,   ///< one element
-  kWriteResponse = 4,  ///< nothing, or an error
-  kNotification = 5,   ///< a procedure command has changed: its data state
-  kEmergency = 6,      ///< as in CoE
+  kWriteResponse = 4,  ///< no data, or an error
+  kNotification = 5,   ///< new data state of a procedure command
+  kEmergency = 6,      ///< emergency message, as in CoE
 };
 
-/// Element of an operation datum, a bit in the header each (IEC 61800-7-204, elements 1 to 7).
+/// Elements of an operation datum; each is one bit in the header (IEC 61800-7-204, elements 1 to 7).
 enum class SoeElement : std::uint8_t {
-  kState = 0x01,      ///< data state, 16 bits; of procedure commands SoeCommandState
-  kName = 0x02,       ///< a list of characters
+  kState = 0x01,      ///< data state, 16 bits; for procedure commands SoeCommandState
+  kName = 0x02,       ///< name, a list of characters
   kAttribute = 0x04,  ///< SoeAttribute
-  kUnit = 0x08,       ///< a list of characters
-  kMin = 0x10,        ///< as long as the value
-  kMax = 0x20,        ///< as long as the value
+  kUnit = 0x08,       ///< unit, a list of characters
+  kMin = 0x10,        ///< minimum, as long as the value
+  kMax = 0x20,        ///< maximum, as long as the value
   kValue = 0x40,      ///< 1, 2, 4, 8 bytes or a list, as the attribute says
-  kDefault = 0x80,    ///< as long as the value
+  kDefault = 0x80,    ///< default value, as long as the value
 };
 
-/// Every element, in the order in which they stand in a mail.
+/// Every element, in the order in which a message carries them.
 inline constexpr std::array kSoeElements = {SoeElement::kState, SoeElement::kName,   SoeElement::kAttribute,
                                             SoeElement::kUnit,  SoeElement::kMin,    SoeElement::kMax,
                                             SoeElement::kValue, SoeElement::kDefault};
 
-/// Elements that a mail is about.
+/// A set of elements of an operation datum.
 struct SoeElementSet {
-  std::uint8_t bits = 0;  ///< of SoeElement
+  std::uint8_t bits = 0;  ///< bitwise OR of SoeElement
 
   constexpr SoeElementSet() = default;
-  /// A set of one.
+  /// A set with one element.
   constexpr SoeElementSet(SoeElement element) noexcept  // NOLINT(google-explicit-constructor): an element is a set
       : bits(static_cast<std::uint8_t>(element)) {}
-  /// From the byte of a header.
+  /// The set in the element byte of a header.
   [[nodiscard]] static constexpr SoeElementSet of(std::uint8_t bits) noexcept {
     SoeElementSet set;
     set.bits = bits;
     return set;
   }
-  /// The element is in the set. \rtsafe
+  /// Whether the element is in the set. \rtsafe
   [[nodiscard]] constexpr bool has(SoeElement element) const noexcept {
     return (bits & static_cast<std::uint8_t>(element)) != 0;
   }
-  /// How many there are. \rtsafe
+  /// Number of elements. \rtsafe
   [[nodiscard]] constexpr int count() const noexcept { return std::popcount(bits); }
   constexpr bool operator==(const SoeElementSet&) const = default;
 };
 
-/// What is in either.
+/// Union of two sets.
 [[nodiscard]] constexpr SoeElementSet operator|(SoeElementSet a, SoeElementSet b) noexcept {
   return SoeElementSet::of(static_cast<std::uint8_t>(a.bits | b.bits));
 }
 
-/// A set of two.
+/// A set with two elements.
 [[nodiscard]] constexpr SoeElementSet operator|(SoeElement a, SoeElement b) noexcept {
   return SoeElementSet(a) | SoeElementSet(b);
 }
 
-/// Number of an operation datum: "S-0-0017" of the standard, "P-0-0017" of the product; in between the parameter set.
+/// Number of an operation datum (IDN): "S-0-0017" from the standard, "P-0-0017" from the product; the middle digit is
+/// the parameter set.
 struct Idn {
   std::uint16_t raw = 0;  ///< bit 15: P; bits 12 to 14: parameter set; bits 0 to 11: number
 
@@ -88,7 +89,7 @@ struct Idn {
             digit(number / 10),
             digit(number)};
   }
-  /// From "S-0-0017" or "s-0-17"; nothing: not a number of an operation datum. \rtsafe
+  /// Parses "S-0-0017" or "s-0-17"; empty when the text is not an IDN. \rtsafe
   [[nodiscard]] static constexpr std::optional<Idn> from_text(std::string_view text) noexcept {
     const bool shaped = text.size() >= 5 && text.size() <= 8 && text[1] == '-' && text[3] == '-';
     if (!shaped || text[2] < '0' || text[2] > '7') return std::nullopt;
@@ -106,17 +107,17 @@ struct Idn {
   constexpr bool operator==(const Idn&) const = default;
 };
 
-/// What every SoE mail begins with.
+/// Header of every SoE mailbox message.
 struct SoeHeader {
-  static constexpr std::size_t kSize = 4;       ///< on the wire, bytes
+  static constexpr std::size_t kSize = 4;       ///< size on the wire, in bytes
   SoeOpCode op_code = SoeOpCode::kReadRequest;  ///< 3 bits
   bool incomplete = false;                      ///< more fragments follow
   bool error = false;                           ///< a SoeError follows
-  std::uint8_t drive = 0;                       ///< of the slave, 0 to 7
-  SoeElementSet elements;                       ///< that it is about
-  std::uint16_t value = 0;                      ///< the Idn; of a mail that is incomplete: fragments still to come
+  std::uint8_t drive = 0;                       ///< drive of the slave, 0 to 7
+  SoeElementSet elements;                       ///< elements that the message carries or requests
+  std::uint16_t value = 0;  ///< the Idn; in an incomplete message: number of fragments still to come
 
-  /// The operation datum; meaningless in a mail that is incomplete. \rtsafe
+  /// The operation datum; meaningless in an incomplete message. \rtsafe
   [[nodiscard]] constexpr Idn idn() const noexcept { return {value}; }
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
@@ -125,7 +126,7 @@ struct SoeHeader {
     out[1] = static_cast<std::byte>(elements.bits);
     store_le(out.subspan<2, 2>(), value);
   }
-  /// Error: kTooShort. Unknown op-codes are kept as they are. \rtsafe
+  /// Error: kTooShort. Unknown op-codes are retained. \rtsafe
   [[nodiscard]] static constexpr Decoded<SoeHeader> decode(std::span<const std::byte> in) noexcept {
     if (in.size() < kSize) return tl::unexpected(DecodeError::kTooShort);
     const auto first = load_le<std::uint8_t>(in);
@@ -139,11 +140,11 @@ struct SoeHeader {
   constexpr bool operator==(const SoeHeader&) const = default;
 };
 
-/// What a list (names and units, too) begins with.
+/// Header of a list; names and units are lists, too.
 struct SoeListHeader {
-  static constexpr std::size_t kSize = 4;  ///< on the wire, bytes
-  std::uint16_t length = 0;                ///< bytes that follow
-  std::uint16_t capacity = 0;              ///< bytes that the list may have
+  static constexpr std::size_t kSize = 4;  ///< size on the wire, in bytes
+  std::uint16_t length = 0;                ///< current length of the list, in bytes
+  std::uint16_t capacity = 0;              ///< maximum length of the list, in bytes
 
   /// Writes the header. \rtsafe
   constexpr void encode(std::span<std::byte, kSize> out) const noexcept {
@@ -158,7 +159,7 @@ struct SoeListHeader {
   constexpr bool operator==(const SoeListHeader&) const = default;
 };
 
-/// How a value is to be shown.
+/// Display format of a value.
 enum class SoeDisplay : std::uint8_t {
   kBinary = 0,
   kUnsigned = 1,
@@ -172,13 +173,13 @@ enum class SoeDisplay : std::uint8_t {
 
 /// Attribute of an operation datum (IEC 61800-7-204, element 3).
 struct SoeAttribute {
-  static constexpr std::size_t kSize = 4;      ///< on the wire, bytes
-  std::uint16_t conversion_factor = 1;         ///< of the shown value
-  std::uint8_t length_code = 1;                ///< 0 to 3: 1, 2, 4, 8 bytes; of a list: of each of its elements
-  bool list = false;                           ///< the length varies
-  bool command = false;                        ///< a procedure command
+  static constexpr std::size_t kSize = 4;  ///< size on the wire, in bytes
+  std::uint16_t conversion_factor = 1;     ///< conversion factor of the displayed value
+  std::uint8_t length_code = 1;            ///< 0 to 3: size of the value, or of each list element, is 1, 2, 4, 8 bytes
+  bool list = false;                       ///< the value is a list of variable length
+  bool command = false;                    ///< a procedure command
   SoeDisplay display = SoeDisplay::kUnsigned;  ///< 3 bits
-  std::uint8_t decimals = 0;                   ///< 0 to 15: places behind the point when shown
+  std::uint8_t decimals = 0;                   ///< 0 to 15: decimal places of the displayed value
   bool pre_op_protected = false;               ///< cannot be written in PREOP (phase 2)
   bool safe_op_protected = false;              ///< cannot be written in SAFEOP (phase 3)
   bool op_protected = false;                   ///< cannot be written in OP (phase 4)
@@ -211,7 +212,7 @@ struct SoeAttribute {
   constexpr bool operator==(const SoeAttribute&) const = default;
 };
 
-/// Data state of a procedure command. Other values may arrive and are kept.
+/// Data state of a procedure command. Other values may arrive and are retained.
 enum class SoeCommandState : std::uint16_t {
   kNotSet = 0,
   kSet = 1,
@@ -240,12 +241,13 @@ enum class SoeCommandState : std::uint16_t {
   return "unknown";
 }
 
-/// Written to a procedure command: set and enabled.
+/// Starts a procedure command when written to it: set and enabled.
 inline constexpr std::uint16_t kSoeCommandStart = 3;
-/// Written to a procedure command: cancelled, also when it is over.
+/// Cancels a procedure command when written to it, also after it has ended.
 inline constexpr std::uint16_t kSoeCommandCancel = 0;
 
-/// SoE error codes (IEC 61800-7-204: the first digit is the element, 8 none). Other values may arrive and are kept.
+/// SoE error codes (IEC 61800-7-204: the first digit is the element, 8 for none). Other values may arrive and are
+/// retained.
 enum class SoeError : std::uint16_t {
   kNoIdn = 0x1001,
   kWrongAccess = 0x1009,

@@ -18,13 +18,13 @@ struct SyncManagerControl {
   bool interrupt_pdi = false;                                    ///< bit 5: event for the application
   bool watchdog_trigger = false;                                 ///< bit 6: a write restarts the process data watchdog
 
-  /// As the control register. \rtsafe
+  /// The value of the control register. \rtsafe
   [[nodiscard]] constexpr std::uint8_t raw() const noexcept {
     return static_cast<std::uint8_t>((static_cast<unsigned>(mode) & 3U) |
                                      ((static_cast<unsigned>(direction) & 3U) << 2) | (interrupt_ecat ? 0x10U : 0U) |
                                      (interrupt_pdi ? 0x20U : 0U) | (watchdog_trigger ? 0x40U : 0U));
   }
-  /// From the control register. \rtsafe
+  /// Decodes the control register. \rtsafe
   [[nodiscard]] static constexpr SyncManagerControl from_raw(std::uint8_t raw) noexcept {
     return {static_cast<SyncManagerMode>(raw & 3), static_cast<SyncManagerDirection>((raw >> 2) & 3), (raw & 0x10) != 0,
             (raw & 0x20) != 0, (raw & 0x40) != 0};
@@ -45,22 +45,23 @@ struct SyncManagerStatus {
 /// Bits of the activate byte (register 0x0806 + 8 n).
 struct SyncManagerActivate {
   static constexpr std::uint8_t kEnable = 0x01;         ///< switches the channel on
-  static constexpr std::uint8_t kRepeatRequest = 0x02;  ///< changes to ask for the last mailbox once more
-  static constexpr std::uint8_t kLatchEcat = 0x40;      ///< time stamps of the master's buffer events
-  static constexpr std::uint8_t kLatchPdi = 0x80;       ///< time stamps of the application's
+  static constexpr std::uint8_t kRepeatRequest = 0x02;  ///< a change requests that the last mailbox message be repeated
+  static constexpr std::uint8_t kLatchEcat = 0x40;      ///< records time stamps of the master's buffer events
+  static constexpr std::uint8_t kLatchPdi = 0x80;       ///< records time stamps of the application's buffer events
 };
 
 /// Bits of the PDI control byte (register 0x0807 + 8 n).
 struct SyncManagerPdiControl {
   static constexpr std::uint8_t kDeactivate = 0x01;  ///< the application switches the channel off
-  static constexpr std::uint8_t kRepeatAck = 0x02;   ///< follows kRepeatRequest when the mailbox is back
+  static constexpr std::uint8_t kRepeatAck =
+      0x02;  ///< set to kRepeatRequest by the application when the message is in the mailbox again
 };
 
 /// One sync manager channel as the master writes it: 8 bytes at 0x0800 + 8 n (ETG.1000.4 Table 59).
 struct SyncManagerChannel {
-  static constexpr std::size_t kSize = 8;  ///< on the wire, bytes
-  std::uint16_t start_address = 0;         ///< in the slave's memory
-  std::uint16_t length = 0;                ///< bytes
+  static constexpr std::size_t kSize = 8;  ///< size on the wire, in bytes
+  std::uint16_t start_address = 0;         ///< address in the slave's memory
+  std::uint16_t length = 0;                ///< size of the buffer, in bytes
   std::uint8_t control = 0;                ///< SyncManagerControl::raw()
   std::uint8_t status = 0;                 ///< read only for the master
   std::uint8_t activate = 0;               ///< SyncManagerActivate bits

@@ -7,7 +7,7 @@
 
 namespace driveline::slaves {
 
-/// States of the CiA 402 power drive (MSD manual 10.1.3, numbers as there).
+/// States of the CiA 402 power drive, numbered as in MSD manual 10.1.3.
 enum class PowerState : std::uint8_t {
   kNotReadyToSwitchOn = 1,
   kSwitchOnDisabled = 2,
@@ -19,7 +19,7 @@ enum class PowerState : std::uint8_t {
   kFault = 8,
 };
 
-/// Bits 0..3, 5 and 6 of the status word for a state (MSD manual Table 11.8; bit 5 is 0 where it is irrelevant).
+/// Returns bits 0..3, 5 and 6 of the status word (MSD manual Table 11.8; bit 5 is 0 where it is irrelevant).
 [[nodiscard]] constexpr std::uint16_t status_bits(PowerState state) noexcept {
   switch (state) {
     case PowerState::kNotReadyToSwitchOn:
@@ -46,9 +46,9 @@ enum class PowerState : std::uint8_t {
 enum class MotionCommand : std::uint8_t {
   kOff,            ///< power stage off, the motor coasts
   kFollow,         ///< follow the setpoints of the mode of operation
-  kSlowDownRamp,   ///< brake to standstill with 6084h, then hold
-  kQuickStopRamp,  ///< brake to standstill with 6085h, then hold
-  kTorqueLimit,    ///< brake with all the torque there is (current limit; the voltage limit acts the same here)
+  kSlowDownRamp,   ///< decelerate to standstill with 6084h, then hold
+  kQuickStopRamp,  ///< decelerate to standstill with 6085h, then hold
+  kTorqueLimit,    ///< brake with the maximum torque (current limit; the voltage limit has the same effect here)
 };
 
 /// Option codes 605Ah-605Ch and 605Eh with P 154 (MSD manual Table 10.3).
@@ -60,39 +60,40 @@ struct OptionCodes {
   std::chrono::nanoseconds external_reaction_time{0};  ///< P 154, for fault reactions -2 and -1
 };
 
-/// The CiA 402 state machine with its sixteen transitions. It determines state and motion command; the drive executes
-/// the command and reports standstill.
+/// CiA 402 state machine with its sixteen transitions. It determines state and motion command; the drive executes the
+/// command and reports standstill.
 ///
-/// Decisions where MSD manual contradicts itself: transition 12 happens by itself for quick stop codes 0-4 and not
-/// for 5-8 (10.2 against 10.1.3); 06h -> 0Fh runs through Switched on into Operation enabled; bit 4 of the status
-/// word is the DC link in every state.
+/// Decisions where the MSD manual contradicts itself: transition 12 is automatic for quick stop codes 0-4 but not for
+/// 5-8 (10.2 against 10.1.3); 06h -> 0Fh passes through Switched on to Operation enabled; bit 4 of the status word
+/// indicates the DC link voltage in every state.
 class PowerStateMachine {
  public:
   /// Conditions of the drive for transitions.
   struct Conditions {
     std::uint16_t control_word = 0;  ///< 6040h
-    bool power_ready = false;        ///< ENPO, ISDSH and the DC link are there
-    bool standstill = false;         ///< the motor has stopped and a ramp, if any, has ended
-    OptionCodes options;             ///< as they are set now
+    bool power_ready = false;        ///< ENPO, ISDSH and the DC link voltage are present
+    bool standstill = false;         ///< the motor is at standstill and a ramp, if any, has ended
+    OptionCodes options;             ///< current option codes
   };
 
-  /// One evaluation, `dt` after the one before. Levels count, edges of the fault reset are seen by acknowledge().
+  /// Evaluates the conditions, `dt` after the previous call. Uses levels only; acknowledge() handles the edge of the
+  /// fault reset.
   /// \rtsafe
   void step(const Conditions& conditions, std::chrono::nanoseconds dt) noexcept;
-  /// Transition 13. `coast`: the fault forbids any reaction but switching off. \rtsafe
+  /// Transition 13. `coast`: the fault allows no reaction but switching off. \rtsafe
   void fault(const OptionCodes& options, bool coast) noexcept;
-  /// Transition 15; false when the drive is not in Fault. \rtsafe
+  /// Transition 15; returns false when the drive is not in Fault. \rtsafe
   bool acknowledge() noexcept;
 
-  /// The state; status_bits() converts it to bits 0-3, 5 and 6 of the status word. \rtsafe
+  /// Returns the state; status_bits() converts it to bits 0-3, 5 and 6 of the status word. \rtsafe
   [[nodiscard]] PowerState state() const noexcept { return state_; }
-  /// Command for the motor until the next step(). \rtsafe
+  /// Returns the command for the motor until the next step(). \rtsafe
   [[nodiscard]] MotionCommand motion() const noexcept { return motion_; }
   /// Whether the motor is under control.
   [[nodiscard]] bool power_on() const noexcept { return motion_ != MotionCommand::kOff; }
-  /// The controlled stop in progress ends with the power stage off. \rtsafe
+  /// Whether the controlled stop in progress ends with the power stage off. \rtsafe
   [[nodiscard]] bool powers_off_at_standstill(const OptionCodes& options) const noexcept;
-  /// Whether a quick stop that stays in its state (codes 5-8) has ended.
+  /// Whether a quick stop has ended whose state persists (codes 5-8).
   [[nodiscard]] bool quick_stop_finished() const noexcept { return quick_stop_finished_; }
 
  private:
@@ -104,7 +105,7 @@ class PowerStateMachine {
 
   PowerState state_ = PowerState::kNotReadyToSwitchOn;
   MotionCommand motion_ = MotionCommand::kOff;
-  PowerState after_stop_ = PowerState::kOperationEnabled;  ///< where a controlled stop in Operation enabled leads
+  PowerState after_stop_ = PowerState::kOperationEnabled;  ///< state after a controlled stop in Operation enabled
   bool stopping_ = false;
   bool quick_stop_finished_ = false;
   std::chrono::nanoseconds external_time_left_{0};

@@ -5,19 +5,18 @@
 
 namespace driveline::slaves {
 
-/// Limits of one movement. Everything positive and finite; `acceleration` counts while the speed grows in magnitude,
-/// `deceleration` while it falls.
+/// Limits of a movement, all positive and finite. `acceleration` applies while the magnitude of the speed increases,
+/// `deceleration` while it decreases.
 struct ProfileLimits {
-  double velocity = 1.0;      ///< greatest speed on the way, units of position per s
+  double velocity = 1.0;      ///< maximum speed in units/s
   double acceleration = 1.0;  ///< in units/s^2
   double deceleration = 1.0;  ///< in units/s^2
-  double jerk_time_s = 0.0;   ///< time in which the acceleration builds up; 0: trapezoid (6086h = 0)
+  double jerk_time_s = 0.0;   ///< time in which the acceleration builds up; 0: trapezoidal (6086h = 0)
 
   friend bool operator==(const ProfileLimits&, const ProfileLimits&) = default;
 };
 
-/// State of a movement in the caller's unit of position (the drive: increments or revolutions) and its time
-/// derivatives.
+/// State of a movement: position in the caller's unit (drive: increments or revolutions) and its time derivatives.
 struct ProfileState {
   double position = 0.0;      ///< in units
   double velocity = 0.0;      ///< in units/s
@@ -25,33 +24,32 @@ struct ProfileState {
 };
 
 /// Profile generator of CiA 402: trapezoidal or jerk-limited movements to a position or to a speed, from any state of
-/// motion. A movement is planned once, as phases of constant jerk, and then evaluated exactly, so it ends on its
-/// target to the last bit. With a jerk time the phases of acceleration get longer by it (P 166).
+/// motion. A movement is planned once, as phases of constant jerk, and then evaluated exactly, so that it ends exactly
+/// on its target. A jerk time prolongs each acceleration phase by this time (P 166).
 ///
-/// From a state of acceleration that the limits do not allow, the acceleration is brought into them first. A movement
-/// that has to turn round passes standstill without acceleration.
+/// An initial acceleration beyond the limits is reduced to them first. A movement that reverses passes standstill with
+/// zero acceleration.
 class ProfileGenerator {
  public:
-  /// Sets the state without a movement; a movement that begins before the next step() takes over its acceleration.
-  /// \rtsafe
+  /// Sets the state without a movement; a movement started before the next step() continues its acceleration. \rtsafe
   void reset(const ProfileState& state) noexcept;
-  /// To `position` and standstill there. \rtsafe
+  /// Starts a movement to standstill at `position`. \rtsafe
   void move_to(double position, const ProfileLimits& limits) noexcept;
-  /// To `velocity`, and on with it. The velocity limit does not count here. \rtsafe
+  /// Starts a movement that reaches `velocity` and keeps it. The velocity limit does not apply. \rtsafe
   void run_at(double velocity, const ProfileLimits& limits) noexcept;
   /// \rtsafe
   void step(double step_s) noexcept;
 
-  /// State after the last step(). \rtsafe
+  /// Returns the state after the last step(). \rtsafe
   [[nodiscard]] const ProfileState& state() const noexcept { return state_; }
-  /// The movement has come to its end: standing on the target, or running at the speed. \rtsafe
+  /// Whether the movement has ended: at standstill on the target, or at the target speed. \rtsafe
   [[nodiscard]] bool finished() const noexcept { return current_ == count_; }
 
  private:
-  /// A part of a movement with constant jerk.
+  /// A phase of a movement with constant jerk.
   struct Phase {
     double duration_s = 0.0;
-    double acceleration = 0.0;  ///< at its beginning
+    double acceleration = 0.0;  ///< at the start of the phase
     double jerk = 0.0;
   };
   struct Plan;
@@ -62,10 +60,10 @@ class ProfileGenerator {
   std::array<Phase, kMaxPhases> phases_{};
   std::size_t count_ = 0;
   std::size_t current_ = 0;
-  double elapsed_s_ = 0.0;  ///< in the current phase
-  ProfileState base_;       ///< at the beginning of the current phase
+  double elapsed_s_ = 0.0;  ///< time since the start of the current phase
+  ProfileState base_;       ///< state at the start of the current phase
   ProfileState state_;
-  ProfileState target_;  ///< state at the end; the position only counts for move_to()
+  ProfileState target_;  ///< state at the end; the position is used only by move_to()
   bool ends_at_position_ = false;
 };
 

@@ -5,29 +5,29 @@
 
 namespace driveline::slaves {
 
-/// The handshake of the profile position mode between control word bits 4, 5, 6 and status word bit 12 (MSD manual
-/// 12.2.1): the active setpoint and one more that waits for its end.
+/// Handshake of the profile position mode between control word bits 4, 5, 6 and status word bit 12 (MSD manual 12.2.1):
+/// the active setpoint and one waiting setpoint.
 class SetpointHandshake {
  public:
-  /// One position to go to, as control word and 607Ah gave it when bit 4 rose.
+  /// Target position, taken from control word and 607Ah at the rising edge of bit 4.
   struct Setpoint {
     std::int32_t target = 0;  ///< 607Ah, user units
-    bool relative = false;    ///< bit 6: counts from the target before, not from zero
+    bool relative = false;    ///< bit 6: relative to the previous target instead of zero
   };
 
-  /// Forgets all setpoints; bit 4 must rise again. \rtsafe
+  /// Discards all setpoints; bit 4 must rise again. \rtsafe
   void reset(std::uint16_t control_word) noexcept;
-  /// One evaluation. Returns the setpoint to go to from now on, if one begins: `finished` tells that the movement of
-  /// the one before has come to its end. \rtsafe
+  /// Evaluates the inputs once. Returns the setpoint that becomes active now, if any; `finished` means that the
+  /// movement to the previous setpoint has ended. \rtsafe
   [[nodiscard]] std::optional<Setpoint> step(std::uint16_t control_word, std::int32_t target, bool finished) noexcept;
 
-  /// Status word bit 12. \rtsafe
+  /// Returns status word bit 12. \rtsafe
   [[nodiscard]] bool acknowledged() const noexcept { return acknowledged_; }
-  /// Whether a setpoint is active or waits. \rtsafe
+  /// Whether a setpoint is active or waiting. \rtsafe
   [[nodiscard]] bool busy() const noexcept { return active_ || waiting_.has_value(); }
 
  private:
-  bool bit_ = true;  ///< control word bit 4, one evaluation ago
+  bool bit_ = true;  ///< control word bit 4 in the previous evaluation
   bool active_ = false;
   bool acknowledged_ = false;
   std::optional<Setpoint> waiting_;

@@ -4,7 +4,7 @@
 
 namespace driveline::slaves {
 
-/// Bits of the CiA 402 control word 6040h (IEC 61800-7-201, MSD manual 11.3); some belong to one mode each.
+/// Bits of the CiA 402 control word 6040h (IEC 61800-7-201, MSD manual 11.3); some bits are specific to a mode.
 namespace control_word {
 inline constexpr std::uint16_t kSwitchOn = 0x0001;           ///< bit of the power state machine
 inline constexpr std::uint16_t kEnableVoltage = 0x0002;      ///< bit of the power state machine
@@ -16,19 +16,19 @@ inline constexpr std::uint16_t kEnableIp = 0x0010;           ///< interpolated p
 inline constexpr std::uint16_t kChangeImmediately = 0x0020;  ///< profile position
 inline constexpr std::uint16_t kUnlockRamp = 0x0020;         ///< velocity: 0 freezes the ramp
 inline constexpr std::uint16_t kRelative = 0x0040;           ///< profile position
-inline constexpr std::uint16_t kReferenceRamp = 0x0040;      ///< velocity: 0 sets the ramp's input to zero
+inline constexpr std::uint16_t kReferenceRamp = 0x0040;      ///< velocity: 0 sets the ramp input to zero
 inline constexpr std::uint16_t kFaultReset = 0x0080;         ///< rising edge
-inline constexpr std::uint16_t kHalt = 0x0100;               ///< stops the axis as 605Dh says; 0 goes on
+inline constexpr std::uint16_t kHalt = 0x0100;               ///< stops the axis according to 605Dh; 0: continues
 }  // namespace control_word
 
-/// Bits of the CiA 402 status word 6041h (IEC 61800-7-201, MSD manual 11.3); some belong to one mode each.
+/// Bits of the CiA 402 status word 6041h (IEC 61800-7-201, MSD manual 11.3); some bits are specific to a mode.
 namespace status_word {
-inline constexpr std::uint16_t kVoltageEnabled = 0x0010;       ///< the DC link has its voltage
+inline constexpr std::uint16_t kVoltageEnabled = 0x0010;       ///< the DC link voltage is present
 inline constexpr std::uint16_t kWarning = 0x0080;              ///< a limit is nearly exceeded
-inline constexpr std::uint16_t kRemote = 0x0200;               ///< the control word of the bus is used
-inline constexpr std::uint16_t kTargetReached = 0x0400;        ///< as the mode defines it
-inline constexpr std::uint16_t kInternalLimit = 0x0800;        ///< a setpoint is cut at a limit of the drive
-inline constexpr std::uint16_t kTargetUsed = 0x1000;           ///< CSP, CSV, CST: setpoint is followed
+inline constexpr std::uint16_t kRemote = 0x0200;               ///< the control word of the bus is in use
+inline constexpr std::uint16_t kTargetReached = 0x0400;        ///< meaning depends on the mode
+inline constexpr std::uint16_t kInternalLimit = 0x0800;        ///< a setpoint is limited by the drive
+inline constexpr std::uint16_t kTargetUsed = 0x1000;           ///< CSP, CSV, CST: the setpoint is followed
 inline constexpr std::uint16_t kSetpointAcknowledge = 0x1000;  ///< profile position
 inline constexpr std::uint16_t kSpeedZero = 0x1000;            ///< profile velocity
 inline constexpr std::uint16_t kHomingAttained = 0x1000;       ///< homing
@@ -53,8 +53,8 @@ enum class OperationMode : std::int8_t {
   kCyclicSynchronousTorque = 10,
 };
 
-/// The command in bits 0..3 and 7 of the control word (MSD manual Table 11.4). The table has bit 7 at 0 in every
-/// command but the fault reset, so a control word with bit 7 set commands nothing else.
+/// Command in bits 0..3 and 7 of the control word (MSD manual Table 11.4). In the table, bit 7 is 0 in every command
+/// except the fault reset, so a control word with bit 7 set contains no other command.
 enum class PowerCommand : std::uint8_t {
   kNone,
   kDisableVoltage,
@@ -64,7 +64,7 @@ enum class PowerCommand : std::uint8_t {
   kEnableOperation,
 };
 
-/// The command in a control word; kNone with bit 7 set. \rtsafe
+/// Returns the command in a control word; kNone with bit 7 set. \rtsafe
 [[nodiscard]] constexpr PowerCommand power_command(std::uint16_t word) noexcept {
   using namespace control_word;
   if ((word & kFaultReset) != 0) return PowerCommand::kNone;

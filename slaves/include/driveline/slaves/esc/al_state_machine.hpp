@@ -10,75 +10,75 @@
 
 namespace driveline::slaves {
 
-/// Times of the AL state machine of an emulated slave.
+/// Times and identification of an emulated slave's AL state machine.
 struct AlOptions {
   std::chrono::nanoseconds transition_delay{0};  ///< from a request to its execution
   /// How long SAFEOP to OP waits for valid outputs. Shorter than the time-outs of the usual masters (2 s and up), so
-  /// that these get the AL status code.
+  /// that they receive the AL status code.
   std::chrono::nanoseconds safeop_to_op_timeout = std::chrono::seconds{1};
-  /// Explicit device identification, as a switch on the device sets it; 0: that of the device's profile.
+  /// Explicit device identification, as set by a switch on the device; 0: value of the device's profile.
   std::uint16_t device_id = 0;
 };
 
-/// The EtherCAT state machine of a slave (ETG.1000.6 chapter 6): answers AL control requests, checks what the master
-/// has configured, locks and releases the sync managers, reports errors with their AL status code until they are
-/// acknowledged. A request without acknowledge is ignored while an error is pending, unless it asks for INIT.
+/// The EtherCAT state machine of a slave (ETG.1000.6 chapter 6): answers AL control requests, checks the master's
+/// configuration, locks and releases the sync managers, and reports errors with their AL status code until they are
+/// acknowledged. A request without acknowledge is ignored while an error is pending, unless it requests INIT.
 ///
-/// All functions but the constructor are \rtsafe as far as the device's are.
+/// All functions except the constructor are \rtsafe if the functions of the device are.
 class AlStateMachine {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
-  /// Stands for "nothing pending" in due().
+  /// Value of due() when nothing is pending.
   static constexpr Nanoseconds kNever = Nanoseconds::max();
 
-  /// Starts as after reset(). Controller and device must outlive it.
+  /// Starts in the state of reset(). Controller and device must outlive it.
   AlStateMachine(Esc& esc, Device& device, const AlOptions& options) noexcept;
 
-  /// After power-on of the controller: INIT, sync managers locked.
+  /// Resets to the state after power-on of the controller: INIT, sync managers locked.
   void reset() noexcept;
-  /// Looks at what the master has written: AL control, sync manager activation.
+  /// Handles writes of the master to AL control and to sync manager activation.
   void handle_events(Nanoseconds now) noexcept;
-  /// Time of the next call of on_time(); kNever when nothing is pending.
+  /// Returns the time of the next call of on_time(); kNever when nothing is pending.
   [[nodiscard]] Nanoseconds due() const noexcept {
     return std::min(pending_ ? pending_->due : kNever, synchronisation_.due());
   }
-  /// A delay or time-out has passed, or a SYNC0 has not come.
+  /// Handles an expired delay or time-out, or a missing SYNC0.
   void on_time(Nanoseconds now) noexcept;
-  /// SYNC0 or SYNC1 came, at `time`.
+  /// Called for each SYNC0 or SYNC1, at `time`.
   void on_sync(SyncSignal signal, Nanoseconds time) noexcept;
-  /// How long before the SYNC pulses outputs have arrived since OP was entered.
+  /// Returns how long before the SYNC pulses the outputs have arrived since OP was entered.
   [[nodiscard]] const SyncMargin& sync_margin() const noexcept { return synchronisation_.margin(); }
-  /// A regular step has passed: checks for outputs or SYNC0 where a transition waits for them.
+  /// Called after each regular step: checks for outputs or SYNC0 when a transition waits for them.
   void on_step(Nanoseconds now) noexcept;
-  /// The slave leaves its state by itself and reports why.
+  /// Leaves the state without a request of the master, and reports the reason.
   void fall_back(wire::AlState to, wire::AlStatusCode reason) noexcept;
 
-  /// The state the slave is in, not the one asked for.
+  /// Returns the current state, not the requested one.
   [[nodiscard]] wire::AlState state() const noexcept { return state_; }
-  /// An error is reported (AL status bit 4) and not acknowledged yet.
+  /// Whether an error is reported (AL status bit 4) and not yet acknowledged.
   [[nodiscard]] bool error() const noexcept { return error_; }
-  /// Mailboxes are served.
+  /// Whether mailboxes are served.
   [[nodiscard]] bool mailbox_running() const noexcept {
     return state_ != wire::AlState::kInit && state_ != wire::AlState::kNone;
   }
-  /// Inputs are published.
+  /// Whether inputs are published.
   [[nodiscard]] bool inputs_running() const noexcept {
     return state_ == wire::AlState::kSafeOp || state_ == wire::AlState::kOp;
   }
-  /// Outputs reach the application.
+  /// Whether outputs are transferred to the application.
   [[nodiscard]] bool outputs_running() const noexcept { return state_ == wire::AlState::kOp; }
 
   /// \name Faults
   /// @{
 
-  /// From a request to its execution, as for AlOptions.
+  /// Returns the time from a request to its execution, see AlOptions.
   [[nodiscard]] Nanoseconds transition_delay() const noexcept { return options_.transition_delay; }
-  /// From the next request on; a pending one keeps its time.
+  /// Sets the delay of further requests; a pending request keeps its time.
   void set_transition_delay(Nanoseconds delay) noexcept { options_.transition_delay = delay; }
-  /// Every transition to `to` is refused with `code` until clear_refusal().
+  /// Refuses every transition to `to` with `code` until clear_refusal().
   void refuse(wire::AlState to, wire::AlStatusCode code) noexcept { refusal_ = Refusal{to, code}; }
-  /// Ends refuse().
+  /// Cancels refuse().
   void clear_refusal() noexcept { refusal_.reset(); }
   /// @}
 
@@ -86,7 +86,7 @@ class AlStateMachine {
   struct Pending {
     wire::AlState target;
     Nanoseconds due;
-    bool waits = false;  ///< for outputs or synchronisation; else for its time
+    bool waits = false;  ///< waits for outputs or synchronisation until `due`
   };
   struct Refusal {
     wire::AlState to;

@@ -18,92 +18,93 @@
 
 namespace driveline::slaves {
 
-/// The distributed clock unit (registers 0x0900-0x09FF, ETG.1000.4 6.7): a local time that an oscillator of its own
-/// drives from power-on and the time control loop speeds up or slows down; the copy of the system time derived from it;
-/// receive time stamps of the ports; SYNC signals; latch inputs.
+/// The distributed clock unit (registers 0x0900-0x09FF, ETG.1000.4 6.7): a local time that runs from power-on with its
+/// own oscillator and is corrected by the time control loop; the copy of the system time derived from it; receive time
+/// stamps of the ports; SYNC signals; latch inputs.
 ///
-/// Times handed in and out are true times on the line's clock, which tests can compare with the slave's own. \rtsafe
-/// throughout.
+/// Times in parameters and results are true times on the line's clock, so that tests can compare them with the slave's
+/// own. \rtsafe throughout.
 class DistributedClock {
  public:
-  /// Times of the line, and of the slave's clock.
+  /// Times of the line and of the slave's clock.
   using Nanoseconds = std::chrono::nanoseconds;
-  /// A port in latch() at which the frame did not come in.
+  /// Value in latch() of a port that did not receive the frame.
   static constexpr Nanoseconds kNoFrame = Nanoseconds::min();
-  /// Stands for "no pulse to come" in sync_due().
+  /// Value of sync_due() when no pulse is due.
   static constexpr Nanoseconds kNever = Nanoseconds::max();
 
-  /// `present`: there is a clock at all; `wide`: times have 64 bits, else 32.
+  /// `present`: the controller has a clock; `wide`: times have 64 bits, else 32.
   DistributedClock(EscMemory& memory, EventUnit& events, bool present, bool wide, const ClockOptions& options) noexcept;
 
-  /// Switched on at `now`.
+  /// Starts the clock at `now`.
   void power_on(Nanoseconds now) noexcept;
-  /// Without a clock all its registers read 0 and writes to them are not counted.
+  /// Whether there is a clock. Without one, its registers read 0 and do not accept writes.
   [[nodiscard]] bool present() const noexcept { return present_; }
 
-  /// Local time, in steps of the oscillator. Not cut to 32 bits.
+  /// Returns the local time, in steps of the oscillator. Not truncated to 32 bits.
   [[nodiscard]] Nanoseconds local_time(Nanoseconds now) const noexcept;
-  /// The local copy of the system time: local time plus offset register. Not cut to 32 bits.
+  /// Returns the local copy of the system time: local time plus offset register. Not truncated to 32 bits.
   [[nodiscard]] Nanoseconds system_time(Nanoseconds now) const noexcept;
-  /// When the local copy of the system time comes to `system_time`, as things are now; kNever when that is years away.
+  /// Returns the time when the local copy of the system time reaches `system_time` at the current rate; kNever when
+  /// that is years away.
   [[nodiscard]] Nanoseconds true_time(std::uint64_t system_time) const noexcept;
-  /// The oscillator with its real frequency error, for tests.
+  /// Returns the oscillator with its actual frequency error, for tests.
   [[nodiscard]] const Oscillator& oscillator() const noexcept { return oscillator_; }
 
   /// \name Registers
   /// @{
 
-  /// To be called before one side reads registers at `address`.
+  /// Updates the registers at `address`; to be called before either side reads them.
   void refresh(Side side, std::size_t address, std::size_t length, Nanoseconds now) noexcept;
-  /// To be called after it: reading the latched times acknowledges them.
+  /// To be called after the read: reading the latched times acknowledges them.
   void was_read(Side side, std::size_t address, std::size_t length) noexcept;
-  /// A write of one side; true when a byte was accepted.
+  /// Handles a write of either side; returns true when at least one byte was accepted.
   bool write_registers(Side side, std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   /// @}
 
   /// \name Receive times
   /// @{
 
-  /// Register 0x0900 was written by the frame that is just passing: it asks for its receive times at all ports.
+  /// Whether the current frame has written register 0x0900: this requests its receive times at all ports.
   [[nodiscard]] bool latch_requested() const noexcept { return latch_requested_; }
-  /// Ends the request: receive time of that frame per port (kNoFrame: it did not come in there) and at the processing
-  /// unit.
+  /// Completes the request with the receive times of the frame at each port (kNoFrame: not received there) and at the
+  /// processing unit.
   void latch(const std::array<Nanoseconds, 4>& ports, Nanoseconds processing_unit) noexcept;
   /// @}
 
   /// \name SYNC signals
   /// @{
 
-  /// When the next pulse comes; kNever when none is to come, or none for years.
+  /// Returns the time of the next pulse; kNever when there is none, or none for years.
   [[nodiscard]] Nanoseconds sync_due() const noexcept { return sync_due_; }
-  /// A pulse came: which, and when.
+  /// A SYNC pulse.
   struct Pulse {
-    SyncSignal signal;  ///< of the two
-    Nanoseconds time;   ///< of its rising edge
+    SyncSignal signal;  ///< SYNC0 or SYNC1
+    Nanoseconds time;   ///< time of the rising edge
   };
-  /// Takes the pulse that is due; call again while sync_due() has passed.
+  /// Takes the pulse that is due; to be repeated while sync_due() has passed.
   std::optional<Pulse> take_pulse() noexcept;
-  /// The application has seen the pulses (acknowledges AL event and status register).
+  /// Acknowledges the pulses for the application (AL event and status register).
   void acknowledge_sync() noexcept;
-  /// Skips the pulses before `time`, while the slave was off.
+  /// Skips the pulses before `time`, e.g. while the slave was off.
   void skip_pulses(Nanoseconds time) noexcept;
-  /// The signals as registers and system time define them; its times are system times.
+  /// Returns the SYNC out unit; its times are system times.
   [[nodiscard]] const SyncUnit& sync() const noexcept { return sync_; }
-  /// The pulse of SYNC0 that came last.
+  /// Returns the time of the last SYNC0 pulse; nullopt before the first one.
   [[nodiscard]] const std::optional<Nanoseconds>& last_sync0() const noexcept { return last_sync0_; }
-  /// Pulses of SYNC0 since power-on.
+  /// Returns the number of SYNC0 pulses since power-on.
   [[nodiscard]] std::uint64_t sync0_count() const noexcept { return sync0_count_; }
   /// @}
 
-  /// The level of a latch input (0 or 1) is `high` from `now` on.
+  /// Sets the level of a latch input (0 or 1) from `now` on.
   void set_latch_input(unsigned input, bool high, Nanoseconds now) noexcept;
 
   /// \name Buffer event times
   /// @{
 
-  /// The master has changed a process data buffer (0x09F0).
+  /// Stamps a change of a process data buffer by the master (0x09F0).
   void stamp_ecat_buffer(Nanoseconds now) noexcept { stamp(wire::reg::kEcatBufferChangeTime, now); }
-  /// The application has changed one (0x09F8, start and 0x09FC, end; one instant here).
+  /// Stamps a change by the application (start 0x09F8 and end 0x09FC, equal here).
   void stamp_pdi_buffer(Nanoseconds now) noexcept {
     stamp(wire::reg::kPdiBufferStartTime, now);
     stamp(wire::reg::kPdiBufferChangeTime, now);

@@ -28,126 +28,126 @@ struct EscOptions {
   unsigned fmmu_count = 8;              ///< at most 16
   unsigned sync_manager_count = 8;      ///< at most 16
   unsigned ram_kib = 8;                 ///< process RAM from 0x1000 on, in KiB; at most 60
-  bool distributed_clock = true;        ///< there is a DC unit
-  bool distributed_clock_64bit = true;  ///< its times have 64 bits, else 32
+  bool distributed_clock = true;        ///< the controller has a DC unit
+  bool distributed_clock_64bit = true;  ///< the DC unit's times have 64 bits, else 32
   SiiOptions sii;                       ///< behaviour of the EEPROM
   ClockOptions clock;                   ///< oscillator and time stamps of the DC unit
 };
 
-/// An EtherCAT slave controller of the ET1100 class (ETG.1000.4): registers, process RAM and the units behind them.
-/// One side is the datagrams of passing frames, the other one the process data interface (PDI) of the slave's
-/// application. Holds no thread and no clock: every call brings its time.
+/// An EtherCAT slave controller of the ET1100 class (ETG.1000.4): registers, process RAM and units. One side is
+/// accessed by the datagrams of passing frames, the other by the slave's application over the process data interface
+/// (PDI). It has neither thread nor clock: the caller passes the time.
 ///
-/// All functions but the constructor are \rtsafe.
+/// All functions except the constructor are \rtsafe.
 class Esc {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
-  /// `sii_image`: EEPROM content, see SiiInterface; the controller is powered on at time 0.
+  /// `sii_image`: EEPROM content, see SiiInterface. Powers the controller on at time 0.
   Esc(const EscOptions& options, std::vector<std::byte> sii_image);
   Esc(const Esc&) = delete;
   Esc& operator=(const Esc&) = delete;
 
-  /// Everything as after switching the supply on at `now`; the EEPROM content and the links of the ports stay.
+  /// Resets everything to the state after power-on at `now`, except the EEPROM content and the links of the ports.
   void power_on(Nanoseconds now = {}) noexcept;
 
   /// \name EtherCAT side
   /// @{
 
-  /// A frame begins to pass: `serial` differs from that of the frame before.
+  /// Starts a frame; `serial` must differ from that of the previous frame.
   void begin_frame(std::uint64_t serial) noexcept { frame_serial_ = serial; }
-  /// Processes one datagram of the passing frame: data, address, working counter and IRQ field.
+  /// Processes a datagram of the passing frame: data, address, working counter and IRQ field.
   void process(Datagram& datagram, Nanoseconds now) noexcept;
-  /// Reads or writes physical memory as a datagram would; true when at least one byte was accessible.
+  /// Reads physical memory like a datagram; returns true when at least one byte was accessible.
   bool ecat_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
-  /// See ecat_read(). A range that begins in the registers may end in process RAM.
+  /// Writes physical memory, see ecat_read(). A range that starts in the registers may end in process RAM.
   bool ecat_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
   /// Counts a frame with a broken datagram structure (0x030C).
   void count_malformed_frame() noexcept;
-  /// Counts a frame with a wrong check sequence that came in at `port`: broken on that cable (0x0300), or before and
-  /// marked by the slave that noticed (0x0308).
+  /// Counts a frame with a wrong frame check sequence that `port` received: damaged on the cable of this port (0x0300),
+  /// or earlier and marked by the slave that detected it (0x0308).
   void count_damaged_frame(unsigned port, bool forwarded) noexcept;
-  /// Frames that are not EtherCAT: passed on unchanged, or destroyed (DL control bit 0).
+  /// Whether frames that are not EtherCAT are forwarded unchanged; else they are destroyed (DL control bit 0).
   [[nodiscard]] bool forwards_foreign_frames() const noexcept;
   /// @}
 
   /// \name The controller's own time
   /// @{
 
-  /// Time of the next call of on_time(); Nanoseconds::max() when nothing is pending.
+  /// Returns the time of the next call of on_time(); Nanoseconds::max() when nothing is pending.
   [[nodiscard]] Nanoseconds due() const noexcept {
     return std::min({loops_revert_at_, watchdog_.expiry(), watchdog_.pdi_expiry()});
   }
-  /// Handles what is due: watchdogs expire, temporary loop settings end.
+  /// Handles due events: watchdogs expire, temporary loop settings end.
   void on_time(Nanoseconds now) noexcept;
   /// @}
 
   /// \name Ports
   /// @{
 
-  /// DL control bits 8 to 15: setting of the loop at `port` (0 to 3).
+  /// Returns the setting of the loop at `port` (0 to 3): DL control bits 8 to 15.
   [[nodiscard]] wire::LoopControl loop_control(unsigned port) const noexcept;
-  /// DL control was written since take_loop_control_change().
+  /// Whether DL control was written since take_loop_control_change().
   [[nodiscard]] bool loop_control_changed() const noexcept { return loop_control_changed_; }
-  /// loop_control_changed(), once.
+  /// Returns loop_control_changed() and resets it.
   [[nodiscard]] bool take_loop_control_change() noexcept;
-  /// The state of a port has changed; updates DL status, counts a lost link.
+  /// Sets the state of a port: updates DL status, counts a lost link.
   void set_port(unsigned port, const wire::DlStatus::Port& state) noexcept;
-  /// State of port `number` (0 to 3) in DL status.
+  /// Returns the state of port `number` (0 to 3) in DL status.
   [[nodiscard]] const wire::DlStatus::Port& port(unsigned number) const noexcept { return dl_status_.ports[number]; }
   /// @}
 
   /// \name PDI side
   /// @{
 
-  /// Reads as the application does; times of the clock are acknowledged by it. False, and nothing read, when the range
-  /// reaches beyond the memory.
+  /// Reads as the application; this acknowledges latched times. Returns false and reads nothing when the range exceeds
+  /// the memory.
   bool pdi_read(std::size_t address, std::span<std::byte> out, Nanoseconds now) noexcept;
-  /// Writes registers as the application may; true when a byte was accepted. Not for process RAM, which goes through
+  /// Writes registers as the application; returns true when at least one byte was accepted. Not for process RAM, see
   /// sync_managers().
   bool pdi_write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
-  /// A write to AL control that the state machine has not seen yet.
+  /// A write to AL control that the state machine has not handled yet.
   struct AlRequest {
     wire::AlControl control;  ///< as written, bits 0 to 4 decoded
-    Nanoseconds time;         ///< when it was written
+    Nanoseconds time;         ///< time of the write
   };
-  /// The AL control the master has written, once.
+  /// Returns AL control after a write of the master; nullopt when there was none since the last call.
   [[nodiscard]] std::optional<AlRequest> take_al_request() noexcept;
   /// Sets AL status and AL status code (0x0130, 0x0134), raises the event, and sets the RUN and ERR indicators to
   /// match.
   void set_al_status(wire::AlStatus status, std::uint16_t code) noexcept;
-  /// Register 0x0130.
+  /// Returns register 0x0130.
   [[nodiscard]] wire::AlStatus al_status() const noexcept;
-  /// AL status follows AL control without an application (ESC configuration bit 0, from the EEPROM).
+  /// Whether AL status follows AL control without an application (ESC configuration bit 0, from the EEPROM).
   [[nodiscard]] bool device_emulation() const noexcept;
-  /// The process data interface works: the EEPROM could be loaded.
+  /// Whether the process data interface is operational: the EEPROM was loaded.
   [[nodiscard]] bool pdi_operational() const noexcept { return sii_.loaded(); }
-  /// The reset sequence 'R' 'E' 'S' was written to 0x0040 (or 0x0041).
+  /// Whether the reset sequence 'R' 'E' 'S' was written to 0x0040 (or 0x0041).
   [[nodiscard]] bool reset_requested() const noexcept { return reset_requested_; }
   /// @}
 
-  /// Registers and process RAM as they are, without side effects.
+  /// Returns registers and process RAM without side effects.
   [[nodiscard]] const EscMemory& memory() const noexcept { return memory_; }
-  /// Event requests to master and application.
+  /// Returns the event requests to master and application.
   [[nodiscard]] EventUnit& events() noexcept { return events_; }
-  /// Also the application's way to process data and mailboxes.
+  /// Returns the sync managers, also the application's access to process data and mailboxes.
   [[nodiscard]] SyncManagerUnit& sync_managers() noexcept { return sync_managers_; }
-  /// Sync managers, read only.
+  /// Returns the sync managers, read only.
   [[nodiscard]] const SyncManagerUnit& sync_managers() const noexcept { return sync_managers_; }
-  /// Logical mappings that are active.
+  /// Returns the FMMUs with the active logical mappings.
   [[nodiscard]] const FmmuUnit& fmmus() const noexcept { return fmmus_; }
-  /// Process data and PDI watchdog.
+  /// Returns the process data and PDI watchdogs.
   [[nodiscard]] WatchdogUnit& watchdog() noexcept { return watchdog_; }
-  /// Watchdogs, read only.
+  /// Returns the watchdogs, read only.
   [[nodiscard]] const WatchdogUnit& watchdog() const noexcept { return watchdog_; }
-  /// The EEPROM, also for faults.
+  /// Returns the EEPROM interface, also for faults.
   [[nodiscard]] SiiInterface& sii() noexcept { return sii_; }
-  /// EEPROM, read only.
+  /// Returns the EEPROM interface, read only.
   [[nodiscard]] const SiiInterface& sii() const noexcept { return sii_; }
-  /// The DC unit; without one it is there and not present().
+  /// Returns the DC unit; if the controller has none, it is not present().
   [[nodiscard]] DistributedClock& clock() noexcept { return clock_; }
-  /// DC unit, read only.
+  /// Returns the DC unit, read only.
   [[nodiscard]] const DistributedClock& clock() const noexcept { return clock_; }
 
  private:
@@ -188,7 +188,7 @@ class Esc {
   void show_error(bool error, bool new_error) noexcept;
 
   EscOptions options_;
-  // Members used for every datagram, next to each other.
+  // Members used for every datagram, adjacent in memory.
   std::uint16_t station_address_ = 0;
   std::uint16_t station_alias_ = 0;
   bool alias_enabled_ = false;

@@ -8,38 +8,38 @@ namespace driveline::slaves {
 
 /// Bits of the ECAT event request 0x0210 (ETG.1000.4 Table 40).
 namespace ecat_event {
-inline constexpr std::uint16_t kDcLatch = 0x0001;   ///< latch inputs: an edge was seen
+inline constexpr std::uint16_t kDcLatch = 0x0001;   ///< edge at a latch input
 inline constexpr std::uint16_t kDlStatus = 0x0004;  ///< DL status changed
 inline constexpr std::uint16_t kAlStatus = 0x0008;  ///< AL status changed
-/// Sync manager 0; the following seven sync managers have the following bits.
+/// Sync manager 0; the next seven sync managers have the next bits.
 inline constexpr std::uint16_t kSyncManager0 = 0x0010;
-inline constexpr unsigned kSyncManagers = 8;  ///< how many have a bit
+inline constexpr unsigned kSyncManagers = 8;  ///< number of sync managers that have a bit
 }  // namespace ecat_event
 
 /// Bits of the AL event request 0x0220 (ETG.1000.4 Table 39).
 namespace al_event {
 inline constexpr std::uint32_t kAlControl = 0x00000001;            ///< AL control was written
-inline constexpr std::uint32_t kDcLatch = 0x00000002;              ///< latch inputs: an edge was seen
-inline constexpr std::uint32_t kSync0 = 0x00000004;                ///< SYNC0 came
-inline constexpr std::uint32_t kSync1 = 0x00000008;                ///< SYNC1 came
+inline constexpr std::uint32_t kDcLatch = 0x00000002;              ///< edge at a latch input
+inline constexpr std::uint32_t kSync0 = 0x00000004;                ///< SYNC0 occurred
+inline constexpr std::uint32_t kSync1 = 0x00000008;                ///< SYNC1 occurred
 inline constexpr std::uint32_t kSyncManagerChanged = 0x00000010;   ///< activation of a sync manager was written
 inline constexpr std::uint32_t kWatchdogProcessData = 0x00000040;  ///< process data watchdog expired
-/// Sync manager 0; the following 15 sync managers have the following bits.
+/// Sync manager 0; the next 15 sync managers have the next bits.
 inline constexpr std::uint32_t kSyncManager0 = 0x00000100;
 }  // namespace al_event
 
-/// Event requests of a slave controller: to the master (ORed into the IRQ field of every datagram that passes, as far
-/// as the event mask lets it) and to the application. \rtsafe throughout.
+/// Event requests of a slave controller: to the master (ORed into the IRQ field of every passing datagram, filtered by
+/// the event mask) and to the application. \rtsafe throughout.
 class EventUnit {
  public:
   /// `memory` holds the event registers and must outlive this.
   explicit EventUnit(EscMemory& memory) noexcept : memory_(memory) {}
 
-  /// Sets or clears `bits` (ecat_event) of 0x0210; irq() follows.
+  /// Sets or clears `bits` (ecat_event) of 0x0210 and updates irq().
   void set_ecat(std::uint16_t bits, bool pending) noexcept {
     const auto old = memory_.get(wire::reg::kEcatEventRequest);
     const auto requests = static_cast<std::uint16_t>(pending ? old | bits : old & ~bits);
-    // The common case: every access to a sync manager buffer calls this.
+    // Common case: every access to a sync manager buffer calls this.
     if (requests == old) return;
     memory_.set(wire::reg::kEcatEventRequest, requests);
     refresh();
@@ -50,21 +50,21 @@ class EventUnit {
     const auto requests = pending ? old | bits : old & ~bits;
     if (requests != old) memory_.set(wire::reg::kAlEventRequest, requests);
   }
-  /// At least one of `bits` (al_event) is requested.
+  /// Whether at least one of `bits` (al_event) is requested.
   [[nodiscard]] bool al_pending(std::uint32_t bits) const noexcept {
     return (memory_.get(wire::reg::kAlEventRequest) & bits) != 0;
   }
 
-  /// To be called when the event mask register was written.
+  /// To be called after a write to the event mask register.
   void refresh() noexcept { irq_ = memory_.get(wire::reg::kEcatEventRequest) & memory_.get(wire::reg::kEcatEventMask); }
-  /// The bits that this slave ORs into the IRQ field of a datagram.
+  /// Returns the bits that this slave ORs into the IRQ field of a datagram.
   [[nodiscard]] std::uint16_t irq() const noexcept { return irq_; }
 
-  /// An event that the slave's firmware must handle before its next regular step.
+  /// Reports an event that the slave's firmware must handle before its next regular step.
   void call_firmware() noexcept { firmware_called_ = true; }
-  /// Whether call_firmware() was called since firmware_answered().
+  /// Whether call_firmware() was called since the last firmware_answered().
   [[nodiscard]] bool firmware_called() const noexcept { return firmware_called_; }
-  /// The slave's firmware has handled the events.
+  /// Called when the slave's firmware has handled the events.
   void firmware_answered() noexcept { firmware_called_ = false; }
 
  private:

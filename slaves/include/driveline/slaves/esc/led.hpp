@@ -4,7 +4,7 @@
 
 #include "driveline/wire/al.hpp"
 
-/// Codes of the RUN and ERR indicators as in their override registers 0x0138 and 0x0139 (ESC data sheet II; codes by
+/// Codes of the RUN and ERR indicators in their override registers 0x0138 and 0x0139 (ESC data sheet II; codes by
 /// state: ETG.1300 and ESC data sheet I, LED signals).
 namespace driveline::slaves::led {
 
@@ -14,10 +14,10 @@ inline constexpr std::uint8_t kDoubleFlash = 0x02;  ///< two flashes of 200 ms, 
 inline constexpr std::uint8_t kBlinking = 0x0D;     ///< 2.5 Hz
 inline constexpr std::uint8_t kFlickering = 0x0E;   ///< 10 Hz
 inline constexpr std::uint8_t kOn = 0x0F;           ///< lit
-/// The indicator shows what was written instead of what the controller would show.
+/// The indicator shows the written code instead of the controller's.
 inline constexpr std::uint8_t kOverride = 0x10;
 
-/// Code of the RUN indicator in an AL state. \rtsafe
+/// Returns the code of the RUN indicator in an AL state. \rtsafe
 [[nodiscard]] constexpr std::uint8_t run_code(wire::AlState state) noexcept {
   switch (state) {
     case wire::AlState::kPreOp:

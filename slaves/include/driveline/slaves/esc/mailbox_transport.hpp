@@ -11,30 +11,30 @@
 
 namespace driveline::slaves {
 
-/// Carries mailboxes between the two mailbox sync managers and the device, and keeps what it has sent so that the
-/// master may ask for it again (repeat request, ETG.1000.4 6.6.3). Allocates nothing after construction; run() is
-/// \rtsafe as far as the device's mailbox functions are.
+/// Transfers mailbox messages between the two mailbox sync managers and the device, and retains sent messages for
+/// repeat requests of the master (ETG.1000.4 6.6.3). Does not allocate after construction; run() is \rtsafe if the
+/// device's mailbox functions are.
 class MailboxTransport {
  public:
-  /// Faults of the mailbox a test can stage.
+  /// Simulated faults of the mailbox.
   enum class Fault : std::uint8_t {
     kNone,
-    kSilent,     ///< requests are taken, no reply is ever sent
-    kBusy,       ///< requests are not taken: the master finds the mailbox full
-    kMalformed,  ///< replies end behind the third byte of their service
-    kOversized,  ///< replies say that they are longer than the mailbox
-    kLate,       ///< replies are held back for a while
-    kForeign,    ///< a mail of a protocol that nobody knows comes ahead of each reply
+    kSilent,     ///< requests are accepted, no reply is ever sent
+    kBusy,       ///< requests are not accepted: the master finds the mailbox full
+    kMalformed,  ///< the length of replies is set to 3 bytes
+    kOversized,  ///< the length of replies exceeds the mailbox
+    kLate,       ///< replies are delayed
+    kForeign,    ///< a message of an unknown protocol precedes each reply
   };
 
-  /// Both must outlive this. Allocates room for the largest mailbox.
+  /// Both references must outlive this. Allocates memory for the largest mailbox.
   MailboxTransport(Esc& esc, Device& device);
 
-  /// Forgets everything in flight.
+  /// Discards everything in flight.
   void reset() noexcept;
-  /// Transfers mailboxes in both directions as far as possible. To be called while the mailboxes are running.
+  /// Transfers mailbox messages in both directions if possible. To be called while the mailboxes are running.
   void run(std::chrono::nanoseconds now);
-  /// From now on; kNone ends it. `delay`: of kLate.
+  /// Starts a fault; kNone ends it. `delay` applies to kLate.
   void set_fault(Fault fault, std::chrono::nanoseconds delay = {}) noexcept;
 
  private:
@@ -47,17 +47,17 @@ class MailboxTransport {
 
   Esc& esc_;
   Device& device_;
-  unsigned out_ = 0;  ///< sync manager the master writes
-  unsigned in_ = 0;   ///< sync manager the master reads
+  unsigned out_ = 0;  ///< sync manager that the master writes
+  unsigned in_ = 0;   ///< sync manager that the master reads
   bool present_ = false;
   Fault fault_ = Fault::kNone;
   std::chrono::nanoseconds delay_{0};
-  std::chrono::nanoseconds release_{0};  ///< of held_
+  std::chrono::nanoseconds release_{0};  ///< time when held_ may be sent
   std::vector<std::byte> scratch_;
-  std::vector<std::byte> last_;      ///< published last
-  std::vector<std::byte> previous_;  ///< published before that
+  std::vector<std::byte> last_;      ///< message published last
+  std::vector<std::byte> previous_;  ///< message published before last_
   std::vector<std::byte> waiting_;   ///< displaced by a repetition, to be sent next
-  std::vector<std::byte> held_;      ///< held back by the fault, to be sent behind that
+  std::vector<std::byte> held_;      ///< delayed by the fault, to be sent after waiting_
 };
 
 }  // namespace driveline::slaves

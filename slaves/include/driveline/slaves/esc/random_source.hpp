@@ -4,13 +4,13 @@
 
 namespace driveline::slaves {
 
-/// Random numbers from a seed, the same on every machine (SplitMix64, Steele et al. 2014). \rtsafe throughout.
+/// Random numbers from a seed, identical on every machine (SplitMix64, Steele et al. 2014). \rtsafe throughout.
 class RandomSource {
  public:
-  /// Equal seeds give equal numbers; every seed is allowed, 0 too.
+  /// Equal seeds give equal numbers; every seed is allowed, including 0.
   constexpr explicit RandomSource(std::uint64_t seed) noexcept : state_(seed) {}
 
-  /// 64 equally distributed bits.
+  /// Returns 64 uniformly distributed bits.
   constexpr std::uint64_t next() noexcept {
     state_ += 0x9E3779B97F4A7C15U;
     std::uint64_t z = state_;
@@ -18,9 +18,9 @@ class RandomSource {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
     return z ^ (z >> 31);
   }
-  /// From 0 up to, but not including, 1.
+  /// Returns a number from 0 up to, but not including, 1.
   constexpr double uniform() noexcept { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
-  /// A whole number from -limit to limit; precondition: limit >= 0.
+  /// Returns a whole number from -limit to limit; precondition: limit >= 0.
   constexpr std::int64_t within(std::int64_t limit) noexcept {
     const auto width = static_cast<std::uint64_t>(2 * limit + 1);
     return static_cast<std::int64_t>(next() % width) - limit;

@@ -7,14 +7,14 @@
 
 namespace driveline::slaves {
 
-/// The side that accesses the memory of a slave controller. The master by datagrams, or the application by the process
-/// data interface.
+/// The side that accesses the memory of a slave controller: the master by datagrams, or the application over the
+/// process data interface.
 enum class Side : std::uint8_t { kEcat, kPdi };
 
-/// Which bits of each register byte a side may write, made from the register table; none in bytes of no register.
+/// Bits of each register byte that a side may write, from the register table; none in bytes that belong to no register.
 class RegisterAccessMap {
  public:
-  /// Allocates nothing; meant to be built by the compiler.
+  /// Does not allocate; intended for compile-time evaluation.
   constexpr explicit RegisterAccessMap(Side side) noexcept {
     for (const auto& row : wire::kRegisters) {
       const auto access = side == Side::kEcat ? row.ecat : row.pdi;
@@ -27,9 +27,9 @@ class RegisterAccessMap {
       }
     }
   }
-  /// Precondition: `address` < 0x1000. \rtsafe
+  /// Whether the side may write the byte. Precondition: `address` < 0x1000. \rtsafe
   [[nodiscard]] constexpr bool writable(std::size_t address) const noexcept { return writable_[address]; }
-  /// The byte stored when the side writes `value`: reserved bits stay zero. \rtsafe
+  /// Returns the byte that is stored when the side writes `value`: reserved bits stay zero. \rtsafe
   [[nodiscard]] constexpr std::byte accepted(std::size_t address, std::byte value) const noexcept {
     return value & bits_[address];
   }
@@ -39,9 +39,9 @@ class RegisterAccessMap {
   std::array<bool, wire::kProcessRamStart> writable_{};
 };
 
-/// Access of datagrams.
+/// Write access of datagrams.
 inline constexpr RegisterAccessMap kEcatAccess{Side::kEcat};
-/// Access of the application.
+/// Write access of the application.
 inline constexpr RegisterAccessMap kPdiAccess{Side::kPdi};
 
 }  // namespace driveline::slaves

@@ -12,59 +12,59 @@
 
 namespace driveline::slaves {
 
-/// How an emulated slave behaves where the standard leaves it to the device.
+/// Behaviour of an emulated slave where the standard leaves it to the device.
 struct SlaveOptions {
   AlOptions al;        ///< times of the state machine
   SiiOptions sii;      ///< behaviour of the EEPROM
   ClockOptions clock;  ///< oscillator and time stamps
-  /// EEPROM content instead of the device's own (see SiiFile); empty: the device's.
+  /// EEPROM content that replaces the device's own (see SiiFile); empty: the device's.
   std::vector<std::byte> sii_image;
 };
 
-/// A complete emulated slave: controller, state machine, mailbox transport and the device behind them.
+/// A complete emulated slave: controller, state machine, mailbox transport and device.
 ///
-/// It is driven by time, not by frames: advance() runs it up to a time, in steps of the device's process data period,
-/// with the watchdog expiring and delayed transitions happening at their own times in between. As soon as SYNC0 comes
-/// in SAFEOP or OP, process data change hands at SYNC0 instead. Not thread-safe; everything is called by the thread
-/// that drives the line.
+/// It is driven by time, not by frames: advance() runs it up to a time, in steps of the device's process data period;
+/// the watchdog expires and delayed transitions occur at their own times in between. From the first SYNC0 in SAFEOP or
+/// OP, process data are transferred at SYNC0 instead. Not thread-safe; the thread that drives the line calls all
+/// functions.
 class Slave {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
-  /// Switched on at time 0, in INIT. `device` must not be null.
+  /// Powered on at time 0, in INIT. `device` must not be null.
   explicit Slave(std::unique_ptr<Device> device, const SlaveOptions& options = {});
 
-  /// Runs the slave up to `now`. Cheap when there is nothing to do. \rtsafe unless a mailbox is moved.
+  /// Runs the slave up to `now`. Cheap when there is nothing to do. \rtsafe unless a mailbox message is transferred.
   void advance(Nanoseconds now) {
     if (now >= due_ || esc_.events().firmware_called()) run(now);
   }
 
-  /// Switches the supply off or on; switching on starts the slave in INIT.
+  /// Switches the power supply; switching on starts the slave in INIT.
   void set_power(bool on, Nanoseconds now) noexcept;
-  /// As set_power() left it.
+  /// Returns the state of set_power().
   [[nodiscard]] bool powered() const noexcept { return powered_; }
 
-  /// Fault: from `now` on the application stands still for `duration`, as a processor does that hangs. The controller
-  /// answers frames alone; AL control and mailboxes stay unanswered, the PDI watchdog expires. An application that
-  /// wakes up after more than kBackgroundWatchdog in SAFEOP or OP reports its own background watchdog (0x002A).
+  /// Fault: the application stops for `duration` from `now` on, like a processor that hangs. The controller answers
+  /// frames alone; AL control and mailboxes are not handled, the PDI watchdog expires. An application that continues
+  /// after more than kBackgroundWatchdog in SAFEOP or OP reports its own background watchdog (0x002A).
   void stall(Nanoseconds now, Nanoseconds duration) noexcept;
-  /// Longest stall that the application does not report.
+  /// Longest stop that the application does not report.
   static constexpr Nanoseconds kBackgroundWatchdog = std::chrono::milliseconds{100};
 
-  /// The slave controller: registers, ports, EEPROM, clock.
+  /// Returns the slave controller: registers, ports, EEPROM, clock.
   [[nodiscard]] Esc& esc() noexcept { return esc_; }
-  /// For looking only.
+  /// Returns the slave controller, read only.
   [[nodiscard]] const Esc& esc() const noexcept { return esc_; }
-  /// The device given to the constructor.
+  /// Returns the device that was passed to the constructor.
   [[nodiscard]] Device& device() noexcept { return *device_; }
-  /// The state machine, also for its faults.
+  /// Returns the state machine, also for its faults.
   [[nodiscard]] AlStateMachine& al() noexcept { return al_; }
-  /// For looking only.
+  /// Returns the state machine, read only.
   [[nodiscard]] const AlStateMachine& al() const noexcept { return al_; }
-  /// Mailboxes, for their faults.
+  /// Returns the mailbox transport, for its faults.
   [[nodiscard]] MailboxTransport& mailbox() noexcept { return mailbox_; }
-  /// AL state; INIT while it is off.
+  /// Returns the AL state; INIT while the slave is off.
   [[nodiscard]] wire::AlState state() const noexcept { return al_.state(); }
 
  private:
@@ -89,9 +89,9 @@ class Slave {
   Esc esc_;
   AlStateMachine al_;
   MailboxTransport mailbox_;
-  std::uint64_t eeprom_loads_ = 0;  ///< that the device has been told of
+  std::uint64_t eeprom_loads_ = 0;  ///< EEPROM loads that the device has been notified of
   bool powered_ = true;
-  bool sync_driven_ = false;  ///< process data change hands at SYNC0, not in steps of the device
+  bool sync_driven_ = false;  ///< process data are transferred at SYNC0, not in steps of the device
   bool exchanging_ = false;   ///< inputs have been published since SAFEOP was entered
   Nanoseconds next_step_{0};
   std::optional<Nanoseconds> stalled_until_;

@@ -14,85 +14,85 @@
 
 namespace driveline::slaves {
 
-/// The sync managers of a slave controller (registers 0x0800-0x087F, ETG.1000.4 6.6) and with them all accesses to
-/// process RAM.
+/// The sync managers of a slave controller (registers 0x0800-0x087F, ETG.1000.4 6.6), and all accesses to process RAM.
 ///
-/// A buffer is opened by an access to its first byte and handed over by an access to its last one; bytes in between
-/// are accessible only while it is open. In three-buffer mode neither side ever waits; in mailbox mode the writer is
-/// locked out while the mailbox is full and the reader while it is empty. Locked accesses leave data and working
-/// counter alone. \rtsafe throughout.
+/// An access to the first byte of a buffer opens it, an access to its last byte transfers it; bytes in between are
+/// accessible only while it is open. In three-buffer mode neither side ever waits; in mailbox mode the writer is locked
+/// out while the mailbox is full, the reader while it is empty. Locked accesses do not change data and working counter.
+/// \rtsafe throughout.
 class SyncManagerUnit {
  public:
-  /// Highest number of sync managers; the registers have room for no more.
+  /// Maximum number of sync managers in the register space.
   static constexpr unsigned kMaxCount = 16;
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
-  /// `count` sync managers, at most kMaxCount. The other units must outlive this.
+  /// Creates `count` sync managers, at most kMaxCount. The other units must outlive this.
   SyncManagerUnit(EscMemory& memory, EventUnit& events, WatchdogUnit& watchdog, unsigned count) noexcept;
 
-  /// Power-on state.
+  /// Resets to the power-on state.
   void reset() noexcept;
-  /// Sync managers that exist; registers of others are not there.
+  /// Returns the number of sync managers; registers of further sync managers do not exist.
   [[nodiscard]] unsigned count() const noexcept { return count_; }
 
-  /// \name Process RAM as EtherCAT sees it. Ranges may extend over several sync managers and beyond the RAM.
-  /// True when at least one byte was read or written.
+  /// \name Process RAM, EtherCAT side. Ranges may span several sync managers and exceed the RAM. The functions return
+  /// true when at least one byte was read or written.
   /// @{
 
-  /// Bytes that a full or closed buffer refuses stay as they are in `out`.
+  /// Reads; bytes that a full or closed buffer refuses do not change in `out`.
   bool read(std::size_t address, std::span<std::byte> out) noexcept;
-  /// A write that completes a buffer at `now` hands it over, and triggers the watchdog where the channel asks for it.
+  /// Writes; a write that completes a buffer at `now` transfers it, and triggers the watchdog if the channel's control
+  /// byte enables that.
   bool write(std::size_t address, std::span<const std::byte> data, Nanoseconds now) noexcept;
-  /// The bytes that a write would replace: the open write buffer or the last one written. For bit-wise writes.
+  /// Copies the bytes that a write would replace: the open write buffer or the last written one. For bit-wise writes.
   void peek(std::size_t address, std::span<std::byte> out) const noexcept;
-  /// A register that a sync manager covers (digital outputs at 0x0F00) was written.
+  /// Called after a write to a register that a sync manager covers (digital outputs at 0x0F00).
   void register_written(std::size_t address, std::size_t length, Nanoseconds now) noexcept;
   /// @}
 
   /// \name Buffer events
-  /// A buffer of a channel that latches its events (activation bits 6 and 7) has changed hands, seen from either side;
-  /// true once per event.
+  /// An access has completed a buffer of a channel that latches its events (activation bits 6 and 7); true once per
+  /// event.
   /// @{
 
-  /// Of the master.
+  /// Event of the master.
   bool take_ecat_buffer_event() noexcept { return std::exchange(ecat_buffer_event_, false); }
-  /// Of the application.
+  /// Event of the application.
   bool take_pdi_buffer_event() noexcept { return std::exchange(pdi_buffer_event_, false); }
   /// @}
 
-  /// ECAT writes configuration registers at `address` (0x0800 and up); true when a byte was accepted.
+  /// Handles an ECAT write to configuration registers (0x0800 and up); returns whether a byte was accepted.
   bool write_registers(std::size_t address, std::span<const std::byte> data) noexcept;
 
-  /// The channel as the master has set it up.
+  /// Returns the channel as configured by the master.
   [[nodiscard]] wire::SyncManagerChannel channel(unsigned n) const noexcept;
-  /// Enabled by the master, not deactivated by the application, and its buffers lie inside the memory.
+  /// Whether the master has enabled and the application not deactivated the channel, and its buffers lie in memory.
   [[nodiscard]] bool operational(unsigned n) const noexcept { return channels_[n].usable; }
 
-  /// \name The application's side.
+  /// \name Application side
   /// @{
 
-  /// A complete buffer waits that the application has not read yet (channels the master writes).
+  /// Whether a complete buffer is available that the application has not read yet (channels that the master writes).
   [[nodiscard]] bool fresh(unsigned n) const noexcept { return channels_[n].usable && channels_[n].fresh; }
-  /// Complete buffers the master has written since the channel was enabled.
+  /// Returns the number of complete buffers that the master has written since the channel was enabled.
   [[nodiscard]] std::uint32_t write_count(unsigned n) const noexcept { return channels_[n].writes; }
-  /// When the last of them was complete.
+  /// Returns the time when the last of them was complete.
   [[nodiscard]] Nanoseconds last_write(unsigned n) const noexcept { return channels_[n].last_write; }
-  /// The mailbox that take() would hand over; empty when there is none. The master cannot change it before.
+  /// Returns the mailbox message that take() would return; empty: none. The master cannot change it before.
   [[nodiscard]] std::span<const std::byte> waiting_mail(unsigned n) const noexcept;
-  /// Hands over the newest buffer; empty when there is none. Valid until the next access of the master.
+  /// Takes the newest buffer; empty when there is none. Valid until the next access of the master.
   [[nodiscard]] std::span<const std::byte> take(unsigned n) noexcept;
-  /// Buffer for the next data to the master; empty when the channel is not operational or its mailbox is full.
+  /// Returns the buffer for the next data to the master; empty: channel not operational or mailbox full.
   [[nodiscard]] std::span<std::byte> begin_publish(unsigned n) noexcept;
-  /// Hands the buffer of begin_publish() over to the master.
+  /// Transfers the buffer of begin_publish() to the master.
   void end_publish(unsigned n) noexcept;
-  /// Mailbox full, as the status register shows it.
+  /// Whether the mailbox is full, as in the status register.
   [[nodiscard]] bool full(unsigned n) const noexcept { return channels_[n].full; }
-  /// PDI control bit 0: locks the channel for the master (or releases it) and resets its buffers.
+  /// PDI control bit 0: locks or releases the channel for the master and resets its buffers.
   void set_deactivated(unsigned n, bool deactivated) noexcept;
-  /// The master has toggled the repeat request and the application has not acknowledged it yet.
+  /// Whether the master has toggled the repeat request and the application has not acknowledged it yet.
   [[nodiscard]] bool repeat_requested(unsigned n) const noexcept;
-  /// Shows the master that its repeat request was seen (PDI control bit 1).
+  /// Acknowledges the repeat request to the master (PDI control bit 1).
   void acknowledge_repeat(unsigned n) noexcept;
   /// @}
 
@@ -102,12 +102,12 @@ class SyncManagerUnit {
     std::uint16_t begin = 0;
     std::uint16_t length = 0;
     wire::SyncManagerControl control;
-    bool enabled = false;  ///< by the master
+    bool enabled = false;  ///< enabled by the master
     bool usable = false;
-    bool latch_ecat = false;    ///< ECAT buffer events are time-stamped
-    bool latch_pdi = false;     ///< those of the application
+    bool latch_ecat = false;    ///< buffer events of ECAT are time-stamped
+    bool latch_pdi = false;     ///< buffer events of the application are time-stamped
     bool in_registers = false;  ///< area below 0x1000: no buffers, direct access
-    bool full = false;          ///< mailbox
+    bool full = false;          ///< mailbox full
     bool fresh = false;
     bool write_open = false;
     bool read_open = false;
@@ -123,7 +123,7 @@ class SyncManagerUnit {
     [[nodiscard]] bool mailbox() const noexcept { return control.mode == wire::SyncManagerMode::kMailbox; }
     [[nodiscard]] bool ecat_writes() const noexcept { return control.direction == wire::SyncManagerDirection::kWrite; }
   };
-  /// Bytes from an address on that belong to the same channel (or to none).
+  /// Bytes from an address on that belong to the same channel, or to none.
   struct Run {
     int channel = -1;
     std::size_t length = 0;

@@ -11,61 +11,61 @@
 namespace driveline::slaves {
 
 /// Supervises the synchronisation of a slave's application (ETG.1020, synchronisation and AL status codes): whether the
-/// application supports the master's settings, whether SYNC pulses come regularly, and whether there are new outputs
-/// for each of them. One per slave; the AL state machine asks it. \rtsafe throughout.
+/// application supports the master's settings, whether SYNC pulses are regular, and whether each of them has new
+/// outputs. One per slave, used by the AL state machine. \rtsafe throughout.
 ///
-/// | code   | found                                                                                               |
+/// | code   | cause                                                                                               |
 /// |--------|-----------------------------------------------------------------------------------------------------|
 /// | 0x0027 | neither free run nor SM event is supported, and SYNC0 is not activated                              |
 /// | 0x0028 | a type that the application does not support is set or activated                                    |
-/// | 0x0030 | the activation contradicts the type that is set, or itself                                          |
-/// | 0x0035 | the cycle of the SYNC signals is not the one the application is set to                              |
-/// | 0x0036 | SYNC0 cycle: none, no multiple of the application's time base, or out of its range                  |
-/// | 0x0037 | SYNC1 cycle: longer than SYNC0's, but no multiple of it                                             |
-/// | 0x002D | on the way to OP no SYNC0 came                                                                      |
-/// | 0x0032 | SYNC0 comes unevenly: on the way to OP, or all of a sudden in OP                                    |
-/// | 0x002C | in OP SYNC0 came no more                                                                            |
-/// | 0x0033 | in OP outputs were missing at too many pulses, though some came between                             |
-/// | 0x0034 | in OP outputs came no more                                                                          |
-/// | 0x001A | in OP and synchronised by the process data: they were missing in too many cycles                    |
+/// | 0x0030 | the activation contradicts the configured type, or itself                                           |
+/// | 0x0035 | the cycle of the SYNC signals differs from the application's setting                                |
+/// | 0x0036 | SYNC0 cycle: zero, not a multiple of the application's time base, or out of its range               |
+/// | 0x0037 | SYNC1 cycle: longer than SYNC0's, but not a multiple of it                                          |
+/// | 0x002D | no SYNC0 before OP                                                                                  |
+/// | 0x0032 | SYNC0 is irregular: before OP, or suddenly in OP                                                    |
+/// | 0x002C | in OP, SYNC0 stopped                                                                                |
+/// | 0x0033 | in OP, outputs were missing at too many pulses, though some arrived in between                      |
+/// | 0x0034 | in OP, outputs stopped                                                                              |
+/// | 0x001A | in OP, synchronised by the process data: they were missing in too many cycles                       |
 class SyncSupervision {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
-  /// Stands for "nothing is waited for" in due().
+  /// Value of due() when nothing is pending.
   static constexpr Nanoseconds kNever = Nanoseconds::max();
-  /// Even pulses in a row until the application counts as locked.
+  /// Consecutive regular pulses until the application counts as locked.
   static constexpr unsigned kLockPulses = 8;
   /// SYNC0 cycles after which a missing SYNC0 is an error.
   static constexpr int kMissingCycles = 3;
 
-  /// `memory`: the registers that tell what the master has set up; must outlive this.
+  /// `memory`: registers with the master's settings; must outlive this.
   explicit SyncSupervision(const EscMemory& memory) noexcept : memory_(memory) {}
 
-  /// PREOP to SAFEOP: checks the settings. kNoError: they are valid.
+  /// Checks the settings for PREOP to SAFEOP. kNoError: they are valid.
   [[nodiscard]] wire::AlStatusCode check(const SyncDemand& demand) const noexcept;
 
-  /// SAFEOP was entered, or OP is asked for: takes over what the master has set up by now.
+  /// Called when SAFEOP was entered, or OP is requested: takes over the master's current settings.
   void start(const SyncDemand& demand) noexcept;
-  /// OP was entered; `outputs` counts complete output buffers so far.
+  /// Called when OP was entered; `outputs` is the number of complete output buffers so far.
   void enter_op(Nanoseconds now, std::uint32_t outputs) noexcept;
-  /// OP was left; pulses are still supervised.
+  /// Called when OP was left; pulses are still supervised.
   void leave_op() noexcept;
-  /// SAFEOP was left downwards: ends the supervision of pulses.
+  /// Called when SAFEOP was left for a lower state: ends the supervision of pulses.
   void stop() noexcept;
 
-  /// A pulse came; the last of `outputs` complete output buffers came at `written`.
+  /// Called for each pulse; the last of `outputs` complete output buffers arrived at `written`.
   void pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs, Nanoseconds written) noexcept;
-  /// Time of the next call of on_time().
+  /// Returns the time of the next call of on_time().
   [[nodiscard]] Nanoseconds due() const noexcept { return due_; }
-  /// The time in due() has come; `outputs` as for enter_op(). Nothing happens before it.
+  /// Called when the time of due() has come, without effect before it; `outputs` as in enter_op().
   void on_time(Nanoseconds now, std::uint32_t outputs) noexcept;
 
-  /// What still keeps the slave from OP; kNoError: nothing.
+  /// Returns the reason why the slave cannot enter OP yet; kNoError: none.
   [[nodiscard]] wire::AlStatusCode obstacle() const noexcept;
-  /// Why OP must be left; kNoError: no reason.
+  /// Returns the reason why OP must be left; kNoError: none.
   [[nodiscard]] wire::AlStatusCode fault() const noexcept { return fault_; }
-  /// Since OP was entered; keeps its figures when OP is left.
+  /// Returns the margins since OP was entered; they persist after OP is left.
   [[nodiscard]] const SyncMargin& margin() const noexcept { return margin_; }
 
  private:
@@ -76,18 +76,18 @@ class SyncSupervision {
 
   const EscMemory& memory_;
   Mode mode_ = Mode::kNone;
-  SyncSignal data_signal_ = SyncSignal::kSync0;  ///< for each of these pulses there must be new outputs
+  SyncSignal data_signal_ = SyncSignal::kSync0;  ///< signal whose pulses need new outputs
   unsigned error_limit_ = 0;
   Nanoseconds cycle_{0};
   Nanoseconds last_pulse_{0};
-  unsigned even_pulses_ = 0;  ///< in a row; 0: no pulse yet
+  unsigned even_pulses_ = 0;  ///< consecutive regular pulses; 0: no pulse yet
   bool pulse_seen_ = false;
   bool in_op_ = false;
-  unsigned missing_ = 0;    ///< sync error counter, as 10F1h counts
-  bool some_came_ = false;  ///< while it was above zero
+  unsigned missing_ = 0;    ///< sync error counter, counts like 10F1h
+  bool some_came_ = false;  ///< some outputs arrived while missing_ was above zero
   std::uint32_t outputs_ = 0;
   SyncMargin margin_;
-  bool first_pulse_ = false;  ///< its outputs may have come before OP
+  bool first_pulse_ = false;  ///< the outputs of the first pulse may have arrived before OP
   Nanoseconds due_ = kNever;
   wire::AlStatusCode fault_ = wire::AlStatusCode::kNoError;
 };

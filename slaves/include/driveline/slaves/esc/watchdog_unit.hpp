@@ -10,51 +10,51 @@ namespace driveline::slaves {
 /// The two watchdogs of a slave controller (registers 0x0400-0x0443, ETG.1000.4 6.3). \rtsafe throughout.
 ///
 /// Process data: triggered by complete writes to sync managers whose control byte enables it; runs from the first
-/// trigger on. PDI: triggered by every access of the application, which an emulated one makes all the time; so it runs
-/// only while the application stands still.
+/// trigger on. PDI: triggered by every access of the application, which an emulated one makes permanently; so it runs
+/// only while the application is stopped.
 class WatchdogUnit {
  public:
-  /// "Does not expire".
+  /// Time of a watchdog that does not run.
   static constexpr std::chrono::nanoseconds kNever = std::chrono::nanoseconds::max();
 
-  /// The registers are in `memory`; both must outlive this. Disabled until configure().
+  /// `memory` holds the registers; both references must outlive this. Disabled until configure().
   WatchdogUnit(EscMemory& memory, EventUnit& events) noexcept : memory_(memory), events_(events) {}
 
-  /// Power-on state: not running.
+  /// Resets to the power-on state: not running.
   void reset() noexcept;
-  /// To be called when the divider or a watchdog time was written.
+  /// To be called after a write to the divider or a watchdog time.
   void configure() noexcept;
-  /// Starts it or starts it again at `now`; nothing happens while it is disabled. Ends an expiry.
+  /// Starts or restarts the watchdog at `now`, unless it is disabled. Ends an expiry.
   void trigger(std::chrono::nanoseconds now) noexcept;
 
-  /// When the watchdog expires unless it is triggered again; kNever when it does not run.
+  /// Returns the time when the watchdog expires unless it is triggered again; kNever when it does not run.
   [[nodiscard]] std::chrono::nanoseconds expiry() const noexcept { return expiry_; }
-  /// Time is up: clears the status bit, counts, raises the AL event.
+  /// Expires the watchdog: clears the status bit, counts, raises the AL event.
   void expire() noexcept;
 
-  /// True from expiry to the next trigger.
+  /// Whether the watchdog has expired and was not triggered since.
   [[nodiscard]] bool expired() const noexcept { return expired_; }
-  /// True when the watchdog time is not zero.
+  /// Whether the watchdog time is not zero.
   [[nodiscard]] bool enabled() const noexcept { return timeout_ > std::chrono::nanoseconds::zero(); }
-  /// From a trigger to expiry: increments of 0x0400 times 0x0420; 0 when disabled.
+  /// Returns the time from a trigger to expiry: increment (0x0400) times 0x0420; 0 when disabled.
   [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept { return timeout_; }
 
   /// \name PDI watchdog
   /// @{
 
-  /// The application has made its last access for some time.
+  /// Called when the application has stopped; its last access was at `since`.
   void pdi_silent(std::chrono::nanoseconds since) noexcept;
-  /// The application is back.
+  /// Called when the application continues.
   void pdi_alive() noexcept;
-  /// When it expires unless pdi_alive() comes before; kNever when it does not run.
+  /// Returns the time when the PDI watchdog expires unless pdi_alive() is called before; kNever when it does not run.
   [[nodiscard]] std::chrono::nanoseconds pdi_expiry() const noexcept { return pdi_expiry_; }
-  /// Time is up: counts (0x0443).
+  /// Expires the PDI watchdog: counts (0x0443).
   void expire_pdi() noexcept;
-  /// True from its expiry to pdi_alive().
+  /// Whether the PDI watchdog has expired, until pdi_alive().
   [[nodiscard]] bool pdi_expired() const noexcept { return pdi_expired_; }
   /// @}
 
-  /// A write to one of the two counters clears both.
+  /// Clears both counters; called after a write to either of them.
   void clear_counters() noexcept;
 
  private:

@@ -15,72 +15,72 @@
 
 namespace driveline::slaves::generic {
 
-/// Completes a description with values that a device needs and its file may leave out: sync managers for its mailbox
-/// and its PDOs, their addresses, control bytes and sizes, FMMUs, the PDI configuration. Existing values are kept.
+/// Adds values that a device needs and its file may omit: sync managers for mailbox and PDOs, their addresses, control
+/// bytes and sizes, FMMUs, and the PDI configuration. Existing values are not changed.
 [[nodiscard]] esi::DeviceDescription complete_description(esi::DeviceDescription description);
 
-/// The description has more sync managers than a slave controller.
+/// The description has more sync managers than a slave controller can have.
 struct TooManySyncManagers {
-  std::size_t count;  ///< in the description
-  std::size_t most;   ///< of a slave controller
+  std::size_t count;  ///< sync managers in the description
+  std::size_t most;   ///< maximum of a slave controller
 };
 
-/// A sync manager ends beyond the memory of a slave controller.
+/// A sync manager exceeds the memory of a slave controller.
 struct SyncManagerBeyondMemory {
   std::size_t number;           ///< from 0
   std::uint16_t start_address;  ///< as in the description
-  std::size_t last_address;     ///< that it needs
+  std::size_t last_address;     ///< last address that it needs
 };
 
-/// The device would have more values than a dictionary holds.
+/// The device would have more values than a dictionary can hold.
 struct TooManyEntries {
   std::size_t count;  ///< objects and entries
-  std::size_t most;   ///< of a dictionary
+  std::size_t most;   ///< maximum of a dictionary
 };
 
-/// Why a description cannot be a device.
+/// Why no device can be created from a description.
 using DeviceModelError = std::variant<TooManySyncManagers, SyncManagerBeyondMemory, TooManyEntries>;
 
-/// The error as a sentence.
+/// Formats the error as a sentence.
 [[nodiscard]] std::string describe(const DeviceModelError& error);
 
-/// Everything that devices of one type have in common, made from their description: the completed description and the
-/// object dictionary. Devices without CoE have a dictionary of their PDOs as well, which cannot be read over the bus.
+/// Common data of all devices of a type, created from their description: the completed description and the object
+/// dictionary. Devices without CoE also have a dictionary of their PDOs, which is not accessible over the bus.
 class DeviceModel {
  public:
-  /// The model of a device with this description.
+  /// Creates the model of a device with this description.
   [[nodiscard]] static tl::expected<std::shared_ptr<const DeviceModel>, DeviceModelError> create(
       esi::DeviceDescription description);
 
-  DeviceModel(const DeviceModel&) = delete;  // rows refer to the texts in here
+  DeviceModel(const DeviceModel&) = delete;  // rows refer to the texts of this object
   DeviceModel& operator=(const DeviceModel&) = delete;
   ~DeviceModel() = default;
 
-  /// As completed by complete_description().
+  /// Returns the description, completed by complete_description().
   [[nodiscard]] const esi::DeviceDescription& description() const noexcept { return description_; }
-  /// Rows of all objects; as long-lived as the model.
+  /// Returns the rows of all objects; they live as long as the model.
   [[nodiscard]] const DictionaryTable& table() const noexcept { return *table_; }
-  /// Limits for writing PDO mappings and assignments, see check_pdo_write().
+  /// Returns the limits of PDO mappings and assignments, see check_pdo_write().
   [[nodiscard]] const PdoLimits& limits() const noexcept { return limits_; }
-  /// Most entries the process data of a sync manager can have.
+  /// Returns the maximum number of entries in the process data of a sync manager.
   [[nodiscard]] std::size_t max_fields() const noexcept { return max_fields_; }
-  /// Process RAM that holds all sync managers, in KiB.
+  /// Returns the process RAM that holds all sync managers, in KiB.
   [[nodiscard]] std::uint8_t ram_kib() const noexcept { return ram_kib_; }
 
-  /// The input entry (of a TxPDO) with this name: "Value", "Channel 1/Value" with the name of its PDO in front, or its
-  /// address "6000:01".
+  /// Returns the input entry (of a TxPDO) with this name: "Value", "Channel 1/Value" with the name of its PDO as
+  /// prefix, or its address "6000:01".
   [[nodiscard]] tl::expected<const EntryRow*, SignalNameError> find_input(std::string_view name) const;
-  /// The same for output entries (of RxPDOs).
+  /// Returns the output entry (of an RxPDO) with this name, see find_input().
   [[nodiscard]] tl::expected<const EntryRow*, SignalNameError> find_output(std::string_view name) const;
 
-  /// An entry that PDOs can hold, with the name of its PDO in front: "Channel 1/Value".
+  /// A PDO entry whose name has the name of its PDO as prefix: "Channel 1/Value".
   struct NamedEntry {
-    std::string name;               ///< as find_input() and find_output() take it
-    const EntryRow* row = nullptr;  ///< never null; in table()
+    std::string name;               ///< name that find_input() and find_output() accept
+    const EntryRow* row = nullptr;  ///< row in table(); never null
   };
-  /// All of them, each once: inputs are the entries of TxPDOs, outputs those of RxPDOs.
+  /// Returns the entries of all TxPDOs; each entry appears once.
   [[nodiscard]] std::vector<NamedEntry> inputs() const;
-  /// See inputs().
+  /// Returns the entries of all RxPDOs; each entry appears once.
   [[nodiscard]] std::vector<NamedEntry> outputs() const;
 
  private:

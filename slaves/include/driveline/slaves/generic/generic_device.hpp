@@ -14,44 +14,43 @@
 
 namespace driveline::slaves::generic {
 
-/// An input whose value follows a script. The input is one that DeviceModel::find_input() gave.
+/// An input whose value follows a script.
 struct ScriptedInput {
-  const EntryRow* input = nullptr;  ///< row in the model's table
-  Signal signal;                    ///< in the unit of the entry, from the first advance() on
+  const EntryRow* input = nullptr;  ///< row in the model's table, from DeviceModel::find_input()
+  Signal signal;                    ///< in the unit of the entry; starts with the first advance()
 };
 
-/// Checks whether the input can take the values of the signal.
+/// Checks whether the input accepts all values of the signal.
 [[nodiscard]] tl::expected<void, SignalValueError> check_signal(const EntryRow& input, const Signal& signal);
 
-/// Options of a single device.
+/// Options of an individual device.
 struct GenericOptions {
-  std::uint32_t serial_number = 0;     ///< 0: that of the description
+  std::uint32_t serial_number = 0;     ///< 0: serial number of the description
   std::vector<std::byte> sii_image{};  ///< EEPROM content; empty: made from the description
-  /// The controller has a clock, as those of the ET1100 class do also in devices without DC modes: the way frames take
-  /// is measured with it.
+  /// The controller has a clock, like the ET1100 class even in devices without DC modes; it measures the frame path.
   bool distributed_clock = true;
   bool loop_back = true;                ///< inputs repeat outputs
-  std::vector<ScriptedInput> inputs{};  ///< those that follow a script; the others repeat outputs, or stay 0
+  std::vector<ScriptedInput> inputs{};  ///< inputs that follow a script; the others repeat outputs or stay 0
 };
 
 /// A device simulated from its description (an ESI file or an EEPROM image): identity, sync managers, process data,
 /// object dictionary, CoE, EoE and SoE. Its application is minimal: inputs repeat outputs or follow a script.
 ///
-/// Looped back, each input entry repeats an output entry: going through both in the order of the process data, the next
-/// one of the same length. Outputs become 0 when OP is left. A device without mailbox and with a PDI that has no
-/// application is run by its controller alone (device emulation).
+/// With loop-back, each input entry repeats the next output entry of the same length, both in the order of the process
+/// data. Outputs are set to 0 when OP is left. A device without mailbox and with a PDI that has no application is run
+/// by its controller alone (device emulation).
 ///
-/// Belongs to the thread that drives the line. Times are counted from the first call of advance().
+/// Belongs to the thread that drives the line. Times are relative to the first call of advance().
 class GenericDevice final : public Device, public DeviceSignals, private DictionaryOwner {
  public:
-  /// Every input of `options` is one of the model.
+  /// Precondition: every input of `options` belongs to the model.
   GenericDevice(std::shared_ptr<const DeviceModel> model, const GenericOptions& options);
-  GenericDevice(const GenericDevice&) = delete;  // the CoE server refers to the dictionary in here
+  GenericDevice(const GenericDevice&) = delete;  // the CoE server refers to the dictionary of this object
   GenericDevice& operator=(const GenericDevice&) = delete;
   ~GenericDevice() override = default;
 
   // Device
-  /// With the EEPROM image of the options, or one made from the description.
+  /// Returns the profile with the EEPROM image of the options, or with an image made from the description.
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
   [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override;
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override;
@@ -63,7 +62,7 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   }
   void mailbox_request(std::span<const std::byte> mailbox) override;
   bool connect_network(EthernetLink* network) override;
-  /// Identity and the entries of its PDOs.
+  /// Shows the identity and the entries of the PDOs.
   void show(DeviceStatus& out) const noexcept override;
   void restart() override;
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
@@ -71,21 +70,21 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
   [[nodiscard]] DeviceSignals* signals() noexcept override { return this; }
 
-  // DeviceSignals: the entries of its PDOs that are numbers or texts; texts cannot be set and read as 0.
-  /// Entries of its TxPDOs (inputs) or RxPDOs (outputs), in their order.
+  // DeviceSignals: the PDO entries that are numbers or texts; texts cannot be set and read as 0.
+  /// Returns the number of entries of TxPDOs (inputs) or RxPDOs (outputs).
   [[nodiscard]] std::size_t signal_count(Way way) const noexcept override { return rows(way).size(); }
-  /// Name of the PDO and of the entry, as DeviceModel::find_input() takes it.
+  /// Returns the name of PDO and entry, as DeviceModel::find_input() accepts it.
   [[nodiscard]] std::string signal_name(SignalPlace place) const override;
   [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_signal(Way way, std::string_view name) const override;
   [[nodiscard]] tl::expected<void, SignalValueError> check_signal_value(std::size_t input, double value) const override;
   void set_signal(std::size_t input, double value) noexcept override;
   [[nodiscard]] double signal(SignalPlace place) const noexcept override;
 
-  /// The model shared by all devices of its type.
+  /// Returns the model that all devices of the type share.
   [[nodiscard]] const DeviceModel& model() const noexcept { return *model_; }
-  /// Values as they are now.
+  /// Returns the current values.
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
-  /// The mailbox server, for its counters.
+  /// Returns the mailbox server, for its counters.
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
  private:
@@ -115,10 +114,10 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   ObjectDictionary dictionary_;
   CoeServer coe_;
   std::uint32_t serial_number_;
-  std::unique_ptr<EoeServer> eoe_;         ///< null: the device has none
+  std::unique_ptr<EoeServer> eoe_;         ///< null: the device has no EoE
   std::unique_ptr<SoeDrives> soe_drives_;  ///< null: the device has no SoE
-  std::unique_ptr<SoeServer> soe_;         ///< of soe_drives_
-  bool mapped_by_idn_;                     ///< process data are those of soe_drives_
+  std::unique_ptr<SoeServer> soe_;         ///< SoE server of soe_drives_; null: none
+  bool mapped_by_idn_;                     ///< soe_drives_ defines the process data
   MailboxServer mailbox_;
   std::vector<PdoMap> maps_;  ///< by sync manager
   bool looped_;
@@ -126,7 +125,7 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   std::vector<ScriptedInput> scripts_;
   std::vector<DeviceModel::NamedEntry> inputs_;
   std::vector<DeviceModel::NamedEntry> outputs_;
-  std::vector<std::uint16_t> set_slots_;  ///< of inputs that set_signal() has set; there is room for all
+  std::vector<std::uint16_t> set_slots_;  ///< slots of the inputs set by set_signal(); memory is reserved for all
   wire::AlState al_state_ = wire::AlState::kInit;
   std::optional<std::chrono::nanoseconds> start_;
   std::chrono::nanoseconds now_{0};

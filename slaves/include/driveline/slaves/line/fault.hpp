@@ -32,7 +32,7 @@ enum class FaultKind : std::uint8_t {
   kSlowTransition,
   kRefuseTransition,
 };
-/// Rows of kFaultKinds.
+/// Number of rows of kFaultKinds.
 inline constexpr std::size_t kFaultKindCount = 18;
 
 /// Parameters of a fault. The values are bits of a FaultParameters set.
@@ -49,13 +49,13 @@ enum class FaultParameter : std::uint16_t {
   kState = 0x200,
   kCode = 0x400,
 };
-/// Several FaultParameter, ORed.
+/// Set of FaultParameter bits.
 using FaultParameters = std::uint16_t;
-/// The set of both. \rtsafe
+/// Returns the set of both parameters. \rtsafe
 [[nodiscard]] constexpr FaultParameters operator|(FaultParameter a, FaultParameter b) noexcept {
   return static_cast<FaultParameters>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
 }
-/// The set and one more. \rtsafe
+/// Returns the set with one more parameter. \rtsafe
 [[nodiscard]] constexpr FaultParameters operator|(FaultParameters a, FaultParameter b) noexcept {
   return static_cast<FaultParameters>(a | static_cast<unsigned>(b));
 }
@@ -64,40 +64,39 @@ using FaultParameters = std::uint16_t;
   return (set & static_cast<unsigned>(parameter)) != 0;
 }
 
-/// Where on its way a frame is hit.
+/// Where a frame is affected.
 enum class FaultWay : std::uint8_t {
-  kOut,   ///< before the first slave: no slave sees the frame as sent
-  kBack,  ///< behind the last slave: all slaves have processed the frame
+  kOut,   ///< before the first slave: no slave receives the frame as sent
+  kBack,  ///< after the last slave: all slaves have processed the frame
 };
 
-/// A fault and how long it lasts. Only the members count that its kind takes (kFaultKinds). A cable is named by the
-/// port of a slave that it is plugged into.
+/// A fault and its duration. Only the members that its kind uses have an effect (kFaultKinds). A cable is identified by
+/// the slave port that it is connected to.
 struct Fault {
-  FaultKind kind = FaultKind::kDrop;                                ///< what goes wrong
-  FaultWay way = FaultWay::kOut;                                    ///< where frames are hit; kDrop and kCorrupt
+  FaultKind kind = FaultKind::kDrop;                                ///< kind of fault
+  FaultWay way = FaultWay::kOut;                                    ///< where frames are affected; kDrop and kCorrupt
   std::uint16_t slave = 0;                                          ///< position in the line
   std::uint8_t port = 0;                                            ///< 0..3
-  std::uint32_t count = 0;                                          ///< ends after so many frames; 0: does not
-  double chance = 1.0;                                              ///< that a frame is hit, 0..1
-  std::uint32_t seed = 1;                                           ///< of the chance and of the bits that flip
-  std::uint32_t bits = 1;                                           ///< flipped per frame
-  std::chrono::nanoseconds time{0};                                 ///< how late, or how busy
-  wire::AlState state = wire::AlState::kOp;                         ///< the refused one
-  wire::AlStatusCode code = wire::AlStatusCode::kUnspecifiedError;  ///< what it is refused with
-  std::chrono::nanoseconds duration{0};  ///< ends after this time; 0: lasts until it is healed
+  std::uint32_t count = 0;                                          ///< ends after this number of frames; 0: unlimited
+  double chance = 1.0;                                              ///< probability that a frame is affected, 0..1
+  std::uint32_t seed = 1;                                           ///< seed of the chance and of the flipped bits
+  std::uint32_t bits = 1;                                           ///< number of flipped bits per frame
+  std::chrono::nanoseconds time{0};                                 ///< delay or busy time, depending on the kind
+  wire::AlState state = wire::AlState::kOp;                         ///< refused AL state
+  wire::AlStatusCode code = wire::AlStatusCode::kUnspecifiedError;  ///< AL status code of the refusal
+  std::chrono::nanoseconds duration{0};                             ///< ends after this time; 0: lasts until healed
 
-  /// Whether both are of one kind in the same place, so that only one can be active.
+  /// Whether both have the same kind and place, so that only one of them can be active.
   [[nodiscard]] bool same_place(const Fault& other) const noexcept;
 };
 
-/// One kind of fault as users see it: the line description, the command line, the help and the documentation use this
-/// table.
+/// A kind of fault for users: the line description, the command line, the help and the documentation use this table.
 struct FaultKindRow {
   FaultKind kind;         ///< rows are in the order of the enumeration
-  std::string_view name;  ///< in line descriptions and commands; unique
+  std::string_view name;  ///< name in line descriptions and commands; unique
   FaultParameters needs;  ///< required parameters
   FaultParameters takes;  ///< optional parameters
-  std::string_view text;  ///< what it does, as a user reads it
+  std::string_view text;  ///< description for users
 };
 
 namespace fault_detail {
@@ -107,7 +106,7 @@ inline constexpr FaultParameters kHits = kCount | kChance | kSeed;
 inline constexpr FaultParameters kOnlySlave = kNone | kSlave;
 }  // namespace fault_detail
 
-/// All kinds, by their number; fault_kind_row() finds one.
+/// All kinds, in the order of the enumeration; see fault_kind_row().
 inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
     {FaultKind::kDrop, "drop", 0, fault_detail::kHits | FaultParameter::kWay, "frames get lost"},
     {FaultKind::kDelay, "delay", fault_detail::kNone | FaultParameter::kTime, fault_detail::kHits,
@@ -147,12 +146,12 @@ inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
      fault_detail::kNone | FaultParameter::kCode, "the slave refuses this AL state with that AL status code"},
 }};
 
-/// One parameter as users see it.
+/// A fault parameter for users.
 struct FaultParameterRow {
   FaultParameter parameter;  ///< the parameter of this row
-  std::string_view key;      ///< in line descriptions and commands; unique
-  std::string_view value;    ///< what is expected
-  std::string_view text;     ///< what it means, as a user reads it
+  std::string_view key;      ///< name in line descriptions and commands; unique
+  std::string_view value;    ///< expected value, for users
+  std::string_view text;     ///< meaning, for users
 };
 
 /// All parameters, in the order of their bits.
@@ -170,7 +169,7 @@ inline constexpr std::array<FaultParameterRow, 11> kFaultParameters{{
     {FaultParameter::kCode, "code", "0 to 65535", "AL status code; default 1"},
 }};
 
-/// Precondition: `kind` is one of the enumeration. \rtsafe
+/// Returns the row of a kind. Precondition: `kind` is one of the enumeration. \rtsafe
 [[nodiscard]] constexpr const FaultKindRow& fault_kind_row(FaultKind kind) noexcept {
   return kFaultKinds[static_cast<std::size_t>(kind)];
 }

@@ -22,27 +22,27 @@ namespace driveline::slaves {
 
 /// Delays of a line.
 struct LineOptions {
-  SlaveDelays delays;                       ///< of every slave that slave_delays does not reach
+  SlaveDelays delays;                       ///< delays of slaves without an element in slave_delays
   std::vector<SlaveDelays> slave_delays{};  ///< by position
-  std::chrono::nanoseconds cable_delay{5};  ///< of every cable of the plain line (1 m)
-  /// Serialisation of a byte of the frame; 80 ns at 100 Mbit/s. Not zero: frames wait for those sent before them.
+  std::chrono::nanoseconds cable_delay{5};  ///< delay of each cable of the plain line (1 m)
+  /// Serialisation time of a byte; 80 ns at 100 Mbit/s. If it is not zero, frames wait for previously sent frames.
   std::chrono::nanoseconds byte_time{0};
 };
 
-/// A line of emulated slaves, and the in-process port of a master that runs them: a frame that is sent passes all
-/// slaves in the order of their wiring at once and can be received when its time on the wire has passed.
+/// A line of emulated slaves, and the in-process port of a master that runs them: a sent frame passes all slaves at
+/// once in the order of their wiring, and can be received when its time on the wire has passed.
 ///
-/// The same line serves a network interface: process() takes a frame that came in there, advance() runs the slaves
-/// while none comes.
+/// The line can also serve a network interface: process() handles a received frame, advance() runs the slaves while no
+/// frames arrive.
 ///
-/// One thread at a time. After construction nothing allocates but mailbox traffic.
+/// For one thread at a time. After construction only mailbox traffic allocates.
 class Line final : public port::Port {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
-  /// `slaves` wired as `wiring` says, as a plain line without it. Throws std::invalid_argument when the wiring is for
-  /// another number of slaves.
+  /// Creates the line with `slaves`, connected by `wiring`, or as a plain line without it. Throws std::invalid_argument
+  /// when the wiring has a different number of slaves.
   Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options = {},
        std::optional<Wiring> wiring = std::nullopt);
   Line(const Line&) = delete;
@@ -55,61 +55,60 @@ class Line final : public port::Port {
   bool wait_readable(Nanoseconds deadline) noexcept override { return end(0).wait_readable(deadline); }
   [[nodiscard]] Nanoseconds last_send_time() const noexcept override { return ends_[0]->last_send_time(); }
   /// @}
-  /// The secondary interface of the master, at the far end of a ring.
+  /// Returns the secondary interface of the master, at the other end of a ring.
   [[nodiscard]] port::Port& secondary() noexcept { return end(1); }
 
   /// Exit and delay of a frame.
   struct Passage {
-    MasterPort exit;             ///< interface
-    Nanoseconds delay;           ///< of slaves and cables
-    Nanoseconds fault_delay{0};  ///< besides, by a fault
-    bool duplicated = false;     ///< by a fault: the frame comes out twice
+    MasterPort exit;             ///< interface where the frame leaves
+    Nanoseconds delay;           ///< delay of slaves and cables
+    Nanoseconds fault_delay{0};  ///< additional delay by a fault
+    bool duplicated = false;     ///< by a fault: the frame leaves twice
   };
-  /// Lets a frame pass all slaves, in place, beginning at `now` (slaves are advanced to it). \rtsafe as Slave::advance.
+  /// Passes a frame through all slaves, in place; advances them to `now`. \rtsafe if Slave::advance is.
   std::optional<Passage> process(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
-  /// The same without advancing the slaves, for a caller that does so itself. \rtsafe
+  /// Passes a frame through all slaves like process(), but the caller advances the slaves. \rtsafe
   std::optional<Passage> pass(std::span<std::byte> frame, Nanoseconds now, MasterPort from = MasterPort::kPrimary);
-  /// Runs the slaves up to `now` while no frames come.
+  /// Runs the slaves up to `now` while no frames arrive.
   void advance(Nanoseconds now);
-  /// Runs `count` slaves from `first` on up to `now`; all of them when a fault is due. For callers that have other work
-  /// in between.
+  /// Runs `count` slaves from `first` on up to `now`, all when a fault is due. For callers with other work in between.
   void advance_some(std::size_t first, std::size_t count, Nanoseconds now);
 
-  /// Slaves, powered or not. \rtsafe
+  /// Returns the number of slaves, powered or not. \rtsafe
   [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
-  /// Precondition: position < size(). \rtsafe
+  /// Returns a slave. Precondition: position < size(). \rtsafe
   [[nodiscard]] Slave& slave(std::size_t position) noexcept { return *slaves_[position]; }
-  /// The same, read only. \rtsafe
+  /// Returns a slave, read only. Precondition: position < size(). \rtsafe
   [[nodiscard]] const Slave& slave(std::size_t position) const noexcept { return *slaves_[position]; }
 
   /// Counters of frames.
   struct Counters {
-    std::uint64_t frames = 0;     ///< of any kind, from either interface
+    std::uint64_t frames = 0;     ///< frames of any kind, from both interfaces
     std::uint64_t malformed = 0;  ///< EtherCAT frames with a broken datagram structure
     std::uint64_t foreign = 0;    ///< frames that are not EtherCAT
-    std::uint64_t lost = 0;       ///< frames that did not come out again
+    std::uint64_t lost = 0;       ///< frames that did not leave the line
   };
-  /// Since construction. \rtsafe
+  /// Returns the counts since construction. \rtsafe
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
 
   /// \name Faults
   /// @{
 
-  /// Faults, injected now or by a script.
+  /// Returns the faults, which are injected directly or by a script.
   [[nodiscard]] LineFaults& faults() noexcept { return faults_; }
-  /// Begins a fault now; false when it is not possible here. \rtsafe
+  /// Starts a fault now; returns false when it is not possible here. \rtsafe
   bool inject(const Fault& fault) noexcept { return faults_.begin(fault, clock_.now()); }
-  /// Ends a fault now; false when it is not there. \rtsafe
+  /// Ends a fault now; returns false when it is not active. \rtsafe
   bool heal(const Fault& fault) noexcept { return faults_.heal(fault, clock_.now()); }
-  /// Switches the supply of a slave. Without supply its neighbours see no link.
+  /// Switches the power supply of a slave. The neighbours of a slave without supply detect no link.
   void set_power(std::size_t position, bool on, Nanoseconds now) noexcept;
-  /// The same, now.
+  /// Switches the power supply of a slave now.
   void set_power(std::size_t position, bool on) noexcept { set_power(position, on, clock_.now()); }
-  /// Breaks or heals the cable at a port of a slave; false when there is none.
+  /// Breaks or heals the cable at a port of a slave; returns false when there is none.
   bool break_cable(PortId port, bool broken = true) noexcept;
-  /// The next `count` frames get lost before the first slave.
+  /// Drops the next `count` frames before the first slave.
   void drop_frames(unsigned count) noexcept { inject({.kind = FaultKind::kDrop, .count = count}); }
-  /// Cables as they are, the broken ones marked. \rtsafe
+  /// Returns the wiring with the state of its cables. \rtsafe
   [[nodiscard]] const Wiring& wiring() const noexcept { return wiring_; }
   /// @}
 
@@ -118,14 +117,14 @@ class Line final : public port::Port {
 
   [[nodiscard]] LineEnd& end(std::size_t number) noexcept { return *ends_[number]; }
   port::SendStatus transmit(LineEnd& from, std::span<const std::byte> frame) noexcept;
-  /// The way of a frame that starts now; opens auto-closed ports that it would come in at.
+  /// Returns the path of a frame that starts now; opens auto-closed ports that would receive it.
   const FramePath& current_path(MasterPort from) noexcept;
   std::optional<Passage> pass_along(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept;
-  /// False when the frame was destroyed.
+  /// Returns false when the frame was destroyed.
   bool pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
   bool pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
   void process_without_logical(Esc& esc, Nanoseconds time) noexcept;
-  /// When the frame is damaged on its way; never without such a fault.
+  /// Returns the time when the frame is damaged on its path; kNever without such a fault.
   [[nodiscard]] static Nanoseconds time_of_damage(const FramePath& way, const FrameFate& fate) noexcept;
   void count_damage(const FramePath& way, PortId damaged_at) noexcept;
   void advance_slaves(std::span<const std::unique_ptr<Slave>> slaves, Nanoseconds now);
@@ -141,11 +140,11 @@ class Line final : public port::Port {
   LineOptions options_;
   std::array<std::unique_ptr<LineEnd>, kMasterPortCount> ends_;
   std::vector<SlavePorts> ports_;
-  /// Ports that lost their link under auto-close: closed until DL control is written or a frame comes in.
+  /// Ports that lost their link in auto-close mode: closed until DL control is written or a frame is received.
   std::vector<std::array<bool, kPortCount>> auto_closed_;
   std::array<FramePath, kMasterPortCount> paths_;
   FrameDatagrams datagrams_;
-  std::vector<std::byte> lost_frame_;  ///< a frame that will not come out is processed here
+  std::vector<std::byte> lost_frame_;  ///< buffer to process frames that do not leave the line
   bool topology_changed_ = true;
   std::uint64_t serial_ = 0;
   Counters counters_;

@@ -14,14 +14,14 @@ namespace driveline::slaves {
 
 class Line;
 
-/// One of the two ends of a line that a master can hold: the frames that are on their way back to it. A fixed pool,
-/// no allocation after construction.
+/// An end of a line that a master can be connected to: holds the frames in flight to the master, in a fixed pool
+/// without allocation after construction.
 class LineEnd final : public port::Port {
  public:
-  /// Frames that may be on the way at the same time.
+  /// Maximum number of frames in flight.
   static constexpr std::size_t kMaxInFlight = 64;
 
-  /// Made by the line, which must outlive it.
+  /// Created by the line, which must outlive it.
   LineEnd(Line& line, rt::Clock& clock, MasterPort which);
 
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;
@@ -37,11 +37,11 @@ class LineEnd final : public port::Port {
     std::chrono::nanoseconds arrival{0};
   };
 
-  /// Slot for the next frame to arrive; nullptr when the pool is used up. Filled by the line, then committed.
+  /// Returns the slot for the next frame to arrive; nullptr: pool exhausted. The line fills it, then calls commit().
   [[nodiscard]] Slot* next_slot() noexcept;
   void commit(std::size_t length, std::chrono::nanoseconds arrival) noexcept;
   void release_held() noexcept;
-  /// When a frame handed over now begins on the wire: behind those before it. Takes the wire for its time.
+  /// Returns when a frame sent now starts on the wire, after earlier frames. Reserves the wire for its duration.
   [[nodiscard]] std::chrono::nanoseconds occupy(std::chrono::nanoseconds now, std::chrono::nanoseconds byte_time,
                                                 std::size_t bytes) noexcept;
 
@@ -51,9 +51,9 @@ class LineEnd final : public port::Port {
   std::vector<Slot> slots_;
   std::size_t first_ = 0;
   std::size_t count_ = 0;
-  bool held_ = false;  ///< the first slot has been handed out
+  bool held_ = false;  ///< the first slot was returned by receive()
   std::chrono::nanoseconds last_send_{0};
-  std::chrono::nanoseconds wire_free_{0};  ///< the last frame, its FCS and the gap behind it are over
+  std::chrono::nanoseconds wire_free_{0};  ///< end of the last frame including FCS and inter-frame gap
 };
 
 }  // namespace driveline::slaves

@@ -15,77 +15,77 @@ namespace driveline::slaves {
 
 class Line;
 
-/// A fault has begun or ended.
+/// Start or end of a fault.
 struct FaultEvent {
-  std::chrono::nanoseconds time{0};  ///< when
-  Fault fault;                       ///< which
-  bool begins = false;               ///< else it ends
+  std::chrono::nanoseconds time{0};  ///< time of the event
+  Fault fault;                       ///< the fault
+  bool begins = false;               ///< true: the fault starts; false: it ends
 };
 
-/// Effect of the present faults on one frame.
+/// Effect of the active faults on a frame.
 struct FrameFate {
-  bool lost_out = false;               ///< before the first slave
-  bool lost_back = false;              ///< behind the last slave
-  bool duplicated = false;             ///< comes out twice
-  bool short_working_counter = false;  ///< some slave takes no part, see LineFaults::takes_part()
-  std::chrono::nanoseconds delay{0};   ///< how much later it comes back
-  std::optional<PortId> damaged_at;    ///< port where its check sequence is wrong from then on
+  bool lost_out = false;               ///< lost before the first slave
+  bool lost_back = false;              ///< lost after the last slave
+  bool duplicated = false;             ///< leaves the line twice
+  bool short_working_counter = false;  ///< at least one slave does not take part, see LineFaults::takes_part()
+  std::chrono::nanoseconds delay{0};   ///< additional delay of its return
+  std::optional<PortId> damaged_at;    ///< port from where on its frame check sequence is wrong
 };
 
-/// The faults of a line: those that are there now, and those that a script will bring at their time. Chance is seeded,
-/// so the same faults hit the same frames again.
+/// Faults of a line: active ones, and faults that a script starts at their time. Chance is seeded, so the same faults
+/// affect the same frames in each run.
 ///
-/// Used by the thread that drives the line; next_event() by one thread of any kind. Nothing but the constructor and
-/// schedule() allocates.
+/// Used by the thread that drives the line; next_event() may be called by one other thread. Only the constructor and
+/// schedule() allocate.
 class LineFaults {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
-  /// Stands for "nothing due", and for "lasts until it is healed".
+  /// Time of an event that does not occur: nothing is due, or a fault lasts until healed.
   static constexpr Nanoseconds kNever = Nanoseconds::max();
-  /// Faults that can be there at the same time.
+  /// Maximum number of active faults.
   static constexpr std::size_t kMaxActive = 64;
 
-  /// Faults of a line of `slave_count` slaves; the line must outlive this.
+  /// Creates faults for a line of `slave_count` slaves; the line must outlive this.
   explicit LineFaults(Line& line, std::size_t slave_count);
 
-  /// Begins a fault at `now`, in place of one of the same kind in the same place. False when there is no such slave or
-  /// cable, or kMaxActive faults are there. \rtsafe
+  /// Starts a fault at `now`; it replaces a fault of the same kind and place. Returns false when there is no such slave
+  /// or cable, or kMaxActive faults are active. \rtsafe
   bool begin(const Fault& fault, Nanoseconds now) noexcept;
-  /// Ends the fault of this kind in this place (either end of a cable); false when it is not there. \rtsafe
+  /// Ends the fault of this kind and place (either end of a cable); returns false when it is not active. \rtsafe
   bool heal(const Fault& fault, Nanoseconds now) noexcept;
-  /// Ends all faults and forgets the script. \rtsafe
+  /// Ends all faults and discards the script. \rtsafe
   void heal_all(Nanoseconds now) noexcept;
-  /// Begins a fault when the time `at` has come.
+  /// Starts a fault at the time `at`.
   void schedule(Nanoseconds at, const Fault& fault);
 
-  /// Time of the next call of run(); kNever when nothing is due.
+  /// Returns the time of the next call of run(); kNever when nothing is due.
   [[nodiscard]] Nanoseconds due() const noexcept { return due_; }
-  /// Begins and ends what is due. \rtsafe
+  /// Starts and ends the due faults. \rtsafe
   void run(Nanoseconds now) noexcept;
 
-  /// Whether any fault affects frames, so that next_frame() must be called.
+  /// Whether any active fault affects frames, so that next_frame() must be called.
   [[nodiscard]] bool concern_frames() const noexcept { return frame_faults_ > 0; }
-  /// Decides about the next frame; damages it when it is to be corrupted on its way out. \rtsafe
+  /// Determines the effect on the next frame; flips its bits if it is corrupted before the first slave. \rtsafe
   [[nodiscard]] FrameFate next_frame(std::span<std::byte> frame, Nanoseconds now) noexcept;
-  /// Flips the bits of a frame that is to be corrupted on its way back. \rtsafe
+  /// Flips the bits of a frame that is corrupted after the last slave. \rtsafe
   void corrupt_reply(std::span<std::byte> frame, Nanoseconds now) noexcept;
-  /// The slave processes logical datagrams of the frame that next_frame() has decided about. \rtsafe
+  /// Whether the slave processes the logical datagrams of the frame of next_frame(). \rtsafe
   [[nodiscard]] bool takes_part(std::size_t slave) const noexcept { return !absent_[slave]; }
 
   /// An active fault. For the thread that drives the line.
   struct Active {
-    Fault fault;               ///< for a cable with the end at the lower position
-    Nanoseconds end{kNever};   ///< when it ends by itself
-    std::uint64_t hits = 0;    ///< frames
-    std::uint32_t random = 0;  ///< state of its random numbers
-    Nanoseconds before{0};     ///< the slave's own time that is replaced
-    std::byte checksum{0};     ///< the right one
+    Fault fault;               ///< cable faults refer to the end at the lower position
+    Nanoseconds end{kNever};   ///< time when it ends automatically
+    std::uint64_t hits = 0;    ///< affected frames
+    std::uint32_t random = 0;  ///< state of the random numbers
+    Nanoseconds before{0};     ///< replaced time setting of the slave
+    std::byte checksum{0};     ///< correct checksum
   };
-  /// In no particular order; valid until the next change. \rtsafe
+  /// Returns the active faults in no particular order; valid until the next change. \rtsafe
   [[nodiscard]] std::span<const Active> active() const noexcept { return std::span(active_).first(count_); }
 
-  /// Takes the oldest fault that has begun or ended; false when there is none.
+  /// Takes the oldest start or end of a fault; returns false when there is none.
   [[nodiscard]] bool next_event(FaultEvent& event) noexcept { return events_.try_pop(event); }
 
  private:

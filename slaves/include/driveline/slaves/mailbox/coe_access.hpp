@@ -5,7 +5,7 @@
 
 namespace driveline::slaves {
 
-/// What an AL state is to a dictionary: its values are reached through the mailbox, in PREOP, SAFEOP and OP. \rtsafe
+/// Converts an AL state to an access phase: mailbox access is possible in PREOP, SAFEOP and OP. \rtsafe
 [[nodiscard]] constexpr AccessPhase access_phase(wire::AlState state) noexcept {
   switch (state) {
     case wire::AlState::kPreOp:
@@ -19,7 +19,7 @@ namespace driveline::slaves {
   }
 }
 
-/// Access bits of a row as SDO information tells them (wire::entry_access). \rtsafe
+/// Returns the access bits of a row as reported by SDO information (wire::entry_access). \rtsafe
 [[nodiscard]] std::uint16_t coe_access(const EntryRow& row) noexcept;
 
 }  // namespace driveline::slaves

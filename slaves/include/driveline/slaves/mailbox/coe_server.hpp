@@ -8,28 +8,27 @@
 
 namespace driveline::slaves {
 
-/// CANopen over EtherCAT of a device: SDO, SDO information and the emergency queue (ETG.1000.6 5.6).
+/// CANopen over EtherCAT server of a device: SDO, SDO information and the emergency queue (ETG.1000.6 5.6).
 class CoeServer : public MailboxProtocol {
  public:
-  /// Emergencies that wait for the master.
+  /// Capacity of the emergency queue.
   static constexpr std::size_t kEmergencyDepth = 8;
 
-  /// What the device supports beyond the single-entry SDO services.
+  /// Features of the device beyond the single-entry SDO services.
   struct Options {
     bool complete_access = false;  ///< whole objects in one SDO transfer
     bool sdo_information = true;   ///< object list and descriptions
     bool fill_sign = false;        ///< see SdoServer::Options
   };
 
-  /// Both must outlive this. Allocates room for the longest transfer of the dictionary.
+  /// Both references must outlive this. Allocates memory for the longest transfer of the dictionary.
   CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options);
-  /// With the default options.
+  /// Uses the default options.
   CoeServer(ObjectDictionary& dictionary, DictionaryOwner& owner) : CoeServer(dictionary, owner, Options{}) {}
 
-  /// Puts an emergency in the queue the master fetches from; when the queue is full the oldest is lost and counted.
-  /// \rtsafe
+  /// Queues an emergency for the master; a full queue drops and counts the oldest. \rtsafe
   void raise(const wire::Emergency& emergency) noexcept;
-  /// Emergencies that the master fetched too late to get. \rtsafe
+  /// Returns the number of emergencies dropped because the master fetched too late. \rtsafe
   [[nodiscard]] std::uint64_t lost_emergencies() const noexcept { return lost_; }
 
   /// CoE, type 3.

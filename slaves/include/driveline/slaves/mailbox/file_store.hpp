@@ -14,34 +14,34 @@
 
 namespace driveline::slaves {
 
-/// A file that the master asks for.
+/// Identifies a file that the master accesses.
 struct FileRequest {
-  std::string_view name;                       ///< as the master writes it
+  std::string_view name;                       ///< as sent by the master
   std::uint32_t password = 0;                  ///< 0: none
-  wire::AlState state = wire::AlState::kNone;  ///< of the slave
+  wire::AlState state = wire::AlState::kNone;  ///< AL state of the slave
 };
 
 /// Why a file cannot be read or written.
 struct FileRefusal {
-  wire::FoeError code = wire::FoeError::kNotDefined;  ///< for programs
-  std::string text;                                   ///< for people
+  wire::FoeError code = wire::FoeError::kNotDefined;  ///< code for programs
+  std::string text;                                   ///< text for users
 };
 
-/// A value, or why the file is refused.
+/// A value, or the reason for the refusal.
 template <typename T>
 using FileAnswer = tl::expected<T, FileRefusal>;
 
-/// The files of a device, behind its FoE server. A file is taken as a whole: what arrives in part is never seen here.
+/// Files of a device that its FoE server transfers. Files are written as a whole: incomplete files never get here.
 class FileStore {
  public:
   virtual ~FileStore() = default;
-  /// What is in the file now.
+  /// Returns the current content of the file.
   [[nodiscard]] virtual FileAnswer<std::vector<std::byte>> read_file(const FileRequest& request) = 0;
-  /// The file is about to be written: how many bytes it may have.
+  /// Called before a file is written: returns the maximum size in bytes.
   [[nodiscard]] virtual FileAnswer<std::size_t> open_file(const FileRequest& request) = 0;
-  /// The file has arrived. Refused: it is as it was before.
+  /// Called when the file has arrived. If refused, the file is unchanged.
   [[nodiscard]] virtual FileAnswer<void> write_file(const FileRequest& request, std::span<const std::byte> content) = 0;
-  /// How far the device is with keeping what was written last; nothing: it has.
+  /// Returns the progress of storing the file written last; nullopt: finished.
   [[nodiscard]] virtual std::optional<wire::FoeBusy> busy() const noexcept { return std::nullopt; }
 };
 

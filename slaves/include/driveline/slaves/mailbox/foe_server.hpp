@@ -11,8 +11,8 @@
 
 namespace driveline::slaves {
 
-/// Files over EtherCAT of a device (ETG.1000.6 5.8): one transfer at a time; a new request ends an unfinished one,
-/// which leaves the file as it was.
+/// File access over EtherCAT server of a device (ETG.1000.6 5.8): one transfer at a time; a new request aborts an
+/// unfinished transfer, which leaves the file unchanged.
 class FoeServer final : public MailboxProtocol {
  public:
   /// `files` must outlive this.
@@ -29,21 +29,21 @@ class FoeServer final : public MailboxProtocol {
   enum class Phase : std::uint8_t {
     kReading,
     kWriting,
-    kKeeping,  ///< the last packet has come and is repeated until the device has kept the file
+    kKeeping,  ///< the master repeats the last packet until the device has stored the file
   };
-  /// A file on its way. Its memory is that of a transfer, not of a drive.
+  /// A transfer in progress. Allocated per transfer, so that an idle device needs no memory for it.
   struct Transfer {
     Phase phase = Phase::kReading;
     std::string name{};
     std::uint32_t password = 0;
-    wire::AlState state = wire::AlState::kNone;  ///< as of the last mail
+    wire::AlState state = wire::AlState::kNone;  ///< as of the last mailbox message
     std::vector<std::byte> content{};
-    std::size_t sent = 0;      ///< reading: bytes, the packet on its way included
-    std::size_t limit = 0;     ///< writing: most bytes
-    std::uint32_t packet = 0;  ///< the last one that was sent, or taken
-    bool last = false;         ///< reading: it was the last one
+    std::size_t sent = 0;      ///< reading: bytes, including the packet in flight
+    std::size_t limit = 0;     ///< writing: maximum size in bytes
+    std::uint32_t packet = 0;  ///< number of the last packet that was sent or received
+    bool last = false;         ///< reading: `packet` is the last one of the file
 
-    /// The name is valid as long as the transfer.
+    /// The name is valid for the life of the transfer.
     [[nodiscard]] FileRequest file() const noexcept { return {name, password, state}; }
   };
 

@@ -12,61 +12,62 @@
 
 namespace driveline::slaves {
 
-/// What a mailbox protocol is asked.
+/// A request to a mailbox protocol.
 struct MailboxRequest {
-  std::span<const std::byte> data;             ///< service data of the mail
-  std::size_t room = 0;                        ///< most that would have fitted into the mailbox
-  wire::AlState state = wire::AlState::kNone;  ///< of the slave
+  std::span<const std::byte> data;             ///< service data of the mailbox message
+  std::size_t room = 0;                        ///< capacity of the mailbox for service data
+  wire::AlState state = wire::AlState::kNone;  ///< AL state of the slave
 };
 
-/// A mailbox protocol of a device (CoE, EoE, FoE): answers one request at a time.
+/// A mailbox protocol of a device (CoE, EoE, FoE ...): answers one request at a time.
 class MailboxProtocol {
  public:
   virtual ~MailboxProtocol() = default;
-  /// Type of the mailboxes it answers; stays the same.
+  /// Type of the mailbox messages that it answers; constant.
   [[nodiscard]] virtual wire::MailboxType type() const noexcept = 0;
-  /// The request has no answer, so that it is handled as soon as it comes, whatever waits: with nothing to write into
-  /// and with state kNone.
+  /// Whether the request has no answer, so that it is handled at once, before any queued request: with an empty output
+  /// buffer and state kNone.
   [[nodiscard]] virtual bool without_answer(std::span<const std::byte> /*data*/) const noexcept { return false; }
-  /// What it says unasked may go on for ever. It takes turns with everything else; what has an end comes first.
+  /// Whether its unsolicited messages may continue without end. They alternate with all other messages; finite ones
+  /// come first.
   [[nodiscard]] virtual bool endless() const noexcept { return false; }
-  /// Handles one request and writes the service data of the answer into `out`. Returns the
-  /// length of the answer, 0 when the service has none, or the reason why the request is not understood.
+  /// Handles one request and writes the service data of the answer into `out`. Returns the length of the answer, 0 when
+  /// the service has none, or the reason why the request is invalid.
   [[nodiscard]] virtual tl::expected<std::size_t, wire::MailboxErrorCode> request(const MailboxRequest& request,
                                                                                   std::span<std::byte> out) = 0;
-  /// Something the protocol has to say unasked (emergencies), or the rest of an answer that takes several mailboxes;
-  /// 0 when there is nothing.
+  /// Writes an unsolicited message (emergency), or the next part of an answer that needs several mailbox messages;
+  /// returns 0 when there is none.
   [[nodiscard]] virtual std::size_t unsolicited(std::span<std::byte> out) = 0;
-  /// The mailbox was stopped: forget what is in progress.
+  /// Called when the mailbox is stopped: discards everything in progress.
   virtual void stop() noexcept = 0;
 };
 
-/// Mailbox of a slave: checks headers, drops repeated requests, hands the rest to the protocols and answers what it
-/// cannot serve with mailbox errors (ETG.1000.4 5.6, ETG.1000.6 5.5).
+/// Mailbox of a slave: checks headers, drops repeated requests, passes the other ones to the protocols and answers with
+/// mailbox errors what no protocol can serve (ETG.1000.4 5.6, ETG.1000.6 5.5).
 ///
-/// Requests wait in a queue until the master has fetched the previous answer, because an answer is made directly in
-/// the mailbox it leaves in. Those without an answer wait for nothing. No allocation after construction.
+/// Requests are queued until the master has fetched the previous answer, because an answer is composed directly in the
+/// mailbox that sends it. Requests without an answer are not queued. No allocation after construction.
 class MailboxServer {
  public:
-  /// Requests that may wait for their turn.
+  /// Capacity of the request queue.
   static constexpr std::size_t kQueueDepth = 4;
 
   /// `max_size`: largest request mailbox in bytes, header included. The protocols must outlive the server.
   MailboxServer(std::span<MailboxProtocol* const> protocols, std::size_t max_size);
 
-  /// request() would not lose this mailbox for want of room in the queue. \rtsafe
+  /// Whether request() would accept this mailbox message without losing it to a full queue. \rtsafe
   [[nodiscard]] bool has_room(std::span<const std::byte> mailbox) const noexcept;
-  /// A mailbox the master wrote, header included.
+  /// Handles a mailbox message that the master wrote, header included.
   void request(std::span<const std::byte> mailbox);
-  /// Next mailbox for the master, header included; returns its length, 0 when there is none.
+  /// Writes the next mailbox message for the master, header included; returns its length, 0 when there is none.
   [[nodiscard]] std::size_t reply(std::span<std::byte> out, wire::AlState state);
-  /// The mailbox was started or stopped by the AL state machine: everything pending is forgotten.
+  /// Called when the AL state machine starts or stops the mailbox: discards everything pending.
   void reset() noexcept;
 
-  /// Requests lost because the master wrote more than kQueueDepth without fetching an answer, and nobody has asked
-  /// has_room().
+  /// Returns the number of requests lost because the master wrote more than kQueueDepth without fetching an answer and
+  /// has_room() was not checked.
   [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_; }
-  /// Requests recognised as repetitions of the one before.
+  /// Returns the number of requests recognised as repetitions of the previous one.
   [[nodiscard]] std::uint64_t repeated() const noexcept { return repeated_; }
 
  private:
@@ -92,7 +93,7 @@ class MailboxServer {
   std::size_t count_ = 0;
   std::uint8_t last_counter_ = 0;
   std::uint8_t counter_ = 0;
-  bool endless_next_ = false;  ///< the turn is that of what goes on for ever
+  bool endless_next_ = false;  ///< the next message comes from an endless() protocol, if it has one
   std::uint64_t dropped_ = 0;
   std::uint64_t repeated_ = 0;
 };

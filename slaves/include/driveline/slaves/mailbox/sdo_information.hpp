@@ -9,19 +9,19 @@
 
 namespace driveline::slaves {
 
-/// SDO information service: object list, object and entry description, all from the dictionary's table
-/// (ETG.1000.6 5.6.3). A list longer than the mailbox leaves in fragments.
+/// SDO information service: object list, object and entry descriptions, all from the dictionary's table (ETG.1000.6
+/// 5.6.3). A list that is longer than the mailbox is sent in fragments.
 class SdoInformation {
  public:
   /// The dictionary must outlive this.
   explicit SdoInformation(const ObjectDictionary& dictionary);
 
-  /// Handles a request (bytes behind the CoE header) and writes the response (without CoE header) into `out`, at
-  /// least 16 bytes. Returns its length.
+  /// Handles a request (bytes after the CoE header) and writes the response (without CoE header) into `out`, which has
+  /// at least 16 bytes. Returns the length of the response.
   [[nodiscard]] std::size_t handle(std::span<const std::byte> request, std::span<std::byte> out);
-  /// The next fragment of a list; 0 when none is left.
+  /// Writes the next fragment of a list; returns its length, 0 when none is left.
   [[nodiscard]] std::size_t next_fragment(std::span<std::byte> out);
-  /// Forgets the fragments that are left.
+  /// Discards the remaining fragments.
   void cancel() noexcept;
 
  private:

@@ -9,28 +9,28 @@
 
 namespace driveline::slaves {
 
-/// SDO server of a device: expedited, normal and segmented upload and download of entries and, when the device has
-/// complete access, of whole objects (ETG.1000.6 5.6.2). Without it complete access is refused with 06010004h.
+/// SDO server of a device: expedited, normal and segmented upload and download of entries and, if the device supports
+/// complete access, of whole objects (ETG.1000.6 5.6.2). Otherwise complete access is refused with 06010004h.
 ///
-/// One transfer at a time, as the protocol has it: a new initiate request ends an unfinished transfer. There is no
-/// time-out between segments (the trace in MSD manual 8.2.4 pauses for 16 s).
+/// Handles one transfer at a time, as the protocol requires: a new initiate request ends an unfinished transfer. There
+/// is no time-out between segments (the trace in MSD manual 8.2.4 pauses for 16 s).
 class SdoServer {
  public:
-  /// What the device does beyond and otherwise than the standard's least.
+  /// Behaviour that the standard does not require.
   struct Options {
     bool complete_access = false;  ///< whole objects in one transfer
-    bool fill_sign = false;  ///< unused bytes of an expedited upload of an INTEGER carry its sign instead of zeros
+    bool fill_sign = false;  ///< unused bytes of an expedited upload of an INTEGER contain its sign instead of zeros
   };
 
-  /// Both must outlive this. Allocates room for the longest transfer.
+  /// Both references must outlive this. Allocates memory for the longest transfer.
   SdoServer(ObjectDictionary& dictionary, DictionaryOwner& owner, const Options& options);
 
-  /// Handles an SDO request (the bytes behind the CoE header); writes the response (without CoE header) into `out`,
-  /// which has at least 16 bytes. Returns its length, 0 for none.
+  /// Handles an SDO request (bytes after the CoE header); writes the response (without CoE header) into `out`, which
+  /// has at least 16 bytes. Returns the length of the response, 0 for none.
   [[nodiscard]] std::size_t handle(std::span<const std::byte> request, AccessPhase phase, std::span<std::byte> out);
-  /// Forgets an unfinished transfer.
+  /// Discards an unfinished transfer.
   void cancel() noexcept { transfer_ = {}; }
-  /// Bytes of the longest transfer of this dictionary.
+  /// Returns the size in bytes of the longest transfer of this dictionary.
   [[nodiscard]] std::size_t longest() const noexcept { return buffer_.size(); }
 
  private:
@@ -59,9 +59,9 @@ class SdoServer {
   [[nodiscard]] std::size_t download_segment(wire::SdoSegmentHeader request, std::span<const std::byte> data,
                                              AccessPhase phase, std::span<std::byte> out);
   [[nodiscard]] SdoResult<std::size_t> read(const SdoAddress& address, AccessPhase phase);
-  /// What fills up the value of `size` bytes that was read from this address.
+  /// Returns the filler of the unused bytes after a value of `size` bytes read from this address.
   [[nodiscard]] std::byte filler(const SdoAddress& address, std::size_t size) const noexcept;
-  /// The most bytes a download to this address takes.
+  /// Returns the maximum number of bytes of a download to this address.
   [[nodiscard]] SdoResult<std::size_t> capacity(const SdoAddress& address, AccessPhase phase) const;
   [[nodiscard]] SdoResult<void> store(const SdoAddress& address, AccessPhase phase, std::span<const std::byte> data,
                                       bool size_known);

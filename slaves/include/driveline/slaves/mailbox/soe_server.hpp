@@ -12,14 +12,14 @@
 
 namespace driveline::slaves {
 
-/// Servo profile over EtherCAT of a device (ETG.1000.6 5.9): elements of operation data of up to eight drives, in
-/// fragments where they do not fit, notifications and emergencies.
+/// Servo drive profile over EtherCAT server of a device (ETG.1000.6 5.9): elements of operation data of up to eight
+/// drives, fragmented if necessary, notifications and emergencies.
 ///
-/// The fragments of a write are answered once, behind the last one. Masters count those to come differently; the number
-/// must go down by one from each to the next, or the write is refused.
+/// The fragments of a write are answered once, after the last one. Masters count the remaining fragments differently,
+/// but the count must decrease by one with each fragment, or the write is refused.
 class SoeServer final : public MailboxProtocol {
  public:
-  /// Most bytes of an element: the longest list, behind its header.
+  /// Maximum size of an element in bytes: the longest list with its header.
   static constexpr std::size_t kLargest = 0xFFFF + wire::SoeListHeader::kSize;
 
   /// `parameters` must outlive this.
@@ -33,17 +33,17 @@ class SoeServer final : public MailboxProtocol {
   void stop() noexcept override;
 
  private:
-  /// A write of which the end has not come yet.
+  /// A write that is not complete yet.
   struct Write {
     std::uint8_t drive = 0;
     wire::SoeElementSet elements;
-    std::uint16_t left = 0;  ///< fragments to come, as the last one says
+    std::uint16_t left = 0;  ///< remaining fragments according to the last one
     std::vector<std::byte> data{};
-    std::optional<wire::SoeError> refusal{};  ///< told when the end comes
+    std::optional<wire::SoeError> refusal{};  ///< sent with the answer after the last fragment
   };
-  /// An answer of which the end has not been sent yet.
+  /// An answer that is not sent completely yet.
   struct Reading {
-    wire::SoeHeader header;  ///< of its last mail
+    wire::SoeHeader header;  ///< header of its last mailbox message
     std::vector<std::byte> data{};
     std::size_t sent = 0;
   };

@@ -15,31 +15,31 @@ namespace driveline::slaves {
 
 /// An operation datum with its elements.
 struct SoeRow {
-  wire::Idn idn;                    ///< its number
-  std::string name;                 ///< empty: it has none
+  wire::Idn idn;                    ///< number of the operation datum
+  std::string name;                 ///< empty: none
   wire::SoeAttribute attribute;     ///< length, display, write protection
-  std::string unit{};               ///< empty: it has none
-  std::vector<std::byte> value{};   ///< little endian; of a list what is in it
-  std::vector<std::byte> min{};     ///< empty: it has none
-  std::vector<std::byte> max{};     ///< empty: it has none
-  std::vector<std::byte> preset{};  ///< its default; empty: it has none
-  std::uint16_t capacity = 0;       ///< of a list: most bytes
-  wire::SoeCommandState state{};    ///< of a procedure command
+  std::string unit{};               ///< empty: none
+  std::vector<std::byte> value{};   ///< little endian; of a list, its content without the list header
+  std::vector<std::byte> min{};     ///< empty: none
+  std::vector<std::byte> max{};     ///< empty: none
+  std::vector<std::byte> preset{};  ///< default value; empty: none
+  std::uint16_t capacity = 0;       ///< maximum size of a list in bytes
+  wire::SoeCommandState state{};    ///< data state, of a procedure command
 };
 
-/// The operation data of the drives of a device as a table. Checks lengths, limits and write protection of what the
-/// master writes, and keeps the data state of procedure commands. S-0-0017, if it is there, lists what there is.
+/// Table of the operation data of a device's drives. Checks lengths, limits and write protection of the master's
+/// writes, and stores the data state of procedure commands. S-0-0017, if present, is set to the list of all operation
+/// data of the drive.
 class SoeTable : public SoeParameters {
  public:
-  /// Rows of each drive, at most eight drives.
+  /// Rows of each drive, for at most eight drives.
   explicit SoeTable(std::vector<std::vector<SoeRow>> drives);
 
-  /// The row; null: there is none. Its value may be set; a list has room for its capacity. \rtsafe
+  /// Returns the row; null: there is none. Its value may be set; a list has memory for its capacity. \rtsafe
   [[nodiscard]] SoeRow* find(std::uint8_t drive, wire::Idn idn) noexcept;
-  /// A procedure command that is in progress has come to its end, which the master is told; other ones stay as they
-  /// are. \rtsafe
+  /// Ends a procedure command in progress and notifies the master; other commands do not change. \rtsafe
   void end_command(std::uint8_t drive, wire::Idn idn, wire::SoeCommandState state) noexcept;
-  /// Tells the master. \rtsafe
+  /// Queues a message for the master; when the queue is full, the oldest message is dropped. \rtsafe
   void say(const SoeMessage& message) noexcept;
 
   [[nodiscard]] bool has_drive(std::uint8_t drive) const noexcept override { return drive < drives_.size(); }
@@ -48,16 +48,16 @@ class SoeTable : public SoeParameters {
   [[nodiscard]] std::optional<SoeMessage> next_message() override;
 
  protected:
-  /// The master has started a procedure command, which is in progress until end_command(). Refused: it is not.
+  /// Called when the master starts a procedure command. Unless refused, the command is in progress until end_command().
   [[nodiscard]] virtual SoeAnswer<void> start_command(std::uint8_t drive, wire::Idn idn) = 0;
-  /// The row may have this value, which its length, limits and write protection allow; of a list what is in it.
+  /// Checks a value with valid length, limits and write protection; of a list, its content without the list header.
   [[nodiscard]] virtual SoeAnswer<void> check_value(std::uint8_t /*drive*/, wire::Idn /*idn*/,
                                                     std::span<const std::byte> /*value*/) {
     return {};
   }
 
  private:
-  /// Messages that wait for the master; the oldest goes first.
+  /// Capacity of the message queue.
   static constexpr std::size_t kMaxMessages = 16;
 
   [[nodiscard]] SoeAnswer<void> write_value(SoeRow& row, const SoeAccess& access, std::span<const std::byte> data);

@@ -10,16 +10,16 @@
 
 namespace driveline::slaves::msd {
 
-/// The files of the drive behind FoE (names and forms ours): in BOOT the firmware, any name that ends with ".efw", to
-/// be written only; in PREOP and above the parameter set, to be written in PREOP with the power stage off.
+/// Files of the drive for FoE (names and formats ours): in BOOT the firmware, any name that ends with ".efw", write
+/// only; in PREOP and above the parameter set, writable in PREOP with the power stage off.
 class DriveFiles final : public FileStore {
  public:
   static constexpr std::string_view kParameterSet = "parameters.txt";    ///< one parameter per line
-  static constexpr std::string_view kFirmwareSuffix = ".efw";            ///< behind the name of a firmware
+  static constexpr std::string_view kFirmwareSuffix = ".efw";            ///< suffix of firmware names
   static constexpr std::size_t kMaxFirmware = std::size_t{8} << 20;      ///< bytes
   static constexpr std::size_t kMaxParameterSet = std::size_t{1} << 20;  ///< bytes
 
-  /// `core` must outlive this. `password`: that files ask for, 0: none; `flash_time`: until a firmware is kept.
+  /// `core` must outlive this. `password`: required for all files, 0: none; `flash_time`: until a firmware is stored.
   DriveFiles(DriveCore& core, std::uint32_t password, std::chrono::nanoseconds flash_time)
       : core_(&core), password_(password), flash_time_(flash_time) {}
 
@@ -30,7 +30,7 @@ class DriveFiles final : public FileStore {
 
  private:
   enum class Kind : std::uint8_t { kFirmware, kParameterSet };
-  /// Which file is meant, if it may be touched in this state with this password.
+  /// Returns the requested file, if state and password permit access.
   [[nodiscard]] FileAnswer<Kind> find(const FileRequest& request) const;
   [[nodiscard]] FileAnswer<void> write_firmware(std::span<const std::byte> content);
   [[nodiscard]] FileAnswer<void> write_parameters(std::span<const std::byte> content);
@@ -38,7 +38,7 @@ class DriveFiles final : public FileStore {
   DriveCore* core_;
   std::uint32_t password_;
   std::chrono::nanoseconds flash_time_;
-  std::chrono::nanoseconds kept_at_{0};  ///< the last firmware, in running time of the drive
+  std::chrono::nanoseconds kept_at_{0};  ///< when the last firmware is stored, in running time of the drive
 };
 
 }  // namespace driveline::slaves::msd

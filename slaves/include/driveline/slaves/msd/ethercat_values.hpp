@@ -4,7 +4,7 @@
 
 namespace driveline::slaves::msd {
 
-/// The values of the object dictionary that the EtherCAT side of the drive works with, behind those of the drive.
+/// Values of the object dictionary that the EtherCAT front end uses; their slots follow those of the drive.
 struct EtherCatValues : SlotNumbers {
   constexpr EtherCatValues() noexcept : SlotNumbers(kValue.end()) {}
   Slot<std::uint16_t> sync_type_outputs{next()};   ///< 1C32h:01

@@ -15,25 +15,25 @@
 
 namespace driveline::slaves::msd {
 
-/// The EtherCAT front end of the MSD servo drive, or of one of its variants: AL states, process data, CoE, EoE and
-/// FoE in front of a DriveCore, which is the drive itself.
+/// EtherCAT front end of the MSD servo drive and its variants: AL states, process data, CoE, EoE and FoE for a
+/// DriveCore, which is the drive itself.
 ///
-/// Belongs to the thread that drives the line. Times are counted from the first call of advance().
+/// Belongs to the thread that drives the line. Times are relative to the first call of advance().
 class MsdDrive final : public Device, private DictionaryOwner, private DriveBus {
  public:
-  /// Starts as restart() does, with mains on, ENPO and ISDSH connected and the other terminals low.
+  /// Starts in the state of restart(), with mains on, ENPO and ISDSH connected and the other terminals low.
   explicit MsdDrive(const MsdParameters& parameters = {});
-  MsdDrive(const MsdDrive&) = delete;  // the CoE server refers to the dictionary in here
+  MsdDrive(const MsdDrive&) = delete;  // the CoE server refers to the dictionary of this object
   MsdDrive& operator=(const MsdDrive&) = delete;
   ~MsdDrive() override = default;
 
-  /// Description for ESI and SII of every drive of this type (serial number 0).
+  /// Returns the ESI and SII description of all drives of this type (serial number 0).
   [[nodiscard]] static esi::DeviceDescription description(Variant variant = Variant::kMsd) {
     return device_description(variant);
   }
 
   // Device
-  /// Identity, memory and EEPROM image of the variant.
+  /// Returns identity, memory and EEPROM image of the variant.
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
   [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override;
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override;
@@ -54,19 +54,19 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   void eeprom_loaded(std::span<const std::byte> image, bool valid) noexcept override;
   void sync_margin(const SyncMargin& margin) noexcept override;
   [[nodiscard]] DeviceSignals* signals() noexcept override { return &core_.signals(); }
-  /// Switches the drive off and on again: stored parameters, state machine from the start, INIT. Not for use in the
-  /// cycle.
+  /// Switches the drive off and on again: restores stored parameters, restarts the state machine, enters INIT. Not for
+  /// use in the cycle.
   void restart() override;
 
-  /// The drive itself. \rtsafe
+  /// Returns the drive itself. \rtsafe
   [[nodiscard]] DriveCore& core() noexcept { return core_; }
-  /// The drive itself. \rtsafe
+  /// Returns the drive itself, read only. \rtsafe
   [[nodiscard]] const DriveCore& core() const noexcept { return core_; }
-  /// The RUN LED is lit at this moment. \rtsafe
+  /// Whether the RUN LED is lit at this time. \rtsafe
   [[nodiscard]] bool run_led_now() const noexcept { return run_led(al_state_, core_.running_time()); }
-  /// Ethernet over EtherCAT of the drive, for its counters. \rtsafe
+  /// Returns the EoE server of the drive, for its counters. \rtsafe
   [[nodiscard]] const EoeServer& eoe() const noexcept { return *eoe_; }
-  /// The mailbox server, for its counters. \rtsafe
+  /// Returns the mailbox server, for its counters. \rtsafe
   [[nodiscard]] const MailboxServer& mailbox() const noexcept { return mailbox_; }
 
  private:
@@ -91,14 +91,14 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   CoeServer coe_;
   DriveFiles files_;
   FoeServer foe_;
-  std::unique_ptr<EoeServer> eoe_;  ///< room for frames; never null
+  std::unique_ptr<EoeServer> eoe_;  ///< frame buffers; never null
   MailboxServer mailbox_;
   PdoMap rx_map_;
   PdoMap tx_map_;
   Sync0Watch sync0_;
   wire::AlState al_state_ = wire::AlState::kInit;
-  bool settings_mapped_ = false;  ///< the outputs have settings among them
-  bool eeprom_good_ = true;       ///< of the slave controller: can be loaded, and is that of this drive
+  bool settings_mapped_ = false;  ///< the outputs contain settings
+  bool eeprom_good_ = true;       ///< the EEPROM was loaded and belongs to this drive
 };
 
 }  // namespace driveline::slaves::msd

@@ -8,26 +8,28 @@
 
 namespace driveline::slaves {
 
-/// The object dictionary of a type of device: rows in ascending order with every value's place resolved. Built once
-/// per type and shared by all devices of that type; the values themselves are in ObjectDictionary.
+/// Object dictionary of a device type: rows in ascending order, each with a resolved slot. Built once per type and
+/// shared by all devices of that type; the values themselves are in ObjectDictionary.
 class DictionaryTable {
  public:
-  /// `fixed_slots` numbers below that are used by rows which name their slot; the rows without one follow.
-  /// Throws std::logic_error when two rows have one address or aliases disagree in type.
+  /// Slot numbers below `fixed_slots` are used by rows that name their slot; rows without a slot get the numbers from
+  /// there on.
+  /// Throws std::logic_error when two rows have the same address or aliases disagree in type or initial value, when a
+  /// slot is out of range, or when there are too many values.
   DictionaryTable(std::initializer_list<std::span<const EntryRow>> parts, std::uint16_t fixed_slots);
 
-  /// All of them, in ascending order of index and sub-index. \rtsafe
+  /// Returns all rows, in ascending order of index and sub-index. \rtsafe
   [[nodiscard]] std::span<const EntryRow> rows() const noexcept { return rows_; }
-  /// The rows of one object, empty when there is none.
+  /// Returns the rows of an object; empty when it does not exist.
   [[nodiscard]] std::span<const EntryRow> object(std::uint16_t index) const noexcept;
-  /// One row, nullptr when there is none.
+  /// Returns a row, or nullptr when it does not exist.
   [[nodiscard]] const EntryRow* find(std::uint16_t index, std::uint8_t subindex) const noexcept;
-  /// The rows of the object behind those of `index`, in ascending order; empty at the end. Start with index 0.
+  /// Returns the rows of the next object after `index`; empty at the end. Start with index 0.
   [[nodiscard]] std::span<const EntryRow> next_object(std::uint16_t index) const noexcept;
 
-  /// Values an ObjectDictionary of this table holds as numbers; slots are below it.
+  /// Number of values that an ObjectDictionary of this table stores as numbers; their slots are below this.
   [[nodiscard]] std::uint16_t slot_count() const noexcept { return slot_count_; }
-  /// Values it holds as bytes; slots of such rows are below it.
+  /// Number of values that an ObjectDictionary of this table stores as bytes; the slots of such rows are below this.
   [[nodiscard]] std::uint16_t string_count() const noexcept { return string_count_; }
 
  private:

@@ -8,26 +8,25 @@
 
 namespace driveline::slaves {
 
-/// An error in a parameter file, and where. `line` counts from 1; 0: the file as a whole.
+/// An error in a parameter file, and its line.
 struct ParameterFileError {
-  std::size_t line = 0;  ///< from 1; 0: the file as a whole
-  std::string what;      ///< a sentence without the line
+  std::size_t line = 0;  ///< starts at 1; 0: the file as a whole
+  std::string what;      ///< a sentence without the line number
 };
 
-/// The stored parameters of a device as text, one per line: `6085:00 = 419430400  # Quick stop deceleration`.
-/// Numbers are decimal, strings in quotes. Aliases appear once.
+/// Writes the stored parameters of a device as text, one per line: `6085:00 = 419430400  # Quick stop deceleration`.
+/// Numbers are decimal, strings are quoted. Aliases appear once.
 [[nodiscard]] std::string write_parameters(const ObjectDictionary& dictionary);
 
-/// Sets the parameters in `text`. When a line is refused (no such object, not a stored one, out of range), nothing is
-/// changed.
+/// Sets the parameters in `text`; none when a line is refused (no such object, not a stored parameter, out of range).
 [[nodiscard]] tl::expected<void, ParameterFileError> read_parameters(std::string_view text,
                                                                      ObjectDictionary& dictionary);
 
-/// Replaces `path` as a whole or not at all: written beside it, synchronised to the disk, renamed. An error carries the
-/// system's reason.
+/// Replaces `path` completely or not at all: writes a temporary file beside it, synchronises it to the disk and renames
+/// it. An error contains the system's reason.
 [[nodiscard]] tl::expected<void, ParameterFileError> save_parameter_file(const std::string& path,
                                                                          const ObjectDictionary& dictionary);
-/// A file that does not exist changes nothing and is no error.
+/// Reads the parameters from `path`. A file that does not exist changes nothing and is not an error.
 [[nodiscard]] tl::expected<void, ParameterFileError> load_parameter_file(const std::string& path,
                                                                          ObjectDictionary& dictionary);
 

@@ -10,16 +10,16 @@
 
 namespace driveline::slaves {
 
-/// The place of a value of type T in an ObjectDictionary. Reading or writing it as another type does not compile.
+/// Number of a value of type T in an ObjectDictionary. Access as another type does not compile.
 template <typename T>
 struct Slot {
-  std::uint16_t number = 0;  ///< EntryRow::slot of its rows
+  std::uint16_t number = 0;  ///< EntryRow::slot of the rows with this value
 };
 
-/// Places of N values of one type, one behind the other.
+/// Consecutive slots of N values of the same type.
 template <typename T, std::size_t N>
 struct SlotArray {
-  std::uint16_t first = 0;  ///< number of the first one
+  std::uint16_t first = 0;  ///< number of the first slot
 
   /// Precondition: i < N. \rtsafe
   [[nodiscard]] constexpr Slot<T> operator[](std::size_t i) const noexcept {
@@ -27,14 +27,13 @@ struct SlotArray {
   }
   /// \rtsafe
   [[nodiscard]] static constexpr std::size_t size() noexcept { return N; }
-  /// Whether `number` is one of these. \rtsafe
+  /// Whether `number` is the slot of an element. \rtsafe
   [[nodiscard]] constexpr bool contains(std::uint16_t number) const noexcept {
     return number >= first && number < first + N;
   }
 };
 
-/// Base of the values that an application works with: a struct whose members are slots, numbered in the order in which
-/// they are declared.
+/// Base of the values that an application uses: a struct whose members are slots, numbered in the order of declaration.
 ///
 ///     struct Values : SlotNumbers {
 ///       constexpr Values() noexcept : SlotNumbers(0) {}
@@ -44,13 +43,13 @@ struct SlotArray {
 ///     inline constexpr Values kValue{};
 class SlotNumbers {
  public:
-  /// The numbers begin here: with 0, or behind those of another struct.
+  /// Starts the numbers at `first`: 0, or end() of another struct.
   explicit constexpr SlotNumbers(std::uint16_t first) noexcept : next_(first) {}
-  /// One behind the last. \rtsafe
+  /// Returns the number after the last one. \rtsafe
   [[nodiscard]] constexpr std::uint16_t end() const noexcept { return next_; }
 
  protected:
-  /// The next number, for the initialiser of a member; `count` of them for an array.
+  /// Returns the next number, for the initialiser of a member; reserves `count` numbers for an array.
   constexpr std::uint16_t next(std::uint16_t count = 1) noexcept {
     return std::exchange(next_, static_cast<std::uint16_t>(next_ + count));
   }
@@ -59,7 +58,7 @@ class SlotNumbers {
   std::uint16_t next_;
 };
 
-/// The data type of the rows whose values are a T.
+/// Returns the data type of rows whose values have type T.
 template <typename T>
 [[nodiscard]] constexpr esi::DataType data_type() noexcept {
   using enum esi::DataType;

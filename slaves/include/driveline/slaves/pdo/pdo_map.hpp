@@ -14,50 +14,50 @@ struct PdoLimits {
   std::uint16_t bytes = 8;                       ///< bytes per PDO
   std::uint16_t rx_first = 0x1600;               ///< index of the first RxPDO mapping
   std::uint16_t tx_first = 0x1A00;               ///< index of the first TxPDO mapping
-  std::uint32_t output_sync_managers = 1U << 2;  ///< bit n: sync manager n carries RxPDOs
-  std::uint32_t input_sync_managers = 1U << 3;   ///< bit n: sync manager n carries TxPDOs
+  std::uint32_t output_sync_managers = 1U << 2;  ///< bit n: sync manager n transfers RxPDOs
+  std::uint32_t input_sync_managers = 1U << 3;   ///< bit n: sync manager n transfers TxPDOs
   bool gaps = false;                             ///< a mapping may have gaps: index 0 with a number of bits
   bool even_bytes = false;                       ///< a PDO must have an even number of bytes
 };
 
-/// Object with the PDOs assigned to a sync manager (ETG.1000.6 5.6.7.4: 1C10h plus its number).
+/// Returns the object that lists the PDOs assigned to a sync manager (ETG.1000.6 5.6.7.4: 1C10h plus its number).
 [[nodiscard]] constexpr std::uint16_t assignment_object(std::size_t sync_manager) noexcept {
   return static_cast<std::uint16_t>(0x1C10 + sync_manager);
 }
 
-/// The process data of one sync manager resolved to slots: made once when the mapping is complete, then decoding and
-/// encoding need no lookup. Entries may have any number of bits and lie across byte borders.
+/// Process data of a sync manager, resolved to slots once when the mapping is complete, so that decoding and encoding
+/// need no lookup. Entries may have any number of bits and cross byte boundaries.
 class PdoMap {
  public:
-  /// Entries that are enough for drives with 4 PDOs of 8 objects.
+  /// Enough entries for drives with 4 PDOs of 8 objects.
   static constexpr std::size_t kDefaultFields = 32;
 
-  /// An entry of the process data, gaps left out.
+  /// An entry of the process data; gaps have none.
   struct Field {
-    std::uint32_t bit_offset = 0;      ///< in the process data
-    std::uint16_t slot = 0;            ///< in the dictionary, of a text or of a number
+    std::uint32_t bit_offset = 0;      ///< position in the process data
+    std::uint16_t slot = 0;            ///< slot in the dictionary, of a text or a number
     std::uint8_t bits = 0;             ///< length in the process data
     bool is_signed = false;            ///< decode() extends the sign
-    bool is_text = false;              ///< `slot` is one of a row that is kept as bytes
-    bool constant = false;             ///< not in a slot: `constant_value`; decode() leaves it out
+    bool is_text = false;              ///< `slot` belongs to a row that is stored as bytes
+    bool constant = false;             ///< has no slot but `constant_value`; decode() skips it
     std::uint64_t constant_value = 0;  ///< raw value of a constant
     const EntryRow* row = nullptr;     ///< the mapped entry
   };
 
-  /// Holds at most `max_fields` entries; further ones are left out.
+  /// Holds at most `max_fields` entries; further entries are ignored.
   explicit PdoMap(std::size_t max_fields = kDefaultFields) { fields_.reserve(max_fields); }
 
-  /// Reads the assignment of the sync manager and the mappings it names. The dictionary holds only values that
-  /// check_pdo_write() has accepted. Allocates nothing. \rtsafe
+  /// Reads the assignment of the sync manager and the mappings of its PDOs. Precondition: check_pdo_write() has
+  /// accepted their values. Does not allocate. \rtsafe
   void build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept;
 
-  /// Bytes of process data.
+  /// Returns the length of the process data in bytes.
   [[nodiscard]] std::size_t size() const noexcept { return (bits_ + 7) / 8; }
-  /// In the order of the process data. \rtsafe
+  /// Returns the entries in the order of the process data. \rtsafe
   [[nodiscard]] std::span<const Field> fields() const noexcept { return fields_; }
-  /// Process data into values; entries that are not complete at the end leave their values alone. \rtsafe
+  /// Copies process data to values; values whose entry is not completely contained in `data` do not change. \rtsafe
   void decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept;
-  /// Values into process data, as many entries as there is room for. Gaps and padding are left alone. \rtsafe
+  /// Copies values to process data, for all entries that fit into `data`. Gaps and padding do not change. \rtsafe
   void encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept;
 
  private:
@@ -67,9 +67,9 @@ class PdoMap {
   std::size_t bits_ = 0;
 };
 
-/// The rules for writing PDO mappings (1600h.., 1A00h..) and assignments (1C10h + n): entries only while sub-index
-/// 0 is 0, at most the device's number of objects and bytes, only objects that exist and can be mapped
-/// (CiA 301 7.2.5.3, ETG.1000.6 5.6.7). Rows that are none of these objects are accepted.
+/// Checks a write to a PDO mapping (1600h.., 1A00h..) or assignment (1C10h + n): entries are writable only while
+/// sub-index 0 is 0, the device limits the number of objects and bytes, and objects must exist and be mappable (CiA 301
+/// 7.2.5.3, ETG.1000.6 5.6.7). Other rows are accepted.
 [[nodiscard]] SdoResult<void> check_pdo_write(const ObjectDictionary& dictionary, const PdoLimits& limits,
                                               const EntryRow& row, std::uint64_t raw);
 

@@ -4,75 +4,76 @@
 
 namespace driveline::slaves {
 
-/// Windings of a permanent magnet motor with surface magnets, and its current control. Currents are amplitudes.
+/// Windings of a permanent magnet motor with surface magnets. Currents are amplitudes.
 struct WindingParameters {
   bool simulated = false;             ///< false: the torque follows its setpoint as a first-order lag
-  double resistance_ohm = 3.2;        ///< of one phase; at least 1e-6
-  double inductance_h = 10.8e-3;      ///< of one phase; at least 1e-7
-  double saturation_current_a = 0.0;  ///< amplitude at which the torque constant has fallen by 30 %; 0: none
+  double resistance_ohm = 3.2;        ///< per phase; at least 1e-6
+  double inductance_h = 10.8e-3;      ///< per phase; at least 1e-7
+  double saturation_current_a = 0.0;  ///< amplitude at which the torque constant is 30 % lower; 0: no saturation
 };
 
-/// Amplitudes of q current, lowest <= highest.
+/// Range of the q current amplitude, lowest <= highest.
 struct CurrentRange {
-  double lowest_a = 0.0;   ///< most in negative direction
-  double highest_a = 0.0;  ///< most in positive direction
+  double lowest_a = 0.0;   ///< limit in negative direction
+  double highest_a = 0.0;  ///< limit in positive direction
 };
 
-/// Current control in the rotor's d and q axes: PI controllers with decoupling, the voltage limit of the inverter,
-/// windings with resistance, inductance, back EMF and iron saturation.
+/// Current control in the d and q axes of the rotor: PI controllers with decoupling, the voltage limit of the inverter,
+/// and windings with resistance, inductance, back EMF and iron saturation.
 class CurrentLoop {
  public:
   /// `torque_constant`: Nm per ampere of q current; `lag_s`: time constant of the closed loop.
   CurrentLoop(const WindingParameters& parameters, double torque_constant, unsigned pole_pairs, double lag_s,
               double step_s) noexcept;
 
-  /// One step at this speed of the shaft with this DC link voltage; the torque at its end. \rtsafe
+  /// Runs one step at this shaft speed and DC link voltage; returns the torque at its end. \rtsafe
   double step(double torque_setpoint_nm, double speed_rad_s, double dc_link_volts) noexcept;
 
-  /// The same with a voltage in the rotor's axes instead of current control. \rtsafe
+  /// Runs one step with a voltage in the rotor's axes instead of current control. \rtsafe
   double step_voltage(double d_v, double q_v, double speed_rad_s, double dc_link_volts) noexcept;
-  /// Currents and voltages as they have settled with this torque at this speed, without d current. \rtsafe
+  /// Sets currents and voltages to their steady state at this torque and speed, without d current. \rtsafe
   void settle(double torque_nm, double speed_rad_s) noexcept;
   /// Resumes current control with the voltage for the present currents. \rtsafe
   void resume() noexcept;
-  /// Angle between d axis and a voltage of this amplitude that has settled to this torque at this speed; with the
-  /// most it can do, if that is less. The branch where more angle is more torque. \rtsafe
+  /// Returns the angle from the d axis to a voltage of this amplitude that in steady state produces this torque at this
+  /// speed, or the greatest torque that it can produce if that is less. Of two solutions, returns the one where the
+  /// torque increases with the angle. \rtsafe
   [[nodiscard]] double voltage_angle_rad(double amplitude_v, double torque_nm, double speed_rad_s) const noexcept;
 
-  /// The q currents, without d current, that this DC link voltage can hold at this speed; where it can hold none, the
-  /// one that needs the least. \rtsafe
+  /// Returns the q currents, without d current, that are possible in steady state at this speed and DC link voltage; if
+  /// none is, the current that needs the least voltage. \rtsafe
   [[nodiscard]] CurrentRange holdable(double speed_rad_s, double dc_link_volts) const noexcept;
-  /// A quick sufficient check that the voltage is enough for this q current of either sign. \rtsafe
+  /// Quick sufficient check that the voltage allows this q current in either direction. \rtsafe
   [[nodiscard]] bool surely_holds(double current_a, double speed_rad_s, double dc_link_volts) const noexcept;
 
-  /// Voltages of the last step in the rotor's axes. \rtsafe
+  /// Returns the d voltage of the last step. \rtsafe
   [[nodiscard]] double d_voltage_v() const noexcept { return d_v_; }
-  /// See d_voltage_v().
+  /// Returns the q voltage of the last step.
   [[nodiscard]] double q_voltage_v() const noexcept { return q_v_; }
-  /// Amplitude. \rtsafe
+  /// Returns the amplitude of the current. \rtsafe
   [[nodiscard]] double current_a() const noexcept { return std::hypot(d_a_, q_a_); }
-  /// The part of the current in phase with the voltage. \rtsafe
+  /// Returns the part of the current in phase with the voltage. \rtsafe
   [[nodiscard]] double active_current_a() const noexcept;
-  /// In the direction of the magnets' flux; makes no torque. \rtsafe
+  /// Returns the current in the direction of the magnets' flux; it produces no torque. \rtsafe
   [[nodiscard]] double d_current_a() const noexcept { return d_a_; }
-  /// Across the magnets' flux; makes the torque. \rtsafe
+  /// Returns the current across the magnets' flux; it produces the torque. \rtsafe
   [[nodiscard]] double q_current_a() const noexcept { return q_a_; }
-  /// One step with blocked transistors, instead of step(): no current, no torque. \rtsafe
+  /// Replaces step() while the transistors are blocked: no current, no torque. \rtsafe
   void open_circuit() noexcept;
-  /// The voltage was at the inverter's limit in the last step. \rtsafe
+  /// Whether the inverter's limit cut the voltage in the last step. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_; }
-  /// Heat in the windings. \rtsafe
+  /// Returns the heat power in the windings. \rtsafe
   [[nodiscard]] double loss_w() const noexcept;
-  /// Power from the inverter in the last step. \rtsafe
+  /// Returns the power from the inverter in the last step. \rtsafe
   [[nodiscard]] double power_w() const noexcept { return 1.5 * (d_v_ * d_a_ + q_v_ * q_a_); }
-  /// In the field of the windings. \rtsafe
+  /// Returns the energy in the magnetic field of the windings. \rtsafe
   [[nodiscard]] double energy_j() const noexcept {
     return 0.75 * parameters_.inductance_h * (d_a_ * d_a_ + q_a_ * q_a_);
   }
 
  private:
   [[nodiscard]] double torque_nm() const noexcept;
-  /// Applies a voltage, cut to what the inverter has; true: it was cut.
+  /// Applies a voltage, limited to that of the inverter; returns whether it was limited.
   bool drive_windings(double d_v, double q_v, double electrical_rad_s, double dc_link_volts) noexcept;
 
   WindingParameters parameters_;

@@ -2,35 +2,35 @@
 
 namespace driveline::slaves {
 
-/// The supply of a power stage. Defaults are those of a small drive (ours).
+/// Supply of a power stage. The defaults fit a small drive (ours).
 struct DcLinkParameters {
-  double capacitance_f = 470e-6;      ///< of the capacitor
-  double chopper_volts = 780.0;       ///< above it the brake resistor takes energy out
-  double brake_resistor_ohm = 100.0;  ///< 0: there is none
+  double capacitance_f = 470e-6;      ///< capacitance of the DC link
+  double chopper_volts = 780.0;       ///< above this voltage the brake resistor dissipates energy
+  double brake_resistor_ohm = 100.0;  ///< 0: no brake resistor
   double standby_w = 20.0;            ///< power consumption of the drive itself
 };
 
-/// The DC link between mains rectifier and power stage: a capacitor that the rectifier keeps from falling below its
-/// voltage, that the motor loads and charges, and that a brake resistor keeps from rising for ever.
+/// DC link between mains rectifier and power stage: a capacitor whose voltage the rectifier supports, which the motor
+/// discharges and charges, and whose voltage a brake resistor limits.
 class DcLink {
  public:
-  /// With mains and brake resistor, charged to `mains_volts`.
+  /// Starts with mains and brake resistor connected, charged to `mains_volts`.
   DcLink(const DcLinkParameters& parameters, double mains_volts) noexcept;
 
-  /// `step_s` while the motor takes `power_w`; negative: gives back. \rtsafe
+  /// Runs a step of `step_s` with motor power `power_w`; negative: regenerative. \rtsafe
   void step(double power_w, double step_s) noexcept;
-  /// The mains contactor. Ends what force() did. \rtsafe
+  /// Switches the mains contactor. Cancels force(). \rtsafe
   void set_mains(bool on) noexcept;
   /// \rtsafe
   void set_brake_resistor(bool connected) noexcept { resistor_ = connected; }
-  /// A voltage from outside, 0 to 10 kV, which stays whatever the motor does; what is not finite is 0. \rtsafe
+  /// Forces the voltage, 0 to 10 kV, independently of motor and mains; a value that is not finite counts as 0. \rtsafe
   void force(double volts) noexcept;
 
-  /// Present voltage. \rtsafe
+  /// Returns the present voltage. \rtsafe
   [[nodiscard]] double volts() const noexcept { return volts_; }
-  /// The mains are there. \rtsafe
+  /// Whether the mains are on. \rtsafe
   [[nodiscard]] bool mains() const noexcept { return mains_; }
-  /// The brake resistor is connected. \rtsafe
+  /// Whether the brake resistor is connected. \rtsafe
   [[nodiscard]] bool brake_resistor() const noexcept { return resistor_; }
 
  private:

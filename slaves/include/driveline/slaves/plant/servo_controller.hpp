@@ -5,56 +5,56 @@
 
 namespace driveline::slaves {
 
-/// Gains of the cascade: position P, velocity PI, torque. Defaults suit the default motor (ours): velocity loop by the
-/// symmetrical optimum over torque lag and speed filter, position loop well below it.
+/// Gains of the cascade: position P, velocity PI, torque. The defaults suit the default motor (ours): velocity loop by
+/// the symmetrical optimum over torque lag and speed filter, position loop much slower.
 struct ControllerParameters {
   double position_gain_per_s = 150.0;  ///< rad/s per rad of position error
   double velocity_gain_nm_s = 0.25;    ///< Nm per rad/s
   double velocity_reset_s = 3.0e-3;    ///< integral time; 0 or less: no integral part
-  double velocity_filter_s = 3.0e-4;   ///< low pass of the measured speed, and of the speed feed-forward to match it
-  double max_velocity_rad_s = 200.0 * std::numbers::pi;  ///< limit of the velocity setpoint, either way
-  double max_torque_nm = 7.2;                            ///< limit of the torque setpoint, either way
+  double velocity_filter_s = 3.0e-4;   ///< low pass of the measured speed and, to match it, of the speed feed-forward
+  double max_velocity_rad_s = 200.0 * std::numbers::pi;  ///< limit of the velocity setpoint in both directions
+  double max_torque_nm = 7.2;                            ///< limit of the torque setpoint in both directions
 
-  /// The same with nothing below 0; NaN and infinite values become the defaults. \rtsafe
+  /// Returns the same gains with negative values set to 0; NaN and infinite values become the defaults. \rtsafe
   [[nodiscard]] ControllerParameters sanitized() const noexcept;
 };
 
 /// Setpoints of the cascade for one step. Position mode uses all three (velocity and torque as feed-forward), velocity
 /// mode the last two, torque mode the last.
 struct ControllerSetpoint {
-  /// The outermost loop that is closed.
+  /// The outermost closed loop.
   enum class Loop : unsigned char { kTorque, kVelocity, kPosition };
-  Loop loop = Loop::kTorque;    ///< decides which of the members below count
+  Loop loop = Loop::kTorque;    ///< selects the members that are used
   double position_rad = 0.0;    ///< position mode
   double velocity_rad_s = 0.0;  ///< position and velocity mode
   double torque_nm = 0.0;       ///< every mode
 };
 
-/// Cascaded servo controller with anti-windup, one step per control cycle. Not finite inputs are treated as 0.
+/// Cascaded servo controller with anti-windup, one step per control cycle. Inputs that are not finite count as 0.
 class ServoController {
  public:
-  /// At rest at 0. `step_s`: time between two calls of step(), above 0.
+  /// Starts at rest at position 0. `step_s`: time between two calls of step(), above 0.
   ServoController(const ControllerParameters& parameters, double step_s) noexcept;
 
-  /// New gains; the state is kept, so this is allowed in motion. \rtsafe
+  /// Sets new gains; the state does not change, so this is allowed in motion. \rtsafe
   void configure(const ControllerParameters& parameters) noexcept;
-  /// Torque that is available at present, lowest <= highest: setpoints are limited to it as well. \rtsafe
+  /// Sets the available torque, lowest <= highest, as a further limit of the torque setpoint. \rtsafe
   void set_available_torque(double lowest_nm, double highest_nm) noexcept {
     lowest_nm_ = lowest_nm;
     highest_nm_ = highest_nm;
   }
-  /// Starts at rest in every loop at this position; the torque in force is taken over without a jump. \rtsafe
+  /// Resets all loops to rest at this position; takes over the present torque without a jump. \rtsafe
   void reset(double position_rad, double torque_nm) noexcept;
-  /// Must be called in every step, also while nothing is controlled: keeps the speed measurement going. \rtsafe
+  /// Updates the speed measurement; must be called in every step, even while no loop is closed. \rtsafe
   void measure(double position_rad) noexcept;
-  /// Torque setpoint for this step, within the torque limit. \rtsafe
+  /// Returns the torque setpoint for this step, within the torque limit. \rtsafe
   [[nodiscard]] double step(const ControllerSetpoint& setpoint) noexcept;
 
-  /// Velocity derived by measure(), filtered. \rtsafe
+  /// Returns the filtered velocity from measure(). \rtsafe
   [[nodiscard]] double measured_velocity_rad_s() const noexcept { return measured_velocity_rad_s_; }
-  /// Setpoint of the velocity loop in the last step in which it was closed. \rtsafe
+  /// Returns the setpoint of the velocity loop in the last step in which it was closed. \rtsafe
   [[nodiscard]] double velocity_setpoint_rad_s() const noexcept { return velocity_setpoint_rad_s_; }
-  /// Torque or velocity setpoint was cut in the last step.
+  /// Whether the torque or velocity setpoint was limited in the last step.
   [[nodiscard]] bool limited() const noexcept { return limited_; }
 
  private:
@@ -72,7 +72,7 @@ class ServoController {
   double measured_velocity_rad_s_ = 0.0;
   double filtered_feed_forward_rad_s_ = 0.0;
   double velocity_setpoint_rad_s_ = 0.0;
-  double taken_over_rad_s_ = 0.0;  ///< what is left of the velocity setpoint before the last change of the loop
+  double taken_over_rad_s_ = 0.0;  ///< remaining offset to the velocity setpoint before the last change of the loop
   double integral_nm_ = 0.0;
   double torque_nm_ = 0.0;
   double lowest_nm_ = -std::numeric_limits<double>::infinity();

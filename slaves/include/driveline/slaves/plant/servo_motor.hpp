@@ -10,14 +10,14 @@
 
 namespace driveline::slaves {
 
-/// Torque setpoints that the power stage can carry out.
+/// Range of torque setpoints that the power stage can realise.
 struct TorqueRange {
   double lowest_nm = 0.0;   ///< at most highest_nm
-  double highest_nm = 0.0;  ///< below 0 where the back EMF alone drives current: faster than the voltage allows
+  double highest_nm = 0.0;  ///< below 0 when the back EMF alone drives current: faster than the voltage allows
 };
 
-/// A motor with a rigidly coupled load and its encoder. Defaults: one permanent magnet servo of 0.75 kW, wound for the
-/// 560 V of rectified 400 V mains (ours). Its data sheet:
+/// A motor with its load and encoder. Defaults: a permanent magnet servo motor of 0.75 kW, wound for the 560 V of
+/// rectified 400 V mains (ours). Its data sheet:
 ///
 ///   rated point        2.4 Nm x 314 rad/s (3000 rpm) = 754 W; 50 rev/s x 4 pole pairs = 200 Hz
 ///   torque constant    2.4 Nm / 2.5 A = 0.96 Nm/A effective, 0.679 Nm/A of the amplitude
@@ -31,110 +31,109 @@ struct TorqueRange {
 ///   losses             1.5 x 3.2 Ohm x (3.54 A)^2 = 60 W of copper, (0.03 + 0.063) Nm x 314 rad/s = 29 W of friction
 ///                      at the rated point: 754 W of 843 W, 89 %
 ///
-/// The field is not weakened: there is no d current, so the voltage ends the speed.
+/// There is no field weakening (no d current), so the voltage limits the speed.
 struct MotorParameters {
-  double rated_torque_nm = 2.4;                         ///< continuous torque, which takes the rated current
-  double peak_torque_nm = 7.2;                          ///< limit of the torque setpoint, either way
-  double rated_current_a = 2.5;                         ///< effective value (not amplitude)
+  double rated_torque_nm = 2.4;                         ///< continuous torque, at the rated current
+  double peak_torque_nm = 7.2;                          ///< limit of the torque setpoint in both directions
+  double rated_current_a = 2.5;                         ///< RMS value (not amplitude)
   double inertia_kg_m2 = 3.0e-4;                        ///< motor and load, at the motor shaft
   double viscous_friction_nm_s = 2.0e-4;                ///< Nm per rad/s
   double coulomb_friction_nm = 0.03;                    ///< dry friction of the rotor
   double torque_lag_s = 1.5e-4;                         ///< time constant of the current loop
-  double rated_speed_rad_s = 100.0 * std::numbers::pi;  ///< 3000 rev/min; with the pole pairs the rated frequency
-  /// 6000 rev/min: what its mechanics are made for. The drive keeps to it (6080h); voltage and load decide how fast the
-  /// shaft can turn.
+  double rated_speed_rad_s = 100.0 * std::numbers::pi;  ///< 3000 rev/min; determines the rated frequency
+  /// 6000 rev/min: mechanical limit. The drive observes it (6080h); voltage and load limit the actual speed.
   double max_speed_rad_s = 200.0 * std::numbers::pi;
   std::uint32_t encoder_increments = 1U << 20U;  ///< per revolution, quadrature counted
-  double brake_torque_nm = 0.0;                  ///< of the closed holding brake; 0: the motor has none
+  double brake_torque_nm = 0.0;                  ///< torque of the closed holding brake; 0: no brake
   std::uint32_t pole_pairs = 4;                  ///< electrical turns per turn of the shaft, 1 to 100
-  double encoder_noise_increments = 0.0;         ///< uniform, either way; seeded, so runs repeat bit by bit
-  std::uint32_t encoder_seed = 1;                ///< of the noise; 0 counts as 1
+  double encoder_noise_increments = 0.0;         ///< uniform, in both directions; seeded, so that runs are reproducible
+  std::uint32_t encoder_seed = 1;                ///< seed of the noise; 0 counts as 1
   std::uint32_t encoder_turns = kAllTurns;  ///< known after power-on: 0 incremental, 1 single-turn, more multi-turn
   LoadParameters load{};                    ///< load on the shaft
-  WindingParameters winding{};              ///< plain lag of the torque, or windings that are simulated
+  WindingParameters winding{};              ///< simulated windings, or a plain lag of the torque
 
-  /// An encoder that counts more turns than any axis makes.
+  /// Number of turns that no axis exceeds.
   static constexpr std::uint32_t kAllTurns = 0xFFFFFFFF;
 
-  /// The same motor with every value in the range the model is stable in; NaN becomes the default.
+  /// Returns the same motor with every value limited to the range where the model is stable; NaN becomes the default.
   [[nodiscard]] MotorParameters sanitized() const noexcept;
-  /// Rated current of a motor with this rated torque and highest speed that is wound for the voltage of the standard
-  /// motor.
+  /// Returns the rated current of a motor with this rated torque and maximum speed that is wound for the same voltage
+  /// as the default motor.
   [[nodiscard]] double typical_current_a() const noexcept;
-  /// Winding whose voltages are, at rated current and highest speed, the same shares of the back EMF as those of the
-  /// standard motor.
+  /// Returns the winding whose voltage drops at rated current and maximum speed are the same shares of the back EMF as
+  /// in the default motor.
   [[nodiscard]] WindingParameters typical_winding() const noexcept;
 };
 
-/// Current loop, mechanics and encoder of one axis.
+/// Current loop, mechanics and encoder of an axis.
 class ServoMotor {
  public:
-  /// At rest at `position_rad`; `step_s`: length of every step(), above 0. `parameters` are sanitized().
+  /// Starts at rest at `position_rad`; `step_s`: length of every step(), above 0. `parameters` are sanitized().
   ServoMotor(const MotorParameters& parameters, double step_s, double position_rad) noexcept;
 
-  /// One step with this torque setpoint (limited to torque_range(); anything not finite counts as 0). \rtsafe
+  /// Runs one step with this torque setpoint, limited to torque_range(); a non-finite value counts as 0. \rtsafe
   void step(double torque_setpoint_nm, bool brake_closed = false) noexcept;
-  /// From now on voltages drive the motor, through its windings, also where they are not simulated otherwise; or
-  /// torque setpoints again. Torque and speed go on as they are. \rtsafe
+  /// Selects voltages (true) or torque setpoints (false) as the input. Voltages act on the windings even if these are
+  /// not simulated otherwise. Torque and speed continue without a jump. \rtsafe
   void drive_by_voltage(bool by_voltage) noexcept;
-  /// One step with this voltage; its angle counts from where the rotor's d axis is at position 0. \rtsafe
+  /// Runs one step with this voltage; its angle is relative to the rotor's d axis at position 0. \rtsafe
   void step(const VoltageVector& voltage, bool brake_closed) noexcept;
-  /// Electrical angle of the rotor. \rtsafe
+  /// Returns the electrical angle of the rotor. \rtsafe
   [[nodiscard]] double electrical_angle_rad() const noexcept { return parameters_.pole_pairs * position_rad(); }
-  /// Amplitude of the phase currents. \rtsafe
+  /// Returns the amplitude of the phase currents. \rtsafe
   [[nodiscard]] double current_a() const noexcept;
-  /// The motor's cables touch each other: no torque but that of the short-circuited windings. \rtsafe
+  /// Sets or removes a short circuit of the motor cables: only the short-circuited windings produce torque. \rtsafe
   void set_short_circuit(bool shorted) noexcept;
-  /// Without its cable the encoder counts no further. \rtsafe
+  /// Connects or disconnects the encoder; a disconnected encoder holds its count. \rtsafe
   void set_encoder_connected(bool connected) noexcept;
-  /// A torque on the shaft besides the motor's. \rtsafe
+  /// Sets an additional torque on the shaft, see Mechanics::set_load(). \rtsafe
   void set_load(double torque_nm) noexcept { mechanics_.set_load(torque_nm); }
-  /// The shaft is stuck, or free again. \rtsafe
+  /// Blocks or releases the shaft. \rtsafe
   void set_blocked(bool blocked) noexcept { mechanics_.set_blocked(blocked); }
-  /// The motor's cables touch each other. \rtsafe
+  /// Whether the motor cables are short-circuited. \rtsafe
   [[nodiscard]] bool short_circuit() const noexcept { return shorted_; }
-  /// The encoder has its cable. \rtsafe
+  /// Whether the encoder is connected. \rtsafe
   [[nodiscard]] bool encoder_connected() const noexcept { return encoder_connected_; }
-  /// Power taken by shaft and windings; negative: fed back. \rtsafe
+  /// Returns the power consumed by shaft and windings; negative: regenerative. \rtsafe
   [[nodiscard]] double power_w() const noexcept;
-  /// The characteristic of U/f operation that gives 80 % of the rated current at standstill, and rated torque at the
-  /// highest speed with no more than rated current.
+  /// Returns the U/f characteristic with 80 % of the rated current at standstill, and rated torque at the maximum speed
+  /// with no more than rated current.
   [[nodiscard]] VoltageFrequencyParameters rated_characteristic() const noexcept;
-  /// Off: the transistors block, setpoints have no effect, the simulated winding is an open circuit; without it the
-  /// caller's setpoint is to be 0. On at the start. \rtsafe
+  /// Switches the power stage. Off: the transistors block and setpoints have no effect; simulated windings are an open
+  /// circuit, otherwise the torque decays with its lag. On at the start. \rtsafe
   void set_power_stage(bool on) noexcept { power_stage_on_ = on; }
-  /// Voltage of the inverter; only the simulated winding needs it. Without any, the power stage is off. \rtsafe
+  /// Sets the DC link voltage of the inverter, which limits torque_range(). At 0 the power stage is off. \rtsafe
   void set_dc_link_voltage(double volts) noexcept { dc_link_volts_ = volts; }
 
-  /// As they are used: sanitized. \rtsafe
+  /// Returns the parameters in use: sanitized. \rtsafe
   [[nodiscard]] const MotorParameters& parameters() const noexcept { return parameters_; }
-  /// Shaft and load. \rtsafe
+  /// Returns the model of shaft and load. \rtsafe
   [[nodiscard]] const Mechanics& mechanics() const noexcept { return mechanics_; }
-  /// Only runs with a simulated winding. \rtsafe
+  /// Returns the current loop; it runs only while the torque comes from the windings. \rtsafe
   [[nodiscard]] const CurrentLoop& current_loop() const noexcept { return current_; }
-  /// Of the shaft, not wrapped, without encoder noise. \rtsafe
+  /// Returns the position of the shaft, not wrapped, without encoder noise. \rtsafe
   [[nodiscard]] double position_rad() const noexcept { return mechanics_.position_rad(); }
   [[nodiscard]] double last_position_rad() const noexcept { return mechanics_.last_position_rad(); }  ///< one step ago
-  /// Of the shaft. \rtsafe
+  /// Returns the velocity of the shaft. \rtsafe
   [[nodiscard]] double velocity_rad_s() const noexcept { return mechanics_.velocity_rad_s(); }
-  /// Peak torque, reduced where speed and DC link voltage do not allow it. \rtsafe
+  /// Returns the range up to the peak torque, reduced where speed and DC link voltage do not allow it. \rtsafe
   [[nodiscard]] TorqueRange torque_range() const noexcept;
-  /// Torque of the current loop at the shaft.
+  /// Returns the torque of the current loop at the shaft.
   [[nodiscard]] double torque_nm() const noexcept { return torque_nm_; }
-  /// Of rotor and load. \rtsafe
+  /// Returns the kinetic energy of rotor and load. \rtsafe
   [[nodiscard]] double kinetic_energy_j() const noexcept { return mechanics_.kinetic_energy_j(); }
-  /// Position as the encoder counts it, rounded down, with its noise. \rtsafe
+  /// Returns the count of the encoder, rounded down, with its noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count() const noexcept {
     return encoder_connected_ ? encoder_count(position_rad()) + noise_ : held_count_;
   }
-  /// The count at this position without noise. \rtsafe
+  /// Returns the count at this position, without noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
-  /// The count at which an encoder that knows only so many turns would start to count from 0. \rtsafe
+  /// Returns the count that is 0 after power-on for an encoder that knows only `encoder_turns` turns. \rtsafe
   [[nodiscard]] std::int64_t power_on_origin() const noexcept;
-  /// Of the encoder. \rtsafe
+  /// Returns the resolution of the encoder. \rtsafe
   [[nodiscard]] double radians_per_increment() const noexcept { return radians_per_increment_; }
-  /// Where the last step passed the encoder's index pulse, which comes once per revolution at encoder count 0; the
-  /// newest one if a step is longer than a revolution. \rtsafe
+  /// Returns the count where the last step passed the encoder's index pulse, which occurs once per revolution at
+  /// encoder count 0; the last one if a step is longer than a revolution. \rtsafe
   [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept {
     return encoder_connected_ ? index_pulse_ : std::nullopt;
   }
@@ -147,8 +146,8 @@ class ServoMotor {
   void pass_index(double position_rad) noexcept;
 
   MotorParameters parameters_;
-  double torque_constant_;  ///< Nm per ampere of amplitude
-  double torque_gain_;      ///< share of the torque error the current loop makes up for in one step
+  double torque_constant_;  ///< Nm per ampere of current amplitude
+  double torque_gain_;      ///< share of the torque error that the current loop corrects in one step
   double radians_per_increment_;
   double increments_per_radian_;
   CurrentLoop current_;
@@ -158,10 +157,10 @@ class ServoMotor {
   double torque_nm_ = 0.0;
   bool by_voltage_ = false;
   bool shorted_ = false;
-  bool through_windings_;  ///< the next step's torque comes from the windings
+  bool through_windings_;  ///< the windings determine the torque of the next step
   bool encoder_connected_ = true;
   std::int64_t held_count_ = 0;
-  double turn_begin_rad_ = 0.0;  ///< the revolution the shaft is in
+  double turn_begin_rad_ = 0.0;  ///< start of the present revolution of the shaft
   double turn_end_rad_ = 0.0;
   std::optional<std::int64_t> index_pulse_;
   std::int64_t noise_ = 0;

@@ -26,12 +26,12 @@ inline std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
   return result;
 }
 
-/// One slave on the bench: single datagrams by hand, time by hand.
+/// A single slave: the test sends each datagram and advances the time.
 class BenchSlave : public ::testing::Test {
  protected:
   static constexpr std::uint16_t kStation = 0x1001;
 
-  /// Builds the slave anew with what the test has changed in `device` and `options`.
+  /// Rebuilds the slave after the test has changed `device` and `options`.
   explicit BenchSlave(const SlaveOptions& options = {}) { rebuild(options); }
 
   void rebuild(const SlaveOptions& options = {}, std::unique_ptr<TestDevice> device = nullptr) {
@@ -52,7 +52,7 @@ class BenchSlave : public ::testing::Test {
     std::uint16_t irq = 0;
   };
 
-  /// Sends one datagram to the slave. Time does not pass, the firmware is not run.
+  /// Sends a datagram to the slave. Time does not advance, and the firmware does not run.
   Answer transfer(Command command, std::uint16_t adp, std::uint16_t ado, std::vector<std::byte> data) {
     Datagram datagram;
     datagram.command = command;
@@ -67,7 +67,7 @@ class BenchSlave : public ::testing::Test {
     return transfer(command, static_cast<std::uint16_t>(address & 0xFFFF), static_cast<std::uint16_t>(address >> 16),
                     std::move(data));
   }
-  /// Reads `length` bytes at `address`; the answer's data starts as 0xEE.
+  /// Reads `length` bytes at `address`; the data are initialised with 0xEE.
   Answer read(std::uint16_t address, std::size_t length) {
     return transfer(Command::kAprd, 0, address, std::vector<std::byte>(length, std::byte{0xEE}));
   }
@@ -86,7 +86,7 @@ class BenchSlave : public ::testing::Test {
     return wire::load_le<T>(answer.data);
   }
 
-  /// Time passes; the slave lives on.
+  /// Advances the time; the slave continues to run.
   void pass(std::chrono::nanoseconds time) {
     now_ += time;
     slave_->advance(now_);
@@ -121,7 +121,7 @@ class BenchSlave : public ::testing::Test {
     set_sync_manager(3, inputs());
   }
 
-  /// Asks for a state and lets the firmware answer.
+  /// Requests a state and lets the firmware react.
   void request(AlState state, bool acknowledge = false, bool id = false) {
     write(reg::kAlControl, wire::AlControl{state, acknowledge, id}.raw());
     slave_->advance(now_);

@@ -28,7 +28,7 @@ inline constexpr std::uint16_t kBootInAddress = 0x1200;
 inline constexpr std::uint16_t kOutputsAddress = 0x1400;
 inline constexpr std::uint16_t kInputsAddress = 0x1800;
 
-/// An EEPROM of 128 bytes with a valid configuration area; words from 8 on count up.
+/// An EEPROM of 128 bytes with a valid configuration area; the words from 8 on count up.
 inline std::vector<std::byte> test_image(std::uint16_t pdi_control = 0x0E05, std::uint16_t alias = 0) {
   std::vector<std::byte> image(128);
   for (std::size_t word = 0; word < image.size() / 2; ++word) {
@@ -41,8 +41,8 @@ inline std::vector<std::byte> test_image(std::uint16_t pdi_control = 0x0E05, std
   return image;
 }
 
-/// A device that does nothing but note what happens to it. Four sync managers as a drive has them; the sizes of its
-/// process data can be changed.
+/// A device that only records what happens to it. It has the four sync managers of a drive; the sizes of its process
+/// data can be changed.
 class TestDevice final : public Device {
  public:
   struct FallBack {
@@ -127,7 +127,7 @@ class TestDevice final : public Device {
   bool sensor_present = true;
   SyncDemand demand;
   int restarts = 0;
-  /// As many as the test reserves room for.
+  /// At most as many as the test reserves.
   std::vector<std::pair<SyncSignal, std::chrono::nanoseconds>> sync_events;
   std::vector<std::pair<wire::AlState, wire::AlState>> transitions;
   std::vector<FallBack> fall_backs;
@@ -136,7 +136,7 @@ class TestDevice final : public Device {
   std::vector<std::vector<std::byte>> requests;
   std::deque<std::vector<std::byte>> replies;
   bool mailbox_full = false;
-  bool echo = false;  ///< sends each mailbox back instead of noting it, without allocation
+  bool echo = false;  ///< returns each mailbox message instead of recording it, without allocation
   std::array<std::byte, 128> echo_buffer{};
   std::size_t echo_length = 0;
   int output_count = 0;

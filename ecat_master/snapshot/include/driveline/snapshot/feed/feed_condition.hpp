@@ -15,113 +15,116 @@
 #include "driveline/snapshot/feed/feed_error.hpp"
 #include "driveline/snapshot/feed/feed_records.hpp"
 
-/// The part of a feed for what changes now and then: the slaves, how they hang together, and who commands the axes.
+/// The part of a feed that rarely changes: the slaves, their wiring, and the owners of the axes.
 namespace driveline::snapshot {
 
-/// Most slaves of a feed; those behind them are left out.
+/// Most slaves in a feed; further slaves are left out.
 inline constexpr std::size_t kMaxFeedSlaves = 1024;
 /// Ports of a slave controller.
 inline constexpr std::size_t kFeedSlavePorts = 4;
-/// Ports with a link and nobody behind it that a feed names.
+/// Most silent ports (ports with a link behind which no slave answers) in a feed.
 inline constexpr std::size_t kMaxFeedSilentPorts = 16;
 /// FeedSlave::parent: the interface of the master.
 inline constexpr std::int32_t kFeedParentMaster = -1;
-/// FeedSlave::parent: nothing is known of it.
+/// FeedSlave::parent: unknown.
 inline constexpr std::int32_t kFeedParentUnknown = -2;
 
-/// A port of a slave: its link, and its error counters, which stop at 255.
+/// A port of a slave: its link and its error counters, which stop at 255.
 struct FeedSlavePort {
   std::uint8_t link = 0;                   ///< not 0: physical link (DL status 0110h)
-  std::uint8_t open = 0;                   ///< not 0: frames leave and come in here
-  std::uint8_t invalid_frames = 0;         ///< came in damaged here for the first time on their way (0300h)
-  std::uint8_t receive_errors = 0;         ///< symbols that the physical layer could not read (0301h)
-  std::uint8_t forwarded = 0;              ///< damaged and marked as such by a slave before (0308h)
-  std::uint8_t lost_links = 0;             ///< 0310h
+  std::uint8_t open = 0;                   ///< not 0: the port is open, frames pass through it
+  std::uint8_t invalid_frames = 0;         ///< invalid frames first detected at this port (0300h)
+  std::uint8_t receive_errors = 0;         ///< symbols that the physical layer could not decode (0301h)
+  std::uint8_t forwarded = 0;              ///< invalid frames already marked by a previous slave (0308h)
+  std::uint8_t lost_links = 0;             ///< lost links (0310h)
   std::array<std::uint8_t, 2> reserved{};  ///< 0
 };
 
-/// A slave. Until it is on the line it has a name and a place alone.
+/// A slave. Before it is on the line, only its name and position are valid.
 struct FeedSlave {
-  FeedText<31> name;                         ///< as configured
-  FeedText<63> device;                       ///< name of the device, as its EEPROM or its description has it
-  FeedText<95> al_text;                      ///< AL status code in words; empty: there is none
-  std::uint32_t vendor_id = 0;               ///< of the EEPROM
-  std::uint32_t product_code = 0;            ///< of the EEPROM
-  std::uint32_t revision = 0;                ///< of the EEPROM
-  std::uint32_t serial_number = 0;           ///< of the EEPROM; 0: none
-  std::uint16_t station = 0;                 ///< configured station address
-  std::uint16_t alias = 0;                   ///< 0: none
-  std::uint16_t al_status_code = 0;          ///< 0134h
-  std::uint8_t al_state = 0;                 ///< 0130h, bits 0 to 3
-  std::uint8_t al_error = 0;                 ///< not 0: error indication, 0130h bit 4
-  std::uint8_t answers = 0;                  ///< 0: the values of its registers are those of before
-  std::uint8_t hot_connect = 0;              ///< not 0: it may be missing
-  std::uint8_t processing_unit_errors = 0;   ///< 030Ch
-  std::uint8_t pdi_errors = 0;               ///< 030Dh
-  std::uint8_t clock = 0;                    ///< 0: no clock in use, 1: it follows the reference clock, 2: it is that
-  std::uint8_t entry_port = 0;               ///< port towards the master
-  std::uint8_t parent_port = 0;              ///< of the slave before, which leads here
-  std::uint8_t reserved = 0;                 ///< 0
-  std::int32_t parent = kFeedParentUnknown;  ///< slave before it, kFeedParentMaster or kFeedParentUnknown
-  std::int32_t depth = 0;                    ///< slaves between it and the master
-  std::int64_t read_at_ns = 0;               ///< when its registers were read, since 1970-01-01 UTC
-  std::int64_t clock_delay_ns = 0;           ///< from the reference clock (0928h)
-  std::int64_t clock_difference_ns = 0;      ///< largest since operation began, without its sign (092Ch)
-  std::int64_t sync0_cycle_ns = 0;           ///< 0: no SYNC0
-  std::array<FeedSlavePort, kFeedSlavePorts> port;  ///< by number
+  FeedText<31> name;                        ///< as configured
+  FeedText<63> device;                      ///< device name from its EEPROM or its description
+  FeedText<95> al_text;                     ///< text of the AL status code; empty: none
+  std::uint32_t vendor_id = 0;              ///< vendor ID from the EEPROM
+  std::uint32_t product_code = 0;           ///< product code from the EEPROM
+  std::uint32_t revision = 0;               ///< revision from the EEPROM
+  std::uint32_t serial_number = 0;          ///< serial number from the EEPROM; 0: none
+  std::uint16_t station = 0;                ///< configured station address
+  std::uint16_t alias = 0;                  ///< configured station alias; 0: none
+  std::uint16_t al_status_code = 0;         ///< 0134h
+  std::uint8_t al_state = 0;                ///< 0130h, bits 0 to 3
+  std::uint8_t al_error = 0;                ///< not 0: error indication, 0130h bit 4
+  std::uint8_t answers = 0;                 ///< 0: the slave does not answer; its register values are old
+  std::uint8_t hot_connect = 0;             ///< not 0: the slave may be missing (hot connect)
+  std::uint8_t processing_unit_errors = 0;  ///< 030Ch
+  std::uint8_t pdi_errors = 0;              ///< 030Dh
+  std::uint8_t clock = 0;        ///< 0: no clock in use; 1: follows the reference clock; 2: is the reference clock
+  std::uint8_t entry_port = 0;   ///< port towards the master
+  std::uint8_t parent_port = 0;  ///< port of the parent slave that leads to this slave
+  std::uint8_t reserved = 0;     ///< 0
+  std::int32_t parent =
+      kFeedParentUnknown;                ///< previous slave towards the master, kFeedParentMaster or kFeedParentUnknown
+  std::int32_t depth = 0;                ///< number of slaves between this slave and the master
+  std::int64_t read_at_ns = 0;           ///< time at which its registers were read, since 1970-01-01 UTC
+  std::int64_t clock_delay_ns = 0;       ///< propagation delay from the reference clock (0928h)
+  std::int64_t clock_difference_ns = 0;  ///< largest absolute clock difference since operation started (092Ch)
+  std::int64_t sync0_cycle_ns = 0;       ///< 0: no SYNC0
+  std::array<FeedSlavePort, kFeedSlavePorts> port;  ///< by port number
 };
 
-/// Who commands an axis.
+/// Owner of an axis.
 struct FeedOwner {
-  FeedText<127> name;  ///< as leases have it; empty: nobody
+  FeedText<127> name;  ///< name as in the leases; empty: no owner
 };
 
-/// What of the line's wiring is not of one slave.
+/// Facts about the line's wiring that belong to no single slave, and the counts of the following records.
 struct FeedConditionHead {
-  std::uint32_t slaves = 0;                      ///< how many FeedSlave count
-  std::uint32_t axes = 0;                        ///< how many FeedOwner count
-  std::uint32_t silent_ports = 0;                ///< how many `silent` count
-  std::int32_t ring_slave = kFeedParentUnknown;  ///< its `ring_port` leads back to the master; unknown: no ring
-  std::uint32_t ring_port = 0;                   ///< of `ring_slave`
-  std::uint32_t reserved = 0;                    ///< 0
-  std::array<std::uint32_t, kMaxFeedSilentPorts> silent{};  ///< slave * 4 + port: a link, and nobody answers behind it
+  std::uint32_t slaves = 0;        ///< number of valid FeedSlave records
+  std::uint32_t axes = 0;          ///< number of valid FeedOwner records
+  std::uint32_t silent_ports = 0;  ///< number of valid `silent` entries
+  std::int32_t ring_slave =
+      kFeedParentUnknown;       ///< slave whose `ring_port` leads back to the master; kFeedParentUnknown: no ring
+  std::uint32_t ring_port = 0;  ///< port of `ring_slave`
+  std::uint32_t reserved = 0;   ///< 0
+  std::array<std::uint32_t, kMaxFeedSilentPorts>
+      silent{};  ///< slave * 4 + port: a port with a link behind which no slave answers
 };
 
 static_assert(sizeof(FeedSlave) % sizeof(std::uint64_t) == 0 &&
               sizeof(FeedConditionHead) % sizeof(std::uint64_t) == 0 && sizeof(FeedOwner) % sizeof(std::uint64_t) == 0);
 
-/// Number of the region's content.
+/// Content number of the region.
 inline constexpr std::uint32_t kFeedConditionContent = 0x4643'4F4E;
-/// Records that its region holds: a reader that is interrupted while it copies takes the next one.
+/// Number of records in the region: a reader that is overtaken while it copies a record takes the next one.
 inline constexpr std::uint64_t kFeedConditions = 4;
 
-/// Where the owner of axis 0 lies in the record of a line of so many slaves, in bytes.
+/// Offset of the owner of axis 0 in the record of a line with `slaves` slaves, in bytes.
 [[nodiscard]] constexpr std::size_t feed_owners_offset(std::size_t slaves) noexcept {
   return sizeof(FeedConditionHead) + slaves * sizeof(FeedSlave);
 }
 
-/// Layout of the region for a line of so many slaves and axes.
+/// Layout of the region for a line with `slaves` slaves and `axes` axes.
 [[nodiscard]] constexpr rt::SharedLayout feed_condition_layout(std::size_t slaves, std::size_t axes,
                                                                std::uint64_t capacity = 0) noexcept {
   return rt::shared_blocks(kFeedConditionContent, kFeedVersion,
                            static_cast<std::uint32_t>(feed_owners_offset(slaves) + axes * sizeof(FeedOwner)), capacity);
 }
 
-/// All of it.
+/// The complete condition of a line.
 struct FeedCondition {
-  FeedConditionHead head;         ///< `slaves` and `axes` are not looked at when it is written
+  FeedConditionHead head;         ///< `slaves` and `axes` are ignored when the condition is written
   std::vector<FeedSlave> slaves;  ///< by position
   std::vector<FeedOwner> owners;  ///< by axis
 };
 
-/// The side that holds the line. Belongs to one thread at a time.
+/// Writes the condition, in the process that holds the line. Belongs to one thread at a time.
 class FeedConditionWriter {
  public:
-  /// `region`: of feed_condition_layout(slaves, axes); must outlive the writer.
+  /// `region`: made with feed_condition_layout(slaves, axes); must outlive the writer.
   FeedConditionWriter(const rt::SharedMapping& region, std::size_t slaves, std::size_t axes)
       : writer_{region}, slaves_{slaves}, axes_{axes} {}
 
-  /// Replaces what was told before; slaves and axes beyond those of the layout are left out. \rtsafe
+  /// Replaces the previous condition; slaves and axes beyond those of the layout are left out. \rtsafe
   void push(const FeedCondition& condition) noexcept {
     auto head = condition.head;
     head.slaves = static_cast<std::uint32_t>(std::min(condition.slaves.size(), slaves_));
@@ -143,11 +146,11 @@ class FeedConditionWriter {
   std::size_t axes_;
 };
 
-/// The other side. Belongs to one thread.
+/// Reads the condition. Belongs to one thread.
 class FeedConditionReader {
  public:
-  /// Maps the region behind `descriptor`, which remains the caller's, of a feed with so many slaves and axes. Error:
-  /// the region is not that of such a feed.
+  /// Maps the region behind `descriptor`, which remains the caller's, of a feed with `slaves` slaves and `axes` axes.
+  /// Error: the region does not belong to such a feed.
   [[nodiscard]] static tl::expected<FeedConditionReader, FeedError> open(int descriptor, std::size_t slaves,
                                                                          std::size_t axes) {
     auto mapped = rt::SharedMapping::open(descriptor, feed_condition_layout(slaves, axes));
@@ -157,7 +160,7 @@ class FeedConditionReader {
     return FeedConditionReader{std::move(*std::get_if<rt::SharedMapping>(&mapped)), slaves, axes};
   }
 
-  /// The newest condition; false: nothing new since the last call. Counts are brought into their ranges.
+  /// Takes the newest condition; false: nothing new since the last call. Counts are limited to their ranges.
   [[nodiscard]] bool take(FeedCondition& condition) {
     bool any = false;
     while (reader_.take(record_)) any = true;

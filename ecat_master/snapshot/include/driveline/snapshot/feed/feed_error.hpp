@@ -7,7 +7,7 @@ namespace driveline::snapshot {
 /// Why a feed cannot be read: the region, and what is wrong with it.
 struct FeedError {
   const char* region;  ///< "description", "status", "cycles", "events", "condition", "return"
-  std::string reason;  ///< describe(rt::SharedRegionError), or what its content lacks
+  std::string reason;  ///< describe(rt::SharedRegionError), or what is missing in its content
 };
 
 /// The error as a sentence.

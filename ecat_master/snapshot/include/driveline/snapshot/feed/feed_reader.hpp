@@ -22,15 +22,15 @@
 
 namespace driveline::snapshot {
 
-/// A side of a feed that reads. It maps the feed read-only, copies every record before it looks at it, and lives with
-/// whatever is in it: numbers are brought into their ranges.
+/// Reader of a feed. It maps the feed read-only, copies every record before it uses it, and tolerates any content:
+/// numbers are limited to their ranges.
 ///
 /// Belongs to one thread.
 class FeedReader {
  public:
-  /// Maps a feed: its description, status, cycles and events, whose descriptors remain the caller's. Begins with record
-  /// number `from` of the cycles, as far as it is still there; none: with what comes. Errors: a region is not that of a
-  /// feed of this version, or there is no description in it.
+  /// Maps a feed: its description, status, cycles and events, whose descriptors remain the caller's. Starts with record
+  /// number `from` of the cycles, or with the oldest record left; without `from`, with the next record. Errors: a
+  /// region does not belong to a feed of this version, or contains no description.
   [[nodiscard]] static tl::expected<FeedReader, FeedError> open(int description, int status, int cycles, int events,
                                                                 std::optional<std::uint64_t> from = std::nullopt) {
     const auto described = map("description", description, feed_description_layout());
@@ -53,10 +53,10 @@ class FeedReader {
     return FeedReader{std::move(text), *std::move(state), *std::move(records), *std::move(happened), from};
   }
 
-  /// What does not change, with as many axes and interfaces as it says.
+  /// The constant description; its counts of axes and interfaces are valid.
   [[nodiscard]] const FeedDescription& description() const noexcept { return *description_; }
 
-  /// The next cycle: its samples, valid until the next call. False: there is none.
+  /// Takes the next cycle: its samples, valid until the next call. False: there is none.
   [[nodiscard]] bool take() noexcept {
     if (!cycles_.take(record_)) return false;
     const auto line = part<FeedLine>(0);
@@ -69,16 +69,16 @@ class FeedReader {
     line_ = from_feed(line, static_cast<std::uint16_t>(count));
     return true;
   }
-  /// Sleeps until FeedWriter::wake(), a signal, or the end of `limit`; not at all while there are cycles to take. A
-  /// system call.
+  /// Sleeps until FeedWriter::wake(), a signal, or the end of `limit`; returns at once while there are cycles to take.
+  /// A system call.
   void wait(std::chrono::nanoseconds limit) const noexcept { rt::wait_for_records(cycles_region_, next(), limit); }
 
-  /// The line in the cycle that was taken; null: its sample was lost.
+  /// The line sample of the taken cycle; null: it was lost.
   [[nodiscard]] const LineSample* line() const noexcept { return has_line_ ? &line_ : nullptr; }
-  /// The axes in that cycle.
+  /// The axis samples of the taken cycle.
   [[nodiscard]] std::span<const AxisSample> axes() const noexcept { return axes_; }
 
-  /// The next event, from the oldest that the feed still holds on. False: there is none.
+  /// Takes the next event, starting with the oldest in the feed. False: there is none.
   [[nodiscard]] bool take_event(FeedEvent& event, std::uint64_t& number) noexcept {
     if (!events_.take(record_)) return false;
     event = part<FeedEvent>(0);
@@ -86,16 +86,16 @@ class FeedReader {
     return true;
   }
 
-  /// Copies the newest status. False: the writer was faster, try again later.
+  /// Copies the newest status. False: the writer overtook the copy; try again later.
   [[nodiscard]] bool status(FeedStatus& status) const noexcept {
     if (!status_reader_.latest(status)) return false;
     status.faults = static_cast<std::uint16_t>(std::min<std::size_t>(status.faults, kMaxFeedFaults));
     return true;
   }
 
-  /// Cycles that were overwritten before they were taken.
+  /// Cycles that were overwritten before this reader took them.
   [[nodiscard]] std::uint64_t lost() const noexcept { return cycles_.lost(); }
-  /// Number of the record of a cycle that comes next.
+  /// Number of the next cycle record to take.
   [[nodiscard]] std::uint64_t next() const noexcept { return cycles_.next(); }
 
  private:
@@ -108,7 +108,7 @@ class FeedReader {
     return std::move(*std::get_if<rt::SharedMapping>(&mapped));
   }
 
-  /// What lies at `offset` bytes in the copy of the record.
+  /// The value at `offset` bytes in the copied record.
   template <rt::SharedRecord T>
   [[nodiscard]] T part(std::size_t offset) const noexcept {
     T value;
@@ -129,7 +129,7 @@ class FeedReader {
     axes_.reserve(description_->axes);
   }
 
-  std::unique_ptr<FeedDescription> description_;  // larger than a stack likes
+  std::unique_ptr<FeedDescription> description_;  // on the heap: too large for the stack
   rt::SharedMapping status_region_;
   rt::SharedMapping cycles_region_;
   rt::SharedMapping events_region_;
@@ -142,7 +142,7 @@ class FeedReader {
   std::vector<AxisSample> axes_;
 };
 
-/// The record that the bridge writes; for its side.
+/// Writer of the record that the bridge sends back.
 class FeedReturnWriter {
  public:
   /// Maps the region behind `descriptor`, which remains the caller's.
@@ -154,12 +154,12 @@ class FeedReturnWriter {
     return FeedReturnWriter{std::move(*std::get_if<rt::SharedMapping>(&mapped))};
   }
 
-  /// Replaces what was told before.
+  /// Replaces the previous record.
   void tell(const FeedReturn& record) noexcept {
     rt::shared_detail::store_record<std::memory_order_release>(region_.words().data() + rt::shared_detail::kRecordsWord,
                                                                record);
   }
-  /// What stands there now: at the start, where the bridge before this one has ended.
+  /// The current content of the region: initially the last record of the previous bridge.
   [[nodiscard]] FeedReturn told() const noexcept {
     FeedReturn record;
     rt::shared_detail::load_record<std::memory_order_acquire>(record,

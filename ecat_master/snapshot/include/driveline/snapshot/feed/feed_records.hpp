@@ -12,35 +12,35 @@
 #include "driveline/snapshot/line_status.hpp"
 #include "driveline/snapshot/snapshot.hpp"
 
-/// What a process that holds a line tells others on this machine, in shared memory: a description of the line that does
-/// not change, a record for every cycle, the status of the line, and what has happened to it. They map it read-only.
-/// What one of them, the bridge to DDS, has to say goes into a region of its own, FeedReturn.
+/// What a process that holds a line provides to other processes on this machine, in shared memory: a constant
+/// description of the line, a record for every cycle, the status of the line, and its events. Readers map it read-only.
+/// The bridge to DDS sends its counters back in a separate region, FeedReturn.
 ///
-/// Every pattern of bits is a value of these records; who reads them checks what matters.
+/// Every bit pattern is a valid value of these records; the reader checks the values that matter.
 namespace driveline::snapshot {
 
-/// Most axes of a feed.
+/// Most axes in a feed.
 inline constexpr std::size_t kMaxFeedAxes = 512;
-/// Most network interfaces that a feed names.
+/// Most network interfaces listed in a feed.
 inline constexpr std::size_t kMaxFeedInterfaces = 16;
-/// Most machines to which a line announces itself one by one.
+/// Most machines to which a line announces itself by unicast.
 inline constexpr std::size_t kMaxFeedPeers = 16;
-/// Faults in a status.
+/// Most faults in a status.
 inline constexpr std::size_t kMaxFeedFaults = 16;
-/// Events that a feed holds.
+/// Number of events stored in a feed.
 inline constexpr std::size_t kFeedEvents = 64;
 
 /// A text of at most kBytes bytes; a longer one is cut off.
 template <std::size_t kBytes>
 struct FeedText {
-  std::array<char, kBytes + 1> bytes{};  ///< up to the first 0
+  std::array<char, kBytes + 1> bytes{};  ///< text up to the first 0
 
-  /// Of `text`, as far as it fits.
+  /// Stores `text`, truncated to kBytes.
   void set(std::string_view text) noexcept {
     bytes = {};
     std::copy_n(text.begin(), std::min(text.size(), kBytes), bytes.begin());
   }
-  /// Up to the first 0, or all of it.
+  /// The text up to the first 0, or all bytes.
   [[nodiscard]] std::string_view view() const noexcept {
     const auto end = std::find(bytes.begin(), bytes.end(), '\0');
     return {bytes.data(), static_cast<std::size_t>(end - bytes.begin())};
@@ -55,36 +55,36 @@ struct FeedAxis {
 
 /// How often a topic is published.
 struct FeedRate {
-  FeedRateKind kind = FeedRateKind::kDefault;  ///< which of the next two counts, if any
-  std::uint32_t cycles = 1;                    ///< of kCycles: n
-  std::int64_t period_ns = 0;                  ///< of kPeriod
+  FeedRateKind kind = FeedRateKind::kDefault;  ///< selects which of the next two members is used, if any
+  std::uint32_t cycles = 1;                    ///< kCycles: every n-th cycle
+  std::int64_t period_ns = 0;                  ///< kPeriod: publishing interval
 };
 
-/// What does not change while the line runs.
+/// The part of a feed that does not change while the line runs.
 struct FeedDescription {
-  FeedText<31> line;                                       ///< name of the line
-  std::uint32_t axes = 0;                                  ///< up to kMaxFeedAxes
-  std::uint32_t domain = 0;                                ///< DDS domain
-  std::uint32_t decimation = 1;                            ///< axis samples of every n-th cycle are published
-  std::uint32_t interfaces = 0;                            ///< how many addresses; 0: every interface
-  std::int32_t realtime_cpu = -1;                          ///< CPU of the cycle, which others leave alone; -1: none
-  std::uint32_t virtual_time = 0;                          ///< not 0: its time is not that of the machine
-  std::uint32_t ros2 = 0;                                  ///< not 0: joint states of ROS 2, too
-  std::uint32_t shared_memory = 0;                         ///< not 0: to readers of the bridge's own user, too
-  std::uint32_t slaves = 0;                                ///< for how many the condition has room
-  std::uint32_t reserved = 0;                              ///< 0
-  std::int64_t period_ns = 0;                              ///< of the cycle
-  std::uint32_t peers = 0;                                 ///< how many addresses of other machines
-  std::uint32_t discovery_port = 0;                        ///< of the discovery server; 0: there is none
-  FeedText<47> discovery_server;                           ///< its IPv4 address
-  FeedText<63> partition;                                  ///< of DDS; empty: the default one
+  FeedText<31> line;                 ///< name of the line
+  std::uint32_t axes = 0;            ///< number of axes, up to kMaxFeedAxes
+  std::uint32_t domain = 0;          ///< DDS domain
+  std::uint32_t decimation = 1;      ///< axis samples of every n-th cycle are published
+  std::uint32_t interfaces = 0;      ///< number of `interface` addresses; 0: every interface
+  std::int32_t realtime_cpu = -1;    ///< CPU of the cycle, which other threads must avoid; -1: none
+  std::uint32_t virtual_time = 0;    ///< not 0: the line runs on virtual time, not on the machine's time
+  std::uint32_t ros2 = 0;            ///< not 0: also publishes joint states for ROS 2
+  std::uint32_t shared_memory = 0;   ///< not 0: also publishes through shared memory, to readers of the bridge's user
+  std::uint32_t slaves = 0;          ///< number of slaves that the condition has room for
+  std::uint32_t reserved = 0;        ///< 0
+  std::int64_t period_ns = 0;        ///< period of the cycle
+  std::uint32_t peers = 0;           ///< number of `peer` addresses
+  std::uint32_t discovery_port = 0;  ///< port of the discovery server; 0: none
+  FeedText<47> discovery_server;     ///< IPv4 address of the discovery server
+  FeedText<63> partition;            ///< DDS partition; empty: the default one
   std::array<FeedRate, kFeedTopics> rate;                  ///< by FeedTopic
   std::array<FeedText<47>, kMaxFeedPeers> peer;            ///< IPv4 addresses of other machines
   std::array<FeedText<47>, kMaxFeedInterfaces> interface;  ///< IPv4 addresses
   std::array<FeedAxis, kMaxFeedAxes> axis;                 ///< by index
 };
 
-/// LineSample, without its type `bool`. A record of a cycle begins with it.
+/// LineSample without the type `bool`. The record of a cycle starts with it.
 struct FeedLine {
   std::uint64_t cycle = 0;                     ///< LineSample::cycle
   std::int64_t time_ns = 0;                    ///< LineSample::time_ns
@@ -95,14 +95,14 @@ struct FeedLine {
   std::uint32_t missed_periods = 0;            ///< LineSample::missed_periods
   std::uint16_t working_counter = 0;           ///< LineSample::working_counter
   std::uint16_t expected_working_counter = 0;  ///< LineSample::expected_working_counter
-  std::uint16_t axes = 0;                      ///< how many FeedAxisSample follow in this record
+  std::uint16_t axes = 0;                      ///< number of FeedAxisSample records that follow in this record
   std::uint8_t frame_received = 0;             ///< LineSample::frame_received
   std::uint8_t dc_locked = 0;                  ///< LineSample::dc_locked
-  std::uint8_t present = 0;                    ///< 0: the cycle's own sample was lost; only `cycle` and the axes count
-  std::array<std::uint8_t, 3> reserved{};      ///< 0
+  std::uint8_t present = 0;                ///< 0: the cycle's line sample was lost; only `cycle` and the axes are valid
+  std::array<std::uint8_t, 3> reserved{};  ///< 0
 };
 
-/// AxisSample in a record of its cycle.
+/// AxisSample in the record of its cycle.
 struct FeedAxisSample {
   std::int64_t time_ns = 0;          ///< AxisSample::time_ns
   std::uint16_t axis = 0;            ///< AxisSample::axis
@@ -128,42 +128,42 @@ struct FeedAxisSample {
   double demand_torque = 0;          ///< AxisSample::demand_torque
 };
 
-/// LineStatus, and what becomes of the feed.
+/// LineStatus, and the state of the feed.
 struct FeedStatus {
   std::uint8_t state = 0;                           ///< LineStatus::state
-  std::uint8_t ended = 0;                           ///< not 0: nothing follows
-  std::uint16_t faults = 0;                         ///< how many, up to kMaxFeedFaults
-  std::uint32_t restarts = 0;                       ///< of the bridge
+  std::uint8_t ended = 0;                           ///< not 0: the feed has ended
+  std::uint16_t faults = 0;                         ///< number of valid `fault` entries, up to kMaxFeedFaults
+  std::uint32_t restarts = 0;                       ///< restarts of the bridge
   std::uint64_t cycles = 0;                         ///< LineStatus::cycles
   std::uint64_t missed_periods = 0;                 ///< LineStatus::missed_periods
   std::uint64_t wkc_errors = 0;                     ///< LineStatus::wkc_errors
   std::uint64_t lost_frames = 0;                    ///< LineStatus::lost_frames
   std::array<std::int64_t, 3> wake_latency_ns{};    ///< median, 99th percentile, largest
   std::array<std::int64_t, 3> cycle_cost_ns{};      ///< median, 99th percentile, largest
-  std::uint64_t published_before = 0;               ///< axis samples, by bridges before the one that runs
-  std::uint64_t dropped_before = 0;                 ///< samples lost before the feed, or by those bridges
-  std::uint64_t beats = 0;                          ///< how often it was told; stands still where the process does
+  std::uint64_t published_before = 0;               ///< axis samples published by previous bridges
+  std::uint64_t dropped_before = 0;                 ///< samples lost before the feed or by previous bridges
+  std::uint64_t beats = 0;                          ///< number of status updates; constant when the process hangs
   CycleStatistics statistics;                       ///< LineStatus::statistics
   std::array<FeedText<255>, kMaxFeedFaults> fault;  ///< oldest first
 };
 
-/// Something that has happened to the line. Its number is that of the record, from 0.
+/// An event of the line. Its number is that of the record, starting at 0.
 struct FeedEvent {
   std::int64_t wall_time_ns = 0;  ///< since 1970-01-01 UTC
   std::uint64_t severity = 0;     ///< 0: a step of the run, 1: a notice, 2: a fault, 3: a failure
   FeedText<511> text;             ///< one sentence
 };
 
-/// What the bridge tells: one record, which it alone writes and the process of the line does not believe unseen.
+/// What the bridge sends back: one record that only the bridge writes. The line's process must not trust it unchecked.
 struct FeedReturn {
-  std::uint64_t beats = 0;      ///< passes over the feed; a bridge that stands still does not count on
-  std::uint64_t next = 0;       ///< number of the cycle's record that it takes next
+  std::uint64_t beats = 0;      ///< passes over the feed; constant when the bridge hangs
+  std::uint64_t next = 0;       ///< number of the cycle record that the bridge takes next
   std::uint64_t published = 0;  ///< axis samples handed to DDS
-  std::uint64_t lost = 0;       ///< records that were overwritten before it had taken them
-  std::uint64_t refused = 0;    ///< axis samples that DDS has refused
+  std::uint64_t lost = 0;       ///< records that were overwritten before the bridge took them
+  std::uint64_t refused = 0;    ///< axis samples refused by DDS
 };
 
-/// Numbers of the regions' contents, and the version of all of them.
+/// Content numbers of the regions, and the version of all of them.
 inline constexpr std::uint32_t kFeedVersion = 4;
 inline constexpr std::uint32_t kFeedDescriptionContent = 0x4644'4553;  ///< FeedDescription
 inline constexpr std::uint32_t kFeedStatusContent = 0x4653'5441;       ///< FeedStatus
@@ -171,7 +171,7 @@ inline constexpr std::uint32_t kFeedCyclesContent = 0x4643'5943;       ///< Feed
 inline constexpr std::uint32_t kFeedEventsContent = 0x4645'564E;       ///< FeedEvent
 inline constexpr std::uint32_t kFeedReturnContent = 0x4652'4554;       ///< FeedReturn
 
-/// Where sample number `index` lies in the record of a cycle, in bytes.
+/// Offset of axis sample number `index` in the record of a cycle, in bytes.
 [[nodiscard]] constexpr std::size_t feed_axis_offset(std::size_t index) noexcept {
   return sizeof(FeedLine) + index * sizeof(FeedAxisSample);
 }
@@ -180,33 +180,34 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
 /// \name Layouts of the regions
 /// @{
 
-/// Of the description.
+/// Layout of the description.
 [[nodiscard]] constexpr rt::SharedLayout feed_description_layout(std::uint64_t capacity = 0) noexcept {
   return rt::shared_broadcast<FeedDescription>(kFeedDescriptionContent, kFeedVersion, capacity);
 }
-/// Of the status.
+/// Layout of the status.
 [[nodiscard]] constexpr rt::SharedLayout feed_status_layout(std::uint64_t capacity = 0) noexcept {
   return rt::shared_broadcast<FeedStatus>(kFeedStatusContent, kFeedVersion, capacity);
 }
-/// Of the cycles of a line with so many axes.
+/// Layout of the cycles of a line with `axes` axes.
 [[nodiscard]] constexpr rt::SharedLayout feed_cycles_layout(std::size_t axes, std::uint64_t capacity = 0) noexcept {
   return rt::shared_blocks(kFeedCyclesContent, kFeedVersion, static_cast<std::uint32_t>(feed_axis_offset(axes)),
                            capacity);
 }
-/// Of the events.
+/// Layout of the events.
 [[nodiscard]] constexpr rt::SharedLayout feed_events_layout(std::uint64_t capacity = 0) noexcept {
   return rt::shared_blocks(kFeedEventsContent, kFeedVersion, sizeof(FeedEvent), capacity);
 }
-/// Of the counts of the bridge; both sides can write it.
+/// Layout of the counters sent back by the bridge; the line's process can write it, too.
 [[nodiscard]] constexpr rt::SharedLayout feed_return_layout(std::uint64_t capacity = 0) noexcept {
   return {rt::SharedForm::kRing, kFeedReturnContent, kFeedVersion, sizeof(FeedReturn), capacity};
 }
 /// @}
 
-/// \name The records of the cycle as they lie in the feed, and back
+///
+/// ame Conversion between samples and feed records
 /// @{
 
-/// With `present` set; the number of axes is that of FeedWriter::push().
+/// Sets `present`; FeedWriter::push() sets the number of axes.
 [[nodiscard]] inline FeedLine to_feed(const LineSample& sample) noexcept {
   FeedLine line;
   line.cycle = sample.cycle;
@@ -223,7 +224,7 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
   line.present = 1;
   return line;
 }
-/// Without the cycle, which is that of the record.
+/// Omits the cycle number, which is in the FeedLine of the record.
 [[nodiscard]] inline FeedAxisSample to_feed(const AxisSample& sample) noexcept {
   return {.time_ns = sample.time_ns,
           .axis = sample.axis,
@@ -248,7 +249,7 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .demand_velocity = sample.demand_velocity,
           .demand_torque = sample.demand_torque};
 }
-/// `axes`: how many samples of axes there are.
+/// `axes`: number of axis samples of the cycle.
 [[nodiscard]] inline LineSample from_feed(const FeedLine& line, std::uint16_t axes) noexcept {
   return {.cycle = line.cycle,
           .time_ns = line.time_ns,
@@ -263,7 +264,7 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .frame_received = line.frame_received != 0,
           .dc_locked = line.dc_locked != 0};
 }
-/// A state that does not exist is AxisState::kUnavailable, PlcopenState::kNone, AxisHomed::kUnknown.
+/// An invalid state becomes AxisState::kUnavailable, PlcopenState::kNone or AxisHomed::kUnknown.
 [[nodiscard]] inline AxisSample from_feed(const FeedAxisSample& sample, std::uint64_t cycle) noexcept {
   const bool known = sample.state <= static_cast<std::uint8_t>(AxisState::kUnavailable);
   const bool plcopen = sample.plcopen_state <= static_cast<std::uint8_t>(PlcopenState::kErrorStop);

@@ -21,21 +21,21 @@ enum class FeedTopic : std::uint8_t {
   kJointStates
 };
 
-/// Their names, in that order.
+/// Names of the topics, in the order of FeedTopic.
 inline constexpr std::array<std::string_view, 10> kFeedTopicNames{
     "axis_telemetry", "line_status",      "axis_batch", "event",       "slave",
     "topology",       "cycle_statistics", "axis_state", "diagnostics", "joint_states"};
 
-/// How many there are.
+/// Number of topics.
 inline constexpr std::size_t kFeedTopics = kFeedTopicNames.size();
 
-/// How a topic is published.
+/// When a topic is published.
 enum class FeedRateKind : std::uint32_t {
-  kDefault,   ///< as the topic is by itself
-  kOff,       ///< not at all
-  kOnChange,  ///< when something has changed
+  kDefault,   ///< the default of the topic
+  kOff,       ///< never
+  kOnChange,  ///< on change
   kCycles,    ///< every n-th cycle
-  kPeriod     ///< in intervals
+  kPeriod     ///< at fixed intervals
 };
 
 }  // namespace driveline::snapshot

@@ -14,13 +14,13 @@
 
 namespace driveline::snapshot {
 
-/// The side of a feed that holds the line: makes the regions and writes them. What readers do does not matter to it.
+/// Writer of a feed, in the process that holds the line: creates the regions and writes them. Readers cannot affect it.
 ///
 /// Belongs to one thread at a time.
 class FeedWriter {
  public:
-  /// Makes the regions of a feed that holds `cycles` cycles, rounded up to a power of two; `description` is complete.
-  /// Error: there is no memory, or a line cannot have so many axes. Not real-time safe.
+  /// Creates the regions of a feed that stores `cycles` cycles, rounded up to a power of two; `description` is
+  /// complete. Error: there is no memory, or too many axes for a line. Not real-time safe.
   [[nodiscard]] static tl::expected<FeedWriter, rt::SharedRegionError> create(const FeedDescription& description,
                                                                               std::uint64_t cycles) {
     auto described = rt::SharedRegion::create("driveline-feed-description", feed_description_layout(1));
@@ -43,8 +43,8 @@ class FeedWriter {
     return writer;
   }
 
-  /// Publishes one cycle: one commit, whatever the number of axes. Samples beyond the axes of the line are left out.
-  /// `line.axes` need not be set. \rtsafe
+  /// Publishes one cycle with one commit, whatever the number of axes. Samples beyond the axes of the line are left
+  /// out. Sets `line.axes`. \rtsafe
   void push(FeedLine line, std::span<const FeedAxisSample> axes) noexcept {
     const std::size_t count = std::min(axes.size(), axes_);
     line.axes = static_cast<std::uint16_t>(count);
@@ -54,7 +54,7 @@ class FeedWriter {
     writer_.commit();
   }
 
-  /// Wakes readers that wait for cycles. A system call, which waits for none of them.
+  /// Wakes readers that wait for cycles. A system call that does not wait for the readers.
   void wake() const noexcept { rt::wake_readers(cycles_); }
 
   /// Replaces the status. \rtsafe
@@ -67,28 +67,28 @@ class FeedWriter {
     event_writer_.commit();
   }
 
-  /// Replaces what is told of the slaves and of who commands the axes. \rtsafe
+  /// Replaces the condition of slaves and axis owners. \rtsafe
   void set_condition(const FeedCondition& condition) noexcept { condition_writer_.push(condition); }
 
-  /// Cycles ever pushed. \rtsafe
+  /// Number of cycles pushed so far. \rtsafe
   [[nodiscard]] std::uint64_t written() const noexcept { return writer_.written(); }
-  /// Cycles that the feed holds. \rtsafe
+  /// Number of cycles that the feed stores. \rtsafe
   [[nodiscard]] std::uint64_t capacity() const noexcept { return writer_.capacity(); }
-  /// Axes of the line. \rtsafe
+  /// Number of axes of the line. \rtsafe
   [[nodiscard]] std::size_t axes() const noexcept { return axes_; }
 
   /// \name Descriptors for readers, in the order in which FeedReader::open() takes them
   /// @{
 
-  /// Of the FeedDescription.
+  /// Descriptor of the FeedDescription.
   [[nodiscard]] int description_descriptor() const noexcept { return description_.descriptor(); }
-  /// Of the FeedStatus.
+  /// Descriptor of the FeedStatus.
   [[nodiscard]] int status_descriptor() const noexcept { return status_.descriptor(); }
-  /// Of the cycles.
+  /// Descriptor of the cycles.
   [[nodiscard]] int cycles_descriptor() const noexcept { return cycles_.descriptor(); }
-  /// Of the events.
+  /// Descriptor of the events.
   [[nodiscard]] int events_descriptor() const noexcept { return events_.descriptor(); }
-  /// Of the condition, which FeedConditionReader takes.
+  /// Descriptor of the condition, for FeedConditionReader.
   [[nodiscard]] int condition_descriptor() const noexcept { return condition_.descriptor(); }
   /// @}
 

@@ -10,11 +10,11 @@
 
 namespace driveline::slaves::msd {
 
-/// Publishes the movement in the object dictionary. Faults can make 6064h differ from the position the drive itself
-/// uses: MachineInput::kPositionError, kPositionHeld.
+/// Publishes the motion in the object dictionary. Faults can make 6064h differ from the position that the drive uses
+/// internally: MachineInput::kPositionError, kPositionHeld.
 class ActualValues {
  public:
-  /// All actual values and demands of the motion, in units of the bus and of the motor. \rtsafe
+  /// Publishes all actual values and demands of the motion, in units of the bus and of the motor. \rtsafe
   void publish(const Motion& motion, ObjectDictionary& dictionary) const noexcept;
 
   /// Adds `units` position units to 6064h. \rtsafe
@@ -31,9 +31,9 @@ class ActualValues {
   bool position_held_ = false;
 };
 
-/// Images of the terminals: P 121, P 143, 60FDh. \rtsafe
+/// Publishes the images of the terminals: P 121, P 143, 60FDh. \rtsafe
 void publish(const Terminals& terminals, ObjectDictionary& dictionary) noexcept;
-/// 60B9h-60BDh. \rtsafe
+/// Publishes 60B9h-60BDh. \rtsafe
 void publish(const TouchProbe& probe, ObjectDictionary& dictionary) noexcept;
 
 }  // namespace driveline::slaves::msd

@@ -9,33 +9,32 @@
 
 namespace driveline::slaves::msd {
 
-/// The motor brake: it opens while its output is energised, whatever function that has (P 125), with the delays P 213
-/// and P 214.
+/// The motor brake: opens while its output is energised by any function (P 125), with the delays P 213 and P 214.
 class Brake {
  public:
-  /// Dictionary and terminals must outlive this. Starts closed, with no delay running.
+  /// Dictionary and terminals must outlive this. Starts closed, without a running delay.
   Brake(const ObjectDictionary& dictionary, const Terminals& terminals) noexcept
       : dictionary_(&dictionary), terminals_(&terminals) {}
 
-  /// Command of the brake control. \rtsafe
+  /// Sets the command of the brake control. \rtsafe
   void want_open(bool open) noexcept { open_ = open; }
-  /// Follows its output. \rtsafe
+  /// Updates the brake from its output. \rtsafe
   void follow(std::chrono::nanoseconds now) noexcept {
     const bool energised = terminals_->controls_brake() ? open_ : terminals_->output(Output::kBrake);
     if (std::exchange(energised_, energised) != energised) since_ = now;
   }
 
-  /// Last command of want_open(). \rtsafe
+  /// Returns the last command of want_open(). \rtsafe
   [[nodiscard]] bool open() const noexcept { return open_; }
-  /// Whether it holds the shaft. \rtsafe
+  /// Whether the brake holds the shaft. \rtsafe
   [[nodiscard]] bool closed(std::chrono::nanoseconds now) const noexcept { return energised_ != at_rest(now); }
-  /// Whether its delay has passed; always where the output has another function. \rtsafe
+  /// Whether the delay has passed; always true when the output has another function. \rtsafe
   [[nodiscard]] bool settled(std::chrono::nanoseconds now) const noexcept {
     return !terminals_->controls_brake() || at_rest(now);
   }
 
  private:
-  /// Its lift or close time has passed since the output changed.
+  /// Whether the lift or close time has passed since the output changed.
   [[nodiscard]] bool at_rest(std::chrono::nanoseconds now) const noexcept {
     const double time_ms = dictionary_->get(energised_ ? kValue.brake_lift_time : kValue.brake_close_time);
     return static_cast<double>((now - since_).count()) >= time_ms * 1e6;
@@ -43,9 +42,9 @@ class Brake {
 
   const ObjectDictionary* dictionary_;
   const Terminals* terminals_;
-  std::chrono::nanoseconds since_ = -std::chrono::hours(24);  ///< when the output changed
-  bool open_ = false;                                         ///< what the brake control wants
-  bool energised_ = false;                                    ///< the output it hangs at
+  std::chrono::nanoseconds since_ = -std::chrono::hours(24);  ///< time of the last change of the output
+  bool open_ = false;                                         ///< command of the brake control
+  bool energised_ = false;                                    ///< state of the output that the brake is connected to
 };
 
 }  // namespace driveline::slaves::msd

@@ -15,59 +15,60 @@ namespace driveline::slaves::msd {
 /// motion in each process data cycle.
 class DeviceControl {
  public:
-  /// All must outlive this.
+  /// All references must outlive this.
   DeviceControl(const ObjectDictionary& dictionary, const Terminals& terminals, Motion& motion) noexcept
       : dictionary_(&dictionary), terminals_(&terminals), motion_(&motion), brake_(dictionary, terminals) {}
 
-  /// Power-on. The brake keeps its place until follow_brake(). \rtsafe
+  /// Power-on. The brake keeps its state until follow_brake(). \rtsafe
   void reset() noexcept;
 
   /// \name One process data cycle, in this order
   /// Times are running times of the drive.
   /// @{
 
-  /// Takes over 6060h. \rtsafe
+  /// Selects the mode in 6060h. \rtsafe
   void select_mode() noexcept;
-  /// The state machine. True: the power has just come on, and with it the units of the factor group come into force.
+  /// Steps the state machine. Returns true when the power has just been switched on: the units of the factor group take
+  /// effect then.
   /// \rtsafe
   [[nodiscard]] bool step_state(bool dc_link, std::chrono::nanoseconds now) noexcept;
-  /// The brake, then the command to the motion. \rtsafe
+  /// Controls the brake, then commands the motion. \rtsafe
   void order(std::chrono::nanoseconds now) noexcept;
   /// @}
 
-  /// One control cycle of the homing mode; true when homing has failed in it. \rtsafe
+  /// Runs one control cycle of the homing mode; returns true when homing has failed in it. \rtsafe
   [[nodiscard]] bool step_homing(std::chrono::nanoseconds time_out) noexcept;
-  /// The brake's output may have changed. \rtsafe
+  /// Called when the brake's output may have changed. \rtsafe
   void follow_brake(std::chrono::nanoseconds now) noexcept { brake_.follow(now); }
 
-  /// Setpoints in the dictionary are new: followed from now on, \rtsafe
+  /// Applies new setpoints in the dictionary to the active mode. \rtsafe
   void apply_setpoints() noexcept;
-  /// or by the mode that is selected next. \rtsafe
+  /// Prepares new setpoints in the dictionary for the mode that is selected next. \rtsafe
   void prepare_setpoints() noexcept;
 
-  /// A fault; `coast`: no reaction but switching off. \rtsafe
+  /// Reports a fault; `coast`: no reaction but switching off. \rtsafe
   void fault(bool coast) noexcept { power_.fault(option_codes_now(), coast); }
-  /// Acknowledges a fault; false: there is none. \rtsafe
+  /// Acknowledges a fault; returns false when there is none. \rtsafe
   [[nodiscard]] bool acknowledge() noexcept { return power_.acknowledge(); }
 
-  /// The state machine of CiA 402. \rtsafe
+  /// Returns the CiA 402 state machine. \rtsafe
   [[nodiscard]] const PowerStateMachine& power() const noexcept { return power_; }
-  /// The mode in force. \rtsafe
+  /// Returns the active mode. \rtsafe
   [[nodiscard]] OperationMode mode() const noexcept { return modes_.mode(); }
-  /// The motor brake. \rtsafe
+  /// Returns the motor brake. \rtsafe
   [[nodiscard]] const Brake& brake() const noexcept { return brake_; }
-  /// Hardware enable and safe torque off permit torque. \rtsafe
+  /// Whether hardware enable and safe torque off permit torque. \rtsafe
   [[nodiscard]] bool enabled_by_hardware() const noexcept {
     return terminals_->level(Input::kEnpo) && terminals_->level(Input::kIsdsh);
   }
 
-  /// Further facts in the status word.
+  /// Further inputs of the status word.
   struct StatusFacts {
-    bool dc_link = false;          ///< the power stage has voltage
-    bool warning = false;          ///< there is one
-    bool following_error = false;  ///< it is too large, or was the cause of the standing fault
+    bool dc_link = false;          ///< the power stage has DC link voltage
+    bool warning = false;          ///< at least one warning is active
+    bool following_error = false;  ///< too large, or the cause of the active fault
   };
-  /// 6041h. \rtsafe
+  /// Returns 6041h. \rtsafe
   [[nodiscard]] std::uint16_t status_word(const StatusFacts& facts) const noexcept;
 
  private:

@@ -12,23 +12,23 @@ namespace driveline::slaves::msd {
 
 /// Content of the display.
 struct DisplayContent {
-  PowerState state = PowerState::kNotReadyToSwitchOn;  ///< shown when nothing below applies
+  PowerState state = PowerState::kNotReadyToSwitchOn;  ///< displayed when nothing below applies
   bool reset = false;                                  ///< the processor is in reset
   bool starting = false;                               ///< initialisation
   bool safe_torque_off = false;                        ///< STO is active
-  /// Code of a fault on the display.
+  /// Code of a fault as displayed.
   struct FaultCode {
     std::uint8_t number = 0;    ///< FaultFacts::number
     std::uint8_t location = 0;  ///< FaultFacts::location
-    bool needs_remedy = false;  ///< can only be acknowledged when its cause is gone
+    bool needs_remedy = false;  ///< can be acknowledged only when its cause has disappeared
   };
-  std::optional<FaultCode> fault{};  ///< the fault that is there
+  std::optional<FaultCode> fault{};  ///< the active fault
 };
 
-/// One lit digit or blank, with its point.
+/// A digit of the display (or blank), with its decimal point.
 struct Digit {
-  char symbol = ' ';   ///< as the segments can draw it; ' ': dark
-  bool point = false;  ///< point behind it
+  char symbol = ' ';   ///< symbol of the segments; ' ': dark
+  bool point = false;  ///< the decimal point is lit
   friend bool operator==(const Digit&, const Digit&) = default;
 };
 /// Both digits, left to right.
@@ -38,27 +38,27 @@ struct DisplayFrame {
   friend bool operator==(const DisplayFrame&, const DisplayFrame&) = default;
 };
 
-/// Times of flashing and of the steps; the manual gives the sequence, not the times (ours).
+/// Times of flashing and of the steps; the manual specifies the sequence, but not the times (ours).
 inline constexpr std::chrono::milliseconds kDisplayFlash{500};  ///< half a period
-inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< Er, number, location
+inline constexpr std::chrono::milliseconds kFaultStep{1000};    ///< duration of each of Er, number, location
 
-/// What is lit `time` after the content began to be shown. \rtsafe
+/// Returns the lit segments, `time` after the content was first displayed. \rtsafe
 [[nodiscard]] DisplayFrame display_frame(const DisplayContent& content, std::chrono::nanoseconds time) noexcept;
-/// The frame as text: "S.2", " 5.", "Er", "14".
+/// Formats the frame as text: "S.2", " 5.", "Er", "14".
 [[nodiscard]] std::string to_text(const DisplayFrame& frame);
 
-/// The display in operation, with the time since which it shows its content.
+/// The display in operation, with the time since its content was first displayed.
 class Display {
  public:
-  /// Restarts the content at power-on, \rtsafe
+  /// Restarts the display sequence at power-on. \rtsafe
   void restart(std::chrono::nanoseconds now) noexcept { since_ = now; }
-  /// and with every state that is shown. \rtsafe
+  /// Restarts the display sequence when the displayed state changes. \rtsafe
   void follow(PowerState state, std::chrono::nanoseconds now) noexcept {
     if (state == state_) return;
     state_ = state;
     since_ = now;
   }
-  /// What is lit. \rtsafe
+  /// Returns the lit segments. \rtsafe
   [[nodiscard]] DisplayFrame frame(const DisplayContent& content, std::chrono::nanoseconds now) const noexcept {
     return display_frame(content, now - since_);
   }

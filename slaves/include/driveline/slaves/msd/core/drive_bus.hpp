@@ -6,25 +6,25 @@
 
 namespace driveline::slaves::msd {
 
-/// How far the bus has brought the drive, as P 2060 counts it (MSD manual Table 7.4).
+/// Communication state of the drive, numbered as in P 2060 (MSD manual Table 7.4).
 enum class NetworkState : std::uint8_t {
   kBootUp = 0,            ///< no communication
-  kInitialising = 1,      ///< it begins
-  kSafeOperational = 4,   ///< actual values are valid, setpoints not yet
-  kOperational = 5,       ///< both are
-  kPreOperational = 127,  ///< parameters alone
+  kInitialising = 1,      ///< communication starts
+  kSafeOperational = 4,   ///< actual values are valid, setpoints are not yet
+  kOperational = 5,       ///< actual values and setpoints are valid
+  kPreOperational = 127,  ///< parameter access only
 };
 
-/// The bus as the drive sees it: takes its messages, and tells whether the cause of a bus fault persists. Called on the
-/// thread that drives the drive; \rtsafe.
+/// Interface from the drive to its bus: receives the drive's messages, and reports whether the cause of a bus fault
+/// persists. Called on the thread that drives the drive; \rtsafe.
 class DriveBus {
  public:
   virtual ~DriveBus() = default;
-  /// A fault has come, or was acknowledged.
+  /// Reports a fault that has occurred or was acknowledged.
   virtual void report(const FaultMessage& message) noexcept = 0;
-  /// The cause of a fault that the bus has raised is still there.
+  /// Whether the cause of a fault raised by the bus persists.
   [[nodiscard]] virtual bool cause_persists(Fault fault) const noexcept = 0;
-  /// A whole set of parameters has been taken: what was derived from the dictionary is out of date. Not \rtsafe.
+  /// Called after a complete set of parameters was written: data derived from the dictionary are outdated. Not \rtsafe.
   virtual void parameters_replaced() = 0;
 };
 

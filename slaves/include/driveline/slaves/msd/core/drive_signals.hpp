@@ -9,50 +9,50 @@
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/signal.hpp"
 
-/// The signals between a drive and its machine, by name: the terminals (MSD manual Tables 10.6, 10.7), and its supply,
-/// cables, shaft, ambient temperature and buttons.
+/// Named signals between a drive and its machine: the terminals (MSD manual Tables 10.6, 10.7), and supply, cables,
+/// shaft, ambient temperature and buttons.
 namespace driveline::slaves::msd {
 
-/// Inputs from the machine that are no terminals.
+/// Inputs from the machine that are not terminals.
 enum class MachineInput : std::uint8_t {
-  kDcLink,         ///< volts at the power stage, whatever the mains do
-  kMains,          ///< the mains contactor; the DC link then lives on what it has
-  kBrakeResistor,  ///< connected
-  kMotorShort,     ///< the motor's cables touch each other
-  kEncoderCable,   ///< connected
-  kAxisBlocked,    ///< the shaft is stuck
+  kDcLink,         ///< forced DC link voltage in V, independent of the mains
+  kMains,          ///< mains contactor; when open, the DC link has only its stored energy
+  kBrakeResistor,  ///< 1: connected
+  kMotorShort,     ///< 1: the motor cables are short-circuited
+  kEncoderCable,   ///< 1: connected
+  kAxisBlocked,    ///< 1: the shaft is blocked
   kLoad,           ///< torque on the shaft in Nm, positive pulls in negative direction
-  kAmbient,        ///< degrees Celsius
-  kButtons,        ///< 1: the two buttons under the display are pressed
+  kAmbient,        ///< ambient temperature in degrees Celsius
+  kButtons,        ///< 1: the two buttons below the display are pressed
   kPositionError,  ///< position units added to 6064h only
-  kPositionHeld,   ///< 1: 6064h stays as it is
+  kPositionHeld,   ///< 1: 6064h does not change
 };
 
-/// Finds a signal of a drive without having a drive.
+/// Finds a signal of a drive by name, without a drive instance.
 [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_drive_signal(SignalPlace::Way way, std::string_view name);
-/// Signals of one way; they are numbered from 0. \rtsafe
+/// Returns the number of signals of a direction; they are numbered from 0. \rtsafe
 [[nodiscard]] std::size_t drive_signal_count(SignalPlace::Way way) noexcept;
-/// Precondition: place.number < drive_signal_count(place.way). \rtsafe
+/// Returns the name of a signal. Precondition: place.number < drive_signal_count(place.way). \rtsafe
 [[nodiscard]] std::string_view drive_signal_name(SignalPlace place) noexcept;
-/// Checks whether the input can take this value.
+/// Checks whether the input accepts this value.
 [[nodiscard]] tl::expected<void, SignalValueError> check_drive_input(std::size_t input, double value);
 
-/// The MachineInput behind an input, if it is one. \rtsafe
+/// Returns the MachineInput of an input, nullopt if it is a terminal. \rtsafe
 [[nodiscard]] std::optional<MachineInput> machine_input(std::size_t input) noexcept;
-/// The terminal behind an input, if it is one. \rtsafe
+/// Returns the terminal of an input, nullopt if it is a MachineInput. \rtsafe
 [[nodiscard]] std::optional<Input> input_terminal(std::size_t input) noexcept;
-/// The terminal behind an output, if it is one. \rtsafe
+/// Returns the terminal of an output, nullopt if it is none. \rtsafe
 [[nodiscard]] std::optional<Output> output_terminal(std::size_t output) noexcept;
 
-/// An input that follows a script, which counts from the drive's first step.
+/// An input that follows a script; its time starts with the drive's first step.
 struct ScriptedSignal {
-  std::size_t input = 0;  ///< number of a SignalPlace
-  Signal signal;          ///< one that jumps, with values that check_drive_input() accepts
+  std::size_t input = 0;  ///< number of the input, see SignalPlace
+  Signal signal;          ///< changes in jumps, to values that check_drive_input() accepts
 };
 
 class DriveCore;
 
-/// The signals of one drive.
+/// Signals of a drive.
 class DriveSignals final : public DeviceSignals {
  public:
   /// The drive must outlive this.

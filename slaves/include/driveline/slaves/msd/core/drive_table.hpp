@@ -8,21 +8,21 @@
 
 namespace driveline::slaves::msd {
 
-/// All rows of the drive's object dictionary but those of its bus: what a table is made of.
+/// Returns all rows of the drive's object dictionary except those of its bus.
 [[nodiscard]] std::vector<EntryRow> drive_rows(Variant variant);
 
-/// Parts of it by address range and, for the modes of operation, by use. Identity, errors, stored parameters:
-/// 1000h-1018h.
+/// Returns the rows of identity, errors and stored parameters: 1000h-1018h. This and the following functions return
+/// parts of the rows, by address range and, for the modes of operation, by use.
 [[nodiscard]] std::span<const EntryRow> identity_rows();
-/// Manufacturer's parameters, 2000h-5FFFh.
+/// Returns the manufacturer's parameters, 2000h-5FFFh.
 [[nodiscard]] std::span<const EntryRow> parameter_rows();
-/// CiA 402 objects that every mode uses.
+/// Returns the CiA 402 objects that every mode uses.
 [[nodiscard]] std::span<const EntryRow> profile_rows();
-/// Objects of single modes of operation and of the units.
+/// Returns the objects of individual modes of operation, and of the units.
 [[nodiscard]] std::span<const EntryRow> mode_rows();
-/// Function selectors and images of the terminals, the motor brake.
+/// Returns the function selectors and images of the terminals, and the motor brake.
 [[nodiscard]] std::span<const EntryRow> terminal_rows();
-/// Touch probe, warnings, protection of the motor, actual values in units of people.
+/// Returns touch probe, warnings, protection of the motor, and actual values in motor units.
 [[nodiscard]] std::span<const EntryRow> function_rows();
 
 }  // namespace driveline::slaves::msd

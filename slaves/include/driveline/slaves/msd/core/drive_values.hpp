@@ -9,16 +9,16 @@ namespace driveline::slaves::msd {
 
 /// One revolution per minute in rad/s.
 inline constexpr double kRpm = 2.0 * std::numbers::pi / 60.0;
-/// From the amplitude of a phase voltage to volts rms between phases, as P 312 counts them: the root of 3/2.
+/// Factor from the amplitude of a phase voltage to volts rms between phases, the unit of P 312: the root of 3/2.
 inline constexpr double kLineRms = 1.224744871391589049098642;
-/// A window of this width is switched off (CiA 402, e.g. 6065h and 6067h).
+/// Value of a window that disables its monitoring (CiA 402, e.g. 6065h and 6067h).
 inline constexpr std::uint32_t kWindowOff = 0xFFFFFFFF;
 
-/// P 33: texts of the fault ([0]) and of the warnings that there are.
+/// P 33: texts of the fault ([0]) and of the active warnings.
 inline constexpr std::uint16_t kMessagesIndex = 0x2000 + 33;
 
-/// The values of the object dictionary that the drive works with, by name. Rows of the table refer to them, aliases to
-/// the same one.
+/// Values of the object dictionary that the drive uses, by name. Rows of the table refer to them; aliases refer to the
+/// same value.
 struct DriveValues : SlotNumbers {
   constexpr DriveValues() noexcept : SlotNumbers(0) {}
   Slot<std::uint8_t> error_register{next()};                  ///< 1001h

@@ -8,7 +8,7 @@
 
 namespace driveline::slaves::msd {
 
-/// Fixed properties of a single drive.
+/// Fixed properties of an individual drive.
 struct FactoryFacts {
   Variant variant = Variant::kMsd;  ///< identity, dictionary
   FirmwareVersion firmware;         ///< 100Ah
@@ -16,10 +16,10 @@ struct FactoryFacts {
   std::string name;                 ///< P 3
   ControllerParameters controller;  ///< sanitized
 };
-/// Of these parameters. Not for use in the cycle.
+/// Returns the properties that these parameters specify. Not for use in the cycle.
 [[nodiscard]] FactoryFacts factory_facts(const MsdParameters& parameters);
 
-/// Writes the values that belong to this drive rather than to its type: identity, motor, controller. Not for use in the
+/// Writes the values that are specific to this drive, not to its type: identity, motor, controller. Not for use in the
 /// cycle.
 void write_factory_settings(const FactoryFacts& facts, const ServoMotor& motor, ObjectDictionary& dictionary);
 

@@ -9,7 +9,7 @@
 
 namespace driveline::slaves::msd {
 
-/// Faults of the drive the model can have.
+/// Faults of the drive that the model can have.
 enum class Fault : std::uint8_t {
   kBusWatchdog,
   kInvalidConfiguration,
@@ -32,19 +32,19 @@ enum class Fault : std::uint8_t {
   kCount,
 };
 
-/// Facts of a fault from the manual.
+/// Properties of a fault, from the manual.
 struct FaultFacts {
   Fault fault = Fault::kLocalError;  ///< rows are in the order of the enumeration
-  std::uint8_t number = 0;           ///< error number, first pair of digits on the display
-  std::uint8_t location = 0;         ///< error location, second pair
+  std::uint8_t number = 0;           ///< error number, first two digits on the display
+  std::uint8_t location = 0;         ///< error location, second two digits
   std::uint16_t error_code = 0;      ///< CiA 402 code of 603Fh and of the emergency
-  std::uint8_t error_register = 0;   ///< bits of 1001h besides bit 0
+  std::uint8_t error_register = 0;   ///< bits of 1001h in addition to bit 0
   bool coast = false;                ///< no fault reaction but switching off
-  std::string_view text;             ///< for people, without numbers
-  std::string_view source;           ///< where the numbers come from; "ours" marks what no source states
+  std::string_view text;             ///< text for users, without numbers
+  std::string_view source;           ///< source of the numbers; "ours" marks numbers that no source states
 };
 
-/// All of them: the one place to correct numbers that no manual states.
+/// All faults: the only place to correct numbers that no manual states.
 inline constexpr std::array kFaults = {
     FaultFacts{Fault::kBusWatchdog, 14, 1, 0xFF00, 0x10, false, "EtherCAT watchdog",
                "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
@@ -82,51 +82,51 @@ inline constexpr std::array kFaults = {
                "MSD manual 4.7; code CiA 402 (parameter error)"},
 };
 
-/// Warnings: bits of P 34 (the classes of the SERCOS manual, S-0-0012; numbers there, texts ours).
+/// Warnings: bits of P 34 (classes of the SERCOS manual, S-0-0012; numbers from there, texts ours).
 enum class Warning : std::uint8_t {
   kOverload = 0,
   kAmplifierTemperature = 1,
   kMotorTemperature = 2,
   kDcLinkUndervoltage = 9,
 };
-/// For people; never empty. \rtsafe
+/// Returns a text for users; never empty. \rtsafe
 [[nodiscard]] std::string_view text(Warning warning) noexcept;
 
-/// Precondition: not kCount. \rtsafe
+/// Returns the properties of a fault. Precondition: not kCount. \rtsafe
 [[nodiscard]] constexpr const FaultFacts& facts(Fault fault) noexcept {
   return kFaults[static_cast<std::size_t>(fault)];
 }
 
-/// Operating hours that a message to the master has room for: three bytes.
+/// Maximum operating hours in a message to the master: three bytes.
 inline constexpr std::uint32_t kMaxOperatingHours = 0xFFFFFF;
 
-/// Message about a fault to the master (MSD manual 13.1); all 0: the fault was acknowledged (Table 13.2).
+/// Message to the master about a fault (MSD manual 13.1); all 0: the fault was acknowledged (Table 13.2).
 struct FaultMessage {
   std::uint16_t error_code = 0;       ///< 603Fh
   std::uint8_t error_register = 0;    ///< 1001h
   std::uint8_t number = 0;            ///< FaultFacts::number
   std::uint8_t location = 0;          ///< FaultFacts::location
-  std::uint32_t operating_hours = 0;  ///< complete ones, at most kMaxOperatingHours
+  std::uint32_t operating_hours = 0;  ///< complete hours, at most kMaxOperatingHours
 };
 
-/// The fault that stands until it is acknowledged, and its objects 603Fh, 1001h, 1003h, P 33[0].
+/// The fault that is active until it is acknowledged, and its objects 603Fh, 1001h, 1003h, P 33[0].
 class FaultRecord {
  public:
   /// The dictionary must outlive this.
   explicit FaultRecord(ObjectDictionary& dictionary) noexcept;
 
-  /// None: there is no fault. \rtsafe
+  /// Returns the active fault; nullopt: none. \rtsafe
   [[nodiscard]] std::optional<Fault> standing() const noexcept { return fault_; }
-  /// Enters a fault; \rtsafe
+  /// Enters a fault and returns its message. \rtsafe
   [[nodiscard]] FaultMessage enter(Fault fault, std::uint32_t operating_hours) noexcept;
-  /// and takes it out again. \rtsafe
+  /// Removes the fault and returns the message about it. \rtsafe
   [[nodiscard]] FaultMessage acknowledge() noexcept;
   /// Power-on: the dictionary has its initial values. \rtsafe
   void reset() noexcept { fault_.reset(); }
 
  private:
   ObjectDictionary* dictionary_;
-  std::uint16_t text_slot_;  ///< of P 33[0]
+  std::uint16_t text_slot_;  ///< text slot of P 33[0]
   std::optional<Fault> fault_;
 };
 

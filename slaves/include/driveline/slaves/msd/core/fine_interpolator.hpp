@@ -9,21 +9,21 @@
 
 namespace driveline::slaves::msd {
 
-/// Turns the setpoints of the bus cycle into setpoints of the control cycle (MSD manual 11.2, P 370).
+/// Converts the setpoints of the bus cycle to setpoints of the control cycle (MSD manual 11.2, P 370).
 ///
-/// Each new sample starts a segment at the present output, so the output does not jump when samples come early or late.
-/// A sample that is missing is made up for by the straight line through the two before, for as many periods as
-/// set_limits() says; then the output slows down to a standstill. Samples that were written over before they were taken
-/// are put between. When samples return, or some were written over, and the output could meet their curve only with a
-/// jump in speed, it approaches the curve within its rate limit (all ours). Delay against the samples: kNone 0,
-/// kLinear, kExternal and kCosine 1, the splines 2 periods. Which curve the real drive calls "cubic spline" is not
-/// described; here it passes through the samples with central-difference slopes, while the approximation is the uniform
-/// cubic B-spline of the samples (continuous acceleration, does not pass through them). With external feed-forward the
-/// curve is a cubic that has the samples and the speeds sent with them at its ends; the cosine goes from sample to
-/// sample in half a period of a cosine, standing still at each (both: names of the manual, curves ours).
+/// Each new sample starts a segment at the current output, so the output does not jump when samples arrive early or
+/// late. A missing sample is extrapolated linearly from the two previous ones, for as many periods as set_limits()
+/// specifies; then the output decelerates to standstill. Samples that were overwritten before they were read are
+/// interpolated. When samples return or some were overwritten, and the output could meet their curve only with a jump
+/// in speed, it approaches the curve within its rate limit (all ours). Delay relative to the samples: kNone 0, kLinear,
+/// kExternal and kCosine 1, the splines 2 periods. Which curve the real drive calls "cubic spline" is not described;
+/// here it passes through the samples with central-difference slopes, while the approximation is the uniform cubic
+/// B-spline of the samples (continuous acceleration, does not pass through them). With external feed-forward the curve
+/// is a cubic whose ends have the samples and the speeds sent with them; the cosine moves from sample to sample in half
+/// a cosine period, with standstill at each sample (both: names of the manual, curves ours).
 class FineInterpolator {
  public:
-  /// Numbers as in P 370.
+  /// Interpolation methods, numbered as in P 370.
   enum class Method : std::uint8_t {
     kNone = 0,
     kLinear = 1,
@@ -36,23 +36,23 @@ class FineInterpolator {
   /// `steps`: control cycles per sample, at least 1; `step_s`: length of the control cycle. \rtsafe
   void configure(Method method, std::uint32_t steps, double step_s) noexcept;
   /// `periods`: for how many periods missing samples are extrapolated; `rate`: limit of the change of speed when
-  /// samples have not come in time, per square second, 0 for none; `speed`: highest speed while catching up. Without a
-  /// call one period, a stop at once and no limit. \rtsafe
+  /// samples were not on time, per square second, 0 for none; `speed`: maximum speed while catching up. Defaults: one
+  /// period, immediate stop, no speed limit. \rtsafe
   void set_limits(std::uint16_t periods, double rate, double speed = std::numeric_limits<double>::infinity()) noexcept;
-  /// Periods in which the output arrives at a sample. \rtsafe
+  /// Returns after how many periods the output reaches a sample. \rtsafe
   [[nodiscard]] double periods_ahead() const noexcept;
   /// Starts at `value`, as if earlier samples had moved with `velocity`. \rtsafe
   void reset(double value, double velocity) noexcept;
-  /// A new sample has arrived, with the speed at it if the method is kExternal. \rtsafe
+  /// Adds a new sample, with its speed if the method is kExternal. \rtsafe
   void push(double sample, double velocity = 0.0) noexcept;
-  /// One control cycle. \rtsafe
+  /// Runs one control cycle. \rtsafe
   void step() noexcept;
 
-  /// Setpoint of this control cycle, in the unit of the samples. \rtsafe
+  /// Returns the setpoint of this control cycle, in the unit of the samples. \rtsafe
   [[nodiscard]] double value() const noexcept { return output_.position; }
-  /// Slope of value() at this control cycle, per second. \rtsafe
+  /// Returns the slope of value() at this control cycle, per second. \rtsafe
   [[nodiscard]] double velocity() const noexcept { return output_.velocity; }
-  /// Slope of velocity(), per second; 0 with kNone and kLinear. \rtsafe
+  /// Returns the slope of velocity(), per second; 0 with kNone and kLinear. \rtsafe
   [[nodiscard]] double acceleration() const noexcept { return output_.acceleration; }
 
  private:
@@ -70,22 +70,22 @@ class FineInterpolator {
   [[nodiscard]] double period_s() const noexcept { return steps_ * step_s_; }
 
   Method method_ = Method::kLinear;
-  bool late_ = false;  ///< the last sample came late
+  bool late_ = false;  ///< the last sample was late
   std::uint32_t steps_ = 2;
   std::uint32_t elapsed_ = 0;
-  std::uint16_t bridged_ = 1;  ///< periods
-  std::uint16_t made_up_ = 0;  ///< samples since the last that came
+  std::uint16_t bridged_ = 1;  ///< maximum number of extrapolated periods
+  std::uint16_t made_up_ = 0;  ///< extrapolated samples since the last received sample
   double stop_rate_ = std::numeric_limits<double>::infinity();
   double top_speed_ = std::numeric_limits<double>::infinity();
   double step_s_ = 62.5e-6;
   std::array<double, 3> samples_{};  ///< newest first
-  std::array<double, 4>
-      polynomial_{};          ///< of the time since the segment's start, constant term first; or rise of the cosine
-  double last_sample_ = 0.0;  ///< that came
-  double value_ = 0.0;        ///< of the curve through the samples, and its slopes
+  /// Coefficients over the time in the segment, constant term first; or start and rise of the cosine.
+  std::array<double, 4> polynomial_{};
+  double last_sample_ = 0.0;  ///< last received sample
+  double value_ = 0.0;        ///< position on the curve; the next two are its derivatives
   double velocity_ = 0.0;
   double acceleration_ = 0.0;
-  std::optional<trajectory::Rejoin> pursuit_;  ///< on the way back to the curve
+  std::optional<trajectory::Rejoin> pursuit_;  ///< return to the curve, while in progress
   trajectory::AxisSetpoint output_{};
 };
 

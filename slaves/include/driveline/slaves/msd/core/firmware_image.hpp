@@ -10,21 +10,22 @@
 
 namespace driveline::slaves::msd {
 
-/// Why a file is no firmware for a drive.
+/// Why a file is not a firmware of a drive.
 enum class FirmwareError : std::uint8_t {
-  kNoHeader,  ///< it does not begin as a firmware does, or ends in its header
-  kProduct,   ///< it is for another drive
-  kLength,    ///< more or less follows than the header says
-  kChecksum,  ///< what follows is damaged
+  kNoHeader,  ///< it does not start like a firmware, or ends within its header
+  kProduct,   ///< the firmware is for another drive
+  kLength,    ///< the content is longer or shorter than the header states
+  kChecksum,  ///< the content is damaged
   kTooOld,    ///< older than any version of this drive
 };
 
-/// A firmware as a file. The form is ours; what the real drive takes is not described. Little endian: "DLFW", product
-/// code, version (three bytes, the fourth 0), length and checksum (FNV-1a) of what follows, which is of no meaning.
+/// Creates a firmware file. The format is ours; the format of the real drive is not described. Little endian: "DLFW",
+/// product code, version (three bytes, the fourth is 0), length and checksum (FNV-1a) of the content, which has no
+/// meaning.
 [[nodiscard]] std::vector<std::byte> make_firmware(Variant variant, FirmwareVersion version,
                                                    std::span<const std::byte> program);
 
-/// The version of a firmware for this drive.
+/// Checks a firmware file for this drive and returns its version.
 [[nodiscard]] tl::expected<FirmwareVersion, FirmwareError> check_firmware(std::span<const std::byte> file,
                                                                           Variant variant) noexcept;
 

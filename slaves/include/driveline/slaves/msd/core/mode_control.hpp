@@ -11,11 +11,11 @@
 
 namespace driveline::slaves::msd {
 
-/// The modes of operation (MSD manual 12): the active one, its meaning of control word bits 4, 5, 6 and 8, the
-/// movements it commands, and its bits of the status word.
+/// The modes of operation (MSD manual 12): the active mode, its meaning of control word bits 4, 5, 6 and 8, the
+/// movements that it commands, and its bits of the status word.
 class ModeControl {
  public:
-  /// The dictionary holds the settings of the modes and must outlive this.
+  /// The dictionary contains the settings of the modes and must outlive this.
   explicit ModeControl(const ObjectDictionary& dictionary) noexcept : dictionary_(&dictionary) {}
 
   /// Inputs of the modes in one process data cycle.
@@ -25,34 +25,34 @@ class ModeControl {
     InputSignals inputs;             ///< limit and home switches, for homing
   };
 
-  /// Takes over 6060h if it is a mode of this drive. \rtsafe
+  /// Selects the mode in 6060h if this drive has it. \rtsafe
   void select() noexcept;
-  /// The mode in force, 6061h.
+  /// Returns the active mode, 6061h.
   [[nodiscard]] OperationMode mode() const noexcept { return mode_; }
-  /// Modes of CiA 402 that 6060h takes; kNone is one of them. \rtsafe
+  /// Whether 6060h accepts this mode of CiA 402; kNone is accepted. \rtsafe
   [[nodiscard]] static bool supported(OperationMode mode) noexcept;
 
-  /// Source of the setpoints for motion. \rtsafe
+  /// Returns the source of the setpoints for the motion. \rtsafe
   [[nodiscard]] MotionSource source(const Conditions& conditions) const noexcept;
-  /// kFollow unless the drive is halted. \rtsafe
+  /// Returns kFollow unless the drive is halted. \rtsafe
   [[nodiscard]] MotionCommand command(const Conditions& conditions) const noexcept;
 
-  /// One process data cycle, after motion has been told source and command. \rtsafe
+  /// Runs one process data cycle, after source and command were set in the motion. \rtsafe
   void step(const Conditions& conditions, Motion& motion) noexcept;
-  /// One control cycle of the homing mode; true when homing has failed in it. While the axis is halted it follows
-  /// switches and index pulse all the same, only the time-out stands still. \rtsafe
+  /// Runs one control cycle of the homing mode; returns true when homing has failed in it. While the axis is halted,
+  /// homing still evaluates switches and index pulse, but its time-out does not advance. \rtsafe
   [[nodiscard]] bool step_homing(const InputSignals& inputs, Motion& motion,
                                  std::chrono::nanoseconds time_out) noexcept;
 
-  /// Bits 10, 12 and 13 of the status word as far as the mode decides about them. \rtsafe
+  /// Returns bits 10, 12 and 13 of the status word, where the mode determines them. \rtsafe
   [[nodiscard]] std::uint16_t status_bits(const Motion& motion) const noexcept;
-  /// A target or a speed had to be cut. \rtsafe
+  /// Whether a target or a speed was limited. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_; }
-  /// For its state and its failure. \rtsafe
+  /// Returns the homing, for its state and failure. \rtsafe
   [[nodiscard]] const HomingSequence& homing() const noexcept { return homing_; }
-  /// Operation with positions in which the following error counts. \rtsafe
+  /// Whether the mode controls positions, so that the following error is monitored. \rtsafe
   [[nodiscard]] bool positioning() const noexcept;
-  /// Back to no mode; the drive was switched off. \rtsafe
+  /// Resets to no mode, after the drive was switched off. \rtsafe
   void reset() noexcept;
 
  private:
@@ -70,7 +70,7 @@ class ModeControl {
 
   const ObjectDictionary* dictionary_;
   OperationMode mode_ = OperationMode::kNone;
-  OperationMode entered_ = OperationMode::kNone;  ///< mode that has been entered, enabled
+  OperationMode entered_ = OperationMode::kNone;  ///< mode in which the drive is enabled; kNone: not enabled
   bool halted_ = false;
   bool limited_ = false;
   bool in_window_ = false;
@@ -78,14 +78,14 @@ class ModeControl {
   bool speed_zero_ = false;
   bool slipping_ = false;
   bool homing_failed_ = false;
-  bool start_bit_ = true;  ///< homing: control word bit 4, one cycle ago
+  bool start_bit_ = true;  ///< homing: control word bit 4 in the previous cycle
   std::chrono::nanoseconds window_time_{0};
   std::chrono::nanoseconds speed_time_{0};
   SetpointHandshake handshake_;
   std::int64_t target_ = 0;  ///< profile position, not wrapped
   std::optional<std::int32_t> ordered_velocity_;
-  double ordered_speed_ = 0.0;   ///< of ordered_velocity_, within its limit
-  ProfileLimits ordered_ramps_;  ///< on the way there
+  double ordered_speed_ = 0.0;   ///< ordered_velocity_ within its limit
+  ProfileLimits ordered_ramps_;  ///< limits of the ramp to ordered_speed_
   HomingSequence homing_;
   HomingSequence::Demand ordered_homing_;
 };

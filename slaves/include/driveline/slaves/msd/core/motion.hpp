@@ -15,43 +15,43 @@ namespace driveline::slaves::msd {
 /// Settings of the motion control from the object dictionary, in motor units.
 struct MotionSettings {
   Scaling scaling;                                                      ///< user units, see Scaling
-  PositionRange range;                                                  ///< in which positions count (607Bh)
+  PositionRange range;                                                  ///< position range (607Bh)
   ControllerParameters controller;                                      ///< P 320, P 321, P 351, P 360, 6072h, 6080h
   FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
   std::uint32_t steps_per_setpoint = 16;      ///< control cycles per setpoint of the bus (60C2h), at least 1
   double speed_feed_forward = 1.0;            ///< share, 0..1
   double torque_feed_forward = 1.0;           ///< share, 0..1
-  bool external_speed_feed_forward = false;   ///< velocity offsets of the bus feed forward
-  bool external_torque_feed_forward = false;  ///< torque offsets of the bus feed forward
+  bool external_speed_feed_forward = false;   ///< 60B1h is the speed feed-forward
+  bool external_torque_feed_forward = false;  ///< 60B2h is the torque feed-forward
   double feed_forward_inertia_kg_m2 = 0.0;    ///< 0: no internal torque feed-forward
-  double rated_torque_nm = 2.4;               ///< P 460, what 1000 per mille of torque stand for
-  double rated_current_a = 2.5;               ///< P 457, effective, what 1000 per mille of current stand for
-  double torque_per_demand = 1.0;     ///< real torque per torque by P 457 and P 460; 1 when they are the motor's
+  double rated_torque_nm = 2.4;               ///< P 460, equals 1000 per mille of torque
+  double rated_current_a = 2.5;               ///< P 457, RMS value, equals 1000 per mille of current
+  double torque_per_demand = 1.0;     ///< actual torque per torque by P 457 and P 460; 1 if these match the motor
   double slow_down_rad_s2 = 600.0;    ///< 6084h
   double quick_stop_rad_s2 = 2500.0;  ///< 6085h
-  VoltageFrequencyParameters voltage_frequency;  ///< of mode 2
-  double jerk_time_s = 0.0;       ///< of the profile; quick stop ramps have it too, fault ramps never (MSD manual 10.2)
-  double standstill_rad_s = 1.0;  ///< below it the axis counts as standing
+  VoltageFrequencyParameters voltage_frequency;  ///< U/f characteristic of mode 2
+  double jerk_time_s = 0.0;       ///< jerk time of profile and quick stop ramps, not of fault ramps (MSD manual 10.2)
+  double standstill_rad_s = 1.0;  ///< below this speed the axis counts as at standstill
   bool position_limited = false;  ///< software limits 607Dh, in position units
   std::int32_t position_min = 0;  ///< 607Dh:01, position units
   std::int32_t position_max = 0;  ///< 607Dh:02, position units
 };
 
-/// Setpoints as they stand in the object dictionary, in user units.
+/// Setpoints in the object dictionary, in user units.
 struct Setpoints {
   std::int32_t position = 0;                ///< 607Ah
   std::int32_t velocity = 0;                ///< 60FFh
-  std::int16_t torque_permille = 0;         ///< 6071h, of the rated torque
+  std::int16_t torque_permille = 0;         ///< 6071h, per mille of the rated torque
   std::int32_t velocity_offset = 0;         ///< 60B1h
-  std::int16_t torque_offset_permille = 0;  ///< 60B2h, of the rated torque
+  std::int16_t torque_offset_permille = 0;  ///< 60B2h, per mille of the rated torque
 };
 
 /// Source of the setpoints for MotionCommand::kFollow.
 enum class MotionSource : std::uint8_t {
   kNone,              ///< no mode: speed zero
   kCyclicPosition,    ///< setpoints of the bus, fine interpolation, position control
-  kCyclicVelocity,    ///< the same with velocity control
-  kCyclicTorque,      ///< the same with torque control
+  kCyclicVelocity,    ///< setpoints of the bus, fine interpolation, velocity control
+  kCyclicTorque,      ///< setpoints of the bus, fine interpolation, torque control
   kProfilePosition,   ///< profile generator, position control
   kProfileVelocity,   ///< profile generator, velocity control
   kProfileFrequency,  ///< profile generator, U/f operation
@@ -61,110 +61,108 @@ enum class MotionSource : std::uint8_t {
 /// coasts. One object per axis; step() runs once per control cycle of 62.5 us.
 class Motion {
  public:
-  /// At rest at `initial_position_rad`, command kOff; parameters as ServoMotor takes them.
+  /// Starts at rest at `initial_position_rad`, with command kOff; parameters as in ServoMotor.
   Motion(const MotorParameters& motor, double initial_position_rad) noexcept;
 
-  /// New settings, from the next control cycle on, also in motion.
-  /// \rtsafe
+  /// Applies new settings from the next control cycle on, also in motion. \rtsafe
   void configure(const MotionSettings& settings) noexcept;
-  /// New setpoints from the bus; the one that is followed starts a segment of its fine interpolation. \rtsafe
+  /// Sets new setpoints of the bus; the setpoint of the active source starts a segment of its interpolation. \rtsafe
   void set(const Setpoints& setpoints) noexcept;
-  /// Setpoints that a change of the source is going to take over; offsets act at once. \rtsafe
+  /// Sets the setpoints that the next change of the source takes over; offsets take effect at once. \rtsafe
   void prepare(const Setpoints& setpoints) noexcept { setpoints_ = setpoints; }
-  /// Movements of the profile generator: to a position in position units (not wrapped), to a speed of the motor shaft.
-  /// Limits in motor units. They last until the next one or until the source changes. \rtsafe
+  /// Starts a movement of the profile generator to a position in position units (not wrapped). Limits are in motor
+  /// units. It lasts until the next movement or change of the source. \rtsafe
   void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;
-  /// See move_to(): goes on at this speed of the motor shaft.
+  /// Starts a movement that reaches and keeps this speed of the motor shaft; otherwise like move_to().
   void run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept;
-  /// Brakes with 6084h to standstill; ends any movement. \rtsafe
+  /// Decelerates to standstill with 6084h; ends any movement. \rtsafe
   void stand() noexcept;
-  /// Holds the speed the profile generator has now. \rtsafe
+  /// Holds the current speed of the profile generator. \rtsafe
   void freeze() noexcept;
-  /// Sets command and source. A change takes over the present position, speed and torque and ends a movement of the
+  /// Sets command and source. A change takes over the present position, speed and torque, and ends a movement of the
   /// profile generator. `smooth`: braking ramps have the profile's jerk time. \rtsafe
   void select(MotionCommand command, MotionSource source, bool smooth) noexcept;
-  /// One control cycle. \rtsafe
+  /// Runs one control cycle. \rtsafe
   void step(bool brake_closed) noexcept;
-  /// Power-on of an encoder that does not know all turns: positions count from where it starts. \rtsafe
+  /// Power-on of an encoder that does not know all turns: positions are relative to its start position. \rtsafe
   void restart_encoder() noexcept;
-  /// Volts at the power stage; see ServoMotor::set_dc_link_voltage().
-  /// \rtsafe
+  /// Sets the DC link voltage; see ServoMotor::set_dc_link_voltage(). \rtsafe
   void set_dc_link_voltage(double volts) noexcept { motor_.set_dc_link_voltage(volts); }
-  /// The motor, for influences from outside. \rtsafe
+  /// Returns the motor, for external influences. \rtsafe
   [[nodiscard]] ServoMotor& motor() noexcept { return motor_; }
-  /// Power that the stage takes from the DC link. \rtsafe
+  /// Returns the power that the power stage takes from the DC link. \rtsafe
   [[nodiscard]] double power_w() const noexcept { return command_ == MotionCommand::kOff ? 0.0 : motor_.power_w(); }
-  /// Amplitude of the currents that the power stage drives, at most what a DC link of this voltage can. \rtsafe
+  /// Returns the current amplitude that the power stage drives, limited by this DC link voltage. \rtsafe
   [[nodiscard]] double phase_current_a(double dc_link_volts) const noexcept;
-  /// Makes `increments` of the encoder the new zero of all positions; the movement is not affected. \rtsafe
+  /// Makes `increments` of the encoder the new zero of all positions; does not affect the movement. \rtsafe
   void set_zero(std::int64_t increments) noexcept;
 
-  /// The shaft as it really is. \rtsafe
+  /// Returns the motor with the actual state of the shaft. \rtsafe
   [[nodiscard]] const ServoMotor& motor() const noexcept { return motor_; }
-  /// Loops of the cascade. \rtsafe
+  /// Returns the control cascade. \rtsafe
   [[nodiscard]] const ServoController& controller() const noexcept { return controller_; }
-  /// As the last configure() gave them. \rtsafe
+  /// Returns the settings of the last configure(). \rtsafe
   [[nodiscard]] const MotionSettings& settings() const noexcept { return settings_; }
-  /// Encoder count that position 0 stands for. \rtsafe
+  /// Returns the encoder count of position 0. \rtsafe
   [[nodiscard]] std::int64_t zero() const noexcept { return zero_; }
-  /// Position in position units, not wrapped to 32 bits. \rtsafe
+  /// Returns the position in position units, not wrapped to 32 bits. \rtsafe
   [[nodiscard]] std::int64_t position() const noexcept;
-  /// The same for any encoder count. \rtsafe
+  /// Returns the position of an encoder count in position units, not wrapped to 32 bits. \rtsafe
   [[nodiscard]] std::int64_t position_at(std::int64_t increments) const noexcept {
     return settings_.scaling.to_units(increments - zero_);
   }
   [[nodiscard]] double position_demand() const noexcept;  ///< position units; actual position without position control
   [[nodiscard]] double following_error() const noexcept;  ///< position units; 0 without position control
-  /// The same in increments of the encoder; 0 without position control. \rtsafe
+  /// Returns the following error in encoder increments; 0 without position control. \rtsafe
   [[nodiscard]] double following_error_increments() const noexcept;
-  /// Feed-forward that the bus sends (60B1h, 60B2h), whether it is used or not. \rtsafe
+  /// Returns the speed feed-forward that the bus sends (60B1h), even if it is not used. \rtsafe
   [[nodiscard]] double external_velocity_rad_s() const noexcept {
     return setpoints_.velocity_offset * settings_.scaling.velocity_rad_s;
   }
-  /// See external_velocity_rad_s().
+  /// Returns the torque feed-forward that the bus sends (60B2h), even if it is not used.
   [[nodiscard]] double external_torque_nm() const noexcept { return torque_of(setpoints_.torque_offset_permille); }
-  /// Torque that the motor has by P 457 and P 460. \rtsafe
+  /// Returns the motor torque, calculated with P 457 and P 460. \rtsafe
   [[nodiscard]] double torque_nm() const noexcept { return motor_.torque_nm() / settings_.torque_per_demand; }
-  /// Torque setpoint of the last control cycle, by P 457 and P 460. \rtsafe
+  /// Returns the torque setpoint of the last control cycle, calculated with P 457 and P 460. \rtsafe
   [[nodiscard]] double torque_demand_nm() const noexcept { return torque_demand_nm_; }
   [[nodiscard]] double velocity() const noexcept;         ///< velocity units
   [[nodiscard]] double velocity_demand() const noexcept;  ///< velocity units
-  /// Torque at the shaft, of the rated torque. \rtsafe
+  /// Returns the torque at the shaft in permille of the rated torque. \rtsafe
   [[nodiscard]] double torque_permille() const noexcept;
-  /// torque_demand_nm() of the rated torque. \rtsafe
+  /// Returns torque_demand_nm() in permille of the rated torque. \rtsafe
   [[nodiscard]] double torque_demand_permille() const noexcept;
-  /// Amplitude of the motor's currents, in permille of the rated one. \rtsafe
+  /// Returns the amplitude of the motor's currents in permille of the rated current. \rtsafe
   [[nodiscard]] double current_permille() const noexcept;
-  /// The motor is in U/f operation. \rtsafe
+  /// Whether the motor is in U/f operation. \rtsafe
   [[nodiscard]] bool by_frequency() const noexcept { return by_frequency_; }
-  /// The measured speed has been within the standstill window for 4 ms. \rtsafe
+  /// Whether the measured speed has been within the standstill window for 4 ms. \rtsafe
   [[nodiscard]] bool standstill() const noexcept;
-  /// Standstill, and a braking ramp has come to its end. \rtsafe
+  /// Whether the axis is at standstill and a braking ramp, if any, has ended. \rtsafe
   [[nodiscard]] bool stopped() const noexcept { return standstill() && (!ramping_ || generator_.finished()); }
-  /// The profile generator has come to the end of its movement. \rtsafe
+  /// Whether the movement of the profile generator has ended. \rtsafe
   [[nodiscard]] bool movement_finished() const noexcept { return generator_.finished(); }
-  /// The profile generator in radians of the motor shaft. \rtsafe
+  /// Returns the state of the profile generator in radians of the motor shaft. \rtsafe
   [[nodiscard]] const ProfileState& profile() const noexcept { return generator_.state(); }
-  /// Torque, velocity or position setpoint was limited. \rtsafe
+  /// Whether a torque, velocity or position setpoint was limited. \rtsafe
   [[nodiscard]] bool limited() const noexcept {
     return limited_ || controller_.limited() || (by_frequency_ && frequency_control_.limited());
   }
-  /// Distance of actual position or speed from the setpoint of the source, in its units; 0 in torque control. \rtsafe
+  /// Returns the distance of position or speed from the source's setpoint, in its units; 0 in torque control. \rtsafe
   [[nodiscard]] double distance_to_target() const noexcept;
-  /// The setpoints have come at the times the interpolation expects them, for a while. \rtsafe
+  /// Whether the last setpoints arrived at the times that the interpolation expects. \rtsafe
   [[nodiscard]] bool synchronised() const noexcept;
-  /// Last argument of select(). \rtsafe
+  /// Returns the source of the last select(). \rtsafe
   [[nodiscard]] MotionSource source() const noexcept { return source_; }
-  /// Last argument of select(). \rtsafe
+  /// Returns the command of the last select(). \rtsafe
   [[nodiscard]] MotionCommand command() const noexcept { return command_; }
-  /// Direction in user units in which the setpoints move the axis: -1, 0, 1; without speed control the direction the
-  /// axis moves in. \rtsafe
+  /// Returns the direction in user units in which the setpoints move the axis: -1, 0, 1; without speed control, the
+  /// direction of the actual motion. \rtsafe
   [[nodiscard]] int direction() const noexcept;
 
  private:
   [[nodiscard]] ProfileState motion_in_force() const noexcept;
   [[nodiscard]] bool slow() const noexcept;
-  [[nodiscard]] double inertia() const noexcept;  ///< that the torque moves, as far as the drive knows it
+  [[nodiscard]] double inertia() const noexcept;  ///< inertia that the torque moves, as known to the drive
   [[nodiscard]] double ramp_rad_s2() const noexcept;
   void run_ramp() noexcept;
   void start_limit_stop() noexcept;
@@ -201,16 +199,16 @@ class Motion {
   MotionCommand command_ = MotionCommand::kOff;
   MotionSource source_ = MotionSource::kNone;
   std::int64_t zero_ = 0;
-  std::int64_t target_position_ = 0;   ///< cyclic position setpoint without the wrap at 32 bits
-  std::int64_t allowed_position_ = 0;  ///< the same within the software limits
+  std::int64_t target_position_ = 0;   ///< cyclic position setpoint, not wrapped to 32 bits
+  std::int64_t allowed_position_ = 0;  ///< target_position_ within the software limits
   double torque_demand_nm_ = 0.0;
   double stop_velocity_rad_s_ = 0.0;
-  std::uint32_t slow_steps_ = 0;  ///< within the standstill window
+  std::uint32_t slow_steps_ = 0;  ///< control cycles within the standstill window
   std::uint32_t samples_on_time_ = 0;
   std::uint32_t steps_since_sample_ = 0;
   bool ramping_ = false;
   double ramp_jerk_time_s_ = 0.0;
-  bool by_frequency_ = false;  ///< U/f operation, also on the ramp that ends it
+  bool by_frequency_ = false;  ///< U/f operation, including the ramp that ends it
   bool limited_ = false;
 };
 

@@ -12,32 +12,33 @@
 
 namespace driveline::slaves::msd {
 
-/// Monitors the movement: following error, limit switches, the cycle of the setpoints.
+/// Monitors the motion: following error, limit switches, cycle of the setpoints.
 class MotionMonitor {
  public:
-  /// Both must outlive this.
+  /// Both references must outlive this.
   MotionMonitor(const ObjectDictionary& dictionary, const Motion& motion) noexcept
       : dictionary_(&dictionary), motion_(&motion) {}
 
   /// Power-on. \rtsafe
   void reset() noexcept { following_error_ = false; }
 
-  /// One process data cycle of the following error; true while it is too large for too long. \rtsafe
+  /// Runs one process data cycle; returns true while the following error is too large for too long. \rtsafe
   [[nodiscard]] bool step_following_error() noexcept;
-  /// As step_following_error() has found it. \rtsafe
+  /// Returns the result of the last step_following_error(). \rtsafe
   [[nodiscard]] bool following_error() const noexcept { return following_error_; }
-  /// A limit switch stops movements towards it; away from it the axis is free. Homing uses the switches itself. \rtsafe
+  /// Returns a fault while the axis moves towards an active limit switch; the opposite direction is free. Homing
+  /// handles the switches itself. \rtsafe
   [[nodiscard]] std::optional<Fault> limit_switch(const InputSignals& signals, OperationMode mode) const noexcept;
 
-  /// One control cycle. \rtsafe
+  /// Runs one control cycle. \rtsafe
   void step_rhythm() noexcept { rhythm_.step(); }
-  /// Setpoints have come. \rtsafe
+  /// Called when setpoints have arrived. \rtsafe
   void setpoints_came() noexcept { rhythm_.sample(motion_->settings().steps_per_setpoint); }
-  /// Setpoints will start anew. \rtsafe
+  /// Called when the setpoints restart. \rtsafe
   void restart_rhythm() noexcept { rhythm_ = {}; }
-  /// Whether setpoints come in another cycle than configured, or the configured cycle is invalid. \rtsafe
+  /// Whether setpoints arrive in another cycle than configured, or the configured cycle is invalid. \rtsafe
   [[nodiscard]] bool wrong_cycle() const noexcept;
-  /// The same, while they are followed. Modes with the internal profile generator need no cycle. \rtsafe
+  /// Whether setpoints with wrong_cycle() are followed; the internal profile generator needs no cycle. \rtsafe
   [[nodiscard]] bool follows_wrong_cycle() const noexcept;
 
  private:

@@ -5,11 +5,11 @@
 /// Checks of values beyond type and range.
 namespace driveline::slaves::msd {
 
-/// Whether parameters fit each other (the manual's logic check, 8.2.5). \rtsafe
+/// Whether the parameters are consistent with each other (logic check of the manual, 8.2.5). \rtsafe
 [[nodiscard]] bool parameters_consistent(const ObjectDictionary& dictionary) noexcept;
-/// The same for one new value against the present ones. \rtsafe
+/// Whether a new value is consistent with the current parameters. \rtsafe
 [[nodiscard]] bool consistent_with(const ObjectDictionary& dictionary, const EntryRow& row, std::uint64_t raw) noexcept;
-/// Whether the object can have this value, irrespective of others. \rtsafe
+/// Whether the object can have this value, regardless of others. \rtsafe
 [[nodiscard]] bool possible_value(const EntryRow& row, std::uint64_t raw) noexcept;
 
 }  // namespace driveline::slaves::msd

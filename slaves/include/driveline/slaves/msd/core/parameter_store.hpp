@@ -15,31 +15,31 @@ namespace driveline::slaves::msd {
 /// Non-volatile data: the stored parameters, their file, factory settings (MSD manual 7.5.3, 7.5.4).
 class ParameterStore {
  public:
-  /// Takes stored parameters from their file, if there is one. A file that cannot be used leaves the factory settings.
-  /// The motor must outlive this.
+  /// Loads stored parameters from their file, if it exists. With an unusable file the factory settings remain. The
+  /// motor must outlive this.
   ParameterStore(const DictionaryTable& table, const MsdParameters& parameters, const ServoMotor& motor);
 
-  /// Keeps the dictionary's parameters, or makes them factory settings from the next start on when such a reset is
-  /// pending. False: they could not be written to their file.
+  /// Stores the dictionary's parameters, or the factory settings for the next start if such a reset is pending. Returns
+  /// false when they could not be written to their file.
   [[nodiscard]] bool store(const ObjectDictionary& dictionary);
-  /// Power-on: initial values, factory settings, stored parameters.
+  /// Power-on: restores initial values, factory settings and stored parameters.
   void restore(ObjectDictionary& dictionary);
 
-  /// The drive has this firmware from the next restore() on. \rtsafe
+  /// Installs a firmware version that becomes active at the next restore(). \rtsafe
   void install_firmware(FirmwareVersion version) noexcept { next_firmware_ = version; }
-  /// The next store() makes factory settings. \rtsafe
+  /// Makes the next store() store the factory settings. \rtsafe
   void request_factory_reset() noexcept { factory_reset_pending_ = true; }
   /// Whether the last access to the file succeeded. \rtsafe
   [[nodiscard]] bool good() const noexcept { return good_; }
-  /// Error of the last access. \rtsafe
+  /// Returns the error of the last access. \rtsafe
   [[nodiscard]] const ParameterFileError& error() const noexcept { return error_; }
-  /// Properties of the drive, written into the dictionary at power-on. \rtsafe
+  /// Returns the properties of the drive, which are written to the dictionary at power-on. \rtsafe
   [[nodiscard]] const FactoryFacts& facts() const noexcept { return facts_; }
-  /// Time of an ordinary self-test. \rtsafe
+  /// Returns the duration of a normal self-test. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds start_up_time() const noexcept { return start_up_time_; }
-  /// Time of the self-test at this start; longer after a reset to factory settings. \rtsafe
+  /// Returns the duration of the self-test at this start; longer after a reset to factory settings. \rtsafe
   [[nodiscard]] std::chrono::nanoseconds take_start_up_time() noexcept;
-  /// `time` has passed; true when in it the data have been saved. \rtsafe
+  /// Advances by `time`; returns true when saving the data ends within it. \rtsafe
   [[nodiscard]] bool finishes(std::chrono::nanoseconds time) noexcept {
     if (save_left_.count() <= 0) return false;
     save_left_ -= time;
@@ -53,7 +53,7 @@ class ParameterStore {
   std::optional<FirmwareVersion> next_firmware_;
   const ServoMotor* motor_;
   ObjectDictionary stored_;
-  std::string file_;  ///< empty: there is none
+  std::string file_;  ///< empty: no file
   ParameterFileError error_;
   std::chrono::nanoseconds start_up_time_;
   std::chrono::nanoseconds factory_start_up_time_;
@@ -61,7 +61,7 @@ class ParameterStore {
   std::chrono::nanoseconds save_left_{0};
   bool good_ = true;
   bool factory_reset_pending_ = false;
-  bool stored_are_factory_ = false;  ///< the next start takes the time of a reset to factory settings
+  bool stored_are_factory_ = false;  ///< the next start takes as long as after a reset to factory settings
 };
 
 }  // namespace driveline::slaves::msd

@@ -16,38 +16,38 @@ namespace driveline::slaves::msd {
 /// the faults. The limits are in the object dictionary.
 class Protection {
  public:
-  /// Dictionary and motion must outlive this. Cold, with mains.
+  /// Dictionary and motion must outlive this. Starts cold, with mains.
   Protection(ObjectDictionary& dictionary, Motion& motion, const MsdParameters& parameters) noexcept;
 
-  /// New settings in the dictionary. \rtsafe
+  /// Applies new settings of the dictionary. \rtsafe
   void configure() noexcept;
-  /// One millisecond. \rtsafe
+  /// Runs one millisecond. \rtsafe
   void step() noexcept;
-  /// No warnings, as at power-on. \rtsafe
+  /// Clears the warnings, as at power-on. \rtsafe
   void reset() noexcept { warnings_ = 0; }
-  /// P 33[1] and behind, P 34, and the values that the warnings are about. \rtsafe
+  /// Publishes the warning texts from P 33[1] on, P 34, and the values that the warnings refer to. \rtsafe
   void publish() noexcept;
 
-  /// The motor's cables have more current than the motor can take. \rtsafe
+  /// Whether the current in the motor cables exceeds the limit of the motor. \rtsafe
   [[nodiscard]] bool overcurrent() const noexcept;
-  /// There is voltage for the power stage (P 701[12]). \rtsafe
+  /// Whether the power stage has enough voltage (P 701[12]). \rtsafe
   [[nodiscard]] bool dc_link_present() const noexcept {
     return dc_link_.volts() >= dc_link_limit_volts_ && dc_link_.volts() > 0.0;
   }
-  /// Whether the cause of a fault that is detected here persists. \rtsafe
+  /// Whether the cause of a fault that this class detects persists. \rtsafe
   [[nodiscard]] bool cause_persists(Fault fault) const noexcept;
-  /// P 34. \rtsafe
+  /// Returns P 34. \rtsafe
   [[nodiscard]] std::uint32_t warnings() const noexcept { return warnings_; }
 
-  /// Volts at the power stage from now on, whatever the mains do. \rtsafe
+  /// Forces the DC link voltage, independently of the mains. \rtsafe
   void force_voltage(double volts) noexcept;
-  /// Warms up motor and power stage as by this current for this time, in rated currents. \rtsafe
+  /// Heats motor and power stage like this current, in rated currents, during this time. \rtsafe
   void heat(double current, std::chrono::seconds time) noexcept;
-  /// Mains and brake resistor. \rtsafe
+  /// Returns the DC link, for mains and brake resistor. \rtsafe
   [[nodiscard]] DcLink& dc_link() noexcept { return dc_link_; }
   /// \rtsafe
   [[nodiscard]] const DcLink& dc_link() const noexcept { return dc_link_; }
-  /// The thermal model, to set the ambient temperature. \rtsafe
+  /// Returns the thermal model, to set the ambient temperature. \rtsafe
   [[nodiscard]] ThermalModel& thermal() noexcept { return thermal_; }
   /// \rtsafe
   [[nodiscard]] const ThermalModel& thermal() const noexcept { return thermal_; }
@@ -67,7 +67,7 @@ class Protection {
   double overcurrent_a_;  ///< amplitude
   std::uint32_t warnings_ = 0;
   std::uint32_t shown_warnings_ = 0;
-  std::uint16_t text_slot_;  ///< of the first warning, P 33[1]
+  std::uint16_t text_slot_;  ///< text slot of the first warning, P 33[1]
 };
 
 }  // namespace driveline::slaves::msd

@@ -15,36 +15,35 @@ namespace driveline::slaves::msd {
 class MachineEvents {
  public:
   virtual ~MachineEvents() = default;
-  /// A terminal has changed its level when the motor shaft was at `position_rad`.
+  /// Called when a terminal has changed its level while the motor shaft was at `position_rad`.
   virtual void terminal_changed(Input input, bool level, double position_rad) noexcept = 0;
-  /// An input that is no terminal has changed.
+  /// Called when an input that is not a terminal has changed.
   virtual void machine_input_changed(MachineInput input, double value) noexcept = 0;
 };
 
-/// The simulated machine: switches along the way of the shaft, inputs that follow a script, scheduled changes. It
-/// determines the shaft's position when an input changed within a control cycle.
+/// The simulated machine: position switches on the shaft, inputs that follow a script, scheduled changes. It determines
+/// the shaft position when an input changed within a control cycle.
 class ScriptedMachine {
  public:
-  /// The references must outlive this.
+  /// All references must outlive this.
   ScriptedMachine(const MsdParameters& parameters, const Terminals& terminals, const ServoMotor& motor,
                   MachineEvents& events);
 
-  /// Starts the scripts; their first values are reported at once. `cycle_end`: of the control cycle that begins.
-  /// \rtsafe
+  /// Starts the scripts and reports their first values. `cycle_end`: end of the control cycle that starts. \rtsafe
   void start(std::chrono::nanoseconds now, std::chrono::nanoseconds cycle_end) noexcept;
-  /// The shaft has moved: switches that it has passed. \rtsafe
+  /// Reports the switches that the shaft has passed. \rtsafe
   void pass_switches() noexcept {
     for (const MachineSwitch& s : switches_) pass(s);
   }
-  /// Everything scheduled and scripted up to `cycle_end`, the end of the control cycle that has passed. \rtsafe
+  /// Reports all scheduled and scripted changes up to `cycle_end`, the end of the elapsed control cycle. \rtsafe
   void pass_time(std::chrono::nanoseconds cycle_end) noexcept {
     if (scheduled_count_ != 0) apply_scheduled(cycle_end);
     if (script_due_ <= cycle_end) follow_scripts(cycle_end);
   }
 
-  /// An input that changes at this time; in order of time; false when too many changes wait. \rtsafe
+  /// Schedules a change of an input at this time; returns false when too many changes wait. \rtsafe
   [[nodiscard]] bool schedule(Input input, bool level, std::chrono::nanoseconds at) noexcept;
-  /// Ends the script or switches of this input (number of a SignalPlace), which is then set from outside. \rtsafe
+  /// Ends the script or switches of this input (number of a SignalPlace), so that it can be set from outside. \rtsafe
   void release(std::size_t input) noexcept;
 
  private:
@@ -67,7 +66,7 @@ class ScriptedMachine {
   MachineEvents* events_;
   std::array<Change, 16> scheduled_{};
   std::size_t scheduled_count_ = 0;
-  std::chrono::nanoseconds script_due_ = kNever;  ///< when the next scripted input jumps
+  std::chrono::nanoseconds script_due_ = kNever;  ///< time of the next jump of a scripted input
   std::chrono::nanoseconds script_start_{0};
 };
 

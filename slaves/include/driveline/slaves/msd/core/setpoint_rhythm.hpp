@@ -5,24 +5,24 @@
 
 namespace driveline::slaves::msd {
 
-/// Distinguishes a wrong bus cycle from late, lost or duplicated frames: the cycle is wrong when none of many setpoints
-/// in a row came near its time. Numbers: ours.
+/// Distinguishes a wrong bus cycle from late, lost or duplicated frames: the cycle is wrong when none of many
+/// consecutive setpoints arrived close to its expected time. Numbers: ours.
 class SetpointRhythm {
  public:
-  /// One control cycle has passed. \rtsafe
+  /// Counts a control cycle. \rtsafe
   void step() noexcept { since_ = std::min(since_ + 1, kLongest); }
-  /// A setpoint has come; they are expected every `steps` control cycles. \rtsafe
+  /// Counts a setpoint; setpoints are expected every `steps` control cycles. \rtsafe
   void sample(std::uint32_t steps) noexcept {
-    // A quarter of the period beside it. Intervals of the right cycle lie on both sides however they jitter.
+    // Tolerance: a quarter of the period. With the right cycle, jitter puts intervals on both sides of the period.
     fast_ = 4ULL * since_ <= 3ULL * steps ? std::min(fast_ + 1, kProof) : 0;
     slow_ = 4ULL * since_ >= 5ULL * steps ? std::min(slow_ + 1, kProof) : 0;
     since_ = 0;
   }
-  /// The setpoints come in another cycle. \rtsafe
+  /// Whether the setpoints arrive in another cycle. \rtsafe
   [[nodiscard]] bool wrong() const noexcept { return fast_ == kProof || slow_ == kProof; }
 
  private:
-  static constexpr std::uint32_t kProof = 256;  ///< setpoints in a row
+  static constexpr std::uint32_t kProof = 256;  ///< consecutive setpoints
   static constexpr std::uint32_t kLongest = 0xFFFFFFU;
 
   std::uint32_t since_ = 0;  ///< control cycles since the last setpoint

@@ -7,23 +7,23 @@
 namespace driveline::slaves::msd {
 
 /// The touch probe function (MSD manual 14.1): latches positions at edges of two inputs and at the encoder's zero
-/// pulse. Positions are given in the unit the objects have.
+/// pulse. Positions are in the unit of the objects.
 class TouchProbe {
  public:
-  /// P 2285. 0 is not described: off (ours).
+  /// P 2285. 0 is not described and means off (ours).
   enum class Variant : std::uint16_t { kOff = 0, kCia402 = 1, kBeck2 = 2, kSpecific = 3 };
   /// Latched values, in the order of the objects 60BAh-60BDh.
   enum Value : std::uint8_t { kFirstPositive, kFirstNegative, kSecondPositive, kSecondNegative, kValues };
 
-  /// The control word 60B8h as it stands now; call before the events of a control cycle. \rtsafe
+  /// Sets the current control word 60B8h; to be called before the events of a control cycle. \rtsafe
   void control(Variant variant, std::uint16_t function) noexcept;
-  /// An edge of probe 0 (ISD05) or 1 (ISD06). \rtsafe
+  /// Handles an edge of probe 0 (ISD05) or 1 (ISD06). \rtsafe
   void edge(std::size_t probe, bool rising, std::int32_t position) noexcept;
-  /// The encoder's zero pulse was passed. \rtsafe
+  /// Handles a passage of the encoder's zero pulse. \rtsafe
   void zero_pulse(std::int32_t position) noexcept;
 
   [[nodiscard]] std::uint16_t status() const noexcept { return status_; }  ///< 60B9h
-  /// Values of 60BAh-60BDh. \rtsafe
+  /// Returns the values of 60BAh-60BDh. \rtsafe
   [[nodiscard]] std::int32_t value(Value value) const noexcept { return values_[value]; }
 
  private:
