@@ -13,6 +13,7 @@
 #include "commands/rate_limit.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/event/command_events.hpp"
 #include "driveline/snapshot/feed/command_records.hpp"
 
 namespace driveline::runtime {

@@ -6,8 +6,19 @@
 
 namespace driveline::runtime {
 
+namespace {
+
+template <typename... Kinds>
+std::string sentence_of(const EventFacts& facts, const EventSentence& make, EventKindList<Kinds...>) {
+  std::string sentence;
+  ((facts.is<Kinds>() && (sentence = make(*facts.as<Kinds>()), true)) || ...);
+  return sentence;
+}
+
+}  // namespace
+
 std::string describe(const Event& event, bool increments) {
-  return std::visit(EventSentence(event, increments), event.facts);
+  return sentence_of(event.facts, EventSentence(event, increments), EventKinds{});
 }
 
 std::string describe_with_time(const Event& event, bool increments) {

@@ -1,5 +1,7 @@
 #include "operation/axis_verdict.hpp"
 
+#include "driveline/runtime/event.hpp"
+
 #include <algorithm>
 #include <cmath>
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "record/recorder.hpp"
 
 namespace driveline::runtime {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 
 namespace driveline::runtime {

@@ -1,5 +1,7 @@
 #include "operation/joint_motion.hpp"
 
+#include "driveline/runtime/event.hpp"
+
 #include <utility>
 
 namespace driveline::runtime {

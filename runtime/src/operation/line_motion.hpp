@@ -4,7 +4,8 @@
 #include <optional>
 
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
+#include "driveline/runtime/event/operation_events.hpp"
 
 namespace driveline::runtime {
 

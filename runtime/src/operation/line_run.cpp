@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/operation/configure_line.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
@@ -313,15 +314,21 @@ void LineRun::tell_progress() {
   progress(motion_ ? motion_->progress() : events::Progress{});
 }
 
+EventFacts LineRun::with_link(const EventFacts& facts) const {
+  if (const auto* found = facts.as<events::CommunicationLost>()) {
+    auto lost = *found;
+    lost.link = session_.no_link();
+    return lost;
+  }
+  const auto* found = facts.as<events::AxesStopped>();
+  if (found == nullptr || found->failure.cause != ecat_master::MotionFailure::Cause::kCommunication) return facts;
+  auto stopped = *found;
+  stopped.link = session_.no_link();
+  return stopped;
+}
+
 void LineRun::make_watch() {
-  auto listener = [this](EventFacts facts, Severity severity) {
-    using Cause = ecat_master::MotionFailure::Cause;
-    if (auto* lost = std::get_if<events::CommunicationLost>(&facts)) lost->link = session_.no_link();
-    if (auto* stopped = std::get_if<events::AxesStopped>(&facts);
-        stopped != nullptr && stopped->failure.cause == Cause::kCommunication)
-      stopped->link = session_.no_link();
-    note(std::move(facts), severity);
-  };
+  auto listener = [this](const EventFacts& facts, Severity severity) { note(with_link(facts), severity); };
   watch_ = std::make_unique<LineWatch>(master_, session_.ring(), motion_.get(), config_, session_.clock(),
                                        std::move(listener));
 }

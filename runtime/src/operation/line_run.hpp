@@ -112,6 +112,8 @@ class LineRun {
   void note_telemetry();
   void tell_slaves(bool now);
   void note(EventFacts facts, Severity severity);
+  /// Returns the facts, with the fault of the link if they are about lost communication.
+  [[nodiscard]] EventFacts with_link(const EventFacts& facts) const;
   void progress(EventFacts facts) { note(std::move(facts), Severity::kProgress); }
   void fail_with(EventFacts facts) { note(std::move(facts), Severity::kFailure); }
   [[nodiscard]] bool had(Severity severity) const noexcept { return worst_ >= severity; }

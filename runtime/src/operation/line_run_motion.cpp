@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/operation/configure_line.hpp"
 #include "operation/axis_verdict.hpp"
 #include "operation/joint_motion.hpp"

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 
 namespace driveline::runtime {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 #include "telemetry/sealed_copy.hpp"
 #include "telemetry/security_files.hpp"
@@ -110,7 +111,7 @@ Result<void> LineRun::start_telemetry() {
 void LineRun::note_telemetry() {
   if (!telemetry_) return;
   for (auto& facts : telemetry_->poll()) {
-    const bool stopped = std::holds_alternative<events::BridgeStopped>(facts);
+    const bool stopped = facts.is<events::BridgeStopped>();
     if (stopped && commands_) commands_->bridge_lost();
     note(std::move(facts), Severity::kNotice);
     if (stopped && feed_) feed_->add_fault(describe(events_.newest()));

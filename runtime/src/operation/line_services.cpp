@@ -1,5 +1,7 @@
 #include "operation/line_services.hpp"
 
+#include "driveline/runtime/event.hpp"
+
 namespace driveline::runtime {
 namespace {
 

@@ -8,7 +8,7 @@
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/endpoints/drive_networks.hpp"
 #include "driveline/runtime/eoe/eoe_report.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "eoe/ethernet_tunnel.hpp"

@@ -1,5 +1,7 @@
 #include "operation/line_watch.hpp"
 
+#include "driveline/runtime/event.hpp"
+
 #include <algorithm>
 #include <utility>
 

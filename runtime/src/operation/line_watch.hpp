@@ -7,7 +7,7 @@
 
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "operation/absence_watch.hpp"
 #include "operation/line_motion.hpp"
 

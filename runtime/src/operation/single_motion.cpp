@@ -1,5 +1,7 @@
 #include "operation/single_motion.hpp"
 
+#include "driveline/runtime/event.hpp"
+
 #include <algorithm>
 #include <utility>
 

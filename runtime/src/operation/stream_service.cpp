@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/event.hpp"
 #include "stream/stream_bounds.hpp"
 
 namespace driveline::runtime {

@@ -8,7 +8,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "stream/remote_streams.hpp"
 #include "stream/single_axes_door.hpp"
 #include "stream/stream_hub.hpp"

@@ -1,5 +1,7 @@
 #include "driveline/runtime/record/group_watch.hpp"
 
+#include "driveline/runtime/event.hpp"
+
 namespace driveline::runtime {
 
 GroupWatch::GroupWatch(const ProcessDataConfig& config)

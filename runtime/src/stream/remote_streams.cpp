@@ -176,7 +176,7 @@ void RemoteStreams::look(Instant now) {
 
 void RemoteStreams::look_at(Stream& stream, Instant now) {
   const auto note = [&](EventFacts facts, Severity) {
-    if (std::holds_alternative<events::StreamSetpointRefused>(facts)) stream.text = describe(Event{facts});
+    if (facts.is<events::StreamSetpointRefused>()) stream.text = describe(Event{facts});
     events_.push_back(std::move(facts));
   };
   // Checked before look(), so that the last look() comes after the end of the session.

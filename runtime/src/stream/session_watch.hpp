@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "driveline/rt/shared_broadcast.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "driveline/stream/greeting.hpp"
 #include "driveline/stream/records.hpp"
 #include "driveline/trajectory/position_unit.hpp"

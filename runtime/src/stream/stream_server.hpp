@@ -13,7 +13,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/config/stream_config.hpp"
 #include "driveline/runtime/error.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "driveline/stream/greeting.hpp"
 #include "driveline/stream/records.hpp"
 #include "stream/session_watch.hpp"

@@ -1,5 +1,7 @@
 #include "telemetry/bridge_supervisor.hpp"
 
+#include "driveline/runtime/event.hpp"
+
 #include <poll.h>
 
 #include <cstddef>

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "driveline/runtime/error.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "driveline/snapshot/feed/feed_writer.hpp"
 #include "helper/helper_process.hpp"
 #include "helper/restart_pause.hpp"

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/helper/helper_program.hpp"
 #include "telemetry/line_feed.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/telemetry/telemetry_report.hpp"
 #include "driveline/snapshot/feed/feed_writer.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"

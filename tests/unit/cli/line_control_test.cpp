@@ -160,7 +160,7 @@ TEST_F(LineControlTest, RequestsAreTakenRefusedAndTold) {
   const auto events = door.take_events();
   EXPECT_EQ(
       std::count_if(events.begin(), events.end(),
-                    [](const auto& event) { return std::holds_alternative<runtime::events::AxisRequested>(event); }),
+                    [](const auto& event) { return event.template is<runtime::events::AxisRequested>(); }),
       4)
       << "each request that was understood";
 }

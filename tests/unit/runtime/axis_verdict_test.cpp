@@ -55,7 +55,7 @@ TEST(AxisVerdict, AnAxisFarFromItsSetpointIsNamedWithTheDistance) {
 TEST(AxisVerdict, IsGivenAsFacts) {
   const auto facts = axis_verdict(axis(), ended(-31.0), milliseconds{1});
   ASSERT_TRUE(facts);
-  const auto* off = std::get_if<events::AxisOffItsSetpoint>(&*facts);
+  const auto* off = facts->as<events::AxisOffItsSetpoint>();
   ASSERT_NE(off, nullptr);
   EXPECT_EQ(off->axis.name, "x");
   EXPECT_EQ(off->distance, -31.0);

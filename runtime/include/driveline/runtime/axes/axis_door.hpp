@@ -14,7 +14,8 @@
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/axes/coupling_order.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/axis_events.hpp"
+#include "driveline/runtime/event/event.hpp"
 
 namespace driveline::runtime {
 

@@ -14,7 +14,8 @@
 #include "driveline/ecat_master/group/axis_groups.hpp"
 #include "driveline/runtime/axes/axis_door.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
+#include "driveline/runtime/event/group_events.hpp"
 #include "driveline/runtime/groups/group_way.hpp"
 
 namespace driveline::runtime {

@@ -4,7 +4,7 @@
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 
 namespace driveline::runtime {
 

@@ -14,7 +14,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/eoe/eoe_report.hpp"
 #include "driveline/runtime/error.hpp"
-#include "driveline/runtime/event.hpp"
+#include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/runtime/record/image_view.hpp"
 #include "driveline/runtime/record/input_values.hpp"
