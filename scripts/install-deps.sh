@@ -1,71 +1,73 @@
 #!/usr/bin/env bash
-# Installs the Debian 12 packages that building, testing and running driveline takes. Idempotent: what is there is
-# left alone, and when nothing is missing neither root nor the network is touched.
+# Installs the Debian 12 packages that running, testing or checking driveline takes. Idempotent: installed packages are
+# left alone, and when nothing is missing neither root nor the network is used.
 set -euo pipefail
 
-# The one list of packages: name, then what it is for.
+# The one list of packages: the group that needs it first, its name, and its purpose. Each group includes those before it.
 packages() {
   sed -e 's/#.*//' -e '/^[[:space:]]*$/d' <<'TABLE'
-# build
-g++                   C++20 compiler
-cmake                 build description
-ninja-build           build tool
-ccache                makes the second build cheap
-clang                 second compiler; fuzz targets
-libclang-rt-14-dev    sanitizer and fuzzer run-times of clang
-clang-format          format check
-clang-tidy            static analysis
-# libraries
-libeigen3-dev         linear algebra of the trajectories
-libfastrtps-dev       Fast DDS, telemetry
-libtinyxml2-dev       what Fast DDS reads profiles with: QoS of the telemetry
-libfastcdr-dev        serialisation for Fast DDS
-fastddsgen            C++ types from the IDL
-default-jre-headless  runs fastddsgen
-libexpected-dev       tl::expected, errors as values
-libpugixml-dev        ESI files
-libtomlplusplus-dev   line configurations
-libcli11-dev          command line
-libfmt-dev            text
-libspdlog-dev         logging
-nlohmann-json3-dev    machine-readable output
-libmicrohttpd-dev     web page of a simulated drive
-# tests and benchmarks
-libgtest-dev          GoogleTest
-libgmock-dev          matchers and mocks
-libbenchmark-dev      micro-benchmarks
-librapidcheck-dev     properties over random input
-tshark                oracle for EtherCAT frames
-cyclonedds-dev        oracle for the telemetry: another DDS implementation
-cyclonedds-tools      its IDL compiler
-curl                  asks the web page of a simulated drive
-iputils-ping          asks its IP stack
-rt-tests              cyclictest, the peer of the benchmark of jitter
-stress-ng             the load that it is measured under
-dpkg-dev              Debian packages: what they depend on
-lintian               judges them
-systemd               judges the unit of the service
-openssl               keys and permissions of DDS Security
-strace                which system calls a run makes, against those that the unit allows
-procps                sysctl: this machine as the router of a service PC
-python3               structure checks, checks of JSON output
-doxygen               reference of the library
-zsh                   its completion is tried
-# running
-gnuplot-nox           plots
-graphviz              picture of the bus
-iproute2              veth pairs: the two-process form, the network of a simulated drive
-ethtool               switches its offloads off
-libcap2-bin           setcap: real-time run without root
+# run.sh: build driveline and run a line
+run   g++                   C++20 compiler
+run   cmake                 build description
+run   ninja-build           build tool
+run   ccache                makes the second build cheap
+run   libeigen3-dev         linear algebra of the trajectories
+run   libfastrtps-dev       Fast DDS, telemetry
+run   libtinyxml2-dev       reads the XML profiles of Fast DDS: QoS of the telemetry
+run   libfastcdr-dev        serialisation for Fast DDS
+run   fastddsgen            C++ types from the IDL
+run   default-jre-headless  runs fastddsgen
+run   libexpected-dev       tl::expected, errors as values
+run   libpugixml-dev        ESI files
+run   libtomlplusplus-dev   line configurations
+run   libcli11-dev          command line
+run   libfmt-dev            text
+run   nlohmann-json3-dev    machine-readable output
+run   libmicrohttpd-dev     web page of a simulated drive
+run   python3-minimal       table of the DDS topics from the IDL
+run   gnuplot-nox           plots
+run   iproute2              veth pairs: the two-process form, the network of a simulated drive
+run   ethtool               switches their offloads off
+run   libcap2-bin           setcap: real-time run without root
+# test.sh: all tests and benchmarks
+test  python3               tests of the program, structure checks
+test  libgtest-dev          GoogleTest
+test  libgmock-dev          matchers and mocks
+test  libbenchmark-dev      micro-benchmarks
+test  librapidcheck-dev     properties over random input
+test  tshark                oracle for EtherCAT frames
+test  cyclonedds-dev        oracle for the telemetry: another DDS implementation
+test  cyclonedds-tools      IDL compiler of Cyclone DDS
+test  curl                  requests the web page of a simulated drive
+test  iputils-ping          pings the IP stack of a simulated drive
+test  systemd               checks the unit of the service
+test  openssl               keys and permissions of DDS Security
+test  strace                system calls of a run, compared with those that the unit allows
+test  procps                sysctl: this machine as the router of a service PC
+test  zsh                   runs its completion
+test  graphviz              draws the graph of the bus
+# .ci/run: everything that a change must pass, and the measured benchmarks
+ci    clang                 second compiler; fuzz targets
+ci    libclang-rt-14-dev    sanitizer and fuzzer run-times of clang
+ci    clang-format          format check
+ci    clang-tidy            static analysis
+ci    dpkg-dev              Debian packages: their dependencies
+ci    lintian               checks the Debian packages
+ci    doxygen               reference of the library
+ci    rt-tests              cyclictest, the peer of the jitter benchmark
+ci    stress-ng             load of the jitter benchmark
 TABLE
 }
 
 usage() {
   cat <<'USAGE'
-usage: scripts/install-deps.sh [--check]
+usage: scripts/install-deps.sh [--for run|test|ci] [--check]
 Installs the Debian packages that are missing, as root or through sudo.
-  --check   only report; exit status 1 when something is missing
-  --help    this text
+  --for GROUP  run:  build and run a line, for ./run.sh
+               test: the same, and all tests, for ./test.sh (default)
+               ci:   the same, and static analysis, sanitizers, packages, for .ci/run
+  --check      only report; exit status 1 when something is missing
+  --help       this text
 USAGE
 }
 
@@ -75,9 +77,16 @@ fail() {
 }
 
 check_only=no
+group=test
 while [ $# -gt 0 ]; do
   case "$1" in
     --check) check_only=yes ;;
+    --for)
+      case "${2-}" in
+        run | test | ci) group=$2 ;;
+        *) echo "install-deps: --for takes run, test or ci, not '${2-}'" >&2; usage >&2; exit 2 ;;
+      esac
+      shift ;;
     --help | -h) usage; exit 0 ;;
     *) echo "install-deps: unknown argument '$1'" >&2; usage >&2; exit 2 ;;
   esac
@@ -88,36 +97,57 @@ if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
   fail "this is not a Debian-like system (no apt-get); install the packages listed in scripts/install-deps.sh by hand and use --no-install"
 fi
 
-is_installed() {
-  local state
-  state=$(dpkg-query -W -f='${db:Status-Status}\n' "$1" 2>/dev/null) && grep -qx installed <<<"$state"
-}
+case "$group" in
+  run) groups="run" ;;
+  test) groups="run test" ;;
+  ci) groups="run test ci" ;;
+esac
 
-missing=()
-while read -r name purpose; do
-  if ! is_installed "$name"; then
-    printf 'missing: %-21s %s\n' "$name" "$purpose"
-    missing+=("$name")
+declare -A purposes=()
+names=()
+while read -r of name purpose; do
+  if [[ " $groups " == *" $of "* ]]; then
+    names+=("$name")
+    purposes[$name]=$purpose
   fi
 done < <(packages)
 
+# Exit status 1 of dpkg-query only means that it does not know some of the names.
+declare -A installed=()
+while read -r name state; do
+  if [ "$state" = installed ]; then installed[$name]=yes; fi
+done < <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${names[@]}" 2>/dev/null || true)
+
+missing=()
+for name in "${names[@]}"; do
+  if [ -z "${installed[$name]-}" ]; then
+    printf 'missing: %-21s %s\n' "$name" "${purposes[$name]}"
+    missing+=("$name")
+  fi
+done
+
 if [ ${#missing[@]} -eq 0 ]; then
-  echo "install-deps: all $(packages | wc -l) packages are installed"
+  echo "install-deps: all ${#names[@]} packages are installed"
   exit 0
 fi
 if [ "$check_only" = yes ]; then
-  fail "${#missing[@]} packages are missing; scripts/install-deps.sh installs them"
+  fail "${#missing[@]} packages are missing; scripts/install-deps.sh --for $group installs them"
 fi
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || fail "installing packages takes root, and there is no sudo: run this script as root, or install the packages above by hand"
+  command -v sudo >/dev/null || fail "installing packages takes root, and there is no sudo: run this script as root, or install the packages above by hand and use --no-install"
   as_root=(sudo)
 fi
-apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q "$@"; }
+# An installation that was interrupted, as by a full disk, goes on where it stopped.
+apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o Acquire::Retries=2 "$@"; }
+remedy="try again when the network is there: what has been installed stays; or install the packages above by hand and use --no-install"
 
-echo "install-deps: installing ${#missing[@]} packages"
-apt update || fail "apt-get update failed; its message is above"
+echo "install-deps: installing ${#missing[@]} packages and what they depend on"
+apt update || fail "apt-get update failed, its message is above; $remedy"
+if [ -n "$("${as_root[@]}" dpkg --audit 2>/dev/null)" ]; then
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive dpkg --configure -a || fail "an installation from before is incomplete, and dpkg --configure -a could not complete it; its message is above"
+fi
 apt install -y --no-install-recommends "${missing[@]}" ||
-  fail "apt-get could not install the packages; the names are those of Debian 12"
+  fail "apt-get could not install the packages, its message is above (the names are those of Debian 12; a full disk: df -h /); $remedy"
 echo "install-deps: done"
