@@ -28,16 +28,38 @@ if(DRIVELINE_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# Sources are compiled in groups, so that their headers are read once for each group: that takes a third of the time. The
-# groups of a room are its folders, so names in anonymous namespaces are unique within a folder. DRIVELINE_UNITY=OFF
-# compiles every file by itself, which is better while one of them is edited.
+# Sources are compiled in groups, so that their headers are read once for each group: that takes a third of the time. A group
+# is one folder of a room or several small ones, so names in anonymous namespaces are unique within a room.
+# DRIVELINE_UNITY=OFF compiles every file by itself, which is better while one of them is edited.
 option(DRIVELINE_UNITY "Compile sources in groups" ON)
-function(driveline_group_by_folder target)
+set(DRIVELINE_GROUP_BYTES 130000) # of source text: more is slow to compile again, less reads headers too often
+function(driveline_group_sources target)
   get_target_property(sources ${target} SOURCES)
+  set(folders)
   foreach(source IN LISTS sources)
     cmake_path(GET source PARENT_PATH folder)
-    cmake_path(GET folder FILENAME group)
-    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE file)
+    string(MAKE_C_IDENTIFIER "${folder}" key)
+    if(NOT key IN_LIST folders)
+      list(APPEND folders ${key})
+      set(bytes_of_${key} 0)
+    endif()
+    list(APPEND sources_of_${key} ${source})
+    if(EXISTS ${file}) # others are generated
+      file(SIZE ${file} size)
+      math(EXPR bytes_of_${key} "${bytes_of_${key}} + ${size}")
+    endif()
+  endforeach()
+  set(group 0)
+  set(bytes ${DRIVELINE_GROUP_BYTES})
+  foreach(key IN LISTS folders)
+    math(EXPR with_folder "${bytes} + ${bytes_of_${key}}")
+    if(with_folder GREATER DRIVELINE_GROUP_BYTES)
+      math(EXPR group "${group} + 1")
+      set(with_folder ${bytes_of_${key}})
+    endif()
+    set(bytes ${with_folder})
+    set_source_files_properties(${sources_of_${key}} PROPERTIES UNITY_GROUP ${group})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${DRIVELINE_UNITY} UNITY_BUILD_MODE GROUP)
 endfunction()
@@ -55,7 +77,7 @@ function(driveline_room name)
     add_library(${target} STATIC ${ARG_SOURCES})
     target_include_directories(${target} PUBLIC ${headers} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
     # When all its sources are known; the call would otherwise see `target` as it is then.
-    cmake_language(EVAL CODE "cmake_language(DEFER CALL driveline_group_by_folder ${target})")
+    cmake_language(EVAL CODE "cmake_language(DEFER CALL driveline_group_sources ${target})")
     target_link_libraries(${target} PUBLIC ${ARG_LINK}
                                     PRIVATE ${ARG_PRIVATE_LINK} $<BUILD_INTERFACE:driveline_warnings>)
   else()

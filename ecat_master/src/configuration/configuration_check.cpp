@@ -12,7 +12,6 @@ namespace driveline::ecat_master {
 namespace {
 
 using Finding = ConfigurationFinding;
-using Kind = Finding::Kind;
 using Field = Finding::Field;
 using Use = esi::SyncManager::Use;
 using wire::AlStatusCode;
@@ -82,10 +81,11 @@ class Check {
 
   void compare_channel(std::size_t number, const SyncManagerChannel& planned) {
     const auto& found = channels_[number];
-    compare(Kind::kSyncManager, Field::kStart, number, planned.start_address, found.start_address);
-    compare(Kind::kSyncManager, Field::kLength, number, planned.length, found.length);
-    compare(Kind::kSyncManager, Field::kControl, number, planned.control, found.control);
-    compare(Kind::kSyncManager, Field::kActivation, number, is_enabled(planned) ? 1 : 0, is_enabled(found) ? 1 : 0);
+    compare(Finding::Kind::kSyncManager, Field::kStart, number, planned.start_address, found.start_address);
+    compare(Finding::Kind::kSyncManager, Field::kLength, number, planned.length, found.length);
+    compare(Finding::Kind::kSyncManager, Field::kControl, number, planned.control, found.control);
+    compare(Finding::Kind::kSyncManager, Field::kActivation, number, is_enabled(planned) ? 1 : 0,
+            is_enabled(found) ? 1 : 0);
   }
 
   void check_sync_managers(bool only_mailboxes) {
@@ -121,14 +121,14 @@ class Check {
       if (!assigned) continue;
       const auto bytes = static_cast<std::uint32_t>(*assigned);
       const auto length = is_enabled(channels_[n]) ? std::uint32_t{channels_[n].length} : 0U;
-      compare(Kind::kPdoBytes, Field::kLength, n, length, bytes);
+      compare(Finding::Kind::kPdoBytes, Field::kLength, n, length, bytes);
       if (!demand || code_ == AlStatusCode::kInvalidOutputConfiguration ||
           code_ == AlStatusCode::kInvalidInputConfiguration) {
         continue;
       }
       std::size_t planned = 0;
       for (const auto& channel : demand->channels) planned += channel.sync_manager == n ? channel.bytes : 0;
-      compare(Kind::kPlannedBytes, Field::kLength, n, static_cast<std::uint32_t>(planned), bytes);
+      compare(Finding::Kind::kPlannedBytes, Field::kLength, n, static_cast<std::uint32_t>(planned), bytes);
     }
   }
 
@@ -140,12 +140,12 @@ class Check {
     for (std::size_t n = 0; (n + 1) * FmmuEntity::kSize <= raw.size(); ++n) {
       const auto found = *FmmuEntity::decode(std::span(raw).subspan(n * FmmuEntity::kSize));
       const auto& wanted = planned[n];
-      compare(Kind::kFmmu, Field::kActivation, n, wanted.active ? 1 : 0, found.active ? 1 : 0);
+      compare(Finding::Kind::kFmmu, Field::kActivation, n, wanted.active ? 1 : 0, found.active ? 1 : 0);
       if (!wanted.active || !found.active) continue;
-      compare(Kind::kFmmu, Field::kLogicalStart, n, wanted.logical_start, found.logical_start);
-      compare(Kind::kFmmu, Field::kLength, n, wanted.length, found.length);
-      compare(Kind::kFmmu, Field::kStart, n, wanted.physical_start, found.physical_start);
-      compare(Kind::kFmmu, Field::kType, n, wanted.type, found.type);
+      compare(Finding::Kind::kFmmu, Field::kLogicalStart, n, wanted.logical_start, found.logical_start);
+      compare(Finding::Kind::kFmmu, Field::kLength, n, wanted.length, found.length);
+      compare(Finding::Kind::kFmmu, Field::kStart, n, wanted.physical_start, found.physical_start);
+      compare(Finding::Kind::kFmmu, Field::kType, n, wanted.type, found.type);
       check_mapped_bytes(n, found);
     }
   }
@@ -155,7 +155,7 @@ class Check {
       const auto& channel = channels_[n];
       const auto use = slave_.info.description.sync_managers[n].use;
       if (is_mailbox(use) || channel.start_address != fmmu.physical_start || channel.length == fmmu.length) continue;
-      add(Kind::kFmmuBytes, Field::kLength, number, channel.length, fmmu.length, n);
+      add(Finding::Kind::kFmmuBytes, Field::kLength, number, channel.length, fmmu.length, n);
     }
   }
 
@@ -171,7 +171,7 @@ class Check {
         const auto& second = channels_[b];
         if (!is_enabled(first) || !is_enabled(second) || first.length == 0 || second.length == 0) continue;
         if (first.start_address >= end(second) || second.start_address >= end(first)) continue;
-        add(Kind::kOverlap, Field::kStart, a, first.start_address, second.start_address, b);
+        add(Finding::Kind::kOverlap, Field::kStart, a, first.start_address, second.start_address, b);
       }
     }
   }
@@ -185,7 +185,7 @@ class Check {
     const auto raw = read_block(bus_, slave_.info.ref, address, (*count - known) * SyncManagerChannel::kSize);
     for (std::size_t n = 0; (n + 1) * SyncManagerChannel::kSize <= raw.size(); ++n) {
       const auto channel = *SyncManagerChannel::decode(std::span(raw).subspan(n * SyncManagerChannel::kSize));
-      if (is_enabled(channel)) add(Kind::kSyncManager, Field::kActivation, known + n, 0, 1);
+      if (is_enabled(channel)) add(Finding::Kind::kSyncManager, Field::kActivation, known + n, 0, 1);
     }
   }
 
@@ -196,9 +196,9 @@ class Check {
     const auto& eeprom = slave_.eeprom->sync_managers;
     for (std::size_t n = 0; n < std::min(file.size(), eeprom.size()); ++n) {
       if (file[n].use != eeprom[n].use || file[n].use == Use::kUnused) continue;
-      compare(Kind::kEeprom, Field::kStart, n, file[n].start_address, eeprom[n].start_address);
+      compare(Finding::Kind::kEeprom, Field::kStart, n, file[n].start_address, eeprom[n].start_address);
       if (is_mailbox(file[n].use)) {
-        compare(Kind::kEeprom, Field::kLength, n, file[n].default_size, eeprom[n].default_size);
+        compare(Finding::Kind::kEeprom, Field::kLength, n, file[n].default_size, eeprom[n].default_size);
       }
     }
   }
@@ -211,7 +211,7 @@ class Check {
     for (std::size_t n = 0; n < channels_.size(); ++n) {
       const auto control = wire::SyncManagerControl::from_raw(channels_[n].control);
       if (!is_enabled(channels_[n]) || !control.watchdog_trigger) continue;
-      add(Kind::kWatchdog, Field::kLength, n, *time, static_cast<std::uint32_t>(us));
+      add(Finding::Kind::kWatchdog, Field::kLength, n, *time, static_cast<std::uint32_t>(us));
     }
   }
 

@@ -6,8 +6,6 @@
 namespace driveline::ecat_master {
 namespace {
 
-using Kind = PositionFinding::Kind;
-
 /// A drive may overshoot, and may exceed the velocity of its axis while it catches up after late setpoints.
 constexpr double kSpare = 2.0;
 /// Smallest motion of the setpoint that an axis must follow, in increments: an encoder may be coarse.
@@ -53,7 +51,7 @@ PositionFinding PositionWatch::judge(std::int64_t cycle, double position, const 
   auto finding = step(position, setpoint, seconds(std::max<std::int64_t>(cycle - last_cycle_, 1)) + held_up);
   settle(cycle, position, finding);
   if (finding && driven && !driven_) {
-    finding.kind = Kind::kNewPlace;
+    finding.kind = PositionFinding::Kind::kNewPlace;
     held_ = position;
   }
   // The time for kFrozen starts anew when the axis starts to be driven.
@@ -61,12 +59,12 @@ PositionFinding PositionWatch::judge(std::int64_t cycle, double position, const 
     change_cycle_ = cycle;
     setpoint_at_change_ = setpoint.position;
   }
-  if (finding.kind == Kind::kNewPlace) setpoint_at_change_ = position;
+  if (finding.kind == PositionFinding::Kind::kNewPlace) setpoint_at_change_ = position;
   driven_ = driven;
   last_ = position;
   last_cycle_ = cycle;
   if (!driven || tolerance_ <= 0.0) return {};
-  return finding.kind != Kind::kNone ? finding : standstill(cycle, setpoint);
+  return finding.kind != PositionFinding::Kind::kNone ? finding : standstill(cycle, setpoint);
 }
 
 PositionFinding PositionWatch::step(double position, const trajectory::AxisSetpoint& setpoint,
@@ -79,14 +77,14 @@ PositionFinding PositionWatch::step(double position, const trajectory::AxisSetpo
   const double allowed = kSpare * way + tolerance_;
   const double moved = position - last_;
   if (std::abs(moved) <= allowed) return {};
-  return {Kind::kLeap, last_, moved, allowed, within};
+  return {PositionFinding::Kind::kLeap, last_, moved, allowed, within};
 }
 
 PositionFinding PositionWatch::standstill(std::int64_t cycle, const trajectory::AxisSetpoint& setpoint) const noexcept {
   const double stood = seconds(cycle - change_cycle_);
   const double sent = setpoint.position - setpoint_at_change_;
   if (stood < seconds_of(kFrozenTime) || std::abs(sent) <= tolerance_) return {};
-  return {Kind::kFrozen, last_, sent, tolerance_, stood};
+  return {PositionFinding::Kind::kFrozen, last_, sent, tolerance_, stood};
 }
 
 /// Updates the position at which the axis can be enabled.

@@ -8,8 +8,6 @@
 namespace driveline::ecat_master {
 namespace {
 
-using Kind = Difference::Kind;
-
 enum class Fit : std::uint8_t { kYes, kUnknown, kSerial, kRevision, kNo };
 
 Fit fit(const ExpectedSlave& expected, const SlaveInfo& found) {
@@ -41,8 +39,10 @@ unsigned price(Fit fit) {
 }
 
 Difference::Kind kind_of(Fit fit) {
-  if (fit == Fit::kUnknown) return Kind::kEeprom;
-  return fit == Fit::kSerial ? Kind::kSerial : fit == Fit::kRevision ? Kind::kRevision : Kind::kWrongDevice;
+  if (fit == Fit::kUnknown) return Difference::Kind::kEeprom;
+  return fit == Fit::kSerial     ? Difference::Kind::kSerial
+         : fit == Fit::kRevision ? Difference::Kind::kRevision
+                                 : Difference::Kind::kWrongDevice;
 }
 
 /// A pair of a planned and a found slave; one of them may be missing.
@@ -119,11 +119,11 @@ class Comparison {
     }
     take_in_order(plans, slaves);
     std::stable_partition(result_.differences.begin(), result_.differences.end(),
-                          [](const Difference& difference) { return difference.kind == Kind::kEeprom; });
+                          [](const Difference& difference) { return difference.kind == Difference::Kind::kEeprom; });
     // Swapped cables change the order of the slaves: they come first, because they cause most of the other differences.
     std::vector<Difference> wiring;
     for (const auto slave : planned_.empty() ? std::vector<std::uint16_t>{} : topology.swapped()) {
-      wiring.push_back({Kind::kInOut, slave, topology.slaves[slave].entry_port, plan_of(slave)});
+      wiring.push_back({Difference::Kind::kInOut, slave, topology.slaves[slave].entry_port, plan_of(slave)});
     }
     result_.differences.insert(result_.differences.begin(), wiring.begin(), wiring.end());
     return std::move(result_);
@@ -152,7 +152,7 @@ class Comparison {
     for (std::size_t i = 0; i < found_.size(); ++i) {
       if (!carries(planned_[plan], found_[i])) continue;
       if (first) {
-        add({Kind::kDuplicate, static_cast<std::uint16_t>(*first), static_cast<std::uint16_t>(i), number});
+        add({Difference::Kind::kDuplicate, static_cast<std::uint16_t>(*first), static_cast<std::uint16_t>(i), number});
         return;
       }
       first = i;
@@ -162,7 +162,7 @@ class Comparison {
       return;
     }
     if (!first) {
-      add({Kind::kMissing, Difference::kNone, Difference::kNone, number});
+      add({Difference::Kind::kMissing, Difference::kNone, Difference::kNone, number});
       return;
     }
     take({plan, first});
@@ -184,9 +184,10 @@ class Comparison {
   void take(const Pair& pair) {
     const auto number = pair.plan ? static_cast<std::uint16_t>(*pair.plan) : Difference::kNone;
     const auto position = pair.slave ? static_cast<std::uint16_t>(*pair.slave) : Difference::kNone;
-    if (!pair.slave) return add({Kind::kMissing, position, Difference::kNone, number});
+    if (!pair.slave) return add({Difference::Kind::kMissing, position, Difference::kNone, number});
     if (!pair.plan) {
-      return add({found_[*pair.slave].usable() ? Kind::kExtra : Kind::kEeprom, position, Difference::kNone, number});
+      return add({found_[*pair.slave].usable() ? Difference::Kind::kExtra : Difference::Kind::kEeprom, position,
+                  Difference::kNone, number});
     }
     result_.plan_of_slave[*pair.slave] = *pair.plan;
     const auto how = fit(planned_[*pair.plan], found_[*pair.slave]);
@@ -204,12 +205,12 @@ class Comparison {
     auto before = Difference::kNone;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       if (!pairs[i].slave) {
-        add({Kind::kMissing, Difference::kNone, before, static_cast<std::uint16_t>(*pairs[i].plan)});
+        add({Difference::Kind::kMissing, Difference::kNone, before, static_cast<std::uint16_t>(*pairs[i].plan)});
         continue;
       }
       before = static_cast<std::uint16_t>(*pairs[i].slave);
       if (i + 1 < pairs.size() && swapped(pairs[i], pairs[i + 1])) {
-        add({Kind::kSwapped, static_cast<std::uint16_t>(*pairs[i].slave),
+        add({Difference::Kind::kSwapped, static_cast<std::uint16_t>(*pairs[i].slave),
              static_cast<std::uint16_t>(*pairs[i + 1].slave), static_cast<std::uint16_t>(*pairs[i].plan)});
         before = static_cast<std::uint16_t>(*pairs[++i].slave);
         continue;
@@ -308,26 +309,26 @@ std::string describe(const Difference& difference, std::span<const ExpectedSlave
       difference.plan < planned.size() ? plan_text(planned[difference.plan], difference.plan) : std::string{};
   const auto device = difference.slave < found.size() ? device_text(found[difference.slave]) : std::string{};
   switch (difference.kind) {
-    case Kind::kMissing:
+    case Difference::Kind::kMissing:
       return missing_text(difference, planned, found);
-    case Kind::kExtra:
+    case Difference::Kind::kExtra:
       return fmt::format("extra: slave {} is not planned: {}", difference.slave, device);
-    case Kind::kWrongDevice:
+    case Difference::Kind::kWrongDevice:
       return fmt::format("slave {}: {} is planned, found {}", difference.slave, plan, device);
-    case Kind::kRevision:
+    case Difference::Kind::kRevision:
       return fmt::format("slave {}: wrong revision: {} is planned, found {}", difference.slave, plan, device);
-    case Kind::kSerial:
+    case Difference::Kind::kSerial:
       return fmt::format("slave {}: wrong serial number: {} is planned, found {}", difference.slave, plan, device);
-    case Kind::kSwapped:
+    case Difference::Kind::kSwapped:
       return fmt::format("slave {} and slave {} have changed places: {} is planned first", difference.slave,
                          difference.other, plan);
-    case Kind::kInOut:
+    case Difference::Kind::kInOut:
       return fmt::format("slave {}: IN and OUT are swapped, frames come in at port {}", difference.slave,
                          difference.other);
-    case Kind::kDuplicate:
+    case Difference::Kind::kDuplicate:
       return fmt::format("slave {} and slave {} both answer to the number of {}", difference.slave, difference.other,
                          plan);
-    case Kind::kEeprom:
+    case Difference::Kind::kEeprom:
       return plan.empty() ? describe(*found[difference.slave].problem)
                           : fmt::format("{}; {} is planned there", describe(*found[difference.slave].problem), plan);
   }
@@ -345,7 +346,7 @@ Error to_error(const Difference& difference, std::span<const ExpectedSlave> plan
   const auto planned_count = static_cast<std::uint32_t>(planned.size());
   const auto found_count = static_cast<std::uint32_t>(found.size());
   switch (difference.kind) {
-    case Kind::kMissing: {
+    case Difference::Kind::kMissing: {
       const auto [known_by, number] = number_of(planned[difference.plan]);
       return {facts::SlaveMissing{.plan = difference.plan,
                                   .known_by = known_by,
@@ -353,22 +354,22 @@ Error to_error(const Difference& difference, std::span<const ExpectedSlave> plan
                                   .planned = planned_count,
                                   .found = found_count}};
     }
-    case Kind::kExtra:
+    case Difference::Kind::kExtra:
       return {facts::SlaveExtra{.planned = planned_count, .found = found_count}, difference.slave};
-    case Kind::kEeprom:
+    case Difference::Kind::kEeprom:
       return *found[difference.slave].problem;
-    case Kind::kSwapped:
+    case Difference::Kind::kSwapped:
       return {facts::SlavesSwapped{difference.other}, difference.slave};
-    case Kind::kInOut:
+    case Difference::Kind::kInOut:
       return {facts::InOutSwapped{difference.other}, difference.slave};
-    case Kind::kDuplicate: {
+    case Difference::Kind::kDuplicate: {
       const auto [known_by, number] = number_of(planned[difference.plan]);
       return {facts::DuplicateAlias{.other = difference.other, .known_by = known_by, .number = number},
               difference.slave};
     }
-    case Kind::kWrongDevice:
-    case Kind::kRevision:
-    case Kind::kSerial:
+    case Difference::Kind::kWrongDevice:
+    case Difference::Kind::kRevision:
+    case Difference::Kind::kSerial:
       break;
   }
   return {mismatch(planned[difference.plan], found[difference.slave].description), difference.slave};

@@ -9,7 +9,6 @@ namespace {
 
 using Finding = ConfigurationFinding;
 using Field = Finding::Field;
-using Kind = Finding::Kind;
 
 std::string_view field_text(Field field) {
   switch (field) {
@@ -40,26 +39,26 @@ std::string value_text(Field field, std::uint32_t value) {
 std::string describe(const Finding& f) {
   const auto field = field_text(f.field);
   switch (f.kind) {
-    case Kind::kPdoBytes:
+    case Finding::Kind::kPdoBytes:
       return fmt::format("sync manager {} is set to {} bytes, the slave's PDO mapping has {}", f.number, f.expected,
                          f.received);
-    case Kind::kPlannedBytes:
+    case Finding::Kind::kPlannedBytes:
       return fmt::format("the PDOs planned for sync manager {} have {} bytes, those that the slave has assigned {}",
                          f.number, f.expected, f.received);
-    case Kind::kSyncManager:
-    case Kind::kFmmu:
-      return fmt::format("{} {}: {} is {} instead of {}", f.kind == Kind::kFmmu ? "FMMU" : "sync manager", f.number,
-                         field, value_text(f.field, f.received), value_text(f.field, f.expected));
-    case Kind::kFmmuBytes:
+    case Finding::Kind::kSyncManager:
+    case Finding::Kind::kFmmu:
+      return fmt::format("{} {}: {} is {} instead of {}", f.kind == Finding::Kind::kFmmu ? "FMMU" : "sync manager",
+                         f.number, field, value_text(f.field, f.received), value_text(f.field, f.expected));
+    case Finding::Kind::kFmmuBytes:
       return fmt::format("FMMU {} maps {} bytes of sync manager {}, which has {}", f.number, f.received, f.other,
                          f.expected);
-    case Kind::kOverlap:
+    case Finding::Kind::kOverlap:
       return fmt::format("the memory of sync managers {} (from 0x{:04X}) and {} (from 0x{:04X}) overlaps", f.number,
                          f.expected, f.other, f.received);
-    case Kind::kEeprom:
+    case Finding::Kind::kEeprom:
       return fmt::format("sync manager {}: {} is {} by the description file, {} by the EEPROM", f.number, field,
                          value_text(f.field, f.expected), value_text(f.field, f.received));
-    case Kind::kWatchdog:
+    case Finding::Kind::kWatchdog:
       break;
   }
   return f.received == 0
