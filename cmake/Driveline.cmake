@@ -64,6 +64,12 @@ function(driveline_group_sources target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${DRIVELINE_UNITY} UNITY_BUILD_MODE GROUP)
 endfunction()
 
+# driveline_optimise(<target> <level>)
+# Release builds compile the target with -O<level> instead of -O3: where speed matters less than the time to compile.
+function(driveline_optimise target level)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O${level}>)
+endfunction()
+
 # driveline_room(<name> [INTERNAL] [COMPONENT <name>] [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
 # Declares the library driveline_<name> (alias driveline::<name>) of the current folder: headers in
 # include/driveline/<name>/, implementation in the listed sources. Without sources it is header-only. It is installed
@@ -105,8 +111,7 @@ function(driveline_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES} ${ARG_ALONE})
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${DRIVELINE_UNITY} UNITY_BUILD_BATCH_SIZE 10)
-  # Code of the tests themselves need not be fast.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  driveline_optimise(${name} 1)
   if(ARG_ALONE)
     set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()

@@ -39,6 +39,9 @@ struct Place {
   [[nodiscard]] std::string text() const;  ///< e.g. "domain 3 on 127.0.0.1"
 };
 
+/// Longest wait for a line where no --timeout is given, s.
+inline constexpr double kDefaultTimeoutSeconds = 10;
+
 /// The command line of driveline-dds.
 struct Options {
   std::string command;   ///< echo, record, plot, top

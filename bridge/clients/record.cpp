@@ -12,7 +12,6 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr double kPatienceSeconds = 10;  // longest wait for a line
 /// Longest time of samples that a power failure or a kill loses.
 constexpr std::chrono::seconds kFlushPeriod{1};
 
@@ -38,7 +37,7 @@ class Recorder {
   }
 
   Outcome<int> run() {
-    const auto patience_s = options_.timeout_s.value_or(kPatienceSeconds);
+    const auto patience_s = options_.timeout_s.value_or(kDefaultTimeoutSeconds);
     const auto patience = after(patience_s);
     while (!rt::stop_requested() && outcome_ && !over()) {
       subscription_.take(kWait, [this](const Sample& sample) { add(sample); });

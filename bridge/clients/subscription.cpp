@@ -146,16 +146,16 @@ struct Arrival {
   std::int64_t published_ns;
 };
 
-struct Reader {
-  const Topic* topic;
-  dds::DataReader* reader;
-};
-
 }  // namespace
 
 struct Subscription::Entities {
+  struct TopicReader {
+    const Topic* topic;
+    dds::DataReader* reader;
+  };
+
   dds::DomainParticipant* participant = nullptr;
-  std::vector<Reader> readers;
+  std::vector<TopicReader> readers;
   dds::WaitSet waitset;
 
   Entities() = default;
@@ -229,7 +229,7 @@ std::size_t Subscription::take(std::chrono::milliseconds limit, const std::funct
 
 int Subscription::writers(const Topic& topic) const {
   const auto& all = entities_->readers;
-  const auto found = std::find_if(all.begin(), all.end(), [&](const Reader& each) { return each.topic == &topic; });
+  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& each) { return each.topic == &topic; });
   dds::SubscriptionMatchedStatus matched;
   if (found == all.end() || found->reader->get_subscription_matched_status(matched) != ReturnCode_t::RETCODE_OK)
     return 0;

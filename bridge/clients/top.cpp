@@ -18,7 +18,6 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr double kPatienceSeconds = 10;  // longest wait for a line
 constexpr double kPeriodSeconds = 0.5;
 // for a single page: longest wait for axes and events after the line was found
 constexpr double kRestPatienceSeconds = 2;
@@ -181,7 +180,7 @@ Outcome<int> top(const Options& options) {
   auto subscription = Subscription::create(options.place, *chosen);
   if (!subscription) return tl::unexpected(subscription.error());
   LinePage page;
-  const auto patience_s = options.timeout_s.value_or(kPatienceSeconds);
+  const auto patience_s = options.timeout_s.value_or(kDefaultTimeoutSeconds);
   const auto patience = after(patience_s);
   auto rest_patience = Clock::time_point::max();
   auto next = Clock::now();

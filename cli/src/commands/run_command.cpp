@@ -14,6 +14,7 @@
 #include "console.hpp"
 #include "driveline/ecat_master/cia402/cyclic_mode.hpp"
 #include "driveline/rt/stop_signals.hpp"
+#include "driveline/runtime/event.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"

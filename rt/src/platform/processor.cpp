@@ -167,7 +167,8 @@ RealtimeItem siblings(const PlatformSource& source, Cpu cpu) {
   constexpr int kMostCpus = 4096;
   for (int other = 0; other < kMostCpus; ++other) {
     if (other == *cpu || !cpu_list_contains(list, other) || cpu_list_contains(isolated, other)) continue;
-    others += (others.empty() ? "" : ",") + std::to_string(other);
+    if (!others.empty()) others += ',';
+    others += std::to_string(other);
   }
   if (others.empty()) return item;
   item.effective = name_of(cpu) + " shares its core with CPU " + others;

@@ -18,8 +18,8 @@ constexpr std::size_t kTapPort = 0;
 /// Most frames taken from the TAP interface before the frames of the slaves are served.
 constexpr int kFramesPerTurn = 32;
 /// Pauses between two polls of the mailboxes: during traffic, and after kTrafficEnds without traffic.
-constexpr nanoseconds kBusyPause = std::chrono::microseconds{100};
-constexpr nanoseconds kIdlePause = std::chrono::milliseconds{1};
+constexpr nanoseconds kBusyTunnelPause = std::chrono::microseconds{100};
+constexpr nanoseconds kIdleTunnelPause = std::chrono::milliseconds{1};
 constexpr nanoseconds kTrafficEnds = std::chrono::milliseconds{200};
 
 }  // namespace
@@ -115,7 +115,7 @@ bool EthernetTunnel::take_from_tap() {
 
 void EthernetTunnel::rest() {
   const bool idle = now().count() - last_frame_.load(std::memory_order_relaxed) > kTrafficEnds.count();
-  const timespec pause{0, static_cast<long>((idle ? kIdlePause : kBusyPause).count())};
+  const timespec pause{0, static_cast<long>((idle ? kIdleTunnelPause : kBusyTunnelPause).count())};
   pollfd tap{tap_->descriptor(), POLLIN, 0};
   if (::ppoll(&tap, 1, &pause, nullptr) <= 0 || (tap.revents & POLLERR) == 0) return;
   // The interface has been deleted: from now on its descriptor would end every wait at once.

@@ -77,8 +77,8 @@ tl::expected<std::vector<PathEvent>, PathMoveError> events_of(const PathMove& mo
   std::vector<PathEvent> events;
   for (const auto& [change, at] : move.outputs) {
     const double place = std::isinf(at) ? length : at < 0.0 ? length + at : at;
-    constexpr double kRounding = 1e-9;
-    if (!(place >= -kRounding && place <= length + kRounding)) {
+    constexpr double kLengthTolerance = 1e-9;
+    if (!(place >= -kLengthTolerance && place <= length + kLengthTolerance)) {
       return bad_move("an output would change " + to_short_text(std::abs(at)) + " m " +
                       (at < 0.0 ? "before the end" : "behind the begin") + " of a move that is " +
                       to_short_text(length) + " m long");
@@ -110,10 +110,10 @@ void put_pieces(const std::vector<PathPiece>& pieces, double feed, std::uint64_t
     }
     if (index == out.size()) return;  // no event without a piece
     // The end of the move is the end of its last piece, however the sum of lengths was rounded.
-    constexpr double kRounding = 1e-12;
+    constexpr double kStartTolerance = 1e-12;
     const double length = out[index].piece.length();
     event.at = std::clamp(event.at - begin, 0.0, length);
-    if (event.dwell_s > 0.0 && event.at > kRounding) event.at = length;
+    if (event.dwell_s > 0.0 && event.at > kStartTolerance) event.at = length;
     out[index].events.push_back(event);
   }
 }

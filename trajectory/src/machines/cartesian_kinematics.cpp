@@ -5,26 +5,26 @@
 namespace driveline::trajectory {
 namespace {
 
-constexpr std::array<KinematicCoordinate, 3> kPlaces{
+constexpr std::array<KinematicCoordinate, 3> kTranslations{
     {{"x", AxisKind::kLinear}, {"y", AxisKind::kLinear}, {"z", AxisKind::kLinear}}};
 
 }  // namespace
 
 std::span<const KinematicCoordinate> CartesianKinematics::coordinates() const noexcept {
-  return kPlaces;
+  return kTranslations;
 }
 
 std::span<const KinematicCoordinate> CartesianKinematics::joints() const noexcept {
-  return kPlaces;
+  return kTranslations;
 }
 
 bool CartesianKinematics::forward(const GroupVector& joints, GroupVector& tool) const noexcept {
-  for (std::size_t i = 0; i < kPlaces.size(); ++i) tool[i] = joints[i];
+  for (std::size_t i = 0; i < kTranslations.size(); ++i) tool[i] = joints[i];
   return true;
 }
 
 PoseFault CartesianKinematics::inverse(const PathGeometry& tool, PathGeometry& joints) const noexcept {
-  for (std::size_t i = 0; i < kPlaces.size(); ++i) put(joints, i, jet(tool, i));
+  for (std::size_t i = 0; i < kTranslations.size(); ++i) put(joints, i, jet(tool, i));
   return {};
 }
 

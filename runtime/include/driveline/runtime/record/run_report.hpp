@@ -14,6 +14,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/runtime/eoe/eoe_report.hpp"
 #include "driveline/runtime/error.hpp"
+#include "driveline/runtime/event/axis_events.hpp"
 #include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/runtime/record/image_view.hpp"
