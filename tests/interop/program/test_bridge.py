@@ -82,7 +82,7 @@ def ports(domain):
 class BridgeTest(ProgramTest):
     def setUp(self):
         super().setUp()
-        self.domain = 80 + os.getpid() % 10  # of no other test
+        self.domain = self.own_domain()
         os.environ.pop("DRIVELINE_BRIDGE", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_BRIDGE", None)
 
@@ -390,7 +390,7 @@ class HostileNetwork(CycleCounts, BridgeTest):
 class OnTheWire(WireTest):
     @again_when_disturbed
     def test_a_line_on_an_interface_outlives_its_bridge(self):
-        domain = 80 + os.getpid() % 10
+        domain = self.own_domain()
         config = self.write_gentle_line(cycle_us=2000, telemetry=f"domain = {domain}")
         line = self.start_line(config)
         master = self.start_master(config)

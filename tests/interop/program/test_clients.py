@@ -29,7 +29,7 @@ def known_topics():
 class ClientTest(ProgramTest):
     def setUp(self):
         super().setUp()
-        self.domain = 70 + os.getpid() % 10  # of no other test
+        self.domain = self.own_domain()
         os.environ.pop("DRIVELINE_DDS", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_DDS", None)
 

@@ -98,7 +98,7 @@ class Commander:
 class CommandTest(ProgramTest):
     def setUp(self):
         super().setUp()
-        self.domain = 90 + os.getpid() % 10  # of no other test
+        self.domain = self.own_domain()
         os.environ.pop("DRIVELINE_BRIDGE", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_BRIDGE", None)
 

@@ -105,7 +105,7 @@ class OwnController(WireTest):
     @again_when_disturbed
     def test_in_real_time_with_telemetry(self):
         self.start_line(self.write("line.toml", self.DRIVE))
-        domain = 90 + os.getpid() % 10
+        domain = self.own_domain()
         # Of two seconds: each of the runs has four, and bring-up before them.
         subscriber = self.start(domain, 10, PATIENCE_S, program=CYCLONE_SUBSCRIBER, log="subscriber.log")
         own = self.start(self.write_line(domain), "dl-master", program=CONTROLLER, log="own.log")
