@@ -110,6 +110,14 @@ def line_description(cycle_us=125, path=EXAMPLES / "line8.csv", head="", realtim
             f'[path]\nfile = "{path}"\n[telemetry]\n{telemetry}\n{slaves}{axes}{tail}')
 
 
+def shortened(arguments):
+    """A command that a document shows, with a run in real time of half a second at most. The rest stands as it is shown."""
+    if "--duration" not in arguments or "--virtual" in arguments:
+        return arguments
+    at = arguments.index("--duration") + 1
+    return [*arguments[:at], "0.5", *arguments[at + 1:]]
+
+
 def path_csv(positions):
     """A path on which all axes have the same positions, given as (time in s, rad)."""
     header = "time[s]," + ",".join(f"{name}[rad]" for name in AXES)

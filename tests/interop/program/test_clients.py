@@ -250,9 +250,9 @@ class Record(ClientTest):
 
     def test_by_force_and_ended_by_a_signal_is_complete(self):
         run = self.start_run()
-        self.write("run.mcap", "x" * 10_000_000)
+        file = self.write("run.mcap", "x" * 100_000_000)
         recorder = self.start("record", "--output", "run.mcap", "--force", "--domain", self.domain, log="record.log")
-        time.sleep(3)
+        self.wait_for("a second or two", lambda: 2_000_000 < file.stat().st_size < 100_000_000, recorder)
         recorder.send_signal(signal.SIGTERM)
         self.assertEqual(recorder.wait(PATIENCE_S), 0, self.logs())
         self.end_run(run)
