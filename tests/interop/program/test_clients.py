@@ -1,4 +1,5 @@
 """A line seen over DDS: `driveline echo` and `record`, and what reads the recordings."""
+import bisect
 import csv
 import json
 import os
@@ -352,10 +353,25 @@ class Plot(ClientTest):
         self.assertNotIn(">x in rad<", self.text("y.svg"))
         self.check_refused(self.run_program("plot", "run.mcap", "--axis", "w"), 2, 'there is no axis "w"', "x, y, z")
 
+    def drawn_events(self):
+        """The recorded events whose time of the line is in the picture. That time is the one of the last cycle, or of the last
+        sample that had come, before the event."""
+        times = {}  # of the line by the time of day
+        cycles = [cycle for batch in self.samples("run.mcap", BATCH) for cycle in batch["cycles"]]
+        for cycle in cycles:
+            times.setdefault(cycle["wall_time_ns"], cycle["time_ns"])
+        begin, end = min(cycle["time_ns"] for cycle in cycles), max(cycle["time_ns"] for cycle in cycles)
+        for _, received_ns, sample in read_recording.samples(self.directory / "run.mcap", TELEMETRY):
+            times.setdefault(received_ns, sample["time_ns"])
+        walls = sorted(times)
+        for event in self.samples("run.mcap", EVENT):
+            behind = bisect.bisect_right(walls, event["wall_time_ns"])
+            if 0 < behind < len(walls) and begin <= times[walls[behind - 1]] <= end:
+                yield event
+
     def check_events(self, picture):
-        """All that happened while batches came, numbered."""
-        walls = [cycle["wall_time_ns"] for batch in self.samples("run.mcap", BATCH) for cycle in batch["cycles"]]
-        events = [event for event in self.samples("run.mcap", EVENT) if min(walls) <= event["wall_time_ns"] < max(walls)]
+        """All that happened while samples came, numbered."""
+        events = list(self.drawn_events())
         for number, event in enumerate(events, 1):
             self.assertRegex(picture, rf">{number}  \d+\.\d{{3}} s  {re.escape(event['text'][:20])}")
         self.assertIn("slave 7 (v): back in OP", [event["text"] for event in events])
