@@ -37,7 +37,9 @@ class LineSizeTest(WireTest):
 
     def check_run(self, result, count):
         self.assertEqual(result.returncode, 0, result.stderr + self.logs())
-        document = self.one_document(result.stdout)
+        self.check_document(self.one_document(result.stdout), count)
+
+    def check_document(self, document, count):
         self.assertEqual(document["state"], "OP")
         self.assertEqual(document["axes_count"], min(count, MAX_AXES))
         self.assertEqual(document["faults"], [])
