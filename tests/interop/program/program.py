@@ -1,5 +1,7 @@
 """What the tests of the program share: running it, line descriptions, and a network namespace with a veth pair."""
+import fcntl
 import functools
+import itertools
 import json
 import math
 import os
@@ -28,6 +30,9 @@ AXES = list("xyzabcuv")
 # Far longer than any command takes, so that only a program that hangs fails a test, not a busy machine.
 PATIENCE_S = 120
 PATIENCE_TO_END_S = 20  # of a program whose test has failed
+LOOK_INTERVAL_S = 0.01  # between two looks at what a test waits for
+# The DDS domains of tests/support/dds_domain.hpp. Above 100 the ports of a domain are among those that Linux gives away.
+FIRST_DOMAIN, DOMAINS = 10, 80
 # A busy machine may suspend one of two processes, or the kernel's work between them, for longer than the axes put up with
 # at 125 us: the master gives up, or a drive finds itself too far from its setpoint (8611h). That says nothing about the
 # program, so such a run is tried again. A frame outside of the cycle is waited for 0.7 s in five tries, which a simulation of
@@ -103,6 +108,14 @@ def line_description(cycle_us=125, path=EXAMPLES / "line8.csv", head="", realtim
                    for name in AXES)
     return (f'{head}\n[line]\nname = "line8"\ncycle_us = {cycle_us}\n[realtime]\npolicy = "degrade"\n{realtime}\n'
             f'[path]\nfile = "{path}"\n[telemetry]\n{telemetry}\n{slaves}{axes}{tail}')
+
+
+def shortened(arguments):
+    """A command that a document shows, with a run in real time of half a second at most. The rest stands as it is shown."""
+    if "--duration" not in arguments or "--virtual" in arguments:
+        return arguments
+    at = arguments.index("--duration") + 1
+    return [*arguments[:at], "0.5", *arguments[at + 1:]]
 
 
 def path_csv(positions):
@@ -224,6 +237,21 @@ class ProgramTest(unittest.TestCase):
     def text(self, name):
         return (self.directory / name).read_text(encoding="utf-8", errors="replace")
 
+    def own_domain(self):
+        """A DDS domain that no other test uses until this test ends. tests/support/dds_domain.hpp locks the same files."""
+        for i in itertools.count():
+            domain = FIRST_DOMAIN + (os.getpid() + i) % DOMAINS
+            lock = open(pathlib.Path(tempfile.gettempdir()) / f"driveline-test-domain-{domain}", "a")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                lock.close()
+                if i % DOMAINS == DOMAINS - 1:
+                    time.sleep(LOOK_INTERVAL_S)
+                continue
+            self.addCleanup(lock.close)
+            return domain
+
     def wait_for(self, what, holds, process=None):
         deadline = time.monotonic() + PATIENCE_S
         while not holds():
@@ -231,7 +259,7 @@ class ProgramTest(unittest.TestCase):
                 self.fail(f"the program ended with {process.returncode} before: {what}\n{self.logs()}")
             if time.monotonic() > deadline:
                 self.fail(f"never came: {what}\n{self.logs()}")
-            time.sleep(0.05)
+            time.sleep(LOOK_INTERVAL_S)
 
     def logs(self):
         return "\n".join(f"--- {file.name}\n{self.text(file.name)}" for file in sorted(self.directory.glob("*.log")))

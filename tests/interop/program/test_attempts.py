@@ -97,13 +97,15 @@ class Slower(program.ProgramTest):
 class Status(unittest.TestCase):
     """The exit status that ctest gets for a module."""
 
+    options = []
+
     def status(self, *bodies, more=""):
         """Exit status and stderr for a module with these tests."""
         tests = "".join(f"    def test_{i}(self):\n        {body}\n" for i, body in enumerate(bodies))
         with tempfile.TemporaryDirectory() as folder:
             pathlib.Path(folder, "test_planted.py").write_text(
                 f"import unittest\n\nclass Planted(unittest.TestCase):\n    pass\n{tests}\n{more}", encoding="utf-8")
-            result = subprocess.run([sys.executable, "-B", run_tests.__file__, "test_planted"], cwd=folder, capture_output=True,
+            result = subprocess.run([sys.executable, "-B", run_tests.__file__, *self.options, "test_planted"], cwd=folder, capture_output=True,
                                     text=True, timeout=program.PATIENCE_S, check=False, env={"PYTHONPATH": folder, "PATH": ""})
         return result.returncode, result.stderr
 
@@ -150,6 +152,22 @@ class Status(unittest.TestCase):
 
     def test_nothing_found_is_a_failure(self):
         self.assertEqual(self.status()[0], 1)
+
+
+class StatusOfSeveralAtOnce(Status):
+    """The same when the tests of the module run beside each other."""
+
+    options = ["--at-once", "2"]
+
+    def test_one_that_dies_is_a_failure(self):
+        self.assertEqual(self.status("pass", "import os; os.kill(os.getpid(), 9)")[0], 1)
+
+    def test_as_many_run_at_once_as_was_said(self):
+        """Each of the two waits for the other one."""
+        with tempfile.TemporaryDirectory() as folder:
+            wait = (f"import pathlib, time; here = pathlib.Path({folder!r}); (here / '{{}}').touch()\n"
+                    "        while not (here / '{}').exists(): time.sleep(0.01)")
+            self.assertEqual(self.status(wait.format(0, 1), wait.format(1, 0))[0], 0)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
 """A line seen over DDS: `driveline echo` and `record`, and what reads the recordings."""
+import bisect
 import csv
 import json
 import os
@@ -29,7 +30,7 @@ def known_topics():
 class ClientTest(ProgramTest):
     def setUp(self):
         super().setUp()
-        self.domain = 70 + os.getpid() % 10  # of no other test
+        self.domain = self.own_domain()
         os.environ.pop("DRIVELINE_DDS", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_DDS", None)
 
@@ -250,9 +251,9 @@ class Record(ClientTest):
 
     def test_by_force_and_ended_by_a_signal_is_complete(self):
         run = self.start_run()
-        self.write("run.mcap", "x" * 10_000_000)
+        file = self.write("run.mcap", "x" * 100_000_000)
         recorder = self.start("record", "--output", "run.mcap", "--force", "--domain", self.domain, log="record.log")
-        time.sleep(3)
+        self.wait_for("a second or two", lambda: 2_000_000 < file.stat().st_size < 100_000_000, recorder)
         recorder.send_signal(signal.SIGTERM)
         self.assertEqual(recorder.wait(PATIENCE_S), 0, self.logs())
         self.end_run(run)
@@ -352,10 +353,25 @@ class Plot(ClientTest):
         self.assertNotIn(">x in rad<", self.text("y.svg"))
         self.check_refused(self.run_program("plot", "run.mcap", "--axis", "w"), 2, 'there is no axis "w"', "x, y, z")
 
+    def drawn_events(self):
+        """The recorded events whose time of the line is in the picture. That time is the one of the last cycle, or of the last
+        sample that had come, before the event."""
+        times = {}  # of the line by the time of day
+        cycles = [cycle for batch in self.samples("run.mcap", BATCH) for cycle in batch["cycles"]]
+        for cycle in cycles:
+            times.setdefault(cycle["wall_time_ns"], cycle["time_ns"])
+        begin, end = min(cycle["time_ns"] for cycle in cycles), max(cycle["time_ns"] for cycle in cycles)
+        for _, received_ns, sample in read_recording.samples(self.directory / "run.mcap", TELEMETRY):
+            times.setdefault(received_ns, sample["time_ns"])
+        walls = sorted(times)
+        for event in self.samples("run.mcap", EVENT):
+            behind = bisect.bisect_right(walls, event["wall_time_ns"])
+            if 0 < behind < len(walls) and begin <= times[walls[behind - 1]] <= end:
+                yield event
+
     def check_events(self, picture):
-        """All that happened while batches came, numbered."""
-        walls = [cycle["wall_time_ns"] for batch in self.samples("run.mcap", BATCH) for cycle in batch["cycles"]]
-        events = [event for event in self.samples("run.mcap", EVENT) if min(walls) <= event["wall_time_ns"] < max(walls)]
+        """All that happened while samples came, numbered."""
+        events = list(self.drawn_events())
         for number, event in enumerate(events, 1):
             self.assertRegex(picture, rf">{number}  \d+\.\d{{3}} s  {re.escape(event['text'][:20])}")
         self.assertIn("slave 7 (v): back in OP", [event["text"] for event in events])

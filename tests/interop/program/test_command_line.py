@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import unittest
 
-from program import DRIVELINE, PATIENCE_S, ROOT, ProgramTest
+from program import DRIVELINE, PATIENCE_S, ROOT, ProgramTest, shortened
 
 # Where this process should see what a user in the folder of the project sees.
 FOLDERS = ("examples", "esi")
@@ -59,7 +59,7 @@ class Help(ProgramTest):
                         continue  # built without benchmarks
                     if ">" in arguments:
                         arguments = arguments[:arguments.index(">")]
-                    result = self.run_undisturbed(*arguments)
+                    result = self.run_undisturbed(*shortened(arguments))
                     self.assertEqual(result.returncode, 0, result.stderr)
                     if "--json" in arguments:
                         self.one_document(result.stdout)

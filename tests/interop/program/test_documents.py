@@ -4,7 +4,7 @@ import shlex
 import signal
 import unittest
 
-from program import PATIENCE_S, ROOT, ProgramTest, WireTest
+from program import PATIENCE_S, ROOT, ProgramTest, WireTest, shortened
 
 DOCUMENTS = ("README.md", "docs/command_line.md")
 
@@ -47,7 +47,7 @@ class DocumentTest(ProgramTest):
 
     def check(self, arguments):
         with self.subTest(command=" ".join(arguments)):
-            result = self.run_undisturbed(*arguments)
+            result = self.run_undisturbed(*shortened(arguments))
             self.assertEqual(result.returncode, 0, result.stderr)
             if "--json" in arguments:
                 self.one_document(result.stdout)
@@ -68,27 +68,6 @@ class InProcess(DocumentTest):
         self.assertGreater(len(shown), 5)
         for arguments in shown:
             self.check(arguments)
-
-    @staticmethod
-    def end_of(process):
-        process.send_signal(signal.SIGINT)
-        return process.wait(PATIENCE_S)
-
-    def test_commands_beside_a_run(self):
-        self.assertIn(WAITS, commands())
-        run = self.start(*WAITS, log="run.log")
-        self.wait_for("axes that take requests",
-                      lambda: self.run_program("axis", "all", "status").stdout.count("Standstill") == 2, run)
-        shown = [arguments for arguments in commands() if arguments[0] in BESIDE_IT]
-        self.assertEqual({arguments[0] for arguments in shown}, set(BESIDE_IT))
-        for arguments in shown:
-            if arguments[0] == "top":
-                page = self.start(*arguments, log="top.log")
-                self.wait_for("a page", lambda: "OPERATION ENABLED" in self.text("top.log.out"), page)
-                self.assertEqual(self.end_of(page), 0, self.logs())
-            else:
-                self.check(arguments)
-        self.assertEqual(self.end_of(run), 0, self.logs())
 
 
 TERMINAL = '[[slave]]\nname = "x"\nesi = "examples/terminals.xml"\ndevice = "AI2"'
@@ -162,6 +141,31 @@ class Reference(DocumentTest):
             # What is a table of its own is described as one.
             known -= {inner.rpartition(".")[2] for inner in self.INNER if inner.rpartition(".")[0] == table}
             self.assertEqual(documented[table], known, table)
+
+
+class BesideARun(DocumentTest, WireTest):
+    """In a network of its own: the commands show what all lines of DDS domain 0 publish."""
+
+    @staticmethod
+    def end_of(process):
+        process.send_signal(signal.SIGINT)
+        return process.wait(PATIENCE_S)
+
+    def test_commands_beside_a_run(self):
+        self.assertIn(WAITS, commands())
+        run = self.start(*WAITS, log="run.log")
+        self.wait_for("axes that take requests",
+                      lambda: self.run_program("axis", "all", "status").stdout.count("Standstill") == 2, run)
+        shown = [arguments for arguments in commands() if arguments[0] in BESIDE_IT]
+        self.assertEqual({arguments[0] for arguments in shown}, set(BESIDE_IT))
+        for arguments in shown:
+            if arguments[0] == "top":
+                page = self.start(*arguments, log="top.log")
+                self.wait_for("a page", lambda: "OPERATION ENABLED" in self.text("top.log.out"), page)
+                self.assertEqual(self.end_of(page), 0, self.logs())
+            else:
+                self.check(arguments)
+        self.assertEqual(self.end_of(run), 0, self.logs())
 
 
 class OnTheWire(DocumentTest, WireTest):

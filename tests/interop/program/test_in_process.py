@@ -587,7 +587,7 @@ class Signals(ProgramTest):
     def test_hang_up_that_was_switched_off_stays_so(self):
         # As nohup does.
         config = self.write_gentle_line(cycle_us=1000)
-        run = self.start("run", "--config", config, "--duration", 3, "--no-plots", log="run.log",
+        run = self.start("run", "--config", config, "--duration", 1, "--no-plots", log="run.log",
                          preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
         self.wait_for("OP", lambda: "all in OP" in self.text("run.log"), run)
         run.send_signal(signal.SIGHUP)

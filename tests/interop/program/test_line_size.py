@@ -1,54 +1,13 @@
-"""Lines of 1, 8, 64 and 256 drives, a ring on two interfaces, and faults while the line is served."""
-import pathlib
-import re
+"""Lines of 1, 8 and 64 drives, a ring on two interfaces, and faults while the line is served."""
 import signal
 import subprocess
 import unittest
 
-from program import DRIVELINE, PATIENCE_S, SANITIZED, ProgramTest, RingTest, WireTest
-
-KIB_PER_MIB = 1024
-# A path has no more (trajectory/path.hpp); the drives beyond exchange process data and stand still.
-MAX_AXES = 128
+from line_sizes import LineSizeTest
+from program import DRIVELINE, PATIENCE_S, ProgramTest, RingTest, WireTest
 
 
-def line_of(count, cycle_us, head=""):
-    """A line of `count` drives that swing so slowly that a machine that stalls makes no drive lose its way."""
-    names = [f"d{i}" for i in range(count)]
-    slaves = "".join(f'[[slave]]\nname = "{name}"\n' for name in names)
-    axes = "".join(f'[[axis]]\nname = "{name}"\n' for name in names[:MAX_AXES])
-    text = (f'{head}\n[line]\ncycle_us = {cycle_us}\n[bus]\nmax_lost_cycles = 1000\n[realtime]\npolicy = "degrade"\n'
-            f'[path]\nfile = "path.csv"\nrepeat = true\n[telemetry]\nenabled = false\n{slaves}{axes}')
-    header = "time[s]," + ",".join(f"{name}[rad]" for name in names[:MAX_AXES])
-    rows = [f"{2 * i}" + f",{0.2 * (i % 2)}" * min(count, MAX_AXES) for i in range(3)]
-    return text, "\n".join([header, *rows, ""])
-
-
-class LineSize(WireTest):
-    def write_line(self, count, cycle_us, head=""):
-        text, path = line_of(count, cycle_us, head)
-        self.write("path.csv", path)
-        return self.write("line.toml", text)
-
-    def accepted(self, count, cycle_us):
-        config = self.write_line(count, cycle_us)
-        line = self.start_line(config)
-        found = self.one_document(self.run_undisturbed("slaves", "--iface", "dl-master", "--json").stdout)["slaves"]
-        self.assertEqual([slave["position"] for slave in found], list(range(count)))
-        self.assertEqual([slave["serial_number"] for slave in found], list(range(1, count + 1)))
-        result = self.run_undisturbed("run", "--config", config, "--iface", "dl-master", "--duration", 2, "--json", "--no-plots")
-        self.assertEqual(result.returncode, 0, result.stderr + self.logs())
-        document = self.one_document(result.stdout)
-        self.assertEqual(document["state"], "OP")
-        self.assertEqual(document["axes_count"], min(count, MAX_AXES))
-        self.assertEqual(document["faults"], [])
-        self.assertGreater(document["cycles"], 10)
-        self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
-        status = pathlib.Path(f"/proc/{line.pid}/status").read_text(encoding="ascii")
-        resident_kib = int(re.search(r"VmHWM:\s+(\d+) kB", status)[1])
-        self.assertIn("frames served", self.end_line(line))
-        return resident_kib
-
+class LineSize(LineSizeTest):
     def test_1_drive(self):
         self.accepted(1, 1000)
 
@@ -57,12 +16,6 @@ class LineSize(WireTest):
 
     def test_64_drives(self):
         self.accepted(64, 5000)
-
-    @unittest.skipIf(SANITIZED, "256 drives in real time are too many for a sanitizer")
-    def test_256_drives_in_256_mib(self):
-        resident_kib = self.accepted(256, 20000)
-        print(f"256 drives: {resident_kib / KIB_PER_MIB:.1f} MiB resident at most")
-        self.assertLess(resident_kib, 256 * KIB_PER_MIB)
 
 
 class FaultsWhileServed(WireTest):

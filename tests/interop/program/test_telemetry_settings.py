@@ -19,7 +19,7 @@ NO_PROFILE = '<profiles><data_writer profile_name="{}"><qos>{}</qos></data_write
 class SettingsTest(ProgramTest):
     def setUp(self):
         super().setUp()
-        self.domain = 60 + os.getpid() % 10  # of no other test
+        self.domain = self.own_domain()
         for name in ("DRIVELINE_BRIDGE", "DRIVELINE_DDS"):
             os.environ.pop(name, None)
 

@@ -16,7 +16,7 @@ LATENCY_DEVICE = "/dev/cpu_dma_latency"
 class TwoProcesses(WireTest):
     def run_line(self, *arguments):
         """A run of the example; its document. On a machine too busy for 125 us, at a slower cycle."""
-        result = self.run_undisturbed("run", "--config", CONFIG, "--iface", "dl-master", "--duration", 3, "--json", "--no-plots",
+        result = self.run_undisturbed("run", "--config", CONFIG, "--iface", "dl-master", "--duration", 1, "--json", "--no-plots",
                                       *arguments)
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
@@ -29,7 +29,7 @@ class TwoProcesses(WireTest):
         self.assertEqual(document["state"], "OP")
         self.assertEqual([axis["name"] for axis in document["axes"]], AXES)
         self.assertEqual(document["faults"], [])
-        self.assertGreater(document["cycles"], 1000)
+        self.assertGreater(document["cycles"] * document["cycle_ns"], 125e6)
         self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
         self.wait_for_init(line)
         self.assertIn("states:" + " INIT" * len(AXES), self.end_line(line))

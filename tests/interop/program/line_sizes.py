@@ -1,0 +1,54 @@
+"""A line of many drives that a process serves on a network interface: found, brought to OP, moved."""
+from program import LONGEST_WATCHDOG_MS, WireTest
+
+# A path has no more (trajectory/path.hpp); the drives beyond exchange process data and stand still.
+MAX_AXES = 128
+# A machine that does something else delays the answers of a large line by seconds.
+PATIENT = ("timeouts = {preop_ms = 60000, safeop_ms = 60000, op_ms = 60000, back_to_init_ms = 60000, back_to_safeop_ms = 60000, "
+           "mailbox_request_ms = 60000, mailbox_response_ms = 60000}\n"
+           f"watchdog = {{process_data_ms = {LONGEST_WATCHDOG_MS}}}\n")
+
+
+RUN = ("--duration", 0.6, "--json", "--no-plots")
+
+
+def line_of(count, cycle_us):
+    """A line of `count` drives that swing so slowly that a machine that stalls makes no drive lose its way."""
+    names = [f"d{i}" for i in range(count)]
+    slaves = "".join(f'[[slave]]\nname = "{name}"\n{PATIENT}' for name in names)
+    axes = "".join(f'[[axis]]\nname = "{name}"\n' for name in names[:MAX_AXES])
+    text = (f'[line]\ncycle_us = {cycle_us}\n[bus]\nmax_lost_cycles = 1000\n[realtime]\npolicy = "degrade"\n'
+            f'[path]\nfile = "path.csv"\nrepeat = true\n[telemetry]\nenabled = false\n{slaves}{axes}')
+    header = "time[s]," + ",".join(f"{name}[rad]" for name in names[:MAX_AXES])
+    rows = [f"{2 * i}" + f",{0.2 * (i % 2)}" * min(count, MAX_AXES) for i in range(3)]
+    return text, "\n".join([header, *rows, ""])
+
+
+class LineSizeTest(WireTest):
+    def write_line(self, count, cycle_us):
+        text, path = line_of(count, cycle_us)
+        self.write("path.csv", path)
+        return self.write("line.toml", text)
+
+    def check_found(self, count):
+        found = self.one_document(self.run_undisturbed("slaves", "--iface", "dl-master", "--json").stdout)["slaves"]
+        self.assertEqual([slave["position"] for slave in found], list(range(count)))
+        self.assertEqual([slave["serial_number"] for slave in found], list(range(1, count + 1)))
+
+    def check_run(self, result, count):
+        self.assertEqual(result.returncode, 0, result.stderr + self.logs())
+        self.check_document(self.one_document(result.stdout), count)
+
+    def check_document(self, document, count):
+        self.assertEqual(document["state"], "OP")
+        self.assertEqual(document["axes_count"], min(count, MAX_AXES))
+        self.assertEqual(document["faults"], [])
+        self.assertGreater(document["cycles"], 10)
+        self.assertTrue(all(axis["following_error_rms"] > 0 for axis in document["axes"]))
+
+    def accepted(self, count, cycle_us):
+        config = self.write_line(count, cycle_us)
+        line = self.start_line(config)
+        self.check_found(count)
+        self.check_run(self.run_undisturbed("run", "--config", config, "--iface", "dl-master", *RUN), count)
+        self.assertIn("frames served", self.end_line(line))
