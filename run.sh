@@ -13,6 +13,11 @@ Installs missing packages, builds and runs `driveline run` on examples/line8.tom
 USAGE
 }
 
+fail() {
+  echo "run.sh: $*" >&2
+  exit 1
+}
+
 install=yes
 arguments=()
 while [ $# -gt 0 ]; do
@@ -30,13 +35,36 @@ for argument in "${arguments[@]}"; do
   case "$argument" in --config | --config=*) config=() ;; esac
 done
 
+# Minutes that the first build takes here. It takes 660 processor seconds on a processor that counts to 100,000 in 0.25 s.
+minutes_to_build() {
+  local begin=${EPOCHREALTIME/[.,]/} i
+  for ((i = 0; i < 100000; ++i)); do :; done
+  local microseconds=$((${EPOCHREALTIME/[.,]/} - begin))
+  echo $(((660 * microseconds / 250000 / $(nproc) + 59) / 60))
+}
+
+build=$root/build
 # Progress goes to stderr, so that `./run.sh -- --json` leaves one JSON document on stdout.
 {
-  if [ "$install" = yes ]; then "$root/scripts/install-deps.sh"; fi
-  echo "run.sh: configuring"
-  cmake -S "$root" --preset release
-  echo "run.sh: building driveline and what it has for DDS"
-  cmake --build "$root/build" --target driveline driveline-bridge driveline-dds -j "$(nproc)"
+  if [ ! -x "$build/driveline" ]; then
+    packages=
+    if [ "$install" = yes ] && ! "$root/scripts/install-deps.sh" --for run --check >/dev/null 2>&1; then
+      packages="a minute or two for packages, then "
+    fi
+    echo "run.sh: the first run builds driveline: ${packages}about $(minutes_to_build) min for compiling on $(nproc) processors"
+  fi
+  if [ "$install" = yes ]; then "$root/scripts/install-deps.sh" --for run; fi
+  command -v cmake >/dev/null && command -v ninja >/dev/null ||
+    fail "cmake or ninja is missing: run scripts/install-deps.sh --for run, or ./run.sh without --no-install"
+  # Ninja itself configures again where that is necessary; a configuration that was interrupted has left no build.ninja.
+  if [ ! -f "$build/build.ninja" ]; then
+    echo "run.sh: configuring"
+    cmake -S "$root" --preset release -DDRIVELINE_TESTS=OFF -DDRIVELINE_BENCH=OFF ||
+      fail "the configuration failed, its message is above; scripts/install-deps.sh --for run installs what it needs"
+  fi
+  echo "run.sh: building driveline and its DDS programs"
+  cmake --build "$build" --target driveline driveline-bridge driveline-dds -j "$(nproc)" ||
+    fail "the build failed, its message is above; what is built is kept, so the next ./run.sh goes on from there (a full disk: df -h '$root')"
 } >&2
 
-exec "$root/build/driveline" run "${config[@]}" "${arguments[@]}"
+exec "$build/driveline" run "${config[@]}" "${arguments[@]}"

@@ -23,6 +23,7 @@ add_custom_command(
   COMMENT "Generating ESI, SII, EDS and object pages of the simulated drives"
   VERBATIM)
 add_custom_target(device_files ALL DEPENDS ${device_files} ${made_esi_files})
+add_dependencies(installed device_files)
 install(FILES ${device_files} DESTINATION ${CMAKE_INSTALL_DATADIR}/driveline/esi COMPONENT program)
 
 # Generated files kept in the tree; each is compared by a test.

@@ -24,3 +24,16 @@ if(TARGET driveline)
   install(FILES ${CMAKE_BINARY_DIR}/completion/_driveline
           DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions COMPONENT program)
 endif()
+
+# Everything that is installed.
+get_property(rooms GLOBAL PROPERTY DRIVELINE_INSTALLED)
+add_custom_target(installed)
+foreach(target ${rooms} driveline_bridge_idl driveline driveline_completion driveline_manual driveline-bridge driveline-dds
+               driveline-endpoint)
+  if(TARGET ${target})
+    get_target_property(type ${target} TYPE)
+    if(NOT type STREQUAL INTERFACE_LIBRARY)
+      add_dependencies(installed ${target})
+    endif()
+  endif()
+endforeach()

@@ -14,6 +14,7 @@ A table stands between <!-- table: NAME --> and <!-- end -->. Exit status: 0 don
 """
 import argparse
 import json
+import math
 import os
 import re
 import shutil
@@ -151,6 +152,34 @@ def call(command, **options):
         raise Problem(f"{' '.join(str(word) for word in command)} failed")
 
 
+FINE_BELOW_US = 128  # bins of a microsecond; above, 16 bins per octave
+
+
+def coarse(histogram):
+    """The histogram with fewer bins: what pictures and tables of long delays do not show is not kept."""
+    deadline = histogram["deadline_us"]
+    merged = {}
+    for first, count in histogram["bins"]:
+        begin = first
+        if first >= FINE_BELOW_US:
+            width = 1 << max(0, first.bit_length() - 5)
+            begin = first // width * width
+            if begin < deadline <= first:  # a bin is on one side of the deadline
+                begin = math.ceil(deadline)
+        merged[begin] = merged.get(begin, 0) + count
+    return {**histogram, "bins": sorted([first, count] for first, count in merged.items())}
+
+
+def kept_text(document):
+    """The document as it is kept in bench/results: coarse histograms, one result per line."""
+    def line(value):
+        return json.dumps(value, ensure_ascii=False)
+
+    rows = [{**row, "histogram": coarse(row["histogram"])} if "histogram" in row else row for row in document["results"]]
+    head = [f" {line(key)}: {line(value)}," for key, value in document.items() if key != "results"]
+    return "\n".join(["{", *head, ' "results": [', ",\n".join(f"  {line(row)}" for row in rows), " ]", "}"]) + "\n"
+
+
 def uncommitted():
     """Sources of the programs that differ from the commit that these name."""
     changed = subprocess.run(["git", "status", "--porcelain", "--untracked-files=no"], cwd=ROOT, text=True,
@@ -173,8 +202,7 @@ def run(build, names, quick):
         failed = subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=False).returncode != 0
         for document in read_documents(Path(folder)).values():
             document["environment"]["uncommitted"] = bool(changes)
-            text = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
-            (results / f"{document['bench']}.json").write_text(text, encoding="utf-8")
+            (results / f"{document['bench']}.json").write_text(kept_text(document), encoding="utf-8")
         for drawn, kept in PICTURES.items():
             if (Path(folder) / drawn).exists():
                 shutil.copy(Path(folder) / drawn, ROOT / "docs/figures" / kept)

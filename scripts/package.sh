@@ -25,9 +25,11 @@ done
 
 build=$root/build
 echo "package.sh: configuring"
-cmake -S "$root" --preset release
-echo "package.sh: building"
-cmake --build "$build" -j "$(nproc)"
+if [ ! -f "$build/build.ninja" ]; then
+  cmake -S "$root" --preset release -DDRIVELINE_TESTS=OFF -DDRIVELINE_BENCH=OFF
+fi
+echo "package.sh: building what is packed"
+cmake --build "$build" --target installed -j "$(nproc)"
 echo "package.sh: packing"
 mkdir -p "$output"
 rm -f "$output"/*.deb

@@ -18,7 +18,9 @@ def main():
     parser.add_argument("what", choices=["dependencies", "folders", "constructs", "words", "proofs"])
     parser.add_argument("--root", type=Path, default=HERE.parent.parent, help="project folder")
     parser.add_argument("--graph", type=Path, help="link graph of a configured build (for dependencies)")
-    parser.add_argument("--junit", type=Path, help="what ctest --output-junit has written (for proofs)")
+    parser.add_argument("--junit", type=Path, action="append",
+                        help="what ctest --output-junit has written (for proofs); several files: a test counts when it ran in one")
+    parser.add_argument("--left-out", default="", metavar="REGEX", help="tests that this run leaves out (for proofs)")
     parser.add_argument("--build", type=Path, help="its build folder (for proofs)")
     options = parser.parse_args()
     root = options.root.resolve()
@@ -33,7 +35,7 @@ def main():
     elif options.what == "proofs":
         if not options.junit or not options.build:
             parser.error("proofs needs --junit FILE and --build FOLDER")
-        errors, gaps = proofs.errors_and_gaps(root, options.junit, options.build)
+        errors, gaps = proofs.errors_and_gaps(root, options.junit, options.build, options.left_out)
         for sentence in [*proofs.skipped(options.junit), *gaps]:
             print(sentence)
     else:

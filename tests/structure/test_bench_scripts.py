@@ -9,6 +9,9 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+import bench_tables  # noqa: E402, from there
+
 ENVIRONMENT = {"kernel": "6.1", "kernel_build": "#1", "kernel_options": "quiet", "cpu": "x", "cores": 4, "isolated_cpus": "",
                "governor": "", "interfaces": [], "compiler": "gcc", "commit": "abc", "build": "Release", "virtual_machine": True,
                "date": "2026-11-22", "other_load": 0.0, "stolen_load": 0.0, "quick": True, "short": False}
@@ -119,6 +122,21 @@ class Tables(Folder):
         document = json.loads(file.read_text(encoding="utf-8"))
         document["results"][0].update(figures)
         file.write_text(json.dumps(document), encoding="utf-8")
+
+    def test_documents_are_kept_with_coarse_bins_and_a_line_per_result(self):
+        bins = [[first, 1] for first in range(0, 400)]
+        row = {**ROW, "n": 400, "histogram": {"bin_us": 1, "deadline_us": 137.5, "missed": 262, "bins": bins}}
+        text = bench_tables.kept_text({**DOCUMENT, "results": [row, ROW]})
+        kept = json.loads(text)
+        self.assertEqual(kept["results"][1], ROW)
+        self.assertEqual({**kept["results"][0], "histogram": None}, {**row, "histogram": None})
+        coarse = kept["results"][0]["histogram"]["bins"]
+        self.assertEqual(coarse[:128], bins[:128])
+        # 8 us wide from 128 us on, 16 us from 256 us on; the bin of the deadline is divided there.
+        self.assertEqual(coarse[128:132], [[128, 8], [136, 2], [138, 6], [144, 8]])
+        self.assertEqual(coarse[-2:], [[368, 16], [384, 16]])
+        self.assertEqual(sum(count for first, count in coarse if first >= 137.5), 262)
+        self.assertEqual(text.count("\n"), 4 + len(DOCUMENT) + 1)
 
     def test_the_tables_here_are_current(self):
         result = self.tables("--check")

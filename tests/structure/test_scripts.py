@@ -46,21 +46,59 @@ class Usage(unittest.TestCase):
 
 
 class Run(unittest.TestCase):
+    """run.sh with a cmake and a result of the build that only record what they are called with."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.home = Path(folder.name)
+        shutil.copy(ROOT / "run.sh", self.home)
+        (self.home / "build").mkdir()
+        for program in ("cmake", "ninja", "build/driveline"):
+            self.tool(program, "")
+
+    def tool(self, name, script):
+        (self.home / name).write_text(f'#!/bin/sh\necho "$@" >> {self.home}/called\n{script}\n', encoding="utf-8")
+        (self.home / name).chmod(0o755)
+
+    def run_sh(self, *arguments):
+        return run([self.home / "run.sh", "--no-install", *arguments],
+                   env={**os.environ, "PATH": f"{self.home}:{os.environ['PATH']}"})
+
+    def called(self):
+        return (self.home / "called").read_text(encoding="utf-8").splitlines()
+
     def test_what_the_example_and_the_readme_start_is_built(self):
-        with tempfile.TemporaryDirectory() as folder:
-            home = Path(folder)
-            shutil.copy(ROOT / "run.sh", home)
-            (home / "build").mkdir()
-            # Instead of the build and its result: what they are called with.
-            for program in ("cmake", "build/driveline"):
-                (home / program).write_text(f'#!/bin/sh\necho "$@" >> {home}/called\n', encoding="utf-8")
-                (home / program).chmod(0o755)
-            result = run([home / "run.sh", "--no-install", "--", "--duration", "5"],
-                         env={**os.environ, "PATH": f"{home}:{os.environ['PATH']}"})
-            self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
-            _, build, start = (home / "called").read_text(encoding="utf-8").splitlines()
+        result = self.run_sh("--", "--duration", "5")
+        self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+        configure, build, start = self.called()
+        self.assertIn("-DDRIVELINE_TESTS=OFF -DDRIVELINE_BENCH=OFF", configure)
         self.assertRegex(build, "--target driveline driveline-bridge driveline-dds -j")  # telemetry, top, echo, record
-        self.assertEqual(start, f"run --config {home}/examples/line8.toml --duration 5")
+        self.assertEqual(start, f"run --config {self.home}/examples/line8.toml --duration 5")
+
+    def test_the_first_line_of_a_first_run_tells_how_long_it_takes(self):
+        (self.home / "build/driveline").unlink()
+        self.tool("cmake", f"[ -e {self.home}/build/driveline ] || cp {self.home}/ninja {self.home}/build/driveline")
+        first, second = self.run_sh(), self.run_sh()
+        self.assertRegex(first.stderr.splitlines()[0], r"^run\.sh: the first run builds driveline: about [0-9]+ min .*processors$")
+        self.assertNotIn("the first run", second.stderr)
+
+    def test_a_configured_build_is_not_configured_again(self):
+        (self.home / "build/build.ninja").touch()
+        self.assertEqual(self.run_sh().returncode, 0)
+        self.assertEqual([line.split()[0] for line in self.called()], ["--build", "run"])
+
+    def test_a_build_that_fails_is_told_with_the_remedy(self):
+        self.tool("cmake", '[ "$1" != --build ]')
+        result = self.run_sh()
+        self.assertEqual((result.returncode, result.stdout), (1, ""))
+        self.assertIn("the next ./run.sh goes on from there", result.stderr)
+
+    def test_a_configuration_that_fails_is_told_with_the_remedy(self):
+        self.tool("cmake", '[ "$1" = --build ]')
+        result = self.run_sh()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("scripts/install-deps.sh --for run", result.stderr)
 
 
 class DdsKeys(unittest.TestCase):
@@ -152,9 +190,10 @@ class InstallDeps(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.bin = Path(folder.name)
         self.log = self.bin / "apt.log"
-        for tool in ("bash", "env", "sed", "grep", "wc"):
+        for tool in ("bash", "cat", "env", "sed"):
             (self.bin / tool).symlink_to(shutil.which(tool))
         self.tool("apt-get", f'echo "$@" >> {self.log}')
+        self.tool("dpkg", f'[ "$1" = --audit ] || echo dpkg "$@" >> {self.log}')
         self.tool("id", "echo 0")
 
     def tool(self, name, script):
@@ -162,9 +201,10 @@ class InstallDeps(unittest.TestCase):
         file.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
         file.chmod(0o755)
 
-    def missing(self, *names):
-        cases = "".join(f"*' {name} ') exit 1 ;; " for name in names)
-        self.tool("dpkg-query", f"case \"$* \" in {cases}*) echo installed ;; esac")
+    def missing(self, *names, state="not-installed"):
+        """A dpkg-query whose answer has these packages in `state`, and all others that it is asked for installed."""
+        cases = "".join(f"{name}) echo {name} {state} ;; " for name in names)
+        self.tool("dpkg-query", f'for name; do case "$name" in -*) ;; {cases}*) echo "$name installed" ;; esac; done')
 
     def install(self, *arguments):
         return run([INSTALL, *arguments], env={**os.environ, "PATH": str(self.bin)})
@@ -185,8 +225,27 @@ class InstallDeps(unittest.TestCase):
         self.assertTrue(install.endswith(" --no-install-recommends ccache tshark"), install)
 
     def test_a_removed_package_with_its_configuration_left_is_missing(self):
-        self.tool("dpkg-query", "case \"$* \" in *' ccache ') echo config-files ;; *) echo installed ;; esac")
+        self.missing("ccache", state="config-files")
         self.assertEqual(self.install("--check").returncode, 1)
+
+    def test_each_group_has_the_packages_of_those_before_it(self):
+        self.missing("ccache", "tshark", "lintian")
+        for group, names in (("run", {"ccache"}), ("test", {"ccache", "tshark"}), ("ci", {"ccache", "tshark", "lintian"})):
+            result = self.install("--check", "--for", group)
+            self.assertEqual({line.split()[1] for line in result.stdout.splitlines()}, names)
+            self.assertEqual(result.returncode, 1)
+        self.assertEqual(self.asked_of_apt(), [])
+
+    def test_a_group_that_does_not_exist_is_refused(self):
+        result = self.install("--for", "walk")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--for takes run, test or ci, not 'walk'", result.stderr)
+
+    def test_an_installation_that_was_interrupted_goes_on(self):
+        self.missing("ccache")
+        self.tool("dpkg", f'[ "$1" = --audit ] && echo half || echo dpkg "$@" >> {self.log}')
+        self.assertEqual(self.install().returncode, 0)
+        self.assertEqual(self.asked_of_apt()[1], "dpkg --configure -a")
 
     def test_check_only_reports(self):
         self.missing("ccache")

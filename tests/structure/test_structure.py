@@ -314,14 +314,14 @@ class Proofs(Tree):
     FEATURES = "| feature | status | proof | notes |\n|---|---|---|---|\n| Ring | {} | `{}` | `run` |\n"
     SKIP = ("[ RUN      ] Ring.Turns\n/a/ring_test.cpp:12: Skipped\n{}\n[  SKIPPED ] Ring.Turns (0 ms)\n")
 
-    def compare(self, name="Ring.Turns", test="Ring.Turns", status="run", output="", row="Supported", features=None):
+    def compare(self, name="Ring.Turns", test="Ring.Turns", status="run", output="", row="Supported", features=None, left_out=""):
         self.plant("docs/features.md", features or self.FEATURES.format(row, name))
         self.plant("docs/msd.md", "| no. | fact | line | test, or why it is open | status |\n|---|---|---|---|---|\n"
                    f"| 1 | turns | 12 | `{name}` | proven |\n| 2 | flies | 13 | `wings` are missing | open |\n")
         case = f'<testcase name="{test}" status="{status}"><system-out>{output}</system-out></testcase>'
         junit = self.plant("results.xml", f'<testsuite>{case}<testcase name="Ring.Stops" status="run"/></testsuite>')
         self.plant("build/bench/turnaround")
-        return proofs.errors_and_gaps(self.root, junit, self.root / "build")
+        return proofs.errors_and_gaps(self.root, [junit], self.root / "build", left_out)
 
     def caught(self, *parts, **planted):
         errors, gaps = self.compare(**planted)
@@ -363,11 +363,29 @@ class Proofs(Tree):
 
     def test_every_test_that_was_left_out_is_told_with_its_reason(self):
         self.compare(status="notrun", output=self.SKIP.format("no veth pair here"))
-        self.assertEqual(list(proofs.skipped(self.root / "results.xml")), ["not run: Ring.Turns: no veth pair here"])
+        self.assertEqual(list(proofs.skipped([self.root / "results.xml"])), ["not run: Ring.Turns: no veth pair here"])
         self.compare(status="disabled")
-        self.assertEqual(list(proofs.skipped(self.root / "results.xml")), ["not run: Ring.Turns: no reason given (disabled)"])
+        self.assertEqual(list(proofs.skipped([self.root / "results.xml"])), ["not run: Ring.Turns: no reason given (disabled)"])
         self.compare()
-        self.assertEqual(list(proofs.skipped(self.root / "results.xml")), [])
+        self.assertEqual(list(proofs.skipped([self.root / "results.xml"])), [])
+
+    def test_of_several_runs_a_failure_counts_most_and_then_a_pass(self):
+        self.compare()
+        cases = {status: self.plant(f"{status}.xml", f'<testsuite><testcase name="Ring.Turns" status="{status}"/></testsuite>')
+                 for status in ("run", "notrun", "fail")}
+
+        def errors(*statuses):
+            return len(proofs.errors_and_gaps(self.root, [cases[one] for one in statuses], self.root / "build")[0])
+        for statuses in (("run", "notrun"), ("notrun", "run"), ("run", "run")):
+            self.assertEqual(errors(*statuses), 0, statuses)
+        for statuses in (("notrun", "notrun"), ("run", "fail"), ("fail", "run"), ("notrun", "fail")):
+            self.assertEqual(errors(*statuses), 2, statuses)
+
+    def test_what_is_left_to_another_run_is_told(self):
+        errors, gaps = self.compare(name="Ring.Flies", left_out=r"Ring\.(Flies|Sinks)")
+        self.assertEqual((errors, len(gaps)), ([], 2))
+        self.assertIn("Ring.Flies is left to .ci/run", gaps[0])
+        self.assertEqual(len(self.compare(name="Ring.Turn", left_out=r"Ring\.(Flies|Sinks)")[0]), 2)
 
     def test_rows_that_promise_nothing_are_left_alone(self):
         self.assertEqual(len(self.compare(name="Ring.Turn", row="Planned")[0]), 1, "that of the other page")

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "commands/control_path.hpp"
+#include "driveline/runtime/event.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -158,10 +159,9 @@ TEST_F(LineControlTest, RequestsAreTakenRefusedAndTold) {
   EXPECT_FALSE(ask(other, "axis x halt").contains("error"));
   EXPECT_FALSE(ask(other, "axis x move 10deg take-over").contains("error"));
   const auto events = door.take_events();
-  EXPECT_EQ(
-      std::count_if(events.begin(), events.end(),
-                    [](const auto& event) { return event.template is<runtime::events::AxisRequested>(); }),
-      4)
+  EXPECT_EQ(std::count_if(events.begin(), events.end(),
+                          [](const auto& event) { return event.template is<runtime::events::AxisRequested>(); }),
+            4)
       << "each request that was understood";
 }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
+#include "driveline/runtime/event.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {

@@ -1,4 +1,5 @@
 #include "text/run_report.hpp"
+#include "driveline/runtime/event.hpp"
 
 #include <gmock/gmock.h>
 

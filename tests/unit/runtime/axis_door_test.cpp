@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "axis_requests.hpp"
+#include "driveline/runtime/event.hpp"
 
 namespace driveline::runtime {
 namespace {

@@ -1,4 +1,5 @@
 #include "operation/axis_verdict.hpp"
+#include "driveline/runtime/event.hpp"
 
 #include <gmock/gmock.h>
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "axis_requests.hpp"
+#include "driveline/runtime/event.hpp"
 #include "failure_of.hpp"
 #include "support/temporary_directory.hpp"
 #include "virtual_line.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "driveline/runtime/event/event.hpp"
+#include "driveline/runtime/event.hpp"
 
 namespace driveline::runtime {
 
