@@ -11,7 +11,7 @@ namespace {
 template <typename... Kinds>
 std::string sentence_of(const EventFacts& facts, const EventSentence& make, EventKindList<Kinds...>) {
   std::string sentence;
-  ((facts.is<Kinds>() && (sentence = make(*facts.as<Kinds>()), true)) || ...);
+  static_cast<void>(((facts.is<Kinds>() && (sentence = make(*facts.as<Kinds>()), true)) || ...));
   return sentence;
 }
 
