@@ -6,7 +6,7 @@ PAGES = ("docs/features.md", "docs/msd.md")
 # Reasons for which a test may skip: the machine lacks something. With any other reason the test counts as switched off.
 LACKS = re.compile(r"not permitted|[Pp]ermission denied|no permission|no veth pair|no network namespace|no TAP interfaces|only root|"
                    r"kernel refuses|real-time priority|can neither give up|no file system of its own|cannot be opened|"
-                   r"/dev/cpu_dma_latency|one CPU only|is not installed|is not in .*DRIVELINE_CAPTURES|sanitizer|built with DRIVELINE_")
+                   r"/dev/cpu_dma_latency|one CPU only|is not installed|is not in .*DRIVELINE_CAPTURES|built with DRIVELINE_")
 
 
 def proofs(root):
