@@ -5,7 +5,7 @@
 
 namespace driveline::wire {
 
-/// EtherCAT datagram commands (ETG.1000.4 5.4, Table "EtherCAT command types"). Other values may arrive and are retained.
+/// EtherCAT datagram commands (ETG.1000.4 5.4, Table "EtherCAT command types"). Other values may arrive and are kept.
 enum class Command : std::uint8_t {
   kNop = 0,    ///< no operation
   kAprd = 1,   ///< auto-increment physical read
