@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "driveline/runtime/event.hpp"
+
 namespace driveline::runtime {
 
 const Event* RunReport::failure() const noexcept {
