@@ -48,7 +48,7 @@ TEST(AxisGroups, MoveAlongAStraightLineTogether) {
   line.expect_obedience();
 }
 
-std::string refusal_of(const std::vector<GroupConfig>& configs, std::size_t axes = 3) {
+std::string refusal_of(const std::vector<AxisGroupSettings>& configs, std::size_t axes = 3) {
   SingleLine line(axes);
   try {
     const AxisGroups groups(line.axes(), configs, kSinglePeriod);

@@ -167,7 +167,7 @@ std::string_view change_text(runtime::LeaseChange::Kind kind) {
   return "expired";
 }
 
-nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupReport>& groups) {
+nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupRunReport>& groups) {
   auto rows = nlohmann::json::array();
   for (const auto& group : groups) {
     nlohmann::json row = {{"name", group.name}, {"axes", group.axes}, {"state", group.state}, {"owner", group.owner}};
@@ -180,7 +180,7 @@ nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupReport>& group
   return rows;
 }
 
-std::string groups_to_text(const std::vector<runtime::AxisGroupReport>& groups) {
+std::string groups_to_text(const std::vector<runtime::AxisGroupRunReport>& groups) {
   std::string text = groups.empty() ? "" : "\n";
   for (const auto& group : groups) {
     std::string place;

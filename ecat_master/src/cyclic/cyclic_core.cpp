@@ -49,10 +49,10 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       slave_operational_(std::make_unique<bool[]>(image_.places().size())),
       slave_due_(std::make_unique<bool[]>(image_.places().size())),
       uneven_(std::any_of(image_.groups().begin(), image_.groups().end(),
-                          [](const GroupSettings& group) { return group.divider > 1; })),
+                          [](const ExchangeGroupSettings& group) { return group.divider > 1; })),
       shared_(std::make_unique<SharedSlave[]>(image_.places().size())),
       group_count_(std::max<std::size_t>(1, image_.groups().size())),
-      groups_(std::make_unique<GroupCounters[]>(group_count_)),
+      groups_(std::make_unique<ExchangeGroupCounters[]>(group_count_)),
       tallies_(group_count_),
       acyclic_(AcyclicChannel::kLostAfterCycles,
                settings_.acyclic_bytes != 0 ? settings_.acyclic_bytes

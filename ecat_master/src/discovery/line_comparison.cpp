@@ -169,7 +169,7 @@ class Comparison {
   }
 
   /// Assigns a slave of a hot-connect group relative to its head.
-  void take_behind(std::size_t plan, const GroupPlace& place) {
+  void take_behind(std::size_t plan, const HotConnectPlace& place) {
     const auto& plans = result_.plan_of_slave;
     const auto head = std::find(plans.begin(), plans.end(), std::optional(place.head));
     if (head == plans.end()) {

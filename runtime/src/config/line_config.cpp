@@ -171,8 +171,8 @@ void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, Sla
 }
 
 /// Finds the head of the hot-connect group of a slave. Members of a group follow each other in the file as on the line.
-ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& head,
-                                   const std::vector<SlaveConfig>& others) {
+ecat_master::HotConnectPlace find_hot_connect_place(const TomlReader& reader, const std::string& head,
+                                                    const std::vector<SlaveConfig>& others) {
   const auto found = std::find_if(others.begin(), others.end(), [&](const auto& other) { return other.name == head; });
   if (found == others.end()) {
     reader.fail("hot_connect",
@@ -184,8 +184,8 @@ ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& 
                             "device_id of \"{0}\" are expected",
                             head));
   }
-  const ecat_master::GroupPlace place{static_cast<std::size_t>(found - others.begin()),
-                                      static_cast<std::size_t>(others.end() - found)};
+  const ecat_master::HotConnectPlace place{static_cast<std::size_t>(found - others.begin()),
+                                           static_cast<std::size_t>(others.end() - found)};
   for (auto between = found + 1; between != others.end(); ++between) {
     if (!between->plan.behind || between->plan.behind->head != place.head) {
       reader.fail("hot_connect", fmt::format("is \"{}\", but \"{}\" stands between them and is not in that group: the "
@@ -208,7 +208,7 @@ SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles&
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
   slave.plan = read_slave_plan(reader);
-  if (!slave.plan.hot_head.empty()) slave.plan.behind = find_group(reader, slave.plan.hot_head, others);
+  if (!slave.plan.hot_head.empty()) slave.plan.behind = find_hot_connect_place(reader, slave.plan.hot_head, others);
   if (slave.esi && slave.plan.pdos) {
     ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);
     if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit)

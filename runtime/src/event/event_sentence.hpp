@@ -42,8 +42,8 @@ class EventSentence {
   std::string operator()(const events::CommunicationNotBack& facts) const;
   std::string operator()(const events::BusFailed& facts) const;
   std::string operator()(const events::ClocksChanged& facts) const;
-  std::string operator()(const events::GroupZeroed& facts) const;
-  std::string operator()(const events::GroupReleased& facts) const;
+  std::string operator()(const events::ExchangeGroupZeroed& facts) const;
+  std::string operator()(const events::ExchangeGroupReleased& facts) const;
   std::string operator()(const events::MasterAway& facts) const;
   std::string operator()(const events::MasterAwayOften& facts) const;
 

@@ -49,7 +49,7 @@ LineRun::LineRun(Session& session, Settings settings)
       settings_(std::move(settings)),
       line_ring_(kRingCycles),
       axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
-      group_watch_(config_.process_data),
+      exchange_group_watch_(config_.process_data),
       master_(session.port(), session.clock(), master_settings(config_)),
       services_(config_) {}
 
@@ -290,7 +290,7 @@ void LineRun::operate() {
 bool LineRun::look() {
   const bool over = settings_.duration_s && seconds_in_operation() >= *settings_.duration_s;
   if (over) master_.core()->count(false);
-  for (auto& change : group_watch_.poll(*master_.core())) progress(std::move(change));
+  for (auto& change : exchange_group_watch_.poll(*master_.core())) progress(std::move(change));
   if (auto recorded = fault_records_->poll()) progress(std::move(*recorded));
   for (auto& refused : services_.poll()) note(std::move(refused), Severity::kFault);
   const bool goes_on = watch_->look();

@@ -17,7 +17,7 @@
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/runtime/groups/group_door.hpp"
 #include "driveline/runtime/observer.hpp"
-#include "driveline/runtime/record/group_watch.hpp"
+#include "driveline/runtime/record/exchange_group_watch.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/session.hpp"
@@ -143,7 +143,7 @@ class LineRun {
   std::unique_ptr<CommandService> commands_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
   std::optional<ecat_master::ProcessVariables> variables_;
-  GroupWatch group_watch_;
+  ExchangeGroupWatch exchange_group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
   std::unique_ptr<rt::SwitchLog> switches_;  ///< switches of the CPU of the cycle; none: not traced, or not possible
   std::string switches_unknown_;             ///< why `switches_` is none
@@ -157,8 +157,8 @@ class LineRun {
   KeptEnds<Event> events_;                ///< all events except progress
   Severity worst_ = Severity::kProgress;  ///< highest severity of all events
   KeptEnds<AuthorityRecord> authority_;
-  std::vector<SlaveMargin> margins_;     ///< as of the end of operation
-  std::vector<AxisGroupReport> groups_;  ///< as of the end of operation
+  std::vector<SlaveMargin> margins_;        ///< as of the end of operation
+  std::vector<AxisGroupRunReport> groups_;  ///< as of the end of operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;
   std::chrono::nanoseconds operation_start_{};

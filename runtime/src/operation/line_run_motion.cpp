@@ -73,11 +73,11 @@ Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& 
   auto outputs = GroupOutputs::make(config_, *variables_, copies_);
   if (!outputs) return tl::unexpected(outputs.error());
   group_outputs_ = std::move(*outputs);
-  std::vector<ecat_master::GroupConfig> groups;
+  std::vector<ecat_master::AxisGroupSettings> groups;
   std::vector<std::vector<GroupOutputLimits>> limits;
   for (std::size_t i = 0; i < config_.axis_groups.size(); ++i) {
     const auto& described = config_.axis_groups[i];
-    auto& group = groups.emplace_back(ecat_master::GroupConfig{described.name, described.axes});
+    auto& group = groups.emplace_back(ecat_master::AxisGroupSettings{described.name, described.axes});
     if (described.machine) group.kinematics = &described.machine->kinematics();
     group.tool = described.tool;
     auto& values = limits.emplace_back();
@@ -133,7 +133,7 @@ void LineRun::note_streams() {
 void LineRun::note_groups() {
   for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
     const auto status = settings_.groups->status(group);
-    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner, {}, {}, {}};
+    AxisGroupRunReport report{config_.axis_groups[group].name, {}, {}, status.owner, {}, {}, {}};
     for (const auto& axis : status.limits.group.axes) report.axes.push_back(axis.name);
     report.machine = config_.axis_groups[group].machine;
     report.coordinates = status.limits.group.coordinates;

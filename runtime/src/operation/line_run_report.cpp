@@ -39,7 +39,7 @@ RunReport LineRun::make_report() {
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
   report.round_trip_modelled = !config_.interface.has_value();
-  report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
+  report.process_data = view_image(config_, master_, master_.core()->groups(), &exchange_group_watch_);
   if (auto* watch = master_.clock_watch()) {
     const auto& follower = *master_.clock_follower();
     auto& clocks = report.clocks.emplace();

@@ -25,18 +25,18 @@ using EventFacts = std::variant<
     events::NoProcessData, events::RealtimeSetUp, events::ClocksLocked, events::StateReached, events::NoPath,
     events::Progress, events::StopRequested, events::SlaveNotConnected, events::LineChanged, events::SlaveNotBack,
     events::Emergency, events::SoeMessage, events::CommunicationLost, events::CommunicationBack,
-    events::CommunicationNotBack, events::BusFailed, events::ClocksChanged, events::GroupZeroed, events::GroupReleased,
-    events::MasterAway, events::MasterAwayOften, events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff,
-    events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls,
-    events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete,
-    events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp, events::AxisRequested,
-    events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost, events::AxisFailed,
-    events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
-    events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
-    events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
-    events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark, events::BridgeUnbelieved,
-    events::CommandsOpen, events::CommandAnswered, events::CommandsUntold, events::CommanderLost,
-    events::CommandsUnbelieved>;
+    events::CommunicationNotBack, events::BusFailed, events::ClocksChanged, events::ExchangeGroupZeroed,
+    events::ExchangeGroupReleased, events::MasterAway, events::MasterAwayOften, events::AxisPresenceChanged,
+    events::AxesStopped, events::AxesNotOff, events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint,
+    events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded,
+    events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp,
+    events::AxisRequested, events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost,
+    events::AxisFailed, events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested,
+    events::GroupPathBegun, events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp,
+    events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved,
+    events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
+    events::BridgeUnbelieved, events::CommandsOpen, events::CommandAnswered, events::CommandsUntold,
+    events::CommanderLost, events::CommandsUnbelieved>;
 
 /// Severity of an event.
 enum class Severity : std::uint8_t {

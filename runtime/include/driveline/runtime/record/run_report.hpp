@@ -46,7 +46,7 @@ struct AxisReport {
 };
 
 /// One axis group in the summary.
-struct AxisGroupReport {
+struct AxisGroupRunReport {
   std::string name;
   std::vector<std::string> axes;  ///< names, in the order of the coordinates
   std::string state;  ///< state at the end of the operation: "GroupStandby"; empty: the axes were moved together
@@ -98,7 +98,7 @@ struct RunReport {
   /// State of the line at the end of the operation: "OP", or the lower state to which it had fallen.
   std::string state;
   std::vector<AxisReport> axes;
-  std::vector<AxisGroupReport> axis_groups;
+  std::vector<AxisGroupRunReport> axis_groups;
   bool increments = false;  ///< text and plots show drive increments in addition to the units of the axes
   std::vector<InterfaceReport> interfaces;  ///< empty: the line is simulated in this process
   std::chrono::nanoseconds period{};
