@@ -68,7 +68,7 @@ class ServedDrives {
 
  private:
   rt::MonotonicClock clock_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
   std::unique_ptr<runtime::DriveNetworks> networks_;
   std::unique_ptr<port::RawSocketPort> port_;
   std::unique_ptr<runtime::LineServer> server_;

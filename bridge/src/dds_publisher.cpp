@@ -111,7 +111,7 @@ void DdsPublisher::State::publish_status(const snapshot::DrainCounters& counters
 }
 
 void DdsPublisher::State::publish_statistics() {
-  snapshot::CycleStatistics newest;
+  snapshot::CycleStatisticsSample newest;
   std::int64_t period_ns = 0;
   {
     const std::lock_guard lock{mutex};

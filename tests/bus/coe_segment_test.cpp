@@ -127,7 +127,7 @@ class CoeOfASmallMailbox : public testing::Test {
       devices.push_back(device.get());
       made.push_back(std::make_unique<slaves::Slave>(std::move(device)));
     }
-    line = std::make_unique<slaves::Line>(clock, std::move(made));
+    line = std::make_unique<slaves::SimulatedLine>(clock, std::move(made));
   }
   void start(port::Port& port) {
     master = std::make_unique<Master>(port, clock);
@@ -161,7 +161,7 @@ class CoeOfASmallMailbox : public testing::Test {
   rt::VirtualClock clock{milliseconds{1}};
   std::vector<EditedDevice*> devices;
   std::vector<GenericDevice*> inners;
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<Master> master;
   int answers = 0;
 };

@@ -72,7 +72,7 @@ void write_files(const runtime::LineConfig& config, runtime::RunReport& report) 
   if (!config.output.plots) return;
   progress("drawing the plots");
   auto pictures =
-      draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<runtime::AxisReport>{},
+      draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<runtime::AxisRunReport>{},
                  report.increments, plot_facts(report));
   if (!pictures) {
     progress("{}", pictures.error());

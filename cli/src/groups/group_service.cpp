@@ -21,8 +21,8 @@ json failure(const Failure& failure) {
 }
 
 /// Whether the request leaves the motion in progress, which is what the client waits for.
-bool steers(runtime::GroupRequest::Verb verb) {
-  using Verb = runtime::GroupRequest::Verb;
+bool steers(runtime::ClientGroupRequest::Verb verb) {
+  using Verb = runtime::ClientGroupRequest::Verb;
   return verb == Verb::kHold || verb == Verb::kResume || verb == Verb::kReverse || verb == Verb::kForward ||
          verb == Verb::kOverride;
 }

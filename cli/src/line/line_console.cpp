@@ -35,7 +35,7 @@ constexpr std::string_view kCommands =
 
 }  // namespace
 
-LineConsole::LineConsole(runtime::LineServer& server, slaves::Line& line, std::vector<std::string> names)
+LineConsole::LineConsole(runtime::LineServer& server, slaves::SimulatedLine& line, std::vector<std::string> names)
     : server_(server), line_(line), names_(std::move(names)), latest_(names_.size()) {
   for (std::size_t i = 0; i < latest_.size(); ++i) latest_[i].slave = static_cast<std::uint16_t>(i);
 }

@@ -126,7 +126,7 @@ Outcome<AxisScript::Step> AxisScript::read_group_step(std::size_t group, std::sp
 void AxisScript::join_blended_moves() {
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     auto& step = steps_[i];
-    if (step.kind != Step::Kind::kGroupRequest || step.group_request.verb != runtime::GroupRequest::Verb::kMove)
+    if (step.kind != Step::Kind::kGroupRequest || step.group_request.verb != runtime::ClientGroupRequest::Verb::kMove)
       continue;
     const auto next =
         std::find_if(steps_.begin() + static_cast<std::ptrdiff_t>(i) + 1, steps_.end(), [&step](const Step& later) {
@@ -135,7 +135,7 @@ void AxisScript::join_blended_moves() {
         });
     if (next == steps_.end() || next->kind != Step::Kind::kGroupRequest) continue;
     const auto& request = next->group_request;
-    step.group_request.move.continues = request.verb == runtime::GroupRequest::Verb::kMove &&
+    step.group_request.move.continues = request.verb == runtime::ClientGroupRequest::Verb::kMove &&
                                         request.move.buffer == ecat_master::GroupBuffer::kBlending;
   }
 }

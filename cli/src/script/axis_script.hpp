@@ -54,10 +54,10 @@ class AxisScript {
     std::vector<ecat_master::AxisRequest> requests{};  ///< kRequest: one per axis, or else ...
     std::vector<runtime::CouplingOrder> orders{};      ///< ... a coupling order per axis
     std::chrono::nanoseconds time{};
-    bool all = false;                       ///< kWait: for all axes and groups
-    std::optional<std::size_t> group{};     ///< kGroupRequest, kGroupPath; kWait: the group to wait for
-    runtime::GroupRequest group_request{};  ///< kGroupRequest
-    std::filesystem::path file{};           ///< kGroupPath
+    bool all = false;                             ///< kWait: for all axes and groups
+    std::optional<std::size_t> group{};           ///< kGroupRequest, kGroupPath; kWait: the group to wait for
+    runtime::ClientGroupRequest group_request{};  ///< kGroupRequest
+    std::filesystem::path file{};                 ///< kGroupPath
   };
   /// A request that has been submitted.
   struct Made {

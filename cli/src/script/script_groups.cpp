@@ -11,7 +11,7 @@ namespace driveline::cli {
 namespace {
 
 using ecat_master::RequestPhase;
-using Verb = runtime::GroupRequest::Verb;
+using Verb = runtime::ClientGroupRequest::Verb;
 
 constexpr std::size_t kMovesAtOnce = 128;
 
@@ -31,7 +31,7 @@ void ScriptGroups::add(Made made, bool moves) {
 }
 
 std::optional<ScriptGroups::Trouble> ScriptGroups::ask(runtime::GroupDoor& door, std::size_t line, std::size_t group,
-                                                       const runtime::GroupRequest& request) {
+                                                       const runtime::ClientGroupRequest& request) {
   const auto taken = door.submit(caller_, group, request);
   if (!taken) return Trouble{line, {1, runtime::describe(door.event_group(group), taken.error())}};
   Made made;

@@ -28,7 +28,7 @@ class ScriptGroups {
 
   /// Submits a request of that line.
   [[nodiscard]] std::optional<Trouble> ask(runtime::GroupDoor& door, std::size_t line, std::size_t group,
-                                           const runtime::GroupRequest& request);
+                                           const runtime::ClientGroupRequest& request);
   /// Reads and checks a path, and starts it.
   [[nodiscard]] std::optional<Trouble> begin_path(runtime::GroupDoor& door, std::size_t line, std::size_t group,
                                                   const std::filesystem::path& file);

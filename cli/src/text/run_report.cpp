@@ -91,7 +91,7 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
 }
 
 /// Following errors in the units of the axes, those reported by the drives and, if requested, increments.
-std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool increments) {
+std::string axes_to_text(const std::vector<runtime::AxisRunReport>& axes, bool increments) {
   std::size_t widest = std::string_view("following error").size();
   for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
   auto text = fmt::format("\n  {:<{}}{:>7}{:>15}{:>16}\n", "following error", widest, "slave", "maximum", "RMS");

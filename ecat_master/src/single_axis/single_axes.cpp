@@ -145,14 +145,16 @@ AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
   return report;
 }
 
-// snapshot::PlcopenState has one more value, at the front, for axes that are moved together.
-static_assert(static_cast<int>(snapshot::PlcopenState::kDisabled) == static_cast<int>(PlcopenState::kDisabled) + 1);
-static_assert(static_cast<int>(snapshot::PlcopenState::kErrorStop) == static_cast<int>(PlcopenState::kErrorStop) + 1);
+// snapshot::SampledPlcopenState has one more value, at the front, for axes that are moved together.
+static_assert(static_cast<int>(snapshot::SampledPlcopenState::kDisabled) ==
+              static_cast<int>(PlcopenState::kDisabled) + 1);
+static_assert(static_cast<int>(snapshot::SampledPlcopenState::kErrorStop) ==
+              static_cast<int>(PlcopenState::kErrorStop) + 1);
 
 void SingleAxes::fill(std::size_t axis, snapshot::AxisSample& sample) const noexcept {
   axes_[axis].fill(sample);
   const auto& one = single_[axis];
-  sample.plcopen_state = static_cast<snapshot::PlcopenState>(static_cast<std::uint8_t>(one.state()) + 1);
+  sample.plcopen_state = static_cast<snapshot::SampledPlcopenState>(static_cast<std::uint8_t>(one.state()) + 1);
   sample.homed = one.homed();
 }
 

@@ -14,7 +14,7 @@ using ecat_master::GroupMove;
 using ecat_master::GroupState;
 using ecat_master::RequestPhase;
 using trajectory::PathMove;
-using Verb = GroupRequest::Verb;
+using Verb = ClientGroupRequest::Verb;
 using Why = GroupRefusal::Why;
 
 /// Resolution of tool positions, m and rad: finer differences are rounding errors of the kinematics.
@@ -154,7 +154,7 @@ events::EventGroup GroupDoor::event_group(std::size_t group) const {
 }
 
 tl::expected<std::uint64_t, GroupRefusal> GroupDoor::submit(const AxisCaller& caller, std::size_t group,
-                                                            const GroupRequest& request) {
+                                                            const ClientGroupRequest& request) {
   const std::lock_guard guard(lock_);
   if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
   auto submitted = try_to_submit(caller, group, request);
@@ -165,7 +165,7 @@ tl::expected<std::uint64_t, GroupRefusal> GroupDoor::submit(const AxisCaller& ca
 }
 
 tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_submit(const AxisCaller& caller, std::size_t group,
-                                                                   const GroupRequest& request) {
+                                                                   const ClientGroupRequest& request) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
   if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
   constexpr double kMostShare = 2.0;
@@ -191,7 +191,7 @@ tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_submit(const AxisCal
 }
 
 /// Submits the move of a request.
-tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_move(std::size_t group, const GroupRequest& request) {
+tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_move(std::size_t group, const ClientGroupRequest& request) {
   find_place(group);
   auto move = request.move;
   const auto& place = groups_[group]->place;

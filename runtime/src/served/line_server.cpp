@@ -33,7 +33,7 @@ void count(std::atomic<std::uint64_t>& counter) noexcept {
 }
 
 /// Whether a clock of a slave has an event (SYNC0, SYNC1) by `time` that the slave has not processed yet.
-bool instant_due(const slaves::Line& line, nanoseconds time) noexcept {
+bool instant_due(const slaves::SimulatedLine& line, nanoseconds time) noexcept {
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (line.slave(i).esc().clock().sync_due() <= time) return true;
   }
@@ -42,7 +42,7 @@ bool instant_due(const slaves::Line& line, nanoseconds time) noexcept {
 
 }  // namespace
 
-LineServer::LineServer(slaves::Line& line, port::Port& primary, port::Port* secondary, rt::Clock& clock,
+LineServer::LineServer(slaves::SimulatedLine& line, port::Port& primary, port::Port* secondary, rt::Clock& clock,
                        Settings settings)
     : line_(line),
       ports_{&primary, secondary},

@@ -93,10 +93,11 @@ std::vector<std::unique_ptr<slaves::Slave>> make_simulated_slaves(const LineConf
   return slaves;
 }
 
-std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock, bool second_interface) {
+std::unique_ptr<slaves::SimulatedLine> make_simulated_line(const LineConfig& config, rt::Clock& clock,
+                                                           bool second_interface) {
   slaves::LineOptions options;
   for (const auto& slave : config.slaves) options.slave_delays.push_back(slave.delays);
-  auto line = std::make_unique<slaves::Line>(clock, make_simulated_slaves(config), options, config.wiring);
+  auto line = std::make_unique<slaves::SimulatedLine>(clock, make_simulated_slaves(config), options, config.wiring);
   const auto far_end = line->wiring().master(slaves::MasterPort::kSecondary);
   if (far_end && !second_interface) line->break_cable(*far_end);
   for (const auto& plan : config.faults) line->faults().schedule(clock.now() + plan.at, plan.fault);

@@ -35,7 +35,7 @@ class RemoteStreams {
   static constexpr std::chrono::milliseconds kReportInterval{20};
 
   /// `axes`: axes that accept streams. `hub` and `authority` must outlive it.
-  RemoteStreams(StreamHub& hub, const AxisAuthority& authority, const StreamSettings& settings,
+  RemoteStreams(StreamHub& hub, const AxisAuthority& authority, const ClientStreamSettings& settings,
                 std::vector<StreamAxis> axes, std::chrono::nanoseconds period)
       : hub_(hub), authority_(authority), settings_(settings), axes_(std::move(axes)), period_(period) {}
 
@@ -82,7 +82,7 @@ class RemoteStreams {
 
   StreamHub& hub_;
   const AxisAuthority& authority_;
-  StreamSettings settings_;
+  ClientStreamSettings settings_;
   std::vector<StreamAxis> axes_;
   std::chrono::nanoseconds period_;
   bool closed_ = false;

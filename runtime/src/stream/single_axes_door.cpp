@@ -9,24 +9,24 @@ namespace {
 using ecat_master::AxisCommand;
 using ecat_master::PlcopenState;
 
-constexpr bool same(PlcopenState state, stream::AxisState told) {
+constexpr bool same(PlcopenState state, stream::MotionState told) {
   return static_cast<std::uint32_t>(state) == static_cast<std::uint32_t>(told);
 }
 // Clients know the states only by the header of the stream.
-static_assert(same(PlcopenState::kDisabled, stream::AxisState::kDisabled));
-static_assert(same(PlcopenState::kStandstill, stream::AxisState::kStandstill));
-static_assert(same(PlcopenState::kHoming, stream::AxisState::kHoming));
-static_assert(same(PlcopenState::kStopping, stream::AxisState::kStopping));
-static_assert(same(PlcopenState::kDiscreteMotion, stream::AxisState::kDiscreteMotion));
-static_assert(same(PlcopenState::kContinuousMotion, stream::AxisState::kContinuousMotion));
-static_assert(same(PlcopenState::kSynchronizedMotion, stream::AxisState::kSynchronizedMotion));
-static_assert(same(PlcopenState::kErrorStop, stream::AxisState::kErrorStop));
+static_assert(same(PlcopenState::kDisabled, stream::MotionState::kDisabled));
+static_assert(same(PlcopenState::kStandstill, stream::MotionState::kStandstill));
+static_assert(same(PlcopenState::kHoming, stream::MotionState::kHoming));
+static_assert(same(PlcopenState::kStopping, stream::MotionState::kStopping));
+static_assert(same(PlcopenState::kDiscreteMotion, stream::MotionState::kDiscreteMotion));
+static_assert(same(PlcopenState::kContinuousMotion, stream::MotionState::kContinuousMotion));
+static_assert(same(PlcopenState::kSynchronizedMotion, stream::MotionState::kSynchronizedMotion));
+static_assert(same(PlcopenState::kErrorStop, stream::MotionState::kErrorStop));
 
 }  // namespace
 
 StreamAxes::View SingleAxesDoor::view(std::size_t axis) const noexcept {
   const auto& one = axes_.axis(axis);
-  return {static_cast<stream::AxisState>(one.state()), static_cast<std::uint32_t>(one.error()),
+  return {static_cast<stream::MotionState>(one.state()), static_cast<std::uint32_t>(one.error()),
           one.setpoint().position + one.position_offset(), one.position_offset()};
 }
 

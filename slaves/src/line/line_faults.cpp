@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/wire/ethernet.hpp"
 
 namespace driveline::slaves {
@@ -55,7 +55,8 @@ std::uint32_t next_random(std::uint32_t& state) noexcept {
 
 }  // namespace
 
-LineFaults::LineFaults(Line& line, std::size_t slave_count) : line_(line), absent_(slave_count), events_(kEvents) {}
+LineFaults::LineFaults(SimulatedLine& line, std::size_t slave_count)
+    : line_(line), absent_(slave_count), events_(kEvents) {}
 
 bool LineFaults::possible(const Fault& fault) const noexcept {
   const auto& row = fault_kind_row(fault.kind);

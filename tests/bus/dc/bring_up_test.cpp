@@ -118,7 +118,7 @@ TEST(ClockDelays, BehindSlavesWithoutClockAreTrue) {
 TEST(ClockDelays, OfARingAreTrueAndTheRingIsClosedAgain) {
   class RingPort final : public PassingPort {
    public:
-    explicit RingPort(slaves::Line& line) : PassingPort(line), far_(line.secondary()) {}
+    explicit RingPort(slaves::SimulatedLine& line) : PassingPort(line), far_(line.secondary()) {}
     [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override {
       auto frame = inner_.receive();
       return frame ? frame : far_.receive();

@@ -81,7 +81,7 @@ TEST_F(BusTraffic, SegmentsCompleteAccessAndInformation) {
   rt::VirtualClock clock(milliseconds{1});
   std::vector<std::unique_ptr<slaves::Slave>> terminals;
   terminals.push_back(make_terminal());
-  slaves::Line line(clock, std::move(terminals));
+  slaves::SimulatedLine line(clock, std::move(terminals));
   Recorder recorder(line, 0x1100);
   ecat_master::Master master(recorder, clock);
   ASSERT_EQ(sentence(master.scan()), "");

@@ -99,7 +99,7 @@ class Probe {
   bool ready(const stream::StatusRecord& status) {
     if (begun_) return true;
     for (std::size_t i = 0; i < axes_.size(); ++i) {
-      if (status.axes[i].state != stream::AxisState::kStandstill) return false;
+      if (status.axes[i].state != stream::MotionState::kStandstill) return false;
       begin_[i] = status.axes[i].setpoint;
     }
     begun_ = true;

@@ -71,7 +71,7 @@ class ProcessDataExample : public testing::Test {
 
   rt::VirtualClock clock;
   runtime::LineConfig config;
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<Master> master;
 };
 

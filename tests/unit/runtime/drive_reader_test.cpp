@@ -213,7 +213,7 @@ class ScriptedDrive {
 
  private:
   rt::VirtualClock clock_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
 };
 
 /// 1018h:04 and the EEPROM of the simulated slaves have the values that the line description expects.

@@ -86,7 +86,7 @@ class LineServerTest : public testing::Test {
     for (std::size_t i = 0; i < count; ++i) {
       made.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
     }
-    line = std::make_unique<slaves::Line>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
+    line = std::make_unique<slaves::SimulatedLine>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
     server = std::make_unique<LineServer>(*line, primary, second ? &secondary : nullptr, clock, LineServer::Settings{});
   }
   /// Runs turns like run(), for `duration`.
@@ -115,7 +115,7 @@ class LineServerTest : public testing::Test {
   rt::VirtualClock clock{1s};
   TestPort primary{clock};
   TestPort secondary{clock};
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<LineServer> server;
 };
 

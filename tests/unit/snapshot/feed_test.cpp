@@ -53,7 +53,7 @@ AxisSample axis_of(std::uint64_t cycle, std::uint16_t axis) {
           .status_word = 0x1637,
           .mode = -3,
           .state = AxisState::kOperationEnabled,
-          .plcopen_state = PlcopenState::kStopping,
+          .plcopen_state = SampledPlcopenState::kStopping,
           .homed = AxisHomed::kYes,
           .error_code = 0x8611,
           .digital_inputs = 0xFFFF'0000,

@@ -108,14 +108,14 @@ struct LineComparison {
                              std::span<const SlaveInfo> found);
 
 /// A station alias (not 0) that several slaves have, with all their positions.
-struct DuplicateAlias {
+struct SharedAlias {
   std::uint16_t alias = 0;               ///< station alias
   std::vector<std::uint16_t> positions;  ///< positions of these slaves
 };
 /// Finds all duplicate aliases, in ascending order; alias 0 means no alias. Allocates.
-[[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
+[[nodiscard]] std::vector<SharedAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
 /// The duplicate in one sentence.
-[[nodiscard]] std::string describe(const DuplicateAlias& duplicate);
+[[nodiscard]] std::string describe(const SharedAlias& duplicate);
 
 /// Problems of a line that do not depend on plans, one sentence each: unusable EEPROMs, duplicate aliases.
 [[nodiscard]] std::vector<std::string> describe_problems(std::span<const SlaveInfo> found);

@@ -30,7 +30,7 @@ struct SlaveUnusable {
 };
 /// Several slaves have the same station alias.
 struct AliasNotUnique {
-  ecat_master::DuplicateAlias duplicate;  ///< the alias, and the slaves that have it
+  ecat_master::SharedAlias duplicate;  ///< the alias, and the slaves that have it
 };
 /// There is no description: the slaves are run as found.
 struct NoDescription {};

@@ -75,7 +75,7 @@ class GroupDoor final : private GroupGuard {
   [[nodiscard]] events::EventGroup event_group(std::size_t group) const;
   /// Forwards a request to the group. Returns its number for progress().
   [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> submit(const AxisCaller& caller, std::size_t group,
-                                                                 const GroupRequest& request);
+                                                                 const ClientGroupRequest& request);
   /// Forwards the next moves of a path, as many as there is room for. `begins`: the first of them starts the path;
   /// otherwise they continue the preceding moves. `ends`: the last one ends the path. A feed of 0 is the default feed
   /// of the group. A refusal concerns the first move that was not accepted; it is returned only if no move was
@@ -102,15 +102,16 @@ class GroupDoor final : private GroupGuard {
     std::uint64_t last = 0;
     std::size_t group = 0;
     AxisCaller caller;
-    std::optional<GroupRequest> request{};  ///< none: moves of a path
+    std::optional<ClientGroupRequest> request{};  ///< none: moves of a path
   };
   using Refused = std::optional<GroupRefusal>;
 
   bool bring_to_rest(std::size_t axis) override;
   [[nodiscard]] bool waits_for(const std::string& caller) override;
   [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_submit(const AxisCaller& caller, std::size_t group,
-                                                                        const GroupRequest& request);
-  [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_move(std::size_t group, const GroupRequest& request);
+                                                                        const ClientGroupRequest& request);
+  [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_move(std::size_t group,
+                                                                      const ClientGroupRequest& request);
   [[nodiscard]] tl::expected<TakenMoves, GroupRefusal> try_to_add(const AxisCaller& caller, std::size_t group,
                                                                   std::span<const trajectory::PathMove> moves,
                                                                   bool begins, bool ends);

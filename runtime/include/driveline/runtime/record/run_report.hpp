@@ -25,7 +25,7 @@
 namespace driveline::runtime {
 
 /// One axis in the summary; following errors as the master computes them.
-struct AxisReport {
+struct AxisRunReport {
   std::string name;
   std::optional<std::size_t> slave{};  ///< position on the line; none: it has no drive
   double following_error_max = 0.0;    ///< drive increments
@@ -97,7 +97,7 @@ struct RunReport {
   std::string line;
   /// State of the line at the end of the operation: "OP", or the lower state to which it had fallen.
   std::string state;
-  std::vector<AxisReport> axes;
+  std::vector<AxisRunReport> axes;
   std::vector<AxisGroupRunReport> axis_groups;
   bool increments = false;  ///< text and plots show drive increments in addition to the units of the axes
   std::vector<InterfaceReport> interfaces;  ///< empty: the line is simulated in this process

@@ -36,17 +36,17 @@ struct LineOptions {
 /// frames arrive.
 ///
 /// For one thread at a time. After construction only mailbox traffic allocates.
-class Line final : public port::Port {
+class SimulatedLine final : public port::Port {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
   /// Creates the line with `slaves`, connected by `wiring`, or as a plain line without it. Throws std::invalid_argument
   /// when the wiring has a different number of slaves.
-  Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options = {},
-       std::optional<Wiring> wiring = std::nullopt);
-  Line(const Line&) = delete;
-  Line& operator=(const Line&) = delete;
+  SimulatedLine(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options = {},
+                std::optional<Wiring> wiring = std::nullopt);
+  SimulatedLine(const SimulatedLine&) = delete;
+  SimulatedLine& operator=(const SimulatedLine&) = delete;
 
   /// \name The primary interface of the master
   /// @{

@@ -1,4 +1,4 @@
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -15,8 +15,8 @@ constexpr std::byte kLocallyAdministered{0x02};
 
 }  // namespace
 
-Line::Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options,
-           std::optional<Wiring> wiring)
+SimulatedLine::SimulatedLine(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options,
+                             std::optional<Wiring> wiring)
     : clock_(clock),
       slaves_(std::move(slaves)),
       wiring_(wiring ? std::move(*wiring) : Wiring::line(slaves_.size(), options.cable_delay)),
@@ -34,7 +34,7 @@ Line::Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const L
   }
 }
 
-void Line::advance(Nanoseconds now) {
+void SimulatedLine::advance(Nanoseconds now) {
   // Faults start and end at their exact times, even if this is called late.
   for (auto due = faults_.due(); due <= now; due = faults_.due()) {
     advance_slaves(slaves_, due);
@@ -43,20 +43,20 @@ void Line::advance(Nanoseconds now) {
   advance_slaves(slaves_, now);
 }
 
-void Line::advance_some(std::size_t first, std::size_t count, Nanoseconds now) {
+void SimulatedLine::advance_some(std::size_t first, std::size_t count, Nanoseconds now) {
   if (faults_.due() <= now) return advance(now);
   const auto from = std::min(first, slaves_.size());
   advance_slaves(std::span(slaves_).subspan(from, std::min(count, slaves_.size() - from)), now);
 }
 
-void Line::advance_slaves(std::span<const std::unique_ptr<Slave>> slaves, Nanoseconds now) {
+void SimulatedLine::advance_slaves(std::span<const std::unique_ptr<Slave>> slaves, Nanoseconds now) {
   for (const auto& slave : slaves) {
     slave->advance(now);
     topology_changed_ |= slave->esc().loop_control_changed();
   }
 }
 
-port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame) noexcept {
+port::SendStatus SimulatedLine::transmit(LineEnd& from, std::span<const std::byte> frame) noexcept {
   if (frame.size() > port::kMaxFrameBytes) return port::SendStatus::kTooLong;
   const auto now = clock_.now();
   advance(now);
@@ -84,17 +84,19 @@ port::SendStatus Line::transmit(LineEnd& from, std::span<const std::byte> frame)
   return port::SendStatus::kSent;
 }
 
-std::optional<Line::Passage> Line::process(std::span<std::byte> frame, Nanoseconds now, MasterPort from) {
+std::optional<SimulatedLine::Passage> SimulatedLine::process(std::span<std::byte> frame, Nanoseconds now,
+                                                             MasterPort from) {
   advance(now);
   return pass(frame, now, from);
 }
 
-std::optional<Line::Passage> Line::pass(std::span<std::byte> frame, Nanoseconds now, MasterPort from) {
+std::optional<SimulatedLine::Passage> SimulatedLine::pass(std::span<std::byte> frame, Nanoseconds now,
+                                                          MasterPort from) {
   return pass_along(frame, current_path(from), now);
 }
 
-std::optional<Line::Passage> Line::pass_along(std::span<std::byte> frame, const FramePath& way,
-                                              Nanoseconds now) noexcept {
+std::optional<SimulatedLine::Passage> SimulatedLine::pass_along(std::span<std::byte> frame, const FramePath& way,
+                                                                Nanoseconds now) noexcept {
   ++counters_.frames;
   const auto fate = faults_.concern_frames() ? faults_.next_frame(frame, now) : FrameFate{};
   bool survives = !fate.lost_out && pass_frame(frame, way, fate, now);
@@ -107,8 +109,8 @@ std::optional<Line::Passage> Line::pass_along(std::span<std::byte> frame, const 
   return Passage{*way.exit(), way.delay(), fate.delay, fate.duplicated};
 }
 
-bool Line::pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate,
-                      Nanoseconds now) noexcept {
+bool SimulatedLine::pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate,
+                               Nanoseconds now) noexcept {
   bool survives = true;
   switch (datagrams_.load(frame)) {
     case FrameKind::kForeign:
@@ -127,13 +129,13 @@ bool Line::pass_frame(std::span<std::byte> frame, const FramePath& way, const Fr
   return survives;
 }
 
-Line::Nanoseconds Line::time_of_damage(const FramePath& way, const FrameFate& fate) noexcept {
+SimulatedLine::Nanoseconds SimulatedLine::time_of_damage(const FramePath& way, const FrameFate& fate) noexcept {
   if (!fate.damaged_at) return LineFaults::kNever;
   const auto time = way.received(fate.damaged_at->slave)[fate.damaged_at->port];
   return time == FramePath::kNotReceived ? LineFaults::kNever : time;
 }
 
-void Line::count_damage(const FramePath& way, PortId damaged_at) noexcept {
+void SimulatedLine::count_damage(const FramePath& way, PortId damaged_at) noexcept {
   const auto damage = way.received(damaged_at.slave)[damaged_at.port];
   if (damage == FramePath::kNotReceived) return;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
@@ -145,7 +147,7 @@ void Line::count_damage(const FramePath& way, PortId damaged_at) noexcept {
   }
 }
 
-bool Line::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept {
+bool SimulatedLine::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept {
   ++serial_;
   bool circulating = datagrams_.circulating();
   bool latch = false;
@@ -170,13 +172,13 @@ bool Line::pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds 
   return true;
 }
 
-void Line::process_without_logical(Esc& esc, Nanoseconds time) noexcept {
+void SimulatedLine::process_without_logical(Esc& esc, Nanoseconds time) noexcept {
   for (auto& datagram : datagrams_.datagrams()) {
     if (!wire::is_logical(datagram.command)) esc.process(datagram, time);
   }
 }
 
-void Line::latch_receive_times(const FramePath& way, Nanoseconds now) noexcept {
+void SimulatedLine::latch_receive_times(const FramePath& way, Nanoseconds now) noexcept {
   for (const auto& step : way.steps()) {
     auto& clock = slaves_[step.slave]->esc().clock();
     if (!clock.latch_requested()) continue;
@@ -188,18 +190,18 @@ void Line::latch_receive_times(const FramePath& way, Nanoseconds now) noexcept {
   }
 }
 
-bool Line::survives_as_foreign(const FramePath& way) const noexcept {
+bool SimulatedLine::survives_as_foreign(const FramePath& way) const noexcept {
   return std::all_of(way.steps().begin(), way.steps().end(),
                      [this](const auto& step) { return slaves_[step.slave]->esc().forwards_foreign_frames(); });
 }
 
-bool Line::link_up(PortId port) const noexcept {
+bool SimulatedLine::link_up(PortId port) const noexcept {
   const auto& end = wiring_.at(port);
   if (!slaves_[port.slave]->powered() || end.broken || end.kind == Wiring::End::Kind::kNothing) return false;
   return end.kind == Wiring::End::Kind::kMaster || slaves_[end.slave.slave]->powered();
 }
 
-const FramePath& Line::current_path(MasterPort from) noexcept {
+const FramePath& SimulatedLine::current_path(MasterPort from) noexcept {
   refresh_topology();
   const auto& way = paths_[static_cast<std::size_t>(from)];
   // An auto-closed port opens when it receives a frame.
@@ -211,7 +213,7 @@ const FramePath& Line::current_path(MasterPort from) noexcept {
   return way;
 }
 
-void Line::refresh_topology() noexcept {
+void SimulatedLine::refresh_topology() noexcept {
   if (!topology_changed_) return;
   topology_changed_ = false;
   for (std::size_t i = 0; i < slaves_.size(); ++i) refresh_ports(i, slaves_[i]->esc().take_loop_control_change());
@@ -219,7 +221,7 @@ void Line::refresh_topology() noexcept {
   paths_[1].trace(wiring_, ports_, MasterPort::kSecondary);
 }
 
-void Line::refresh_ports(std::size_t position, bool loop_control_written) noexcept {
+void SimulatedLine::refresh_ports(std::size_t position, bool loop_control_written) noexcept {
   auto& esc = slaves_[position]->esc();
   for (unsigned port = 0; port < kPortCount; ++port) {
     const bool link = link_up({position, port});
@@ -234,12 +236,12 @@ void Line::refresh_ports(std::size_t position, bool loop_control_written) noexce
   }
 }
 
-void Line::set_power(std::size_t position, bool on, Nanoseconds now) noexcept {
+void SimulatedLine::set_power(std::size_t position, bool on, Nanoseconds now) noexcept {
   slaves_[position]->set_power(on, now);
   topology_changed_ = true;
 }
 
-bool Line::break_cable(PortId port, bool broken) noexcept {
+bool SimulatedLine::break_cable(PortId port, bool broken) noexcept {
   topology_changed_ = true;
   return wiring_.break_cable(port, broken);
 }
