@@ -22,7 +22,7 @@ class LineControl final : private CommandExecutor {
   using Answer = std::function<std::string(std::string_view question)>;
 
   /// `couplings`: gears and cams of `axes`. `axes` and `groups` must outlive this object.
-  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups,
+  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisRequests& axes, runtime::GroupRequests& groups,
               runtime::CouplingPlan couplings = {});
   LineControl(const LineControl&) = delete;
   LineControl& operator=(const LineControl&) = delete;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 #include "failure.hpp"
 #include "text/move_file.hpp"
 

@@ -115,7 +115,7 @@ RangeCheck limit_joints(trajectory::ContourSettings& settings, const RangeCheck&
 /// Data shared by all groups.
 struct AxisGroups::Shared {
   GroupRequestTable table;
-  mutable std::mutex door;  ///< serialises submitting threads and planning; the cycle never locks it
+  mutable std::mutex submit_mutex;  ///< serialises submitting threads and planning; the cycle never locks it
   std::deque<std::pair<std::uint64_t, std::string>> sentences;
 
   void keep(std::uint64_t request, std::string reason) {
@@ -213,7 +213,7 @@ AxisGroups::~AxisGroups() = default;
 
 std::uint64_t AxisGroups::submit(std::size_t group, const GroupRequest& request) {
   if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   const auto id = shared_->table.add();
   if (!groups_[group]->cycle.submit(id, request)) return 0;
   ++groups_[group]->submitted;
@@ -222,7 +222,7 @@ std::uint64_t AxisGroups::submit(std::size_t group, const GroupRequest& request)
 
 std::uint64_t AxisGroups::move(std::size_t group, const GroupMove& move) {
   if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   auto& one = *groups_[group];
   if (one.planning.room() == 0) return 0;
   const auto id = shared_->table.add();
@@ -232,7 +232,7 @@ std::uint64_t AxisGroups::move(std::size_t group, const GroupMove& move) {
 
 std::uint64_t AxisGroups::move_path(std::size_t group, std::span<const GroupMove> moves) {
   if (group >= groups_.size() || moves.empty()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   auto& one = *groups_[group];
   if (one.planning.room() < moves.size()) return 0;
   std::uint64_t first = 0;
@@ -249,7 +249,7 @@ std::uint64_t AxisGroups::move_path(std::size_t group, std::span<const GroupMove
 
 std::size_t AxisGroups::room(std::size_t group) const {
   if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   return groups_[group]->planning.room();
 }
 
@@ -258,7 +258,7 @@ GroupRequestReport AxisGroups::report(std::uint64_t request) const noexcept {
 }
 
 std::string AxisGroups::refusal(std::uint64_t request) const {
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   const auto found = std::find_if(shared_->sentences.begin(), shared_->sentences.end(),
                                   [request](const auto& each) { return each.first == request; });
   return found == shared_->sentences.end() ? std::string{} : found->second;
@@ -269,7 +269,7 @@ GroupReport AxisGroups::group_report(std::size_t group) const noexcept {
 }
 
 void AxisGroups::plan() {
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   for (auto& group : groups_) group->planning.plan();
 }
 

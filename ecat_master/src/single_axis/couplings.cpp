@@ -315,7 +315,7 @@ Couplings::Feed* Couplings::find(std::size_t slave) const noexcept {
 std::uint64_t Couplings::order(std::size_t slave, const Order& order) noexcept {
   auto* const feed = find(slave);
   if (feed == nullptr) return 0;
-  const std::lock_guard lock(door_);
+  const std::lock_guard lock(submit_mutex_);
   feed->offer(order);
   const auto request = axes_.submit(slave, {.command = AxisCommand::kFollow});
   feed->confirm(request);
@@ -349,7 +349,7 @@ std::uint64_t Couplings::shift_phase(std::size_t slave, double offset, bool rela
                                      const trajectory::ProfileLimits& limits) noexcept {
   auto* const feed = find(slave);
   if (feed == nullptr) return 0;
-  const std::lock_guard lock(door_);
+  const std::lock_guard lock(submit_mutex_);
   return feed->ask_phase(offset, relative, limits);
 }
 

@@ -98,7 +98,7 @@ void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& 
 }
 
 std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) noexcept {
-  const std::lock_guard lock(door_);
+  const std::lock_guard lock(submit_mutex_);
   if (axis >= axes_.size()) return 0;
   if (!stops_or_releases(request.command) && requests_.size() >= kRequests - kRoomForStops) return 0;
   const auto id = table_.add();

@@ -12,7 +12,7 @@
 
 #include "commands/rate_limit.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/snapshot/feed/command_records.hpp"
 
 namespace driveline::runtime {
@@ -20,7 +20,7 @@ namespace driveline::runtime {
 /// Returns the name "dds NAME (participant GUID)" of a client in leases and events.
 [[nodiscard]] std::string commander_name(const snapshot::CommandParticipant& participant, std::string_view client);
 
-/// Receives commands over DDS, checks every field, and forwards permitted ones to the AxisDoor as caller "dds NAME
+/// Receives commands over DDS, checks every field, and forwards permitted ones to the AxisRequests as caller "dds NAME
 /// (participant GUID)". A client acquires an axis first, names the number of the lease in every command, and renews it.
 /// When a lease expires, its axis stops within its limits and is free. A halt and a quick stop need no lease: a stop is
 /// always permitted.
@@ -46,9 +46,9 @@ class CommandDesk {
   /// Most pending requests per client.
   static constexpr std::size_t kMostRequests = 32;
 
-  /// `door` and `clock`, which measures leases, must outlive it. `lease_timeout`: positive.
-  CommandDesk(AxisDoor& door, const rt::Clock& clock, std::chrono::nanoseconds lease_timeout)
-      : door_(door), clock_(clock), lease_timeout_(lease_timeout) {}
+  /// `axis_requests` and `clock`, which measures leases, must outlive it. `lease_timeout`: positive.
+  CommandDesk(AxisRequests& axis_requests, const rt::Clock& clock, std::chrono::nanoseconds lease_timeout)
+      : axis_requests_(axis_requests), clock_(clock), lease_timeout_(lease_timeout) {}
 
   /// Processes one command, which is not trusted.
   void take(const snapshot::CommandRecord& record);
@@ -100,7 +100,7 @@ class CommandDesk {
   void note(events::CommandAnswered facts);
   [[nodiscard]] bool may_tell() { return events_.take(clock_.now()); }
 
-  AxisDoor& door_;
+  AxisRequests& axis_requests_;
   const rt::Clock& clock_;
   std::chrono::nanoseconds lease_timeout_;
   std::map<Key, Client> clients_;

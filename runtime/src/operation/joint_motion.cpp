@@ -8,21 +8,21 @@ using ecat_master::AxisPresence;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 
-JointMotion::JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config, AxisDoor& door,
-                         std::string owner)
+JointMotion::JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config,
+                         AxisRequests& axis_requests, std::string owner)
     : motion_(std::move(motion)),
       config_(config),
-      door_(door),
+      axis_requests_(axis_requests),
       owner_(std::move(owner)),
       presences_(motion_->axes().size()) {}
 
 void JointMotion::start() {
-  door_.occupy(owner_);
+  axis_requests_.occupy(owner_);
   motion_->request_start();
 }
 
 void JointMotion::request_stop() {
-  door_.close();
+  axis_requests_.close();
   motion_->request_stop();
 }
 

@@ -372,7 +372,7 @@ void LineRun::stop_motion() {
 }
 
 void LineRun::take_down() {
-  settings_.door->close();
+  settings_.axis_requests->close();
   services_.stop();
   tell_traffic();
   if (feed_) feed_->set_state(snapshot::LineState::kDown);

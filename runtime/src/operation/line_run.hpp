@@ -13,9 +13,9 @@
 #include "commands/command_service.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/files/output_file.hpp"
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/exchange_group_watch.hpp"
 #include "driveline/runtime/record/run_report.hpp"
@@ -47,8 +47,8 @@ class LineRun {
   struct Settings {
     std::optional<trajectory::Interpolator> path;   ///< path of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
-    AxisDoor* door = nullptr;                       ///< never null
-    GroupDoor* groups = nullptr;                    ///< never null
+    AxisRequests* axis_requests = nullptr;          ///< never null
+    GroupRequests* groups = nullptr;                ///< never null
     bool enable = true;                             ///< enables single axes at the start
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path

@@ -57,11 +57,11 @@ Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
   auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
   for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
   if (config_.stream) {
-    stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
+    stream_ = std::make_unique<StreamService>(config_, *axes, settings_.axis_requests->authority());
     settings_.tasks->serve(stream_->task());
   }
   auto& single = *axes;
-  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.axis_requests, settings_.enable);
   if (auto added = add_groups(*motion, single); !added) return tl::unexpected(added.error());
   if (auto added = add_couplings(single); !added) return tl::unexpected(added.error());
   return motion;
@@ -100,7 +100,7 @@ Result<void> LineRun::add_couplings(ecat_master::SingleAxes& axes) {
   auto couplings = LineCouplings::make(config_, axes, *variables_, master_);
   if (!couplings) return tl::unexpected(couplings.error());
   couplings_ = std::move(*couplings);
-  settings_.door->attach(*couplings_);
+  settings_.axis_requests->attach(*couplings_);
   return {};
 }
 
@@ -110,16 +110,17 @@ std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   auto motion = settings_.source != nullptr
                     ? std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings)
                     : std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
-  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
+  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.axis_requests,
+                                       std::string(joint_owner()));
 }
 
 /// Reports requests to single axes and groups, and their results.
 void LineRun::note_requests() {
-  settings_.door->watch();
+  settings_.axis_requests->watch();
   settings_.groups->watch();
-  for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
+  for (auto& event : settings_.axis_requests->take_events()) note(std::move(event), Severity::kNotice);
   for (auto& event : settings_.groups->take_events()) note(std::move(event), Severity::kNotice);
-  for (auto& change : settings_.door->authority().take_changes())
+  for (auto& change : settings_.axis_requests->authority().take_changes())
     authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
 }
 

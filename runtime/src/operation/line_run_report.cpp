@@ -79,7 +79,7 @@ void LineRun::report_axes(RunReport& report) const {
                            axis.increments_per_unit * unit.to_si(1.0), error.unavailable});
     report.axes.back().path_error = {error.path.maximum * axis.increments_per_unit,
                                      error.path.rms() * axis.increments_per_unit};
-    report.axes.back().owner = settings_.door->authority().owner_of(i);
+    report.axes.back().owner = settings_.axis_requests->authority().owner_of(i);
     report.axes.back().demand_recorded = error.demand;
     if (error.drive.samples == 0) continue;
     report.axes.back().by_drive = {error.drive.maximum * axis.increments_per_unit,

@@ -25,11 +25,11 @@ using testing::StartsWith;
 
 class CommandDeskTest : public testing::Test, protected AxesForCommands {
  protected:
-  CommandDeskTest() { door.open(*single); }
+  CommandDeskTest() { axis_requests.open(*single); }
 
   std::vector<std::string> told() {
     std::vector<std::string> sentences;
-    for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
+    for (auto& facts : axis_requests.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
     return sentences;
   }
   /// The first answer to a command.
@@ -53,9 +53,9 @@ class CommandDeskTest : public testing::Test, protected AxesForCommands {
   }
 
   rt::VirtualClock clock;
-  AxisDoor door{configs, clock, [this] { ++stops; }};
+  AxisRequests axis_requests{configs, clock, [this] { ++stops; }};
   int stops = 0;
-  CommandDesk desk{door, clock, milliseconds{300}};
+  CommandDesk desk{axis_requests, clock, milliseconds{300}};
 };
 
 constexpr const char* kPanel = "dds panel (participant 010000000000000000000000)";
@@ -66,7 +66,7 @@ TEST_F(CommandDeskTest, AsksForNothingWithoutALease) {
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kJog, 7)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kRenew)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kRelease, 1)), sentence);
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   const auto lease = acquire("panel", "x");
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kEnable, lease + 1)), sentence);
   EXPECT_EQ(refusal(command("panel", "y", CommandKind::kEnable, lease)),
@@ -104,7 +104,7 @@ TEST_F(CommandDeskTest, ALeaseThatIsNotRenewedEnds) {
   told();
   clock.advance(milliseconds{301});
   desk.look();
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   EXPECT_THAT(told(), ElementsAre(std::string("axis x: ") + kPanel + " is not heard any more: the axis stops"));
   EXPECT_THAT(refusal(command("panel", "x", CommandKind::kRenew, lease)), HasSubstr("acquire the axis first"));
   EXPECT_NE(acquire("panel", "x"), lease);
@@ -113,7 +113,7 @@ TEST_F(CommandDeskTest, ALeaseThatIsNotRenewedEnds) {
 TEST_F(CommandDeskTest, AnAxisThatIsReleasedIsFree) {
   const auto lease = acquire("panel", "x");
   EXPECT_EQ(ask(command("panel", "x", CommandKind::kRelease, lease)).lease, 0U);
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   acquire("other", "x");
 }
 
@@ -198,8 +198,8 @@ TEST_F(CommandDeskTest, WithTheBridgeGoTheLeases) {
   acquire("other", "y", 2);
   told();
   desk.bridge_lost();
-  EXPECT_EQ(door.authority().owner_of(0), "");
-  EXPECT_EQ(door.authority().owner_of(1), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(1), "");
   EXPECT_THAT(told(), Contains(std::string(kPanel) + ": its bridge has stopped: its axes stop, and are free"));
 }
 
@@ -209,7 +209,7 @@ TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
   desk.bridge_lost();
   // As the client's middleware repeats it to the next bridge.
   EXPECT_THAT(refusal(acquired), HasSubstr("is not above"));
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   acquire("other", "x", 2);
 }
 
@@ -270,7 +270,7 @@ TEST_F(CommandDeskTest, GarbageMovesNothing) {
       told();
     }
   }
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   EXPECT_EQ(stops, 0);
 }
 

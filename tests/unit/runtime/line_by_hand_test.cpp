@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "axis_requests.hpp"
 #include "failure_of.hpp"
+#include "make_axis_request.hpp"
 #include "support/temporary_directory.hpp"
 #include "virtual_line.hpp"
 namespace driveline::runtime {

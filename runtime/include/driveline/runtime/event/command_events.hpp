@@ -3,14 +3,14 @@
 #include <cstdint>
 #include <string>
 
-/// Events of commands over DDS. Requests that reach the AxisDoor have their own event (AxisRequested).
+/// Events of commands over DDS. Requests that reach the AxisRequests have their own event (AxisRequested).
 namespace driveline::runtime::events {
 
 /// The line accepts commands.
 struct CommandsOpen {
   bool insecure = false;  ///< accepts them from anyone in the network
 };
-/// A command that sends no request to an axis, or that was refused before the AxisDoor.
+/// A command that sends no request to an axis, or that was refused before the AxisRequests.
 struct CommandAnswered {
   std::string who;      ///< "dds panel (participant 010f45d2e8a1b2c3d4e5f607)"
   std::string axis;     ///< name as sent by the client; empty: none

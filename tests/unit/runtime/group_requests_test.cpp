@@ -1,6 +1,6 @@
 // Requests to groups of axes of a line on virtual time: permitted callers, refusals, and the group staying on its path
 // whatever happens to the caller.
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 
 #include <gmock/gmock.h>
 
@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
-#include "axis_requests.hpp"
 #include "failure_of.hpp"
+#include "make_axis_request.hpp"
 #include "support/temporary_directory.hpp"
 #include "virtual_line.hpp"
 

@@ -50,7 +50,7 @@ struct AxisStatus {
   std::optional<CouplingStatus> coupling{};         ///< none: no coupling, or the line is not running
 };
 
-/// What an AxisDoor needs to know about the axis groups of its line. Called with the lock of the AxisDoor held.
+/// What AxisRequests needs to know about the axis groups of its line. Called with the lock of the AxisRequests held.
 class GroupGuard {
  public:
   virtual ~GroupGuard() = default;
@@ -74,10 +74,11 @@ class GroupGuard {
 /// The first request takes a lease and leave() releases it. An axis of another owner is taken over once it has accepted
 /// the request; after a refusal the axis and its motion stay with that owner. Any thread except the cycle's; uses a
 /// lock.
-class AxisDoor {
+class AxisRequests {
  public:
   /// `stop_all` ends the run in an orderly way. `axes` and `clock`, which measures keep-alive times, must outlive it.
-  AxisDoor(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock, std::function<void()> stop_all);
+  AxisRequests(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
+               std::function<void()> stop_all);
 
   // Called by the line.
   /// Accepts requests from now on, until close(). `axes` must live until then.
@@ -88,7 +89,8 @@ class AxisDoor {
   void occupy(const std::string& owner);
   /// Ends the acceptance of requests: the line goes out of operation.
   void close();
-  /// Sets the guard of the axis groups; null: there are none. It must outlive the AxisDoor, or be reset to null before.
+  /// Sets the guard of the axis groups; null: there are none. It must outlive the AxisRequests, or be reset to null
+  /// before.
   void guard(GroupGuard* groups);
   /// Adds an event about a client.
   void note(EventFacts facts);

@@ -1,4 +1,4 @@
-#include "stream/single_axes_door.hpp"
+#include "stream/single_axes_access.hpp"
 
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
 #include "driveline/stream/records.hpp"
@@ -24,21 +24,21 @@ static_assert(same(PlcopenState::kErrorStop, stream::MotionState::kErrorStop));
 
 }  // namespace
 
-StreamAxes::View SingleAxesDoor::view(std::size_t axis) const noexcept {
+StreamAxes::View SingleAxesAccess::view(std::size_t axis) const noexcept {
   const auto& one = axes_.axis(axis);
   return {static_cast<stream::MotionState>(one.state()), static_cast<std::uint32_t>(one.error()),
           one.setpoint().position + one.position_offset(), one.position_offset()};
 }
 
-void SingleAxesDoor::follow(std::size_t axis) noexcept {
+void SingleAxesAccess::follow(std::size_t axis) noexcept {
   axes_.submit_in_cycle(axis, {.command = AxisCommand::kFollow});
 }
 
-void SingleAxesDoor::halt(std::size_t axis) noexcept {
+void SingleAxesAccess::halt(std::size_t axis) noexcept {
   axes_.submit_in_cycle(axis, {.command = AxisCommand::kHalt});
 }
 
-void SingleAxesDoor::power_on(std::size_t axis) noexcept {
+void SingleAxesAccess::power_on(std::size_t axis) noexcept {
   axes_.submit_in_cycle(axis, {.command = AxisCommand::kPower});
 }
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/group/axis_groups.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
 #include "driveline/runtime/event.hpp"
 #include "driveline/runtime/groups/group_way.hpp"
@@ -44,18 +44,18 @@ struct TakenMoves {
   std::size_t count = 0;
 };
 
-/// Interface for requests to the axis groups of a running line, next to the AxisDoor of its single axes. A request to a
-/// group needs the leases of all its axes, and takes them; any client may send a halt, a stop or a hold. The group of
-/// an owner that is silent, or that leaves without letting its motion finish, comes to rest on its path. Any thread
+/// Interface for requests to the axis groups of a running line, next to the AxisRequests of its single axes. A request
+/// to a group needs the leases of all its axes, and takes them; any client may send a halt, a stop or a hold. The group
+/// of an owner that is silent, or that leaves without letting its motion finish, comes to rest on its path. Any thread
 /// except the cycle's; uses a lock.
-class GroupDoor final : private GroupGuard {
+class GroupRequests final : private GroupGuard {
  public:
   /// `axes` must outlive it, and other threads must not use `axes` during construction and destruction. `groups` must
   /// outlive it.
-  GroupDoor(const std::vector<AxisGroupConfig>& groups, AxisDoor& axes);
-  ~GroupDoor() override;
-  GroupDoor(const GroupDoor&) = delete;
-  GroupDoor& operator=(const GroupDoor&) = delete;
+  GroupRequests(const std::vector<AxisGroupConfig>& groups, AxisRequests& axes);
+  ~GroupRequests() override;
+  GroupRequests(const GroupRequests&) = delete;
+  GroupRequests& operator=(const GroupRequests&) = delete;
 
   // Called by the line.
   /// Accepts requests from now on, until close(). Both must live until then. `outputs`: outputs of each group.
@@ -87,7 +87,7 @@ class GroupDoor final : private GroupGuard {
   [[nodiscard]] GroupProgress progress(std::size_t group, std::uint64_t request) const;
   /// Returns the present state of the group.
   [[nodiscard]] GroupStatus status(std::size_t group) const;
-  /// Call before AxisDoor::leave(). `stop`: brings the groups that the caller's requests move to rest.
+  /// Call before AxisRequests::leave(). `stop`: brings the groups that the caller's requests move to rest.
   void leave(const std::string& caller, bool stop);
   /// Releases the axes of a group.
   void release(const std::string& caller, std::size_t group);
@@ -131,7 +131,7 @@ class GroupDoor final : private GroupGuard {
   void halt(std::size_t group);
 
   const std::vector<AxisGroupConfig>& configs_;
-  AxisDoor& door_;
+  AxisRequests& axis_requests_;
   mutable std::mutex lock_;
   ecat_master::AxisGroups* running_ = nullptr;
   ecat_master::SingleAxes* single_ = nullptr;

@@ -1,4 +1,4 @@
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -67,21 +67,21 @@ tl::unexpected<AxisRefusal> refused(const LeaseRefusal& lease) {
 
 }  // namespace
 
-AxisDoor::AxisDoor(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
-                   std::function<void()> stop_all)
+AxisRequests::AxisRequests(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
+                           std::function<void()> stop_all)
     : axes_(axes), clock_(clock), stop_all_(std::move(stop_all)), authority_(axes.size()) {}
 
-void AxisDoor::open(ecat_master::SingleAxes& axes) {
+void AxisRequests::open(ecat_master::SingleAxes& axes) {
   const std::lock_guard guard(lock_);
   single_ = &axes;
 }
 
-void AxisDoor::attach(LineCouplings& couplings) {
+void AxisRequests::attach(LineCouplings& couplings) {
   const std::lock_guard guard(lock_);
   couplings_ = &couplings;
 }
 
-void AxisDoor::occupy(const std::string& owner) {
+void AxisRequests::occupy(const std::string& owner) {
   const std::lock_guard guard(lock_);
   together_ = true;
   LeaseTerms terms;
@@ -91,7 +91,7 @@ void AxisDoor::occupy(const std::string& owner) {
   for (std::size_t axis = 0; axis < axes_.size(); ++axis) static_cast<void>(authority_.take(axis, terms));
 }
 
-void AxisDoor::close() {
+void AxisRequests::close() {
   const std::lock_guard guard(lock_);
   single_ = nullptr;
   couplings_ = nullptr;
@@ -99,28 +99,28 @@ void AxisDoor::close() {
   pending_.clear();
 }
 
-void AxisDoor::guard(GroupGuard* groups) {
+void AxisRequests::guard(GroupGuard* groups) {
   const std::lock_guard guard(lock_);
   groups_ = groups;
 }
 
-void AxisDoor::note(EventFacts facts) {
+void AxisRequests::note(EventFacts facts) {
   const std::lock_guard guard(lock_);
   events_.push_back(std::move(facts));
 }
 
-std::vector<EventFacts> AxisDoor::take_events() {
+std::vector<EventFacts> AxisRequests::take_events() {
   const std::lock_guard guard(lock_);
   return std::exchange(events_, {});
 }
 
-std::optional<std::size_t> AxisDoor::find(std::string_view name) const noexcept {
+std::optional<std::size_t> AxisRequests::find(std::string_view name) const noexcept {
   const auto found = std::find_if(axes_.begin(), axes_.end(), [name](const auto& axis) { return axis.name == name; });
   if (found == axes_.end()) return std::nullopt;
   return static_cast<std::size_t>(found - axes_.begin());
 }
 
-AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
+AxisRequests::Submitted AxisRequests::submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
   const std::lock_guard guard(lock_);
   if (axis >= axes_.size()) return refused(Why::kNotRunning);
   auto submitted = try_to_submit(caller, axis, request);
@@ -130,7 +130,7 @@ AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis,
   return submitted;
 }
 
-AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
+AxisRequests::Submitted AxisRequests::submit(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
   const std::lock_guard guard(lock_);
   if (axis >= axes_.size()) return refused(Why::kNotRunning);
   auto submitted = try_to_couple(caller, axis, order);
@@ -141,7 +141,8 @@ AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis,
   return submitted;
 }
 
-AxisDoor::Submitted AxisDoor::try_to_couple(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
+AxisRequests::Submitted AxisRequests::try_to_couple(const AxisCaller& caller, std::size_t axis,
+                                                    const CouplingOrder& order) {
   if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
   if (single_ == nullptr) return refused(Why::kNotRunning);
   if (couplings_ == nullptr || !couplings_->has(axis)) return refused(Why::kNoMaster);
@@ -158,7 +159,7 @@ AxisDoor::Submitted AxisDoor::try_to_couple(const AxisCaller& caller, std::size_
   return number;
 }
 
-tl::expected<std::uint64_t, AxisRefusal> AxisDoor::acquire(const AxisCaller& caller, std::size_t axis) {
+tl::expected<std::uint64_t, AxisRefusal> AxisRequests::acquire(const AxisCaller& caller, std::size_t axis) {
   const std::lock_guard guard(lock_);
   if (axis >= axes_.size() || (single_ == nullptr && !together_)) return refused(Why::kNotRunning);
   const auto taken = authority_.take(axis, terms_of(caller));
@@ -166,18 +167,19 @@ tl::expected<std::uint64_t, AxisRefusal> AxisDoor::acquire(const AxisCaller& cal
   return *taken;
 }
 
-bool AxisDoor::holds(const AxisCaller& caller, std::size_t axis) const {
+bool AxisRequests::holds(const AxisCaller& caller, std::size_t axis) const {
   return caller.lease && authority_.goes_on(axis, *caller.lease) && authority_.holds(axis, caller.name);
 }
 
-void AxisDoor::give_back(const std::string& caller, std::size_t axis) {
+void AxisRequests::give_back(const std::string& caller, std::size_t axis) {
   const std::lock_guard guard(lock_);
   if (!authority_.holds(axis, caller)) return;
   stop_axis(axis);
   authority_.release(axis, caller);
 }
 
-AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
+AxisRequests::Submitted AxisRequests::try_to_submit(const AxisCaller& caller, std::size_t axis,
+                                                    const AxisRequest& request) {
   if (single_ == nullptr && !together_) return refused(Why::kNotRunning);
   if (together_ && stops(request.command)) {
     stop_all_();
@@ -197,7 +199,7 @@ AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_
 }
 
 /// Takes the lease of an axis without owner. An axis of another owner stays with it until settle_take_overs().
-AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
+AxisRequests::Permission AxisRequests::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
   if (stops(command)) return Way::kOpen;
   if (probes(command)) return probe_permission(caller, axis, command);
   if (caller.lease && !holds(caller, axis)) return refused(Why::kNoLease);
@@ -214,7 +216,8 @@ AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t 
 }
 
 /// Any caller may switch a touch probe off; only a caller with `take_over` may replace the probe of another caller.
-AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) const {
+AxisRequests::Permission AxisRequests::probe_permission(const AxisCaller& caller, std::size_t axis,
+                                                        AxisCommand command) const {
   if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
   if (command == AxisCommand::kAbortTrigger || caller.take_over) return Way::kOpen;
   for (const auto& pending : pending_) {
@@ -227,13 +230,13 @@ AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::s
 
 /// Whether the caller takes the axis over: by this request, or by an earlier request that the axis has not processed
 /// yet.
-bool AxisDoor::takes_over(const AxisCaller& caller, std::size_t axis) const {
+bool AxisRequests::takes_over(const AxisCaller& caller, std::size_t axis) const {
   return caller.take_over || std::any_of(pending_.begin(), pending_.end(), [&](const Pending& pending) {
            return pending.takes_over && pending.axis == axis && pending.caller.name == caller.name;
          });
 }
 
-LeaseTerms AxisDoor::terms_of(const AxisCaller& caller) const {
+LeaseTerms AxisRequests::terms_of(const AxisCaller& caller) const {
   LeaseTerms terms;
   terms.owner = caller.name;
   if (caller.keep_alive) terms.until = clock_.now() + *caller.keep_alive;
@@ -241,7 +244,7 @@ LeaseTerms AxisDoor::terms_of(const AxisCaller& caller) const {
 }
 
 /// Gives axes to the callers that take them over, once the axes have accepted the requests.
-void AxisDoor::settle_take_overs() {
+void AxisRequests::settle_take_overs() {
   if (single_ == nullptr) return;
   for (auto& pending : pending_) {
     const auto phase =
@@ -262,12 +265,12 @@ void AxisDoor::settle_take_overs() {
   }
 }
 
-AxisProgress AxisDoor::progress(std::size_t axis, std::uint64_t request) const {
+AxisProgress AxisRequests::progress(std::size_t axis, std::uint64_t request) const {
   const std::lock_guard guard(lock_);
   return progress_of(axis, request);
 }
 
-AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) const {
+AxisProgress AxisRequests::progress_of(std::size_t axis, std::uint64_t request) const {
   if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}};
   if (single_ == nullptr) {
     AxisRefusal refusal;
@@ -306,13 +309,13 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
 }
 
 /// Whether the request is a touch probe that is still pending.
-bool AxisDoor::is_probe(std::uint64_t request) const {
+bool AxisRequests::is_probe(std::uint64_t request) const {
   return std::any_of(pending_.begin(), pending_.end(), [request](const Pending& pending) {
     return pending.number == request && pending.request.command == AxisCommand::kTouchProbe;
   });
 }
 
-AxisStatus AxisDoor::status(std::size_t axis) const {
+AxisStatus AxisRequests::status(std::size_t axis) const {
   const std::lock_guard guard(lock_);
   AxisStatus status{events::event_axis(axes_.at(axis)), authority_.owner_of(axis), {}, {}};
   if (single_ != nullptr) status.report = single_->axis_report(axis);
@@ -320,13 +323,13 @@ AxisStatus AxisDoor::status(std::size_t axis) const {
   return status;
 }
 
-void AxisDoor::keep_alive(const AxisCaller& caller) {
+void AxisRequests::keep_alive(const AxisCaller& caller) {
   const std::lock_guard guard(lock_);
   settle_take_overs();
   if (caller.keep_alive) authority_.prolong(caller.name, clock_.now() + *caller.keep_alive);
 }
 
-void AxisDoor::leave(const std::string& caller, bool stop) {
+void AxisRequests::leave(const std::string& caller, bool stop) {
   const std::lock_guard guard(lock_);
   settle_take_overs();
   if (!stop) {
@@ -342,7 +345,7 @@ void AxisDoor::leave(const std::string& caller, bool stop) {
 }
 
 /// Ends a pending request because its caller leaves.
-void AxisDoor::drop(Pending& pending) {
+void AxisRequests::drop(Pending& pending) {
   const auto progress = progress_of(pending.axis, pending.number);
   if (pending.request.command == AxisCommand::kTouchProbe) {
     if (single_ != nullptr && !progress.report.over())
@@ -355,7 +358,7 @@ void AxisDoor::drop(Pending& pending) {
   }
 }
 
-void AxisDoor::watch() {
+void AxisRequests::watch() {
   const std::lock_guard guard(lock_);
   settle_take_overs();
   watch_leases();
@@ -363,7 +366,7 @@ void AxisDoor::watch() {
   watch_leaving();
 }
 
-void AxisDoor::watch_leases() {
+void AxisRequests::watch_leases() {
   for (auto& loss : authority_.losses(clock_.now())) {
     if (loss.taken_by.empty()) stop_axis(loss.axis);
     events_.emplace_back(events::AxisLeaseLost{axes_[loss.axis].name, std::move(loss.owner), std::move(loss.taken_by)});
@@ -371,7 +374,7 @@ void AxisDoor::watch_leases() {
 }
 
 /// Only a stop can end homing (PLCopen part 1, state diagram); the stop is released at once.
-void AxisDoor::stop_axis(std::size_t axis) {
+void AxisRequests::stop_axis(std::size_t axis) {
   if (single_ == nullptr || (groups_ != nullptr && groups_->bring_to_rest(axis))) return;
   const auto state = single_->axis_report(axis).state;
   if (state == PlcopenState::kDisabled || state == PlcopenState::kErrorStop || state == PlcopenState::kStopping) return;
@@ -383,7 +386,7 @@ void AxisDoor::stop_axis(std::size_t axis) {
   static_cast<void>(single_->submit(axis, plain(AxisCommand::kHalt)));
 }
 
-void AxisDoor::watch_requests() {
+void AxisRequests::watch_requests() {
   if (single_ == nullptr) return;
   std::erase_if(pending_, [this](Pending& pending) {
     auto progress = progress_of(pending.axis, pending.number);
@@ -400,7 +403,7 @@ void AxisDoor::watch_requests() {
   });
 }
 
-void AxisDoor::watch_leaving() {
+void AxisRequests::watch_leaving() {
   std::erase_if(leaving_, [this](const std::string& caller) {
     const auto his = [&](const Pending& pending) { return pending.caller.name == caller; };
     if (std::any_of(pending_.begin(), pending_.end(), his)) return false;
