@@ -312,7 +312,7 @@ TEST_F(CoeOfASmallMailbox, WhatComesAmidSegmentsGoesWhereItBelongs) {
 }
 
 TEST_F(CoeOfASmallMailbox, LostFramesAmidSegmentsCostNothingButTime) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     for (const std::uint16_t address : {kMailboxOut, kMailboxIn}) {
       int seen = -1;
       LossyPort port(*line, way, [&](std::uint64_t, std::span<const std::byte> frame) {

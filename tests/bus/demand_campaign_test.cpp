@@ -147,8 +147,9 @@ class Sequence {
         scene_(make_scene(random_, feed_)),
         coverage_(coverage),
         drives_(kAxes, {}, {}, std::nullopt, scene_.options.variant, 0.0, scene_.switches),
-        outwards_(drives_.line(), LossyPort::Way::kOut, [this](auto, auto) { return lost_ > 0 && lost_outwards_; }),
-        port_(outwards_, LossyPort::Way::kBack, [this](auto, auto) { return lost_ > 0; }),
+        outwards_(drives_.line(), LossyPort::Direction::kOut,
+                  [this](auto, auto) { return lost_ > 0 && lost_outwards_; }),
+        port_(outwards_, LossyPort::Direction::kBack, [this](auto, auto) { return lost_ > 0; }),
         operation_(drives_, port_, scene_.options) {
     for (std::size_t i = 0; i < kAxes; ++i) {
       watches_.emplace_back(drives_.drive(i), kLimits);

@@ -258,7 +258,7 @@ TEST(FoeSpeed, FourMebibytesTakeLessThanFiveSecondsAt125Microseconds) {
 }
 
 TEST(FoeLostFrames, OneInAHundredCostsNothingButTime) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     DriveLine drives(1);
     std::mt19937 random(11);
     LossyPort port(drives.line(), way, [&](auto, auto) { return random() % 100 == 0; });

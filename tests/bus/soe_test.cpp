@@ -146,7 +146,7 @@ TEST(SoeOnTheLine, LongTextsComeAndGoWholeInMailboxesOfAnySize) {
 }
 
 TEST(SoeOnTheLine, LongWritesArriveWholeBetweenSdosAndOtherWritesWhenFramesAreLost) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     SoeLine line(34);
     unsigned frames = 0;
     LossyPort port(*line.line, way, [&](auto, auto) { return ++frames % 13 == 0; });
@@ -192,7 +192,7 @@ TEST(SoeOnTheLine, MixesWithSdosAndOtherSlaves) {
 }
 
 TEST(SoeOnTheLine, LostFramesCostNothingButTime) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     SoeLine line(34);
     unsigned frames = 0;
     LossyPort port(*line.line, way, [&](auto, auto) { return ++frames % 20 == 0; });

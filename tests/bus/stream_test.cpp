@@ -114,7 +114,7 @@ class StreamLine {
         hub(late_axes, axes),
         options(stream_options(hub)),
         drives(axes),
-        port(drives.line(), LossyPort::Way::kBack, [this](auto, auto) { return lose; }),
+        port(drives.line(), LossyPort::Direction::kBack, [this](auto, auto) { return lose; }),
         operation(drives, port, options) {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
     EXPECT_EQ(sentence(operation.to_safe_op()), "");

@@ -147,7 +147,7 @@ std::string thread_to_text(const rt::ThreadUsage& thread, std::chrono::nanosecon
 nlohmann::json interfaces_to_json(const std::vector<runtime::InterfaceReport>& interfaces) {
   auto rows = nlohmann::json::array();
   for (const auto& interface : interfaces) {
-    rows.push_back({{"name", interface.name}, {"port", interface.way}, {"steps_down", interface.steps_down}});
+    rows.push_back({{"name", interface.name}, {"port", interface.access_method}, {"steps_down", interface.steps_down}});
   }
   return rows;
 }
@@ -301,7 +301,7 @@ std::string to_text(const runtime::RunReport& report) {
     text += margins_to_text(report.clocks->margins);
   }
   for (const auto& interface : report.interfaces) {
-    text += fmt::format("\n  interface {}: {}\n", interface.name, interface.way);
+    text += fmt::format("\n  interface {}: {}\n", interface.name, interface.access_method);
   }
   if (report.ring) text += ring_to_text(*report.ring);
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));

@@ -281,7 +281,7 @@ bool XdpPort::link_up() const noexcept {
   return interface && interface->index == index_ && interface->running;
 }
 
-std::string XdpPort::way() const {
+std::string XdpPort::access_method() const {
   return std::string("AF_XDP, ") + to_text(mode_);
 }
 

@@ -17,7 +17,7 @@ namespace {
 double delay_of(const AxisConfig& config) {
   // A virtual axis reaches its setpoint in the next cycle.
   if (config.is_virtual()) return 1.0;
-  constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
+  constexpr SetpointDelays kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
   return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
 }
 

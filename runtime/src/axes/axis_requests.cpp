@@ -148,14 +148,15 @@ AxisRequests::Submitted AxisRequests::try_to_couple(const AxisCaller& caller, st
   if (couplings_ == nullptr || !couplings_->has(axis)) return refused(Why::kNoMaster);
   const bool changes = order.kind == CouplingOrder::Kind::kOut || order.kind == CouplingOrder::Kind::kPhase;
   if (changes && !couplings_->coupled(axis)) return refused(Why::kNotCoupled);
-  const auto way = permission(caller, axis, AxisCommand::kFollow);
-  if (!way) return tl::unexpected(way.error());
+  const auto access = permission(caller, axis, AxisCommand::kFollow);
+  if (!access) return tl::unexpected(access.error());
   const auto number = couplings_->submit(axis, order);
   if (number == 0) {
-    if (*way == Way::kNewLease) authority_.release(axis, caller.name);
+    if (*access == Access::kNewLease) authority_.release(axis, caller.name);
     return refused(Why::kTooMany);
   }
-  pending_.push_back({number, axis, caller, plain(AxisCommand::kFollow), *way == Way::kTakesOver, false, order.text});
+  pending_.push_back(
+      {number, axis, caller, plain(AxisCommand::kFollow), *access == Access::kTakesOver, false, order.text});
   return number;
 }
 
@@ -187,20 +188,20 @@ AxisRequests::Submitted AxisRequests::try_to_submit(const AxisCaller& caller, st
   }
   const auto report = single_ != nullptr ? single_->axis_report(axis) : ecat_master::AxisReport{};
   if (auto wrong = check_request(axes_[axis], report, request)) return tl::unexpected(std::move(*wrong));
-  const auto way = permission(caller, axis, request.command);
-  if (!way) return tl::unexpected(way.error());
+  const auto access = permission(caller, axis, request.command);
+  if (!access) return tl::unexpected(access.error());
   const auto number = single_->submit(axis, request);
   if (number == 0) {
-    if (*way == Way::kNewLease) authority_.release(axis, caller.name);
+    if (*access == Access::kNewLease) authority_.release(axis, caller.name);
     return refused(Why::kTooMany);
   }
-  pending_.push_back({number, axis, caller, request, *way == Way::kTakesOver});
+  pending_.push_back({number, axis, caller, request, *access == Access::kTakesOver});
   return number;
 }
 
 /// Takes the lease of an axis without owner. An axis of another owner stays with it until settle_take_overs().
 AxisRequests::Permission AxisRequests::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
-  if (stops(command)) return Way::kOpen;
+  if (stops(command)) return Access::kOpen;
   if (probes(command)) return probe_permission(caller, axis, command);
   if (caller.lease && !holds(caller, axis)) return refused(Why::kNoLease);
   const auto owner = authority_.owner_of(axis);
@@ -208,24 +209,24 @@ AxisRequests::Permission AxisRequests::permission(const AxisCaller& caller, std:
   if (!owner.empty() && owner != caller.name && takes_over(caller, axis)) {
     terms.take_over = true;
     if (const auto free = authority_.check(axis, terms); !free) return refused(free.error());
-    return Way::kTakesOver;
+    return Access::kTakesOver;
   }
   terms.take_over = false;
   if (const auto taken = authority_.take(axis, terms); !taken) return refused(taken.error());
-  return owner.empty() ? Way::kNewLease : Way::kOpen;
+  return owner.empty() ? Access::kNewLease : Access::kOpen;
 }
 
 /// Any caller may switch a touch probe off; only a caller with `take_over` may replace the probe of another caller.
 AxisRequests::Permission AxisRequests::probe_permission(const AxisCaller& caller, std::size_t axis,
                                                         AxisCommand command) const {
   if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
-  if (command == AxisCommand::kAbortTrigger || caller.take_over) return Way::kOpen;
+  if (command == AxisCommand::kAbortTrigger || caller.take_over) return Access::kOpen;
   for (const auto& pending : pending_) {
     const bool his = pending.caller.name == caller.name;
     if (his || pending.axis != axis || pending.request.command != AxisCommand::kTouchProbe) continue;
     if (!progress_of(axis, pending.number).report.over()) return refused(Why::kProbeTaken, pending.caller.name);
   }
-  return Way::kOpen;
+  return Access::kOpen;
 }
 
 /// Whether the caller takes the axis over: by this request, or by an earlier request that the axis has not processed

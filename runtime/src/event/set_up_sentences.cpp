@@ -6,7 +6,7 @@
 namespace driveline::runtime {
 
 std::string EventSentence::operator()(const events::InterfaceOpened& facts) const {
-  auto text = fmt::format("{}: {}", facts.interface, facts.way);
+  auto text = fmt::format("{}: {}", facts.interface, facts.access_method);
   for (const auto& step : facts.steps_down) text += fmt::format("\n  {}", step);
   return text;
 }

@@ -13,7 +13,7 @@
 #include "driveline/ecat_master/process_data/pdo_entry.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
-#include "driveline/runtime/groups/group_way.hpp"
+#include "driveline/runtime/groups/group_moves.hpp"
 
 namespace driveline::runtime {
 

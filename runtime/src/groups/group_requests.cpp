@@ -248,8 +248,8 @@ bool GroupRequests::rests(std::size_t group) const {
   });
 }
 
-WayLimits GroupRequests::limits_of(std::size_t group) const {
-  WayLimits limits{event_group(group), {}, configs_[group].machine, {}};
+MoveLimits GroupRequests::limits_of(std::size_t group) const {
+  MoveLimits limits{event_group(group), {}, configs_[group].machine, {}};
   if (group < outputs_.size()) limits.outputs = outputs_[group];
   for (const auto axis : configs_[group].axes) {
     const auto& range = axis_requests_.axes()[axis].software_limits;
@@ -276,7 +276,7 @@ GroupRequests::Refused GroupRequests::check_move(std::size_t group, const GroupM
   if (known && axes <= trajectory::kMaxGroupAxes) {
     trajectory::GroupVector from{};
     std::copy(state.place->begin(), state.place->end(), from.begin());
-    if (auto wrong = check_way(limits, from, there.path)) return wrong;
+    if (auto wrong = check_group_move(limits, from, there.path)) return wrong;
   }
   state.place = coordinates(there, axes);
   return std::nullopt;

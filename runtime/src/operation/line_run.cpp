@@ -104,7 +104,7 @@ Result<void> LineRun::bring_up() {
   if (auto done = master_.scan(); !done) return fail_line(done.error());
   progress(events::SlavesFound{master_.slaves().size()});
   for (const auto& wire : session_.wires()) {
-    progress(events::InterfaceOpened{wire.interface, wire.way, wire.steps_down});
+    progress(events::InterfaceOpened{wire.interface, wire.access_method, wire.steps_down});
   }
   tell_problems(master_, *settings_.observer);
   if (!session_.has_config()) {

@@ -25,7 +25,7 @@ RunReport LineRun::make_report() {
   report.increments = config_.output.increments;
   report.period = config_.period;
   for (const auto& wire : session_.wires()) {
-    report.interfaces.push_back({wire.interface, wire.way, wire.steps_down});
+    report.interfaces.push_back({wire.interface, wire.access_method, wire.steps_down});
   }
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();

@@ -345,7 +345,7 @@ TEST_F(LineServerTest, TurnAroundTimesComeInWindowsAndAsAWhole) {
 }
 
 TEST_F(LineServerTest, SignalsOfADeviceAreSetAndRead) {
-  using Way = slaves::SignalPlace::Way;
+  using Direction = slaves::SignalId::Direction;
   serve(2);
   run(5ms);
   const auto carried_out = [this](LineOrder order) {
@@ -356,8 +356,8 @@ TEST_F(LineServerTest, SignalsOfADeviceAreSetAndRead) {
     return answer;
   };
   const auto* signals = line->slave(1).device().signals();
-  const auto isdsh = signals->find_signal(Way::kInput, "ISDSH");
-  const auto relay = signals->find_signal(Way::kOutput, "STO_RELAY");
+  const auto isdsh = signals->find_signal(Direction::kInput, "ISDSH");
+  const auto relay = signals->find_signal(Direction::kOutput, "STO_RELAY");
   ASSERT_TRUE(isdsh && relay);
   LineOrder read;
   read.verb = LineOrder::Verb::kReadSignal;

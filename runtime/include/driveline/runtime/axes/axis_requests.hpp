@@ -145,13 +145,13 @@ class AxisRequests {
     std::string coupling{};   ///< text of a CouplingOrder, for events
   };
   /// How a request obtains its axis.
-  enum class Way : std::uint8_t {
+  enum class Access : std::uint8_t {
     kOpen,       ///< the caller already owns the axis, or the request needs no lease
     kNewLease,   ///< the axis had no owner; the request took a new lease
     kTakesOver,  ///< another caller owns the axis until it has accepted the request
   };
   using Submitted = tl::expected<std::uint64_t, AxisRefusal>;
-  using Permission = tl::expected<Way, AxisRefusal>;
+  using Permission = tl::expected<Access, AxisRefusal>;
 
   [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis,
                                         const ecat_master::AxisRequest& request);

@@ -17,7 +17,7 @@ namespace driveline::runtime::events {
 /// A network interface is open.
 struct InterfaceOpened {
   std::string interface;                ///< name of the interface
-  std::string way;                      ///< method of sending and receiving frames: "packet socket with a receive ring"
+  std::string access_method;            ///< method of sending and receiving frames: "packet socket with a receive ring"
   std::vector<std::string> steps_down;  ///< why nothing faster is used, one sentence per step
 };
 /// The line has been scanned.

@@ -15,7 +15,7 @@
 #include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
 #include "driveline/runtime/event.hpp"
-#include "driveline/runtime/groups/group_way.hpp"
+#include "driveline/runtime/groups/group_moves.hpp"
 
 namespace driveline::runtime {
 
@@ -27,7 +27,7 @@ struct GroupProgress {
 
 /// State of a group, and its owner.
 struct GroupStatus {
-  WayLimits limits;                                  ///< name, axes and limits
+  MoveLimits limits;                                 ///< name, axes and limits
   std::string owner;                                 ///< owner of all its axes; empty: none, or several
   std::optional<ecat_master::GroupReport> report{};  ///< none: the line is not running
   /// Setpoint of each axis, rad or m, as requests count; empty: the line is not running.
@@ -122,7 +122,7 @@ class GroupRequests final : private GroupGuard {
   [[nodiscard]] GroupRefusal of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
                                       std::uint64_t request) const;
   [[nodiscard]] GroupProgress progress_of(std::size_t group, std::uint64_t request) const;
-  [[nodiscard]] WayLimits limits_of(std::size_t group) const;
+  [[nodiscard]] MoveLimits limits_of(std::size_t group) const;
   [[nodiscard]] std::vector<double> joints_of(std::size_t group) const;
   [[nodiscard]] std::vector<double> place_of(std::size_t group) const;
   [[nodiscard]] bool rests(std::size_t group) const;

@@ -88,7 +88,7 @@ struct AuthorityRecord {
 /// A network interface of a run.
 struct InterfaceReport {
   std::string name;                     ///< name as in `ip link`
-  std::string way;                      ///< method of sending and receiving frames: "packet socket with a receive ring"
+  std::string access_method;            ///< method of sending and receiving frames: "packet socket with a receive ring"
   std::vector<std::string> steps_down;  ///< why nothing faster was used, one sentence per step
 };
 

@@ -32,7 +32,7 @@ struct LineOrder {
   /// \name kSetSignal, kReadSignal: slave, signal and value
   /// @{
   std::uint16_t slave = 0;
-  slaves::SignalPlace signal{};
+  slaves::SignalId signal{};
   double value = 0.0;  ///< value to set, or the value read
   /// @}
 };

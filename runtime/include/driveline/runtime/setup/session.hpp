@@ -78,7 +78,7 @@ class Session {
   /// An interface of the bus, and how it was opened.
   struct Wire {
     std::string interface;                ///< name of the interface
-    std::string way;                      ///< port::InterfacePort::way()
+    std::string access_method;            ///< port::InterfacePort::access_method()
     std::vector<std::string> steps_down;  ///< port::OpenInterface::steps_down
   };
   /// Returns one entry for each end; empty: the line is simulated in this process.

@@ -59,7 +59,7 @@ class PositionRangeLimit {
 
  private:
   static constexpr std::int64_t kFullSize = std::int64_t{1} << 32;
-  [[nodiscard]] std::int64_t positive_way(std::int64_t from, std::int64_t to) const noexcept;
+  [[nodiscard]] std::int64_t positive_distance(std::int64_t from, std::int64_t to) const noexcept;
 
   std::int64_t minimum_ = INT32_MIN;
   std::int64_t size_ = kFullSize;
