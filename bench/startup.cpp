@@ -31,7 +31,7 @@ constexpr int kFrameRetries = 8;
 constexpr double kVethAimMs = 1000.0;  // for 64 drives
 constexpr std::size_t kAimDrives = 64;
 constexpr double kMemoryAimMib = 64.0;  // for 256 slaves
-constexpr std::size_t kMostDrives = 256;
+constexpr std::size_t kMaxDrives = 256;
 
 std::unique_ptr<slaves::SimulatedLine> make_line(rt::Clock& clock, std::size_t count) {
   return std::make_unique<slaves::SimulatedLine>(clock, runtime::make_simulated_slaves(describe_line(count, kPeriod)),
@@ -182,11 +182,11 @@ void measure_all(const Options& options) {
   const auto problem = enter_private_network();
   const auto cable = problem.empty() ? make_veth_pair("dlstart") : std::nullopt;
   claim_cpu(std::max(0, last_cpu() - 1));
-  for (const std::size_t drives : {std::size_t{1}, std::size_t{8}, kAimDrives, kMostDrives}) {
+  for (const std::size_t drives : {std::size_t{1}, std::size_t{8}, kAimDrives, kMaxDrives}) {
     const auto in_process =
         repeat(fmt::format("{} drives, in process", drives), runs, [&] { return start_in_process(clock, drives); });
     add(report, "in_process", drives, in_process, std::nullopt);
-    if (drives == kMostDrives) {
+    if (drives == kMaxDrives) {
       report.add({fmt::format("in_process_{}_drives", drives), "memory_of_the_master", "MiB",
                   summarize({in_process.front().memory_mib}), kMemoryAimMib, std::nullopt});
       report.add({fmt::format("in_process_{}_drives", drives), "memory_of_the_process", "MiB",

@@ -36,7 +36,7 @@ constexpr std::string_view kNoLimits =
     "shared memory: this kernel has no Landlock (Linux 5.13), so the bridge may open all files of its user, not only "
     "those in /dev/shm";
 /// Maximum size of profiles in bytes.
-constexpr std::size_t kMostProfiles = 1U << 20;
+constexpr std::size_t kMaxProfiles = 1U << 20;
 
 /// Paths to inherited descriptors, for Fast DDS to open: the files themselves may belong to another user.
 DdsSecurity security_of(int first) {
@@ -46,7 +46,7 @@ DdsSecurity security_of(int first) {
 
 /// Content of a file. A file longer than allowed is truncated, so that it is not valid XML any more.
 std::string content_of(int descriptor) {
-  std::string content(kMostProfiles, '\0');
+  std::string content(kMaxProfiles, '\0');
   std::size_t length = 0;
   while (length < content.size()) {
     const auto more = ::pread(descriptor, content.data() + length, content.size() - length, static_cast<off_t>(length));

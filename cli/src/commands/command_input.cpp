@@ -72,9 +72,9 @@ bool write_all(int socket, std::string_view text) {
 }
 
 /// Sets a time limit for every operation on the socket.
-void limit_waiting(int socket, std::chrono::milliseconds patience) {
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
-  const timeval limit{seconds.count(), std::chrono::microseconds(patience - seconds).count()};
+void limit_waiting(int socket, std::chrono::milliseconds timeout) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(timeout);
+  const timeval limit{seconds.count(), std::chrono::microseconds(timeout - seconds).count()};
   for (const int direction : {SO_RCVTIMEO, SO_SNDTIMEO}) {
     ::setsockopt(socket, SOL_SOCKET, direction, &limit, sizeof limit);
   }
@@ -94,17 +94,17 @@ std::optional<ucred> peer_of(int socket) {
 
 /// The error for a listener that does not answer, with its process ID if the system provides it.
 tl::unexpected<Failure> silent(const std::string& path, std::string_view listener, int socket,
-                               std::chrono::milliseconds patience) {
+                               std::chrono::milliseconds timeout) {
   const auto peer = peer_of(socket);
   return failed(fmt::format("{}: no answer within {} ms; the {} that listens there{} is stopped or not yet at work",
-                            path, patience.count(), listener,
+                            path, timeout.count(), listener,
                             peer && peer->pid > 0 ? fmt::format(" (process {})", peer->pid) : ""));
 }
 
 /// The error for a failed attempt to connect; call it right after the attempt, while errno is valid.
 tl::unexpected<Failure> unreachable(const std::string& path, std::string_view listener, const FileDescriptor& socket,
-                                    std::chrono::milliseconds patience) {
-  if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), patience);
+                                    std::chrono::milliseconds timeout) {
+  if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), timeout);
   return failed(fmt::format("{}: cannot be reached: {}; driveline {} --control {} listens there", path,
                             std::strerror(errno), listener, path));
 }
@@ -274,7 +274,7 @@ std::optional<pid_t> listener_at(const std::string& path) {
   const auto address = address_of(path);
   const auto socket = make_socket();
   if (!address || !socket.valid()) return std::nullopt;
-  limit_waiting(socket.get(), kAnswerPatience);
+  limit_waiting(socket.get(), kAnswerTimeout);
   if (!connect_to(socket, *address)) return std::nullopt;
   const auto peer = peer_of(socket.get());
   return peer ? std::optional(peer->pid) : std::nullopt;
@@ -284,9 +284,9 @@ Outcome<CommandConnection> CommandConnection::open(const std::string& path, std:
   const auto address = address_of(path);
   if (!address) return tl::unexpected(address.error());
   auto socket = make_socket();
-  if (socket.valid()) limit_waiting(socket.get(), kAnswerPatience);
+  if (socket.valid()) limit_waiting(socket.get(), kAnswerTimeout);
   if (!connect_to(socket, *address)) {
-    return unreachable(path, listener, socket, kAnswerPatience);
+    return unreachable(path, listener, socket, kAnswerTimeout);
   }
   return CommandConnection(path, listener, std::move(socket));
 }
@@ -297,7 +297,7 @@ Outcome<std::string> CommandConnection::ask(std::string_view command) {
   if (write_all(socket_.get(), fmt::format("{}\n", command))) {
     while (!answer.ends_with('\n')) {
       const auto count = receive_some(socket_.get(), buffer);
-      if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerPatience);
+      if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerTimeout);
       if (count <= 0) break;
       answer.append(buffer.data(), static_cast<std::size_t>(count));
     }
@@ -308,13 +308,13 @@ Outcome<std::string> CommandConnection::ask(std::string_view command) {
 }
 
 Outcome<std::string> send_command(const std::string& path, std::string_view command, std::string_view listener,
-                                  std::chrono::milliseconds patience) {
+                                  std::chrono::milliseconds timeout) {
   const auto address = address_of(path);
   if (!address) return tl::unexpected(address.error());
   const auto socket = make_socket();
-  if (socket.valid()) limit_waiting(socket.get(), patience);
+  if (socket.valid()) limit_waiting(socket.get(), timeout);
   if (!connect_to(socket, *address)) {
-    return unreachable(path, listener, socket, patience);
+    return unreachable(path, listener, socket, timeout);
   }
   std::string answer;
   std::array<char, 512> buffer;
@@ -323,7 +323,7 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
     while ((count = receive_some(socket.get(), buffer)) > 0) {
       answer.append(buffer.data(), static_cast<std::size_t>(count));
     }
-    if (count < 0 && timed_out()) return silent(path, listener, socket.get(), patience);
+    if (count < 0 && timed_out()) return silent(path, listener, socket.get(), timeout);
   }
   if (answer.empty()) return failed(fmt::format("{}: no answer", path));
   answer.pop_back();

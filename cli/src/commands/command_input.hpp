@@ -109,13 +109,13 @@ class CommandConnection {
 };
 
 /// Time-out for an answer at a socket: far longer than any line needs.
-inline constexpr std::chrono::milliseconds kAnswerPatience{10'000};
+inline constexpr std::chrono::milliseconds kAnswerTimeout{10'000};
 
 /// Sends one command to the socket `path` of the program `listener` and returns the answer. Failure also: no answer
-/// within `patience`, because the program is stopped or hangs.
+/// within `timeout`, because the program is stopped or hangs.
 [[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
                                                 std::string_view listener,
-                                                std::chrono::milliseconds patience = kAnswerPatience);
+                                                std::chrono::milliseconds timeout = kAnswerTimeout);
 /// The same for a `simulate`; prints the answer. An answer that starts with "error: " is a failure.
 [[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command);
 

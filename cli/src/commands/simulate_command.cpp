@@ -28,7 +28,7 @@ using std::chrono::nanoseconds;
 constexpr auto kWatchInterval = milliseconds{50};
 constexpr auto kReportInterval = std::chrono::seconds{5};
 /// Time-out for the thread of the line to stop; it checks for a stop after every frame.
-constexpr auto kStopPatience = std::chrono::seconds{2};
+constexpr auto kStopTimeout = std::chrono::seconds{2};
 
 double us(nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
@@ -186,7 +186,7 @@ Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::L
   progress(
       "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
       "masters have written into EEPROMs is not kept",
-      kStopPatience.count());
+      kStopTimeout.count());
   std::fflush(nullptr);
   std::_Exit(1);
 }
@@ -245,7 +245,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
     reporter.tell();
   }
   thread.request_stop();
-  if (!thread.join_for(kStopPatience)) end_without_the_line();
+  if (!thread.join_for(kStopTimeout)) end_without_the_line();
   console.tell_events();
   const auto saved = save_eeproms(*config, *line);
   print_out("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),

@@ -19,7 +19,7 @@ std::string terminal(int height) {
 }
 
 /// Limit of the marks in a picture; more would make it unreadable.
-constexpr std::size_t kMostMarks = 60;
+constexpr std::size_t kMaxMarks = 60;
 
 double log_us(std::chrono::nanoseconds time) {
   return std::log10(static_cast<double>(time.count()) / 1000.0);
@@ -242,7 +242,7 @@ PlotFacts plot_facts(const runtime::RunReport& report) {
   if (report.statistics.missed_periods > 0)
     facts.marks.push_back({report.longest_absence_at_s, true, "longest absence"});
   for (const auto& event : report.events) {
-    if (facts.marks.size() == kMostMarks) break;
+    if (facts.marks.size() == kMaxMarks) break;
     if (!event.time || event.severity < runtime::Severity::kNotice) continue;
     const bool away = event.is<runtime::events::MasterAway>() || event.is<runtime::events::MasterAwayOften>();
     facts.marks.push_back({std::chrono::duration<double>(*event.time).count(), away,

@@ -31,7 +31,7 @@ constexpr std::uint32_t kCyclesUnsettled = 240;
 constexpr double kSettledShare = 0.25;
 constexpr double kSettledS = 1e-3;
 /// Time-out for a drive to confirm a mode, s.
-constexpr double kPatienceS = 0.25;
+constexpr double kTimeoutS = 0.25;
 /// Time within which a drive that changes immediately has confirmed, s.
 constexpr double kAnswersS = 1e-3;
 /// Fraction of the velocity error that the first position setpoint absorbs.
@@ -82,7 +82,7 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
 }
 
 bool ModeChange::committed() const noexcept {
-  return pending() && preparing_ == 0 && (shown_ > 0 || told_s_ < kPatienceS);
+  return pending() && preparing_ == 0 && (shown_ > 0 || told_s_ < kTimeoutS);
 }
 
 cia402::Mode ModeChange::in_force(Mode wanted) const noexcept {

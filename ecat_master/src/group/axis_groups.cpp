@@ -46,8 +46,8 @@ void check(const SingleAxes& axes, const std::vector<AxisGroupSettings>& groups,
   if (std::any_of(groups.begin(), before, [&group](const auto& other) { return other.name == group.name; }))
     refuse(group, "there is another one of that name");
   if (group.axes.empty()) refuse(group, "it has no axes");
-  if (group.axes.size() > AxisGroups::kMostAxes)
-    refuse(group, "it has " + std::to_string(group.axes.size()) + " axes; " + std::to_string(AxisGroups::kMostAxes) +
+  if (group.axes.size() > AxisGroups::kMaxAxes)
+    refuse(group, "it has " + std::to_string(group.axes.size()) + " axes; " + std::to_string(AxisGroups::kMaxAxes) +
                       " are possible");
   if (!(group.jerk_time_s > 0.0)) refuse(group, "its jerk_time_s must be above 0");
   for (std::size_t i = 0; i < group.axes.size(); ++i) {

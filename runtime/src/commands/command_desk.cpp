@@ -145,8 +145,8 @@ CommandDesk::Client* CommandDesk::find_client(const CommandRecord& record, std::
   if (const auto found = clients_.find(key); found != clients_.end()) return &found->second;
   const auto names = std::count_if(clients_.begin(), clients_.end(),
                                    [&](const auto& entry) { return entry.first.first == record.participant; });
-  if (names >= kMostNames && !make_room(&record.participant)) return nullptr;
-  if (clients_.size() >= kMostClients && !make_room(nullptr)) return nullptr;
+  if (names >= kMaxNames && !make_room(&record.participant)) return nullptr;
+  if (clients_.size() >= kMaxClients && !make_room(nullptr)) return nullptr;
   auto& client = clients_[std::move(key)];
   client.caller.keep_alive = lease_timeout_;
   return &client;
@@ -216,8 +216,8 @@ void CommandDesk::lease(Client& client, const CommandRecord& record, std::size_t
 }
 
 void CommandDesk::request(Client& client, const CommandRecord& record, std::size_t axis) {
-  if (client.pending.size() >= kMostRequests && !is_stop(record)) {
-    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMostRequests),
+  if (client.pending.size() >= kMaxRequests && !is_stop(record)) {
+    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMaxRequests),
            held(client, record));
     return;
   }
@@ -237,7 +237,7 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
     return;
   }
   // Stops are always accepted, but only a limited number of them is tracked.
-  const bool followed = client.pending.size() < 2 * kMostRequests;
+  const bool followed = client.pending.size() < 2 * kMaxRequests;
   answer(record, followed ? CommandResult::kAccepted : CommandResult::kDone,
          followed ? "" : "the axis is told to stop; no other answer follows, there are too many", lease);
   if (followed) client.pending.push_back({record, axis, *submitted});

@@ -40,11 +40,11 @@ class CommandDesk {
   static constexpr double kEventRate = 20.0;
   static constexpr double kEventsAtOnce = 100.0;
   /// Most clients at a time; a silent client without pending requests is forgotten when a new one needs its place.
-  static constexpr std::size_t kMostClients = 64;
+  static constexpr std::size_t kMaxClients = 64;
   /// Most clients per participant, so that it cannot keep others out with many names.
-  static constexpr std::ptrdiff_t kMostNames = 8;
+  static constexpr std::ptrdiff_t kMaxNames = 8;
   /// Most pending requests per client.
-  static constexpr std::size_t kMostRequests = 32;
+  static constexpr std::size_t kMaxRequests = 32;
 
   /// `axis_requests` and `clock`, which measures leases, must outlive it. `lease_timeout`: positive.
   CommandDesk(AxisRequests& axis_requests, const rt::Clock& clock, std::chrono::nanoseconds lease_timeout)

@@ -62,17 +62,17 @@ void read_line(TomlReader reader, LineConfig& config) {
 
 /// Reads how long axes may be without process data: in cycles or as a time.
 void read_max_lost(TomlReader& reader, LineConfig& config) {
-  constexpr std::int64_t kMostCycles = 10'000;
+  constexpr std::int64_t kMaxCycles = 10'000;
   const bool in_cycles = reader.has("max_lost_cycles");
   if (!reader.has("max_lost_ms")) {
     config.max_lost_cycles =
-        static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, kMostCycles));
+        static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, kMaxCycles));
     return;
   }
   if (in_cycles)
     reader.fail("max_lost_ms", "stands beside max_lost_cycles: one of them is expected, they are the same limit");
   const double cycle_ms = std::chrono::duration<double, std::milli>(config.period).count();
-  config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMostCycles) * cycle_ms);
+  config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMaxCycles) * cycle_ms);
   // Rounded down to whole cycles, so that it is never longer than the file says.
   config.max_lost_cycles = static_cast<std::uint32_t>(std::llround(*config.max_lost_ms * 1e6) / config.period.count());
 }
@@ -102,7 +102,7 @@ void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
   read_max_lost(reader, config);
   if (reader.has("acyclic_bytes")) {
     config.acyclic_bytes =
-        static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, ecat_master::AcyclicChannel::kMostBytes));
+        static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, ecat_master::AcyclicChannel::kMaxBytes));
   }
   reader.finish();
 }
@@ -308,19 +308,19 @@ void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
 
 /// Reads friction and weight of an axis.
 void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
-  constexpr double kMost = 1e6;
+  constexpr double kMaxLoadValue = 1e6;
   // An axis slower than this share of its highest velocity counts as being at standstill.
   constexpr double kStandstill = 1e-3;
   auto& load = axis.feed_forward;
-  load.viscous_friction = reader.number_or("viscous_friction", 0.0, 0.0, kMost);
-  load.coulomb_friction = reader.number_or("coulomb_friction", 0.0, 0.0, kMost);
+  load.viscous_friction = reader.number_or("viscous_friction", 0.0, 0.0, kMaxLoadValue);
+  load.coulomb_friction = reader.number_or("coulomb_friction", 0.0, 0.0, kMaxLoadValue);
   load.coulomb_velocity = kStandstill * axis.limits.max_velocity;
-  read_in_unit(reader, "coulomb_velocity", axis, 1e-9, kMost, load.coulomb_velocity);
-  load.gravity = reader.number_or("gravity", 0.0, -kMost, kMost);
-  load.pendulum = reader.number_or("pendulum", 0.0, 0.0, kMost);
+  read_in_unit(reader, "coulomb_velocity", axis, 1e-9, kMaxLoadValue, load.coulomb_velocity);
+  load.gravity = reader.number_or("gravity", 0.0, -kMaxLoadValue, kMaxLoadValue);
+  load.pendulum = reader.number_or("pendulum", 0.0, 0.0, kMaxLoadValue);
   if (load.pendulum > 0.0 && axis.linear())
     reader.fail("pendulum", "is of a rotary axis, and feed_mm_per_revolution makes this one linear");
-  read_in_unit(reader, "pendulum_zero", axis, -kMost, kMost, load.pendulum_zero);
+  read_in_unit(reader, "pendulum_zero", axis, -kMaxLoadValue, kMaxLoadValue, load.pendulum_zero);
 }
 
 /// Checks that friction and weight can reach the drive: as torque offsets, except in CST, where the target includes

@@ -39,7 +39,7 @@ class GroupOutputs final : public ecat_master::PathOutputs, public ecat_master::
 
   std::vector<GroupOutputLimits> limits_;
   std::vector<ecat_master::PdoBits> places_;
-  std::array<std::uint32_t, AxisGroupConfig::kMostOutputs> values_{};
+  std::array<std::uint32_t, AxisGroupConfig::kMaxOutputs> values_{};
 };
 
 }  // namespace driveline::runtime

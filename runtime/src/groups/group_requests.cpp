@@ -18,7 +18,7 @@ using Verb = ClientGroupRequest::Verb;
 using Why = GroupRefusal::Why;
 
 /// Resolution of tool positions, m and rad: finer differences are rounding errors of the kinematics.
-constexpr double kGrain = 1e-12;
+constexpr double kToolResolution = 1e-12;
 
 /// Whether the request is a stop, which any client may send.
 bool stops(Verb verb) noexcept {
@@ -169,8 +169,8 @@ tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_submit(const Axi
                                                                        const ClientGroupRequest& request) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
   if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
-  constexpr double kMostShare = 2.0;
-  if (request.verb == Verb::kOverride && !(request.share >= 0.0 && request.share <= kMostShare)) {
+  constexpr double kMaxShare = 2.0;
+  if (request.verb == Verb::kOverride && !(request.share >= 0.0 && request.share <= kMaxShare)) {
     auto refusal = refuse(Why::kShare);
     refusal.value = request.share;
     return tl::unexpected(std::move(refusal));
@@ -225,7 +225,8 @@ std::vector<double> GroupRequests::place_of(std::size_t group) const {
   std::copy(place.begin(), place.end(), joints.begin());
   auto tool = joints;
   if (!machine->kinematics().forward(joints, tool)) return {};
-  for (std::size_t i = 0; i < place.size(); ++i) place[i] = std::round(tool.at(i) / kGrain) * kGrain + 0.0;  // no -0
+  for (std::size_t i = 0; i < place.size(); ++i)
+    place[i] = std::round(tool.at(i) / kToolResolution) * kToolResolution + 0.0;  // no -0
   return place;
 }
 

@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 6> kNames{"inertia", "viscous friction", 
 constexpr std::size_t kPlainFigures = 4;
 constexpr std::size_t kFewestRows = 40;
 /// A parameter is not distinguishable if the others widen its confidence interval by this factor.
-constexpr double kMostInflation = 30.0;
+constexpr double kMaxInflation = 30.0;
 /// Quantile of the normal distribution.
 constexpr double kTwoSided95 = 1.96;
 
@@ -124,7 +124,7 @@ struct Normal {
 std::optional<std::size_t> not_told_apart(const Normal& normal) {
   Eigen::Index worst = 0;
   const double most = normal.inverse.diagonal().maxCoeff(&worst);
-  if (std::sqrt(most) < kMostInflation) return std::nullopt;
+  if (std::sqrt(most) < kMaxInflation) return std::nullopt;
   return static_cast<std::size_t>(worst);
 }
 

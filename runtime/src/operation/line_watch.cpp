@@ -153,14 +153,14 @@ bool LineWatch::take(const LineEvent& event) {
 }
 
 bool LineWatch::waits_in_vain() {
-  const auto patience = config_.recovery.give_up;
-  if (patience.count() == 0) return false;
+  const auto timeout = config_.recovery.give_up;
+  if (timeout.count() == 0) return false;
   const auto now = clock_.now();
   for (std::size_t i = 0; i < away_since_.size(); ++i) {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect) continue;
-    if (now - away_since_[i] < patience) continue;
+    if (now - away_since_[i] < timeout) continue;
     state_ = "INCOMPLETE";
-    end(events::SlaveNotBack{i, name_of(i), patience});
+    end(events::SlaveNotBack{i, name_of(i), timeout});
     return true;
   }
   return false;

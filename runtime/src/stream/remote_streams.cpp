@@ -76,7 +76,7 @@ Result<RemoteStreams::Stream*> RemoteStreams::begin(const StreamedSetpoint& reco
   if (closed_) return fail(ErrorKind::kSetting, "the line ends");
   auto axes = choose(record, owner);
   if (!axes) return tl::unexpected(axes.error());
-  if (streams_.size() >= kMostStreams || hub_.full()) {
+  if (streams_.size() >= kMaxStreams || hub_.full()) {
     return fail(ErrorKind::kMachine, "too many programs stream to this line");
   }
   std::vector<StreamSession::Member> members;

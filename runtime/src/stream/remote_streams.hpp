@@ -30,7 +30,7 @@ namespace driveline::runtime {
 class RemoteStreams {
  public:
   /// Most streams at a time; the remaining sessions are for clients in shared memory.
-  static constexpr std::size_t kMostStreams = StreamHub::kMostSessions / 2;
+  static constexpr std::size_t kMaxStreams = StreamHub::kMaxSessions / 2;
   /// Interval of the reports about a stream if nothing else happens, and of the reports about refused streams.
   static constexpr std::chrono::milliseconds kReportInterval{20};
 

@@ -16,9 +16,9 @@ namespace {
 using std::chrono::steady_clock;
 using stream::EndReason;
 
-constexpr std::size_t kMostVisitors = 8;
+constexpr std::size_t kMaxVisitors = 8;
 /// Time-out for the Hello of a connected client.
-constexpr auto kPatience = std::chrono::seconds{1};
+constexpr auto kHelloTimeout = std::chrono::seconds{1};
 /// Interval between two events about refused clients.
 constexpr auto kRefusalInterval = std::chrono::seconds{1};
 
@@ -77,7 +77,7 @@ void StreamServer::note(EventFacts facts, Severity severity) {
 }
 
 void StreamServer::let_in() {
-  for (std::size_t i = 0; i < kMostVisitors; ++i) {
+  for (std::size_t i = 0; i < kMaxVisitors; ++i) {
     auto socket = socket_->accept();
     if (!socket.valid()) return;
     auto peer = peer_of(socket.get());
@@ -86,7 +86,7 @@ void StreamServer::let_in() {
     Visitor visitor{std::move(socket), std::move(*peer), steady_clock::now()};
     if (!may_stream(visitor.socket.get(), visitor.peer, config_.allowed)) {
       refuse(visitor, fmt::format("user {} may not stream to this line", visitor.peer.user));
-    } else if (visitors_.size() == kMostVisitors) {
+    } else if (visitors_.size() == kMaxVisitors) {
       refuse(visitor, "too many programs connect at once");
     } else {
       visitors_.push_back(std::move(visitor));
@@ -103,7 +103,7 @@ bool StreamServer::hear(Visitor& visitor) {
   const auto message = receive_message(visitor.socket.get());
   if (message.closed) return true;
   if (message.bytes.empty()) {
-    if (steady_clock::now() - visitor.since < kPatience) return false;
+    if (steady_clock::now() - visitor.since < kHelloTimeout) return false;
     refuse(visitor, "it has not said what it wants");
     return true;
   }

@@ -16,9 +16,9 @@ constexpr std::chrono::milliseconds kWakePeriod{1};
 /// Interval between two checks of the bridge.
 constexpr std::chrono::milliseconds kLookPeriod{10};
 /// On virtual time, time-out for a bridge that makes no progress.
-constexpr std::chrono::milliseconds kPatienceWithBridge{200};
+constexpr std::chrono::milliseconds kBridgeTimeout{200};
 /// More than the feed holds, so that even in a burst the newest events are available.
-constexpr std::size_t kMostWaitingEvents = 4 * snapshot::kFeedEvents;
+constexpr std::size_t kMaxWaitingEvents = 4 * snapshot::kFeedEvents;
 
 }  // namespace
 
@@ -64,12 +64,12 @@ void TelemetryService::wait_for_bridge() {
   const auto& counts = supervisor_->counts();
   const auto behind = [&] { return feed_.written() - counts.next() >= feed_.capacity() / 2; };
   if (!behind() || !supervisor_->running()) return;
-  auto limit = Clock::now() + kPatienceWithBridge;
+  auto limit = Clock::now() + kBridgeTimeout;
   for (auto seen = counts.next(); behind() && supervisor_->running() && seen != stuck_at_;) {
     std::this_thread::sleep_for(std::chrono::microseconds{200});
     const auto now = Clock::now();
     supervisor_->serve(now);
-    if (counts.next() != seen) limit = now + kPatienceWithBridge;
+    if (counts.next() != seen) limit = now + kBridgeTimeout;
     seen = counts.next();
     if (now > limit) stuck_at_ = seen;
   }
@@ -129,7 +129,7 @@ void TelemetryService::tell(Severity severity, std::string_view sentence) {
   event.severity = static_cast<std::uint64_t>(severity);
   event.text.set(sentence);
   const std::lock_guard lock(mutex_);
-  if (told_.size() < kMostWaitingEvents) told_.push_back(event);
+  if (told_.size() < kMaxWaitingEvents) told_.push_back(event);
 }
 
 void TelemetryService::tell_events() {

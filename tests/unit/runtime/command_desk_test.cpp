@@ -189,7 +189,7 @@ TEST_F(CommandDeskTest, EachStopHasALastAnswerHoweverManyThereAre) {
     // Other clients can still stop their axes.
     if (i % 10 == 0) clock.advance(milliseconds{1});
   }
-  EXPECT_EQ(accepted, 2 * CommandDesk::kMostRequests);
+  EXPECT_EQ(accepted, 2 * CommandDesk::kMaxRequests);
   EXPECT_EQ(done, 90 - accepted);
 }
 
@@ -275,7 +275,7 @@ TEST_F(CommandDeskTest, GarbageMovesNothing) {
 }
 
 TEST_F(CommandDeskTest, KeepsABoundedNumberOfClients) {
-  for (std::size_t i = 0; i < CommandDesk::kMostClients; ++i) {
+  for (std::size_t i = 0; i < CommandDesk::kMaxClients; ++i) {
     refusal(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt, 0, static_cast<std::uint8_t>(i / 8)));
   }
   EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt, 0, 99)), "there are too many clients already");

@@ -58,10 +58,10 @@ class Master {
     std::optional<std::uint16_t> in_op;  ///< the first slave in OP; empty: no master drives the line
     bool heard = false;                  ///< frames of another master were received
   };
-  /// Before scan(), without changing anything: while a slave is in OP, listens up to `patience` for another master. A
+  /// Before scan(), without changing anything: while a slave is in OP, listens up to `timeout` for another master. A
   /// line whose master has died leaves OP by its watchdogs in the meantime, or stays in OP without frames. Errors:
   /// those of the bus.
-  [[nodiscard]] Result<Owner> find_owner(std::chrono::nanoseconds patience);
+  [[nodiscard]] Result<Owner> find_owner(std::chrono::nanoseconds timeout);
   /// Finds the slaves and leaves them in INIT.
   [[nodiscard]] Result<void> scan();
   /// After scan(): connections of the slaves. Empty for a line whose ports fit no tree.

@@ -198,7 +198,7 @@ class CyclicCore {
   void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   [[nodiscard]] bool sleep_towards_answers(std::chrono::nanoseconds deadline) noexcept;
-  void wait_on(std::chrono::nanoseconds deadline, std::chrono::nanoseconds& gave_way_at) noexcept;
+  void wait_on(std::chrono::nanoseconds deadline, std::chrono::nanoseconds& yielded_at) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
   void run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept;

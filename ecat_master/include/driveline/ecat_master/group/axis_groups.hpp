@@ -52,7 +52,7 @@ struct AxisGroupSettings {
 /// rest.
 ///
 /// A group of up to trajectory::kMaxGroupAxes axes follows lines, arcs and splines with rounded corners
-/// (trajectory::ContourPlanner). A larger group, up to kMostAxes axes, follows straight lines and stops between them.
+/// (trajectory::ContourPlanner). A larger group, up to kMaxAxes axes, follows straight lines and stops between them.
 ///
 /// All axes keep their limits. A group uses somewhat less than the full limits (kShareOfVelocity,
 /// kShareOfAcceleration); the rest is reserved for axes that return to the path after lost frames. If an axis fails,
@@ -63,9 +63,9 @@ struct AxisGroupSettings {
 class AxisGroups {
  public:
   /// Maximum number of axes in a group.
-  static constexpr std::size_t kMostAxes = 128;
+  static constexpr std::size_t kMaxAxes = 128;
   /// Maximum number of moves of a group that wait to be planned.
-  static constexpr std::size_t kMostMoves = 256;
+  static constexpr std::size_t kMaxMoves = 256;
   /// Share of the velocity limits of the axes that paths use at most.
   static constexpr double kShareOfVelocity = 0.98;
   /// Share of the acceleration limits of the axes that paths use at most.

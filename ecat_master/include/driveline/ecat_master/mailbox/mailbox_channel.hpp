@@ -95,7 +95,7 @@ class MailboxChannel {
 
  private:
   /// Sender of the message that the slave has not taken yet.
-  enum class Sender : std::uint8_t { kNobody, kDialogue, kStream };
+  enum class Sender : std::uint8_t { kNone, kDialogue, kStream };
 
   /// Datagrams appended to a batch.
   struct Turn {
@@ -142,7 +142,7 @@ class MailboxChannel {
   MailboxStatistics statistics_;
   MailboxWriter writer_;
   MailboxReader reader_;
-  Sender sender_ = Sender::kNobody;  ///< sender of the message in writer_
+  Sender sender_ = Sender::kNone;  ///< sender of the message in writer_
 
   // The dialogue in progress, and the queued ones.
   std::deque<std::shared_ptr<MailboxDialogue>> queue_;
