@@ -148,7 +148,7 @@ Outcome<bool> AxisScript::step(runtime::AxisRequests& axis_requests, runtime::Gr
   }
   begun_ = true;
   if (auto looked = look_at_requests(axis_requests); !looked) return tl::unexpected(looked.error());
-  if (auto looked = told(groups_.look(groups)); !looked) return tl::unexpected(looked.error());
+  if (auto looked = to_outcome(groups_.look(groups)); !looked) return tl::unexpected(looked.error());
   while (next_ < steps_.size()) {
     auto over = done(axis_requests, groups, steps_[next_], now);
     if (!over || !*over) return over;
@@ -159,7 +159,7 @@ Outcome<bool> AxisScript::step(runtime::AxisRequests& axis_requests, runtime::Gr
          std::all_of(made_.begin(), made_.end(), [](const Made& made) { return made.over; });
 }
 
-Outcome<void> AxisScript::told(const std::optional<ScriptGroups::Trouble>& trouble) const {
+Outcome<void> AxisScript::to_outcome(const std::optional<ScriptGroups::Trouble>& trouble) const {
   if (!trouble) return {};
   return tl::unexpected(
       Failure{trouble->failure.status, fmt::format("{}:{}: {}", name_, trouble->line, trouble->failure.text)});
@@ -202,8 +202,8 @@ Outcome<void> AxisScript::ask(runtime::AxisRequests& axis_requests, const Step& 
 
 Outcome<void> AxisScript::ask(runtime::GroupRequests& group_requests, const Step& step) {
   if (step.kind == Step::Kind::kGroupPath)
-    return told(groups_.begin_path(group_requests, step.line, *step.group, step.file));
-  return told(groups_.ask(group_requests, step.line, *step.group, step.group_request));
+    return to_outcome(groups_.begin_path(group_requests, step.line, *step.group, step.file));
+  return to_outcome(groups_.ask(group_requests, step.line, *step.group, step.group_request));
 }
 
 /// A request that a later request of the script has ended is over; if another caller has ended it, that is a failure.

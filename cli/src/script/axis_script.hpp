@@ -76,7 +76,7 @@ class AxisScript {
   void join_blended_moves();
   [[nodiscard]] Outcome<void> ask(runtime::AxisRequests& axis_requests, const Step& step);
   [[nodiscard]] Outcome<void> ask(runtime::GroupRequests& group_requests, const Step& step);
-  [[nodiscard]] Outcome<void> told(const std::optional<ScriptGroups::Trouble>& trouble) const;
+  [[nodiscard]] Outcome<void> to_outcome(const std::optional<ScriptGroups::Trouble>& trouble) const;
   [[nodiscard]] Outcome<void> look_at_requests(const runtime::AxisRequests& axis_requests);
   [[nodiscard]] Outcome<bool> done(runtime::AxisRequests& axis_requests, runtime::GroupRequests& groups,
                                    const Step& step, std::chrono::nanoseconds now);

@@ -448,7 +448,7 @@ void Axis::hold_at(double position, double velocity) noexcept {
   const bool moved = std::abs(hold_velocity_) > 0.0;
   // A jump means a new zero: take the position over at once.
   const bool elsewhere = !hold_ || std::abs(position - *hold_) > position_tolerance(config_);
-  if (elsewhere || !told_on() || (moves && !moved)) {
+  if (elsewhere || !commanded_on() || (moves && !moved)) {
     hold_ = position;
     hold_velocity_ = velocity;
     return;
@@ -513,7 +513,7 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
     targets_.control_word |= command_bits_;
   }
   put(control_word_, image, targets_.control_word);
-  put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));
+  put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->commanded_mode(mode_) : mode_));
   if (compensation_) compensate(moving, setpoint);
   write_targets(image);
   probe_.write(image);
@@ -542,15 +542,16 @@ double Axis::followed_setpoint() const noexcept {
 /// The sums of targets and offsets are valid in the mode of the drive, and in every mode during a mode change.
 void Axis::write_targets(std::span<std::byte> image) const noexcept {
   const double permille = 1.0 / nm_per_permille_;
-  AxisCompensation::Told told{targets_.position};
-  if (compensation_) told = compensation_->told(targets_.position);
-  const double velocity = velocity_by_offset_ ? told.slope * targets_.feed_velocity + told.velocity : 0.0;
+  AxisCompensation::DriveTarget drive_target{targets_.position};
+  if (compensation_) drive_target = compensation_->drive_target(targets_.position);
+  const double velocity =
+      velocity_by_offset_ ? drive_target.slope * targets_.feed_velocity + drive_target.velocity : 0.0;
   const double torque = torque_by_offset_ ? targets_.feed_torque : 0.0;
-  const auto position = wrapped(told.position * scale_);
+  const auto position = wrapped(drive_target.position * scale_);
   put(target_position_, image, position);
   put(interpolation_data_, image, position);
   put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale_));
-  const double sum = told.slope * targets_.velocity + told.velocity;
+  const double sum = drive_target.slope * targets_.velocity + drive_target.velocity;
   put(target_velocity_, image, saturate<std::int32_t>((sum - velocity) * scale_));
   const auto offset = saturate<std::int16_t>(torque * permille);
   put(torque_offset_, image, offset);

@@ -93,8 +93,8 @@ class Locator {
     const bool other_tells = end.cable && !end.master && end.slave < slave && slaves_[end.slave].answers &&
                              slaves_[end.slave].ports[end.port].lost_links > 0;
     if (facts.lost_links > 0 && !other_tells) add(FaultPlace::Kind::kLostLink, slave, port, end, facts.lost_links);
-    const bool told_behind = end.cable && !end.master && (!slaves_[end.slave].answers || end.slave < slave);
-    if (end.cable && !facts.status.link && !told_behind) add(FaultPlace::Kind::kNoLink, slave, port, end, 0);
+    const bool reported_behind = end.cable && !end.master && (!slaves_[end.slave].answers || end.slave < slave);
+    if (end.cable && !facts.status.link && !reported_behind) add(FaultPlace::Kind::kNoLink, slave, port, end, 0);
   }
 
   /// Reports only the first unreachable slave: the others are behind it.

@@ -105,7 +105,7 @@ void CommandDesk::take(const CommandRecord& record) {
   const auto now = clock_.now();
   // A client that floods the line must not keep others from stopping an axis: stops are limited separately.
   if (!(is_stop(record) ? total_stops_ : total_).take(now)) {
-    ++untold_.dropped;
+    ++summary_.dropped;
     return;
   }
   const auto name = record.client.view();
@@ -122,7 +122,7 @@ void CommandDesk::take(const CommandRecord& record) {
   if (!client->begun) client->caller.name = std::move(who);
   auto& limit = is_stop(record) ? client->stops : client->rate;
   if (!limit.take(now)) {
-    ++untold_.refused;
+    ++summary_.refused;
     answer(record, CommandResult::kRefused, fmt::format("too many: {} commands a second are taken", kClientRate),
            held(*client, record));
     return;
@@ -225,7 +225,7 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
   caller.lease = record.lease;
   caller.quiet = !may_tell();
   const auto submitted = axis_requests_.submit(caller, axis, request_of(record, kKinds[record.kind]));
-  if (caller.quiet) ++(submitted ? untold_.accepted : untold_.refused);
+  if (caller.quiet) ++(submitted ? summary_.accepted : summary_.refused);
   if (!submitted) {
     answer(record, CommandResult::kRefused,
            describe(events::event_axis(axis_requests_.axes()[axis]), submitted.error()), held(client, record));
@@ -249,7 +249,7 @@ void CommandDesk::look() {
   const auto now = clock_.now();
   if (now < next_sum_) return;
   next_sum_ = now + kSumInterval;
-  const auto sum = std::exchange(untold_, {});
+  const auto sum = std::exchange(summary_, {});
   if (sum.accepted + sum.refused + sum.dropped > 0) axis_requests_.note(sum);
 }
 
@@ -285,7 +285,7 @@ void CommandDesk::heard(const snapshot::CommandParticipant& participant, std::st
 /// Clients stay known: after a restart of the bridge their middleware resends unacknowledged commands, even if
 /// they were executed long ago; their numbers identify them.
 void CommandDesk::bridge_lost() {
-  told_nonsense_ = false;
+  invalid_data_reported_ = false;
   for (auto& [key, client] : clients_) {
     client.pending.clear();
     if (!std::exchange(client.commands, false)) continue;
@@ -299,8 +299,8 @@ void CommandDesk::bridge_lost() {
   }
 }
 
-void CommandDesk::unbelieved() {
-  if (!std::exchange(told_nonsense_, true)) axis_requests_.note(events::CommandsUnbelieved{});
+void CommandDesk::report_invalid_data() {
+  if (!std::exchange(invalid_data_reported_, true)) axis_requests_.note(events::InvalidCommands{});
 }
 
 void CommandDesk::answer(const CommandRecord& record, CommandResult result, std::string_view text,
@@ -334,7 +334,7 @@ void CommandDesk::note(events::CommandAnswered facts) {
   if (may_tell()) {
     axis_requests_.note(std::move(facts));
   } else {
-    ++(facts.refusal.empty() ? untold_.accepted : untold_.refused);
+    ++(facts.refusal.empty() ? summary_.accepted : summary_.refused);
   }
 }
 

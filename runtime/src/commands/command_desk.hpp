@@ -59,7 +59,7 @@ class CommandDesk {
   /// Reports that all clients have lost their connection: their axes stop, and are free.
   void bridge_lost();
   /// Reports that a bridge has written invalid data.
-  void unbelieved();
+  void report_invalid_data();
 
   /// Returns the answers since the last call, oldest first.
   [[nodiscard]] std::vector<snapshot::CommandAnswer> take_answers() { return std::exchange(answers_, {}); }
@@ -108,9 +108,9 @@ class CommandDesk {
   RateLimit total_{kTotalRate, kTotalAtOnce};
   RateLimit total_stops_{kTotalRate, kTotalAtOnce};
   RateLimit events_{kEventRate, kEventsAtOnce};
-  events::CommandsUntold untold_;
+  events::CommandsSummary summary_;
   std::chrono::nanoseconds next_sum_{};
-  bool told_nonsense_ = false;  ///< invalid data was reported since the last bridge ended
+  bool invalid_data_reported_ = false;  ///< invalid data was reported since the last bridge ended
 };
 
 }  // namespace driveline::runtime

@@ -62,7 +62,7 @@ void CommandService::serve() {
 void CommandService::pass() {
   if (lost_.exchange(false, std::memory_order_acq_rel)) forget_bridge();
   const auto count = reader_.pop(room_);
-  if (std::exchange(breaches_, reader_.breaches()) != reader_.breaches()) desk_.unbelieved();
+  if (std::exchange(breaches_, reader_.breaches()) != reader_.breaches()) desk_.report_invalid_data();
   for (std::size_t i = 0; i < count; ++i) desk_.take(room_[i]);
   pass_streams();
   desk_.look();
@@ -76,7 +76,8 @@ void CommandService::pass() {
 void CommandService::pass_streams() {
   const std::lock_guard lock(streams_lock_);
   const auto count = setpoint_reader_.pop(setpoint_room_);
-  if (std::exchange(setpoint_breaches_, setpoint_reader_.breaches()) != setpoint_reader_.breaches()) desk_.unbelieved();
+  if (std::exchange(setpoint_breaches_, setpoint_reader_.breaches()) != setpoint_reader_.breaches())
+    desk_.report_invalid_data();
   if (streams_ == nullptr) return;
   const auto now = clock_.now();
   for (std::size_t i = 0; i < count; ++i) {

@@ -54,7 +54,7 @@ std::string EventSentence::operator()(const events::ScaleDiffers& facts) const {
       "axis {}: increments_per_revolution is {:.10g}, and by 6092h, 6091h and 608Fh of its drive a turn of the motor "
       "is "
       "{:.10g}; the line description counts",
-      facts.axis, facts.described, facts.told);
+      facts.axis, facts.described, facts.reported_by_drive);
 }
 
 std::string EventSentence::operator()(const events::NoProcessData& /*facts*/) const {

@@ -15,7 +15,7 @@ class AbsenceWatch {
  public:
   /// The first absences are reported individually, later ones only if they are longer than all before; the others are
   /// summed up at the end.
-  static constexpr std::size_t kToldSingly = 20;
+  static constexpr std::size_t kReportedSingly = 20;
 
   /// Takes the oldest absence not taken yet; false: there is none.
   using Take = std::function<bool(ecat_master::MasterAbsence&)>;
@@ -39,11 +39,11 @@ class AbsenceWatch {
 
   Take take_;
   std::chrono::nanoseconds begin_;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
   std::chrono::nanoseconds longest_{0};
-  std::uint64_t untold_ = 0;
-  std::chrono::nanoseconds untold_time_{0};
-  std::chrono::nanoseconds longest_untold_{0};
+  std::uint64_t unreported_ = 0;
+  std::chrono::nanoseconds unreported_time_{0};
+  std::chrono::nanoseconds longest_unreported_{0};
   std::optional<ecat_master::MasterAbsence> longest_recent_;
 };
 

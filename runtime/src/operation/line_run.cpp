@@ -161,7 +161,8 @@ Result<void> LineRun::ask_drives() {
     const auto difference = take_drive_facts(axis, *facts[i]);
     if (!difference) return tl::unexpected(difference.error());
     if (*difference)
-      note(events::ScaleDiffers{axis.name, (*difference)->described, (*difference)->told}, Severity::kNotice);
+      note(events::ScaleDiffers{axis.name, (*difference)->described, (*difference)->reported_by_drive},
+           Severity::kNotice);
     recorder_->set_scale(i, axis.increments_per_unit);
   }
   return {};

@@ -230,13 +230,13 @@ bool LineServer::take_window(rt::Histogram& window) noexcept {
   window = windows_[taken_];
   windows_[taken_].reset();
   taken_ ^= 1U;
-  told_.merge(window);
+  taken_windows_.merge(window);
   window_.store(Window::kNone, std::memory_order_release);
   return true;
 }
 
 rt::Histogram LineServer::turn_around() const noexcept {
-  auto all = told_;
+  auto all = taken_windows_;
   all.merge(windows_[0]);
   all.merge(windows_[1]);
   return all;

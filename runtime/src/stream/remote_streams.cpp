@@ -155,10 +155,10 @@ void RemoteStreams::refuse(const StreamedSetpoint& record, const std::string& ow
     events::StreamClientRefused refused;
     refused.peer.name = owner;
     refused.reason = reason;
-    refused.more = std::exchange(untold_, 0);
+    refused.more = std::exchange(unreported_, 0);
     events_.emplace_back(std::move(refused));
   } else {
-    ++untold_;
+    ++unreported_;
   }
   if (now < next_refusal_) return;
   next_refusal_ = now + kReportInterval;

@@ -91,7 +91,7 @@ class RemoteStreams {
   std::vector<EventFacts> events_;
   Instant next_refusal_{};
   Instant next_refusal_event_{};
-  std::uint64_t untold_ = 0;  ///< refusals without an event so far
+  std::uint64_t unreported_ = 0;  ///< refusals without an event so far
 };
 
 }  // namespace driveline::runtime

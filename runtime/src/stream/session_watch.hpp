@@ -55,8 +55,8 @@ class SessionWatch {
   StreamSession& session_;
   rt::SharedBroadcastReader<stream::StatusRecord> status_;
   stream::StatusRecord last_{};
-  std::array<bool, stream::kRefusals> told_{};
-  bool told_starved_ = false;
+  std::array<bool, stream::kRefusals> reported_{};
+  bool reported_starved_ = false;
 };
 
 }  // namespace driveline::runtime

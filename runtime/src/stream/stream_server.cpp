@@ -230,11 +230,11 @@ void StreamServer::refuse(Visitor& visitor, const std::string& reason) {
   static_cast<void>(send_answer(visitor.socket.get(), answer, {}));
   const auto now = steady_clock::now();
   if (last_refusal_ != Instant{} && now - last_refusal_ < kRefusalInterval) {
-    ++untold_;
+    ++unreported_;
     return;
   }
   last_refusal_ = now;
-  note(events::StreamClientRefused{visitor.peer, reason, std::exchange(untold_, 0)}, Severity::kNotice);
+  note(events::StreamClientRefused{visitor.peer, reason, std::exchange(unreported_, 0)}, Severity::kNotice);
 }
 
 void StreamServer::look_after_clients() {

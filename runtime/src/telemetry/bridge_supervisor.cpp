@@ -46,7 +46,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   counts_.begin(feed_.written());
   reason_.clear();
   running_ = false;
-  told_nonsense_ = false;
+  invalid_counts_reported_ = false;
   beats_ = 0;
   alive_at_ = now;
   started_at_ = now;
@@ -144,8 +144,8 @@ void BridgeSupervisor::take_messages() {
 
 void BridgeSupervisor::look_at_counts(Clock::time_point now) {
   if (!counts_.look(feed_.written())) {
-    ++unbelieved_;
-    if (!std::exchange(told_nonsense_, true)) events_.emplace_back(events::BridgeUnbelieved{});
+    ++invalid_counts_;
+    if (!std::exchange(invalid_counts_reported_, true)) events_.emplace_back(events::InvalidBridgeCounts{});
     return;
   }
   if (std::exchange(beats_, counts_.beats()) == counts_.beats()) return;

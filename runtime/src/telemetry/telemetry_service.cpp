@@ -129,14 +129,14 @@ void TelemetryService::tell(Severity severity, std::string_view sentence) {
   event.severity = static_cast<std::uint64_t>(severity);
   event.text.set(sentence);
   const std::lock_guard lock(mutex_);
-  if (told_.size() < kMaxWaitingEvents) told_.push_back(event);
+  if (waiting_events_.size() < kMaxWaitingEvents) waiting_events_.push_back(event);
 }
 
 void TelemetryService::tell_events() {
   std::vector<snapshot::FeedEvent> events;
   {
     const std::lock_guard lock(mutex_);
-    events.swap(told_);
+    events.swap(waiting_events_);
   }
   for (const auto& event : events) feed_.push_event(event);
 }
@@ -162,7 +162,7 @@ void TelemetryService::hand_over(const snapshot::DrainCounters& counters) {
   report_.published = supervisor_->counts().published();
   report_.dropped = counters.lines_dropped + counters.axes_dropped + supervisor_->counts().dropped();
   report_.restarts = supervisor_->restarts();
-  report_.unbelieved = supervisor_->unbelieved();
+  report_.invalid_counts = supervisor_->invalid_counts();
 }
 
 std::vector<EventFacts> TelemetryService::poll() {

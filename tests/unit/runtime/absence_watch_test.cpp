@@ -95,7 +95,7 @@ TEST_F(AbsenceWatchTest, OfManyTellsTheFirstThoseThatAreLongerAndTheSumOfTheRest
     away(milliseconds{10 * i}, milliseconds{i == 40 ? 7 : 1});
     told += watch.look().bridged.size();
   }
-  EXPECT_EQ(told, AbsenceWatch::kToldSingly + 1) << "the longest is among them";
+  EXPECT_EQ(told, AbsenceWatch::kReportedSingly + 1) << "the longest is among them";
   const auto rest = watch.rest(2);
   ASSERT_TRUE(rest);
   EXPECT_EQ(describe(Event{*rest}), "the master was away 31 more times, 29.0 ms in all, 1.0 ms at the longest");

@@ -40,7 +40,7 @@ std::string take(AxisConfig& axis, const DriveFacts& facts) {
   const auto taken = take_drive_facts(axis, facts);
   if (!taken) return describe(taken.error());
   if (!*taken) return "";
-  return describe(Event{events::ScaleDiffers{axis.name, (*taken)->described, (*taken)->told}});
+  return describe(Event{events::ScaleDiffers{axis.name, (*taken)->described, (*taken)->reported_by_drive}});
 }
 
 TEST(DriveFacts, ScaleIsFeedOverGearElseTheEncoder) {

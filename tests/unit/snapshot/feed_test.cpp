@@ -481,7 +481,7 @@ TEST(FeedReturn, TellsAndRemembers) {
   first->tell({.beats = 1, .next = 2, .published = 3, .lost = 4, .refused = 5});
   const auto second = FeedReturnWriter::open(region->descriptor());
   ASSERT_TRUE(second);
-  const auto told = second->told();
+  const auto told = second->last_record();
   EXPECT_EQ(told.next, 2U);
   EXPECT_EQ(told.refused, 5U);
 }

@@ -35,8 +35,8 @@ using EventFacts = std::variant<
     events::GroupPathBegun, events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp,
     events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved,
     events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
-    events::BridgeUnbelieved, events::CommandsOpen, events::CommandAnswered, events::CommandsUntold,
-    events::CommanderLost, events::CommandsUnbelieved>;
+    events::InvalidBridgeCounts, events::CommandsOpen, events::CommandAnswered, events::CommandsSummary,
+    events::CommanderLost, events::InvalidCommands>;
 
 /// Severity of an event.
 enum class Severity : std::uint8_t {

@@ -172,8 +172,8 @@ class Axis {
 
   /// Sets the position, rad or m, from which the axis is enabled, in place of the actual position, and the velocity at
   /// which it coasts until then, rad/s or m/s. The targets follow both until the axis is enabled.
-  /// Once a switch-on may be in flight (told_on()), the correction is limited to max_acceleration: the drive may follow
-  /// these targets before it reports that it is on.
+  /// Once a switch-on may be in flight (commanded_on()), the correction is limited to max_acceleration: the drive may
+  /// follow these targets before it reports that it is on.
   void hold_at(double position, double velocity = 0.0) noexcept;
   /// Advances the position of hold_at() by `time_s` seconds in which the axis coasted without being measured.
   void coast_on(double time_s) noexcept {
@@ -267,11 +267,11 @@ class Axis {
   }
   /// Whether the last outputs commanded Operation enabled: the drive may be on although it has not confirmed yet.
   /// \rtsafe
-  [[nodiscard]] bool told_on() const noexcept {
+  [[nodiscard]] bool commanded_on() const noexcept {
     return (targets_.control_word & cia402::command::kEnableOperation) == cia402::command::kEnableOperation;
   }
   /// Whether the axis is enabled() and has not been commanded off since. \rtsafe
-  [[nodiscard]] bool stays_on() const noexcept { return enabled() && told_on(); }
+  [[nodiscard]] bool stays_on() const noexcept { return enabled() && commanded_on(); }
   /// Whether the axis stays_on() and, if it has AxisConfig::follow_bit, the drive has reported since it was enabled
   /// that it follows setpoints. \rtsafe
   [[nodiscard]] bool ready() const noexcept { return stays_on() && (followed_ || !config_.follow_bit); }

@@ -43,8 +43,8 @@ class CoastWatch {
   /// was shown to be on.
   [[nodiscard]] cia402::Goal goal(const Axis& axis, bool steady, bool seen) const noexcept {
     const bool shown = axis.inputs().state == snapshot::AxisState::kOperationEnabled;
-    const bool told = axis.told_on();
-    const bool on = shown ? told || !coasts() : steady && catchable(seen || told);
+    const bool commanded = axis.commanded_on();
+    const bool on = shown ? commanded || !coasts() : steady && catchable(seen || commanded);
     return on ? cia402::Goal::kEnabled : cia402::Goal::kDisabled;
   }
 

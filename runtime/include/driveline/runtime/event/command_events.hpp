@@ -18,7 +18,7 @@ struct CommandAnswered {
   std::string refusal;  ///< reason of the refusal; empty: the command was executed
 };
 /// Commands that came too fast for an event each.
-struct CommandsUntold {
+struct CommandsSummary {
   std::uint64_t accepted = 0;  ///< since the last event of this kind
   std::uint64_t refused = 0;   ///< refused since the last event of this kind
   std::uint64_t dropped = 0;   ///< dropped, without a check, since the last event of this kind
@@ -28,6 +28,6 @@ struct CommanderLost {
   std::string who;  ///< CommandAnswered::who
 };
 /// The bridge, or a program that has taken it over, has written invalid commands. They are ignored.
-struct CommandsUnbelieved {};
+struct InvalidCommands {};
 
 }  // namespace driveline::runtime::events

@@ -56,9 +56,9 @@ struct Configured {
 };
 /// A drive and the line description scale positions differently; the line description takes precedence.
 struct ScaleDiffers {
-  std::string axis;        ///< name of the axis
-  double described = 0.0;  ///< increments per motor turn by the line description
-  double told = 0.0;       ///< increments per motor turn by the drive
+  std::string axis;                ///< name of the axis
+  double described = 0.0;          ///< increments per motor turn by the line description
+  double reported_by_drive = 0.0;  ///< increments per motor turn by the drive
 };
 /// Nothing is exchanged: no slave has process data assigned, and the description names none.
 struct NoProcessData {};

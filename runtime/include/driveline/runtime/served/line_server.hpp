@@ -138,7 +138,7 @@ class LineServer final : public rt::RealtimeTask {
   std::size_t filled_ = 0;  ///< window in which the server records
   std::size_t taken_ = 0;   ///< window that the owner takes next
   std::atomic<Window> window_{Window::kNone};
-  rt::Histogram told_;  ///< used by the owner: all windows taken
+  rt::Histogram taken_windows_;  ///< used by the owner: all windows taken
   std::atomic<std::uint64_t> frames_{0};
   std::atomic<std::uint64_t> send_failures_{0};
 };
