@@ -202,7 +202,7 @@ class RunConsole final : public ConsoleObserver {
     if (control_ != nullptr && script_ == nullptr) tell_how_to_move();
   }
 
-  void look() override {
+  void poll() override {
     manager_.alive(cycles_.cycles(), ServiceManager::Clock::now());
     if (rt::stop_requested()) line_.request_stop();
     if (script_ != nullptr && axes_wait_) go_on_with_script();

@@ -58,7 +58,7 @@ class GroupService {
   [[nodiscard]] nlohmann::json progress(Client& client) const;
   [[nodiscard]] nlohmann::json status(std::optional<std::size_t> group) const;
   [[nodiscard]] nlohmann::json row(std::size_t group) const;
-  void look_at(std::size_t group, const Client& client, Request& request) const;
+  void update_request(std::size_t group, const Client& client, Request& request) const;
 
   runtime::GroupRequests& groups_;
   runtime::AxisRequests& axes_;

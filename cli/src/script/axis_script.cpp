@@ -147,8 +147,8 @@ Outcome<bool> AxisScript::step(runtime::AxisRequests& axis_requests, runtime::Gr
     if (axis_requests.authority().holds(axis, runtime::kStartOfRun)) return false;
   }
   begun_ = true;
-  if (auto looked = look_at_requests(axis_requests); !looked) return tl::unexpected(looked.error());
-  if (auto looked = to_outcome(groups_.look(groups)); !looked) return tl::unexpected(looked.error());
+  if (auto looked = check_requests(axis_requests); !looked) return tl::unexpected(looked.error());
+  if (auto looked = to_outcome(groups_.poll(groups)); !looked) return tl::unexpected(looked.error());
   while (next_ < steps_.size()) {
     auto over = done(axis_requests, groups, steps_[next_], now);
     if (!over || !*over) return over;
@@ -207,7 +207,7 @@ Outcome<void> AxisScript::ask(runtime::GroupRequests& group_requests, const Step
 }
 
 /// A request that a later request of the script has ended is over; if another caller has ended it, that is a failure.
-Outcome<void> AxisScript::look_at_requests(const runtime::AxisRequests& axis_requests) {
+Outcome<void> AxisScript::check_requests(const runtime::AxisRequests& axis_requests) {
   for (auto& made : made_) {
     if (made.over && !made.last) continue;
     const auto progress = axis_requests.progress(made.axis, made.number);

@@ -77,7 +77,7 @@ class AxisScript {
   [[nodiscard]] Outcome<void> ask(runtime::AxisRequests& axis_requests, const Step& step);
   [[nodiscard]] Outcome<void> ask(runtime::GroupRequests& group_requests, const Step& step);
   [[nodiscard]] Outcome<void> to_outcome(const std::optional<ScriptGroups::Trouble>& trouble) const;
-  [[nodiscard]] Outcome<void> look_at_requests(const runtime::AxisRequests& axis_requests);
+  [[nodiscard]] Outcome<void> check_requests(const runtime::AxisRequests& axis_requests);
   [[nodiscard]] Outcome<bool> done(runtime::AxisRequests& axis_requests, runtime::GroupRequests& groups,
                                    const Step& step, std::chrono::nanoseconds now);
   [[nodiscard]] bool arrived(const Step& step) const;

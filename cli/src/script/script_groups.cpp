@@ -77,8 +77,8 @@ std::optional<ScriptGroups::Trouble> ScriptGroups::give_moves(runtime::GroupRequ
 }
 
 /// Requests numbered between those of a path may belong to other callers.
-std::optional<ScriptGroups::Trouble> ScriptGroups::look_at(const runtime::GroupRequests& group_requests,
-                                                           Made& made) const {
+std::optional<ScriptGroups::Trouble> ScriptGroups::check_made(const runtime::GroupRequests& group_requests,
+                                                              Made& made) const {
   for (; made.last != 0 && made.first <= made.last; ++made.first) {
     const auto progress = group_requests.progress(made.group, made.first);
     const auto phase = progress.report.phase;
@@ -96,10 +96,10 @@ std::optional<ScriptGroups::Trouble> ScriptGroups::look_at(const runtime::GroupR
   return std::nullopt;
 }
 
-std::optional<ScriptGroups::Trouble> ScriptGroups::look(runtime::GroupRequests& group_requests) {
+std::optional<ScriptGroups::Trouble> ScriptGroups::poll(runtime::GroupRequests& group_requests) {
   for (auto& made : made_) {
     if (made.over) continue;
-    if (auto trouble = look_at(group_requests, made)) return trouble;
+    if (auto trouble = check_made(group_requests, made)) return trouble;
     if (auto trouble = give_moves(group_requests, made)) return trouble;
   }
   return std::nullopt;

@@ -33,7 +33,7 @@ class ScriptGroups {
   [[nodiscard]] std::optional<Trouble> begin_path(runtime::GroupRequests& group_requests, std::size_t line,
                                                   std::size_t group, const std::filesystem::path& file);
   /// Submits further moves of paths as far as the group takes them, and checks for failures.
-  [[nodiscard]] std::optional<Trouble> look(runtime::GroupRequests& group_requests);
+  [[nodiscard]] std::optional<Trouble> poll(runtime::GroupRequests& group_requests);
   /// Whether that group, or every group if none is given, has completed its last request.
   [[nodiscard]] bool arrived(std::optional<std::size_t> group) const;
 
@@ -52,7 +52,7 @@ class ScriptGroups {
   };
 
   [[nodiscard]] std::optional<Trouble> give_moves(runtime::GroupRequests& group_requests, Made& made);
-  [[nodiscard]] std::optional<Trouble> look_at(const runtime::GroupRequests& group_requests, Made& made) const;
+  [[nodiscard]] std::optional<Trouble> check_made(const runtime::GroupRequests& group_requests, Made& made) const;
   void add(Made made, bool moves);
 
   runtime::AxisCaller caller_;

@@ -302,7 +302,7 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   const bool follows = shows_mode() && (inputs_.status_word & cia402::status_bit::kFollowsSetpoints) != 0;
   followed_ = inputs_.state == snapshot::AxisState::kOperationEnabled && (followed_ || follows);
   count(take(actual_position_, image));
-  if (compensation_ && fresh_) compensation_->look(by_positions(mode_));
+  if (compensation_ && fresh_) compensation_->update(by_positions(mode_));
   inputs_.position = of_axis(static_cast<double>(count_) / scale_);
   inputs_.velocity = velocity_of_axis(take(actual_velocity_, image) / scale_);
   inputs_.torque = take(actual_torque_, image) * nm_per_permille_;
@@ -416,7 +416,7 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
 
 Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept {
   const auto now = measured();
-  change_->look(now, mode_);
+  change_->update(now, mode_);
   const auto reference = change_->reference(now, setpoint);
   note_change();
   if (!pending_) {

@@ -71,7 +71,7 @@ AxisCompensation::Renamed AxisCompensation::begin(double mark, double called, bo
   return {position, correction.axis(drive + shift_, side_.position) - shift_};
 }
 
-void AxisCompensation::look(bool delayed) noexcept {
+void AxisCompensation::update(bool delayed) noexcept {
   seen_ = delayed ? trajectory::AxisSetpoint{sides_.followed(), side_velocities_.followed(), 0.0} : side_;
 }
 

@@ -120,7 +120,7 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   if (pending() && preparing_ == 0 && shown_ == 0 && unheard) preparing_ = kCyclesUnsettled;
 }
 
-void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
+void ModeChange::update(const Measured& measured, Mode wanted) noexcept {
   if (phase_ != Phase::kPending) return;
   heard_ = preparing_ == 0 && (heard_ || measured.fresh);
   if (measured.shown != wanted) {

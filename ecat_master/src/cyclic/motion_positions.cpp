@@ -18,7 +18,7 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
     }
     const bool driven = axes_[i].enabled() && (powered() || phase_ == MotionPhase::kEnabling);
     const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven, exchange_took_);
-    coast_watches_[i].look(watch.held(), axes_[i].inputs().velocity);
+    coast_watches_[i].update(watch.held(), axes_[i].inputs().velocity);
     axes_[i].hold_at(watch.held(), coast_watches_[i].velocity());
     if (finding.kind == PositionFinding::Kind::kNewPlace) {
       setpoints_[i] = {watch.held(), 0.0, 0.0};

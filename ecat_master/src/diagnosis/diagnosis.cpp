@@ -70,7 +70,7 @@ class Locator {
         if (!slaves_[i].optional) unreachable(i);
         continue;
       }
-      for (std::uint8_t port = 0; port < kSlavePorts; ++port) look_at(i, port);
+      for (std::uint8_t port = 0; port < kSlavePorts; ++port) inspect_port(i, port);
       if (slaves_[i].processing_unit_errors > 0) {
         add(FaultPlace::Kind::kBadFrames, i, 0, {}, slaves_[i].processing_unit_errors);
       }
@@ -84,7 +84,7 @@ class Locator {
     places_.push_back({kind, slave, port, end.cable && !end.master ? std::optional(end.slave) : std::nullopt, count});
   }
 
-  void look_at(std::uint16_t slave, std::uint8_t port) {
+  void inspect_port(std::uint16_t slave, std::uint8_t port) {
     const auto& facts = slaves_[slave].ports[port];
     const auto end = far_end(topology_, slave, port);
     const auto damaged = std::max(facts.invalid_frames, facts.receive_errors);

@@ -239,7 +239,7 @@ bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers,
     const auto found = turn.ahead ? reader_.take_ahead(now, *turn.ahead, answer) : reader_.take(now, answer);
     progress = take_found(now, found, deliver, finished) || progress;
   }
-  look_at_clock(now, finished);
+  check_deadlines(now, finished);
   return progress;
 }
 
@@ -368,7 +368,7 @@ void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> serv
 }
 
 /// Also expires while other messages keep arriving: a slave that sends other messages does not answer.
-void MailboxChannel::look_at_clock(nanoseconds now, Finished& finished) {
+void MailboxChannel::check_deadlines(nanoseconds now, Finished& finished) {
   if (sender_ == Sender::kStream && now >= stream_deadline_) {
     stop_stream();
     stream_->given_up();

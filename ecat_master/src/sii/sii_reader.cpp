@@ -95,7 +95,7 @@ class Reading {
     if (looked) evaluate();
     if (words() > before) {
       poll_timeout_.begin(now);
-      look_at_content(cache);
+      look_up_content(cache);
     }
     if (!done() && poll_timeout_.over(now)) fail(facts::SiiBusy{next_word()});
     return used;
@@ -207,7 +207,7 @@ class Reading {
   void fail(ErrorFacts facts) { failure_ = Error{facts, slave_.position}; }
 
   /// Checks whether the content is complete, in the cache, or without an end.
-  void look_at_content(const SiiCache& cache) {
+  void look_up_content(const SiiCache& cache) {
     if (!looked_up_ && words() >= SiiCache::kHeadWords) {
       looked_up_ = true;
       if (auto known = cache.find(image_)) {

@@ -69,7 +69,7 @@ void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (!exchanged_) return axis_->coast_on(period_s_);
   const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && !drive_moves();
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
-  coast_.look(watch_.held(), axis_->inputs().velocity);
+  coast_.update(watch_.held(), axis_->inputs().velocity);
   axis_->hold_at(watch_.held(), coast_.velocity());
   if (finding.kind == PositionFinding::Kind::kNewPlace) {
     setpoint_ = {watch_.held(), 0.0, 0.0};

@@ -243,9 +243,9 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
   if (followed) client.pending.push_back({record, axis, *submitted});
 }
 
-void CommandDesk::look() {
+void CommandDesk::poll() {
   axis_requests_.watch();
-  for (auto& [key, client] : clients_) look_at(client);
+  for (auto& [key, client] : clients_) poll_client(client);
   const auto now = clock_.now();
   if (now < next_sum_) return;
   next_sum_ = now + kSumInterval;
@@ -254,7 +254,7 @@ void CommandDesk::look() {
 }
 
 /// Answers the requests of a client that are over.
-void CommandDesk::look_at(Client& client) {
+void CommandDesk::poll_client(Client& client) {
   std::erase_if(client.pending, [&](const Pending& pending) {
     const auto progress = axis_requests_.progress(pending.axis, pending.request);
     const auto phase = progress.report.phase;

@@ -53,7 +53,7 @@ class CommandDesk {
   /// Processes one command, which is not trusted.
   void take(const snapshot::CommandRecord& record);
   /// Ends leases that were not renewed, and answers requests that are over. Call every few milliseconds.
-  void look();
+  void poll();
   /// Renews the leases of a client that is alive by other means than commands.
   void heard(const snapshot::CommandParticipant& participant, std::string_view name);
   /// Reports that all clients have lost their connection: their axes stop, and are free.
@@ -91,7 +91,7 @@ class CommandDesk {
   void judge(Client& client, const snapshot::CommandRecord& record);
   void lease(Client& client, const snapshot::CommandRecord& record, std::size_t axis);
   void request(Client& client, const snapshot::CommandRecord& record, std::size_t axis);
-  void look_at(Client& client);
+  void poll_client(Client& client);
   void answer(const snapshot::CommandRecord& record, snapshot::CommandResult result, std::string_view text,
               std::uint64_t lease = 0);
   void refuse(const std::string& who, const snapshot::CommandRecord& record, const Problem& problem,

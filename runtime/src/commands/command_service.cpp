@@ -65,7 +65,7 @@ void CommandService::pass() {
   if (std::exchange(breaches_, reader_.breaches()) != reader_.breaches()) desk_.report_invalid_data();
   for (std::size_t i = 0; i < count; ++i) desk_.take(room_[i]);
   pass_streams();
-  desk_.look();
+  desk_.poll();
   for (const auto& answer : desk_.take_answers()) {
     writer_.begin();
     writer_.write(0, answer);
@@ -87,7 +87,7 @@ void CommandService::pass_streams() {
       desk_.heard(setpoint.participant, client);
     }
   }
-  streams_->look(now);
+  streams_->poll(now);
   for (auto& facts : streams_->take_events()) axis_requests_.note(std::move(facts));
   for (const auto& report : streams_->take_reports()) {
     report_writer_.begin();

@@ -24,7 +24,7 @@ ecat_master::MasterAbsence AbsenceWatch::in_operation(ecat_master::MasterAbsence
   return absence;
 }
 
-AbsenceWatch::Findings AbsenceWatch::look() {
+AbsenceWatch::Findings AbsenceWatch::poll() {
   Findings findings;
   ecat_master::MasterAbsence absence;
   while (take_(absence)) {

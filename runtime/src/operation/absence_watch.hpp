@@ -28,7 +28,7 @@ class AbsenceWatch {
     std::vector<ecat_master::MasterAbsence> bridged;    ///< absences that the axes bridged
     std::optional<ecat_master::MasterAbsence> stopped;  ///< the absence that stopped the axes; none: no absence did
   };
-  [[nodiscard]] Findings look();
+  [[nodiscard]] Findings poll();
   /// Returns the absences not reported individually, and `dropped` ones that could not be taken; none: there are none.
   [[nodiscard]] std::optional<events::MasterAwayOften> rest(std::uint64_t dropped) const;
   /// Returns the longest recent absence if one ended shortly before `time` (on the clock of the line); else none.

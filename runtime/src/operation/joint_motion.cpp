@@ -27,7 +27,7 @@ void JointMotion::request_stop() {
 }
 
 /// Returns the next presence to report for an axis that changes from `before` to `now`. An axis that returns while the
-/// others have power reports every step, even if several steps happened since the last look().
+/// others have power reports every step, even if several steps happened since the last poll().
 AxisPresence JointMotion::next_presence(AxisPresence before, AxisPresence now) const {
   if (!had_power_) return now;
   if (before == AxisPresence::kMissing && now != AxisPresence::kEnabling) return AxisPresence::kEnabling;
@@ -35,7 +35,7 @@ AxisPresence JointMotion::next_presence(AxisPresence before, AxisPresence now) c
   return now;
 }
 
-void JointMotion::look(const Tell& tell) {
+void JointMotion::poll(const Tell& tell) {
   for (std::size_t i = 0; i < presences_.size(); ++i) {
     const auto now = motion_->presence(i);
     while (presences_[i] != now) {
@@ -53,7 +53,7 @@ std::optional<events::AxesStopped> JointMotion::failure() {
   const auto failure = motion_failure();
   if (!failure) return std::nullopt;
   // The cycle stops the axes shortly before it reports the absence, which must be reported first: wait for the next
-  // look().
+  // poll().
   const bool away = failure->cause == MotionFailure::Cause::kMasterAway;
   if (away && !absence_awaited_) {
     absence_awaited_ = true;

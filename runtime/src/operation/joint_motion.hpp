@@ -26,7 +26,7 @@ class JointMotion final : public LineMotion {
   [[nodiscard]] bool done() const override { return motion_->phase() == ecat_master::MotionPhase::kHolding; }
   [[nodiscard]] bool enables() const override { return true; }
   [[nodiscard]] events::Progress progress() const override { return {motion_->phase()}; }
-  void look(const Tell& tell) override;
+  void poll(const Tell& tell) override;
   [[nodiscard]] std::optional<events::AxesStopped> failure() override;
 
  private:
@@ -39,7 +39,7 @@ class JointMotion final : public LineMotion {
   AxisRequests& axis_requests_;
   std::string owner_;
   std::vector<ecat_master::AxisPresence> presences_;
-  bool had_power_ = false;        ///< state at the last look()
+  bool had_power_ = false;        ///< state at the last poll()
   bool absence_awaited_ = false;  ///< the axes were stopped by an absence of the master that is not reported yet
 };
 

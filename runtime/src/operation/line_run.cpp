@@ -264,7 +264,7 @@ void LineRun::begin_operation() {
   recorder_->begin_operation(session_.clock().now());
   make_watch();
   operation_start_ = session_.clock().now();
-  settings_.observer->look();
+  settings_.observer->poll();
   tell_slaves(true);
   // The line is up; after a stop request no motion starts any more.
   if (motion_ && !stop_requested()) motion_->start();
@@ -277,7 +277,7 @@ void LineRun::operate() {
   do {
     pass(kWatchInterval - (session_.clock().now() - operation_start_) % kWatchInterval);
     operation_time_ = session_.clock().now() - operation_start_;
-  } while (look());
+  } while (poll());
   master_.core()->count(false);
   if (!had(Severity::kFault)) margins_ = read_sync_margins(master_);
   if (stop_requested()) progress(events::StopRequested{});
@@ -288,16 +288,16 @@ void LineRun::operate() {
 }
 
 /// Runs one round of supervision. False: the operation is over.
-bool LineRun::look() {
+bool LineRun::poll() {
   const bool over = settings_.duration_s && seconds_in_operation() >= *settings_.duration_s;
   if (over) master_.core()->count(false);
   for (auto& change : exchange_group_watch_.poll(*master_.core())) progress(std::move(change));
   if (auto recorded = fault_records_->poll()) progress(std::move(*recorded));
   for (auto& refused : services_.poll()) note(std::move(refused), Severity::kFault);
-  const bool goes_on = watch_->look();
+  const bool goes_on = watch_->poll();
   state_ = watch_->state();
   if (!goes_on || stop_requested()) return false;
-  settings_.observer->look();
+  settings_.observer->poll();
   if (over || stop_requested()) return false;
   note_requests();
   note_streams();

@@ -97,7 +97,7 @@ class LineRun {
   [[nodiscard]] Result<void> start_services();
   void operate();
   void begin_operation();
-  [[nodiscard]] bool look();
+  [[nodiscard]] bool poll();
   void tell_progress();
   void stop_motion();
   void take_down();

@@ -127,7 +127,7 @@ void LineRun::tell_slaves(bool now) {
   if (now) {
     slave_watch_->read();
   } else {
-    changed = slave_watch_->look() || changed;
+    changed = slave_watch_->poll() || changed;
   }
   if (!changed) return;
   telemetry_->set_condition(slave_watch_->condition());

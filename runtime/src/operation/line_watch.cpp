@@ -48,11 +48,11 @@ bool LineWatch::expendable(std::size_t slave) const {
   return config_.recovery.axes != LossPolicy::kStop || master_.slaves()[slave].plan.hot_connect;
 }
 
-bool LineWatch::look() {
+bool LineWatch::poll() {
   if (!master_was_there() || !frames_come_back()) return false;
   supervisor_.poll();
   const bool line = take_line_events();
-  if (motion_ != nullptr) motion_->look(listener_);
+  if (motion_ != nullptr) motion_->poll(listener_);
   fetch_messages();
   const bool motion = motion_goes_on();
   return line && motion && !waits_in_vain() && clocks_answer();
@@ -60,7 +60,7 @@ bool LineWatch::look() {
 
 /// Checked first, because faults that drives report after an absence of the master are caused by that absence.
 bool LineWatch::master_was_there() {
-  const auto found = absences_.look();
+  const auto found = absences_.poll();
   for (const auto& absence : found.bridged) notice(events::MasterAway{absence, lost_limit(config_)});
   if (!found.stopped) return true;
   const bool over = config_.recovery.axes == LossPolicy::kStop;
@@ -166,7 +166,7 @@ bool LineWatch::waits_in_vain() {
   return false;
 }
 
-/// Fetches unsolicited messages of the slaves: one round of the mailboxes per look(); slaves without a mailbox take no
+/// Fetches unsolicited messages of the slaves: one round of the mailboxes per poll(); slaves without a mailbox take no
 /// time.
 void LineWatch::fetch_messages() {
   if (silent_since_ != nanoseconds{0}) return;
@@ -214,7 +214,7 @@ bool LineWatch::motion_goes_on() {
 }
 
 void LineWatch::tell_rest() {
-  if (motion_ != nullptr) motion_->look(listener_);
+  if (motion_ != nullptr) motion_->poll(listener_);
   if (const auto rest = absences_.rest(master_.core()->absences_dropped())) notice(*rest);
   for (std::size_t i = 0; i < away_since_.size(); ++i) {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect || state_ != "OP") continue;

@@ -71,7 +71,7 @@ std::optional<GantrySkew> SingleMotion::skew_of(std::size_t axis) const {
   return GantrySkew{axes_->gantry_report(*gantry).stopped_at, axes_->gantry_settings(*gantry).skew_limit};
 }
 
-void SingleMotion::look_at_gantries(const Tell& tell) {
+void SingleMotion::poll_gantries(const Tell& tell) {
   for (std::size_t gantry = 0; gantry < warned_.size(); ++gantry) {
     const auto report = axes_->gantry_report(gantry);
     const bool warns = report.warned;
@@ -91,9 +91,9 @@ bool SingleMotion::off() const {
                      [this](std::uint64_t request) { return axes_->report(request).over(); });
 }
 
-void SingleMotion::look(const Tell& tell) {
-  look_at_groups(tell);
-  look_at_gantries(tell);
+void SingleMotion::poll(const Tell& tell) {
+  poll_groups(tell);
+  poll_gantries(tell);
   for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
     const auto report = axes_->axis_report(axis);
     const bool fails = report.state == PlcopenState::kErrorStop;
@@ -109,7 +109,7 @@ void SingleMotion::look(const Tell& tell) {
   }
 }
 
-void SingleMotion::look_at_groups(const Tell& tell) {
+void SingleMotion::poll_groups(const Tell& tell) {
   if (!groups_) return;
   if (!thread_) groups_->plan();
   for (std::size_t group = 0; group < failed_groups_.size(); ++group) {

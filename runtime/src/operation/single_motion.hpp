@@ -21,7 +21,7 @@ class SingleMotion final : public LineMotion {
   ~SingleMotion() override;
 
   /// Adds groups of these axes, and the outputs of each group. `thread`: plans their paths in a separate thread;
-  /// otherwise in look(), as needed on virtual time. Call before start(); `group_requests` must outlive this object.
+  /// otherwise in poll(), as needed on virtual time. Call before start(); `group_requests` must outlive this object.
   void add(std::unique_ptr<ecat_master::AxisGroups> groups, std::vector<std::vector<GroupOutputLimits>> outputs,
            GroupRequests& group_requests, bool thread);
 
@@ -32,15 +32,15 @@ class SingleMotion final : public LineMotion {
   [[nodiscard]] bool done() const override { return false; }
   [[nodiscard]] bool enables() const override { return enable_; }
   [[nodiscard]] events::Progress progress() const override { return {}; }
-  void look(const Tell& tell) override;
+  void poll(const Tell& tell) override;
   [[nodiscard]] std::optional<events::AxesStopped> failure() override { return std::nullopt; }
   void judge(const Tell& tell) const override;
 
  private:
-  void look_at_groups(const Tell& tell);
+  void poll_groups(const Tell& tell);
   [[nodiscard]] bool goes_with_leader(std::size_t axis) const;
   [[nodiscard]] std::optional<GantrySkew> skew_of(std::size_t axis) const;
-  void look_at_gantries(const Tell& tell);
+  void poll_gantries(const Tell& tell);
 
   std::unique_ptr<ecat_master::SingleAxes> axes_;
   AxisRequests& axis_requests_;
@@ -49,9 +49,9 @@ class SingleMotion final : public LineMotion {
   std::vector<std::vector<GroupOutputLimits>> group_outputs_;
   GroupRequests* group_requests_ = nullptr;
   bool thread_ = false;
-  std::vector<char> failed_groups_;        ///< state of each group at the last look()
-  std::vector<char> failed_;               ///< state of each axis at the last look()
-  std::vector<char> warned_;               ///< state of each gantry at the last look()
+  std::vector<char> failed_groups_;        ///< state of each group at the last poll()
+  std::vector<char> failed_;               ///< state of each axis at the last poll()
+  std::vector<char> warned_;               ///< state of each gantry at the last poll()
   std::vector<std::uint64_t> switch_off_;  ///< requests of request_stop()
 };
 

@@ -43,7 +43,7 @@ class RemoteStreams {
   /// if the client owns all axes of the record.
   bool take(const snapshot::StreamedSetpoint& record, const std::string& owner, std::chrono::nanoseconds now);
   /// Supervises the streams. Call every few milliseconds.
-  void look(std::chrono::nanoseconds now);
+  void poll(std::chrono::nanoseconds now);
   /// Ends all streams; their axes come to rest.
   void end_all(stream::EndReason reason);
   /// Refuses new streams from now on, because the line ends.
@@ -77,7 +77,7 @@ class RemoteStreams {
   void write(Stream& stream, const snapshot::StreamedSetpoint& record);
   void refuse(const snapshot::StreamedSetpoint& record, const std::string& owner, const std::string& reason,
               Instant now);
-  void look_at(Stream& stream, Instant now);
+  void poll_stream(Stream& stream, Instant now);
   void report(Stream& stream, Instant now);
 
   StreamHub& hub_;

@@ -13,7 +13,7 @@ void SessionWatch::tell_begin(const Note& note) const {
   note(events::StreamClientCame{peer_, std::move(names)}, Severity::kProgress);
 }
 
-void SessionWatch::look(const Note& note) {
+void SessionWatch::poll(const Note& note) {
   stream::StatusRecord record;
   if (!status_.latest(record)) return;
   last_ = record;

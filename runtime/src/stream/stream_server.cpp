@@ -240,10 +240,10 @@ void StreamServer::refuse(Visitor& visitor, const std::string& reason) {
 void StreamServer::look_after_clients() {
   for (auto& client : clients_) {
     if (receive_message(client->socket.get()).closed) client->session->request_end(EndReason::kGone);
-    client->watch.look(note_);
+    client->watch.poll(note_);
     lease_again(*client);
     if (hub_.holds(*client->session)) continue;
-    client->watch.look(note_);
+    client->watch.poll(note_);
     for (std::size_t i = 0; i < client->session->members().size(); ++i) {
       release(client->watch.peer(), client->session->members()[i].axis, client->session->lease(i));
     }

@@ -27,7 +27,7 @@ bool BridgeCounts::can_be(const FeedReturn& counts, std::uint64_t written) const
          counts.lost <= records && counts.refused >= last_.refused && counts.refused <= samples;
 }
 
-bool BridgeCounts::look(std::uint64_t written) {
+bool BridgeCounts::update(std::uint64_t written) {
   const auto counts = read();
   if (!can_be(counts, written)) return false;
   last_ = counts;
@@ -35,7 +35,7 @@ bool BridgeCounts::look(std::uint64_t written) {
 }
 
 void BridgeCounts::begin(std::uint64_t written) {
-  static_cast<void>(look(written));
+  static_cast<void>(update(written));
   published_before_ += last_.published;
   dropped_before_ += dropped_by(last_);
   begun_at_ = last_.next;
@@ -45,7 +45,7 @@ void BridgeCounts::begin(std::uint64_t written) {
 }
 
 void BridgeCounts::end(std::uint64_t written) noexcept {
-  static_cast<void>(look(written));
+  static_cast<void>(update(written));
   last_.lost += written - last_.next;
   last_.next = written;
 }

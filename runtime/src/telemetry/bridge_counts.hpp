@@ -19,7 +19,7 @@ class BridgeCounts {
   /// where to continue. `written`: records in the feed.
   void begin(std::uint64_t written);
   /// Checks the counts. False: they are impossible.
-  [[nodiscard]] bool look(std::uint64_t written);
+  [[nodiscard]] bool update(std::uint64_t written);
   /// Call when the last bridge has ended: records that it has not taken are lost.
   void end(std::uint64_t written) noexcept;
 

@@ -78,8 +78,8 @@ class BridgeSupervisor {
   [[nodiscard]] Result<void> spawn(Clock::time_point now);
   [[nodiscard]] tl::unexpected<Error> refused() const;
   void take_messages();
-  void look_at_counts(Clock::time_point now);
-  void look_at_guest(Clock::time_point now);
+  void update_counts(Clock::time_point now);
+  void poll_guest(Clock::time_point now);
   void await_guest();
   void ended(const std::string& how, Clock::time_point now);
 

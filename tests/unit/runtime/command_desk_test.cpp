@@ -98,12 +98,12 @@ TEST_F(CommandDeskTest, ALeaseThatIsNotRenewedEnds) {
   const auto lease = acquire("panel", "x");
   for (int i = 0; i < 5; ++i) {
     clock.advance(milliseconds{200});
-    desk.look();
+    desk.poll();
     EXPECT_EQ(ask(command("panel", "x", CommandKind::kRenew, lease)).lease, lease);
   }
   told();
   clock.advance(milliseconds{301});
-  desk.look();
+  desk.poll();
   EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   EXPECT_THAT(told(), ElementsAre(std::string("axis x: ") + kPanel + " is not heard any more: the axis stops"));
   EXPECT_THAT(refusal(command("panel", "x", CommandKind::kRenew, lease)), HasSubstr("acquire the axis first"));
@@ -166,10 +166,10 @@ TEST_F(CommandDeskTest, AnswersAgainWhenACommandIsOver) {
   auto record = command("panel", "x", CommandKind::kMoveRelative, lease);
   record.target = 0.1;
   EXPECT_EQ(static_cast<CommandResult>(ask(record).result), CommandResult::kAccepted);
-  desk.look();
+  desk.poll();
   EXPECT_THAT(desk.take_answers(), IsEmpty()) << "no cycle has seen it";
   cycle();
-  desk.look();
+  desk.poll();
   const auto answers = desk.take_answers();
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(static_cast<CommandResult>(answers[0].result), CommandResult::kAborted);
@@ -236,7 +236,7 @@ TEST_F(CommandDeskTest, AFloodOfManyIsCountedAndNotTold) {
     desk.take(command("flood", "y", CommandKind::kJog, 1, static_cast<std::uint8_t>(i % 200)));
   }
   EXPECT_LE(desk.take_answers().size(), static_cast<std::size_t>(CommandDesk::kTotalAtOnce));
-  desk.look();
+  desk.poll();
   const auto sentences = told();
   EXPECT_LE(sentences.size(), static_cast<std::size_t>(CommandDesk::kEventsAtOnce) + 1);
   EXPECT_THAT(sentences, Contains("commands: more came than are told one by one: 0 accepted, 900 refused, 99000 not "
@@ -258,7 +258,7 @@ TEST_F(CommandDeskTest, GarbageMovesNothing) {
     if (kind == CommandKind::kAcquire) record.kind = static_cast<std::uint32_t>(CommandKind::kJog);
     desk.take(record);
     clock.advance(milliseconds{1});
-    if (i % 10 == 0) desk.look();
+    if (i % 10 == 0) desk.poll();
     for (const auto& answer : desk.take_answers()) {
       const auto result = static_cast<CommandResult>(answer.result);
       if (result == CommandResult::kAccepted) {

@@ -178,7 +178,7 @@ TEST(DriveFacts, ObjectsThatCannotBeReadAreLeftOut) {
 class Events final : public Observer {
  public:
   void event(const Event& event) override { told.push_back(describe(event)); }
-  void look() override {}
+  void poll() override {}
   std::vector<std::string> told;
 };
 

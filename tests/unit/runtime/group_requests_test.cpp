@@ -91,7 +91,7 @@ class Hand final : public Observer {
     told.push_back(describe(event));
     events.push_back(event);
   }
-  void look() override {
+  void poll() override {
     if (on_look) on_look();
   }
   std::vector<std::string> told;

@@ -25,7 +25,7 @@ using testing::Contains;
 class Hand final : public Observer {
  public:
   void event(const Event& event) override { told.push_back(describe(event)); }
-  void look() override {
+  void poll() override {
     if (on_look) on_look();
   }
   std::vector<std::string> told;

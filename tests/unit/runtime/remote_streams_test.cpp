@@ -67,7 +67,7 @@ class RemoteStreamsTest : public testing::Test {
     look();
   }
   void look() {
-    streams.look(now);
+    streams.poll(now);
     for (auto& facts : streams.take_events()) told.push_back(describe(Event{std::move(facts)}));
     for (const auto& report : streams.take_reports()) last = report;
   }

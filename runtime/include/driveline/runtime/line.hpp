@@ -118,11 +118,11 @@ class Line {
   /// Same for the axis groups of the line ([[axis_group]]).
   [[nodiscard]] GroupRequests& groups() noexcept { return groups_; }
 
-  /// Diagnoses the running line. Call on the owner's thread, in Observer::look(). Errors: the line is not in operation
+  /// Diagnoses the running line. Call on the owner's thread, in Observer::poll(). Errors: the line is not in operation
   /// (kCall), errors of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
   /// Returns ports, addresses and counters of EoE; none: the line has no [eoe] or is not in operation yet. Call on the
-  /// owner's thread, in Observer::look().
+  /// owner's thread, in Observer::poll().
   [[nodiscard]] std::optional<EoeReport> eoe() const;
 
  private:

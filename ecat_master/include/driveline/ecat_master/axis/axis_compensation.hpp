@@ -54,8 +54,8 @@ class AxisCompensation {
   // Conversion of measured values of the drive to the axis.
   /// Selects the backlash state that belongs to the actual position. `delayed`: the drive closes the position loop and
   /// follows setpoints of some cycles ago.
-  void look(bool delayed) noexcept;
-  /// Axis position for a position of the drive, as of the last look(); rad or m.
+  void update(bool delayed) noexcept;
+  /// Axis position for a position of the drive, as of the last update(); rad or m.
   [[nodiscard]] double axis_position(double drive) const noexcept;
   /// Axis velocity for a velocity of the drive at `axis_position`; rad/s or m/s.
   [[nodiscard]] double axis_velocity(double drive_velocity, double axis_position) const noexcept;

@@ -84,7 +84,7 @@ class ModeChange {
   void skip(std::int64_t periods, cia402::Mode wanted) noexcept;
   /// Must be called first in a cycle. The change stays pending() until the drive has shown `wanted` for several
   /// exchanges.
-  void look(const Measured& measured, cia402::Mode wanted) noexcept;
+  void update(const Measured& measured, cia402::Mode wanted) noexcept;
   /// Motion for this cycle that leads the axis to `setpoint`: in terms of the actual position while returning, or of
   /// the target position once the drive is in CSP.
   [[nodiscard]] trajectory::AxisSetpoint reference(const Measured& measured,

@@ -20,7 +20,7 @@ class CoastWatch {
       : max_velocity_(axis.limits.max_velocity), period_s_(period_s) {}
 
   /// Takes the position (rad or m) and velocity (rad/s or m/s) of an exchange in this cycle.
-  void look(double position, double velocity) noexcept {
+  void update(double position, double velocity) noexcept {
     const double moved = std::abs(position - std::exchange(position_, position)) / period_s_;
     const double standing = kStanding * max_velocity_;
     velocity_ = moved > standing && std::abs(velocity) > standing ? velocity : 0.0;

@@ -131,7 +131,7 @@ class MailboxChannel {
   void resume(std::chrono::nanoseconds now, Finished& finished);
   void take_error(std::chrono::nanoseconds now, std::span<const std::byte> service, Finished& finished);
   void react(std::chrono::nanoseconds now, MailboxDialogue::Reaction reaction, Finished& finished);
-  void look_at_clock(std::chrono::nanoseconds now, Finished& finished);
+  void check_deadlines(std::chrono::nanoseconds now, Finished& finished);
   void finish(Finished& finished);
   void finish(Finished& finished, const Error& error);
   [[nodiscard]] Error error(ErrorFacts facts) const noexcept;
