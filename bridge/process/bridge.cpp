@@ -16,7 +16,7 @@
 
 #include "confinement.hpp"
 #include "feed_config.hpp"
-#include "left_segments.hpp"
+#include "stale_segments.hpp"
 
 namespace driveline::bridge {
 namespace {
@@ -110,7 +110,7 @@ std::string Bridge::set_up() {
   const bool shared_memory = description.shared_memory != 0;
   if (shared_memory) {
     files_ = limit_files_to_shared_memory();
-    remove_left_segments();
+    remove_stale_segments();
   }
   auto config = config_of(description);
   if (options_.security >= 0) config.security = security_of(options_.security);

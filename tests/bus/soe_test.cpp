@@ -43,7 +43,7 @@ TEST(SoeOnTheLine, ReadsTheListOfAllAndEverythingAboutEachInMailboxesOfAnySize) 
     }
     const auto together = line.soe().read({0, {1}}, wire::SoeElementSet::of(0xFE));
     ASSERT_EQ(sentence(together), "") << mailbox;
-    const auto parameter = take_apart(*together);
+    const auto parameter = decode_parameter(*together);
     ASSERT_TRUE(parameter);
     EXPECT_EQ(parameter->name, "NC cycle time (TNcyc)");
     EXPECT_EQ(parameter->unit, "us");

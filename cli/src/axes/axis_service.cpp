@@ -133,7 +133,7 @@ json AxisService::status(const std::vector<std::size_t>& axes) const {
   return {{"axes", std::move(rows)}};
 }
 
-void AxisService::gone(const CommandSender& sender) {
+void AxisService::disconnected(const CommandSender& sender) {
   const auto found = clients_.find(sender.connection);
   if (found == clients_.end()) return;
   axis_requests_.leave(found->second.caller.name, !found->second.detached);

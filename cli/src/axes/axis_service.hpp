@@ -37,7 +37,7 @@ class AxisService {
   /// Executes a command and returns the answer; {"error": sentence, "status": 1 or 2} on failure.
   [[nodiscard]] std::string execute(const CommandSender& sender, std::string_view words);
   /// Handles the end of a connection: releases the axes of its client.
-  void gone(const CommandSender& sender);
+  void disconnected(const CommandSender& sender);
   /// Notes that a connection was refused, because its process belongs to another user.
   void refused(const CommandSender& sender);
   /// Supervises the clients. To be called every few milliseconds.

@@ -169,9 +169,9 @@ void CommandInput::supply(std::uint64_t connection, std::string_view text, Comma
     client.waits = false;
     client.answered = true;
     send_answer(client);
-    if (client.gone && client.stays) executor.gone(client.sender);
+    if (client.disconnected && client.stays) executor.disconnected(client.sender);
   }
-  std::erase_if(clients_, [](const Client& client) { return client.gone; });
+  std::erase_if(clients_, [](const Client& client) { return client.disconnected; });
 }
 
 void CommandInput::read_stdin(CommandExecutor& executor) {
@@ -226,10 +226,11 @@ void CommandInput::serve_clients(CommandExecutor& executor) {
       if (!client.answered && !client.waits) receive(client, executor);
       if (client.answered) send_answer(client);
       // A further command may have arrived with the previous one.
-    } while (!client.gone && !client.answered && !client.waits && client.received.find('\n') != std::string::npos);
-    if (client.gone && client.stays) executor.gone(client.sender);
+    } while (!client.disconnected && !client.answered && !client.waits &&
+             client.received.find('\n') != std::string::npos);
+    if (client.disconnected && client.stays) executor.disconnected(client.sender);
   }
-  std::erase_if(clients_, [](const Client& client) { return client.gone; });
+  std::erase_if(clients_, [](const Client& client) { return client.disconnected; });
 }
 
 /// Reads a part of the command; executes it when it is complete, at the end of the line or of the stream.
@@ -238,11 +239,11 @@ void CommandInput::receive(Client& client, CommandExecutor& executor) {
   while (client.received.find('\n') == std::string::npos && client.received.size() < kLongestCommand) {
     const auto count = ::recv(client.socket.get(), buffer.data(), buffer.size(), 0);
     if (count < 0) {
-      client.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
+      client.disconnected = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
       return;
     }
     if (count == 0 && client.received.empty()) {
-      client.gone = true;
+      client.disconnected = true;
       return;
     }
     if (count == 0) break;
@@ -261,13 +262,13 @@ void CommandInput::send_answer(Client& client) {
   while (!client.answer.empty()) {
     const auto count = ::send(client.socket.get(), client.answer.data(), client.answer.size(), MSG_NOSIGNAL);
     if (count < 0) {
-      client.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
+      client.disconnected = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
       return;
     }
     client.answer.erase(0, static_cast<std::size_t>(count));
   }
   client.answered = false;
-  client.gone = !client.stays;
+  client.disconnected = !client.stays;
 }
 
 std::optional<pid_t> listener_at(const std::string& path) {

@@ -29,7 +29,7 @@ class CommandExecutor {
   /// Executes a line from stdin or the socket.
   [[nodiscard]] virtual CommandReply execute(const CommandSender& sender, std::string_view command) = 0;
   /// Handles the end of a connection that was open for further commands.
-  virtual void gone(const CommandSender& sender) { static_cast<void>(sender); }
+  virtual void disconnected(const CommandSender& sender) { static_cast<void>(sender); }
   /// Handles a refused connection: its process belongs to another user and has been told so.
   virtual void refused(const CommandSender& sender) { static_cast<void>(sender); }
 };
@@ -75,7 +75,7 @@ class CommandInput {
     bool answered = false;  ///< the answer is complete and is being sent
     bool waits = false;     ///< until supply() provides the answer
     bool stays = false;
-    bool gone = false;
+    bool disconnected = false;
   };
   static void receive(Client& client, CommandExecutor& executor);
   static void send_answer(Client& client);

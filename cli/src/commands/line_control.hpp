@@ -39,9 +39,9 @@ class LineControl final : private CommandExecutor {
   };
 
   [[nodiscard]] CommandReply execute(const CommandSender& sender, std::string_view command) override;
-  void gone(const CommandSender& sender) override {
-    groups_.gone(sender);
-    axes_.gone(sender);
+  void disconnected(const CommandSender& sender) override {
+    groups_.disconnected(sender);
+    axes_.disconnected(sender);
   }
   void refused(const CommandSender& sender) override { axes_.refused(sender); }
   void serve();

@@ -154,7 +154,7 @@ json GroupService::status(std::optional<std::size_t> group) const {
   return {{"groups", json::array({row(*group)})}};
 }
 
-void GroupService::gone(const CommandSender& sender) {
+void GroupService::disconnected(const CommandSender& sender) {
   const auto found = clients_.find(sender.connection);
   if (found == clients_.end()) return;
   const auto& client = found->second;

@@ -35,7 +35,7 @@ class GroupService {
   /// Executes a command and returns the answer; {"error": sentence, "status": 1 or 2} on failure.
   [[nodiscard]] std::string execute(const CommandSender& sender, std::string_view words);
   /// Handles the end of a connection: releases the groups of its client.
-  void gone(const CommandSender& sender);
+  void disconnected(const CommandSender& sender);
   /// Supervises the groups. To be called every few milliseconds.
   void watch() { groups_.watch(); }
 

@@ -277,7 +277,7 @@ void Axis::compensate(bool moving, const trajectory::AxisSetpoint& setpoint) noe
 }
 
 /// Updates the inputs of a virtual axis, which has executed its last outputs.
-void Axis::be_its_drive() noexcept {
+void Axis::simulate_drive() noexcept {
   fresh_ = true;
   inputs_.state = state_by(targets_.control_word);
   inputs_.status_word = status_word_of(inputs_.state);
@@ -287,7 +287,7 @@ void Axis::be_its_drive() noexcept {
 }
 
 void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
-  if (config_.is_virtual()) return be_its_drive();
+  if (config_.is_virtual()) return simulate_drive();
   fresh_ = valid && fresh;
   if (!valid) {
     inputs_.state = snapshot::AxisState::kUnavailable;
@@ -349,7 +349,7 @@ double Axis::position_loop(const trajectory::AxisSetpoint& setpoint) const noexc
   return std::clamp(wanted, -most, most) - setpoint.velocity;
 }
 
-double Axis::distrust_position() noexcept {
+double Axis::disable_position_loop() noexcept {
   trusted_ = false;
   return std::exchange(correction_, 0.0);
 }

@@ -87,7 +87,7 @@ void SingleAxis::forget_place() noexcept {
 
 void SingleAxis::stop_for_position() noexcept {
   // The velocity that the loop added is braked together with that of the setpoint.
-  setpoint_.velocity += axis_->distrust_position();
+  setpoint_.velocity += axis_->disable_position_loop();
   stop_by_ramp(AxisError::kPosition);
 }
 

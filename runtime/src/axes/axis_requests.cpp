@@ -255,7 +255,7 @@ void AxisRequests::settle_take_overs() {
     const bool taken =
         phase == RequestPhase::kActive || phase == RequestPhase::kReached || phase == RequestPhase::kDone;
     if (!taken) continue;
-    if (pending.gone) {
+    if (pending.caller_left) {
       if (begins_motion(pending.request.command)) stop_axis(pending.axis);
       continue;
     }
@@ -352,7 +352,7 @@ void AxisRequests::drop(Pending& pending) {
     if (single_ != nullptr && !progress.report.over())
       static_cast<void>(single_->submit(pending.axis, plain(AxisCommand::kAbortTrigger)));
   } else if (pending.takes_over) {
-    pending.gone = true;
+    pending.caller_left = true;
   } else if (authority_.holds(pending.axis, pending.caller.name)) {
     // An axis that another caller has taken over continues to move.
     stop_axis(pending.axis);

@@ -204,7 +204,7 @@ class Master {
   void drop_absent();
   void add_absent(std::size_t number, SlavePlan plan);
   [[nodiscard]] std::vector<SlaveRef> reachable() const;
-  [[nodiscard]] Result<void> welcome(std::size_t slave);
+  [[nodiscard]] Result<void> check_joining_slave(std::size_t slave);
   [[nodiscard]] Result<std::vector<std::optional<std::uint16_t>>> identify_newcomers(
       std::span<const std::uint16_t> positions);
   /// Pairs of position and slave for new slaves that are identified by the wiring or their serial numbers.
@@ -212,7 +212,7 @@ class Master {
       std::span<const std::optional<std::size_t>> known);
   [[nodiscard]] Result<void> settle_claims(std::span<const PlaceClaim> claims,
                                            std::vector<std::pair<std::size_t, std::size_t>>& placed);
-  [[nodiscard]] Result<std::vector<SlaveRef>> host(std::span<const std::uint16_t> positions);
+  [[nodiscard]] Result<std::vector<SlaveRef>> assign_temporary_addresses(std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<std::vector<std::uint32_t>> serials_of_newcomers(std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<void> refuse(std::size_t slave, const Error& error);
   [[nodiscard]] Result<void> learn_facts();

@@ -184,7 +184,7 @@ class Axis {
   [[nodiscard]] trajectory::AxisSetpoint held() const noexcept;
   /// Switches the master's position loop of CSV and CST off until the axis is enabled again, because the actual
   /// position is implausible. Returns the velocity that the loop added last; a stop starts from it.
-  [[nodiscard]] double distrust_position() noexcept;
+  [[nodiscard]] double disable_position_loop() noexcept;
 
   /// Writes control word, mode and targets. Until the axis is in Operation enabled, the targets are its present motion
   /// (held()), so that enabling never causes a jump, and the torque that holds its weight.
@@ -297,7 +297,7 @@ class Axis {
     double feed_velocity = 0.0;  ///< part of `velocity` that is feed-forward
     double feed_torque = 0.0;
   };
-  void be_its_drive() noexcept;
+  void simulate_drive() noexcept;
   void write_targets(std::span<std::byte> image) const noexcept;
   [[nodiscard]] double lead_s() const noexcept;
   [[nodiscard]] bool shows_mode() const noexcept {
@@ -347,7 +347,7 @@ class Axis {
   bool fresh_ = false;          ///< the inputs are from this cycle
   std::optional<double> hold_;  ///< position set by hold_at()
   double hold_velocity_ = 0.0;  ///< velocity set by hold_at()
-  bool trusted_ = true;         ///< false after distrust_position()
+  bool trusted_ = true;         ///< false after disable_position_loop()
   double correction_ = 0.0;     ///< velocity that the position loop adds, rad/s or m/s
   double loop_torque_ = 0.0;    ///< torque that the velocity loop adds, Nm or N
   /// Actual position in increments, unwrapped and as received.

@@ -230,7 +230,7 @@ class Motion final : public MotionControl {
   void give_up(std::size_t axis, std::int64_t cycle) noexcept;
   void begin_path(std::int64_t cycle) noexcept;
   void begin_with(SetpointSource& source);
-  [[nodiscard]] bool believe_setpoints(std::int64_t cycle) noexcept;
+  [[nodiscard]] bool check_setpoints(std::int64_t cycle) noexcept;
   [[nodiscard]] bool plain_setpoints() const noexcept;
   [[nodiscard]] MotionFailure::Cause judge_setpoint(std::size_t axis) const noexcept;
   void set_ranges();

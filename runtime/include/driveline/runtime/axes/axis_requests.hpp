@@ -140,9 +140,9 @@ class AxisRequests {
     std::size_t axis = 0;
     AxisCaller caller;
     ecat_master::AxisRequest request;
-    bool takes_over = false;  ///< takes the axis from another owner as soon as the axis has accepted the request
-    bool gone = false;        ///< the caller left before the axis accepted the request
-    std::string coupling{};   ///< text of a CouplingOrder, for events
+    bool takes_over = false;   ///< takes the axis from another owner as soon as the axis has accepted the request
+    bool caller_left = false;  ///< the caller left before the axis accepted the request
+    std::string coupling{};    ///< text of a CouplingOrder, for events
   };
   /// How a request obtains its axis.
   enum class Access : std::uint8_t {
