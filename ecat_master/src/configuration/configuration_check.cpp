@@ -70,12 +70,12 @@ class Check {
            code_ == AlStatusCode::kInvalidMailboxConfigurationBoot;
   }
 
-  void add(Kind kind, Field field, std::size_t number, std::uint32_t expected, std::uint32_t received,
+  void add(Finding::Kind kind, Field field, std::size_t number, std::uint32_t expected, std::uint32_t received,
            std::size_t other = 0) {
     findings_.push_back(
         {kind, field, static_cast<std::uint8_t>(number), static_cast<std::uint8_t>(other), expected, received});
   }
-  void compare(Kind kind, Field field, std::size_t number, std::uint32_t expected, std::uint32_t received) {
+  void compare(Finding::Kind kind, Field field, std::size_t number, std::uint32_t expected, std::uint32_t received) {
     if (expected != received) add(kind, field, number, expected, received);
   }
 
