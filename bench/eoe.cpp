@@ -68,7 +68,7 @@ class ServedDrives {
 
  private:
   rt::MonotonicClock clock_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
   std::unique_ptr<runtime::DriveNetworks> networks_;
   std::unique_ptr<port::RawSocketPort> port_;
   std::unique_ptr<runtime::LineServer> server_;
@@ -84,7 +84,7 @@ double mailboxes_per_cycle(std::size_t acyclic_bytes) {
   // A frame that is too long for one cycle is sent once enough cycles have saved up time for it.
   if (in_frame == 0) return static_cast<double>(acyclic_bytes) / (wire::kDatagramsOffset + kDatagram);
   const auto frame = wire::kDatagramsOffset + in_frame * kDatagram + wire::kPreambleFcsGap;
-  const auto frames = std::min(AcyclicChannel::kMostFrames, (acyclic_bytes + wire::kPreambleFcsGap) / frame);
+  const auto frames = std::min(AcyclicChannel::kMaxFrames, (acyclic_bytes + wire::kPreambleFcsGap) / frame);
   return static_cast<double>(frames * in_frame);
 }
 

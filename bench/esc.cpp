@@ -10,7 +10,7 @@
 
 #include "driveline/esi/sii.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/wire/frame.hpp"
 #include "support/environment.hpp"
 #include "support/realtime.hpp"
@@ -91,7 +91,7 @@ class IdleLine {
  public:
   explicit IdleLine(std::size_t count) : line_(clock_, make_slaves(count)), count_(count) { start_up(); }
 
-  slaves::Line& line() { return line_; }
+  slaves::SimulatedLine& line() { return line_; }
   std::chrono::nanoseconds now() const { return clock_.now(); }
   void pass(std::chrono::nanoseconds time) { clock_.advance(time); }
 
@@ -192,7 +192,7 @@ class IdleLine {
 
   std::vector<const IdleDevice*> devices_;
   rt::VirtualClock clock_{1s};
-  slaves::Line line_;
+  slaves::SimulatedLine line_;
   std::size_t count_;
 };
 

@@ -195,7 +195,7 @@ class Turns final : public rt::RealtimeTask {
   void keep_latest(const rt::CycleStart& start) noexcept {
     latest_.instant = start.wake - start.late(kPeriod);
     latest_.wake = start.wake;
-    latest_.count = log_->look(latest_.instant, latest_.switches);
+    latest_.count = log_->read(latest_.instant, latest_.switches);
   }
 
   port::Port& port_;

@@ -39,7 +39,7 @@ constexpr double kAimP999 = 1.2;
 constexpr std::size_t kBytesPerAxis = 19;
 constexpr double kLostNs = 5e6;
 /// With more incomplete cycles per round than this, the figures would show the machine's other work.
-constexpr int kMostLostPerRound = 25;
+constexpr int kMaxLostPerRound = 25;
 
 /// Answers like a line in OP, with minimal effort: sets working counters and AL status bytes.
 class Responder {
@@ -120,8 +120,8 @@ ProcessImage make_image(std::size_t axes) {
 /// Runs cycles of a loop that checks nothing until the responder answers.
 template <typename Loop>
 void settle_bare(Loop& loop) {
-  constexpr int kPatience = 400;
-  for (int i = 0; i < kPatience; ++i) {
+  constexpr int kTimeout = 400;
+  for (int i = 0; i < kTimeout; ++i) {
     // Sleep, because the responder starts on the processor of the thread that created it.
     std::this_thread::sleep_for(1ms);
     loop.drain();
@@ -224,8 +224,8 @@ class MasterLoop {
   }
   /// Runs cycles until the responder answers like a line.
   void settle() {
-    constexpr int kPatience = 400;
-    for (int i = 0; i < kPatience; ++i) {
+    constexpr int kTimeout = 400;
+    for (int i = 0; i < kTimeout; ++i) {
       cycle();
       if (core_->bad_cycles() == 0 && core_->al_status().slaves != 0) return;
     }
@@ -259,7 +259,7 @@ void round_of(const Make& make, TurnSamples& turns) {
     samples.push_back(loop->cycle());
     if (samples.back() < kLostNs) continue;
     loop->drain();
-    if (++lost > kMostLostPerRound) throw Disturbed(fmt::format("{} of {} cycles lost frames", lost, i + 1));
+    if (++lost > kMaxLostPerRound) throw Disturbed(fmt::format("{} of {} cycles lost frames", lost, i + 1));
   }
   loop->check();
   turns.add_turn(samples);

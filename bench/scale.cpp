@@ -32,7 +32,7 @@ constexpr std::array<double, 7> kCyclesUs = {62.5, 125, 250, 500, 1000, 2000, 40
 constexpr int kCycles = 1000;
 constexpr int kWarmUp = 10;
 /// Largest number of axes for which the wire time is computed.
-constexpr std::size_t kMostOnTheWire = 1024;
+constexpr std::size_t kMaxOnTheWire = 1024;
 constexpr double kNsPerUs = 1000.0;
 
 /// Runs cycles at instants of real time, asleep in between, while the line runs on virtual time: a cycle finds the same
@@ -204,7 +204,7 @@ void report_limits(Report& report, const std::vector<Line>& lines, DriveBytes by
     };
     const auto fits_wire = [&](std::size_t axes) { return on_the_wire(axes, bytes).total_us() <= kCyclesUs[i]; };
     const auto fits_master = [&](std::size_t axes) { return master_us(lines, i, axes) <= kCyclesUs[i]; };
-    limit("limit_of_the_wire", kMostOnTheWire, fits_wire);
+    limit("limit_of_the_wire", kMaxOnTheWire, fits_wire);
     limit("limit_of_this_machine", lines.back().axes, fits_master);
     limit("limit_of_both", lines.back().axes, [&](std::size_t axes) {
       return on_the_wire(axes, bytes).total_us() + master_us(lines, i, axes) <= kCyclesUs[i];
@@ -226,7 +226,7 @@ void measure_all(const Options& options) {
       "limit_of_this_machine: the master's part in 99 of 100 cycles fits the cycle; limit_of_both: one after the "
       "other.\n"
       "Both of at most {} axes, on the straight lines between what was measured.",
-      bytes.outputs, bytes.inputs, kMostOnTheWire, lines.back().axes));
+      bytes.outputs, bytes.inputs, kMaxOnTheWire, lines.back().axes));
   report.print(options);
 }
 

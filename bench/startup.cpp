@@ -8,7 +8,7 @@
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/runtime/setup/composition.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "support/environment.hpp"
 #include "support/line_rig.hpp"
 #include "support/realtime.hpp"
@@ -31,11 +31,11 @@ constexpr int kFrameRetries = 8;
 constexpr double kVethAimMs = 1000.0;  // for 64 drives
 constexpr std::size_t kAimDrives = 64;
 constexpr double kMemoryAimMib = 64.0;  // for 256 slaves
-constexpr std::size_t kMostDrives = 256;
+constexpr std::size_t kMaxDrives = 256;
 
-std::unique_ptr<slaves::Line> make_line(rt::Clock& clock, std::size_t count) {
-  return std::make_unique<slaves::Line>(clock, runtime::make_simulated_slaves(describe_line(count, kPeriod)),
-                                        kNoDelays);
+std::unique_ptr<slaves::SimulatedLine> make_line(rt::Clock& clock, std::size_t count) {
+  return std::make_unique<slaves::SimulatedLine>(clock, runtime::make_simulated_slaves(describe_line(count, kPeriod)),
+                                                 kNoDelays);
 }
 
 /// A start may fail because the machine was busy for longer than the time-out of a frame or mailbox. If every start
@@ -93,7 +93,7 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
 /// Serves the drives at the far end of a cable, in a thread of their own.
 class Server {
  public:
-  Server(slaves::Line& line, port::Port& port, rt::Clock& clock)
+  Server(slaves::SimulatedLine& line, port::Port& port, rt::Clock& clock)
       : thread_([&, this](const std::stop_token& stop) { serve(stop, line, port, clock); }) {
     // The drives' time runs from their creation, so they must have caught up before a master starts.
     const auto patience = clock.now() + std::chrono::seconds{5};
@@ -104,7 +104,7 @@ class Server {
   }
 
  private:
-  void serve(const std::stop_token& stop, slaves::Line& line, port::Port& port, rt::Clock& clock) {
+  void serve(const std::stop_token& stop, slaves::SimulatedLine& line, port::Port& port, rt::Clock& clock) {
     std::array<std::byte, port::kMaxFrameBytes> buffer{};
     claim_cpu(last_cpu());
     while (!stop.stop_requested()) {
@@ -182,11 +182,11 @@ void measure_all(const Options& options) {
   const auto problem = enter_private_network();
   const auto cable = problem.empty() ? make_veth_pair("dlstart") : std::nullopt;
   claim_cpu(std::max(0, last_cpu() - 1));
-  for (const std::size_t drives : {std::size_t{1}, std::size_t{8}, kAimDrives, kMostDrives}) {
+  for (const std::size_t drives : {std::size_t{1}, std::size_t{8}, kAimDrives, kMaxDrives}) {
     const auto in_process =
         repeat(fmt::format("{} drives, in process", drives), runs, [&] { return start_in_process(clock, drives); });
     add(report, "in_process", drives, in_process, std::nullopt);
-    if (drives == kMostDrives) {
+    if (drives == kMaxDrives) {
       report.add({fmt::format("in_process_{}_drives", drives), "memory_of_the_master", "MiB",
                   summarize({in_process.front().memory_mib}), kMemoryAimMib, std::nullopt});
       report.add({fmt::format("in_process_{}_drives", drives), "memory_of_the_process", "MiB",

@@ -172,7 +172,7 @@ class Drives {
   }
 
   runtime::LineConfig config_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
   std::unique_ptr<port::RawSocketPort> port_;
   std::unique_ptr<port::FrameWaiter> waiter_;
   runtime::LineServer server_;

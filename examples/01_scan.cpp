@@ -6,7 +6,7 @@
 
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/port/raw_socket_port.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 using namespace driveline;
@@ -20,7 +20,7 @@ std::unique_ptr<port::Port> simulated_line(rt::Clock& clock) {
     parameters.serial_number = 1001 + i;
     slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
   }
-  return std::make_unique<slaves::Line>(clock, std::move(slaves));
+  return std::make_unique<slaves::SimulatedLine>(clock, std::move(slaves));
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 using namespace driveline;
@@ -17,7 +17,7 @@ int main() {
     parameters.serial_number = 1001 + i;
     slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
   }
-  slaves::Line line(clock, std::move(slaves));
+  slaves::SimulatedLine line(clock, std::move(slaves));
 
   ecat_master::Master master(line, clock);
   auto ready = master.scan();

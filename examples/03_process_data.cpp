@@ -8,7 +8,7 @@
 #include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 using namespace driveline;
@@ -45,7 +45,7 @@ int main() {
   rt::VirtualClock clock;
   std::vector<std::unique_ptr<slaves::Slave>> slaves;
   slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
-  slaves::Line line(clock, std::move(slaves));
+  slaves::SimulatedLine line(clock, std::move(slaves));
 
   const runtime::DeviceRegistry devices;
   const auto& rules = devices.rules_for({slaves::msd::kVendorId, slaves::msd::kProductCode});

@@ -5,7 +5,7 @@
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 using namespace driveline;
@@ -15,7 +15,7 @@ int main() {
   std::vector<std::unique_ptr<slaves::Slave>> slaves;
   for (int i = 0; i < 4; ++i)
     slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
-  slaves::Line line(clock, std::move(slaves));
+  slaves::SimulatedLine line(clock, std::move(slaves));
 
   ecat_master::Master master(line, clock);
   if (const auto found = master.scan(); !found) {

@@ -8,7 +8,7 @@
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/devices/device_registry.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 using namespace driveline;
@@ -19,7 +19,7 @@ int main() {
   std::vector<std::unique_ptr<slaves::Slave>> slaves;
   slaves.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
   const auto& drive = static_cast<slaves::msd::MsdDrive&>(slaves.front()->device()).core();
-  slaves::Line line(clock, std::move(slaves));
+  slaves::SimulatedLine line(clock, std::move(slaves));
 
   // Identity of the slave, its start-up SDOs, and the objects to exchange.
   ecat_master::AxisConfig config;

@@ -39,7 +39,7 @@ class Console final : public runtime::Observer {
  public:
   explicit Console(runtime::Line& line) : line_(line) {}
   void event(const runtime::Event& event) override { std::fprintf(stderr, "%s\n", runtime::describe(event).c_str()); }
-  void look() override {
+  void poll() override {
     if (interrupted != 0) line_.request_stop();
   }
 

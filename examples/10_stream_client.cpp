@@ -38,7 +38,9 @@ std::optional<stream::StatusRecord> wait_for_power(stream::Client& client) {
   for (int i = 0; i < 5000; ++i, std::this_thread::sleep_for(1ms)) {
     client.heartbeat();
     const auto status = client.status();
-    const auto ready = [](const stream::AxisStatus& axis) { return axis.state == stream::AxisState::kStandstill; };
+    const auto ready = [](const stream::ClientAxisStatus& axis) {
+      return axis.state == stream::MotionState::kStandstill;
+    };
     if (status && ready(status->axes[0]) && ready(status->axes[1])) return status;
   }
   return std::nullopt;

@@ -15,7 +15,7 @@
 #include "driveline/esi/sii.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/wire/frame.hpp"
 #include "support/latency_histogram.hpp"
 
@@ -89,7 +89,7 @@ class LateClock final : public rt::Clock {
 /// Loses frames, and records when the cyclic ones are sent.
 class BenchPort final : public port::Port {
  public:
-  BenchPort(slaves::Line& line, double loss) : line_(line), loss_(loss) {}
+  BenchPort(slaves::SimulatedLine& line, double loss) : line_(line), loss_(loss) {}
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override {
     if (std::bernoulli_distribution(loss_)(random_)) {
       ++lost;
@@ -108,7 +108,7 @@ class BenchPort final : public port::Port {
   std::size_t lost = 0;
 
  private:
-  slaves::Line& line_;
+  slaves::SimulatedLine& line_;
   double loss_;
   std::mt19937 random_{13};
 };
@@ -159,7 +159,7 @@ class ClockRig {
 
   [[nodiscard]] nanoseconds now() const { return clock_.now(); }
   [[nodiscard]] ecat_master::Master& master() { return master_; }
-  [[nodiscard]] slaves::Line& line() { return line_; }
+  [[nodiscard]] slaves::SimulatedLine& line() { return line_; }
   /// True distance of a slave's last SYNC0 from that of slave `reference`, in ns.
   [[nodiscard]] double sync0_ahead(std::size_t slave, std::size_t reference = 0) {
     return static_cast<double>(off_beat(last_pulse(slave) - last_pulse(reference)).count());
@@ -284,7 +284,7 @@ class ClockRig {
   Scenario scenario_;
   rt::VirtualClock clock_{1s};
   slaves::Wiring wiring_;
-  slaves::Line line_;
+  slaves::SimulatedLine line_;
   BenchPort port_;
   port::RedundantPort ring_;
   LateClock late_;

@@ -13,7 +13,7 @@
 namespace driveline::bench {
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds{60};
+constexpr auto kTimeout = std::chrono::seconds{60};
 /// 6.5 s, in increments of 100 us: a busy machine must not make the drives leave OP.
 constexpr std::uint16_t kWatchdog = 65000;
 
@@ -60,13 +60,13 @@ EoeLine::EoeLine(const Settings& settings) {
     ended_.store(true);
   });
   try {
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    const auto deadline = std::chrono::steady_clock::now() + kTimeout;
     while (!in_op_.load()) {
       check();
       if (std::chrono::steady_clock::now() > deadline) throw Disturbed("the line did not come to OP");
       std::this_thread::sleep_for(std::chrono::milliseconds{10});
     }
-    for (std::size_t i = 0; i < settings.drives; ++i) await_answer(address(i), kPatience);
+    for (std::size_t i = 0; i < settings.drives; ++i) await_answer(address(i), kTimeout);
   } catch (...) {
     stop_.store(true);
     thread_.join();

@@ -45,7 +45,7 @@ class EoeLine final : private runtime::Observer, private snapshot::SampleConsume
 
  private:
   void event(const runtime::Event& event) override;
-  void look() override {
+  void poll() override {
     if (stop_.load()) line_->request_stop();
   }
   void lines(std::span<const snapshot::LineSample> samples) override;

@@ -7,7 +7,7 @@
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "support/timed_port.hpp"
 
 namespace driveline::bench {
@@ -38,7 +38,7 @@ class LineRig {
   void check();
 
   [[nodiscard]] TimedPort& port() noexcept { return port_; }
-  [[nodiscard]] slaves::Line& line() noexcept { return line_; }
+  [[nodiscard]] slaves::SimulatedLine& line() noexcept { return line_; }
   [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
   [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
   /// Memory in bytes that the master and the objects behind it have allocated since this line was created, without its
@@ -51,7 +51,7 @@ class LineRig {
   rt::Clock& clock_;
   std::chrono::nanoseconds path_duration_;
   runtime::LineConfig config_;
-  slaves::Line line_;
+  slaves::SimulatedLine line_;
   std::size_t heap_of_line_;  ///< heap in use after the line was created
   std::size_t heap_of_path_ = 0;
   TimedPort port_;

@@ -25,7 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kDrives = 8;
-constexpr auto kStartPatience = std::chrono::seconds{60};
+constexpr auto kStartTimeout = std::chrono::seconds{60};
 constexpr auto kStartLook = std::chrono::milliseconds{100};
 constexpr const char* kInterface = "dl-load";
 constexpr const char* kDrive = "192.168.41.5";
@@ -106,7 +106,7 @@ std::unique_ptr<NeighbourLine> NeighbourLine::start() {
   line->run_ = ChildProgram::start(
       as_ordinary_work({folder.parent_path() / "driveline", "run", "--config", line->folder_ / "line.toml"}));
   if (!line->run_) return nullptr;
-  const auto patience = std::chrono::steady_clock::now() + kStartPatience;
+  const auto patience = std::chrono::steady_clock::now() + kStartTimeout;
   while (!answers(kDrive)) {
     line->must_go_on();
     if (std::chrono::steady_clock::now() > patience)

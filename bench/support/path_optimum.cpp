@@ -347,11 +347,11 @@ double achieved_on(Pieces pieces, const ContourSettings& settings, int fineness)
   constexpr double kFirstWeight = 1e2;
   constexpr double kGrowth = 6.0;
   constexpr int kRounds = 9;
-  constexpr int kMostSteps = 25;
+  constexpr int kMaxSteps = 25;
   double weight = kFirstWeight;
   for (int round = 0; round < kRounds; ++round, weight *= kGrowth) {
     double cost = cost_of(problem, x, settings, weight);
-    for (int step = 0; step < kMostSteps && improve(problem, x, settings, weight, cost); ++step) {
+    for (int step = 0; step < kMaxSteps && improve(problem, x, settings, weight, cost); ++step) {
     }
   }
   constexpr std::size_t kPlaces = 17;

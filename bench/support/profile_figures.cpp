@@ -26,7 +26,7 @@ constexpr std::size_t kProblemsAtATime =
     64;                               ///< problems that are also timed together, without reading the clock in between
 constexpr std::size_t kSlowest = 16;  ///< slowest problems, planned again to distinguish them from disturbances
 constexpr int kRepetitions = 101;
-constexpr std::size_t kMostAxes = 7;
+constexpr std::size_t kMaxAxes = 7;
 constexpr double kKept = 1e-12;
 constexpr double kMet = 1e-9;
 
@@ -142,7 +142,7 @@ class Planning {
 
   /// Times `count` problems, one by one and in batches.
   void measure(std::size_t count) {
-    Dice dice(kMostAxes * 1000 + axes_);
+    Dice dice(kMaxAxes * 1000 + axes_);
     each_ns_.reserve(count);
     std::vector<AxisMotion> batch(kProblemsAtATime * axes_);
     for (std::size_t done = 0; done < count; done += kProblemsAtATime) {
@@ -254,7 +254,7 @@ class Planning {
   }
 
   std::size_t axes_;
-  std::array<Profile, kMostAxes> profiles_;
+  std::array<Profile, kMaxAxes> profiles_;
   std::vector<double> each_ns_;
   std::vector<double> batch_ns_;
   std::vector<double> slowest_ns_;

@@ -23,7 +23,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kLook{50};          // interval of reading the processes
+constexpr milliseconds kPollInterval{50};  // interval of reading the processes
 constexpr milliseconds kDiscovery{300};    // lead of a reader before the line
 constexpr milliseconds kBeforeStall{800};  // from the first sight of the bridge
 constexpr milliseconds kStall{2000};
@@ -37,28 +37,28 @@ class Watched {
     if (!use) return;
     // A process that is about to end reports no memory.
     peak_mib_ = std::max(peak_mib_, use->peak_mib);
-    looks_.push_back({std::chrono::steady_clock::now(), use->cpu_s});
+    readings_.push_back({std::chrono::steady_clock::now(), use->cpu_s});
   }
   /// Largest share of a processor in any interval of this length (with at least two readings): that is while the line
   /// runs, not while it is discovered, brought up and ended.
   [[nodiscard]] double cpu_share(milliseconds length) const {
     double most = 0.0;
-    for (std::size_t first = 0, last = 0; last < looks_.size(); ++last) {
-      while (first < last && looks_[last].at - looks_[first + 1].at >= length) ++first;
-      const std::chrono::duration<double> passed = looks_[last].at - looks_[first].at;
+    for (std::size_t first = 0, last = 0; last < readings_.size(); ++last) {
+      while (first < last && readings_[last].at - readings_[first + 1].at >= length) ++first;
+      const std::chrono::duration<double> passed = readings_[last].at - readings_[first].at;
       if (passed < length) continue;
-      most = std::max(most, (looks_[last].cpu_s - looks_[first].cpu_s) / passed.count());
+      most = std::max(most, (readings_[last].cpu_s - readings_[first].cpu_s) / passed.count());
     }
     return most;
   }
   [[nodiscard]] double peak_mib() const { return peak_mib_; }
 
  private:
-  struct Look {
+  struct Reading {
     std::chrono::steady_clock::time_point at;
     double cpu_s;
   };
-  std::vector<Look> looks_;
+  std::vector<Reading> readings_;
   double peak_mib_ = 0.0;
 };
 
@@ -180,7 +180,7 @@ TelemetryFigures TelemetryRuns::measure(const TelemetryPlan& plan) {
   Watched bridge;
   Watched receiver;
   Stall stall;
-  for (pid_t publisher = 0; !run->has_ended(); std::this_thread::sleep_for(kLook)) {
+  for (pid_t publisher = 0; !run->has_ended(); std::this_thread::sleep_for(kPollInterval)) {
     if (publisher == 0) publisher = child_named(run->id(), "driveline-bridge");
     line.look(run->id());
     bridge.look(publisher);

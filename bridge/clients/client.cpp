@@ -38,12 +38,12 @@ Outcome<std::vector<const Topic*>> select_topics(const std::vector<std::string>&
   return chosen;
 }
 
-void LeftOut::add(std::string_view topic, std::string_view reason) {
+void OmittedSamples::add(std::string_view topic, std::string_view reason) {
   if (count_++ > 0) return;
   fmt::print(stderr, "driveline {}: {}: a sample is left out: {}\n", command_, topic, visible(reason));
 }
 
-LeftOut::~LeftOut() {
+OmittedSamples::~OmittedSamples() {
   if (count_ > 1) fmt::print(stderr, "driveline {}: {} samples were left out\n", command_, count_);
 }
 

@@ -35,13 +35,13 @@ inline constexpr std::chrono::milliseconds kWait{50};
 
 /// Reports samples that cannot be decoded, from a writer of another version or a malicious one. The first one is
 /// reported on stderr at once, their number at the end.
-class LeftOut {
+class OmittedSamples {
  public:
   /// `command`: name used in the messages.
-  explicit LeftOut(std::string_view command) : command_(command) {}
-  LeftOut(const LeftOut&) = delete;
-  LeftOut& operator=(const LeftOut&) = delete;
-  ~LeftOut();
+  explicit OmittedSamples(std::string_view command) : command_(command) {}
+  OmittedSamples(const OmittedSamples&) = delete;
+  OmittedSamples& operator=(const OmittedSamples&) = delete;
+  ~OmittedSamples();
 
   /// Counts a sample; the reason of the first one is reported.
   void add(std::string_view topic, std::string_view reason);

@@ -27,7 +27,7 @@ class CsvRecording final : public Recording {
   Outcome<void> add(const Sample& sample) override {
     const auto value = decode(*topic_.structure, sample.bytes);
     if (!value) {
-      left_out_.add(topic_.name, describe(value.error()));
+      omitted_.add(topic_.name, describe(value.error()));
       return {};
     }
     add_text(table_rows(topic_, *value, fmt::format("{},{},", sample.received_ns, sample.published_ns)));
@@ -59,7 +59,7 @@ class CsvRecording final : public Recording {
   const Topic& topic_;
   std::vector<std::uint8_t> rows_;
   std::uint64_t waiting_ = 0;
-  LeftOut left_out_{"record"};
+  OmittedSamples omitted_{"record"};
   std::vector<std::uint64_t> written_ = {0};
 };
 

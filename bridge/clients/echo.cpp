@@ -17,7 +17,7 @@ class Echo {
     if (done()) return;
     const auto value = decode(*sample.topic->structure, sample.bytes);
     if (!value) {
-      left_out_.add(sample.topic->name, describe(value.error()));
+      omitted_.add(sample.topic->name, describe(value.error()));
       return;
     }
     outcome_ = print(options_.json ? json_text(*value) + '\n' : yaml_text(*value) + "---\n");
@@ -31,7 +31,7 @@ class Echo {
  private:
   const Options& options_;
   std::uint64_t printed_ = 0;
-  LeftOut left_out_{"echo"};
+  OmittedSamples omitted_{"echo"};
   Outcome<void> outcome_;
 };
 

@@ -10,13 +10,13 @@ void Gaps::add(Bytes sample) {
   const auto who = topic_->counter_of.empty() ? std::optional<std::uint64_t>(0)
                                               : whole_field(*topic_->structure, sample, topic_->counter_of);
   if (!count || !who) return;
-  if (counters_.size() >= kMostCounters && !counters_.contains(*who)) return;
+  if (counters_.size() >= kMaxCounters && !counters_.contains(*who)) return;
   const auto [found, first] = counters_.try_emplace(*who);
   auto& counter = found->second;
   // A counter that does not increase restarted or repeats, because its writer was restarted.
   if (!first && *count > counter.last) ++counter.steps[*count - counter.last];
   counter.last = *count;
-  if (counter.steps.size() <= kMostSteps) return;
+  if (counter.steps.size() <= kMaxSteps) return;
   const auto longest = std::prev(counter.steps.end());
   counter.settled += (longest->first / usual_step(counter) - 1) * longest->second;
   counter.steps.erase(longest);

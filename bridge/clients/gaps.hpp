@@ -10,14 +10,14 @@
 namespace driveline::bridge::clients {
 
 /// Counts the missing samples of a topic by its counter field (Topic::counter). Counters that advance in steps, such as
-/// the cycles of decimated samples, are evaluated by the smallest step seen. If more than kMostSteps different steps
+/// the cycles of decimated samples, are evaluated by the smallest step seen. If more than kMaxSteps different steps
 /// occur, the longest ones are evaluated by the smallest step seen up to then.
 class Gaps {
  public:
   /// Maximum number of different steps stored per counter.
-  static constexpr std::size_t kMostSteps = 64;
+  static constexpr std::size_t kMaxSteps = 64;
   /// Maximum number of counters stored.
-  static constexpr std::size_t kMostCounters = 1024;
+  static constexpr std::size_t kMaxCounters = 1024;
 
   /// `topic` must outlive it.
   explicit Gaps(const Topic& topic) : topic_(&topic) {}

@@ -18,8 +18,8 @@
 namespace driveline::bridge::clients {
 namespace {
 
-constexpr std::uint64_t kMostDomain = 232;  // RTPS 2.2, 9.6.1: with a higher domain the ports exceed 16 bits
-constexpr double kMostSeconds = 1e7;
+constexpr std::uint64_t kMaxDomain = 232;  // RTPS 2.2, 9.6.1: with a higher domain the ports exceed 16 bits
+constexpr double kMaxSeconds = 1e7;
 
 /// IPv4 addresses of this machine, with the names of their interfaces.
 std::vector<std::pair<std::string, std::string>> own_interfaces() {
@@ -80,7 +80,7 @@ class Reader {
   Outcome<void> option(const std::string& name) {
     if (at_ == words_.size()) return misused(fmt::format("{} needs a value", name));
     const auto& value = words_[at_++];
-    if (name == "--domain") return whole(name, value, 0, kMostDomain, domain_);
+    if (name == "--domain") return whole(name, value, 0, kMaxDomain, domain_);
     if (name == "--count") return whole(name, value, 1, UINT64_MAX, options_.count);
     if (name == "--duration") return seconds(name, value, options_.duration_s);
     if (name == "--timeout") return seconds(name, value, options_.timeout_s);
@@ -121,8 +121,8 @@ class Reader {
   Outcome<void> seconds(const std::string& name, const std::string& value, std::optional<double>& target) {
     double number = 0;
     const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (error != std::errc{} || end != value.data() + value.size() || !(number > 0 && number <= kMostSeconds)) {
-      return misused(fmt::format("{} \"{}\": seconds above 0, up to {:.0f}, are expected", name, value, kMostSeconds));
+    if (error != std::errc{} || end != value.data() + value.size() || !(number > 0 && number <= kMaxSeconds)) {
+      return misused(fmt::format("{} \"{}\": seconds above 0, up to {:.0f}, are expected", name, value, kMaxSeconds));
     }
     target = number;
     return {};

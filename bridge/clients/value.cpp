@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kHeader = 4;      // bytes: representation and options
 constexpr std::size_t kKeyLength = 16;  // bytes
 /// Limit above the bounds of all sequences in use, and low enough not to exhaust the memory.
-constexpr std::uint32_t kMostElements = 1U << 20;
+constexpr std::uint32_t kMaxElements = 1U << 20;
 
 /// Size of a scalar on the wire, which is also its alignment; 0 if the kind is not a scalar.
 constexpr std::size_t size_of(Kind kind) noexcept {
@@ -59,7 +59,7 @@ class Decoder {
     to.sequence = true;
     const auto count = field.sequence ? unsigned_number(4) : field.count;
     // Every element takes at least one byte: this detects a wrong count before memory is allocated for it.
-    if (count > kMostElements || count > data_.size() - at_) good_ = false;
+    if (count > kMaxElements || count > data_.size() - at_) good_ = false;
     for (std::uint64_t i = 0; good_ && i < count; ++i) {
       auto& part = to.parts.emplace_back();
       part.field = &field;

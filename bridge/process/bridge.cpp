@@ -16,7 +16,7 @@
 
 #include "confinement.hpp"
 #include "feed_config.hpp"
-#include "left_segments.hpp"
+#include "stale_segments.hpp"
 
 namespace driveline::bridge {
 namespace {
@@ -36,7 +36,7 @@ constexpr std::string_view kNoLimits =
     "shared memory: this kernel has no Landlock (Linux 5.13), so the bridge may open all files of its user, not only "
     "those in /dev/shm";
 /// Maximum size of profiles in bytes.
-constexpr std::size_t kMostProfiles = 1U << 20;
+constexpr std::size_t kMaxProfiles = 1U << 20;
 
 /// Paths to inherited descriptors, for Fast DDS to open: the files themselves may belong to another user.
 DdsSecurity security_of(int first) {
@@ -46,7 +46,7 @@ DdsSecurity security_of(int first) {
 
 /// Content of a file. A file longer than allowed is truncated, so that it is not valid XML any more.
 std::string content_of(int descriptor) {
-  std::string content(kMostProfiles, '\0');
+  std::string content(kMaxProfiles, '\0');
   std::size_t length = 0;
   while (length < content.size()) {
     const auto more = ::pread(descriptor, content.data() + length, content.size() - length, static_cast<off_t>(length));
@@ -86,8 +86,8 @@ std::string Bridge::set_up() {
     auto opened = snapshot::FeedReturnWriter::open(options_.counts);
     if (!opened) return describe(opened.error());
     return_.emplace(*std::move(opened));
-    told_before_ = return_->told();
-    from = told_before_.next;
+    earlier_return_ = return_->last_record();
+    from = earlier_return_.next;
   }
   auto opened =
       snapshot::FeedReader::open(options_.feed, options_.feed + 1, options_.feed + 2, options_.feed + 3, from);
@@ -110,7 +110,7 @@ std::string Bridge::set_up() {
   const bool shared_memory = description.shared_memory != 0;
   if (shared_memory) {
     files_ = limit_files_to_shared_memory();
-    remove_left_segments();
+    remove_stale_segments();
   }
   auto config = config_of(description);
   if (options_.security >= 0) config.security = security_of(options_.security);
@@ -134,11 +134,11 @@ std::string Bridge::run() {
   const bool no_limits = files_ == FileLimits::kNone;
   say('R', no_limits ? kNoLimits : std::string_view{});
   bool more = false;
-  bool told = false;
-  while (!told && !stop_.load(std::memory_order_relaxed) && (more || status_.ended == 0)) {
+  bool ends = false;
+  while (!ends && !stop_.load(std::memory_order_relaxed) && (more || status_.ended == 0)) {
     more = pass();
     if (!more) feed_->wait(kPause);
-    told = told_to_end();
+    ends = must_end();
   }
   ::alarm(kFarewellSeconds);
   while (pass()) continue;
@@ -201,15 +201,15 @@ void Bridge::tell() {
   if (!return_) return;
   const auto own = publisher_->counters();
   const auto refused = own.dropped - counters_.lines_dropped - counters_.axes_dropped;
-  return_->tell({.beats = told_before_.beats + beats_,
+  return_->tell({.beats = earlier_return_.beats + beats_,
                  .next = feed_->next(),
-                 .published = told_before_.published + own.published,
-                 .lost = told_before_.lost + feed_->lost(),
-                 .refused = told_before_.refused + refused});
+                 .published = earlier_return_.published + own.published,
+                 .lost = earlier_return_.lost + feed_->lost(),
+                 .refused = earlier_return_.refused + refused});
 }
 
 /// Whether the supervisor has closed its side of the socket; it never sends anything.
-bool Bridge::told_to_end() const {
+bool Bridge::must_end() const {
   pollfd waiting{options_.supervisor, POLLIN, 0};  // poll() ignores a negative descriptor
   if (::poll(&waiting, 1, 0) <= 0) return false;
   char ignored = 0;

@@ -34,7 +34,7 @@ class Bridge {
   void take_events();
   void take_condition();
   void tell();
-  [[nodiscard]] bool told_to_end() const;
+  [[nodiscard]] bool must_end() const;
   void say(char kind, std::string_view text) const;
   void end_without_line();
 
@@ -50,7 +50,7 @@ class Bridge {
   snapshot::DrainCounters counters_;
   /// Counts of the previous bridge that have not been accounted for yet. A supervisor accounts for them and resets
   /// them.
-  snapshot::FeedReturn told_before_;
+  snapshot::FeedReturn earlier_return_;
   std::uint64_t beats_ = 0;
   std::chrono::steady_clock::time_point line_alive_at_{};  ///< time of the last sign of life of the line's process
 };

@@ -8,9 +8,9 @@ namespace driveline::bridge {
 namespace {
 
 /// Maximum number of records per call in either direction.
-constexpr int kMostAtOnce = 256;
+constexpr int kMaxAtOnce = 256;
 /// Maximum number of setpoint batches per call.
-constexpr int kMostBatches = 16;
+constexpr int kMaxBatches = 16;
 
 tl::expected<rt::SharedMapping, snapshot::FeedError> map_region(const char* name, int descriptor,
                                                                 const rt::SharedLayout& layout) {
@@ -55,24 +55,24 @@ CommandRelay::CommandRelay(std::unique_ptr<DdsCommands> dds, std::unique_ptr<Dds
 
 void CommandRelay::serve() {
   snapshot::CommandRecord command;
-  for (int i = 0; i < kMostAtOnce && dds_->take(command); ++i) {
+  for (int i = 0; i < kMaxAtOnce && dds_->take(command); ++i) {
     if (!writer_.try_push(command)) dds_->refuse(command);
   }
   serve_streams();
   snapshot::CommandAnswer answer;
-  for (int i = 0; i < kMostAtOnce && reader_.take(record_); ++i) {
+  for (int i = 0; i < kMaxAtOnce && reader_.take(record_); ++i) {
     std::memcpy(static_cast<void*>(&answer), record_.data(), sizeof(answer));
     dds_->answer(answer);
   }
 }
 
 void CommandRelay::serve_streams() {
-  for (int i = 0; i < kMostBatches && streams_->take(batch_); ++i) {
+  for (int i = 0; i < kMaxBatches && streams_->take(batch_); ++i) {
     // Setpoints that do not fit are detected and counted by the line as missing numbers.
     for (const auto& setpoint : batch_) static_cast<void>(setpoint_writer_.try_push(setpoint));
   }
   snapshot::StreamReport report;
-  for (int i = 0; i < kMostAtOnce && report_reader_.take(report_record_); ++i) {
+  for (int i = 0; i < kMaxAtOnce && report_reader_.take(report_record_); ++i) {
     std::memcpy(static_cast<void*>(&report), report_record_.data(), sizeof(report));
     streams_->report(report);
   }

@@ -16,8 +16,8 @@
 namespace driveline::bridge {
 namespace {
 
-constexpr rlim_t kMostMemory = 256U << 20;
-constexpr rlim_t kMostFiles = 64;
+constexpr rlim_t kMaxMemory = 256U << 20;
+constexpr rlim_t kMaxFiles = 64;
 /// Stack size for threads of Fast DDS, which would have 8 MiB each.
 constexpr std::size_t kThreadStack = 512 * 1024;
 
@@ -55,11 +55,11 @@ std::string give_up_capabilities() {
 }
 
 std::string limit_resources() {
-  const rlimit files{kMostFiles, kMostFiles};
+  const rlimit files{kMaxFiles, kMaxFiles};
   if (::setrlimit(RLIMIT_NOFILE, &files) != 0) return failed("RLIMIT_NOFILE");
   const rlimit none{0, 0};
   if (::setrlimit(RLIMIT_CORE, &none) != 0) return failed("RLIMIT_CORE");
-  const rlimit memory{kMostMemory, kMostMemory};
+  const rlimit memory{kMaxMemory, kMaxMemory};
   if (!kSanitized && ::setrlimit(RLIMIT_DATA, &memory) != 0) return failed("RLIMIT_DATA");
   return {};
 }

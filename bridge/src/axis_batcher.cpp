@@ -9,14 +9,13 @@ namespace driveline::bridge {
 namespace {
 
 // Bounds of the sequences in the IDL.
-constexpr std::int64_t kMostCycles = 64;
-constexpr std::size_t kMostSamples = 512;
+constexpr std::int64_t kMaxCycles = 64;
+constexpr std::size_t kMaxSamples = 512;
 
 std::uint64_t cycles_in_a_batch(const DdsConfig& config) {
   const auto wanted = config.cycle_period.count() > 0 ? config.batch_period / config.cycle_period : 1;
-  const auto room = static_cast<std::int64_t>(kMostSamples / std::max<std::size_t>(config.axes.size(), 1));
-  return static_cast<std::uint64_t>(
-      std::clamp<std::int64_t>(wanted, 1, std::clamp<std::int64_t>(room, 1, kMostCycles)));
+  const auto room = static_cast<std::int64_t>(kMaxSamples / std::max<std::size_t>(config.axes.size(), 1));
+  return static_cast<std::uint64_t>(std::clamp<std::int64_t>(wanted, 1, std::clamp<std::int64_t>(room, 1, kMaxCycles)));
 }
 
 telemetry::AxisValues values_of(const snapshot::AxisSample& sample, std::size_t cycle_index) {
@@ -59,7 +58,7 @@ void AxisBatcher::append(const snapshot::AxisSample& sample) {
     if (cycles.size() < cycles_) cycles.push_back(time);
   }
   // An inconsistent feed loses samples.
-  if (filling_.samples().size() < kMostSamples) filling_.samples().push_back(values_of(sample, cycles.size() - 1));
+  if (filling_.samples().size() < kMaxSamples) filling_.samples().push_back(values_of(sample, cycles.size() - 1));
 }
 
 telemetry::AxisBatch* AxisBatcher::flush() {

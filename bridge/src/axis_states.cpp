@@ -38,19 +38,19 @@ void AxisStates::set_owners(const std::vector<snapshot::FeedOwner>& owners) {
 }
 
 bool AxisStates::due(const Axis& axis, Time now) const {
-  const auto& told = axis.message;
+  const auto& last = axis.message;
   const auto& sample = axis.newest;
-  if (!axis.told) {
+  if (!axis.published) {
     return true;
   }
-  if (told.state() != static_cast<telemetry::AxisState>(sample.state) ||
-      told.plcopen_state() != static_cast<telemetry::PlcopenState>(sample.plcopen_state) ||
-      told.mode() != sample.mode || told.error_code() != sample.error_code ||
-      told.homed() != static_cast<telemetry::AxisHomed>(sample.homed) || told.owner().to_string() != axis.owner ||
-      told.digital_inputs_mapped() != (sample.digital_inputs >= 0)) {
+  if (last.state() != static_cast<telemetry::AxisState>(sample.state) ||
+      last.plcopen_state() != static_cast<telemetry::PlcopenState>(sample.plcopen_state) ||
+      last.mode() != sample.mode || last.error_code() != sample.error_code ||
+      last.homed() != static_cast<telemetry::AxisHomed>(sample.homed) || last.owner().to_string() != axis.owner ||
+      last.digital_inputs_mapped() != (sample.digital_inputs >= 0)) {
     return true;
   }
-  return told.digital_inputs() != inputs_of(sample) && now - axis.at >= input_period_;
+  return last.digital_inputs() != inputs_of(sample) && now - axis.at >= input_period_;
 }
 
 void AxisStates::publish(Time now) {
@@ -59,7 +59,7 @@ void AxisStates::publish(Time now) {
       continue;
     }
     set_state(axis.message, axis.newest, axis.owner, wall_offset_ns_);
-    axis.told = true;
+    axis.published = true;
     axis.at = now;
     entities_.write(TopicId::kAxisStatus, &axis.message);
   }

@@ -40,9 +40,9 @@ class AxisStates {
   struct Axis {
     snapshot::AxisSample newest;
     std::string owner;
-    bool seen = false;  ///< a sample has arrived
-    bool told = false;  ///< `message` has been published
-    Time at;            ///< time of the last publication
+    bool seen = false;       ///< a sample has arrived
+    bool published = false;  ///< `message` has been published
+    Time at;                 ///< time of the last publication
     telemetry::AxisStatus message;
   };
 

@@ -26,7 +26,7 @@ using snapshot::CommandResult;
 constexpr std::int32_t kCommandHistory = 512;
 constexpr std::int32_t kAnswerHistory = 256;
 /// Maximum number of samples that take() skips per call.
-constexpr int kMostLooks = 512;
+constexpr int kMaxLooks = 512;
 constexpr double kRefusalsPerSecond = 100.0;
 /// Bytes of a GUID that identify its participant (RTPS 2.2, 8.2.4.2).
 constexpr std::size_t kPrefixBytes = 12;
@@ -108,7 +108,7 @@ dds::DataWriter* create_answer_writer(dds::DomainParticipant& participant, const
 struct DdsCommands::State {
   dds::DataReader* reader = nullptr;
   dds::DataWriter* writer = nullptr;
-  ParticipantGate gate{kParticipantRate, kParticipantAtOnce, kMostParticipants};
+  ParticipantGate gate{kParticipantRate, kParticipantAtOnce, kMaxParticipants};
   ParticipantGate refusals{kRefusalsPerSecond, kRefusalsPerSecond, 1};
   commands::Command command;
 };
@@ -130,7 +130,7 @@ DdsCommands::~DdsCommands() = default;
 
 bool DdsCommands::take(snapshot::CommandRecord& record) {
   dds::SampleInfo info;
-  for (int i = 0; i < kMostLooks; ++i) {
+  for (int i = 0; i < kMaxLooks; ++i) {
     if (state_->reader->take_next_sample(&state_->command, &info) != ReturnCode_t::RETCODE_OK) return false;
     if (!info.valid_data) continue;
     record = record_of(state_->command, info);

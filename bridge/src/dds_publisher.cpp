@@ -83,7 +83,7 @@ struct DdsPublisher::State {
   SteadyTime next_diagnostics = SteadyTime::min();
   telemetry::LineStatus status_message;
   bool stalled = false;
-  std::uint64_t statistics_told = 0;  ///< number of the last published statistics
+  std::uint64_t statistics_published = 0;  ///< number of the last published statistics
   SteadyTime next_status = SteadyTime::min();
   std::uint64_t refused = 0;
   // Read by any thread.
@@ -111,17 +111,17 @@ void DdsPublisher::State::publish_status(const snapshot::DrainCounters& counters
 }
 
 void DdsPublisher::State::publish_statistics() {
-  snapshot::CycleStatistics newest;
+  snapshot::CycleStatisticsSample newest;
   std::int64_t period_ns = 0;
   {
     const std::lock_guard lock{mutex};
     newest = status.statistics;
     period_ns = status.cycle_period.count();
   }
-  if (newest.number == statistics_told) {
+  if (newest.number == statistics_published) {
     return;
   }
-  statistics_told = newest.number;
+  statistics_published = newest.number;
   auto message = statistics_message(newest, period_ns);
   entities.write(TopicId::kStatistics, &message);
 }

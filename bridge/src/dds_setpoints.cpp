@@ -93,7 +93,7 @@ StreamedSetpoint setpoint_of(StreamedSetpoint head, std::uint64_t number, const 
 struct DdsSetpoints::State {
   dds::DataReader* reader = nullptr;
   dds::DataWriter* writer = nullptr;
-  ParticipantGate gate{kParticipantRate, kParticipantAtOnce, DdsCommands::kMostParticipants};
+  ParticipantGate gate{kParticipantRate, kParticipantAtOnce, DdsCommands::kMaxParticipants};
   commands::SetpointBatch batch;
 };
 

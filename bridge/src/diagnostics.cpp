@@ -11,7 +11,7 @@ namespace {
 using diagnostic_msgs::msg::dds_::DiagnosticStatus_;
 using snapshot::AxisState;
 using snapshot::LineState;
-using snapshot::PlcopenState;
+using snapshot::SampledPlcopenState;
 
 constexpr std::uint8_t kAlOp = 8;
 
@@ -86,7 +86,7 @@ DiagnosticLevel level_of(const snapshot::FeedSlave& slave) {
 
 DiagnosticLevel level_of(const snapshot::AxisSample& sample) {
   const bool fault = sample.state == AxisState::kFault || sample.state == AxisState::kFaultReactionActive;
-  if (fault || sample.plcopen_state == PlcopenState::kErrorStop) return DiagnosticLevel::kError;
+  if (fault || sample.plcopen_state == SampledPlcopenState::kErrorStop) return DiagnosticLevel::kError;
   if (sample.state == AxisState::kUnavailable) return DiagnosticLevel::kStale;
   return sample.state == AxisState::kQuickStopActive ? DiagnosticLevel::kWarn : DiagnosticLevel::kOk;
 }

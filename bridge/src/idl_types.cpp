@@ -23,15 +23,15 @@ static_assert(same(AxisState::kQuickStopActive, telemetry::AXIS_QUICK_STOP_ACTIV
 static_assert(same(AxisState::kFaultReactionActive, telemetry::AXIS_FAULT_REACTION_ACTIVE));
 static_assert(same(AxisState::kFault, telemetry::AXIS_FAULT));
 static_assert(same(AxisState::kUnavailable, telemetry::AXIS_UNAVAILABLE));
-static_assert(same(snapshot::PlcopenState::kNone, telemetry::PLCOPEN_NONE));
-static_assert(same(snapshot::PlcopenState::kDisabled, telemetry::PLCOPEN_DISABLED));
-static_assert(same(snapshot::PlcopenState::kStandstill, telemetry::PLCOPEN_STANDSTILL));
-static_assert(same(snapshot::PlcopenState::kHoming, telemetry::PLCOPEN_HOMING));
-static_assert(same(snapshot::PlcopenState::kStopping, telemetry::PLCOPEN_STOPPING));
-static_assert(same(snapshot::PlcopenState::kDiscreteMotion, telemetry::PLCOPEN_DISCRETE_MOTION));
-static_assert(same(snapshot::PlcopenState::kContinuousMotion, telemetry::PLCOPEN_CONTINUOUS_MOTION));
-static_assert(same(snapshot::PlcopenState::kSynchronizedMotion, telemetry::PLCOPEN_SYNCHRONIZED_MOTION));
-static_assert(same(snapshot::PlcopenState::kErrorStop, telemetry::PLCOPEN_ERROR_STOP));
+static_assert(same(snapshot::SampledPlcopenState::kNone, telemetry::PLCOPEN_NONE));
+static_assert(same(snapshot::SampledPlcopenState::kDisabled, telemetry::PLCOPEN_DISABLED));
+static_assert(same(snapshot::SampledPlcopenState::kStandstill, telemetry::PLCOPEN_STANDSTILL));
+static_assert(same(snapshot::SampledPlcopenState::kHoming, telemetry::PLCOPEN_HOMING));
+static_assert(same(snapshot::SampledPlcopenState::kStopping, telemetry::PLCOPEN_STOPPING));
+static_assert(same(snapshot::SampledPlcopenState::kDiscreteMotion, telemetry::PLCOPEN_DISCRETE_MOTION));
+static_assert(same(snapshot::SampledPlcopenState::kContinuousMotion, telemetry::PLCOPEN_CONTINUOUS_MOTION));
+static_assert(same(snapshot::SampledPlcopenState::kSynchronizedMotion, telemetry::PLCOPEN_SYNCHRONIZED_MOTION));
+static_assert(same(snapshot::SampledPlcopenState::kErrorStop, telemetry::PLCOPEN_ERROR_STOP));
 static_assert(same(snapshot::AxisHomed::kUnknown, telemetry::HOMED_UNKNOWN));
 static_assert(same(snapshot::AxisHomed::kNo, telemetry::HOMED_NO));
 static_assert(same(snapshot::AxisHomed::kYes, telemetry::HOMED_YES));
@@ -159,7 +159,8 @@ void set_cycle(telemetry::LineStatus& message, const snapshot::LineSample& sampl
   message.dc_difference_ns(sample.dc_difference_ns);
 }
 
-telemetry::CycleStatistics statistics_message(const snapshot::CycleStatistics& statistics, std::int64_t period_ns) {
+telemetry::CycleStatistics statistics_message(const snapshot::CycleStatisticsSample& statistics,
+                                              std::int64_t period_ns) {
   telemetry::CycleStatistics message;
   message.number(statistics.number);
   message.cycle(statistics.cycle);

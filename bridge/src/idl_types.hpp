@@ -47,7 +47,7 @@ void set_status(telemetry::LineStatus& message, const snapshot::LineStatus& stat
 void set_cycle(telemetry::LineStatus& message, const snapshot::LineSample& sample);
 
 /// Creates the statistics message for a cycle of that period.
-[[nodiscard]] telemetry::CycleStatistics statistics_message(const snapshot::CycleStatistics& statistics,
+[[nodiscard]] telemetry::CycleStatistics statistics_message(const snapshot::CycleStatisticsSample& statistics,
                                                             std::int64_t period_ns);
 
 /// Creates the message of the slave at `position`.

@@ -33,7 +33,7 @@ class Listener final : public dds::LogConsumer {
 };
 
 /// Maximum number of stored samples per topic, over all instances: the bridge has 256 MiB for all topics.
-constexpr std::int64_t kMostKeptSamples = 1'000'000;
+constexpr std::int64_t kMaxKeptSamples = 1'000'000;
 
 DdsBadProfiles bad(const DdsConfig& config, int line, std::string reason) {
   return {config.profiles.file, line, std::move(reason)};
@@ -168,10 +168,10 @@ tl::expected<dds::DataWriterQos, DdsError> QosProfiles::apply(dds::Publisher& pu
   if (qos.history().kind == dds::KEEP_LAST_HISTORY_QOS) limits.max_samples_per_instance = qos.history().depth;
   if (limits.max_instances > 0 && limits.max_samples_per_instance > 0) {
     const auto samples = std::int64_t{limits.max_instances} * limits.max_samples_per_instance;
-    if (samples > kMostKeptSamples) {
+    if (samples > kMaxKeptSamples) {
       return tl::unexpected(DdsBadProfiles{file_, found->second,
                                            topic + " would keep " + std::to_string(samples) + " samples, " +
-                                               std::to_string(kMostKeptSamples) + " at most are possible"});
+                                               std::to_string(kMaxKeptSamples) + " at most are possible"});
     }
     limits.max_samples = static_cast<std::int32_t>(samples);
   }

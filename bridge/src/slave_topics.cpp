@@ -16,7 +16,7 @@ bool differ(snapshot::FeedSlave before, snapshot::FeedSlave now) noexcept {
 void SlaveTopics::set(const snapshot::FeedCondition& condition, Time now) {
   newest_ = condition.slaves;
   for (std::size_t i = 0; i < newest_.size(); ++i) {
-    if (i >= told_.size() || differ(told_[i].slave, newest_[i])) {
+    if (i >= published_.size() || differ(published_[i].slave, newest_[i])) {
       publish(i, newest_[i], now);
     }
   }
@@ -29,15 +29,15 @@ void SlaveTopics::set(const snapshot::FeedCondition& condition, Time now) {
 
 void SlaveTopics::repeat(Time now) {
   for (std::size_t i = 0; i < newest_.size(); ++i) {
-    if (now - told_[i].at >= period_) {
+    if (now - published_[i].at >= period_) {
       publish(i, newest_[i], now);
     }
   }
 }
 
 void SlaveTopics::publish(std::size_t position, const snapshot::FeedSlave& slave, Time now) {
-  told_.resize(std::max(told_.size(), position + 1));
-  told_[position] = {slave, now};
+  published_.resize(std::max(published_.size(), position + 1));
+  published_[position] = {slave, now};
   auto message = slave_message(slave, position);
   entities_.write(TopicId::kSlave, &message);
 }

@@ -25,7 +25,7 @@ class SlaveTopics {
   void repeat(Time now);
 
  private:
-  struct Told {
+  struct Published {
     snapshot::FeedSlave slave;
     Time at;
   };
@@ -34,7 +34,7 @@ class SlaveTopics {
 
   std::chrono::nanoseconds period_;
   DdsEntities& entities_;
-  std::vector<Told> told_;  ///< by position
+  std::vector<Published> published_;  ///< by position
   std::vector<snapshot::FeedSlave> newest_;
   std::optional<telemetry::Topology> topology_;  ///< last published topology
 };

@@ -35,13 +35,13 @@ bool stderr_is_the_journal() noexcept {
 
 }  // namespace
 
-void print_line(std::string_view text, Gravity gravity) noexcept {
+void print_line(std::string_view text, LogLevel level) noexcept {
   if (!stderr_is_the_journal()) {
     write_console(stderr, visible_text(text) + '\n');
     return;
   }
   // The journal makes an entry of each line, so each one needs the prefix.
-  const auto prefix = fmt::format("<{}>", static_cast<int>(gravity));
+  const auto prefix = fmt::format("<{}>", static_cast<int>(level));
   std::string entries;
   while (!text.empty()) {
     const auto end = std::min(text.find('\n'), text.size());
@@ -64,10 +64,10 @@ int finish_output() noexcept {
 void ConsoleObserver::event(const runtime::Event& event) {
   // Progress is for a user at a terminal; it would flood a journal.
   if (event.is<runtime::events::Progress>() && stderr_is_the_journal()) return;
-  const auto gravity = event.is_fault()                               ? Gravity::kError
-                       : event.severity == runtime::Severity::kNotice ? Gravity::kNotice
-                                                                      : Gravity::kInformation;
-  print_line(fmt::format("{}{}", event.is_fault() ? "fault: " : "", runtime::describe(event, increments_)), gravity);
+  const auto level = event.is_fault()                               ? LogLevel::kError
+                     : event.severity == runtime::Severity::kNotice ? LogLevel::kNotice
+                                                                    : LogLevel::kInformation;
+  print_line(fmt::format("{}{}", event.is_fault() ? "fault: " : "", runtime::describe(event, increments_)), level);
 }
 
 }  // namespace driveline::cli

@@ -9,12 +9,12 @@
 namespace driveline::cli {
 
 /// Severity of a line on stderr, in the numbers of syslog(3).
-enum class Gravity : std::uint8_t { kError = 3, kNotice = 5, kInformation = 6 };
+enum class LogLevel : std::uint8_t { kError = 3, kNotice = 5, kInformation = 6 };
 
 /// Prints one line for the user on stderr. Never fails, because the program must not depend on a reader of stderr.
 /// Control sequences are made visible: texts come from files and slaves. When stderr is the journal, each line starts
 /// with its severity (sd-daemon(3)).
-void print_line(std::string_view text, Gravity gravity = Gravity::kInformation) noexcept;
+void print_line(std::string_view text, LogLevel level = LogLevel::kInformation) noexcept;
 
 /// Prints text for the user on stdout, with control sequences made visible.
 void print_text(std::string_view text) noexcept;

@@ -153,7 +153,7 @@ int execute_command(const Built& command) {
   const auto outcome = command.execute();
   if (const int status = finish_printing(); status != 0) return status;
   if (outcome) return *outcome;
-  print_line(fmt::format("{}: {}", full_name(command.app), outcome.error().text), Gravity::kError);
+  print_line(fmt::format("{}: {}", full_name(command.app), outcome.error().text), LogLevel::kError);
   return outcome.error().status;
 }
 

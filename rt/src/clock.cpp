@@ -53,7 +53,7 @@ std::chrono::nanoseconds MonotonicClock::spin_until(std::chrono::nanoseconds ins
   return from_timespec(time);
 }
 
-void MonotonicClock::give_way() noexcept {
+void MonotonicClock::yield() noexcept {
   const int policy = sched_getscheduler(0);
   if (policy == SCHED_FIFO || policy == SCHED_RR) sched_yield();  // cannot fail on Linux
 }

@@ -133,8 +133,8 @@ void RealtimeThread::join() noexcept {
   }
 }
 
-bool RealtimeThread::join_for(std::chrono::nanoseconds patience) {
-  if (launch_ && launch_->ended.wait_for(patience) != std::future_status::ready) {
+bool RealtimeThread::join_for(std::chrono::nanoseconds timeout) {
+  if (launch_ && launch_->ended.wait_for(timeout) != std::future_status::ready) {
     return false;
   }
   join();

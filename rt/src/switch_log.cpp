@@ -82,7 +82,7 @@ SwitchLog::~SwitchLog() {
   close(descriptor_);
 }
 
-std::size_t SwitchLog::look(nanoseconds since, std::span<CpuSwitch> found) const noexcept {
+std::size_t SwitchLog::read(nanoseconds since, std::span<CpuSwitch> found) const noexcept {
   const auto& page = *reinterpret_cast<const perf_event_mmap_page*>(memory_);
   const std::byte* records = memory_ + kHeaderBytes;
   // Decreases from 0 with each record.

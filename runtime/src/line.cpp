@@ -23,8 +23,8 @@ Line::Line(std::unique_ptr<Session> session, std::optional<trajectory::Interpola
     : session_(std::move(session)),
       path_(std::move(path)),
       tasks_(std::make_unique<LineTasks>()),
-      door_(session_->config().axes, clock_, [this] { request_stop(); }),
-      groups_(session_->config().axis_groups, door_) {}
+      axis_requests_(session_->config().axes, clock_, [this] { request_stop(); }),
+      groups_(session_->config().axis_groups, axis_requests_) {}
 
 Line::~Line() = default;
 
@@ -90,9 +90,9 @@ Result<RunReport> Line::run(const RunSettings& settings) {
   if (run_) return fail(ErrorKind::kCall, "the line has run before; each run takes a line of its own");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
   run_ = std::make_unique<LineRun>(
-      *session_,
-      LineRun::Settings{std::move(path_), source_, &door_, &groups_, settings.enable, tasks_.get(), settings.duration_s,
-                        settings.force, settings.telemetry, settings.trace, consumers_, observer_, &stop_});
+      *session_, LineRun::Settings{std::move(path_), source_, &axis_requests_, &groups_, settings.enable, tasks_.get(),
+                                   settings.duration_s, settings.force, settings.telemetry, settings.trace, consumers_,
+                                   observer_, &stop_});
   auto report = run_->execute();
   if (report) {
     finish_capture(*report);

@@ -28,7 +28,7 @@ Outcome<EchoServer> EchoServer::open() {
 }
 
 void EchoServer::wait_for(std::vector<pollfd>& descriptors) const {
-  if (connections_.size() < kMostConnections) descriptors.push_back({listener_.get(), POLLIN, 0});
+  if (connections_.size() < kMaxConnections) descriptors.push_back({listener_.get(), POLLIN, 0});
   for (const auto& connection : connections_) {
     const short events = connection.waiting.empty() ? POLLIN : POLLOUT;
     descriptors.push_back({connection.socket.get(), events, 0});
@@ -36,7 +36,7 @@ void EchoServer::wait_for(std::vector<pollfd>& descriptors) const {
 }
 
 void EchoServer::serve() {
-  while (connections_.size() < kMostConnections) {
+  while (connections_.size() < kMaxConnections) {
     port::FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
     if (!socket.valid()) break;
     connections_.push_back({std::move(socket), {}});

@@ -15,8 +15,8 @@ namespace driveline::endpoint {
 /// TCP echo (RFC 862): returns all received data.
 class EchoServer {
  public:
-  static constexpr std::uint16_t kPort = 7;            ///< port of RFC 862
-  static constexpr std::size_t kMostConnections = 16;  ///< connections at the same time; further ones wait
+  static constexpr std::uint16_t kPort = 7;           ///< port of RFC 862
+  static constexpr std::size_t kMaxConnections = 16;  ///< connections at the same time; further ones wait
 
   /// Listens on all addresses.
   [[nodiscard]] static Outcome<EchoServer> open();

@@ -17,7 +17,7 @@ namespace driveline::endpoint {
 namespace {
 
 constexpr unsigned kNobody = 65534;
-constexpr rlim_t kMostFiles = 256;
+constexpr rlim_t kMaxFiles = 256;
 
 Outcome<void> write_file(const char* path, const std::string& text) {
   const port::FileDescriptor file{::open(path, O_WRONLY | O_CLOEXEC)};
@@ -65,7 +65,7 @@ Outcome<void> drop_privileges() {
   static_cast<void>(::setresgid(kNobody, kNobody, kNobody));
   static_cast<void>(::setresuid(kNobody, kNobody, kNobody));
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return failed("PR_SET_NO_NEW_PRIVS");
-  const rlimit files{kMostFiles, kMostFiles};
+  const rlimit files{kMaxFiles, kMaxFiles};
   if (::setrlimit(RLIMIT_NOFILE, &files) != 0) return failed("RLIMIT_NOFILE");
   const rlimit none{0, 0};
   static_cast<void>(::setrlimit(RLIMIT_CORE, &none));

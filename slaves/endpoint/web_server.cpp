@@ -9,8 +9,8 @@ namespace driveline::endpoint {
 namespace {
 
 constexpr std::uint16_t kPort = 80;
-constexpr unsigned kMostConnections = 32;
-constexpr unsigned kPatienceSeconds = 15;
+constexpr unsigned kMaxConnections = 32;
+constexpr unsigned kConnectionTimeoutSeconds = 15;
 
 MHD_Result answer(MHD_Connection* connection, unsigned status, std::string_view content, const char* type) {
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): the library copies the bytes and does not write them
@@ -56,8 +56,9 @@ void WebServer::Stop::operator()(MHD_Daemon* daemon) const noexcept {
 Outcome<WebServer> WebServer::open(const CockpitState& state) {
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast): the library returns the pointer and never writes there
   auto* context = const_cast<CockpitState*>(&state);
-  auto* daemon = MHD_start_daemon(MHD_USE_EPOLL, kPort, nullptr, nullptr, &handle, context, MHD_OPTION_CONNECTION_LIMIT,
-                                  kMostConnections, MHD_OPTION_CONNECTION_TIMEOUT, kPatienceSeconds, MHD_OPTION_END);
+  auto* daemon =
+      MHD_start_daemon(MHD_USE_EPOLL, kPort, nullptr, nullptr, &handle, context, MHD_OPTION_CONNECTION_LIMIT,
+                       kMaxConnections, MHD_OPTION_CONNECTION_TIMEOUT, kConnectionTimeoutSeconds, MHD_OPTION_END);
   if (daemon == nullptr) return failed("HTTP port 80 cannot be opened");
   return WebServer(daemon);
 }

@@ -38,9 +38,10 @@ std::string describe(const SignalNameError& error) {
   if (error.fault == SignalNameError::Fault::kAmbiguous) {
     return fmt::format("is not the only one of that name; {}", listed(error.known));
   }
-  const auto* const way = error.way == SignalPlace::Way::kInput ? "input" : "output";
-  return fmt::format("is no {} of the {}; {}", way, error.owner,
-                     error.known.empty() ? fmt::format("the {} has no {}s", error.owner, way) : listed(error.known));
+  const auto* const direction = error.direction == SignalId::Direction::kInput ? "input" : "output";
+  return fmt::format(
+      "is no {} of the {}; {}", direction, error.owner,
+      error.known.empty() ? fmt::format("the {} has no {}s", error.owner, direction) : listed(error.known));
 }
 
 std::string describe(const SignalValueError& error) {

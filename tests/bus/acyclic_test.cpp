@@ -101,7 +101,7 @@ TEST(SdoWhileCycling, LongObjectsAndAborts) {
   EXPECT_EQ(sentence(coe.upload_as<std::uint16_t>(0x1000, 0)), "slave 0: object 1000h:00 has 4 bytes, 2 were expected");
 }
 
-class LossWhileCycling : public testing::TestWithParam<LossyPort::Way> {};
+class LossWhileCycling : public testing::TestWithParam<LossyPort::Direction> {};
 
 TEST_P(LossWhileCycling, OneFrameInFiveOfAnyKind) {
   for (std::uint32_t seed = 1; seed <= 5; ++seed) {
@@ -124,8 +124,9 @@ TEST_P(LossWhileCycling, OneFrameInFiveOfAnyKind) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, LossWhileCycling, testing::Values(LossyPort::Way::kOut, LossyPort::Way::kBack),
-                         [](const auto& test) { return test.param == LossyPort::Way::kOut ? "Out" : "Back"; });
+INSTANTIATE_TEST_SUITE_P(Ways, LossWhileCycling,
+                         testing::Values(LossyPort::Direction::kOut, LossyPort::Direction::kBack),
+                         [](const auto& test) { return test.param == LossyPort::Direction::kOut ? "Out" : "Back"; });
 
 TEST(AcyclicWork, ThroughADeadLineEndsWithAnError) {
   DriveLine drives(1);

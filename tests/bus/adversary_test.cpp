@@ -69,7 +69,7 @@ void mutate(Bytes& frame, Random& random) {
 }
 
 /// Sends a frame past the master and takes its reply, if any, from the line; it must have the same length.
-void inject(slaves::Line& line, rt::VirtualClock& clock, Bytes frame) {
+void inject(slaves::SimulatedLine& line, rt::VirtualClock& clock, Bytes frame) {
   const auto length = frame.size();
   const auto before = clock.now();
   line.process(frame, clock.now());

@@ -48,7 +48,7 @@ TEST(AxisGroups, MoveAlongAStraightLineTogether) {
   line.expect_obedience();
 }
 
-std::string refusal_of(const std::vector<GroupConfig>& configs, std::size_t axes = 3) {
+std::string refusal_of(const std::vector<AxisGroupSettings>& configs, std::size_t axes = 3) {
   SingleLine line(axes);
   try {
     const AxisGroups groups(line.axes(), configs, kSinglePeriod);
@@ -433,9 +433,9 @@ TEST(AxisGroups, FollowAPathWithoutEnd) {
   EXPECT_EQ(line.group_phase(last), RequestPhase::kDone);
   EXPECT_LT(apart(line.place(), point(kMoves)), kExact);
   // A path with more moves than can wait is refused as a whole.
-  const std::vector<GroupMove> many(AxisGroups::kMostMoves + 1, line_to({1.0, 1.0}));
+  const std::vector<GroupMove> many(AxisGroups::kMaxMoves + 1, line_to({1.0, 1.0}));
   EXPECT_EQ(line.groups->move_path(0, many), 0U);
-  EXPECT_EQ(line.groups->room(0), AxisGroups::kMostMoves);
+  EXPECT_EQ(line.groups->room(0), AxisGroups::kMaxMoves);
   line.expect_obedience();
 }
 

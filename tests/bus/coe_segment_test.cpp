@@ -127,7 +127,7 @@ class CoeOfASmallMailbox : public testing::Test {
       devices.push_back(device.get());
       made.push_back(std::make_unique<slaves::Slave>(std::move(device)));
     }
-    line = std::make_unique<slaves::Line>(clock, std::move(made));
+    line = std::make_unique<slaves::SimulatedLine>(clock, std::move(made));
   }
   void start(port::Port& port) {
     master = std::make_unique<Master>(port, clock);
@@ -161,7 +161,7 @@ class CoeOfASmallMailbox : public testing::Test {
   rt::VirtualClock clock{milliseconds{1}};
   std::vector<EditedDevice*> devices;
   std::vector<GenericDevice*> inners;
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<Master> master;
   int answers = 0;
 };
@@ -312,7 +312,7 @@ TEST_F(CoeOfASmallMailbox, WhatComesAmidSegmentsGoesWhereItBelongs) {
 }
 
 TEST_F(CoeOfASmallMailbox, LostFramesAmidSegmentsCostNothingButTime) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     for (const std::uint16_t address : {kMailboxOut, kMailboxIn}) {
       int seen = -1;
       LossyPort port(*line, way, [&](std::uint64_t, std::span<const std::byte> frame) {

@@ -48,7 +48,7 @@ constexpr trajectory::AxisLimits kLimits{50.0, 1000.0};
 constexpr std::size_t kCommands = static_cast<std::size_t>(AxisCommand::kDriveMoveVelocity) + 1;  // for random requests
 constexpr std::size_t kAllCommands = static_cast<std::size_t>(AxisCommand::kDriveRun) + 1;
 static_assert(kAllCommands == kCommands + 2, "kHaltSuperimposed and kDriveRun have times of their own");
-constexpr double kMostLoad = 0.08;  ///< Nm
+constexpr double kMaxLoad = 0.08;  ///< Nm
 constexpr double kTurn = 6.283185307179586;
 
 /// Makes random steps, which no feed should.
@@ -147,12 +147,13 @@ class Sequence {
         scene_(make_scene(random_, feed_)),
         coverage_(coverage),
         drives_(kAxes, {}, {}, std::nullopt, scene_.options.variant, 0.0, scene_.switches),
-        outwards_(drives_.line(), LossyPort::Way::kOut, [this](auto, auto) { return lost_ > 0 && lost_outwards_; }),
-        port_(outwards_, LossyPort::Way::kBack, [this](auto, auto) { return lost_ > 0; }),
+        outwards_(drives_.line(), LossyPort::Direction::kOut,
+                  [this](auto, auto) { return lost_ > 0 && lost_outwards_; }),
+        port_(outwards_, LossyPort::Direction::kBack, [this](auto, auto) { return lost_ > 0; }),
         operation_(drives_, port_, scene_.options) {
     for (std::size_t i = 0; i < kAxes; ++i) {
       watches_.emplace_back(drives_.drive(i), kLimits);
-      load_[i] = number(-kMostLoad, kMostLoad);
+      load_[i] = number(-kMaxLoad, kMaxLoad);
     }
   }
 
@@ -225,7 +226,7 @@ class Sequence {
 
   /// A weight that the drive takes over from a brake, and returns to it.
   void load() {
-    constexpr double kStep = kMostLoad / 400;
+    constexpr double kStep = kMaxLoad / 400;
     for (std::size_t i = 0; i < kAxes; ++i) {
       auto& drive = drives_.drive(i);
       const bool carries = drive.motion().command() != slaves::MotionCommand::kOff;

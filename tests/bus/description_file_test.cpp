@@ -31,7 +31,7 @@ class DescriptionFile : public testing::Test {
     std::vector<std::unique_ptr<slaves::Slave>> made;
     made.push_back(std::make_unique<slaves::Slave>(
         std::make_unique<slaves::generic::GenericDevice>(model, slaves::generic::GenericOptions{}), options));
-    line = std::make_unique<slaves::Line>(clock, std::move(made));
+    line = std::make_unique<slaves::SimulatedLine>(clock, std::move(made));
     master = std::make_unique<Master>(*line, clock);
     if (edit) edit(device);
     plan.own_pdos = true;
@@ -47,7 +47,7 @@ class DescriptionFile : public testing::Test {
   }
 
   rt::VirtualClock clock{milliseconds{1}};
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<Master> master;
   SlavePlan plan;
 };

@@ -14,7 +14,7 @@ namespace {
 
 using slaves::msd::Variant;
 
-constexpr int kPatience = 20'000;                ///< cycles
+constexpr int kTimeout = 20'000;                 ///< cycles
 constexpr std::uint16_t kAcknowledged = 0x1000;  ///< bit 12 of the status word
 
 AxisRequest then(AxisRequest asked) {
@@ -37,7 +37,7 @@ TEST_P(EverySetpointSet, TheNextTargetFollowsWhereTheOneBeforeIsReached) {
   int held = 0;
   int elsewhere = 0;
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    for (int cycle = 0; cycle < kPatience && !line.axes().report(asked[i]).over(); ++cycle) {
+    for (int cycle = 0; cycle < kTimeout && !line.axes().report(asked[i]).over(); ++cycle) {
       line.cycle();
       if ((status_word(line) & kAcknowledged) != 0 && std::abs(line.now().velocity) > 5.0) ++held;
       if (line.phase(asked[0]) == RequestPhase::kDone && i < 2 && line.now().mode != 1) ++elsewhere;
@@ -65,7 +65,7 @@ TEST_P(EverySetpointSet, AnotherTargetAtOnceReplacesThoseThatWait) {
   line.cycles(2);
   for (const auto id : asked) EXPECT_EQ(line.phase(id), RequestPhase::kAborted);
   double farthest = from;
-  for (int cycle = 0; cycle < kPatience && !line.axes().report(back).over(); ++cycle) {
+  for (int cycle = 0; cycle < kTimeout && !line.axes().report(back).over(); ++cycle) {
     line.cycle();
     farthest = std::max(farthest, line.now().position);
   }
@@ -89,7 +89,7 @@ TEST(SetpointSet, EachTargetHasItsVelocityWhereThatIsMapped) {
   const auto slow = line.submit(first);
   const auto fast = line.submit(second);
   double fastest = 0.0;
-  for (int cycle = 0; cycle < kPatience && !line.axes().report(slow).over(); ++cycle) {
+  for (int cycle = 0; cycle < kTimeout && !line.axes().report(slow).over(); ++cycle) {
     line.cycle();
     fastest = std::max(fastest, std::abs(line.now().velocity));
   }

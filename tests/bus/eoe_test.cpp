@@ -164,7 +164,7 @@ TEST(EoeOfALine, LetsAnSdoWaitForNoMoreThanTheFragmentsOnTheWire) {
   echoes.expect_nothing_lost();
 }
 
-struct EoeLoss : testing::TestWithParam<LossyPort::Way> {};
+struct EoeLoss : testing::TestWithParam<LossyPort::Direction> {};
 
 TEST_P(EoeLoss, OfOneFrameInAHundredLosesNoFragment) {
   std::uint64_t repeated = 0;
@@ -206,8 +206,8 @@ TEST_P(EoeLoss, BeforeTheCycleLosesNoFragment) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, EoeLoss, testing::Values(LossyPort::Way::kOut, LossyPort::Way::kBack),
-                         [](const auto& test) { return test.param == LossyPort::Way::kOut ? "Out" : "Back"; });
+INSTANTIATE_TEST_SUITE_P(Ways, EoeLoss, testing::Values(LossyPort::Direction::kOut, LossyPort::Direction::kBack),
+                         [](const auto& test) { return test.param == LossyPort::Direction::kOut ? "Out" : "Back"; });
 
 TEST(EoeOfALine, TheAddressOfADriveIsSetAndReadWhileFramesPass) {
   DriveLine drives(1);

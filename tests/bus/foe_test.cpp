@@ -60,7 +60,7 @@ Bytes firmware(std::size_t program_bytes, Variant variant = Variant::kMsd) {
 struct FileLine {
   FileLine() : line(make()), master(*line, clock) {}
 
-  std::unique_ptr<slaves::Line> make() {
+  std::unique_ptr<slaves::SimulatedLine> make() {
     std::vector<std::unique_ptr<slaves::Slave>> made;
     for (std::uint32_t i = 0; i < 2; ++i) {
       MsdParameters parameters;
@@ -70,7 +70,7 @@ struct FileLine {
       drives.push_back(&drive->core());
       made.push_back(std::make_unique<slaves::Slave>(std::move(drive), slaves::SlaveOptions{}));
     }
-    return std::make_unique<slaves::Line>(clock, std::move(made), slaves::LineOptions{}, std::nullopt);
+    return std::make_unique<slaves::SimulatedLine>(clock, std::move(made), slaves::LineOptions{}, std::nullopt);
   }
   void to_pre_op() {
     ASSERT_EQ(sentence(master.scan()), "");
@@ -93,7 +93,7 @@ struct FileLine {
   }
   std::vector<slaves::msd::DriveCore*> drives;
   rt::VirtualClock clock{milliseconds{1}};
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   Master master;
   std::unique_ptr<ecat_master::MailboxClient> boot;
 };
@@ -258,7 +258,7 @@ TEST(FoeSpeed, FourMebibytesTakeLessThanFiveSecondsAt125Microseconds) {
 }
 
 TEST(FoeLostFrames, OneInAHundredCostsNothingButTime) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     DriveLine drives(1);
     std::mt19937 random(11);
     LossyPort port(drives.line(), way, [&](auto, auto) { return random() % 100 == 0; });

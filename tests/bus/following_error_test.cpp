@@ -105,7 +105,7 @@ TEST(FollowingError, OfAnAxisThatIsHeldGrowsWithItsPath) {
     ASSERT_EQ(sentence(operation.to_motion()), "");
     ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
     auto& drive = drives.drive(0);
-    const auto blocked = drive.signals().find_signal(slaves::SignalPlace::Way::kInput, "AXIS_BLOCKED");
+    const auto blocked = drive.signals().find_signal(slaves::SignalId::Direction::kInput, "AXIS_BLOCKED");
     ASSERT_TRUE(blocked);
     operation.run(milliseconds{100});
     drive.signals().set_signal(blocked->number, 1.0);

@@ -19,7 +19,7 @@ constexpr double kWindow = 0.05;
 constexpr double kPeriodS = 125e-6;
 
 void block(slaves::msd::DriveCore& drive, bool blocked) {
-  const auto place = drive.signals().find_signal(slaves::SignalPlace::Way::kInput, "AXIS_BLOCKED");
+  const auto place = drive.signals().find_signal(slaves::SignalId::Direction::kInput, "AXIS_BLOCKED");
   ASSERT_TRUE(place);
   drive.signals().set_signal(place->number, blocked ? 1.0 : 0.0);
 }

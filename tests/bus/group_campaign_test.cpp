@@ -27,9 +27,9 @@ constexpr int kCycles = 6000;
 constexpr trajectory::AxisLimits kLimits{50.0, 1000.0};
 constexpr std::size_t kCommands = static_cast<std::size_t>(GroupCommand::kForward) + 1;
 
-std::vector<GroupConfig> configs() {
-  GroupConfig contour{"contour", {0, 1}, 256};
-  GroupConfig lines{"lines", {}};
+std::vector<AxisGroupSettings> configs() {
+  AxisGroupSettings contour{"contour", {0, 1}, 256};
+  AxisGroupSettings lines{"lines", {}};
   for (std::size_t i = 0; i < kLineAxes; ++i) lines.axes.push_back(kContourAxes + i);
   return {contour, lines};
 }

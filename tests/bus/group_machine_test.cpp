@@ -51,8 +51,8 @@ class MachineLine : public GroupLine {
   }
 
  private:
-  static GroupConfig config(const ScaraKinematics& scara, Noted* outputs) {
-    GroupConfig made{"arm", {0, 1, 2, 3}};
+  static AxisGroupSettings config(const ScaraKinematics& scara, Noted* outputs) {
+    AxisGroupSettings made{"arm", {0, 1, 2, 3}};
     made.kinematics = &scara;
     made.tool.max_velocity = 3.0;
     made.outputs = outputs;
@@ -120,7 +120,7 @@ TEST(GroupMachine, AMachineWithoutAVelocityOfItsToolOrWithTooManyAxesIsNone) {
   const ScaraKinematics scara({.upper_arm = 0.3, .forearm = 0.25, .elbow_left = true});
   SingleLine line(9);
   const auto refusal_of = [&](const std::vector<std::size_t>& axes, double velocity) -> std::string {
-    GroupConfig config{"arm", axes};
+    AxisGroupSettings config{"arm", axes};
     config.kinematics = &scara;
     config.tool.max_velocity = velocity;
     try {

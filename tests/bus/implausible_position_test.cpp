@@ -20,7 +20,7 @@ constexpr double kIncrementsPerRad = 1048576.0 / (2.0 * std::numbers::pi);
 constexpr double kLeap = 2e6;
 
 void set(slaves::msd::DriveCore& drive, std::string_view input, double value) {
-  const auto place = drive.signals().find_signal(slaves::SignalPlace::Way::kInput, input);
+  const auto place = drive.signals().find_signal(slaves::SignalId::Direction::kInput, input);
   ASSERT_TRUE(place) << input;
   drive.signals().set_signal(place->number, value);
 }

@@ -78,7 +78,7 @@ class Terminals : public testing::TestWithParam<TerminalCase> {
       made.push_back(std::make_unique<slaves::Slave>(
           std::make_unique<slaves::generic::GenericDevice>(*model, slaves::generic::GenericOptions{})));
     }
-    line = std::make_unique<slaves::Line>(clock, std::move(made));
+    line = std::make_unique<slaves::SimulatedLine>(clock, std::move(made));
     master = std::make_unique<Master>(*line, clock, Master::Settings{{}, std::chrono::seconds{1}, GetParam().layout});
   }
 
@@ -115,7 +115,7 @@ class Terminals : public testing::TestWithParam<TerminalCase> {
   void pass() { master->pass(milliseconds{2}); }
 
   rt::VirtualClock clock{milliseconds{1}};
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<Master> master;
   std::unique_ptr<ProcessVariables> variables;
 };
@@ -212,7 +212,7 @@ TEST(SlaveWithoutLrw, IsToldByItsEepromAndGetsLwrAndLrd) {
     made.push_back(std::make_unique<slaves::Slave>(
         std::make_unique<slaves::generic::GenericDevice>(model, slaves::generic::GenericOptions{})));
   }
-  slaves::Line line(clock, std::move(made));
+  slaves::SimulatedLine line(clock, std::move(made));
   Master master(line, clock);
   ASSERT_EQ(sentence(master.scan()), "");
   EXPECT_FALSE(master.slaves()[0].info.description.not_lrw);

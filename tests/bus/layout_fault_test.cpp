@@ -74,7 +74,7 @@ TEST_P(EveryLayoutLoses, ExactlyTheSlavesOfTheFrameThatIsLost) {
   DriveLine many(kMany);
   std::set<LogicalFrame> seen;
   LogicalFrame doomed;
-  LossyPort port(many.line(), LossyPort::Way::kBack, [&](std::uint64_t, std::span<const std::byte> frame) {
+  LossyPort port(many.line(), LossyPort::Direction::kBack, [&](std::uint64_t, std::span<const std::byte> frame) {
     const auto ranges = logical_ranges(frame);
     if (ranges.empty()) return false;
     seen.insert(ranges);

@@ -9,8 +9,8 @@ namespace {
 
 using ecat_master::CoeClient;
 using slaves::Fault;
+using slaves::FaultDirection;
 using slaves::FaultKind;
-using slaves::FaultWay;
 using testing::HasSubstr;
 using wire::AlState;
 using wire::AlStatusCode;
@@ -49,7 +49,7 @@ class LineFault : public testing::Test {
 TEST_F(LineFault, DropOnTheWayOutKeepsTheOutputsFromTheDrives) {
   to_op();
   const auto written = drives->slave(0).esc().sync_managers().write_count(2);
-  ASSERT_TRUE(inject({.kind = FaultKind::kDrop, .way = FaultWay::kOut, .count = 5}));
+  ASSERT_TRUE(inject({.kind = FaultKind::kDrop, .direction = FaultDirection::kOut, .count = 5}));
   operation->run(milliseconds{2});
   EXPECT_EQ(lost(), 5U);
   EXPECT_EQ(drives->slave(0).esc().sync_managers().write_count(2) - written, 16U - 5U);
@@ -60,7 +60,7 @@ TEST_F(LineFault, DropOnTheWayOutKeepsTheOutputsFromTheDrives) {
 TEST_F(LineFault, DropOnTheWayBackComesTooLateForTheOutputs) {
   to_op();
   const auto written = drives->slave(0).esc().sync_managers().write_count(2);
-  ASSERT_TRUE(inject({.kind = FaultKind::kDrop, .way = FaultWay::kBack, .count = 5}));
+  ASSERT_TRUE(inject({.kind = FaultKind::kDrop, .direction = FaultDirection::kBack, .count = 5}));
   operation->run(milliseconds{2});
   EXPECT_EQ(lost(), 5U);
   EXPECT_EQ(drives->slave(0).esc().sync_managers().write_count(2) - written, 16U) << "all drives have acted on them";
@@ -108,7 +108,8 @@ TEST_F(LineFault, DuplicatesAreNotTakenTwice) {
 
 TEST_F(LineFault, CorruptRepliesNeverReachTheAxesUnnoticedInTheHeader) {
   to_op();
-  ASSERT_TRUE(inject({.kind = FaultKind::kCorrupt, .way = FaultWay::kBack, .count = 200, .seed = 3, .bits = 40}));
+  ASSERT_TRUE(
+      inject({.kind = FaultKind::kCorrupt, .direction = FaultDirection::kBack, .count = 200, .seed = 3, .bits = 40}));
   operation->run(milliseconds{100});
   EXPECT_GT(lost() + wkc_errors(), 100U) << "40 flipped bits meet header or working counter nearly always";
   EXPECT_EQ(active(), 0U);
@@ -120,7 +121,8 @@ TEST_F(LineFault, CorruptRepliesNeverReachTheAxesUnnoticedInTheHeader) {
 
 TEST_F(LineFault, CorruptRequestsLeaveAWorkingLineBehind) {
   to_op();
-  ASSERT_TRUE(inject({.kind = FaultKind::kCorrupt, .way = FaultWay::kOut, .count = 300, .seed = 5, .bits = 8}));
+  ASSERT_TRUE(
+      inject({.kind = FaultKind::kCorrupt, .direction = FaultDirection::kOut, .count = 300, .seed = 5, .bits = 8}));
   operation->run(milliseconds{100});
   // A new start succeeds, whatever the flipped bits have written into the drives.
   static_cast<void>(operation->master().shut_down());

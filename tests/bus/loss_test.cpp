@@ -12,9 +12,9 @@ using ecat_master::CoeClient;
 using ecat_master::Master;
 using ecat_master::MotionPhase;
 using wire::AlState;
-using Way = LossyPort::Way;
+using Direction = LossyPort::Direction;
 
-class LostFrames : public testing::TestWithParam<Way> {};
+class LostFrames : public testing::TestWithParam<Direction> {};
 
 /// From the first frame to SAFEOP and back to INIT, with an SDO transfer in between.
 std::string whole_way(DriveLine& drives, port::Port& port) {
@@ -83,8 +83,8 @@ TEST_P(LostFrames, ALossThatNeverLetsTheMailboxThroughEndsInATimeout) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, LostFrames, testing::Values(Way::kOut, Way::kBack),
-                         [](const auto& test) { return test.param == Way::kOut ? "Out" : "Back"; });
+INSTANTIATE_TEST_SUITE_P(Ways, LostFrames, testing::Values(Direction::kOut, Direction::kBack),
+                         [](const auto& test) { return test.param == Direction::kOut ? "Out" : "Back"; });
 
 TEST(LostFramesOfTheLine, DroppedByTheLineItself) {
   DriveLine drives(2);
@@ -122,7 +122,7 @@ TEST_P(LostMailboxReply, IsRepeatedByTheDrive) {
   DriveLine drives(1);
   bool armed = false;
   MailboxReplyLoss loss{GetParam()};
-  LossyPort port(drives.line(), Way::kBack, [&](auto, auto frame) { return armed && loss(frame); });
+  LossyPort port(drives.line(), Direction::kBack, [&](auto, auto frame) { return armed && loss(frame); });
   Master master(port, drives.clock);
   ASSERT_EQ(sentence(master.scan()), "");
   ASSERT_EQ(sentence(master.enter_pre_op()), "");
@@ -148,7 +148,7 @@ TEST(LostMailboxRequestAcknowledge, DoesNotWriteTwice) {
   DriveLine drives(1);
   bool armed = false;
   unsigned seen = 0;
-  LossyPort port(drives.line(), Way::kBack, [&](auto, auto frame) {
+  LossyPort port(drives.line(), Direction::kBack, [&](auto, auto frame) {
     const auto datagram = first_datagram(frame);
     return armed && datagram.command == wire::Command::kFpwr && datagram.ado == 0x1000 && seen++ < 2;
   });
@@ -167,7 +167,7 @@ TEST(LostMailboxRequestAcknowledge, DoesNotWriteTwice) {
 TEST(LostCyclicFrames, CostTheirCycleAndNothingElse) {
   DriveLine drives(2);
   bool armed = false;
-  LossyPort port(drives.line(), Way::kBack, [&](auto number, auto) { return armed && number % 10 == 3; });
+  LossyPort port(drives.line(), Direction::kBack, [&](auto number, auto) { return armed && number % 10 == 3; });
   LineOperation operation(drives, port);
   ASSERT_EQ(sentence(operation.to_motion()), "");
   ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));

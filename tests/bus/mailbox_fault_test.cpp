@@ -345,25 +345,25 @@ TEST(TwoMastersOnOneWire, AToolOfThisProgramIsNobodyToSpeakOfUntilItChangesState
 }
 
 TEST(TwoMastersOnOneWire, AMasterThatComesFindsOutWhoseTheLineIs) {
-  constexpr auto kPatience = milliseconds{150};
+  constexpr auto kTimeout = milliseconds{150};
   DriveLine drives(3);
   SharedWire wire(drives.line());
   Master second(wire.b, drives.clock);
-  const auto nobodys = second.find_owner(kPatience);
+  const auto nobodys = second.find_owner(kTimeout);
   ASSERT_EQ(sentence(nobodys), "");
   EXPECT_FALSE(nobodys->in_op);
   LineOperation operation(drives, wire.a);
   ASSERT_EQ(sentence(operation.to_op()), "");
   operation.run(milliseconds{5});
   Master third(wire.b, drives.clock);
-  const auto driven = third.find_owner(kPatience);
+  const auto driven = third.find_owner(kTimeout);
   ASSERT_EQ(sentence(driven), "");
   EXPECT_EQ(driven->in_op, 0);
   EXPECT_TRUE(driven->heard);
   EXPECT_TRUE(drives.all_in(wire::AlState::kOp)) << "looking changes nothing";
   // The first master is silent from now on, and the watchdogs of its drives expire.
   Master fourth(wire.b, drives.clock);
-  const auto left = fourth.find_owner(kPatience);
+  const auto left = fourth.find_owner(kTimeout);
   ASSERT_EQ(sentence(left), "");
   EXPECT_FALSE(left->in_op);
 }

@@ -34,7 +34,7 @@ class MixedLine : public testing::Test {
       made.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::generic::GenericDevice>(model, options)));
     }
     made.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
-    line = std::make_unique<slaves::Line>(clock, std::move(made));
+    line = std::make_unique<slaves::SimulatedLine>(clock, std::move(made));
     master = std::make_unique<Master>(*line, clock, Master::Settings{});
   }
   void to_op() {
@@ -63,7 +63,7 @@ class MixedLine : public testing::Test {
   }
 
   rt::VirtualClock clock{milliseconds{1}};
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<Master> master;
   std::unique_ptr<ProcessVariables> variables;
 };

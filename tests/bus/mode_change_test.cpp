@@ -302,12 +302,12 @@ class Unsteady {
 
  private:
   static constexpr unsigned kOneIn = 100;
-  static constexpr unsigned kMost = 7;  ///< periods that can be bridged
-  static constexpr int kBetween = 2;    ///< cycles until the next gap, so that two gaps are not one
+  static constexpr unsigned kMaxBridgedPeriods = 7;  ///< periods that can be bridged
+  static constexpr int kBetween = 2;                 ///< cycles until the next gap, so that two gaps are not one
 
   /// Loses frames, then misses periods: a single gap for the drives.
   void disturb() {
-    const int periods = 1 + static_cast<int>(random_() % kMost);
+    const int periods = 1 + static_cast<int>(random_() % kMaxBridgedPeriods);
     const int frames = random_() % 3 == 0 ? static_cast<int>(random_() % static_cast<unsigned>(periods + 1)) : 0;
     if (frames > 0) line_.lose(frames, random_() % 2 == 0);
     if (periods > frames) line_.stall(periods - frames);

@@ -187,7 +187,7 @@ TEST_F(Ring, LateHalvesCutNobodyOffUntilThereAreSeveralInARow) {
 /// has not.
 class MomentBetween {
  public:
-  MomentBetween(slaves::Line& line, rt::Clock& clock) : clock_(clock), line_(line) {}
+  MomentBetween(slaves::SimulatedLine& line, rt::Clock& clock) : clock_(clock), line_(line) {}
 
   [[nodiscard]] port::Port& primary() noexcept { return primary_; }
   [[nodiscard]] port::Port& secondary() noexcept { return secondary_; }
@@ -230,7 +230,7 @@ class MomentBetween {
   }
 
   rt::Clock& clock_;
-  slaves::Line& line_;
+  slaves::SimulatedLine& line_;
   bool secondary_first_ = false;
   std::function<void()> moment_;
   std::vector<std::byte> waiting_;

@@ -43,7 +43,7 @@ TEST(SoeOnTheLine, ReadsTheListOfAllAndEverythingAboutEachInMailboxesOfAnySize) 
     }
     const auto together = line.soe().read({0, {1}}, wire::SoeElementSet::of(0xFE));
     ASSERT_EQ(sentence(together), "") << mailbox;
-    const auto parameter = take_apart(*together);
+    const auto parameter = decode_parameter(*together);
     ASSERT_TRUE(parameter);
     EXPECT_EQ(parameter->name, "NC cycle time (TNcyc)");
     EXPECT_EQ(parameter->unit, "us");
@@ -146,7 +146,7 @@ TEST(SoeOnTheLine, LongTextsComeAndGoWholeInMailboxesOfAnySize) {
 }
 
 TEST(SoeOnTheLine, LongWritesArriveWholeBetweenSdosAndOtherWritesWhenFramesAreLost) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     SoeLine line(34);
     unsigned frames = 0;
     LossyPort port(*line.line, way, [&](auto, auto) { return ++frames % 13 == 0; });
@@ -192,7 +192,7 @@ TEST(SoeOnTheLine, MixesWithSdosAndOtherSlaves) {
 }
 
 TEST(SoeOnTheLine, LostFramesCostNothingButTime) {
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     SoeLine line(34);
     unsigned frames = 0;
     LossyPort port(*line.line, way, [&](auto, auto) { return ++frames % 20 == 0; });

@@ -25,7 +25,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/records.hpp"
 #include "fault_ports.hpp"
-#include "stream/single_axes_door.hpp"
+#include "stream/single_axes_access.hpp"
 #include "stream/stream_bounds.hpp"
 #include "stream/stream_hub.hpp"
 #include "stream/stream_session.hpp"
@@ -46,16 +46,16 @@ constexpr nanoseconds kStreamPeriod = microseconds{125};
 constexpr nanoseconds kKeepAlive = milliseconds{10};
 
 /// Forwards to axes that are created later.
-class LateDoor final : public runtime::StreamAxes {
+class LateAxes final : public runtime::StreamAxes {
  public:
-  void lead_to(ecat_master::SingleAxes& axes) { door_.emplace(axes); }
-  [[nodiscard]] View view(std::size_t axis) const noexcept override { return door_->view(axis); }
-  void follow(std::size_t axis) noexcept override { door_->follow(axis); }
-  void halt(std::size_t axis) noexcept override { door_->halt(axis); }
-  void power_on(std::size_t axis) noexcept override { door_->power_on(axis); }
+  void lead_to(ecat_master::SingleAxes& axes) { axes_access_.emplace(axes); }
+  [[nodiscard]] View view(std::size_t axis) const noexcept override { return axes_access_->view(axis); }
+  void follow(std::size_t axis) noexcept override { axes_access_->follow(axis); }
+  void halt(std::size_t axis) noexcept override { axes_access_->halt(axis); }
+  void power_on(std::size_t axis) noexcept override { axes_access_->power_on(axis); }
 
  private:
-  std::optional<runtime::SingleAxesDoor> door_;
+  std::optional<runtime::SingleAxesAccess> axes_access_;
 };
 
 RunOptions stream_options(ecat_master::CycleTask& task) {
@@ -111,15 +111,15 @@ class StreamLine {
  public:
   explicit StreamLine(std::size_t axes = 2)
       : authority(axes),
-        hub(door, axes),
+        hub(late_axes, axes),
         options(stream_options(hub)),
         drives(axes),
-        port(drives.line(), LossyPort::Way::kBack, [this](auto, auto) { return lose; }),
+        port(drives.line(), LossyPort::Direction::kBack, [this](auto, auto) { return lose; }),
         operation(drives, port, options) {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
     EXPECT_EQ(sentence(operation.to_safe_op()), "");
     operation.start_cycle([this, axes](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
-      door.lead_to(operation.single_axes());
+      late_axes.lead_to(operation.single_axes());
       for (std::size_t i = 0; i < axes; ++i) operation.single_axes().add_feed(hub.feed(i), {i});
       return std::make_unique<ecat_master::InlineRunner>(core, drives.clock);
     });
@@ -226,7 +226,7 @@ class StreamLine {
   }
 
   bool lose = false;
-  LateDoor door;
+  LateAxes late_axes;
   runtime::AxisAuthority authority;
   runtime::StreamHub hub;
   RunOptions options;

@@ -102,7 +102,7 @@ TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
     parameters.serial_number = 1000 + i;
     made.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>(parameters)));
   }
-  slaves::Line drives(clock, std::move(made));
+  slaves::SimulatedLine drives(clock, std::move(made));
   ecat_master::Master master(drives, clock);
   ASSERT_EQ(sentence(master.scan()), "");
   ASSERT_EQ(sentence(master.enter_pre_op()), "");

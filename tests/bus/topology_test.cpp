@@ -48,7 +48,7 @@ Truth truth_of(const Wiring& wiring, const std::vector<std::uint16_t>& position)
 /// Both interfaces of a ring as far as discovery needs them: sends at the first, receives at either.
 class RingPort final : public PassingPort {
  public:
-  explicit RingPort(slaves::Line& line) : PassingPort(line), far_(line.secondary()) {}
+  explicit RingPort(slaves::SimulatedLine& line) : PassingPort(line), far_(line.secondary()) {}
   [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override {
     auto frame = inner_.receive();
     return frame ? frame : far_.receive();

@@ -8,7 +8,7 @@
 #include "driveline/esi/sii.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/wire/al.hpp"
 #include "driveline/wire/frame.hpp"
@@ -19,7 +19,7 @@
 namespace driveline::fuzz {
 namespace {
 
-std::unique_ptr<slaves::Line> make_line(rt::Clock& clock) {
+std::unique_ptr<slaves::SimulatedLine> make_line(rt::Clock& clock) {
   using slaves::generic::DeviceModel;
   struct Model {
     std::shared_ptr<const DeviceModel> device;
@@ -47,7 +47,7 @@ std::unique_ptr<slaves::Line> make_line(rt::Clock& clock) {
     line.push_back(
         std::make_unique<slaves::Slave>(std::make_unique<slaves::generic::GenericDevice>(device, options), own));
   }
-  return std::make_unique<slaves::Line>(clock, std::move(line));
+  return std::make_unique<slaves::SimulatedLine>(clock, std::move(line));
 }
 
 void append_frame(Bytes& input, std::span<const std::byte> frame) {
@@ -230,7 +230,7 @@ class FrameRun {
   }
 
   rt::VirtualClock clock_;
-  std::unique_ptr<slaves::Line> line_ = make_line(clock_);
+  std::unique_ptr<slaves::SimulatedLine> line_ = make_line(clock_);
 };
 
 }  // namespace

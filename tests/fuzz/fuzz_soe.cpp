@@ -68,8 +68,8 @@ void talk_to_master(std::span<const std::byte> input, SoeTransfer& transfer) {
   if (open && transfer.result()) std::abort();
   if (!transfer.result()) return;
   const auto& reading = *transfer.result();
-  static_cast<void>(ecat_master::take_apart(reading));
-  static_cast<void>(ecat_master::take_apart(reading, wire::SoeAttribute{.list = true}));
+  static_cast<void>(ecat_master::decode_parameter(reading));
+  static_cast<void>(ecat_master::decode_parameter(reading, wire::SoeAttribute{.list = true}));
   static_cast<void>(ecat_master::idns_of(reading.data));
 }
 

@@ -16,7 +16,7 @@ foreach(wanted
         include/driveline/runtime/line.hpp
         include/driveline/runtime/devices/device_family.hpp
         include/driveline/wire/registers.hpp
-        include/driveline/slaves/line/line.hpp
+        include/driveline/slaves/line/simulated_line.hpp
         include/driveline/stream/client.hpp
         share/driveline/stream_client/driveline/stream/client.hpp
         share/driveline/examples/01_scan.cpp

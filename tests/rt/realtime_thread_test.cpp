@@ -188,7 +188,7 @@ class WaitsBusily final : public RealtimeTask {
     MonotonicClock clock;
     while (!both_.other_ready) clock.sleep_until(clock.now() + std::chrono::milliseconds{1});
     const auto deadline = clock.now() + std::chrono::milliseconds{500};
-    for (both_.waits = true; !both_.done && clock.now() < deadline;) clock.give_way();
+    for (both_.waits = true; !both_.done && clock.now() < deadline;) clock.yield();
     saw = both_.done.load();
   }
   bool saw = false;

@@ -72,7 +72,7 @@ TEST(SwitchLog, NamesTheThreadThatRanWhileThisOneSlept) {
     };
     for (int i = 0; i < 1000 && !saw_it(); ++i) {
       std::this_thread::sleep_for(1ms);
-      count = (*log)->look(clock.now() - 5ms, found);
+      count = (*log)->read(clock.now() - 5ms, found);
     }
     ASSERT_TRUE(saw_it());
     EXPECT_EQ(found[0].thread, own_number()) << "newest first, and that is the one that looks";
@@ -91,10 +91,10 @@ TEST(SwitchLog, KeepsToTheRoomThatThereIs) {
   // More than the log's memory holds.
   for (int i = 0; i < 2000; ++i) std::this_thread::sleep_for(10us);
   std::array<CpuSwitch, 3> few{};
-  EXPECT_LE((*log)->look(0ns, few), few.size());
+  EXPECT_LE((*log)->read(0ns, few), few.size());
   std::array<CpuSwitch, 4096> all{};
-  EXPECT_LE((*log)->look(0ns, all), 2048U);
-  EXPECT_EQ((*log)->look(0ns, {}), 0U);
+  EXPECT_LE((*log)->read(0ns, all), 2048U);
+  EXPECT_EQ((*log)->read(0ns, {}), 0U);
 }
 
 TEST(SwitchLog, AProcessorThatDoesNotExistIsRefusedWithASentence) {

@@ -13,7 +13,7 @@ namespace {
 constexpr double kLeastVelocity = 0.01;
 /// Minimum and maximum share of the acceleration limit for the return.
 constexpr double kLeastReserve = 0.05;
-constexpr double kMostShare = 0.1;
+constexpr double kMaxShare = 0.1;
 /// Share of the acceleration limit for braking an axis that is too fast.
 constexpr double kTooFastShare = 0.4;
 
@@ -34,7 +34,7 @@ AxisSetpoint Deviation::step(const AxisSetpoint& target, double period_s) noexce
   const AxisLimits spare{
       std::max(limits_.max_velocity - std::abs(target.velocity), kLeastVelocity * limits_.max_velocity),
       std::clamp(limits_.max_acceleration - std::abs(target.acceleration), kLeastReserve * limits_.max_acceleration,
-                 kMostShare * limits_.max_acceleration)};
+                 kMaxShare * limits_.max_acceleration)};
   Rejoin way(position_, velocity_, spare);
   const auto deviation = way.step({}, period_s);
   joined_ = way.joined();

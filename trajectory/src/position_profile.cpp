@@ -39,7 +39,7 @@ void finish(tl::expected<Profile, ProfileError>& profile, const AxisSetpoint& to
 /// Smallest relative length of a gap between durations.
 constexpr double kSmallestGap = 1e-8;
 /// Iteration limit above the number of gap ends of the frontiers, spurious ones included.
-constexpr int kMostEnds = 16;
+constexpr int kMaxEnds = 16;
 
 }  // namespace
 
@@ -109,7 +109,7 @@ tl::expected<PossibleDurations, ProfileError> possible_durations(const AxisSetpo
   with_planner(*task, [&](const auto& planner) {
     double possible_s = planner.next_possible_s(0.0);
     durations.shortest_s_ = task->brake_s + possible_s;
-    for (int i = 0; i < kMostEnds && durations.count_ < PossibleDurations::kMaxGaps; ++i) {
+    for (int i = 0; i < kMaxEnds && durations.count_ < PossibleDurations::kMaxGaps; ++i) {
       // At an end of a gap, rounding decides on which side it lies.
       const double probe_s = possible_s * (1.0 + kSmallestGap);
       const double next_s = planner.next_impossible_s(probe_s);

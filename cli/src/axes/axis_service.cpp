@@ -36,7 +36,7 @@ std::string AxisService::execute(const CommandSender& sender, std::string_view w
   auto& client = clients_[sender.connection];
   client.caller.name = caller_name(sender);
   client.caller.keep_alive = kKeepAlive;
-  door_.keep_alive(client.caller);
+  axis_requests_.keep_alive(client.caller);
   return answer(client, split_words(words)).dump(-1, ' ', true, json::error_handler_t::replace);
 }
 
@@ -47,12 +47,12 @@ json AxisService::answer(Client& client, std::vector<std::string> words) {
     return json::object();
   }
   if (words.size() < 2) return failure({2, "the name of an axis and a request are expected"});
-  const auto axes = find_axes(door_.axes(), words[0]);
+  const auto axes = find_axes(axis_requests_.axes(), words[0]);
   if (!axes) return failure(axes.error());
   words.erase(words.begin());
   if (words[0] == "status") return status(*axes);
   if (words[0] == "release") {
-    for (const auto axis : *axes) door_.release(client.caller.name, axis);
+    for (const auto axis : *axes) axis_requests_.release(client.caller.name, axis);
     return status(*axes);
   }
   return order(client, *axes, std::move(words));
@@ -65,14 +65,15 @@ json AxisService::order(Client& client, const std::vector<std::size_t>& axes, st
   if (!words.empty() && is_coupling_verb(words[0])) return couple(client, caller, axes, words);
   std::vector<ecat_master::AxisRequest> requests;
   for (const auto axis : axes) {
-    const auto request = parse_axis_request(door_.axes()[axis], words);
+    const auto request = parse_axis_request(axis_requests_.axes()[axis], words);
     if (!request) return failure(request.error());
     requests.push_back(*request);
   }
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    const auto taken = door_.submit(caller, axes[i], requests[i]);
+    const auto taken = axis_requests_.submit(caller, axes[i], requests[i]);
     if (!taken) {
-      return failure({1, runtime::describe(runtime::events::event_axis(door_.axes()[axes[i]]), taken.error())});
+      return failure(
+          {1, runtime::describe(runtime::events::event_axis(axis_requests_.axes()[axes[i]]), taken.error())});
     }
     client.requests[axes[i]] = *taken;
   }
@@ -83,14 +84,15 @@ json AxisService::couple(Client& client, const runtime::AxisCaller& caller, cons
                          const std::vector<std::string>& words) {
   std::vector<runtime::CouplingOrder> orders;
   for (const auto axis : axes) {
-    auto order = parse_coupling_order(door_.axes(), couplings_, axis, words);
+    auto order = parse_coupling_order(axis_requests_.axes(), couplings_, axis, words);
     if (!order) return failure(order.error());
     orders.push_back(std::move(*order));
   }
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    const auto taken = door_.submit(caller, axes[i], orders[i]);
+    const auto taken = axis_requests_.submit(caller, axes[i], orders[i]);
     if (!taken) {
-      return failure({1, runtime::describe(runtime::events::event_axis(door_.axes()[axes[i]]), taken.error())});
+      return failure(
+          {1, runtime::describe(runtime::events::event_axis(axis_requests_.axes()[axes[i]]), taken.error())});
     }
     client.requests[axes[i]] = *taken;
   }
@@ -100,13 +102,13 @@ json AxisService::couple(Client& client, const runtime::AxisCaller& caller, cons
 json AxisService::progress(const Client& client) const {
   auto rows = json::array();
   for (const auto& [axis, request] : client.requests) {
-    const auto progress = door_.progress(axis, request);
-    auto row = to_json(door_.status(axis));
+    const auto progress = axis_requests_.progress(axis, request);
+    auto row = to_json(axis_requests_.status(axis));
     row["phase"] = std::string(ecat_master::to_text(progress.report.phase));
     row["over"] = progress.report.over() || progress.report.phase == RequestPhase::kUnknown;
     row["reached"] = progress.report.phase == RequestPhase::kReached || progress.report.phase == RequestPhase::kDone;
     if (progress.recorded_position)
-      row["recorded_position"] = door_.status(axis).axis.unit.from_si(*progress.recorded_position);
+      row["recorded_position"] = axis_requests_.status(axis).axis.unit.from_si(*progress.recorded_position);
     if (auto why = failure_of(client, axis, progress); !why.empty()) row["failure"] = std::move(why);
     rows.push_back(std::move(row));
   }
@@ -116,10 +118,10 @@ json AxisService::progress(const Client& client) const {
 /// Why the request failed, as a sentence; empty: it has not failed.
 std::string AxisService::failure_of(const Client& client, std::size_t axis,
                                     const runtime::AxisProgress& progress) const {
-  const auto event_axis = runtime::events::event_axis(door_.axes()[axis]);
+  const auto event_axis = runtime::events::event_axis(axis_requests_.axes()[axis]);
   if (progress.refusal) return runtime::describe(event_axis, *progress.refusal);
   if (progress.report.phase != RequestPhase::kAborted) return {};
-  const auto owner = door_.status(axis).owner;
+  const auto owner = axis_requests_.status(axis).owner;
   if (!owner.empty() && owner != client.caller.name)
     return fmt::format("axis {}: {} has taken it over", event_axis.name, owner);
   return fmt::format("axis {}: another request has ended this one", event_axis.name);
@@ -127,19 +129,19 @@ std::string AxisService::failure_of(const Client& client, std::size_t axis,
 
 json AxisService::status(const std::vector<std::size_t>& axes) const {
   auto rows = json::array();
-  for (const auto axis : axes) rows.push_back(to_json(door_.status(axis)));
+  for (const auto axis : axes) rows.push_back(to_json(axis_requests_.status(axis)));
   return {{"axes", std::move(rows)}};
 }
 
-void AxisService::gone(const CommandSender& sender) {
+void AxisService::disconnected(const CommandSender& sender) {
   const auto found = clients_.find(sender.connection);
   if (found == clients_.end()) return;
-  door_.leave(found->second.caller.name, !found->second.detached);
+  axis_requests_.leave(found->second.caller.name, !found->second.detached);
   clients_.erase(found);
 }
 
 void AxisService::refused(const CommandSender& sender) {
-  door_.note(runtime::events::CallerRefused{
+  axis_requests_.note(runtime::events::CallerRefused{
       fmt::format("control socket (process {}, user {})", sender.process, sender.user), "this line is another user's"});
 }
 

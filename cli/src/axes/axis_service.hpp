@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "axes/command_sender.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/coupling_config.hpp"
 
 namespace driveline::cli {
@@ -30,18 +30,18 @@ class AxisService {
   /// Longest time between two commands of a client.
   static constexpr std::chrono::milliseconds kKeepAlive{500};
 
-  /// `door` must outlive this object. `couplings`: gears and cams of its axes.
-  explicit AxisService(runtime::AxisDoor& door, runtime::CouplingPlan couplings = {})
-      : door_(door), couplings_(std::move(couplings)) {}
+  /// `axis_requests` must outlive this object. `couplings`: gears and cams of its axes.
+  explicit AxisService(runtime::AxisRequests& axis_requests, runtime::CouplingPlan couplings = {})
+      : axis_requests_(axis_requests), couplings_(std::move(couplings)) {}
 
   /// Executes a command and returns the answer; {"error": sentence, "status": 1 or 2} on failure.
   [[nodiscard]] std::string execute(const CommandSender& sender, std::string_view words);
   /// Handles the end of a connection: releases the axes of its client.
-  void gone(const CommandSender& sender);
+  void disconnected(const CommandSender& sender);
   /// Notes that a connection was refused, because its process belongs to another user.
   void refused(const CommandSender& sender);
   /// Supervises the clients. To be called every few milliseconds.
-  void watch() { door_.watch(); }
+  void watch() { axis_requests_.watch(); }
 
  private:
   /// The requests of a client.
@@ -61,7 +61,7 @@ class AxisService {
   [[nodiscard]] std::string failure_of(const Client& client, std::size_t axis,
                                        const runtime::AxisProgress& progress) const;
 
-  runtime::AxisDoor& door_;
+  runtime::AxisRequests& axis_requests_;
   runtime::CouplingPlan couplings_;
   std::map<std::uint64_t, Client> clients_;  ///< by number of the connection
 };

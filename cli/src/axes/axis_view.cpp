@@ -95,18 +95,19 @@ nlohmann::json to_json(const runtime::AxisStatus& status) {
   return axis;
 }
 
-nlohmann::json owners_json(const runtime::AxisDoor& door) {
+nlohmann::json owners_json(const runtime::AxisRequests& axis_requests) {
   auto rows = nlohmann::json::array();
-  for (std::size_t axis = 0; axis < door.axes().size(); ++axis)
-    rows.push_back({{"name", door.axes()[axis].name}, {"owner", door.status(axis).owner}});
+  for (std::size_t axis = 0; axis < axis_requests.axes().size(); ++axis)
+    rows.push_back({{"name", axis_requests.axes()[axis].name}, {"owner", axis_requests.status(axis).owner}});
   return rows;
 }
 
-std::string owners_text(const runtime::AxisDoor& door) {
+std::string owners_text(const runtime::AxisRequests& axis_requests) {
   std::string lines;
-  for (std::size_t axis = 0; axis < door.axes().size(); ++axis) {
-    const auto owner = door.status(axis).owner;
-    lines += fmt::format("axis {} is commanded by {}\n", door.axes()[axis].name, owner.empty() ? "nobody" : owner);
+  for (std::size_t axis = 0; axis < axis_requests.axes().size(); ++axis) {
+    const auto owner = axis_requests.status(axis).owner;
+    lines +=
+        fmt::format("axis {} is commanded by {}\n", axis_requests.axes()[axis].name, owner.empty() ? "nobody" : owner);
   }
   return lines;
 }

@@ -3,16 +3,16 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 
 namespace driveline::cli {
 
 /// Name, unit, state, actual values and owner of an axis.
 [[nodiscard]] nlohmann::json to_json(const runtime::AxisStatus& status);
 /// Name and owner of every axis.
-[[nodiscard]] nlohmann::json owners_json(const runtime::AxisDoor& door);
+[[nodiscard]] nlohmann::json owners_json(const runtime::AxisRequests& axis_requests);
 /// "axis x is commanded by path" or "axis x is commanded by nobody", one line per axis.
-[[nodiscard]] std::string owners_text(const runtime::AxisDoor& door);
+[[nodiscard]] std::string owners_text(const runtime::AxisRequests& axis_requests);
 /// A table of the axes in the document of `axis all status`.
 [[nodiscard]] std::string axes_table(const nlohmann::json& axes);
 /// "axis x: Standstill at 90 deg" for an axis of that document.

@@ -72,9 +72,9 @@ bool write_all(int socket, std::string_view text) {
 }
 
 /// Sets a time limit for every operation on the socket.
-void limit_waiting(int socket, std::chrono::milliseconds patience) {
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(patience);
-  const timeval limit{seconds.count(), std::chrono::microseconds(patience - seconds).count()};
+void limit_waiting(int socket, std::chrono::milliseconds timeout) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(timeout);
+  const timeval limit{seconds.count(), std::chrono::microseconds(timeout - seconds).count()};
   for (const int direction : {SO_RCVTIMEO, SO_SNDTIMEO}) {
     ::setsockopt(socket, SOL_SOCKET, direction, &limit, sizeof limit);
   }
@@ -94,17 +94,17 @@ std::optional<ucred> peer_of(int socket) {
 
 /// The error for a listener that does not answer, with its process ID if the system provides it.
 tl::unexpected<Failure> silent(const std::string& path, std::string_view listener, int socket,
-                               std::chrono::milliseconds patience) {
+                               std::chrono::milliseconds timeout) {
   const auto peer = peer_of(socket);
   return failed(fmt::format("{}: no answer within {} ms; the {} that listens there{} is stopped or not yet at work",
-                            path, patience.count(), listener,
+                            path, timeout.count(), listener,
                             peer && peer->pid > 0 ? fmt::format(" (process {})", peer->pid) : ""));
 }
 
 /// The error for a failed attempt to connect; call it right after the attempt, while errno is valid.
 tl::unexpected<Failure> unreachable(const std::string& path, std::string_view listener, const FileDescriptor& socket,
-                                    std::chrono::milliseconds patience) {
-  if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), patience);
+                                    std::chrono::milliseconds timeout) {
+  if (socket.valid() && timed_out()) return silent(path, listener, socket.get(), timeout);
   return failed(fmt::format("{}: cannot be reached: {}; driveline {} --control {} listens there", path,
                             std::strerror(errno), listener, path));
 }
@@ -169,9 +169,9 @@ void CommandInput::supply(std::uint64_t connection, std::string_view text, Comma
     client.waits = false;
     client.answered = true;
     send_answer(client);
-    if (client.gone && client.stays) executor.gone(client.sender);
+    if (client.disconnected && client.stays) executor.disconnected(client.sender);
   }
-  std::erase_if(clients_, [](const Client& client) { return client.gone; });
+  std::erase_if(clients_, [](const Client& client) { return client.disconnected; });
 }
 
 void CommandInput::read_stdin(CommandExecutor& executor) {
@@ -226,10 +226,11 @@ void CommandInput::serve_clients(CommandExecutor& executor) {
       if (!client.answered && !client.waits) receive(client, executor);
       if (client.answered) send_answer(client);
       // A further command may have arrived with the previous one.
-    } while (!client.gone && !client.answered && !client.waits && client.received.find('\n') != std::string::npos);
-    if (client.gone && client.stays) executor.gone(client.sender);
+    } while (!client.disconnected && !client.answered && !client.waits &&
+             client.received.find('\n') != std::string::npos);
+    if (client.disconnected && client.stays) executor.disconnected(client.sender);
   }
-  std::erase_if(clients_, [](const Client& client) { return client.gone; });
+  std::erase_if(clients_, [](const Client& client) { return client.disconnected; });
 }
 
 /// Reads a part of the command; executes it when it is complete, at the end of the line or of the stream.
@@ -238,11 +239,11 @@ void CommandInput::receive(Client& client, CommandExecutor& executor) {
   while (client.received.find('\n') == std::string::npos && client.received.size() < kLongestCommand) {
     const auto count = ::recv(client.socket.get(), buffer.data(), buffer.size(), 0);
     if (count < 0) {
-      client.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
+      client.disconnected = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
       return;
     }
     if (count == 0 && client.received.empty()) {
-      client.gone = true;
+      client.disconnected = true;
       return;
     }
     if (count == 0) break;
@@ -261,20 +262,20 @@ void CommandInput::send_answer(Client& client) {
   while (!client.answer.empty()) {
     const auto count = ::send(client.socket.get(), client.answer.data(), client.answer.size(), MSG_NOSIGNAL);
     if (count < 0) {
-      client.gone = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
+      client.disconnected = errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR;
       return;
     }
     client.answer.erase(0, static_cast<std::size_t>(count));
   }
   client.answered = false;
-  client.gone = !client.stays;
+  client.disconnected = !client.stays;
 }
 
 std::optional<pid_t> listener_at(const std::string& path) {
   const auto address = address_of(path);
   const auto socket = make_socket();
   if (!address || !socket.valid()) return std::nullopt;
-  limit_waiting(socket.get(), kAnswerPatience);
+  limit_waiting(socket.get(), kAnswerTimeout);
   if (!connect_to(socket, *address)) return std::nullopt;
   const auto peer = peer_of(socket.get());
   return peer ? std::optional(peer->pid) : std::nullopt;
@@ -284,9 +285,9 @@ Outcome<CommandConnection> CommandConnection::open(const std::string& path, std:
   const auto address = address_of(path);
   if (!address) return tl::unexpected(address.error());
   auto socket = make_socket();
-  if (socket.valid()) limit_waiting(socket.get(), kAnswerPatience);
+  if (socket.valid()) limit_waiting(socket.get(), kAnswerTimeout);
   if (!connect_to(socket, *address)) {
-    return unreachable(path, listener, socket, kAnswerPatience);
+    return unreachable(path, listener, socket, kAnswerTimeout);
   }
   return CommandConnection(path, listener, std::move(socket));
 }
@@ -297,7 +298,7 @@ Outcome<std::string> CommandConnection::ask(std::string_view command) {
   if (write_all(socket_.get(), fmt::format("{}\n", command))) {
     while (!answer.ends_with('\n')) {
       const auto count = receive_some(socket_.get(), buffer);
-      if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerPatience);
+      if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerTimeout);
       if (count <= 0) break;
       answer.append(buffer.data(), static_cast<std::size_t>(count));
     }
@@ -308,13 +309,13 @@ Outcome<std::string> CommandConnection::ask(std::string_view command) {
 }
 
 Outcome<std::string> send_command(const std::string& path, std::string_view command, std::string_view listener,
-                                  std::chrono::milliseconds patience) {
+                                  std::chrono::milliseconds timeout) {
   const auto address = address_of(path);
   if (!address) return tl::unexpected(address.error());
   const auto socket = make_socket();
-  if (socket.valid()) limit_waiting(socket.get(), patience);
+  if (socket.valid()) limit_waiting(socket.get(), timeout);
   if (!connect_to(socket, *address)) {
-    return unreachable(path, listener, socket, patience);
+    return unreachable(path, listener, socket, timeout);
   }
   std::string answer;
   std::array<char, 512> buffer;
@@ -323,7 +324,7 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
     while ((count = receive_some(socket.get(), buffer)) > 0) {
       answer.append(buffer.data(), static_cast<std::size_t>(count));
     }
-    if (count < 0 && timed_out()) return silent(path, listener, socket.get(), patience);
+    if (count < 0 && timed_out()) return silent(path, listener, socket.get(), timeout);
   }
   if (answer.empty()) return failed(fmt::format("{}: no answer", path));
   answer.pop_back();

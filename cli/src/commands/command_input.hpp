@@ -29,7 +29,7 @@ class CommandExecutor {
   /// Executes a line from stdin or the socket.
   [[nodiscard]] virtual CommandReply execute(const CommandSender& sender, std::string_view command) = 0;
   /// Handles the end of a connection that was open for further commands.
-  virtual void gone(const CommandSender& sender) { static_cast<void>(sender); }
+  virtual void disconnected(const CommandSender& sender) { static_cast<void>(sender); }
   /// Handles a refused connection: its process belongs to another user and has been told so.
   virtual void refused(const CommandSender& sender) { static_cast<void>(sender); }
 };
@@ -75,7 +75,7 @@ class CommandInput {
     bool answered = false;  ///< the answer is complete and is being sent
     bool waits = false;     ///< until supply() provides the answer
     bool stays = false;
-    bool gone = false;
+    bool disconnected = false;
   };
   static void receive(Client& client, CommandExecutor& executor);
   static void send_answer(Client& client);
@@ -109,13 +109,13 @@ class CommandConnection {
 };
 
 /// Time-out for an answer at a socket: far longer than any line needs.
-inline constexpr std::chrono::milliseconds kAnswerPatience{10'000};
+inline constexpr std::chrono::milliseconds kAnswerTimeout{10'000};
 
 /// Sends one command to the socket `path` of the program `listener` and returns the answer. Failure also: no answer
-/// within `patience`, because the program is stopped or hangs.
+/// within `timeout`, because the program is stopped or hangs.
 [[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
                                                 std::string_view listener,
-                                                std::chrono::milliseconds patience = kAnswerPatience);
+                                                std::chrono::milliseconds timeout = kAnswerTimeout);
 /// The same for a `simulate`; prints the answer. An answer that starts with "error: " is a failure.
 [[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command);
 

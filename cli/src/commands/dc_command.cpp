@@ -133,7 +133,7 @@ class ClockSession {
     double next_progress = 1.0;
     while (elapsed() < seconds && !rt::stop_requested()) {
       if (auto done = watch.poll(); !done) return bus_failure(done.error());
-      look();
+      poll();
       for (const auto& event : watch.take_events()) progress("{}", ecat_master::dc::describe(event));
       csv_ += fmt::format("{:.6f}", elapsed());
       for (const auto& clock : watch.clocks().slaves) csv_ += fmt::format(",{}", clock.difference.count());
@@ -144,14 +144,14 @@ class ClockSession {
       }
       master_.pass(kReadInterval);
     }
-    look();
+    poll();
     if (options_.operational) margins_ = runtime::read_sync_margins(master_);
     return {};
   }
 
   /// Reads state and frequency of the clock follower. The frequency is averaged, because its momentary value includes
   /// corrections of the phase.
-  void look() {
+  void poll() {
     status_ = master_.clock_follower()->status();
     if (!status_.locked) return;
     ppm_sum_ += status_.ppm;
@@ -273,7 +273,7 @@ class ClockSession {
   runtime::Session& session_;
   const DcOptions& options_;
   ecat_master::Master master_;
-  ecat_master::dc::ClockFollower::Status status_;  ///< at the last call of look()
+  ecat_master::dc::ClockFollower::Status status_;  ///< at the last call of poll()
   double ppm_sum_ = 0.0;
   std::uint64_t looks_locked_ = 0;
   std::string csv_;

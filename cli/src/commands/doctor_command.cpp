@@ -40,8 +40,8 @@ Outcome<Patient> find_patient(const DoctorOptions& options) {
   }
   if (!options.interface.empty()) patient.interface = options.interface;
   if (options.cpu) {
-    constexpr std::uint32_t kMostCpus = 4095;
-    const auto cpu = parse_number(*options.cpu, kMostCpus, "--cpu");
+    constexpr std::uint32_t kMaxCpus = 4095;
+    const auto cpu = parse_number(*options.cpu, kMaxCpus, "--cpu");
     if (!cpu) return tl::unexpected(cpu.error());
     patient.realtime.cpu = static_cast<int>(*cpu);
   }
@@ -78,10 +78,10 @@ std::vector<rt::RealtimeItem> try_thread(rt::RealtimeConfig config) {
 
 /// Measures the load of the CPU while this program sleeps.
 std::optional<rt::RealtimeItem> try_load(int cpu) {
-  constexpr std::chrono::milliseconds kLook{1000};
+  constexpr std::chrono::milliseconds kMeasuredTime{1000};
   const auto source = rt::PlatformSource::this_machine();
   const auto before = rt::read_cpu_times(source, cpu);
-  std::this_thread::sleep_for(kLook);
+  std::this_thread::sleep_for(kMeasuredTime);
   const auto after = rt::read_cpu_times(source, cpu);
   if (!before || !after) return std::nullopt;
   return rt::inspect_load(cpu, *before, *after);

@@ -94,7 +94,7 @@ Outcome<void> FileSlave::use_boot() {
   if (!*window) return failed(fmt::format("slave {} has no mailbox", slave_.position));
   mailbox_ = std::make_unique<ecat_master::MailboxClient>(line_->master().mailboxes(), slave_, **window);
   ecat_master::FileSettings settings;
-  settings.patience = std::chrono::milliseconds{100};
+  settings.timeout = std::chrono::milliseconds{100};
   for (int attempt = 0; attempt < kRequests; ++attempt) {
     const auto answer = client().read({}, settings);
     if (answer || !answer.error().error.is<ecat_master::facts::MailboxTimeout>()) break;

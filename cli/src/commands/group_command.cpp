@@ -41,8 +41,8 @@ constexpr std::chrono::milliseconds kGiveInterval{10};
 constexpr std::chrono::seconds kQuietTime{2};
 constexpr std::chrono::seconds kTellAgain{1};
 /// Limit of the moves in one command, in bytes of JSON; the line accepts commands of up to 64 KiB.
-constexpr std::size_t kMostText = 48'000;
-constexpr std::size_t kMostMoves = 128;
+constexpr std::size_t kMaxText = 48'000;
+constexpr std::size_t kMaxMoves = 128;
 
 struct GroupOptions {
   std::string group;
@@ -161,7 +161,7 @@ class GroupOrder {
     while (given_ < path_.size()) {
       auto told = json::array();
       std::size_t text = 0;
-      for (std::size_t i = given_; i < path_.size() && told.size() < kMostMoves && text < kMostText; ++i) {
+      for (std::size_t i = given_; i < path_.size() && told.size() < kMaxMoves && text < kMaxText; ++i) {
         told.push_back(to_json(path_[i].move, axes_));
         text += told.back().dump().size();
       }

@@ -113,7 +113,7 @@ class LoadRecorder final : public snapshot::SampleConsumer {
 class IdentifyConsole final : public ConsoleObserver {
  public:
   explicit IdentifyConsole(runtime::Line& line) : line_(line) {}
-  void look() override {
+  void poll() override {
     if (rt::stop_requested()) line_.request_stop();
   }
 

@@ -17,8 +17,8 @@ constexpr std::array<std::string_view, 4> kQuestions{"diag", "diag json", "eoe",
 
 }  // namespace
 
-LineControl::LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups,
-                         runtime::CouplingPlan couplings)
+LineControl::LineControl(std::unique_ptr<CommandInput> input, runtime::AxisRequests& axes,
+                         runtime::GroupRequests& groups, runtime::CouplingPlan couplings)
     : input_(std::move(input)),
       axes_(axes, std::move(couplings)),
       groups_(groups, axes),

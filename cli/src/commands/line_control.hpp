@@ -22,7 +22,7 @@ class LineControl final : private CommandExecutor {
   using Answer = std::function<std::string(std::string_view question)>;
 
   /// `couplings`: gears and cams of `axes`. `axes` and `groups` must outlive this object.
-  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisDoor& axes, runtime::GroupDoor& groups,
+  LineControl(std::unique_ptr<CommandInput> input, runtime::AxisRequests& axes, runtime::GroupRequests& groups,
               runtime::CouplingPlan couplings = {});
   LineControl(const LineControl&) = delete;
   LineControl& operator=(const LineControl&) = delete;
@@ -39,9 +39,9 @@ class LineControl final : private CommandExecutor {
   };
 
   [[nodiscard]] CommandReply execute(const CommandSender& sender, std::string_view command) override;
-  void gone(const CommandSender& sender) override {
-    groups_.gone(sender);
-    axes_.gone(sender);
+  void disconnected(const CommandSender& sender) override {
+    groups_.disconnected(sender);
+    axes_.disconnected(sender);
   }
   void refused(const CommandSender& sender) override { axes_.refused(sender); }
   void serve();

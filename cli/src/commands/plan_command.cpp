@@ -84,14 +84,15 @@ std::string tool_text(const MoveFile& file, const PlannedMotion& motion) {
 }
 
 std::string outputs_text(const MoveFile& file, const PlannedMotion& motion) {
-  constexpr std::size_t kMost = 40;
+  constexpr std::size_t kMaxListedOutputs = 40;
   std::string text;
-  for (std::size_t k = 0; k < std::min(motion.outputs.size(), kMost); ++k) {
+  for (std::size_t k = 0; k < std::min(motion.outputs.size(), kMaxListedOutputs); ++k) {
     const auto& [time_s, change, move, tool] = motion.outputs[k];
     text += fmt::format("{:.4f} s: {} = {:g}, line {}\n", time_s, file.outputs[change.output], change.value,
                         file.moves[move].line);
   }
-  if (motion.outputs.size() > kMost) text += fmt::format("and {} more outputs\n", motion.outputs.size() - kMost);
+  if (motion.outputs.size() > kMaxListedOutputs)
+    text += fmt::format("and {} more outputs\n", motion.outputs.size() - kMaxListedOutputs);
   return text;
 }
 

@@ -73,7 +73,7 @@ void write_files(const runtime::LineConfig& config, runtime::RunReport& report) 
   if (!config.output.plots) return;
   progress("drawing the plots");
   auto pictures =
-      draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<runtime::AxisReport>{},
+      draw_plots(directory, report.files.count("axes_csv") != 0 ? report.axes : std::vector<runtime::AxisRunReport>{},
                  report.increments, plot_facts(report));
   if (!pictures) {
     progress("{}", pictures.error());
@@ -203,7 +203,7 @@ class RunConsole final : public ConsoleObserver {
     if (control_ != nullptr && script_ == nullptr) tell_how_to_move();
   }
 
-  void look() override {
+  void poll() override {
     manager_.alive(cycles_.cycles(), ServiceManager::Clock::now());
     if (rt::stop_requested()) line_.request_stop();
     if (script_ != nullptr && axes_wait_) go_on_with_script();

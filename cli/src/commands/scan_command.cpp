@@ -67,7 +67,7 @@ Outcome<void> ask_drives(LineView& line, std::vector<FoundSlave>& slaves) {
   if (auto done = line.open_mailboxes(positions, false); !done) return done;
   for (const auto position : positions) {
     if (auto* mailbox = line.mailbox(position); mailbox != nullptr) {
-      slaves[position].drive = DriveFacts::read(line, *mailbox);
+      slaves[position].drive = FoundDrive::read(line, *mailbox);
     }
   }
   return {};

@@ -28,7 +28,7 @@ using std::chrono::nanoseconds;
 constexpr auto kWatchInterval = milliseconds{50};
 constexpr auto kReportInterval = std::chrono::seconds{5};
 /// Time-out for the thread of the line to stop; it checks for a stop after every frame.
-constexpr auto kStopPatience = std::chrono::seconds{2};
+constexpr auto kStopTimeout = std::chrono::seconds{2};
 
 double us(nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
@@ -134,7 +134,7 @@ void tell_throttling() {
 }
 
 /// Saves the EEPROM content that a master has written. The line must not be served meanwhile.
-Outcome<void> save_eeproms(const runtime::LineConfig& config, const slaves::Line& line) {
+Outcome<void> save_eeproms(const runtime::LineConfig& config, const slaves::SimulatedLine& line) {
   for (std::size_t i = 0; i < config.slaves.size(); ++i) {
     if (config.slaves[i].sii_file.empty()) continue;
     const auto saved = slaves::SiiFile(config.slaves[i].sii_file).save(line.slave(i).esc().sii());
@@ -145,7 +145,7 @@ Outcome<void> save_eeproms(const runtime::LineConfig& config, const slaves::Line
 }
 
 /// The states in the order of the line. The line must not be served meanwhile.
-std::string states_summary(const slaves::Line& line) {
+std::string states_summary(const slaves::SimulatedLine& line) {
   std::string text;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const auto status = line.slave(i).esc().al_status();
@@ -173,7 +173,8 @@ std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
 }
 
 /// Starts the network stacks of the drives; null: the description has no [eoe].
-Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::LineConfig& config, slaves::Line& line) {
+Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::LineConfig& config,
+                                                                slaves::SimulatedLine& line) {
   if (!config.eoe) return nullptr;
   auto networks = runtime::DriveNetworks::start(line);
   if (!networks) return tl::unexpected(networks.error());
@@ -185,7 +186,7 @@ Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::L
   progress(
       "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
       "masters have written into EEPROMs is not kept",
-      kStopPatience.count());
+      kStopTimeout.count());
   std::fflush(nullptr);
   std::_Exit(1);
 }
@@ -244,7 +245,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
     reporter.tell();
   }
   thread.request_stop();
-  if (!thread.join_for(kStopPatience)) end_without_the_line();
+  if (!thread.join_for(kStopTimeout)) end_without_the_line();
   console.tell_events();
   const auto saved = save_eeproms(*config, *line);
   print_out("{} frames served, {} not sent; {}\nstates:{}\n", server.frames(), server.send_failures(),

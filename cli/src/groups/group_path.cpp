@@ -120,7 +120,7 @@ std::string wrong_moves(MoveFile& file, const std::string& name, const PathGroup
   auto at = file.start;
   for (const auto& next : file.moves) {
     const auto wrong =
-        limits.machine ? runtime::check_outputs(limits, next.move) : runtime::check_way(limits, at, next.move);
+        limits.machine ? runtime::check_outputs(limits, next.move) : runtime::check_group_move(limits, at, next.move);
     if (wrong) return fmt::format("{}:{}: {}", name, next.line, runtime::describe(limits.group, *wrong));
     at = runtime::end_of(next.move);
   }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 #include "failure.hpp"
 #include "text/move_file.hpp"
 
@@ -12,9 +12,9 @@ namespace driveline::cli {
 
 /// The group that is to follow a path.
 struct PathGroup {
-  runtime::WayLimits limits;  ///< name, axes and their ranges, machine and outputs
-  std::vector<double> place;  ///< position of the group or its tool: one coordinate per axis, rad or m
-  double tolerance = 0.0;     ///< at corners after moves without a tolerance, m or rad
+  runtime::MoveLimits limits;  ///< name, axes and their ranges, machine and outputs
+  std::vector<double> place;   ///< position of the group or its tool: one coordinate per axis, rad or m
+  double tolerance = 0.0;      ///< at corners after moves without a tolerance, m or rad
 };
 
 /// Reads a file of moves for a group and checks all of it: its axes and its machine must match the group, its `start`,

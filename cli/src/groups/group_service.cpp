@@ -21,8 +21,8 @@ json failure(const Failure& failure) {
 }
 
 /// Whether the request leaves the motion in progress, which is what the client waits for.
-bool steers(runtime::GroupRequest::Verb verb) {
-  using Verb = runtime::GroupRequest::Verb;
+bool steers(runtime::ClientGroupRequest::Verb verb) {
+  using Verb = runtime::ClientGroupRequest::Verb;
   return verb == Verb::kHold || verb == Verb::kResume || verb == Verb::kReverse || verb == Verb::kForward ||
          verb == Verb::kOverride;
 }
@@ -78,7 +78,7 @@ json GroupService::order(Client& client, std::size_t group, std::vector<std::str
   const auto taken = groups_.submit(caller, group, *request);
   if (!taken) return failure({1, runtime::describe(groups_.event_group(group), taken.error())});
   auto& tracked = client.requests[group];
-  look_at(group, client, tracked);
+  update_request(group, client, tracked);
   const bool under_way = tracked.first <= tracked.last && tracked.last != 0 && tracked.failure.empty();
   if (!under_way || !steers(request->verb)) tracked = {*taken, *taken, {}};
   return status(group);
@@ -108,7 +108,7 @@ json GroupService::add_moves(Client& client, std::size_t group, std::string_view
   if (taken->count > 0) {
     auto& request = client.requests[group];
     if (begins) request = {taken->first, 0, {}};
-    look_at(group, client, request);
+    update_request(group, client, request);
     if (request.first > request.last) request.first = taken->first;
     request.last = taken->first + taken->count - 1;
   }
@@ -116,7 +116,7 @@ json GroupService::add_moves(Client& client, std::size_t group, std::string_view
 }
 
 /// Advances `first` to the first request that is not over; numbers in between belong to other callers.
-void GroupService::look_at(std::size_t group, const Client& client, Request& request) const {
+void GroupService::update_request(std::size_t group, const Client& client, Request& request) const {
   for (; request.failure.empty() && request.last != 0 && request.first <= request.last; ++request.first) {
     const auto progress = groups_.progress(group, request.first);
     const auto phase = progress.report.phase;
@@ -136,7 +136,7 @@ void GroupService::look_at(std::size_t group, const Client& client, Request& req
 json GroupService::progress(Client& client) const {
   auto rows = json::array();
   for (auto& [group, request] : client.requests) {
-    look_at(group, client, request);
+    update_request(group, client, request);
     auto row = this->row(group);
     row["over"] = request.first > request.last || !request.failure.empty();
     if (!request.failure.empty()) row["failure"] = request.failure;
@@ -154,7 +154,7 @@ json GroupService::status(std::optional<std::size_t> group) const {
   return {{"groups", json::array({row(*group)})}};
 }
 
-void GroupService::gone(const CommandSender& sender) {
+void GroupService::disconnected(const CommandSender& sender) {
   const auto found = clients_.find(sender.connection);
   if (found == clients_.end()) return;
   const auto& client = found->second;

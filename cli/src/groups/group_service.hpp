@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "axes/command_sender.hpp"
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 
 namespace driveline::cli {
 
@@ -30,12 +30,12 @@ namespace driveline::cli {
 class GroupService {
  public:
   /// Both must outlive this object.
-  GroupService(runtime::GroupDoor& groups, runtime::AxisDoor& axes) : groups_(groups), axes_(axes) {}
+  GroupService(runtime::GroupRequests& groups, runtime::AxisRequests& axes) : groups_(groups), axes_(axes) {}
 
   /// Executes a command and returns the answer; {"error": sentence, "status": 1 or 2} on failure.
   [[nodiscard]] std::string execute(const CommandSender& sender, std::string_view words);
   /// Handles the end of a connection: releases the groups of its client.
-  void gone(const CommandSender& sender);
+  void disconnected(const CommandSender& sender);
   /// Supervises the groups. To be called every few milliseconds.
   void watch() { groups_.watch(); }
 
@@ -58,10 +58,10 @@ class GroupService {
   [[nodiscard]] nlohmann::json progress(Client& client) const;
   [[nodiscard]] nlohmann::json status(std::optional<std::size_t> group) const;
   [[nodiscard]] nlohmann::json row(std::size_t group) const;
-  void look_at(std::size_t group, const Client& client, Request& request) const;
+  void update_request(std::size_t group, const Client& client, Request& request) const;
 
-  runtime::GroupDoor& groups_;
-  runtime::AxisDoor& axes_;
+  runtime::GroupRequests& groups_;
+  runtime::AxisRequests& axes_;
   std::map<std::uint64_t, Client> clients_;  ///< by number of the connection
 };
 

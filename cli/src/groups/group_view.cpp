@@ -56,8 +56,9 @@ std::string place_of(const json& group) {
 }
 
 /// Why the group is in GroupErrorStop: "axis x: the drive reports a fault".
-std::string error_of(const runtime::GroupDoor& door, std::size_t group, const ecat_master::GroupReport& report) {
-  auto sentence = runtime::describe(door.event_group(group), door.refusal_of(report));
+std::string error_of(const runtime::GroupRequests& group_requests, std::size_t group,
+                     const ecat_master::GroupReport& report) {
+  auto sentence = runtime::describe(group_requests.event_group(group), group_requests.refusal_of(report));
   const auto colon = sentence.find(": ");
   return colon == std::string::npos ? sentence : sentence.substr(colon + 2);
 }
@@ -230,21 +231,21 @@ Outcome<PathGroup> path_group(const json& group) {
   return made;
 }
 
-json groups_json(const runtime::GroupDoor& door) {
+json groups_json(const runtime::GroupRequests& group_requests) {
   auto rows = json::array();
-  for (std::size_t i = 0; i < door.groups().size(); ++i) {
-    const auto status = door.status(i);
-    auto row = to_json(status, door.groups()[i]);
+  for (std::size_t i = 0; i < group_requests.groups().size(); ++i) {
+    const auto status = group_requests.status(i);
+    auto row = to_json(status, group_requests.groups()[i]);
     const bool fails = status.report && status.report->error != ecat_master::GroupError::kNone;
-    if (fails) row["error"] = error_of(door, i, *status.report);
+    if (fails) row["error"] = error_of(group_requests, i, *status.report);
     rows.push_back(std::move(row));
   }
   return rows;
 }
 
-std::string groups_text(const runtime::GroupDoor& door) {
+std::string groups_text(const runtime::GroupRequests& group_requests) {
   std::string lines;
-  for (const auto& group : groups_json(door)) {
+  for (const auto& group : groups_json(group_requests)) {
     const auto owner = text(group, "owner");
     const auto place = group.contains("kinematics") ? fmt::format(" at {}", place_of(group)) : std::string{};
     lines += fmt::format("group {} ({}): {}{}, commanded by {}\n", group.at("name").get<std::string>(), names_of(group),

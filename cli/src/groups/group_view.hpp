@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 #include "failure.hpp"
 #include "groups/group_path.hpp"
 
@@ -15,9 +15,9 @@ namespace driveline::cli {
 /// the document is incomplete.
 [[nodiscard]] Outcome<PathGroup> path_group(const nlohmann::json& group);
 /// The documents of all groups.
-[[nodiscard]] nlohmann::json groups_json(const runtime::GroupDoor& door);
+[[nodiscard]] nlohmann::json groups_json(const runtime::GroupRequests& group_requests);
 /// "group plotter (x, y): GroupStandby, commanded by nobody", one line per group.
-[[nodiscard]] std::string groups_text(const runtime::GroupDoor& door);
+[[nodiscard]] std::string groups_text(const runtime::GroupRequests& group_requests);
 /// "group plotter: GroupStandby at x 10 mm, y 20 mm" for a group of that document.
 [[nodiscard]] std::string group_line(const nlohmann::json& group);
 /// A table of the groups in that document.

@@ -14,9 +14,9 @@
 namespace driveline::cli {
 namespace {
 
-using runtime::GroupRequest;
+using runtime::ClientGroupRequest;
 using trajectory::PathMove;
-using Verb = GroupRequest::Verb;
+using Verb = ClientGroupRequest::Verb;
 
 /// A verb: the word after the name of a group.
 struct Word {
@@ -49,7 +49,7 @@ class RequestReader {
     request_.move.path.tolerance = group.config.tolerance;
   }
 
-  [[nodiscard]] Outcome<GroupRequest> read(std::span<const std::string> words) {
+  [[nodiscard]] Outcome<ClientGroupRequest> read(std::span<const std::string> words) {
     words_ = words;
     auto done = word_.verb == Verb::kOverride ? read_override() : is_arc() ? read_arc() : read_line();
     if (!done) return tl::unexpected(done.error());
@@ -188,7 +188,7 @@ class RequestReader {
   const NamedGroup& group_;
   const Word& word_;
   std::span<const std::string> words_;
-  GroupRequest request_;
+  ClientGroupRequest request_;
 };
 
 }  // namespace
@@ -212,7 +212,7 @@ std::span<const std::string_view> group_verbs() {
   return kNames;
 }
 
-Outcome<GroupRequest> parse_group_request(const NamedGroup& group, std::span<const std::string> words) {
+Outcome<ClientGroupRequest> parse_group_request(const NamedGroup& group, std::span<const std::string> words) {
   const auto& name = group.config.name;
   if (words.empty()) {
     return misused(fmt::format("group {}: what is it to do? {} are possible", name, fmt::join(group_verbs(), ", ")));

@@ -25,8 +25,8 @@ struct NamedGroup {
 
 /// Parses the words after the name of a group: "move 90mm 20mm feed=100mm/s". Numbers without a unit are in the unit of
 /// their axis, feed and tolerance in that of the first axis. Failure: status 2.
-[[nodiscard]] Outcome<runtime::GroupRequest> parse_group_request(const NamedGroup& group,
-                                                                 std::span<const std::string> words);
+[[nodiscard]] Outcome<runtime::ClientGroupRequest> parse_group_request(const NamedGroup& group,
+                                                                       std::span<const std::string> words);
 
 /// The index of the group with that name. Failure: status 2.
 [[nodiscard]] Outcome<std::size_t> find_group(std::span<const runtime::AxisGroupConfig> groups, std::string_view name);

@@ -35,7 +35,7 @@ constexpr std::string_view kCommands =
 
 }  // namespace
 
-LineConsole::LineConsole(runtime::LineServer& server, slaves::Line& line, std::vector<std::string> names)
+LineConsole::LineConsole(runtime::LineServer& server, slaves::SimulatedLine& line, std::vector<std::string> names)
     : server_(server), line_(line), names_(std::move(names)), latest_(names_.size()) {
   for (std::size_t i = 0; i < latest_.size(); ++i) latest_[i].slave = static_cast<std::uint16_t>(i);
 }
@@ -89,7 +89,7 @@ std::string LineConsole::input(std::string_view words) {
   for (const auto& setting : *settings) {
     const runtime::LineOrder order{.verb = runtime::LineOrder::Verb::kSetSignal,
                                    .slave = *slave,
-                                   .signal = {slaves::SignalPlace::Way::kInput, setting.input},
+                                   .signal = {slaves::SignalId::Direction::kInput, setting.input},
                                    .value = setting.value};
     if (!carry_out(order)) return std::string(kNoAnswer);
   }
@@ -97,16 +97,17 @@ std::string LineConsole::input(std::string_view words) {
 }
 
 std::string LineConsole::signal_levels(std::uint16_t slave) {
-  using Way = slaves::SignalPlace::Way;
+  using Direction = slaves::SignalId::Direction;
   const auto& signals = *line_.slave(slave).device().signals();
   std::string text;
-  for (const Way way : {Way::kInput, Way::kOutput}) {
-    for (std::size_t i = 0; i < signals.signal_count(way); ++i) {
+  for (const Direction direction : {Direction::kInput, Direction::kOutput}) {
+    for (std::size_t i = 0; i < signals.signal_count(direction); ++i) {
       const auto answer =
-          carry_out({.verb = runtime::LineOrder::Verb::kReadSignal, .slave = slave, .signal = {way, i}});
+          carry_out({.verb = runtime::LineOrder::Verb::kReadSignal, .slave = slave, .signal = {direction, i}});
       if (!answer) return std::string(kNoAnswer);
-      text += fmt::format("{}{} {} = {}", text.empty() ? "" : "\n", way == Way::kInput ? "input " : "output",
-                          signals.signal_name({way, i}), answer->value);
+      text +=
+          fmt::format("{}{} {} = {}", text.empty() ? "" : "\n", direction == Direction::kInput ? "input " : "output",
+                      signals.signal_name({direction, i}), answer->value);
     }
   }
   return text.empty() ? "no inputs and no outputs" : text;

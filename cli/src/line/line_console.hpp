@@ -15,7 +15,7 @@ namespace driveline::cli {
 /// owns the server while that runs.
 class LineConsole {
  public:
-  LineConsole(runtime::LineServer& server, slaves::Line& line, std::vector<std::string> names);
+  LineConsole(runtime::LineServer& server, slaves::SimulatedLine& line, std::vector<std::string> names);
 
   /// Executes a command of the user and returns the answer; on an error it starts with "error: ".
   [[nodiscard]] std::string execute(std::string_view command);
@@ -37,7 +37,7 @@ class LineConsole {
   [[nodiscard]] runtime::FaultPlaces places() const { return {names_, line_.wiring()}; }
 
   runtime::LineServer& server_;
-  slaves::Line& line_;
+  slaves::SimulatedLine& line_;
   std::vector<std::string> names_;
   std::vector<runtime::StateChange> latest_;
   std::vector<slaves::Fault> active_;

@@ -15,7 +15,7 @@
 namespace driveline::cli {
 namespace {
 
-void take_apart(SlaveView& view, ecat_master::Result<std::vector<std::byte>> image) {
+void decode_image(SlaveView& view, ecat_master::Result<std::vector<std::byte>> image) {
   view.info = ecat_master::make_slave_info(view.slave.ref, std::move(image));
   view.image = std::exchange(view.info.sii, {});
   if (view.info.problem) view.trouble = ecat_master::describe(*view.info.problem);
@@ -159,7 +159,7 @@ std::vector<SlaveView> LineView::read(std::span<const std::size_t> positions) {
   std::vector<SlaveView> views;
   for (std::size_t i = 0; i < positions.size(); ++i) {
     SlaveView view{slaves_[positions[i]], names[positions[i]], {}, std::nullopt, {}, {}};
-    take_apart(view, std::move(images[i]));
+    decode_image(view, std::move(images[i]));
     views.push_back(std::move(view));
   }
   return views;

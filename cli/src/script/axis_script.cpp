@@ -126,7 +126,7 @@ Outcome<AxisScript::Step> AxisScript::read_group_step(std::size_t group, std::sp
 void AxisScript::join_blended_moves() {
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     auto& step = steps_[i];
-    if (step.kind != Step::Kind::kGroupRequest || step.group_request.verb != runtime::GroupRequest::Verb::kMove)
+    if (step.kind != Step::Kind::kGroupRequest || step.group_request.verb != runtime::ClientGroupRequest::Verb::kMove)
       continue;
     const auto next =
         std::find_if(steps_.begin() + static_cast<std::ptrdiff_t>(i) + 1, steps_.end(), [&step](const Step& later) {
@@ -135,21 +135,22 @@ void AxisScript::join_blended_moves() {
         });
     if (next == steps_.end() || next->kind != Step::Kind::kGroupRequest) continue;
     const auto& request = next->group_request;
-    step.group_request.move.continues = request.verb == runtime::GroupRequest::Verb::kMove &&
+    step.group_request.move.continues = request.verb == runtime::ClientGroupRequest::Verb::kMove &&
                                         request.move.buffer == ecat_master::GroupBuffer::kBlending;
   }
 }
 
-Outcome<bool> AxisScript::step(runtime::AxisDoor& door, runtime::GroupDoor& groups, std::chrono::nanoseconds now) {
+Outcome<bool> AxisScript::step(runtime::AxisRequests& axis_requests, runtime::GroupRequests& groups,
+                               std::chrono::nanoseconds now) {
   // Wait until the axes have been enabled.
-  for (std::size_t axis = 0; axis < door.axes().size() && !begun_; ++axis) {
-    if (door.authority().holds(axis, runtime::kStartOfRun)) return false;
+  for (std::size_t axis = 0; axis < axis_requests.axes().size() && !begun_; ++axis) {
+    if (axis_requests.authority().holds(axis, runtime::kStartOfRun)) return false;
   }
   begun_ = true;
-  if (auto looked = look_at_requests(door); !looked) return tl::unexpected(looked.error());
-  if (auto looked = told(groups_.look(groups)); !looked) return tl::unexpected(looked.error());
+  if (auto looked = check_requests(axis_requests); !looked) return tl::unexpected(looked.error());
+  if (auto looked = to_outcome(groups_.poll(groups)); !looked) return tl::unexpected(looked.error());
   while (next_ < steps_.size()) {
-    auto over = done(door, groups, steps_[next_], now);
+    auto over = done(axis_requests, groups, steps_[next_], now);
     if (!over || !*over) return over;
     ++next_;
     step_runs_ = false;
@@ -158,13 +159,13 @@ Outcome<bool> AxisScript::step(runtime::AxisDoor& door, runtime::GroupDoor& grou
          std::all_of(made_.begin(), made_.end(), [](const Made& made) { return made.over; });
 }
 
-Outcome<void> AxisScript::told(const std::optional<ScriptGroups::Trouble>& trouble) const {
+Outcome<void> AxisScript::to_outcome(const std::optional<ScriptGroups::Trouble>& trouble) const {
   if (!trouble) return {};
   return tl::unexpected(
       Failure{trouble->failure.status, fmt::format("{}:{}: {}", name_, trouble->line, trouble->failure.text)});
 }
 
-Outcome<bool> AxisScript::done(runtime::AxisDoor& door, runtime::GroupDoor& groups, const Step& step,
+Outcome<bool> AxisScript::done(runtime::AxisRequests& axis_requests, runtime::GroupRequests& groups, const Step& step,
                                std::chrono::nanoseconds now) {
   if (!step_runs_) step_began_ = now;
   step_runs_ = true;
@@ -178,19 +179,20 @@ Outcome<bool> AxisScript::done(runtime::AxisDoor& door, runtime::GroupDoor& grou
     case Step::Kind::kGroupPath:
       break;
   }
-  if (auto asked = step.group ? ask(groups, step) : ask(door, step); !asked) return tl::unexpected(asked.error());
+  if (auto asked = step.group ? ask(groups, step) : ask(axis_requests, step); !asked)
+    return tl::unexpected(asked.error());
   return true;
 }
 
-Outcome<void> AxisScript::ask(runtime::AxisDoor& door, const Step& step) {
+Outcome<void> AxisScript::ask(runtime::AxisRequests& axis_requests, const Step& step) {
   runtime::AxisCaller caller;
   caller.name = std::string(kScript);
   for (std::size_t i = 0; i < step.axes.size(); ++i) {
     const auto axis = step.axes[i];
-    const auto taken =
-        step.orders.empty() ? door.submit(caller, axis, step.requests[i]) : door.submit(caller, axis, step.orders[i]);
+    const auto taken = step.orders.empty() ? axis_requests.submit(caller, axis, step.requests[i])
+                                           : axis_requests.submit(caller, axis, step.orders[i]);
     if (!taken) {
-      return fail(step.line, runtime::describe(runtime::events::event_axis(door.axes()[axis]), taken.error()));
+      return fail(step.line, runtime::describe(runtime::events::event_axis(axis_requests.axes()[axis]), taken.error()));
     }
     for (auto& made : made_) made.last = made.last && made.axis != axis;
     made_.push_back({step.line, axis, *taken, true, false});
@@ -198,17 +200,18 @@ Outcome<void> AxisScript::ask(runtime::AxisDoor& door, const Step& step) {
   return {};
 }
 
-Outcome<void> AxisScript::ask(runtime::GroupDoor& door, const Step& step) {
-  if (step.kind == Step::Kind::kGroupPath) return told(groups_.begin_path(door, step.line, *step.group, step.file));
-  return told(groups_.ask(door, step.line, *step.group, step.group_request));
+Outcome<void> AxisScript::ask(runtime::GroupRequests& group_requests, const Step& step) {
+  if (step.kind == Step::Kind::kGroupPath)
+    return to_outcome(groups_.begin_path(group_requests, step.line, *step.group, step.file));
+  return to_outcome(groups_.ask(group_requests, step.line, *step.group, step.group_request));
 }
 
 /// A request that a later request of the script has ended is over; if another caller has ended it, that is a failure.
-Outcome<void> AxisScript::look_at_requests(const runtime::AxisDoor& door) {
+Outcome<void> AxisScript::check_requests(const runtime::AxisRequests& axis_requests) {
   for (auto& made : made_) {
     if (made.over && !made.last) continue;
-    const auto progress = door.progress(made.axis, made.number);
-    const auto axis = runtime::events::event_axis(door.axes()[made.axis]);
+    const auto progress = axis_requests.progress(made.axis, made.number);
+    const auto axis = runtime::events::event_axis(axis_requests.axes()[made.axis]);
     if (progress.refusal) return fail(made.line, runtime::describe(axis, *progress.refusal));
     if (progress.report.phase == RequestPhase::kAborted && made.last)
       return fail(made.line, fmt::format("axis {}: another request has ended this one", axis.name));

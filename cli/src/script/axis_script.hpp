@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/coupling_config.hpp"
 #include "failure.hpp"
 #include "script/script_groups.hpp"
@@ -42,7 +42,8 @@ class AxisScript {
 
   /// Executes as many steps as possible; `now` is the time of the line. True: the script is done. Failure: a request
   /// was refused or has failed.
-  [[nodiscard]] Outcome<bool> step(runtime::AxisDoor& door, runtime::GroupDoor& groups, std::chrono::nanoseconds now);
+  [[nodiscard]] Outcome<bool> step(runtime::AxisRequests& axis_requests, runtime::GroupRequests& groups,
+                                   std::chrono::nanoseconds now);
 
  private:
   /// A line of the script.
@@ -54,10 +55,10 @@ class AxisScript {
     std::vector<ecat_master::AxisRequest> requests{};  ///< kRequest: one per axis, or else ...
     std::vector<runtime::CouplingOrder> orders{};      ///< ... a coupling order per axis
     std::chrono::nanoseconds time{};
-    bool all = false;                       ///< kWait: for all axes and groups
-    std::optional<std::size_t> group{};     ///< kGroupRequest, kGroupPath; kWait: the group to wait for
-    runtime::GroupRequest group_request{};  ///< kGroupRequest
-    std::filesystem::path file{};           ///< kGroupPath
+    bool all = false;                             ///< kWait: for all axes and groups
+    std::optional<std::size_t> group{};           ///< kGroupRequest, kGroupPath; kWait: the group to wait for
+    runtime::ClientGroupRequest group_request{};  ///< kGroupRequest
+    std::filesystem::path file{};                 ///< kGroupPath
   };
   /// A request that has been submitted.
   struct Made {
@@ -73,12 +74,12 @@ class AxisScript {
   [[nodiscard]] Outcome<Step> read_group_step(std::size_t group, std::span<const std::string> words,
                                               const Names& names) const;
   void join_blended_moves();
-  [[nodiscard]] Outcome<void> ask(runtime::AxisDoor& door, const Step& step);
-  [[nodiscard]] Outcome<void> ask(runtime::GroupDoor& door, const Step& step);
-  [[nodiscard]] Outcome<void> told(const std::optional<ScriptGroups::Trouble>& trouble) const;
-  [[nodiscard]] Outcome<void> look_at_requests(const runtime::AxisDoor& door);
-  [[nodiscard]] Outcome<bool> done(runtime::AxisDoor& door, runtime::GroupDoor& groups, const Step& step,
-                                   std::chrono::nanoseconds now);
+  [[nodiscard]] Outcome<void> ask(runtime::AxisRequests& axis_requests, const Step& step);
+  [[nodiscard]] Outcome<void> ask(runtime::GroupRequests& group_requests, const Step& step);
+  [[nodiscard]] Outcome<void> to_outcome(const std::optional<ScriptGroups::Trouble>& trouble) const;
+  [[nodiscard]] Outcome<void> check_requests(const runtime::AxisRequests& axis_requests);
+  [[nodiscard]] Outcome<bool> done(runtime::AxisRequests& axis_requests, runtime::GroupRequests& groups,
+                                   const Step& step, std::chrono::nanoseconds now);
   [[nodiscard]] bool arrived(const Step& step) const;
   [[nodiscard]] tl::unexpected<Failure> fail(std::size_t line, const std::string& reason) const;
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 #include "failure.hpp"
 #include "text/move_file.hpp"
 
@@ -27,13 +27,13 @@ class ScriptGroups {
   explicit ScriptGroups(std::string caller) { caller_.name = std::move(caller); }
 
   /// Submits a request of that line.
-  [[nodiscard]] std::optional<Trouble> ask(runtime::GroupDoor& door, std::size_t line, std::size_t group,
-                                           const runtime::GroupRequest& request);
+  [[nodiscard]] std::optional<Trouble> ask(runtime::GroupRequests& group_requests, std::size_t line, std::size_t group,
+                                           const runtime::ClientGroupRequest& request);
   /// Reads and checks a path, and starts it.
-  [[nodiscard]] std::optional<Trouble> begin_path(runtime::GroupDoor& door, std::size_t line, std::size_t group,
-                                                  const std::filesystem::path& file);
+  [[nodiscard]] std::optional<Trouble> begin_path(runtime::GroupRequests& group_requests, std::size_t line,
+                                                  std::size_t group, const std::filesystem::path& file);
   /// Submits further moves of paths as far as the group takes them, and checks for failures.
-  [[nodiscard]] std::optional<Trouble> look(runtime::GroupDoor& door);
+  [[nodiscard]] std::optional<Trouble> poll(runtime::GroupRequests& group_requests);
   /// Whether that group, or every group if none is given, has completed its last request.
   [[nodiscard]] bool arrived(std::optional<std::size_t> group) const;
 
@@ -51,8 +51,8 @@ class ScriptGroups {
     std::string file{};             ///< file of the path
   };
 
-  [[nodiscard]] std::optional<Trouble> give_moves(runtime::GroupDoor& door, Made& made);
-  [[nodiscard]] std::optional<Trouble> look_at(const runtime::GroupDoor& door, Made& made) const;
+  [[nodiscard]] std::optional<Trouble> give_moves(runtime::GroupRequests& group_requests, Made& made);
+  [[nodiscard]] std::optional<Trouble> check_made(const runtime::GroupRequests& group_requests, Made& made) const;
   void add(Made made, bool moves);
 
   runtime::AxisCaller caller_;

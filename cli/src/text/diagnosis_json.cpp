@@ -8,8 +8,8 @@ namespace driveline::cli {
 namespace {
 
 using ecat_master::CyclicEvent;
+using ecat_master::ExchangeGroupDiagnosis;
 using ecat_master::FaultPlace;
-using ecat_master::GroupDiagnosis;
 using ecat_master::LineDiagnosis;
 using ecat_master::LineEvent;
 
@@ -63,7 +63,7 @@ nlohmann::json to_json(const FaultPlace& place) {
   return row;
 }
 
-nlohmann::json to_json(const GroupDiagnosis& group) {
+nlohmann::json to_json(const ExchangeGroupDiagnosis& group) {
   return {{"exchanges", group.exchanges},
           {"lost_frames", group.lost_frames},
           {"wkc_errors", group.wkc_errors},

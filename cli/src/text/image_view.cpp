@@ -16,7 +16,7 @@ double us(std::chrono::nanoseconds time) {
   return static_cast<double>(time.count()) / 1000.0;
 }
 
-std::string rhythm(const ecat_master::GroupSettings& settings) {
+std::string rhythm(const ecat_master::ExchangeGroupSettings& settings) {
   if (settings.divider == 1) return "every cycle";
   return fmt::format("every {} cycles from {}", settings.divider, settings.phase);
 }

@@ -115,7 +115,7 @@ std::string slave_lines(const FoundSlave& slave, const IdentityUses& names) {
 }
 
 /// Names of the modes that drive and master have in common. A drive that does not report its modes has CSP.
-std::vector<std::string_view> cyclic_modes(const DriveFacts& drive) {
+std::vector<std::string_view> cyclic_modes(const FoundDrive& drive) {
   namespace cia402 = ecat_master::cia402;
   std::vector<std::string_view> modes;
   for (const auto mode : cia402::kCyclicModes) {
@@ -221,7 +221,7 @@ std::string comment(std::string_view lines) {
 
 }  // namespace
 
-std::optional<DriveFacts> DriveFacts::read(LineView& line, ecat_master::MailboxClient& mailbox) {
+std::optional<FoundDrive> FoundDrive::read(LineView& line, ecat_master::MailboxClient& mailbox) {
   ecat_master::CoeClient coe(mailbox);
   const auto read = [&](std::uint16_t index, std::uint8_t subindex) {
     return line.ask(mailbox.slave().position, [&] { return coe.upload(index, subindex); });
@@ -237,7 +237,7 @@ std::optional<DriveFacts> DriveFacts::read(LineView& line, ecat_master::MailboxC
     auto data = read(index, subindex);
     return data ? std::optional(std::move(*data)) : std::nullopt;
   });
-  DriveFacts facts;
+  FoundDrive facts;
   facts.supported_modes = told.supported_modes;
   facts.increments_per_revolution = runtime::increments_per_revolution(told);
   constexpr double kMilli = 1e-3;

@@ -10,20 +10,20 @@
 namespace driveline::cli {
 
 /// Scaling of a CiA 402 drive, as far as its objects report it.
-struct DriveFacts {
+struct FoundDrive {
   std::optional<std::uint32_t> supported_modes;     ///< 6502h, bit n: mode n + 1
   std::optional<double> increments_per_revolution;  ///< position units per motor turn
   std::optional<double> rated_torque_nm;            ///< 6076h
   std::optional<double> max_velocity_rad_s;         ///< 6080h
   /// Reads the objects; nothing: the slave is no CiA 402 drive.
-  [[nodiscard]] static std::optional<DriveFacts> read(LineView& line, ecat_master::MailboxClient& mailbox);
+  [[nodiscard]] static std::optional<FoundDrive> read(LineView& line, ecat_master::MailboxClient& mailbox);
 };
 
 /// A slave to be described.
 struct FoundSlave {
   SlaveView view;
   std::optional<std::uint16_t> device_id;  ///< explicit device identification; none: the slave has none
-  std::optional<DriveFacts> drive;
+  std::optional<FoundDrive> drive;
   /// File for its EEPROM image, for a simulation of the line, beside the description; empty: no file.
   std::string image_file;
 };

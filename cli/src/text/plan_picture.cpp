@@ -113,8 +113,8 @@ std::string picture_of(const MoveFile& file, const PlannedMotion& motion) {
       fmt::format("<text x=\"20\" y=\"520\">speed along the path, up to {:.4g} {}/s, over {:.4f} s</text>\n",
                   unit.from_si(speeds.high), unit.name, motion.duration_s) +
       over_time.curve(speed);
-  constexpr std::size_t kMostFlags = 60;
-  for (std::size_t k = 0; k < std::min(motion.outputs.size(), kMostFlags); ++k) {
+  constexpr std::size_t kMaxFlags = 60;
+  for (std::size_t k = 0; k < std::min(motion.outputs.size(), kMaxFlags); ++k) {
     const auto& output = motion.outputs[k];
     text += plane.mark(is_plane ? output.tool[first] : output.time_s, output.tool[second]);
     text += over_time.flag(output.time_s,

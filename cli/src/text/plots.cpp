@@ -19,7 +19,7 @@ std::string terminal(int height) {
 }
 
 /// Limit of the marks in a picture; more would make it unreadable.
-constexpr std::size_t kMostMarks = 60;
+constexpr std::size_t kMaxMarks = 60;
 
 double log_us(std::chrono::nanoseconds time) {
   return std::log10(static_cast<double>(time.count()) / 1000.0);
@@ -108,7 +108,7 @@ std::string on_second_axis(std::string_view column, double increments, std::stri
 class AxisPlot {
  public:
   /// `increments`: adds a second axis in increments.
-  AxisPlot(const runtime::AxisReport& axis, bool increments)
+  AxisPlot(const runtime::AxisRunReport& axis, bool increments)
       : scale_(increments ? std::optional(axis.increments_per_unit) : std::nullopt) {
     text_ = fmt::format("set ylabel {}\n", gnuplot_text(fmt::format("{} in {}", axis.name, axis.unit)));
     if (scale_) {
@@ -181,13 +181,13 @@ std::string axes_head(std::size_t axes, std::size_t panels, std::string_view out
 }
 
 /// Column of the first demand that a drive reports.
-std::size_t first_demand(const std::vector<runtime::AxisReport>& axes) {
+std::size_t first_demand(const std::vector<runtime::AxisRunReport>& axes) {
   const auto reporting = std::count_if(axes.begin(), axes.end(), [](const auto& axis) { return axis.by_drive; });
   return 2 + 6 * axes.size() + static_cast<std::size_t>(reporting);
 }
 
 /// Draws commanded position, demand of the drive and actual position, and the following error below.
-std::string positions_script(const std::vector<runtime::AxisReport>& axes, bool increments,
+std::string positions_script(const std::vector<runtime::AxisRunReport>& axes, bool increments,
                              const std::vector<PlotMark>& marks) {
   auto script = axes_head(axes.size(), 2, "positions.png",
                           "commanded and actual position; below, the following error; red lines: periods missed") +
@@ -216,7 +216,7 @@ std::string positions_script(const std::vector<runtime::AxisReport>& axes, bool 
   return script + "unset multiplot\n";
 }
 
-std::string errors_script(const std::vector<runtime::AxisReport>& axes, bool increments,
+std::string errors_script(const std::vector<runtime::AxisRunReport>& axes, bool increments,
                           const std::vector<PlotMark>& marks) {
   auto script = axes_head(axes.size(), 1, "following_error.png", "following error; red lines: periods missed") +
                 marks_script(marks);
@@ -242,7 +242,7 @@ PlotFacts plot_facts(const runtime::RunReport& report) {
   if (report.statistics.missed_periods > 0)
     facts.marks.push_back({report.longest_absence_at_s, true, "longest absence"});
   for (const auto& event : report.events) {
-    if (facts.marks.size() == kMostMarks) break;
+    if (facts.marks.size() == kMaxMarks) break;
     if (!event.time || event.severity < runtime::Severity::kNotice) continue;
     const bool away = event.is<runtime::events::MasterAway>() || event.is<runtime::events::MasterAwayOften>();
     facts.marks.push_back({std::chrono::duration<double>(*event.time).count(), away,
@@ -271,7 +271,7 @@ runtime::Result<void> write_jitter_csv(const ecat_master::CycleStatistics& stati
 }
 
 tl::expected<Drawing, std::string> draw_plots(const std::filesystem::path& directory,
-                                              const std::vector<runtime::AxisReport>& axes, bool increments,
+                                              const std::vector<runtime::AxisRunReport>& axes, bool increments,
                                               const PlotFacts& facts) {
   auto script = jitter_script(facts);
   std::map<std::string, std::string> pictures{{"jitter_plot", "jitter.png"}};

@@ -42,7 +42,7 @@ struct PlotFacts {
 /// contain every cycle: times below 25 ns, the resolution of the clock, and wake-ups that were a period or more too
 /// late have bars of their own. Error: a sentence (gnuplot is missing or failed).
 [[nodiscard]] tl::expected<Drawing, std::string> draw_plots(const std::filesystem::path& directory,
-                                                            const std::vector<runtime::AxisReport>& axes,
+                                                            const std::vector<runtime::AxisRunReport>& axes,
                                                             bool increments = false, const PlotFacts& facts = {});
 
 /// Draws clocks.png from clocks.csv in `directory`: time in the first column, then one column per slave. Error: a

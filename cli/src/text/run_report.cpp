@@ -91,7 +91,7 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
 }
 
 /// Following errors in the units of the axes, those reported by the drives and, if requested, increments.
-std::string axes_to_text(const std::vector<runtime::AxisReport>& axes, bool increments) {
+std::string axes_to_text(const std::vector<runtime::AxisRunReport>& axes, bool increments) {
   std::size_t widest = std::string_view("following error").size();
   for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
   auto text = fmt::format("\n  {:<{}}{:>7}{:>15}{:>16}\n", "following error", widest, "slave", "maximum", "RMS");
@@ -147,7 +147,7 @@ std::string thread_to_text(const rt::ThreadUsage& thread, std::chrono::nanosecon
 nlohmann::json interfaces_to_json(const std::vector<runtime::InterfaceReport>& interfaces) {
   auto rows = nlohmann::json::array();
   for (const auto& interface : interfaces) {
-    rows.push_back({{"name", interface.name}, {"port", interface.way}, {"steps_down", interface.steps_down}});
+    rows.push_back({{"name", interface.name}, {"port", interface.access_method}, {"steps_down", interface.steps_down}});
   }
   return rows;
 }
@@ -167,7 +167,7 @@ std::string_view change_text(runtime::LeaseChange::Kind kind) {
   return "expired";
 }
 
-nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupReport>& groups) {
+nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupRunReport>& groups) {
   auto rows = nlohmann::json::array();
   for (const auto& group : groups) {
     nlohmann::json row = {{"name", group.name}, {"axes", group.axes}, {"state", group.state}, {"owner", group.owner}};
@@ -180,7 +180,7 @@ nlohmann::json groups_to_json(const std::vector<runtime::AxisGroupReport>& group
   return rows;
 }
 
-std::string groups_to_text(const std::vector<runtime::AxisGroupReport>& groups) {
+std::string groups_to_text(const std::vector<runtime::AxisGroupRunReport>& groups) {
   std::string text = groups.empty() ? "" : "\n";
   for (const auto& group : groups) {
     std::string place;
@@ -301,7 +301,7 @@ std::string to_text(const runtime::RunReport& report) {
     text += margins_to_text(report.clocks->margins);
   }
   for (const auto& interface : report.interfaces) {
-    text += fmt::format("\n  interface {}: {}\n", interface.name, interface.way);
+    text += fmt::format("\n  interface {}: {}\n", interface.name, interface.access_method);
   }
   if (report.ring) text += ring_to_text(*report.ring);
   if (report.process_data) text += fmt::format("\n{}", to_text(*report.process_data));

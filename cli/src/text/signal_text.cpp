@@ -9,7 +9,7 @@
 namespace driveline::cli {
 namespace {
 
-using Way = slaves::SignalPlace::Way;
+using Direction = slaves::SignalId::Direction;
 
 std::string_view trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(' ');
@@ -19,7 +19,7 @@ std::string_view trimmed(std::string_view text) {
 
 tl::expected<SignalSetting, std::string> parse_one(std::string_view name, std::string_view text,
                                                    const slaves::DeviceSignals& signals) {
-  const auto place = signals.find_signal(Way::kInput, name);
+  const auto place = signals.find_signal(Direction::kInput, name);
   if (!place) return tl::unexpected(fmt::format("\"{}\" {}", name, describe(place.error())));
   const auto value = runtime::finite_number(text);
   if (!value) return tl::unexpected(fmt::format("{} is \"{}\", a number is expected", name, text));

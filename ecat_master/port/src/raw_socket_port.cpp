@@ -262,7 +262,7 @@ bool RawSocketPort::link_up() const noexcept {
   return interface && interface->index == index_ && interface->running;
 }
 
-std::string RawSocketPort::way() const {
+std::string RawSocketPort::access_method() const {
   std::string way = ring_ ? "packet socket with a receive ring" : "packet socket";
   if (launch_times_) way += ring_ ? " and launch times" : " with launch times";
   return way;

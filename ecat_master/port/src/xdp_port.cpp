@@ -30,7 +30,7 @@ using std::chrono::nanoseconds;
 constexpr std::size_t kTagBytes = 4;
 constexpr std::size_t kBeforeTag = 12;  // both addresses
 /// A driver that restarts its link needs one to four seconds for it.
-constexpr auto kLinkPatience = std::chrono::seconds{8};
+constexpr auto kLinkTimeout = std::chrono::seconds{8};
 
 std::size_t mtu_of(int socket, const std::string& name) noexcept {
   ifreq request{};
@@ -205,7 +205,7 @@ XdpPort::XdpPort(std::unique_ptr<XdpSocket> socket, std::unique_ptr<XdpProgram> 
 XdpPort::~XdpPort() = default;
 
 void XdpPort::wait_for_link() const {
-  const auto end = std::chrono::steady_clock::now() + kLinkPatience;
+  const auto end = std::chrono::steady_clock::now() + kLinkTimeout;
   while (!link_up() && std::chrono::steady_clock::now() < end)
     std::this_thread::sleep_for(std::chrono::milliseconds{5});
 }
@@ -256,10 +256,10 @@ std::optional<ReceivedFrame> XdpPort::receive() noexcept {
 
 bool XdpPort::wait_readable(nanoseconds deadline) noexcept {
   // While an interface is down, the socket reports nothing; check it again periodically.
-  constexpr nanoseconds kLook = std::chrono::milliseconds{100};
+  constexpr nanoseconds kPollInterval = std::chrono::milliseconds{100};
   while (true) {
     const nanoseconds remaining = std::max(deadline - clock_.now(), nanoseconds::zero());
-    const timespec timeout = rt::to_timespec(std::min(remaining, kLook));
+    const timespec timeout = rt::to_timespec(std::min(remaining, kPollInterval));
     pollfd request{socket_->descriptor(), POLLIN, 0};
     const int ready = ppoll(&request, 1, &timeout, nullptr);
     if (ready > 0 && (request.revents & POLLIN) != 0) return true;
@@ -281,7 +281,7 @@ bool XdpPort::link_up() const noexcept {
   return interface && interface->index == index_ && interface->running;
 }
 
-std::string XdpPort::way() const {
+std::string XdpPort::access_method() const {
   return std::string("AF_XDP, ") + to_text(mode_);
 }
 

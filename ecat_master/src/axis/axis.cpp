@@ -17,7 +17,7 @@ namespace {
 double delay_of(const AxisConfig& config) {
   // A virtual axis reaches its setpoint in the next cycle.
   if (config.is_virtual()) return 1.0;
-  constexpr SetpointWay kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
+  constexpr SetpointDelays kFreeSpline{std::chrono::microseconds{125}, 1, kSplinePeriods, std::nullopt};
   return config.setpoint_delay_cycles.value_or(setpoint_delay_cycles(kFreeSpline));
 }
 
@@ -277,7 +277,7 @@ void Axis::compensate(bool moving, const trajectory::AxisSetpoint& setpoint) noe
 }
 
 /// Updates the inputs of a virtual axis, which has executed its last outputs.
-void Axis::be_its_drive() noexcept {
+void Axis::simulate_drive() noexcept {
   fresh_ = true;
   inputs_.state = state_by(targets_.control_word);
   inputs_.status_word = status_word_of(inputs_.state);
@@ -287,7 +287,7 @@ void Axis::be_its_drive() noexcept {
 }
 
 void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
-  if (config_.is_virtual()) return be_its_drive();
+  if (config_.is_virtual()) return simulate_drive();
   fresh_ = valid && fresh;
   if (!valid) {
     inputs_.state = snapshot::AxisState::kUnavailable;
@@ -302,7 +302,7 @@ void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh)
   const bool follows = shows_mode() && (inputs_.status_word & cia402::status_bit::kFollowsSetpoints) != 0;
   followed_ = inputs_.state == snapshot::AxisState::kOperationEnabled && (followed_ || follows);
   count(take(actual_position_, image));
-  if (compensation_ && fresh_) compensation_->look(by_positions(mode_));
+  if (compensation_ && fresh_) compensation_->update(by_positions(mode_));
   inputs_.position = of_axis(static_cast<double>(count_) / scale_);
   inputs_.velocity = velocity_of_axis(take(actual_velocity_, image) / scale_);
   inputs_.torque = take(actual_torque_, image) * nm_per_permille_;
@@ -349,7 +349,7 @@ double Axis::position_loop(const trajectory::AxisSetpoint& setpoint) const noexc
   return std::clamp(wanted, -most, most) - setpoint.velocity;
 }
 
-double Axis::distrust_position() noexcept {
+double Axis::disable_position_loop() noexcept {
   trusted_ = false;
   return std::exchange(correction_, 0.0);
 }
@@ -416,7 +416,7 @@ Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexce
 
 Axis::Targets Axis::targets_in_change(const trajectory::AxisSetpoint& setpoint) noexcept {
   const auto now = measured();
-  change_->look(now, mode_);
+  change_->update(now, mode_);
   const auto reference = change_->reference(now, setpoint);
   note_change();
   if (!pending_) {
@@ -448,7 +448,7 @@ void Axis::hold_at(double position, double velocity) noexcept {
   const bool moved = std::abs(hold_velocity_) > 0.0;
   // A jump means a new zero: take the position over at once.
   const bool elsewhere = !hold_ || std::abs(position - *hold_) > position_tolerance(config_);
-  if (elsewhere || !told_on() || (moves && !moved)) {
+  if (elsewhere || !commanded_on() || (moves && !moved)) {
     hold_ = position;
     hold_velocity_ = velocity;
     return;
@@ -513,7 +513,7 @@ void Axis::write_outputs(std::span<std::byte> image, cia402::Goal goal, bool res
     targets_.control_word |= command_bits_;
   }
   put(control_word_, image, targets_.control_word);
-  put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->told(mode_) : mode_));
+  put(mode_object_, image, static_cast<std::int8_t>(pending_ ? change_->commanded_mode(mode_) : mode_));
   if (compensation_) compensate(moving, setpoint);
   write_targets(image);
   probe_.write(image);
@@ -542,15 +542,16 @@ double Axis::followed_setpoint() const noexcept {
 /// The sums of targets and offsets are valid in the mode of the drive, and in every mode during a mode change.
 void Axis::write_targets(std::span<std::byte> image) const noexcept {
   const double permille = 1.0 / nm_per_permille_;
-  AxisCompensation::Told told{targets_.position};
-  if (compensation_) told = compensation_->told(targets_.position);
-  const double velocity = velocity_by_offset_ ? told.slope * targets_.feed_velocity + told.velocity : 0.0;
+  AxisCompensation::DriveTarget drive_target{targets_.position};
+  if (compensation_) drive_target = compensation_->drive_target(targets_.position);
+  const double velocity =
+      velocity_by_offset_ ? drive_target.slope * targets_.feed_velocity + drive_target.velocity : 0.0;
   const double torque = torque_by_offset_ ? targets_.feed_torque : 0.0;
-  const auto position = wrapped(told.position * scale_);
+  const auto position = wrapped(drive_target.position * scale_);
   put(target_position_, image, position);
   put(interpolation_data_, image, position);
   put(velocity_offset_, image, saturate<std::int32_t>(velocity * scale_));
-  const double sum = told.slope * targets_.velocity + told.velocity;
+  const double sum = drive_target.slope * targets_.velocity + drive_target.velocity;
   put(target_velocity_, image, saturate<std::int32_t>((sum - velocity) * scale_));
   const auto offset = saturate<std::int16_t>(torque * permille);
   put(torque_offset_, image, offset);

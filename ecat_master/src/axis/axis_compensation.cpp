@@ -60,7 +60,7 @@ void AxisCompensation::begin() noexcept {
 AxisCompensation::Renamed AxisCompensation::begin(double mark, double called, bool forward, double setpoint) noexcept {
   const auto& correction = settings_->correction;
   const double side = forward ? 1.0 : 0.0;
-  const double drive = told(setpoint).position;
+  const double drive = drive_target(setpoint).position;
   const double place = mark + shift_;
   const double drive_mark = in_force() ? correction.drive(place, side).position - shift_ : mark;
   // Subtract the correction that the table has at the position `called`.
@@ -71,7 +71,7 @@ AxisCompensation::Renamed AxisCompensation::begin(double mark, double called, bo
   return {position, correction.axis(drive + shift_, side_.position) - shift_};
 }
 
-void AxisCompensation::look(bool delayed) noexcept {
+void AxisCompensation::update(bool delayed) noexcept {
   seen_ = delayed ? trajectory::AxisSetpoint{sides_.followed(), side_velocities_.followed(), 0.0} : side_;
 }
 
@@ -87,7 +87,7 @@ double AxisCompensation::axis_velocity(double drive_velocity, double axis_positi
   return (drive_velocity - beside) / settings_->correction.drive(place, seen_.position).slope;
 }
 
-AxisCompensation::Told AxisCompensation::told(double axis_position) const noexcept {
+AxisCompensation::DriveTarget AxisCompensation::drive_target(double axis_position) const noexcept {
   if (!in_force()) return {axis_position, 1.0, 0.0};
   const double place = axis_position + shift_;
   const auto value = settings_->correction.drive(place, side_.position);

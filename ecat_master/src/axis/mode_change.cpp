@@ -31,7 +31,7 @@ constexpr std::uint32_t kCyclesUnsettled = 240;
 constexpr double kSettledShare = 0.25;
 constexpr double kSettledS = 1e-3;
 /// Time-out for a drive to confirm a mode, s.
-constexpr double kPatienceS = 0.25;
+constexpr double kTimeoutS = 0.25;
 /// Time within which a drive that changes immediately has confirmed, s.
 constexpr double kAnswersS = 1e-3;
 /// Fraction of the velocity error that the first position setpoint absorbs.
@@ -48,7 +48,7 @@ constexpr double kTorqueArrives[] = {0.3, 0.4, 0.3};
 }  // namespace
 
 void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
-  told_s_ = 0.0;
+  elapsed_s_ = 0.0;
   shown_ = 0;
   if (phase_ == Phase::kPending) return;
   from_ = measured.shown;
@@ -69,7 +69,7 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
   if (measured.fresh) observed_.position -= observed_.velocity * settings_.period_s;
   feed_velocity_ = last.feed_velocity;
   before_[0] = before_[1] = velocity_;
-  std::fill(std::begin(told_torque_), std::end(told_torque_), last.torque);
+  std::fill(std::begin(commanded_torque_), std::end(commanded_torque_), last.torque);
   on_its_way_ = 0.0;
   leading_ = by_position;
   if (!on_loop && !by_position) return_from(measured.position - velocity_ * settings_.period_s, velocity_);
@@ -82,12 +82,12 @@ void ModeChange::begin(const Measured& measured, const Targets& last) noexcept {
 }
 
 bool ModeChange::committed() const noexcept {
-  return pending() && preparing_ == 0 && (shown_ > 0 || told_s_ < kPatienceS);
+  return pending() && preparing_ == 0 && (shown_ > 0 || elapsed_s_ < kTimeoutS);
 }
 
 cia402::Mode ModeChange::in_force(Mode wanted) const noexcept {
   if (preparing_ > 0 || (shown_ == 0 && !heard_)) return from_;
-  return shown_ > 0 || told_s_ < kAnswersS ? wanted : from_;
+  return shown_ > 0 || elapsed_s_ < kAnswersS ? wanted : from_;
 }
 
 /// In CST the motion continues with the acceleration by all commanded torques, in any other mode at its velocity.
@@ -102,7 +102,7 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   observed_.position += time * (observed_.velocity + 0.5 * time * observed_.acceleration);
   observed_.velocity += time * observed_.acceleration;
   // A drive that may have received the command to change holds the velocity that came with it.
-  const bool may_hold = preparing_ == 0 && told_s_ > 0.0 && !heard_ && wanted == Mode::kCyclicVelocity;
+  const bool may_hold = preparing_ == 0 && elapsed_s_ > 0.0 && !heard_ && wanted == Mode::kCyclicVelocity;
   if (!may_hold) {
     lowest_held_ += time * observed_.acceleration;
     highest_held_ += time * observed_.acceleration;
@@ -116,11 +116,11 @@ void ModeChange::skip(std::int64_t periods, Mode wanted) noexcept {
   // The command was not sent, or may not have arrived: the drive would start at a position that was never measured. A
   // drive that received it without its answer arriving returns from CSP to CSV at the velocity that it has.
   const bool to_position = from_ == Mode::kCyclicVelocity && wanted == Mode::kCyclicPosition;
-  const bool unheard = !(told_s_ > 0.0) || (to_position && !heard_);
+  const bool unheard = !(elapsed_s_ > 0.0) || (to_position && !heard_);
   if (pending() && preparing_ == 0 && shown_ == 0 && unheard) preparing_ = kCyclesUnsettled;
 }
 
-void ModeChange::look(const Measured& measured, Mode wanted) noexcept {
+void ModeChange::update(const Measured& measured, Mode wanted) noexcept {
   if (phase_ != Phase::kPending) return;
   heard_ = preparing_ == 0 && (heard_ || measured.fresh);
   if (measured.shown != wanted) {
@@ -220,23 +220,23 @@ void ModeChange::observe(const Measured& measured) noexcept {
 void ModeChange::expect(double torque) noexcept {
   if (!(settings_.inertia > 0.0)) return;
   double arrives = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) arrives += kTorqueArrives[i] * (told_torque_[i] - told_torque_[i + 1]);
+  for (std::size_t i = 0; i < 3; ++i) arrives += kTorqueArrives[i] * (commanded_torque_[i] - commanded_torque_[i + 1]);
   observed_.acceleration += arrives / settings_.inertia;
-  const double rest = kTorqueArrives[2] * (told_torque_[1] - told_torque_[2]) +
-                      (1.0 - kTorqueArrives[0]) * (told_torque_[0] - told_torque_[1]);
-  on_its_way_ = (torque - told_torque_[0] + rest) / settings_.inertia;
-  std::copy_backward(std::begin(told_torque_), std::end(told_torque_) - 1, std::end(told_torque_));
-  told_torque_[0] = torque;
+  const double rest = kTorqueArrives[2] * (commanded_torque_[1] - commanded_torque_[2]) +
+                      (1.0 - kTorqueArrives[0]) * (commanded_torque_[0] - commanded_torque_[1]);
+  on_its_way_ = (torque - commanded_torque_[0] + rest) / settings_.inertia;
+  std::copy_backward(std::begin(commanded_torque_), std::end(commanded_torque_) - 1, std::end(commanded_torque_));
+  commanded_torque_[0] = torque;
 }
 
 /// The torque of the last cycle was not sent; earlier ones still take effect.
 void ModeChange::hold_torque() noexcept {
   if (!(settings_.inertia > 0.0)) return;
-  const double arrives = (1.0 - kTorqueArrives[0]) * (told_torque_[1] - told_torque_[2]) +
-                         kTorqueArrives[2] * (told_torque_[2] - told_torque_[3]);
+  const double arrives = (1.0 - kTorqueArrives[0]) * (commanded_torque_[1] - commanded_torque_[2]) +
+                         kTorqueArrives[2] * (commanded_torque_[2] - commanded_torque_[3]);
   observed_.acceleration += arrives / settings_.inertia;
   on_its_way_ = 0.0;
-  std::fill(std::begin(told_torque_), std::end(told_torque_), told_torque_[1]);
+  std::fill(std::begin(commanded_torque_), std::end(commanded_torque_), commanded_torque_[1]);
 }
 
 void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept {
@@ -262,12 +262,12 @@ void ModeChange::follow(const Measured& measured, const Wanted& wanted) noexcept
     const double most = kSettledShare * settings_.limits.max_acceleration;
     const bool settled = std::abs(lag_) <= kSettledS * most && measured.fresh &&
                          std::abs(wanted.acceleration - observed_.acceleration) <= most;
-    told_s_ = settled ? told_s_ + settings_.period_s : 0.0;
-    const bool long_enough = told_s_ > (kCyclesObserved - 0.5) * settings_.period_s;
+    elapsed_s_ = settled ? elapsed_s_ + settings_.period_s : 0.0;
+    const bool long_enough = elapsed_s_ > (kCyclesObserved - 0.5) * settings_.period_s;
     if (preparing_ <= kCyclesUnsettled && long_enough) preparing_ = 0;
-    if (preparing_ == 0) told_s_ = 0.0;
+    if (preparing_ == 0) elapsed_s_ = 0.0;
   } else {
-    told_s_ += settings_.period_s;
+    elapsed_s_ += settings_.period_s;
   }
   first_ = false;
 }

@@ -12,12 +12,12 @@ constexpr std::chrono::nanoseconds kControlDelay{62'500};
 
 }  // namespace
 
-double setpoint_delay_cycles(const SetpointWay& way) noexcept {
+double setpoint_delay_cycles(const SetpointDelays& delays) noexcept {
   // A setpoint is sent at the start of the next cycle.
-  double cycles = 1.0 + static_cast<double>(way.interpolation) * way.divider;
-  if (way.to_sync0) {
+  double cycles = 1.0 + static_cast<double>(delays.interpolation) * delays.divider;
+  if (delays.to_sync0) {
     using Fractional = std::chrono::duration<double, std::nano>;
-    cycles += Fractional(*way.to_sync0 + kControlDelay) / Fractional(way.period);
+    cycles += Fractional(*delays.to_sync0 + kControlDelay) / Fractional(delays.period);
   }
   return cycles;
 }

@@ -45,7 +45,7 @@ void SiiCache::keep(std::span<const std::byte> content) {
   if (content.size() < kHeadBytes || !tells_whose(content)) return;
   const std::scoped_lock lock(mutex_);
   if (with_head(contents_, content) != nullptr) return;
-  if (contents_.size() == kMostContents) contents_.clear();
+  if (contents_.size() == kMaxContents) contents_.clear();
   contents_.emplace_back(content.begin(), content.end());
 }
 

@@ -145,12 +145,12 @@ Result<EntryDescription> decode_entry_description(std::span<const std::byte> ans
   EntryDescription entry;
   entry.index = wire::load_le<std::uint16_t>(answer);
   entry.subindex = wire::load_le<std::uint8_t>(answer.subspan(2));
-  const auto told = wire::load_le<std::uint8_t>(answer.subspan(3));
+  const auto flags = wire::load_le<std::uint8_t>(answer.subspan(3));
   entry.data_type = wire::load_le<std::uint16_t>(answer.subspan(4));
   entry.bit_length = wire::load_le<std::uint16_t>(answer.subspan(6));
   entry.access = wire::load_le<std::uint16_t>(answer.subspan(8));
   auto rest = answer.subspan(kEntryHeader);
-  if ((told & kUnit) != 0) {
+  if ((flags & kUnit) != 0) {
     if (rest.size() < 4) return tl::unexpected(malformed());
     entry.unit = wire::load_le<std::uint32_t>(rest);
     rest = rest.subspan(4);
@@ -158,7 +158,7 @@ Result<EntryDescription> decode_entry_description(std::span<const std::byte> ans
   const std::size_t bytes = (std::size_t{entry.bit_length} + 7) / 8;
   for (const auto& [bit, value] : {std::pair{kDefault, &entry.default_value}, std::pair{kMinimum, &entry.minimum},
                                    std::pair{kMaximum, &entry.maximum}}) {
-    if ((told & bit) == 0) continue;
+    if ((flags & bit) == 0) continue;
     if (rest.size() < bytes) return tl::unexpected(malformed());
     value->emplace(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(bytes));
     rest = rest.subspan(bytes);

@@ -111,10 +111,10 @@ std::vector<std::string> texts(const std::vector<const ProcessVariable*>& variab
 }
 
 std::string listing(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 12;
+  constexpr std::size_t kMaxListedNames = 12;
   std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) text += (i == 0 ? "" : ", ") + names[i];
-  if (names.size() > kMost) text += fmt::format(" and {} more", names.size() - kMost);
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxListedNames); ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kMaxListedNames) text += fmt::format(" and {} more", names.size() - kMaxListedNames);
   return text;
 }
 

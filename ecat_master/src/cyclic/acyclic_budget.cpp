@@ -14,7 +14,7 @@ std::size_t acyclic_bytes(const ProcessImage& image, bool clocks, std::chrono::n
   const auto usable = static_cast<std::uint64_t>(period.count()) * 9 / 10;
   const auto taken = wire_time_ns(image, clocks) + wire::kPreambleFcsGap * wire::kNsPerByte;
   const auto left = usable > taken ? (usable - taken) / wire::kNsPerByte : 0;
-  return std::clamp<std::size_t>(left, wire::kMinFrameBytes, AcyclicChannel::kMostBytes);
+  return std::clamp<std::size_t>(left, wire::kMinFrameBytes, AcyclicChannel::kMaxBytes);
 }
 
 }  // namespace driveline::ecat_master

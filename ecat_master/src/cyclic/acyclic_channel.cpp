@@ -23,10 +23,10 @@ bool writes_taken(std::span<const std::byte> frame) noexcept {
 
 // The ring of answers holds as many frames as the ring of requests and the wire together.
 AcyclicChannel::AcyclicChannel(std::uint32_t lost_after_cycles, std::size_t bytes_per_cycle)
-    : requests_(kMostFrames),
-      answers_(2 * kMostFrames),
+    : requests_(kMaxFrames),
+      answers_(2 * kMaxFrames),
       lost_after_cycles_(lost_after_cycles),
-      bytes_per_cycle_(std::clamp(bytes_per_cycle, wire::kMinFrameBytes, kMostBytes)) {}
+      bytes_per_cycle_(std::clamp(bytes_per_cycle, wire::kMinFrameBytes, kMaxBytes)) {}
 
 FrameTag AcyclicChannel::send_due(port::Port& port, FrameTag last) noexcept {
   // Save bytes only for the one frame that needs them: a burst of other frames would delay the next cycle.

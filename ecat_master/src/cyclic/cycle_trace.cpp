@@ -51,7 +51,7 @@ void CycleTrace::keep_if_bad() noexcept {
 
 void CycleTrace::keep(std::size_t place) noexcept {
   worst_[place] = present_;
-  if (log_ != nullptr) switches_[place].count = log_->look(present_.due, switches_[place].found);
+  if (log_ != nullptr) switches_[place].count = log_->read(present_.due, switches_[place].found);
 }
 
 void CycleTrace::clear() noexcept {

@@ -17,7 +17,7 @@ bool in_op(std::uint8_t al_status) noexcept {
 }
 
 /// Interval at which a wait for frames yields the CPU to threads of the same priority.
-constexpr nanoseconds kGiveWayEvery = std::chrono::microseconds{25};
+constexpr nanoseconds kYieldInterval = std::chrono::microseconds{25};
 
 // Bits of SharedSlave::report above the AL status byte.
 constexpr std::uint32_t kValidBit = 0x100;
@@ -49,10 +49,10 @@ CyclicCore::CyclicCore(port::Port& port, rt::Clock& clock, ProcessImage image, M
       slave_operational_(std::make_unique<bool[]>(image_.places().size())),
       slave_due_(std::make_unique<bool[]>(image_.places().size())),
       uneven_(std::any_of(image_.groups().begin(), image_.groups().end(),
-                          [](const GroupSettings& group) { return group.divider > 1; })),
+                          [](const ExchangeGroupSettings& group) { return group.divider > 1; })),
       shared_(std::make_unique<SharedSlave[]>(image_.places().size())),
       group_count_(std::max<std::size_t>(1, image_.groups().size())),
-      groups_(std::make_unique<GroupCounters[]>(group_count_)),
+      groups_(std::make_unique<ExchangeGroupCounters[]>(group_count_)),
       tallies_(group_count_),
       acyclic_(AcyclicChannel::kLostAfterCycles,
                settings_.acyclic_bytes != 0 ? settings_.acyclic_bytes
@@ -268,7 +268,7 @@ void CyclicCore::take_what_is_back() noexcept {
 /// Polls the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for the
 /// next cycle unless an acyclic answer is expected, because another poll costs a system call.
 void CyclicCore::receive(nanoseconds deadline) noexcept {
-  auto gave_way_at = sent_at_;
+  auto yielded_at = sent_at_;
   const bool slept = sleep_towards_answers(deadline);
   bool waited = false;
   // Poll once more after the deadline: a thread that was suspended meanwhile then finds the frames that have arrived.
@@ -284,7 +284,7 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
     expired = exchanged_at_ >= deadline;
     if (expired) continue;
     waited = true;
-    wait_on(deadline, gave_way_at);
+    wait_on(deadline, yielded_at);
   }
   if (settings_.receive != ReceiveStrategy::kSleep || !all_received()) return;
   receive_wait_.returned(received_at_ - sent_at_);
@@ -302,15 +302,15 @@ bool CyclicCore::sleep_towards_answers(nanoseconds deadline) noexcept {
 }
 
 /// One step of the wait for frames.
-void CyclicCore::wait_on(nanoseconds deadline, nanoseconds& gave_way_at) noexcept {
+void CyclicCore::wait_on(nanoseconds deadline, nanoseconds& yielded_at) noexcept {
   if (settings_.receive == ReceiveStrategy::kBlock) {
     static_cast<void>(port_.wait_readable(deadline));
     return;
   }
   // A simulated line on the same CPU, or the receiving thread of the kernel, answers only when it is scheduled.
-  if (exchanged_at_ - gave_way_at >= kGiveWayEvery) {
-    gave_way_at = exchanged_at_;
-    clock_.give_way();
+  if (exchanged_at_ - yielded_at >= kYieldInterval) {
+    yielded_at = exchanged_at_;
+    clock_.yield();
   } else {
     clock_.spin();
   }

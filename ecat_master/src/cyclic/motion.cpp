@@ -337,7 +337,7 @@ void Motion::advance_path(std::int64_t cycle) noexcept {
   for (std::size_t i = 0; i < axes_.size() && settings_.relative; ++i)
     targets_[i].position += anchors_[i].value_or(0.0);
   tell_path_late();
-  if (!believe_setpoints(cycle) || goes_on) return;
+  if (!check_setpoints(cycle) || goes_on) return;
   if (settings_.repeat) {
     plan_approach();
     enter(MotionPhase::kApproach, cycle);

@@ -74,8 +74,8 @@ void Motion::watch_absence(std::size_t axis, std::int64_t cycle) noexcept {
         anchor(axis);
         if (!begins_in_range(axis, cycle)) return;
         // Start with its present velocity, because it may coast.
-        absence.way_back = {setpoints_[axis].position, setpoints_[axis].velocity, supplies_[axis].given.by_torque(),
-                            axes_[axis].config().limits};
+        absence.return_motion = {setpoints_[axis].position, setpoints_[axis].velocity,
+                                 supplies_[axis].given.by_torque(), axes_[axis].config().limits};
         set_presence(axis, AxisPresence::kReturning, cycle);
       } else if (seconds(cycle - absence.since) > std::chrono::duration<double>(settings_.enable_timeout).count()) {
         fail(enable_failure(axis), axis, cycle);

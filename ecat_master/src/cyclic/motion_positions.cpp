@@ -18,7 +18,7 @@ void Motion::judge_positions(std::int64_t cycle) noexcept {
     }
     const bool driven = axes_[i].enabled() && (powered() || phase_ == MotionPhase::kEnabling);
     const auto finding = watch.judge(cycle, axes_[i].inputs().position, setpoints_[i], driven, exchange_took_);
-    coast_watches_[i].look(watch.held(), axes_[i].inputs().velocity);
+    coast_watches_[i].update(watch.held(), axes_[i].inputs().velocity);
     axes_[i].hold_at(watch.held(), coast_watches_[i].velocity());
     if (finding.kind == PositionFinding::Kind::kNewPlace) {
       setpoints_[i] = {watch.held(), 0.0, 0.0};
@@ -39,7 +39,7 @@ void Motion::forget_place(std::size_t axis) noexcept {
 void Motion::stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept {
   using Cause = MotionFailure::Cause;
   // The velocity that the loop added is braked together with that of the setpoint.
-  setpoints_[axis].velocity += axes_[axis].distrust_position();
+  setpoints_[axis].velocity += axes_[axis].disable_position_loop();
   const auto& inputs = axes_[axis].inputs();
   const auto cause = finding.kind == PositionFinding::Kind::kLeap ? Cause::kPositionLeap : Cause::kPositionFrozen;
   failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code, finding};

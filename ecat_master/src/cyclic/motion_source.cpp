@@ -57,7 +57,7 @@ void Motion::rewind_source() noexcept {
 }
 
 /// An invalid setpoint is never sent: the axes come to rest from the last setpoint that was sent.
-bool Motion::believe_setpoints(std::int64_t cycle) noexcept {
+bool Motion::check_setpoints(std::int64_t cycle) noexcept {
   if (plain_setpoints() && in_ranges()) return true;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto cause = judge_setpoint(i);

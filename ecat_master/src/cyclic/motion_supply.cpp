@@ -37,15 +37,15 @@ void Motion::bridge(std::size_t axis) noexcept {
   }
   setpoints_[axis] = supply.given.bridge();
   supply.beside_path = true;
-  supply.way_back.reset();
+  supply.return_motion.reset();
 }
 
 trajectory::AxisSetpoint Motion::aim_present(std::size_t axis) noexcept {
   auto& supply = supplies_[axis];
   if (!supply.beside_path) return targets_[axis];
-  if (!supply.way_back) supply.way_back.emplace(supply.given, axes_[axis].config().limits);
-  const auto setpoint = supply.way_back->step(targets_[axis], seconds(1), axes_[axis].changing());
-  if (supply.way_back->joined()) supply.beside_path = false;
+  if (!supply.return_motion) supply.return_motion.emplace(supply.given, axes_[axis].config().limits);
+  const auto setpoint = supply.return_motion->step(targets_[axis], seconds(1), axes_[axis].changing());
+  if (supply.return_motion->joined()) supply.beside_path = false;
   return setpoint;
 }
 
@@ -59,10 +59,10 @@ void Motion::aim() noexcept {
     } else if (absence.presence == AxisPresence::kPresent) {
       setpoints_[i] = aim_present(i);
     } else if (absence.presence == AxisPresence::kReturning) {
-      if (supply.beside_path) absence.way_back = {supply.given, axes_[i].config().limits};
+      if (supply.beside_path) absence.return_motion = {supply.given, axes_[i].config().limits};
       supply.beside_path = false;
-      setpoints_[i] = absence.way_back.step(targets_[i], seconds(1), axes_[i].changing());
-      if (absence.way_back.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
+      setpoints_[i] = absence.return_motion.step(targets_[i], seconds(1), axes_[i].changing());
+      if (absence.return_motion.joined()) set_presence(i, AxisPresence::kPresent, phase_start_);
     } else {
       setpoints_[i] = axes_[i].held();
       supply.beside_path = false;

@@ -7,7 +7,7 @@ namespace driveline::ecat_master {
 namespace {
 
 /// A drive may overshoot, and may exceed the velocity of its axis while it catches up after late setpoints.
-constexpr double kSpare = 2.0;
+constexpr double kOvershootFactor = 2.0;
 /// Smallest motion of the setpoint that an axis must follow, in increments: an encoder may be coarse.
 constexpr double kIncrements = 16.0;
 
@@ -72,9 +72,9 @@ PositionFinding PositionWatch::step(double position, const trajectory::AxisSetpo
   // A drive that measures less often than once per cycle catches up in one step.
   const double owed = std::abs(setpoint.position - setpoint_at_change_);
   // The time of an answer varies within its cycle: two positions may be up to a cycle further apart.
-  const double way =
+  const double distance =
       std::max(std::max(max_velocity_, std::abs(setpoint.velocity)) * (within + cycle_s_), driven_ ? owed : 0.0);
-  const double allowed = kSpare * way + tolerance_;
+  const double allowed = kOvershootFactor * distance + tolerance_;
   const double moved = position - last_;
   if (std::abs(moved) <= allowed) return {};
   return {PositionFinding::Kind::kLeap, last_, moved, allowed, within};

@@ -50,27 +50,27 @@ ClockFollower::Nanoseconds ClockFollower::first_grid(Nanoseconds earliest) const
 DriftDatagram ClockFollower::next(Nanoseconds now) noexcept {
   reference_.update();
   const auto& reference = reference_.read();
-  telling_ = mode_ == FollowMode::kReferenceFollows && !telling_;
+  sends_time_ = mode_ == FollowMode::kReferenceFollows && !sends_time_;
   sent_ = {};
   if (reference.station == 0) return sent_;
-  sent_.command = telling_ ? wire::Command::kFpwr : wire::Command::kFrmw;
+  sent_.command = sends_time_ ? wire::Command::kFpwr : wire::Command::kFrmw;
   // After a missing answer the reference clock is only read: the route of the frames may have changed, and a time sent
   // on another route than the measured one would shift all clocks.
-  if (silent_ > 0 && !telling_) sent_.command = wire::Command::kFprd;
+  if (silent_ > 0 && !sends_time_) sent_.command = wire::Command::kFprd;
   sent_.address = wire::DatagramAddress::physical(reference.station, wire::reg::kSystemTime.address);
-  told_at_ = now;
+  datagram_time_ = now;
   const auto time =
-      telling_ ? time_to_tell(now) : mapping_.at(now) + static_cast<std::uint64_t>(std::llround(late_ns_));
+      sends_time_ ? time_to_send(now) : mapping_.at(now) + static_cast<std::uint64_t>(std::llround(late_ns_));
   sent_.time = static_cast<std::uint32_t>(time + static_cast<std::uint64_t>(reference.delay_ns));
   // Add one nanosecond every other time, so that the reference clock's own time cannot equal this time permanently.
-  dither_ = !dither_ && !telling_;
+  dither_ = !dither_ && !sends_time_;
   sent_.time += dither_ ? 1U : 0U;
   return sent_;
 }
 
 ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Nanoseconds sent,
                                                  const std::optional<DriftAnswer>& answer) noexcept {
-  if (telling_) return time_ != nullptr ? controller_.update(std::nullopt) : Nanoseconds{0};
+  if (sends_time_) return time_ != nullptr ? controller_.update(std::nullopt) : Nanoseconds{0};
   const auto error = measure(start, sent, answer);
   auto shift = Nanoseconds{0};
   if (grid_follows()) {
@@ -86,7 +86,7 @@ ClockFollower::Nanoseconds ClockFollower::finish(const rt::CycleStart& start, Na
 }
 
 /// The external time without its jumps.
-std::uint64_t ClockFollower::time_to_tell(Nanoseconds now) noexcept {
+std::uint64_t ClockFollower::time_to_send(Nanoseconds now) noexcept {
   if (time_ == nullptr) return mapping_.at(now);
   const auto ahead = wrapped_difference(wrapped_difference(time_->now(), now), jumped_);
   const auto change = time_ahead_ ? wrapped_difference(ahead, *time_ahead_) : Nanoseconds{0};
@@ -103,7 +103,7 @@ std::uint64_t ClockFollower::time_to_tell(Nanoseconds now) noexcept {
 void ClockFollower::learn(Nanoseconds sent, const DriftAnswer& answer) noexcept {
   const auto delay = static_cast<std::uint64_t>(reference_.read().delay_ns);
   const auto met = extend(answer.time, mapping_.at(sent) + delay) - delay;
-  late_ns_ += kLateShare * (static_cast<double>(difference(met, mapping_.at(told_at_)).count()) - late_ns_);
+  late_ns_ += kLateShare * (static_cast<double>(difference(met, mapping_.at(datagram_time_)).count()) - late_ns_);
   mapping_ = {sent, met, controller_.ppm()};
 }
 

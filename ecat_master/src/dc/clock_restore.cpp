@@ -17,7 +17,7 @@ using std::chrono::nanoseconds;
 constexpr nanoseconds kStartLead = std::chrono::milliseconds{20};
 /// A clock that learns its frequency only from the cycle needs about 0.3 s.
 constexpr nanoseconds kSettleTime = std::chrono::seconds{2};
-constexpr nanoseconds kLook = std::chrono::milliseconds{5};
+constexpr nanoseconds kPollInterval = std::chrono::milliseconds{5};
 
 }  // namespace
 
@@ -170,7 +170,7 @@ Result<void> ClockWatch::await_clock(std::uint16_t slave) {
   const std::array<ClockFeatures, 1> features{ClockFeatures{true, clocks_.slaves[slave].wide}};
   const auto deadline = bus_.exchange().now() + kSettleTime;
   for (;;) {
-    bus_.exchange().pause(kLook);
+    bus_.exchange().pause(kPollInterval);
     const auto read = read_differences(bus_, one, features);
     if (!read) return tl::unexpected(read.error());
     const auto difference = read->front();

@@ -78,7 +78,7 @@ bool PhaseController::plausible(double error) noexcept {
   // Limit deviations to the outlier threshold: one outlier hardly moves the threshold, and many outliers raise it until
   // it includes them.
   if (primed_) spread_ += kSpreadShare * (std::min(deviation, limit) - spread_);
-  if (suspicious && ++suspicious_ <= settings_.outliers_believed) {
+  if (suspicious && ++suspicious_ <= settings_.outlier_limit) {
     ++outliers_;
     return false;
   }

@@ -41,7 +41,7 @@ Result<void> ClockWatch::watch_ring() {
     // front.
     ring_->route_time({RedundantPort::TimeRoute::Leader::kSecondary, std::nullopt, status.primary_slaves});
   } else {
-    const auto later = measure_second_way(*behind);
+    const auto later = measure_secondary_delay(*behind);
     if (!later) {
       behind_break_.reset();
       // The slave does not answer either: there is more than one break. The next poll tries again.
@@ -63,7 +63,7 @@ std::optional<std::uint16_t> ClockWatch::first_clock_from(std::size_t position) 
 
 /// How much later the copy from the secondary interface would meet the reference clock than the copy from the primary
 /// interface does: both copies of the same frames are latched, and the clock behind the break has not drifted yet.
-Result<std::int32_t> ClockWatch::measure_second_way(std::uint16_t slave) {
+Result<std::int32_t> ClockWatch::measure_secondary_delay(std::uint16_t slave) {
   const auto& reference = clocks_.slaves[clocks_.reference];
   const auto& clock = clocks_.slaves[slave];
   const std::array<SlaveRef, 2> both{slaves_[clocks_.reference], slaves_[slave]};

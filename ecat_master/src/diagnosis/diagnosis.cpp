@@ -70,7 +70,7 @@ class Locator {
         if (!slaves_[i].optional) unreachable(i);
         continue;
       }
-      for (std::uint8_t port = 0; port < kSlavePorts; ++port) look_at(i, port);
+      for (std::uint8_t port = 0; port < kSlavePorts; ++port) inspect_port(i, port);
       if (slaves_[i].processing_unit_errors > 0) {
         add(FaultPlace::Kind::kBadFrames, i, 0, {}, slaves_[i].processing_unit_errors);
       }
@@ -84,7 +84,7 @@ class Locator {
     places_.push_back({kind, slave, port, end.cable && !end.master ? std::optional(end.slave) : std::nullopt, count});
   }
 
-  void look_at(std::uint16_t slave, std::uint8_t port) {
+  void inspect_port(std::uint16_t slave, std::uint8_t port) {
     const auto& facts = slaves_[slave].ports[port];
     const auto end = far_end(topology_, slave, port);
     const auto damaged = std::max(facts.invalid_frames, facts.receive_errors);
@@ -93,8 +93,8 @@ class Locator {
     const bool other_tells = end.cable && !end.master && end.slave < slave && slaves_[end.slave].answers &&
                              slaves_[end.slave].ports[end.port].lost_links > 0;
     if (facts.lost_links > 0 && !other_tells) add(FaultPlace::Kind::kLostLink, slave, port, end, facts.lost_links);
-    const bool told_behind = end.cable && !end.master && (!slaves_[end.slave].answers || end.slave < slave);
-    if (end.cable && !facts.status.link && !told_behind) add(FaultPlace::Kind::kNoLink, slave, port, end, 0);
+    const bool reported_behind = end.cable && !end.master && (!slaves_[end.slave].answers || end.slave < slave);
+    if (end.cable && !facts.status.link && !reported_behind) add(FaultPlace::Kind::kNoLink, slave, port, end, 0);
   }
 
   /// Reports only the first unreachable slave: the others are behind it.

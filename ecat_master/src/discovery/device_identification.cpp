@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "bus/patience.hpp"
+#include "bus/poll_timeout.hpp"
 #include "driveline/wire/al.hpp"
 
 namespace driveline::ecat_master {
@@ -55,7 +55,7 @@ Result<std::vector<std::optional<std::uint16_t>>> read_device_ids(Bus& bus, std:
     if (before[i].error) (*asked)[i] = false;
   }
   if (auto done = write_requests(bus, slaves, before, *asked, true); !done) return tl::unexpected(done.error());
-  Patience patience(bus.exchange().now(), timeout);
+  PollTimeout poll_timeout(bus.exchange().now(), timeout);
   for (;;) {
     const auto answered = read_reports(bus, slaves, data);
     if (!answered) return tl::unexpected(answered.error());
@@ -70,7 +70,7 @@ Result<std::vector<std::optional<std::uint16_t>>> read_device_ids(Bus& bus, std:
         all = false;
       }
     }
-    if (all || patience.over(bus.exchange().now())) break;
+    if (all || poll_timeout.over(bus.exchange().now())) break;
     bus.exchange().pause(kPollInterval);
   }
   if (auto done = write_requests(bus, slaves, before, *asked, false); !done) return tl::unexpected(done.error());

@@ -169,7 +169,7 @@ class Comparison {
   }
 
   /// Assigns a slave of a hot-connect group relative to its head.
-  void take_behind(std::size_t plan, const GroupPlace& place) {
+  void take_behind(std::size_t plan, const HotConnectPlace& place) {
     const auto& plans = result_.plan_of_slave;
     const auto head = std::find(plans.begin(), plans.end(), std::optional(place.head));
     if (head == plans.end()) {
@@ -375,19 +375,19 @@ Error to_error(const Difference& difference, std::span<const ExpectedSlave> plan
   return {mismatch(planned[difference.plan], found[difference.slave].description), difference.slave};
 }
 
-std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found) {
+std::vector<SharedAlias> find_duplicate_aliases(std::span<const SlaveInfo> found) {
   std::map<std::uint16_t, std::vector<std::uint16_t>> positions;
   for (const auto& slave : found) {
     if (slave.alias != 0) positions[slave.alias].push_back(slave.ref.position);
   }
-  std::vector<DuplicateAlias> duplicates;
+  std::vector<SharedAlias> duplicates;
   for (auto& [alias, list] : positions) {
     if (list.size() > 1) duplicates.push_back({alias, std::move(list)});
   }
   return duplicates;
 }
 
-std::string describe(const DuplicateAlias& duplicate) {
+std::string describe(const SharedAlias& duplicate) {
   std::string slaves = fmt::format("{}", duplicate.positions.front());
   for (std::size_t i = 1; i < duplicate.positions.size(); ++i) {
     slaves += fmt::format("{}{}", i + 1 == duplicate.positions.size() ? " and " : ", ", duplicate.positions[i]);

@@ -13,7 +13,7 @@ constexpr std::size_t kReturned = 8;
 /// Maximum number of moves settled in one cycle.
 constexpr int kSettledPerCycle = 128;
 /// Maximum number of skipped periods; an axis does not survive a longer gap.
-constexpr std::int64_t kMostSkipped = 64;
+constexpr std::int64_t kMaxSkipped = 64;
 
 }  // namespace
 
@@ -98,7 +98,7 @@ void AxisGroup::step() noexcept {
 
 /// Without new setpoints the drives continue along the path at their last velocity, so the path advances, too.
 void AxisGroup::skip(std::int64_t missed) noexcept {
-  for (std::int64_t i = 0; i < std::min(missed, kMostSkipped) && leads(); ++i) step();
+  for (std::int64_t i = 0; i < std::min(missed, kMaxSkipped) && leads(); ++i) step();
 }
 
 void AxisGroup::take_path() noexcept {

@@ -31,8 +31,8 @@ class AxisGroup final : public SetpointFeed {
   /// Positions of the axes at standstill, where a path can start.
   struct Standing {
     std::uint64_t epoch = 0;  ///< number of this standstill; 0: none yet
-    std::array<double, AxisGroups::kMostAxes> at{};
-    std::array<double, AxisGroups::kMostAxes> offsets{};  ///< SingleAxis::position_offset(), while the axes are led
+    std::array<double, AxisGroups::kMaxAxes> at{};
+    std::array<double, AxisGroups::kMaxAxes> offsets{};  ///< SingleAxis::position_offset(), while the axes are led
   };
 
   /// To be called before the cycle starts; `axes` and `table` must outlive this object.

@@ -24,7 +24,7 @@ constexpr std::size_t kSentences = 64;
 /// Time that a path waits at its end for an announced move, s.
 constexpr double kGraceSeconds = 0.02;
 
-[[noreturn]] void refuse(const GroupConfig& group, const std::string& reason) {
+[[noreturn]] void refuse(const AxisGroupSettings& group, const std::string& reason) {
   throw std::invalid_argument("group '" + group.name + "': " + reason);
 }
 
@@ -39,15 +39,15 @@ trajectory::GroupAxisLimits limits_of(const AxisConfig& axis, double jerk_time_s
           axis.max_jerk.value_or(acceleration / jerk_time_s)};
 }
 
-void check(const SingleAxes& axes, const std::vector<GroupConfig>& groups, std::size_t number) {
+void check(const SingleAxes& axes, const std::vector<AxisGroupSettings>& groups, std::size_t number) {
   const auto& group = groups[number];
   if (group.name.empty()) throw std::invalid_argument("a group needs a name");
   const auto before = groups.begin() + static_cast<std::ptrdiff_t>(number);
   if (std::any_of(groups.begin(), before, [&group](const auto& other) { return other.name == group.name; }))
     refuse(group, "there is another one of that name");
   if (group.axes.empty()) refuse(group, "it has no axes");
-  if (group.axes.size() > AxisGroups::kMostAxes)
-    refuse(group, "it has " + std::to_string(group.axes.size()) + " axes; " + std::to_string(AxisGroups::kMostAxes) +
+  if (group.axes.size() > AxisGroups::kMaxAxes)
+    refuse(group, "it has " + std::to_string(group.axes.size()) + " axes; " + std::to_string(AxisGroups::kMaxAxes) +
                       " are possible");
   if (!(group.jerk_time_s > 0.0)) refuse(group, "its jerk_time_s must be above 0");
   for (std::size_t i = 0; i < group.axes.size(); ++i) {
@@ -68,14 +68,14 @@ void check(const SingleAxes& axes, const std::vector<GroupConfig>& groups, std::
   }
 }
 
-std::vector<trajectory::GroupAxisLimits> limits_of(const SingleAxes& axes, const GroupConfig& group) {
+std::vector<trajectory::GroupAxisLimits> limits_of(const SingleAxes& axes, const AxisGroupSettings& group) {
   std::vector<trajectory::GroupAxisLimits> made;
   for (const auto axis : group.axes) made.push_back(limits_of(axes.axes()[axis].config(), group.jerk_time_s));
   return made;
 }
 
 /// Software limits in move positions, which are drive positions plus an offset.
-RangeCheck ranges_of(const SingleAxes& axes, const GroupConfig& group, std::span<const double> offsets) {
+RangeCheck ranges_of(const SingleAxes& axes, const AxisGroupSettings& group, std::span<const double> offsets) {
   std::vector<RangeCheck::Range> ranges;
   for (std::size_t i = 0; i < group.axes.size(); ++i) {
     const auto& axis = axes.axes()[group.axes[i]].config();
@@ -85,7 +85,7 @@ RangeCheck ranges_of(const SingleAxes& axes, const GroupConfig& group, std::span
   return RangeCheck(std::move(ranges));
 }
 
-trajectory::ContourSettings contour_settings(const SingleAxes& axes, const GroupConfig& group,
+trajectory::ContourSettings contour_settings(const SingleAxes& axes, const AxisGroupSettings& group,
                                              std::chrono::nanoseconds period) {
   trajectory::ContourSettings settings;
   settings.axes = group.axes.size();
@@ -115,7 +115,7 @@ RangeCheck limit_joints(trajectory::ContourSettings& settings, const RangeCheck&
 /// Data shared by all groups.
 struct AxisGroups::Shared {
   GroupRequestTable table;
-  mutable std::mutex door;  ///< serialises submitting threads and planning; the cycle never locks it
+  mutable std::mutex submit_mutex;  ///< serialises submitting threads and planning; the cycle never locks it
   std::deque<std::pair<std::uint64_t, std::string>> sentences;
 
   void keep(std::uint64_t request, std::string reason) {
@@ -127,7 +127,7 @@ struct AxisGroups::Shared {
 /// Cycle side and planning side of a group.
 class AxisGroups::Group {
  public:
-  Group(SingleAxes& axes, const GroupConfig& config, std::chrono::nanoseconds period, Shared& shared)
+  Group(SingleAxes& axes, const AxisGroupSettings& config, std::chrono::nanoseconds period, Shared& shared)
       : cycle(axes, config.axes, shared.table),
         planning(cycle, shared.table,
                  static_cast<std::uint64_t>(kGraceSeconds / std::chrono::duration<double>(period).count()),
@@ -141,7 +141,7 @@ class AxisGroups::Group {
   std::uint64_t submitted = 0;  ///< number of requests submitted to the cycle
 
  private:
-  static GroupPlanning::MakePath make_path(const SingleAxes& axes, const GroupConfig& config,
+  static GroupPlanning::MakePath make_path(const SingleAxes& axes, const AxisGroupSettings& config,
                                            std::chrono::nanoseconds period) {
     const auto count = config.axes.size();
     const auto ranges_at = [&axes, config](const AxisGroup::Standing& standing) {
@@ -203,7 +203,7 @@ class AxisGroups::Worker {
   std::thread thread_;  // last, because the thread uses the other members
 };
 
-AxisGroups::AxisGroups(SingleAxes& axes, std::vector<GroupConfig> groups, std::chrono::nanoseconds period)
+AxisGroups::AxisGroups(SingleAxes& axes, std::vector<AxisGroupSettings> groups, std::chrono::nanoseconds period)
     : configs_(std::move(groups)), shared_(std::make_unique<Shared>()) {
   for (std::size_t i = 0; i < configs_.size(); ++i) check(axes, configs_, i);
   for (const auto& config : configs_) groups_.push_back(std::make_unique<Group>(axes, config, period, *shared_));
@@ -213,7 +213,7 @@ AxisGroups::~AxisGroups() = default;
 
 std::uint64_t AxisGroups::submit(std::size_t group, const GroupRequest& request) {
   if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   const auto id = shared_->table.add();
   if (!groups_[group]->cycle.submit(id, request)) return 0;
   ++groups_[group]->submitted;
@@ -222,7 +222,7 @@ std::uint64_t AxisGroups::submit(std::size_t group, const GroupRequest& request)
 
 std::uint64_t AxisGroups::move(std::size_t group, const GroupMove& move) {
   if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   auto& one = *groups_[group];
   if (one.planning.room() == 0) return 0;
   const auto id = shared_->table.add();
@@ -232,7 +232,7 @@ std::uint64_t AxisGroups::move(std::size_t group, const GroupMove& move) {
 
 std::uint64_t AxisGroups::move_path(std::size_t group, std::span<const GroupMove> moves) {
   if (group >= groups_.size() || moves.empty()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   auto& one = *groups_[group];
   if (one.planning.room() < moves.size()) return 0;
   std::uint64_t first = 0;
@@ -249,7 +249,7 @@ std::uint64_t AxisGroups::move_path(std::size_t group, std::span<const GroupMove
 
 std::size_t AxisGroups::room(std::size_t group) const {
   if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   return groups_[group]->planning.room();
 }
 
@@ -258,7 +258,7 @@ GroupRequestReport AxisGroups::report(std::uint64_t request) const noexcept {
 }
 
 std::string AxisGroups::refusal(std::uint64_t request) const {
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   const auto found = std::find_if(shared_->sentences.begin(), shared_->sentences.end(),
                                   [request](const auto& each) { return each.first == request; });
   return found == shared_->sentences.end() ? std::string{} : found->second;
@@ -269,7 +269,7 @@ GroupReport AxisGroups::group_report(std::size_t group) const noexcept {
 }
 
 void AxisGroups::plan() {
-  const std::lock_guard lock(shared_->door);
+  const std::lock_guard lock(shared_->submit_mutex);
   for (auto& group : groups_) group->planning.plan();
 }
 

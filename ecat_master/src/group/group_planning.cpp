@@ -15,7 +15,7 @@ GroupPlanning::GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::ui
       refuse_(std::move(refuse)) {}
 
 std::size_t GroupPlanning::room() const noexcept {
-  return AxisGroups::kMostMoves - std::min(AxisGroups::kMostMoves, waiting_.size());
+  return AxisGroups::kMaxMoves - std::min(AxisGroups::kMaxMoves, waiting_.size());
 }
 
 void GroupPlanning::add(std::uint64_t id, const GroupMove& move, std::uint64_t requests) {

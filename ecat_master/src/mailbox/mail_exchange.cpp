@@ -26,8 +26,8 @@ bool is_emergency(std::span<const std::byte> service) {
 }  // namespace
 
 MailExchange::MailExchange(wire::MailboxType type, std::vector<std::byte> service,
-                           std::optional<std::chrono::nanoseconds> patience)
-    : MailboxDialogue(type, 0), service_(std::move(service)), patience_(patience) {}
+                           std::optional<std::chrono::nanoseconds> timeout)
+    : MailboxDialogue(type, 0), service_(std::move(service)), timeout_(timeout) {}
 
 void MailExchange::begin(std::uint16_t /*position*/, MailboxRoom room) {
   answer_room_ = room.in;

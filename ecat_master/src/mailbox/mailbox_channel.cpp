@@ -16,7 +16,7 @@ constexpr auto kLeaveTime = std::chrono::milliseconds{100};
 constexpr auto kEchoTime = std::chrono::milliseconds{20};
 
 /// Number of expected messages that always causes a read ahead.
-constexpr std::size_t kMany = 2;
+constexpr std::size_t kReadAheadCount = 2;
 
 constexpr std::uint16_t bit_of(wire::MailboxType type) {
   return static_cast<std::uint16_t>(1U << (static_cast<unsigned>(type) & 0x0FU));
@@ -55,7 +55,7 @@ nanoseconds MailboxChannel::request_timeout() const noexcept {
 }
 
 nanoseconds MailboxChannel::reply_timeout() const noexcept {
-  return active_->patience().value_or(settings_.reply_timeout);
+  return active_->timeout().value_or(settings_.reply_timeout);
 }
 
 MailboxStatistics MailboxChannel::statistics() const noexcept {
@@ -87,13 +87,13 @@ void MailboxChannel::use_stream(std::shared_ptr<MailboxStream> stream) {
 
 /// Stops sending messages of the stream.
 void MailboxChannel::stop_stream() noexcept {
-  sender_ = Sender::kNobody;
+  sender_ = Sender::kNone;
   writer_.drop_ahead();
 }
 
 /// Stops sending the message of the dialogue.
 void MailboxChannel::withdraw() noexcept {
-  if (sender_ == Sender::kDialogue) sender_ = Sender::kNobody;
+  if (sender_ == Sender::kDialogue) sender_ = Sender::kNone;
   owed_ = false;
 }
 
@@ -136,7 +136,7 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
 
 /// Loads the next message once the slave has taken the previous one: of the dialogue, else of the stream.
 void MailboxChannel::load_mail(nanoseconds now) {
-  if (sender_ != Sender::kNobody) return;
+  if (sender_ != Sender::kNone) return;
   if (owed_) {
     const auto service = active_->outgoing();
     std::copy(service.begin(), service.end(), writer_.blank().begin());
@@ -174,7 +174,7 @@ void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finis
   resume(now, finished);
   load_mail(now);
   turn_ = {};
-  turn_.wrote = sender_ != Sender::kNobody;
+  turn_.wrote = sender_ != Sender::kNone;
   if (turn_.wrote) writer_.append(batch);
   attempted_ = attempted_ || sender_ == Sender::kDialogue;
   turn_.fetched = reader_.append(now, active_ != nullptr || now < stream_moved_until_, batch);
@@ -187,7 +187,7 @@ void MailboxChannel::prepare_ahead(nanoseconds now, bool alone, std::vector<Requ
   if (reader_.repeats() || !(turn_.wrote || turn_.fetched)) return;
   if (busy()) {
     const bool asks = turn_.wrote && sender_ == Sender::kDialogue && !leaving_ && active_->awaits_answer();
-    if (asks && alone) read_ahead(kMany, batch);
+    if (asks && alone) read_ahead(kReadAheadCount, batch);
     return;
   }
   if (!stream_) return;
@@ -204,7 +204,7 @@ void MailboxChannel::read_ahead(std::size_t expected, std::vector<Request>& batc
 /// Number of messages that justify a read without checking first.
 std::size_t MailboxChannel::expected(bool alone) const {
   const bool likely = alone && (!reader_.has_sample() || (turn_.reads && reader_.reads()));
-  return likely ? kMany : stream_->expected();
+  return likely ? kReadAheadCount : stream_->expected();
 }
 
 /// Appends the message of the stream after the one in flight. Returns false when there is none.
@@ -221,9 +221,9 @@ bool MailboxChannel::append_mail_behind(std::vector<Request>& batch) {
 
 /// Appends a message of the stream when none is in flight. Returns false when there is none.
 bool MailboxChannel::append_first_mail(nanoseconds now, std::vector<Request>& batch) {
-  if (sender_ != Sender::kNobody) return false;
+  if (sender_ != Sender::kNone) return false;
   load_mail(now);
-  if (sender_ == Sender::kNobody) return false;
+  if (sender_ == Sender::kNone) return false;
   writer_.append(batch);
   return true;
 }
@@ -239,7 +239,7 @@ bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers,
     const auto found = turn.ahead ? reader_.take_ahead(now, *turn.ahead, answer) : reader_.take(now, answer);
     progress = take_found(now, found, deliver, finished) || progress;
   }
-  look_at_clock(now, finished);
+  check_deadlines(now, finished);
   return progress;
 }
 
@@ -247,9 +247,9 @@ bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finish
   // Not taken: either the slave has not read the previous message yet, or it has this one already and the answer to the
   // write was lost. In the second case it sees the same counter again and drops the repetition. The stream of the
   // message may have been closed in the meantime.
-  if (answer.withheld || answer.working_counter == 0 || sender_ == Sender::kNobody) return false;
+  if (answer.withheld || answer.working_counter == 0 || sender_ == Sender::kNone) return false;
   ++statistics_.sent;
-  const auto sender = std::exchange(sender_, Sender::kNobody);
+  const auto sender = std::exchange(sender_, Sender::kNone);
   if (sender == Sender::kStream) {
     stream_->taken();
     if (writer_.advance()) send_stream(now);
@@ -368,7 +368,7 @@ void MailboxChannel::take_error(nanoseconds now, std::span<const std::byte> serv
 }
 
 /// Also expires while other messages keep arriving: a slave that sends other messages does not answer.
-void MailboxChannel::look_at_clock(nanoseconds now, Finished& finished) {
+void MailboxChannel::check_deadlines(nanoseconds now, Finished& finished) {
   if (sender_ == Sender::kStream && now >= stream_deadline_) {
     stop_stream();
     stream_->given_up();

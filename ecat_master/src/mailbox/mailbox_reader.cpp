@@ -16,7 +16,7 @@ constexpr unsigned kIn = 1;
 /// Consecutive unanswered polls after which a slave counts as gone: a port that opens or closes costs one poll.
 constexpr unsigned kSilentPolls = 3;
 /// Time limit for the acknowledge of a repeat request when the mailbox is full.
-constexpr auto kRepeatPatience = std::chrono::milliseconds{100};
+constexpr auto kRepeatTimeout = std::chrono::milliseconds{100};
 
 std::uint16_t in_register(std::uint16_t offset) {
   return static_cast<std::uint16_t>(wire::reg::kSyncManager.at(kIn) + offset);
@@ -28,8 +28,8 @@ bool is_set(std::byte value, std::uint8_t bits) {
 
 }  // namespace
 
-MailboxReader::MailboxReader(SlaveRef slave, const MailboxWindow& window, nanoseconds patience, nanoseconds idle_poll)
-    : slave_(slave), address_(window.in_address), patience_(patience), idle_poll_(idle_poll) {
+MailboxReader::MailboxReader(SlaveRef slave, const MailboxWindow& window, nanoseconds timeout, nanoseconds idle_poll)
+    : slave_(slave), address_(window.in_address), timeout_(timeout), idle_poll_(idle_poll) {
   for (auto& buffer : wire_) buffer.resize(window.in_length);
 }
 
@@ -57,7 +57,7 @@ void MailboxReader::use_sample(std::optional<MailboxStatusSample> sample) noexce
 
 void MailboxReader::begin(Fetch fetch, nanoseconds now) noexcept {
   fetch_ = fetch;
-  deadline_ = now + patience_;
+  deadline_ = now + timeout_;
 }
 
 /// Whether the next datagram concerns the mailbox. With a status sample the only such datagram is the read of a full
@@ -115,8 +115,8 @@ MailboxReader::Ahead MailboxReader::append_ahead(bool reading, std::size_t expec
   }
   if (sample_) return Ahead::kNothing;
   side_ = 1 - side_;
-  append(wire::Command::kFprd, status_register(), looks_.at(side_), batch);
-  return Ahead::kLook;
+  append(wire::Command::kFprd, status_register(), polls_.at(side_), batch);
+  return Ahead::kPoll;
 }
 
 MailboxReader::Found MailboxReader::take_ahead(nanoseconds now, Ahead what, const Request& answer) {
@@ -181,7 +181,7 @@ MailboxReader::Found MailboxReader::take_repeat(nanoseconds now, bool touched) {
     case Fetch::kRepeatToggle:
       if (touched) ++repeated_;
       fetch_ = touched ? Fetch::kRepeatWait : Fetch::kRepeatLook;
-      repeat_deadline_ = now + kRepeatPatience;
+      repeat_deadline_ = now + kRepeatTimeout;
       return Found::kStep;
     default:
       if (!touched) return Found::kNothing;

@@ -30,9 +30,9 @@ Result<std::vector<AlReport>> Master::peek_states() {
   return ecat_master::peek_states(bus_);
 }
 
-Result<Master::Owner> Master::find_owner(std::chrono::nanoseconds patience) {
+Result<Master::Owner> Master::find_owner(std::chrono::nanoseconds timeout) {
   constexpr auto kBetweenLooks = std::chrono::milliseconds{5};
-  const auto end = clock_.now() + patience;
+  const auto end = clock_.now() + timeout;
   for (;;) {
     const auto states = peek_states();
     if (!states) return tl::unexpected(states.error());

@@ -66,7 +66,7 @@ Result<void> Master::settle_claims(std::span<const PlaceClaim> claims,
 }
 
 /// Gives slaves without a station address of this master a temporary one until they are identified.
-Result<std::vector<SlaveRef>> Master::host(std::span<const std::uint16_t> positions) {
+Result<std::vector<SlaveRef>> Master::assign_temporary_addresses(std::span<const std::uint16_t> positions) {
   // Above those of any line (kMaxSlaves).
   constexpr std::uint16_t kTemporary = 0x3000;
   std::vector<SlaveRef> guests;
@@ -82,7 +82,7 @@ Result<std::vector<SlaveRef>> Master::host(std::span<const std::uint16_t> positi
 
 /// Serial numbers from the EEPROMs of slaves without a station address of this master; 0: none, or unreadable.
 Result<std::vector<std::uint32_t>> Master::serials_of_newcomers(std::span<const std::uint16_t> positions) {
-  const auto guests = host(positions);
+  const auto guests = assign_temporary_addresses(positions);
   if (!guests) return tl::unexpected(guests.error());
   const auto infos = inspect(bus_, *guests);
   if (!infos) return tl::unexpected(infos.error());

@@ -84,7 +84,7 @@ Result<AlReport> Master::al_status_of(std::size_t slave) {
 }
 
 /// Checks identity and process data size of a hot-connect slave that joins for the first time.
-Result<void> Master::welcome(std::size_t slave) {
+Result<void> Master::check_joining_slave(std::size_t slave) {
   auto& one = slaves_[slave];
   if (auto done = check_identity(bus_, one); !done) return done;
   auto images = read_sii(bus_, {&refs_[slave], 1});
@@ -125,7 +125,7 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
   }
   const bool joins = !slaves_[slave].present;
   if (joins) {
-    if (auto done = welcome(slave); !done) return refuse(slave, done.error());
+    if (auto done = check_joining_slave(slave); !done) return refuse(slave, done.error());
   }
   // A write-protected slave could not be recovered.
   if (auto done = lift_write_protection(bus_, refs_[slave]); !done) return done;

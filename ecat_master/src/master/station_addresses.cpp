@@ -18,7 +18,7 @@ struct Seen {
   std::optional<std::uint16_t> device_id{};  ///< read when a slave with a planned device ID is missing
 };
 
-Result<std::vector<Seen>> look_around(Bus& bus) {
+Result<std::vector<Seen>> read_station_addresses(Bus& bus) {
   std::array<std::byte, 1> type{};
   const auto count = bus.broadcast_read(wire::reg::kType.address, type);
   if (!count) return tl::unexpected(count.error());
@@ -63,7 +63,7 @@ std::vector<std::optional<std::size_t>> by_address(std::span<const Seen> seen, s
 /// A slave that was switched off has lost its station address. Known slaves are recognised by their address; a slave
 /// with another address or none is the missing slave of that place, or the hot-connect slave with that alias.
 Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
-  auto seen = look_around(bus_);
+  auto seen = read_station_addresses(bus_);
   if (!seen) return tl::unexpected(seen.error());
   const auto hot = [this](std::size_t slave) { return slaves_[slave].plan.hot_connect; };
   bool fixed = true;
@@ -136,7 +136,7 @@ Result<std::vector<Master::Readdressed>> Master::readdress_newcomers() {
 
 /// Device IDs of slaves without a station address of this master.
 Result<std::vector<std::optional<std::uint16_t>>> Master::identify_newcomers(std::span<const std::uint16_t> positions) {
-  const auto guests = host(positions);
+  const auto guests = assign_temporary_addresses(positions);
   if (!guests) return tl::unexpected(guests.error());
   return read_device_ids(bus_, *guests);
 }

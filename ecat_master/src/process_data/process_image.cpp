@@ -256,7 +256,7 @@ std::uint16_t working_counter_share(std::span<const wire::FmmuEntity> fmmus, wir
 std::uint64_t wire_time_ns(const ProcessImage& image, bool clocks) {
   // The first frame carries the broadcast read of the AL status, even without process data.
   std::vector<std::uint64_t> frames(std::max<std::size_t>(1, image.frame_count()), wire::kDatagramsOffset);
-  std::vector<GroupSettings> due(frames.size());
+  std::vector<ExchangeGroupSettings> due(frames.size());
   frames[0] += wire::DatagramHeader::kOverhead + 2;
   if (clocks) frames[0] += wire::DatagramHeader::kOverhead + dc::DriftDatagram::kBytes;
   for (const auto& datagram : image.datagrams()) {

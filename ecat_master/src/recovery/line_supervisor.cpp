@@ -173,12 +173,12 @@ void LineSupervisor::watch_slaves() {
     const auto report = core.slave_report(i);
     // Slaves without a status byte in the image are checked when the broadcast reports a state other than OP.
     if (report.watched ? report.operational : line_complete) continue;
-    look_at(i);
+    poll_slave(i);
   }
 }
 
 /// Determines why a slave is not operational.
-void LineSupervisor::look_at(std::size_t slave) {
+void LineSupervisor::poll_slave(std::size_t slave) {
   const auto now = master_.bus().exchange().now();
   const auto report = master_.al_status_of(slave);
   if (!report) {

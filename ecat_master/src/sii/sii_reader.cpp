@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "bus/patience.hpp"
+#include "bus/poll_timeout.hpp"
 #include "driveline/wire/sii_access.hpp"
 
 namespace driveline::ecat_master {
@@ -29,7 +29,7 @@ constexpr std::size_t kManyWords = 4;
 constexpr std::size_t kFirstDepth = 8;
 constexpr std::size_t kFullDepth = 32;
 /// Consecutive answers with another address after which the slave is assumed not to report the address.
-constexpr int kStrangeAnswers = 3;
+constexpr int kMaxForeignAddresses = 3;
 
 /// A read command, a read of the slave's interface registers, or both, in the order of the mode.
 struct Step {
@@ -50,7 +50,7 @@ struct Step {
 /// earlier reader.
 class Reading {
  public:
-  Reading(SlaveRef slave, nanoseconds now) : slave_(slave), patience_(now, kReadBusyTimeout) {}
+  Reading(SlaveRef slave, nanoseconds now) : slave_(slave), poll_timeout_(now, kReadBusyTimeout) {}
 
   [[nodiscard]] bool done() const noexcept { return complete_ || failure_.has_value(); }
   [[nodiscard]] Result<std::vector<std::byte>> take() {
@@ -94,10 +94,10 @@ class Reading {
     const auto before = words();
     if (looked) evaluate();
     if (words() > before) {
-      patience_.begin(now);
-      look_at_content(cache);
+      poll_timeout_.begin(now);
+      look_up_content(cache);
     }
-    if (!done() && patience_.over(now)) fail(facts::SiiBusy{next_word()});
+    if (!done() && poll_timeout_.over(now)) fail(facts::SiiBusy{next_word()});
     return used;
   }
 
@@ -143,11 +143,11 @@ class Reading {
         // Find out whether this controller executes commands within a frame.
         mode_ = !tried_pairs_ ? Mode::kPairs : step.commands ? Mode::kAwait : Mode::kCommand;
         tried_pairs_ = true;
-        strange_answers_ = 0;
+        foreign_addresses_ = 0;
         break;
       case Answer::kOther:
         mode_ = Mode::kCommand;
-        if (++strange_answers_ == kStrangeAnswers) {
+        if (++foreign_addresses_ == kMaxForeignAddresses) {
           shows_address_ = false;
           next_travels_ = false;
           tried_pairs_ = true;
@@ -207,7 +207,7 @@ class Reading {
   void fail(ErrorFacts facts) { failure_ = Error{facts, slave_.position}; }
 
   /// Checks whether the content is complete, in the cache, or without an end.
-  void look_at_content(const SiiCache& cache) {
+  void look_up_content(const SiiCache& cache) {
     if (!looked_up_ && words() >= SiiCache::kHeadWords) {
       looked_up_ = true;
       if (auto known = cache.find(image_)) {
@@ -251,14 +251,14 @@ class Reading {
   std::size_t category_word_ = kFirstCategoryWord;
   std::size_t words_per_read_ = kFewWords;
   std::size_t depth_ = kFirstDepth;
-  int strange_answers_ = 0;
+  int foreign_addresses_ = 0;
   bool shows_address_ = true;
   bool tried_pairs_ = false;
   bool pairs_work_ = false;
   bool next_travels_ = false;  ///< commands do not take effect within their frame
   bool looked_up_ = false;
   bool complete_ = false;
-  Patience patience_;
+  PollTimeout poll_timeout_;
   std::optional<Error> failure_;
 };
 

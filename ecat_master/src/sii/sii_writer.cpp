@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "bus/patience.hpp"
+#include "bus/poll_timeout.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/sii_access.hpp"
 
@@ -19,7 +19,7 @@ constexpr auto kWriteBusyTimeout = milliseconds{500};
 constexpr auto kPause = milliseconds{1};
 constexpr int kTries = 10;
 /// After this many consecutive words that cannot be restored, the restoring ends.
-constexpr int kHopeless = 3;
+constexpr int kMaxRestoreFailures = 3;
 
 std::uint16_t word_at(std::span<const std::byte> bytes, std::size_t word) {
   return wire::load_le<std::uint16_t>(bytes.subspan(2 * word, 2));
@@ -87,25 +87,25 @@ class SiiInterfaceAccess {
 
   /// A busy interface ignores commands, whatever its status was just before (ESC data sheet II, 0x0502).
   Result<void> give(std::size_t word, std::span<const std::byte> request) {
-    Patience patience(bus_.exchange().now(), kWriteBusyTimeout);
+    PollTimeout poll_timeout(bus_.exchange().now(), kWriteBusyTimeout);
     for (;;) {
       if (auto ready = wait_idle(word); !ready) return tl::unexpected(ready.error());
       const auto done = bus_.write(slave_, wire::reg::kSiiControl.address, request);
       if (done || !done.error().is<facts::WorkingCounter>()) return done;
-      if (patience.over(bus_.exchange().now())) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
+      if (poll_timeout.over(bus_.exchange().now())) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
       bus_.exchange().pause(kPause);
     }
   }
 
   Result<std::array<std::byte, sii::kInterfaceBytes>> wait_idle(std::size_t word) {
-    Patience patience(bus_.exchange().now(), kWriteBusyTimeout);
+    PollTimeout poll_timeout(bus_.exchange().now(), kWriteBusyTimeout);
     for (;;) {
       std::array<std::byte, sii::kInterfaceBytes> data{};
       if (auto done = bus_.read(slave_, wire::reg::kSiiControl.address, data); !done) {
         return tl::unexpected(done.error());
       }
       if ((wire::load_le<std::uint16_t>(data) & sii::kBusy) == 0) return data;
-      if (patience.over(bus_.exchange().now())) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
+      if (poll_timeout.over(bus_.exchange().now())) return tl::unexpected(error(facts::SiiBusy{narrow(word)}));
       bus_.exchange().pause(kPause);
     }
   }
@@ -188,8 +188,8 @@ std::vector<std::uint16_t> restore(SiiInterfaceAccess& access, std::span<const C
   std::vector<std::uint16_t> left;
   int failures = 0;
   for (auto change = written.rbegin(); change != written.rend(); ++change) {
-    const bool hopeless = failures >= kHopeless;
-    if (!hopeless && put_back(access, {change->word, word_at(before, change->word)})) {
+    const bool gives_up = failures >= kMaxRestoreFailures;
+    if (!gives_up && put_back(access, {change->word, word_at(before, change->word)})) {
       failures = 0;
     } else {
       ++failures;

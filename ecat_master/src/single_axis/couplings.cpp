@@ -114,7 +114,7 @@ class Couplings::Feed final : public SetpointFeed {
   [[nodiscard]] Report report() const noexcept {
     return {state_.load(std::memory_order_acquire),         refusal_.load(std::memory_order_relaxed),
             losses_.load(std::memory_order_relaxed),        phase_.load(std::memory_order_relaxed),
-            phase_reached_.load(std::memory_order_relaxed), phase_refused_told_.load(std::memory_order_relaxed),
+            phase_reached_.load(std::memory_order_relaxed), phase_refused_published_.load(std::memory_order_relaxed),
             phase_number_.load(std::memory_order_relaxed),  master_place_.load(std::memory_order_relaxed)};
   }
 
@@ -241,7 +241,7 @@ class Couplings::Feed final : public SetpointFeed {
     losses_.store(coupling_.losses(), std::memory_order_relaxed);
     phase_.store(coupling_.phase().position, std::memory_order_relaxed);
     phase_reached_.store(coupling_.phase_reached() && !phase_refused_, std::memory_order_relaxed);
-    phase_refused_told_.store(phase_refused_, std::memory_order_relaxed);
+    phase_refused_published_.store(phase_refused_, std::memory_order_relaxed);
     phase_number_.store(taken_phase_, std::memory_order_relaxed);
     master_place_.store(master_.position, std::memory_order_relaxed);
     velocity_.store(engaged_ ? slave_.velocity : 0.0, std::memory_order_relaxed);
@@ -274,7 +274,7 @@ class Couplings::Feed final : public SetpointFeed {
   std::atomic<double> phase_{0.0};
   std::atomic<double> velocity_{0.0};
   std::atomic<bool> phase_reached_{true};
-  std::atomic<bool> phase_refused_told_{false};
+  std::atomic<bool> phase_refused_published_{false};
   std::atomic<std::uint64_t> phase_number_{0};
   std::atomic<double> master_place_{0.0};
 };
@@ -315,7 +315,7 @@ Couplings::Feed* Couplings::find(std::size_t slave) const noexcept {
 std::uint64_t Couplings::order(std::size_t slave, const Order& order) noexcept {
   auto* const feed = find(slave);
   if (feed == nullptr) return 0;
-  const std::lock_guard lock(door_);
+  const std::lock_guard lock(submit_mutex_);
   feed->offer(order);
   const auto request = axes_.submit(slave, {.command = AxisCommand::kFollow});
   feed->confirm(request);
@@ -349,7 +349,7 @@ std::uint64_t Couplings::shift_phase(std::size_t slave, double offset, bool rela
                                      const trajectory::ProfileLimits& limits) noexcept {
   auto* const feed = find(slave);
   if (feed == nullptr) return 0;
-  const std::lock_guard lock(door_);
+  const std::lock_guard lock(submit_mutex_);
   return feed->ask_phase(offset, relative, limits);
 }
 

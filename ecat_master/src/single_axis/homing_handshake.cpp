@@ -12,10 +12,10 @@ void HomingHandshake::start(std::uint16_t status_word) noexcept {
 
 HomingHandshake::State HomingHandshake::judge(std::uint16_t status_word, std::chrono::nanoseconds since) noexcept {
   stale_ = since < kReaction ? stale_ & status_word : 0;
-  const auto told = static_cast<std::uint16_t>(status_word & ~stale_);
-  if ((told & status_bit::kHomingError) != 0) return State::kFailed;
+  const auto reported = static_cast<std::uint16_t>(status_word & ~stale_);
+  if ((reported & status_bit::kHomingError) != 0) return State::kFailed;
   constexpr std::uint16_t kDone = status_bit::kHomingAttained | status_bit::kTargetReached;
-  return (told & kDone) == kDone ? State::kAttained : State::kRunning;
+  return (reported & kDone) == kDone ? State::kAttained : State::kRunning;
 }
 
 }  // namespace driveline::ecat_master

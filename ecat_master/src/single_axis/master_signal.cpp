@@ -64,8 +64,8 @@ void MasterSignal::skip(std::int64_t missed) noexcept {
   waiting_ += missed;
   const auto divider = static_cast<std::int64_t>(encoder_.divider);
   // Not more steps than it takes to lose the signal.
-  constexpr std::int64_t kMost = 10'000;
-  for (std::int64_t i = 0; i < kMost && waiting_ >= divider; ++i) {
+  constexpr std::int64_t kMaxCatchUpCycles = 10'000;
+  for (std::int64_t i = 0; i < kMaxCatchUpCycles && waiting_ >= divider; ++i) {
     waiting_ -= divider;
     tracker_.step();
   }

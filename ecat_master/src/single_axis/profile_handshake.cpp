@@ -45,7 +45,7 @@ void ProfileHandshake::hand_over(bool acknowledged, std::chrono::nanoseconds sin
 ProfileHandshake::State ProfileHandshake::judge(std::uint16_t status_word, std::chrono::nanoseconds since) noexcept {
   if (step_ != Step::kUnderWay) {
     hand_over((status_word & status_bit::kSetpointAcknowledge) != 0, since);
-    if (step_ != Step::kUnderWay) return since > kPatience && !may_wait() ? State::kNotTaken : State::kRunning;
+    if (step_ != Step::kUnderWay) return since > kTimeout && !may_wait() ? State::kNotTaken : State::kRunning;
     if (change_ == Change::kBehind) {
       stale_ = status_word & status_bit::kTargetReached;
       return State::kNext;

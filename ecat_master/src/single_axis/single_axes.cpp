@@ -98,7 +98,7 @@ void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& 
 }
 
 std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) noexcept {
-  const std::lock_guard lock(door_);
+  const std::lock_guard lock(submit_mutex_);
   if (axis >= axes_.size()) return 0;
   if (!stops_or_releases(request.command) && requests_.size() >= kRequests - kRoomForStops) return 0;
   const auto id = table_.add();
@@ -145,14 +145,16 @@ AxisReport SingleAxes::axis_report(std::size_t axis) const noexcept {
   return report;
 }
 
-// snapshot::PlcopenState has one more value, at the front, for axes that are moved together.
-static_assert(static_cast<int>(snapshot::PlcopenState::kDisabled) == static_cast<int>(PlcopenState::kDisabled) + 1);
-static_assert(static_cast<int>(snapshot::PlcopenState::kErrorStop) == static_cast<int>(PlcopenState::kErrorStop) + 1);
+// snapshot::SampledPlcopenState has one more value, at the front, for axes that are moved together.
+static_assert(static_cast<int>(snapshot::SampledPlcopenState::kDisabled) ==
+              static_cast<int>(PlcopenState::kDisabled) + 1);
+static_assert(static_cast<int>(snapshot::SampledPlcopenState::kErrorStop) ==
+              static_cast<int>(PlcopenState::kErrorStop) + 1);
 
 void SingleAxes::fill(std::size_t axis, snapshot::AxisSample& sample) const noexcept {
   axes_[axis].fill(sample);
   const auto& one = single_[axis];
-  sample.plcopen_state = static_cast<snapshot::PlcopenState>(static_cast<std::uint8_t>(one.state()) + 1);
+  sample.plcopen_state = static_cast<snapshot::SampledPlcopenState>(static_cast<std::uint8_t>(one.state()) + 1);
   sample.homed = one.homed();
 }
 

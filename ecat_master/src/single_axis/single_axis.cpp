@@ -69,7 +69,7 @@ void SingleAxis::judge_position(std::chrono::nanoseconds took) noexcept {
   if (!exchanged_) return axis_->coast_on(period_s_);
   const bool driven = axis_->enabled() && (powered() || power_ == Power::kEnabling) && !drive_moves();
   const auto finding = watch_.judge(cycle_, axis_->inputs().position, setpoint_, driven, took);
-  coast_.look(watch_.held(), axis_->inputs().velocity);
+  coast_.update(watch_.held(), axis_->inputs().velocity);
   axis_->hold_at(watch_.held(), coast_.velocity());
   if (finding.kind == PositionFinding::Kind::kNewPlace) {
     setpoint_ = {watch_.held(), 0.0, 0.0};
@@ -87,7 +87,7 @@ void SingleAxis::forget_place() noexcept {
 
 void SingleAxis::stop_for_position() noexcept {
   // The velocity that the loop added is braked together with that of the setpoint.
-  setpoint_.velocity += axis_->distrust_position();
+  setpoint_.velocity += axis_->disable_position_loop();
   stop_by_ramp(AxisError::kPosition);
 }
 

@@ -122,7 +122,7 @@ void SingleAxis::go_from_here() noexcept {
   const auto& on_top = on_top_.state();
   if (beside_) generator_.start_from({setpoint_.position - on_top.position, step_velocity_ - on_top.velocity, 0.0});
   beside_ = false;
-  way_back_.reset();
+  return_motion_.reset();
   if (superimposed_) rejoin_from(setpoint_.position, step_velocity_);
 }
 
@@ -265,9 +265,9 @@ void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
     if (follows() && usable(fed)) static_cast<void>(rejoin_.step(fed_to(*fed), period_s_));
     return bridge();
   }
-  if (beside_ && !way_back_) {
+  if (beside_ && !return_motion_) {
     const trajectory::AxisLimits limits{axis_->config().limits.max_velocity, most_acceleration()};
-    way_back_.emplace(supply_, limits);
+    return_motion_.emplace(supply_, limits);
   }
   if (follows()) return follow(fed);
   const bool may_pass = generator_.goes_on();
@@ -301,13 +301,13 @@ void SingleAxis::bridge() noexcept {
   setpoint_ = supply_.bridge();
   step_velocity_ = setpoint_.velocity;
   beside_ = true;
-  way_back_.reset();
+  return_motion_.reset();
 }
 
 /// Moves one step back to `target` after a gap.
 void SingleAxis::step_back_to(const AxisSetpoint& target) noexcept {
-  step_to(way_back_->step(target, period_s_, eases()));
-  beside_ = !way_back_->joined();
+  step_to(return_motion_->step(target, period_s_, eases()));
+  beside_ = !return_motion_->joined();
 }
 
 void SingleAxis::step_to(const AxisSetpoint& setpoint) noexcept {

@@ -111,7 +111,7 @@ void SingleAxis::leave_torque() noexcept {
     // Setpoints sent under torque control led nothing: after a gap the axis continues from here.
     supply_.start_from(setpoint_);
     beside_ = false;
-    way_back_.reset();
+    return_motion_.reset();
   }
   torque_ = Torque::kNone;
   if (!axis_->enabled() || !return_mode_) return;

@@ -64,7 +64,7 @@ Result<SoeParameter> SoeClient::read_apart(facts::SoeDatum at, wire::SoeElementS
                                            std::optional<wire::SoeAttribute> attribute) {
   const auto reading = read(at, elements);
   if (!reading) return tl::unexpected(reading.error());
-  auto parameter = take_apart(*reading, attribute);
+  auto parameter = decode_parameter(*reading, attribute);
   if (!parameter || reading->elements != elements) {
     return tl::unexpected(Error{facts::SoeContent{at, static_cast<std::uint32_t>(reading->data.size())}, position_});
   }

@@ -79,7 +79,7 @@ class ElementReader {
 
 }  // namespace
 
-std::optional<SoeParameter> take_apart(const SoeReading& reading, std::optional<wire::SoeAttribute> attribute) {
+std::optional<SoeParameter> decode_parameter(const SoeReading& reading, std::optional<wire::SoeAttribute> attribute) {
   SoeParameter parameter;
   ElementReader reader(reading.data, attribute);
   for (const auto element : wire::kSoeElements) {

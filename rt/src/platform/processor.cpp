@@ -164,8 +164,8 @@ RealtimeItem siblings(const PlatformSource& source, Cpu cpu) {
   const auto list = first_line(folder_of(source, cpu) + "/topology/thread_siblings_list").value_or("");
   const std::string isolated = first_line(source.root + "/sys/devices/system/cpu/isolated").value_or("");
   std::string others;
-  constexpr int kMostCpus = 4096;
-  for (int other = 0; other < kMostCpus; ++other) {
+  constexpr int kMaxCpus = 4096;
+  for (int other = 0; other < kMaxCpus; ++other) {
     if (other == *cpu || !cpu_list_contains(list, other) || cpu_list_contains(isolated, other)) continue;
     if (!others.empty()) others += ',';
     others += std::to_string(other);

@@ -86,7 +86,7 @@ void AxisAuthority::end(std::size_t axis, LeaseChange::Kind kind) {
 }
 
 void AxisAuthority::note(LeaseChange change) {
-  if (changes_.size() == kMostChanges) changes_.pop_front();
+  if (changes_.size() == kMaxChanges) changes_.pop_front();
   changes_.push_back(std::move(change));
 }
 

@@ -17,7 +17,7 @@
 namespace driveline::runtime {
 
 /// Gears and cams of a line in operation. Made before the cycle starts; it must outlive the cycle. Afterwards any
-/// thread may call it, with a lock of the caller held (AxisDoor has one).
+/// thread may call it, with a lock of the caller held (AxisRequests has one).
 class LineCouplings {
  public:
   /// `axes` and `config` must outlive it. Errors, with the place in the file: the process data do not contain the entry

@@ -105,7 +105,7 @@ void CommandDesk::take(const CommandRecord& record) {
   const auto now = clock_.now();
   // A client that floods the line must not keep others from stopping an axis: stops are limited separately.
   if (!(is_stop(record) ? total_stops_ : total_).take(now)) {
-    ++untold_.dropped;
+    ++summary_.dropped;
     return;
   }
   const auto name = record.client.view();
@@ -122,7 +122,7 @@ void CommandDesk::take(const CommandRecord& record) {
   if (!client->begun) client->caller.name = std::move(who);
   auto& limit = is_stop(record) ? client->stops : client->rate;
   if (!limit.take(now)) {
-    ++untold_.refused;
+    ++summary_.refused;
     answer(record, CommandResult::kRefused, fmt::format("too many: {} commands a second are taken", kClientRate),
            held(*client, record));
     return;
@@ -145,8 +145,8 @@ CommandDesk::Client* CommandDesk::find_client(const CommandRecord& record, std::
   if (const auto found = clients_.find(key); found != clients_.end()) return &found->second;
   const auto names = std::count_if(clients_.begin(), clients_.end(),
                                    [&](const auto& entry) { return entry.first.first == record.participant; });
-  if (names >= kMostNames && !make_room(&record.participant)) return nullptr;
-  if (clients_.size() >= kMostClients && !make_room(nullptr)) return nullptr;
+  if (names >= kMaxNames && !make_room(&record.participant)) return nullptr;
+  if (clients_.size() >= kMaxClients && !make_room(nullptr)) return nullptr;
   auto& client = clients_[std::move(key)];
   client.caller.keep_alive = lease_timeout_;
   return &client;
@@ -171,7 +171,7 @@ void CommandDesk::judge(Client& client, const CommandRecord& record) {
            held(client, record));
     return;
   }
-  const auto axis = door_.find(record.axis.view());
+  const auto axis = axis_requests_.find(record.axis.view());
   if (!axis) {
     refuse(client.caller.name, record, fmt::format("there is no axis \"{}\"", shown(record.axis.view())));
     return;
@@ -186,12 +186,12 @@ void CommandDesk::judge(Client& client, const CommandRecord& record) {
 void CommandDesk::lease(Client& client, const CommandRecord& record, std::size_t axis) {
   auto caller = client.caller;
   caller.lease = record.lease;
-  const auto& name = door_.axes()[axis].name;
+  const auto& name = axis_requests_.axes()[axis].name;
   const auto kind = kKinds[record.kind].kind;
   if (kind == CommandKind::kAcquire) {
-    const auto taken = door_.acquire(client.caller, axis);
+    const auto taken = axis_requests_.acquire(client.caller, axis);
     if (!taken) {
-      refuse(caller.name, record, describe(events::event_axis(door_.axes()[axis]), taken.error()));
+      refuse(caller.name, record, describe(events::event_axis(axis_requests_.axes()[axis]), taken.error()));
       return;
     }
     client.commands = true;
@@ -199,36 +199,36 @@ void CommandDesk::lease(Client& client, const CommandRecord& record, std::size_t
     answer(record, CommandResult::kDone, {}, *taken);
     return;
   }
-  if (!door_.holds(caller, axis)) {
+  if (!axis_requests_.holds(caller, axis)) {
     AxisRefusal refusal;
     refusal.why = AxisRefusal::Why::kNoLease;
-    refuse(caller.name, record, describe(events::event_axis(door_.axes()[axis]), refusal));
+    refuse(caller.name, record, describe(events::event_axis(axis_requests_.axes()[axis]), refusal));
     return;
   }
   if (kind == CommandKind::kRenew) {
-    door_.keep_alive(client.caller);
+    axis_requests_.keep_alive(client.caller);
     answer(record, CommandResult::kDone, {}, record.lease);
     return;
   }
-  door_.give_back(caller.name, axis);
+  axis_requests_.give_back(caller.name, axis);
   note({caller.name, name, name_of_kind(record), {}});
   answer(record, CommandResult::kDone, {});
 }
 
 void CommandDesk::request(Client& client, const CommandRecord& record, std::size_t axis) {
-  if (client.pending.size() >= kMostRequests && !is_stop(record)) {
-    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMostRequests),
+  if (client.pending.size() >= kMaxRequests && !is_stop(record)) {
+    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMaxRequests),
            held(client, record));
     return;
   }
   auto caller = client.caller;
   caller.lease = record.lease;
   caller.quiet = !may_tell();
-  const auto submitted = door_.submit(caller, axis, request_of(record, kKinds[record.kind]));
-  if (caller.quiet) ++(submitted ? untold_.accepted : untold_.refused);
+  const auto submitted = axis_requests_.submit(caller, axis, request_of(record, kKinds[record.kind]));
+  if (caller.quiet) ++(submitted ? summary_.accepted : summary_.refused);
   if (!submitted) {
-    answer(record, CommandResult::kRefused, describe(events::event_axis(door_.axes()[axis]), submitted.error()),
-           held(client, record));
+    answer(record, CommandResult::kRefused,
+           describe(events::event_axis(axis_requests_.axes()[axis]), submitted.error()), held(client, record));
     return;
   }
   const auto lease = held(client, record);
@@ -237,30 +237,30 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
     return;
   }
   // Stops are always accepted, but only a limited number of them is tracked.
-  const bool followed = client.pending.size() < 2 * kMostRequests;
+  const bool followed = client.pending.size() < 2 * kMaxRequests;
   answer(record, followed ? CommandResult::kAccepted : CommandResult::kDone,
          followed ? "" : "the axis is told to stop; no other answer follows, there are too many", lease);
   if (followed) client.pending.push_back({record, axis, *submitted});
 }
 
-void CommandDesk::look() {
-  door_.watch();
-  for (auto& [key, client] : clients_) look_at(client);
+void CommandDesk::poll() {
+  axis_requests_.watch();
+  for (auto& [key, client] : clients_) poll_client(client);
   const auto now = clock_.now();
   if (now < next_sum_) return;
   next_sum_ = now + kSumInterval;
-  const auto sum = std::exchange(untold_, {});
-  if (sum.accepted + sum.refused + sum.dropped > 0) door_.note(sum);
+  const auto sum = std::exchange(summary_, {});
+  if (sum.accepted + sum.refused + sum.dropped > 0) axis_requests_.note(sum);
 }
 
 /// Answers the requests of a client that are over.
-void CommandDesk::look_at(Client& client) {
+void CommandDesk::poll_client(Client& client) {
   std::erase_if(client.pending, [&](const Pending& pending) {
-    const auto progress = door_.progress(pending.axis, pending.request);
+    const auto progress = axis_requests_.progress(pending.axis, pending.request);
     const auto phase = progress.report.phase;
     if (phase == RequestPhase::kWaiting || phase == RequestPhase::kActive) return false;
     const auto lease = held(client, pending.record);
-    const auto axis = events::event_axis(door_.axes()[pending.axis]);
+    const auto axis = events::event_axis(axis_requests_.axes()[pending.axis]);
     if (phase == RequestPhase::kDone || phase == RequestPhase::kReached) {
       answer(pending.record, CommandResult::kDone, phase == RequestPhase::kReached ? "the velocity is reached" : "",
              lease);
@@ -279,28 +279,28 @@ void CommandDesk::heard(const snapshot::CommandParticipant& participant, std::st
   const auto now = clock_.now();
   if (found == clients_.end() || now - found->second.heard < kHeardInterval) return;
   found->second.heard = now;
-  door_.keep_alive(found->second.caller);
+  axis_requests_.keep_alive(found->second.caller);
 }
 
 /// Clients stay known: after a restart of the bridge their middleware resends unacknowledged commands, even if
 /// they were executed long ago; their numbers identify them.
 void CommandDesk::bridge_lost() {
-  told_nonsense_ = false;
+  invalid_data_reported_ = false;
   for (auto& [key, client] : clients_) {
     client.pending.clear();
     if (!std::exchange(client.commands, false)) continue;
     bool holds = false;
-    for (std::size_t axis = 0; axis < door_.axes().size(); ++axis) {
-      if (door_.status(axis).owner != client.caller.name) continue;
+    for (std::size_t axis = 0; axis < axis_requests_.axes().size(); ++axis) {
+      if (axis_requests_.status(axis).owner != client.caller.name) continue;
       holds = true;
-      door_.give_back(client.caller.name, axis);
+      axis_requests_.give_back(client.caller.name, axis);
     }
-    if (holds) door_.note(events::CommanderLost{client.caller.name});
+    if (holds) axis_requests_.note(events::CommanderLost{client.caller.name});
   }
 }
 
-void CommandDesk::unbelieved() {
-  if (!std::exchange(told_nonsense_, true)) door_.note(events::CommandsUnbelieved{});
+void CommandDesk::report_invalid_data() {
+  if (!std::exchange(invalid_data_reported_, true)) axis_requests_.note(events::InvalidCommands{});
 }
 
 void CommandDesk::answer(const CommandRecord& record, CommandResult result, std::string_view text,
@@ -324,17 +324,17 @@ void CommandDesk::refuse(const std::string& who, const CommandRecord& record, co
 
 /// Returns the lease that the record names if the client holds it; 0: it does not.
 std::uint64_t CommandDesk::held(const Client& client, const CommandRecord& record) const {
-  const auto axis = door_.find(record.axis.view());
+  const auto axis = axis_requests_.find(record.axis.view());
   auto caller = client.caller;
   caller.lease = record.lease;
-  return axis && door_.holds(caller, *axis) ? record.lease : 0;
+  return axis && axis_requests_.holds(caller, *axis) ? record.lease : 0;
 }
 
 void CommandDesk::note(events::CommandAnswered facts) {
   if (may_tell()) {
-    door_.note(std::move(facts));
+    axis_requests_.note(std::move(facts));
   } else {
-    ++(facts.refusal.empty() ? untold_.accepted : untold_.refused);
+    ++(facts.refusal.empty() ? summary_.accepted : summary_.refused);
   }
 }
 

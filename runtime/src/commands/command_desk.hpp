@@ -12,7 +12,7 @@
 
 #include "commands/rate_limit.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/event/command_events.hpp"
 #include "driveline/snapshot/feed/command_records.hpp"
 
@@ -21,7 +21,7 @@ namespace driveline::runtime {
 /// Returns the name "dds NAME (participant GUID)" of a client in leases and events.
 [[nodiscard]] std::string commander_name(const snapshot::CommandParticipant& participant, std::string_view client);
 
-/// Receives commands over DDS, checks every field, and forwards permitted ones to the AxisDoor as caller "dds NAME
+/// Receives commands over DDS, checks every field, and forwards permitted ones to the AxisRequests as caller "dds NAME
 /// (participant GUID)". A client acquires an axis first, names the number of the lease in every command, and renews it.
 /// When a lease expires, its axis stops within its limits and is free. A halt and a quick stop need no lease: a stop is
 /// always permitted.
@@ -41,26 +41,26 @@ class CommandDesk {
   static constexpr double kEventRate = 20.0;
   static constexpr double kEventsAtOnce = 100.0;
   /// Most clients at a time; a silent client without pending requests is forgotten when a new one needs its place.
-  static constexpr std::size_t kMostClients = 64;
+  static constexpr std::size_t kMaxClients = 64;
   /// Most clients per participant, so that it cannot keep others out with many names.
-  static constexpr std::ptrdiff_t kMostNames = 8;
+  static constexpr std::ptrdiff_t kMaxNames = 8;
   /// Most pending requests per client.
-  static constexpr std::size_t kMostRequests = 32;
+  static constexpr std::size_t kMaxRequests = 32;
 
-  /// `door` and `clock`, which measures leases, must outlive it. `lease_timeout`: positive.
-  CommandDesk(AxisDoor& door, const rt::Clock& clock, std::chrono::nanoseconds lease_timeout)
-      : door_(door), clock_(clock), lease_timeout_(lease_timeout) {}
+  /// `axis_requests` and `clock`, which measures leases, must outlive it. `lease_timeout`: positive.
+  CommandDesk(AxisRequests& axis_requests, const rt::Clock& clock, std::chrono::nanoseconds lease_timeout)
+      : axis_requests_(axis_requests), clock_(clock), lease_timeout_(lease_timeout) {}
 
   /// Processes one command, which is not trusted.
   void take(const snapshot::CommandRecord& record);
   /// Ends leases that were not renewed, and answers requests that are over. Call every few milliseconds.
-  void look();
+  void poll();
   /// Renews the leases of a client that is alive by other means than commands.
   void heard(const snapshot::CommandParticipant& participant, std::string_view name);
   /// Reports that all clients have lost their connection: their axes stop, and are free.
   void bridge_lost();
   /// Reports that a bridge has written invalid data.
-  void unbelieved();
+  void report_invalid_data();
 
   /// Returns the answers since the last call, oldest first.
   [[nodiscard]] std::vector<snapshot::CommandAnswer> take_answers() { return std::exchange(answers_, {}); }
@@ -92,7 +92,7 @@ class CommandDesk {
   void judge(Client& client, const snapshot::CommandRecord& record);
   void lease(Client& client, const snapshot::CommandRecord& record, std::size_t axis);
   void request(Client& client, const snapshot::CommandRecord& record, std::size_t axis);
-  void look_at(Client& client);
+  void poll_client(Client& client);
   void answer(const snapshot::CommandRecord& record, snapshot::CommandResult result, std::string_view text,
               std::uint64_t lease = 0);
   void refuse(const std::string& who, const snapshot::CommandRecord& record, const Problem& problem,
@@ -101,7 +101,7 @@ class CommandDesk {
   void note(events::CommandAnswered facts);
   [[nodiscard]] bool may_tell() { return events_.take(clock_.now()); }
 
-  AxisDoor& door_;
+  AxisRequests& axis_requests_;
   const rt::Clock& clock_;
   std::chrono::nanoseconds lease_timeout_;
   std::map<Key, Client> clients_;
@@ -109,9 +109,9 @@ class CommandDesk {
   RateLimit total_{kTotalRate, kTotalAtOnce};
   RateLimit total_stops_{kTotalRate, kTotalAtOnce};
   RateLimit events_{kEventRate, kEventsAtOnce};
-  events::CommandsUntold untold_;
+  events::CommandsSummary summary_;
   std::chrono::nanoseconds next_sum_{};
-  bool told_nonsense_ = false;  ///< invalid data was reported since the last bridge ended
+  bool invalid_data_reported_ = false;  ///< invalid data was reported since the last bridge ended
 };
 
 }  // namespace driveline::runtime

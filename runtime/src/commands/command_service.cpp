@@ -13,7 +13,8 @@ constexpr std::chrono::milliseconds kPassPause{1};
 
 }  // namespace
 
-Result<std::unique_ptr<CommandService>> CommandService::start(AxisDoor& door, std::chrono::nanoseconds lease_timeout) {
+Result<std::unique_ptr<CommandService>> CommandService::start(AxisRequests& axis_requests,
+                                                              std::chrono::nanoseconds lease_timeout) {
   auto commands = rt::SharedRegion::create("driveline-commands", snapshot::command_layout(snapshot::kCommandRoom));
   if (!commands) return fail(ErrorKind::kMachine, rt::describe(commands.error()), "[commands]");
   auto answers =
@@ -24,12 +25,14 @@ Result<std::unique_ptr<CommandService>> CommandService::start(AxisDoor& door, st
   auto reports =
       rt::SharedRegion::create("driveline-stream-reports", snapshot::stream_report_layout(snapshot::kStreamReportRoom));
   if (!reports) return fail(ErrorKind::kMachine, rt::describe(reports.error()), "[commands]");
-  return std::unique_ptr<CommandService>(new CommandService(
-      door, lease_timeout, *std::move(commands), *std::move(answers), *std::move(setpoints), *std::move(reports)));
+  return std::unique_ptr<CommandService>(new CommandService(axis_requests, lease_timeout, *std::move(commands),
+                                                            *std::move(answers), *std::move(setpoints),
+                                                            *std::move(reports)));
 }
 
-CommandService::CommandService(AxisDoor& door, std::chrono::nanoseconds lease_timeout, rt::SharedRegion commands,
-                               rt::SharedRegion answers, rt::SharedRegion setpoints, rt::SharedRegion reports)
+CommandService::CommandService(AxisRequests& axis_requests, std::chrono::nanoseconds lease_timeout,
+                               rt::SharedRegion commands, rt::SharedRegion answers, rt::SharedRegion setpoints,
+                               rt::SharedRegion reports)
     : commands_(std::move(commands)),
       answers_(std::move(answers)),
       setpoints_(std::move(setpoints)),
@@ -38,8 +41,8 @@ CommandService::CommandService(AxisDoor& door, std::chrono::nanoseconds lease_ti
       writer_(answers_),
       setpoint_reader_(setpoints_),
       report_writer_(reports_),
-      door_(door),
-      desk_(door, clock_, lease_timeout),
+      axis_requests_(axis_requests),
+      desk_(axis_requests, clock_, lease_timeout),
       room_(kCommandsPerPass),
       setpoint_room_(kSetpointsPerPass),
       thread_([this] { serve(); }) {}
@@ -59,10 +62,10 @@ void CommandService::serve() {
 void CommandService::pass() {
   if (lost_.exchange(false, std::memory_order_acq_rel)) forget_bridge();
   const auto count = reader_.pop(room_);
-  if (std::exchange(breaches_, reader_.breaches()) != reader_.breaches()) desk_.unbelieved();
+  if (std::exchange(breaches_, reader_.breaches()) != reader_.breaches()) desk_.report_invalid_data();
   for (std::size_t i = 0; i < count; ++i) desk_.take(room_[i]);
   pass_streams();
-  desk_.look();
+  desk_.poll();
   for (const auto& answer : desk_.take_answers()) {
     writer_.begin();
     writer_.write(0, answer);
@@ -73,7 +76,8 @@ void CommandService::pass() {
 void CommandService::pass_streams() {
   const std::lock_guard lock(streams_lock_);
   const auto count = setpoint_reader_.pop(setpoint_room_);
-  if (std::exchange(setpoint_breaches_, setpoint_reader_.breaches()) != setpoint_reader_.breaches()) desk_.unbelieved();
+  if (std::exchange(setpoint_breaches_, setpoint_reader_.breaches()) != setpoint_reader_.breaches())
+    desk_.report_invalid_data();
   if (streams_ == nullptr) return;
   const auto now = clock_.now();
   for (std::size_t i = 0; i < count; ++i) {
@@ -83,8 +87,8 @@ void CommandService::pass_streams() {
       desk_.heard(setpoint.participant, client);
     }
   }
-  streams_->look(now);
-  for (auto& facts : streams_->take_events()) door_.note(std::move(facts));
+  streams_->poll(now);
+  for (auto& facts : streams_->take_events()) axis_requests_.note(std::move(facts));
   for (const auto& report : streams_->take_reports()) {
     report_writer_.begin();
     report_writer_.write(0, report);

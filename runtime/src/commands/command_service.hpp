@@ -10,7 +10,7 @@
 #include "commands/command_desk.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/rt/shared_region.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/snapshot/feed/setpoint_records.hpp"
 #include "stream/remote_streams.hpp"
@@ -22,8 +22,8 @@ namespace driveline::runtime {
 /// affect the cycle or the thread of the line.
 class CommandService {
  public:
-  /// `door` must outlive it. Error (kMachine): no shared memory.
-  [[nodiscard]] static Result<std::unique_ptr<CommandService>> start(AxisDoor& door,
+  /// `axis_requests` must outlive it. Error (kMachine): no shared memory.
+  [[nodiscard]] static Result<std::unique_ptr<CommandService>> start(AxisRequests& axis_requests,
                                                                      std::chrono::nanoseconds lease_timeout);
   CommandService(const CommandService&) = delete;
   CommandService& operator=(const CommandService&) = delete;
@@ -42,7 +42,7 @@ class CommandService {
   void bridge_lost() noexcept { lost_.store(true, std::memory_order_release); }
 
  private:
-  CommandService(AxisDoor& door, std::chrono::nanoseconds lease_timeout, rt::SharedRegion commands,
+  CommandService(AxisRequests& axis_requests, std::chrono::nanoseconds lease_timeout, rt::SharedRegion commands,
                  rt::SharedRegion answers, rt::SharedRegion setpoints, rt::SharedRegion reports);
   void serve();
   void pass();
@@ -58,7 +58,7 @@ class CommandService {
   rt::SharedRingReader<snapshot::StreamedSetpoint> setpoint_reader_;
   rt::SharedBlockWriter report_writer_;
   rt::MonotonicClock clock_;
-  AxisDoor& door_;
+  AxisRequests& axis_requests_;
   CommandDesk desk_;
   std::mutex streams_lock_;  ///< protects `streams_`
   RemoteStreams* streams_ = nullptr;

@@ -17,14 +17,14 @@
 namespace driveline::runtime {
 namespace {
 
-constexpr double kMostFeed = 1e6;
+constexpr double kMaxFeed = 1e6;
 constexpr double kLeastFeed = 1e-6;
-constexpr double kMostTolerance = 1e3;
+constexpr double kMaxTolerance = 1e3;
 constexpr std::size_t kLeastAxes = 2;
-constexpr double kMostLength = 1e9;
+constexpr double kMaxLength = 1e9;
 /// Largest acceleration (m/s^2) and jerk (m/s^3) of a tool.
-constexpr double kMostOfTool = 1e12;
-constexpr std::int64_t kMostBit = 31;
+constexpr double kMaxOfTool = 1e12;
+constexpr std::int64_t kMaxBit = 31;
 /// Words of requests: a script could not distinguish a group with such a name.
 constexpr std::array<std::string_view, 3> kWords{"all", "wait", "sleep"};
 
@@ -71,9 +71,9 @@ void check_axis(const TomlReader& reader, const LineConfig& config, std::size_t 
 
 std::vector<std::size_t> read_axes(TomlReader& reader, const LineConfig& config) {
   const auto names = reader.texts_or("axes", {});
-  if (names.size() < kLeastAxes || names.size() > ecat_master::AxisGroups::kMostAxes) {
+  if (names.size() < kLeastAxes || names.size() > ecat_master::AxisGroups::kMaxAxes) {
     reader.fail("axes", fmt::format("{} are named, {} to {} names of [[axis]] tables are expected", names.size(),
-                                    kLeastAxes, ecat_master::AxisGroups::kMostAxes));
+                                    kLeastAxes, ecat_master::AxisGroups::kMaxAxes));
   }
   std::vector<std::size_t> axes;
   for (const auto& name : names) {
@@ -109,7 +109,7 @@ std::shared_ptr<const trajectory::Machine> read_machine(TomlReader reader) {
     if (is_choice(key)) {
       values.push_back({key, reader.boolean_or(key, false) ? 1.0 : 0.0, true});
     } else {
-      values.push_back({key, reader.number(key, -kMostLength, kMostLength), false});
+      values.push_back({key, reader.number(key, -kMaxLength, kMaxLength), false});
     }
   }
   auto made = trajectory::Machine::make(kind, unit, std::move(values));
@@ -122,9 +122,9 @@ trajectory::ToolLimits read_tool(TomlReader reader, const trajectory::PositionUn
   const auto limit = [&](std::string_view key, double most, double& to) {
     if (reader.has(key)) to = unit.to_si(reader.number(key, unit.from_si(kLeastFeed), unit.from_si(most)));
   };
-  limit("max_velocity", kMostFeed, tool.max_velocity);
-  limit("max_acceleration", kMostOfTool, tool.max_acceleration);
-  limit("max_jerk", kMostOfTool, tool.max_jerk);
+  limit("max_velocity", kMaxFeed, tool.max_velocity);
+  limit("max_acceleration", kMaxOfTool, tool.max_acceleration);
+  limit("max_jerk", kMaxOfTool, tool.max_jerk);
   reader.finish();
   return tool;
 }
@@ -142,7 +142,7 @@ GroupOutputConfig read_output(TomlReader reader, const std::vector<GroupOutputCo
   }
   output.to = reader.text("to");
   output.to_place = reader.place("to");
-  if (reader.has("bit")) output.bit = static_cast<unsigned>(reader.integer("bit", 0, kMostBit));
+  if (reader.has("bit")) output.bit = static_cast<unsigned>(reader.integer("bit", 0, kMaxBit));
   reader.finish();
   return output;
 }
@@ -177,16 +177,16 @@ AxisGroupConfig read_axis_group(TomlReader reader, const LineConfig& config) {
   const auto in_unit = [&](std::string_view key, double lowest, double highest) {
     return unit.to_si(reader.number(key, unit.from_si(lowest), unit.from_si(highest)));
   };
-  if (reader.has("max_feed")) group.max_feed = in_unit("max_feed", kLeastFeed, kMostFeed);
-  if (reader.has("tolerance")) group.tolerance = in_unit("tolerance", 0.0, kMostTolerance);
+  if (reader.has("max_feed")) group.max_feed = in_unit("max_feed", kLeastFeed, kMaxFeed);
+  if (reader.has("tolerance")) group.tolerance = in_unit("tolerance", 0.0, kMaxTolerance);
   if (reader.has("tool")) group.tool = read_tool(reader.table("tool"), unit);
   if (group.machine && !std::isfinite(group.tool.max_velocity))
     reader.fail("kinematics",
                 "a machine needs a velocity limit of its tool: tool = { max_velocity = ... } is expected");
   for (auto& output : reader.tables("output")) group.outputs.push_back(read_output(std::move(output), group.outputs));
-  if (group.outputs.size() > AxisGroupConfig::kMostOutputs)
-    reader.fail("output", fmt::format("{} are there, up to {} are possible", group.outputs.size(),
-                                      AxisGroupConfig::kMostOutputs));
+  if (group.outputs.size() > AxisGroupConfig::kMaxOutputs)
+    reader.fail("output",
+                fmt::format("{} are there, up to {} are possible", group.outputs.size(), AxisGroupConfig::kMaxOutputs));
   reader.finish();
   return group;
 }

@@ -14,7 +14,7 @@ namespace {
 
 /// Default and highest share of the limits of the axis that the take-up of backlash uses.
 constexpr double kTakeUpShare = 0.1;
-constexpr double kMostTakeUp = 0.5;
+constexpr double kMaxTakeUp = 0.5;
 /// Least share of the acceleration that must be left for motions.
 constexpr double kLeastLeft = 0.5;
 
@@ -31,9 +31,9 @@ std::optional<trajectory::CorrectionTable> read_correction(TomlReader& reader, c
 }
 
 double read_backlash(TomlReader& reader, const ecat_master::AxisConfig& axis) {
-  constexpr double kMost = 1.0;  // rad or m
+  constexpr double kMaxBacklash = 1.0;  // rad or m
   const auto& unit = ecat_master::position_unit(axis);
-  return unit.to_si(reader.number_or("backlash", 0.0, 0.0, unit.from_si(kMost)));
+  return unit.to_si(reader.number_or("backlash", 0.0, 0.0, unit.from_si(kMaxBacklash)));
 }
 
 /// Reads a limit of the backlash take-up: at most the share of `limit` that leaves enough for motions.
@@ -41,7 +41,7 @@ double read_take_up(TomlReader& reader, std::string_view key, const ecat_master:
   constexpr double kLeast = 1e-9;
   const auto& unit = ecat_master::position_unit(axis);
   return unit.to_si(
-      reader.number_or(key, unit.from_si(kTakeUpShare * limit), kLeast, unit.from_si(kMostTakeUp * limit)));
+      reader.number_or(key, unit.from_si(kTakeUpShare * limit), kLeast, unit.from_si(kMaxTakeUp * limit)));
 }
 
 }  // namespace

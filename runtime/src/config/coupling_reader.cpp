@@ -18,13 +18,13 @@ using trajectory::AxisKind;
 
 /// Limits of encoder values, in rad/s or m/s, rad/s^2 or m/s^2.
 constexpr double kLeastOfEncoder = 1e-6;
-constexpr double kMostEncoderVelocity = 1e6;
-constexpr double kMostEncoderAcceleration = 1e9;
-constexpr double kMostEncoderNoise = 1e6;  // increments
+constexpr double kMaxEncoderVelocity = 1e6;
+constexpr double kMaxEncoderAcceleration = 1e9;
+constexpr double kMaxEncoderNoise = 1e6;  // increments
 constexpr double kLeastCutoffHz = 0.1;
-constexpr double kMostCutoffHz = 1e4;
-constexpr double kMostLatencyUs = 100'000.0;
-constexpr std::int64_t kMostEncoderRange = std::int64_t{1} << 32;
+constexpr double kMaxCutoffHz = 1e4;
+constexpr double kMaxLatencyUs = 100'000.0;
+constexpr std::int64_t kMaxEncoderRange = std::int64_t{1} << 32;
 
 template <typename Named>
 std::optional<std::size_t> find_named(const std::vector<Named>& all, std::string_view name) {
@@ -85,13 +85,13 @@ EncoderConfig read_encoder(TomlReader reader, const LineConfig& config) {
   const auto limit = [&](std::string_view key, double most) {
     return encoder.unit->to_si(reader.number(key, encoder.unit->from_si(kLeastOfEncoder), encoder.unit->from_si(most)));
   };
-  encoder.max_velocity = limit("max_velocity", kMostEncoderVelocity);
-  if (reader.has("max_acceleration")) encoder.max_acceleration = limit("max_acceleration", kMostEncoderAcceleration);
-  if (reader.has("range_increments")) encoder.range = reader.integer("range_increments", 2, kMostEncoderRange);
+  encoder.max_velocity = limit("max_velocity", kMaxEncoderVelocity);
+  if (reader.has("max_acceleration")) encoder.max_acceleration = limit("max_acceleration", kMaxEncoderAcceleration);
+  if (reader.has("range_increments")) encoder.range = reader.integer("range_increments", 2, kMaxEncoderRange);
   check_range(reader, config, encoder);
-  encoder.cutoff_hz = reader.number_or("filter_hz", encoder.cutoff_hz, kLeastCutoffHz, kMostCutoffHz);
-  encoder.noise_increments = reader.number_or("noise_increments", encoder.noise_increments, 0.0, kMostEncoderNoise);
-  const std::chrono::duration<double, std::micro> latency{reader.number_or("latency_us", 0.0, 0.0, kMostLatencyUs)};
+  encoder.cutoff_hz = reader.number_or("filter_hz", encoder.cutoff_hz, kLeastCutoffHz, kMaxCutoffHz);
+  encoder.noise_increments = reader.number_or("noise_increments", encoder.noise_increments, 0.0, kMaxEncoderNoise);
+  const std::chrono::duration<double, std::micro> latency{reader.number_or("latency_us", 0.0, 0.0, kMaxLatencyUs)};
   encoder.latency = std::chrono::round<std::chrono::nanoseconds>(latency);
   reader.finish();
   return encoder;

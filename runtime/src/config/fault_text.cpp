@@ -100,9 +100,9 @@ Result<void> FaultDraft::set(const slaves::FaultParameterRow& parameter, std::st
       return set_integer(fault_.port, value, 0, slaves::kPortCount - 1);
     case FaultParameter::kTo:
       return set_slave(to_, value, places);
-    case FaultParameter::kWay:
+    case FaultParameter::kDirection:
       if (value != "out" && value != "back") return problem(fmt::format("is \"{}\", out or back is expected", value));
-      fault_.way = value == "out" ? slaves::FaultWay::kOut : slaves::FaultWay::kBack;
+      fault_.direction = value == "out" ? slaves::FaultDirection::kOut : slaves::FaultDirection::kBack;
       return {};
     case FaultParameter::kCount:
       return set_integer(fault_.count, value, 1, 0xFFFFFFFF);
@@ -232,7 +232,7 @@ std::string fault_text(const Fault& fault, const FaultPlaces& places) {
   };
   add(FaultParameter::kSlave, true, slave_name(fault.slave, places));
   add(FaultParameter::kPort, true, std::to_string(fault.port));
-  add(FaultParameter::kWay, fault.way != defaults.way, "back");
+  add(FaultParameter::kDirection, fault.direction != defaults.direction, "back");
   add(FaultParameter::kCount, fault.count != 0, std::to_string(fault.count));
   add(FaultParameter::kChance, fault.chance != defaults.chance, fmt::format("{}", fault.chance));
   add(FaultParameter::kSeed, fault.seed != defaults.seed, std::to_string(fault.seed));

@@ -13,7 +13,7 @@ namespace {
 
 /// Default and highest share of the limits of the axes that squaring the follower uses.
 constexpr double kSquareShare = 0.02;
-constexpr double kMostSquare = 0.5;
+constexpr double kMaxSquare = 0.5;
 constexpr double kFarthestOffset = 1e6;  // rad or m
 constexpr double kLeastOfPair = 1e-9;    // in the unit of the leader
 
@@ -103,9 +103,9 @@ void read_gantry(TomlReader reader, LineConfig& config) {
   gantry.skew_warning = in_unit("skew_warning", 0.5 * gantry.skew_limit, 0.0, gantry.skew_limit);
   const double velocity = std::min(leader.limits.max_velocity, follower.limits.max_velocity);
   const double acceleration = std::min(leader.limits.max_acceleration, follower.limits.max_acceleration);
-  gantry.square_velocity = in_unit("square_velocity", kSquareShare * velocity, kLeastOfPair, kMostSquare * velocity);
+  gantry.square_velocity = in_unit("square_velocity", kSquareShare * velocity, kLeastOfPair, kMaxSquare * velocity);
   gantry.square_acceleration =
-      in_unit("square_acceleration", kSquareShare * acceleration, kLeastOfPair, kMostSquare * acceleration);
+      in_unit("square_acceleration", kSquareShare * acceleration, kLeastOfPair, kMaxSquare * acceleration);
   gantry.when_homed = reader.choice_or("reference", 0, {"drives", "homing"}) == 1;
   gantry.square_when_enabled = reader.choice_or("out_of_skew", 0, {"refuse", "square"}) == 1;
   reader.finish();

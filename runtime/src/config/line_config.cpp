@@ -62,17 +62,17 @@ void read_line(TomlReader reader, LineConfig& config) {
 
 /// Reads how long axes may be without process data: in cycles or as a time.
 void read_max_lost(TomlReader& reader, LineConfig& config) {
-  constexpr std::int64_t kMostCycles = 10'000;
+  constexpr std::int64_t kMaxCycles = 10'000;
   const bool in_cycles = reader.has("max_lost_cycles");
   if (!reader.has("max_lost_ms")) {
     config.max_lost_cycles =
-        static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, kMostCycles));
+        static_cast<std::uint32_t>(reader.integer_or("max_lost_cycles", config.max_lost_cycles, 1, kMaxCycles));
     return;
   }
   if (in_cycles)
     reader.fail("max_lost_ms", "stands beside max_lost_cycles: one of them is expected, they are the same limit");
   const double cycle_ms = std::chrono::duration<double, std::milli>(config.period).count();
-  config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMostCycles) * cycle_ms);
+  config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMaxCycles) * cycle_ms);
   // Rounded down to whole cycles, so that it is never longer than the file says.
   config.max_lost_cycles = static_cast<std::uint32_t>(std::llround(*config.max_lost_ms * 1e6) / config.period.count());
 }
@@ -102,7 +102,7 @@ void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
   read_max_lost(reader, config);
   if (reader.has("acyclic_bytes")) {
     config.acyclic_bytes =
-        static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, ecat_master::AcyclicChannel::kMostBytes));
+        static_cast<std::size_t>(reader.integer("acyclic_bytes", 60, ecat_master::AcyclicChannel::kMaxBytes));
   }
   reader.finish();
 }
@@ -171,8 +171,8 @@ void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, Sla
 }
 
 /// Finds the head of the hot-connect group of a slave. Members of a group follow each other in the file as on the line.
-ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& head,
-                                   const std::vector<SlaveConfig>& others) {
+ecat_master::HotConnectPlace find_hot_connect_place(const TomlReader& reader, const std::string& head,
+                                                    const std::vector<SlaveConfig>& others) {
   const auto found = std::find_if(others.begin(), others.end(), [&](const auto& other) { return other.name == head; });
   if (found == others.end()) {
     reader.fail("hot_connect",
@@ -184,8 +184,8 @@ ecat_master::GroupPlace find_group(const TomlReader& reader, const std::string& 
                             "device_id of \"{0}\" are expected",
                             head));
   }
-  const ecat_master::GroupPlace place{static_cast<std::size_t>(found - others.begin()),
-                                      static_cast<std::size_t>(others.end() - found)};
+  const ecat_master::HotConnectPlace place{static_cast<std::size_t>(found - others.begin()),
+                                           static_cast<std::size_t>(others.end() - found)};
   for (auto between = found + 1; between != others.end(); ++between) {
     if (!between->plan.behind || between->plan.behind->head != place.head) {
       reader.fail("hot_connect", fmt::format("is \"{}\", but \"{}\" stands between them and is not in that group: the "
@@ -208,7 +208,7 @@ SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles&
   slave.vendor_id = identity("vendor_id");
   slave.product_code = identity("product_code");
   slave.plan = read_slave_plan(reader);
-  if (!slave.plan.hot_head.empty()) slave.plan.behind = find_group(reader, slave.plan.hot_head, others);
+  if (!slave.plan.hot_head.empty()) slave.plan.behind = find_hot_connect_place(reader, slave.plan.hot_head, others);
   if (slave.esi && slave.plan.pdos) {
     ecat_master::complete_pdos(*slave.esi, *slave.plan.pdos);
     if (const auto fit = ecat_master::check_pdos(*slave.esi, *slave.plan.pdos); !fit)
@@ -308,19 +308,19 @@ void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
 
 /// Reads friction and weight of an axis.
 void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
-  constexpr double kMost = 1e6;
+  constexpr double kMaxLoadValue = 1e6;
   // An axis slower than this share of its highest velocity counts as being at standstill.
   constexpr double kStandstill = 1e-3;
   auto& load = axis.feed_forward;
-  load.viscous_friction = reader.number_or("viscous_friction", 0.0, 0.0, kMost);
-  load.coulomb_friction = reader.number_or("coulomb_friction", 0.0, 0.0, kMost);
+  load.viscous_friction = reader.number_or("viscous_friction", 0.0, 0.0, kMaxLoadValue);
+  load.coulomb_friction = reader.number_or("coulomb_friction", 0.0, 0.0, kMaxLoadValue);
   load.coulomb_velocity = kStandstill * axis.limits.max_velocity;
-  read_in_unit(reader, "coulomb_velocity", axis, 1e-9, kMost, load.coulomb_velocity);
-  load.gravity = reader.number_or("gravity", 0.0, -kMost, kMost);
-  load.pendulum = reader.number_or("pendulum", 0.0, 0.0, kMost);
+  read_in_unit(reader, "coulomb_velocity", axis, 1e-9, kMaxLoadValue, load.coulomb_velocity);
+  load.gravity = reader.number_or("gravity", 0.0, -kMaxLoadValue, kMaxLoadValue);
+  load.pendulum = reader.number_or("pendulum", 0.0, 0.0, kMaxLoadValue);
   if (load.pendulum > 0.0 && axis.linear())
     reader.fail("pendulum", "is of a rotary axis, and feed_mm_per_revolution makes this one linear");
-  read_in_unit(reader, "pendulum_zero", axis, -kMost, kMost, load.pendulum_zero);
+  read_in_unit(reader, "pendulum_zero", axis, -kMaxLoadValue, kMaxLoadValue, load.pendulum_zero);
 }
 
 /// Checks that friction and weight can reach the drive: as torque offsets, except in CST, where the target includes

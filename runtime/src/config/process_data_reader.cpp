@@ -46,7 +46,7 @@ void read_members(TomlReader& reader, const LineConfig& config, Membership& grou
   }
 }
 
-void read_zeroing(TomlReader& reader, const LineConfig& config, const Membership& groups, GroupConfig& group) {
+void read_zeroing(TomlReader& reader, const LineConfig& config, const Membership& groups, ExchangeGroupConfig& group) {
   if (!reader.has("zero_outputs_after")) return;
   group.settings.bad_cycle_limit = static_cast<std::uint32_t>(reader.integer("zero_outputs_after", 0, kMaxBadCycles));
   if (group.settings.bad_cycle_limit == 0) return;
@@ -70,7 +70,7 @@ void check_interpolation(const TomlReader& reader, std::string_view key, const L
 
 void read_group(TomlReader reader, LineConfig& config, Membership& membership) {
   auto& groups = config.process_data.groups;
-  GroupConfig group;
+  ExchangeGroupConfig group;
   group.name = reader.text("name");
   if (group.name.empty()) reader.fail("name", "must not be empty");
   if (std::any_of(groups.begin(), groups.end(), [&](const auto& other) { return other.name == group.name; })) {
@@ -93,7 +93,7 @@ void gather_others(LineConfig& config, const Membership& membership) {
   auto& groups = config.process_data.groups;
   if (groups.empty()) return;
   const bool others = std::any_of(membership.begin(), membership.end(), [](const auto& group) { return !group; });
-  if (others) groups.insert(groups.begin(), GroupConfig{std::string(kOthers), {}});
+  if (others) groups.insert(groups.begin(), ExchangeGroupConfig{std::string(kOthers), {}});
   for (std::size_t i = 0; i < membership.size(); ++i) {
     config.slaves[i].group = membership[i] ? *membership[i] + (others ? 1 : 0) : 0;
   }

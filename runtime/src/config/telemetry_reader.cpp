@@ -17,11 +17,11 @@ namespace {
 
 using snapshot::FeedTopic;
 
-constexpr std::int64_t kMostCyclesBetween = 1'000'000;
+constexpr std::int64_t kMaxCyclesBetween = 1'000'000;
 constexpr double kLeastHertz = 0.1;
-constexpr double kMostHertz = 10'000.0;
+constexpr double kMaxHertz = 10'000.0;
 /// Highest rate in Hz of a topic published in intervals; the bridge checks for due topics 1,000 times per second.
-constexpr double kMostIntervals = 100.0;
+constexpr double kMaxIntervals = 100.0;
 constexpr std::size_t kLongestPartition = 63;
 constexpr std::string_view kHertz = " Hz";
 
@@ -75,7 +75,7 @@ double hertz_of(std::string_view text) {
 std::uint32_t cycles_of(double hertz, std::chrono::nanoseconds period) {
   const double wanted = 1.0 / (hertz * std::chrono::duration<double>(period).count());
   return static_cast<std::uint32_t>(
-      std::clamp<std::int64_t>(std::llround(std::min(wanted, 1e9)), 1, kMostCyclesBetween));
+      std::clamp<std::int64_t>(std::llround(std::min(wanted, 1e9)), 1, kMaxCyclesBetween));
 }
 
 TopicRate read_rate(TomlReader& reader, std::string_view key, const RateChoice& choice,
@@ -83,17 +83,17 @@ TopicRate read_rate(TomlReader& reader, std::string_view key, const RateChoice& 
   using Kind = TopicRate::Kind;
   if (!reader.is_text(key)) {
     if (!choice.cycles) reader.fail(key, fmt::format("{} is expected", choice.expected));
-    return {Kind::kCycles, static_cast<std::uint32_t>(reader.integer(key, 1, kMostCyclesBetween)), {}};
+    return {Kind::kCycles, static_cast<std::uint32_t>(reader.integer(key, 1, kMaxCyclesBetween)), {}};
   }
   const auto text = reader.text(key);
   if (choice.cycles && text == "full") return {Kind::kCycles, 1, {}};
   if (choice.change && text == "change") return {Kind::kOnChange, 1, {}};
   if (choice.off && text == "off") return {Kind::kOff, 1, {}};
   const double hertz = hertz_of(text);
-  if (choice.cycles && hertz >= kLeastHertz && hertz <= kMostHertz) {
+  if (choice.cycles && hertz >= kLeastHertz && hertz <= kMaxHertz) {
     return {Kind::kCycles, cycles_of(hertz, period), {}};
   }
-  if (choice.intervals && hertz >= kLeastHertz && hertz <= kMostIntervals) {
+  if (choice.intervals && hertz >= kLeastHertz && hertz <= kMaxIntervals) {
     return {Kind::kPeriod, 1, std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(1.0 / hertz))};
   }
   reader.fail(key, fmt::format("is \"{}\", {} is expected", text, choice.expected));
@@ -185,7 +185,7 @@ TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& f
   telemetry.service = reader.choice_or("bridge", 0, {"run", "service"}) == 1;
   telemetry.domain = static_cast<std::uint32_t>(reader.integer_or("domain", 0, 0, 232));
   if (reader.has("partition")) telemetry.partition = read_partition(reader);
-  telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, kMostCyclesBetween));
+  telemetry.decimation = static_cast<std::uint32_t>(reader.integer_or("decimation", 8, 1, kMaxCyclesBetween));
   telemetry.interfaces = reader.texts_or("interfaces", telemetry.interfaces);
   read_peers(reader, telemetry);
   read_discovery_server(reader, telemetry);

@@ -17,9 +17,9 @@ namespace {
 constexpr double kVirtualIncrements = 1e6;
 /// Limits in rad or m, and their derivatives, as for axes with a drive.
 constexpr double kLeastOfVirtual = 1e-6;
-constexpr double kMostVirtualVelocity = 1e6;
-constexpr double kMostVirtualAcceleration = 1e9;
-constexpr double kMostVirtualJerk = 1e12;
+constexpr double kMaxVirtualVelocity = 1e6;
+constexpr double kMaxVirtualAcceleration = 1e9;
+constexpr double kMaxVirtualJerk = 1e12;
 
 const trajectory::PositionUnit* read_virtual_unit(TomlReader& reader) {
   const auto name = reader.text_or("unit", "rad");
@@ -44,8 +44,8 @@ ecat_master::AxisConfig read_virtual_axis(TomlReader reader, const std::vector<e
   const auto limit = [&](std::string_view key, double most) {
     return unit.to_si(reader.number(key, unit.from_si(kLeastOfVirtual), unit.from_si(most)));
   };
-  axis.limits = {limit("max_velocity", kMostVirtualVelocity), limit("max_acceleration", kMostVirtualAcceleration)};
-  if (reader.has("max_jerk")) axis.max_jerk = limit("max_jerk", kMostVirtualJerk);
+  axis.limits = {limit("max_velocity", kMaxVirtualVelocity), limit("max_acceleration", kMaxVirtualAcceleration)};
+  if (reader.has("max_jerk")) axis.max_jerk = limit("max_jerk", kMaxVirtualJerk);
   read_software_limits(reader, axis);
   reader.finish();
   return axis;

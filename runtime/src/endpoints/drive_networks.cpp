@@ -30,7 +30,7 @@ constexpr milliseconds kBusyFor{200};
 class DriveNetworks::Pump {
  public:
   /// Adds an end point for every device of the line that has EoE.
-  Pump(slaves::Line& line, const std::filesystem::path& program, const Settings& settings) {
+  Pump(slaves::SimulatedLine& line, const std::filesystem::path& program, const Settings& settings) {
     for (std::size_t i = 0; i < line.size(); ++i) {
       auto host = std::make_unique<EndpointHost>(i, line.slave(i).device(), program, settings);
       if (host->connect()) hosts_.push_back(std::move(host));
@@ -99,7 +99,7 @@ class DriveNetworks::Pump {
 DriveNetworks::DriveNetworks(std::unique_ptr<Pump> pump) noexcept : pump_(std::move(pump)) {}
 DriveNetworks::~DriveNetworks() = default;
 
-Result<std::unique_ptr<DriveNetworks>> DriveNetworks::start(slaves::Line& line, const Settings& settings) {
+Result<std::unique_ptr<DriveNetworks>> DriveNetworks::start(slaves::SimulatedLine& line, const Settings& settings) {
   auto program = settings.program.empty() ? find_program() : Result<std::filesystem::path>(settings.program);
   if (!program) return tl::unexpected(program.error());
   auto pump = std::make_unique<Pump>(line, *program, settings);

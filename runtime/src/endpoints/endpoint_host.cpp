@@ -20,8 +20,8 @@ Result<void> EndpointHost::start() {
   auto started = HelperProcess::start(program_, {"--socket", std::to_string(HelperProcess::kSocket)});
   if (!started) return tl::unexpected(started.error());
   process_ = std::move(*started);
-  told_address_.reset();
-  told_link_.reset();
+  sent_address_.reset();
+  sent_link_.reset();
   figures_.process = process_.id();
   return {};
 }
@@ -107,13 +107,13 @@ bool EndpointHost::send(EndpointMessage message, const Content& content) {
 bool EndpointHost::tell(Clock::time_point now) {
   bool moved = false;
   const auto address = network_.address();
-  if (told_address_ != address && send(EndpointMessage::kAddress, address)) {
-    told_address_ = address;
+  if (sent_address_ != address && send(EndpointMessage::kAddress, address)) {
+    sent_address_ = address;
     moved = true;
   }
   const bool up = network_.link_up();
-  if (told_link_ != up && send(EndpointMessage::kLink, EndpointLink{static_cast<std::uint8_t>(up ? 1 : 0)})) {
-    told_link_ = up;
+  if (sent_link_ != up && send(EndpointMessage::kLink, EndpointLink{static_cast<std::uint8_t>(up ? 1 : 0)})) {
+    sent_link_ = up;
     moved = true;
   }
   slaves::DeviceStatus status;

@@ -64,8 +64,8 @@ class EndpointHost {
   RestartPause pause_;
   Clock::time_point again_at_{};
   Clock::time_point next_status_{};
-  std::optional<slaves::EndpointAddress> told_address_;
-  std::optional<bool> told_link_;
+  std::optional<slaves::EndpointAddress> sent_address_;
+  std::optional<bool> sent_link_;
   slaves::EndpointPacket packet_;
   NetworkFrame frame_;
 };

@@ -70,7 +70,7 @@ void EthernetTunnel::run(const std::stop_token& stop) {
   // By default, Linux extends short sleeps of ordinary threads by 50 us.
   ::prctl(PR_SET_TIMERSLACK, 1000UL);
   while (!stop.stop_requested()) {
-    for (auto& slave : slaves_) look_after(*slave);
+    for (auto& slave : slaves_) supervise(*slave);
     const bool from_tap = take_from_tap();
     const bool from_slaves = master_.mailboxes().step();
     if (!from_tap && !from_slaves) rest();
@@ -78,7 +78,7 @@ void EthernetTunnel::run(const std::stop_token& stop) {
 }
 
 /// Sets the IP parameters of a slave when they are due, and then sets its link up.
-void EthernetTunnel::look_after(Slave& slave) {
+void EthernetTunnel::supervise(Slave& slave) {
   const bool up = slave.port->up();
   if (!slave.being_given && up && slave.schedule.due(slave.port->openings(), now())) {
     switch_.set_link(slave.number, false);

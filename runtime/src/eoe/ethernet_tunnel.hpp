@@ -65,7 +65,7 @@ class EthernetTunnel final : private ecat_master::EoeReceiver {
                  std::vector<EoeHost> hosts);
   void receive(std::uint16_t position, std::span<const std::byte> frame) override;
   void run(const std::stop_token& stop);
-  void look_after(Slave& slave);
+  void supervise(Slave& slave);
   void take_result(Slave& slave, const ecat_master::Result<void>& result);
   [[nodiscard]] bool take_from_tap();
   void rest();

@@ -16,7 +16,7 @@ std::string EventSentence::operator()(const events::CommandAnswered& facts) cons
   return facts.refusal.empty() ? asked : fmt::format("{}: refused: {}", asked, facts.refusal);
 }
 
-std::string EventSentence::operator()(const events::CommandsUntold& facts) const {
+std::string EventSentence::operator()(const events::CommandsSummary& facts) const {
   return fmt::format("commands: more came than are told one by one: {} accepted, {} refused, {} not looked at",
                      facts.accepted, facts.refused, facts.dropped);
 }
@@ -25,7 +25,7 @@ std::string EventSentence::operator()(const events::CommanderLost& facts) const 
   return fmt::format("{}: its bridge has stopped: its axes stop, and are free", facts.who);
 }
 
-std::string EventSentence::operator()(const events::CommandsUnbelieved& /*facts*/) const {
+std::string EventSentence::operator()(const events::InvalidCommands& /*facts*/) const {
   return "commands: what the bridge has written cannot be, and is left out";
 }
 

@@ -42,8 +42,8 @@ class EventSentence {
   std::string operator()(const events::CommunicationNotBack& facts) const;
   std::string operator()(const events::BusFailed& facts) const;
   std::string operator()(const events::ClocksChanged& facts) const;
-  std::string operator()(const events::GroupZeroed& facts) const;
-  std::string operator()(const events::GroupReleased& facts) const;
+  std::string operator()(const events::ExchangeGroupZeroed& facts) const;
+  std::string operator()(const events::ExchangeGroupReleased& facts) const;
   std::string operator()(const events::MasterAway& facts) const;
   std::string operator()(const events::MasterAwayOften& facts) const;
 
@@ -99,14 +99,14 @@ class EventSentence {
   std::string operator()(const events::BridgeStopped& facts) const;
   std::string operator()(const events::BridgeBack& facts) const;
   std::string operator()(const events::BridgeRemark& facts) const;
-  std::string operator()(const events::BridgeUnbelieved& facts) const;
+  std::string operator()(const events::InvalidBridgeCounts& facts) const;
 
   // command_sentences.cpp
   std::string operator()(const events::CommandsOpen& facts) const;
   std::string operator()(const events::CommandAnswered& facts) const;
-  std::string operator()(const events::CommandsUntold& facts) const;
+  std::string operator()(const events::CommandsSummary& facts) const;
   std::string operator()(const events::CommanderLost& facts) const;
-  std::string operator()(const events::CommandsUnbelieved& facts) const;
+  std::string operator()(const events::InvalidCommands& facts) const;
 
  private:
   /// Formats a length (rad or m) as "1.25 mm", or "1.25 mm (1311 increments)".

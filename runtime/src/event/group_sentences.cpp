@@ -11,7 +11,7 @@ namespace {
 
 using ecat_master::GroupError;
 using trajectory::PathMove;
-using Verb = GroupRequest::Verb;
+using Verb = ClientGroupRequest::Verb;
 using GroupWhy = GroupRefusal::Why;
 
 std::string in_unit(const events::EventAxis& axis, double value, std::string_view per = "") {
@@ -30,7 +30,7 @@ std::string place(const events::EventGroup& group, const Values& values, const s
   return text.empty() ? "where it is" : text;
 }
 
-std::string move_text(const events::EventGroup& group, const GroupRequest& request) {
+std::string move_text(const events::EventGroup& group, const ClientGroupRequest& request) {
   const auto& move = request.move;
   const auto& path = move.path;
   auto text = fmt::format(
@@ -127,7 +127,7 @@ std::string_view to_text(Verb verb) noexcept {
   return "release-stop";
 }
 
-std::string describe(const events::EventGroup& group, const GroupRequest& request) {
+std::string describe(const events::EventGroup& group, const ClientGroupRequest& request) {
   auto text = std::string(to_text(request.verb));
   if (request.verb == Verb::kMove) text += fmt::format(" {}", move_text(group, request));
   if (request.verb == Verb::kOverride) text += fmt::format(" {:.4g} %", 100.0 * request.share);

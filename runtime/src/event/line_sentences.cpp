@@ -77,12 +77,12 @@ std::string EventSentence::operator()(const events::ClocksChanged& facts) const 
   return (event_.is_fault() ? "" : "clocks: ") + ecat_master::dc::describe(facts.event);
 }
 
-std::string EventSentence::operator()(const events::GroupZeroed& facts) const {
+std::string EventSentence::operator()(const events::ExchangeGroupZeroed& facts) const {
   return fmt::format("group {}: outputs zeroed after {} exchanges in a row that were not whole", facts.group,
                      facts.limit);
 }
 
-std::string EventSentence::operator()(const events::GroupReleased& facts) const {
+std::string EventSentence::operator()(const events::ExchangeGroupReleased& facts) const {
   return fmt::format("group {}: whole again, outputs released", facts.group);
 }
 

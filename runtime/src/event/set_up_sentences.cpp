@@ -6,7 +6,7 @@
 namespace driveline::runtime {
 
 std::string EventSentence::operator()(const events::InterfaceOpened& facts) const {
-  auto text = fmt::format("{}: {}", facts.interface, facts.way);
+  auto text = fmt::format("{}: {}", facts.interface, facts.access_method);
   for (const auto& step : facts.steps_down) text += fmt::format("\n  {}", step);
   return text;
 }
@@ -54,7 +54,7 @@ std::string EventSentence::operator()(const events::ScaleDiffers& facts) const {
       "axis {}: increments_per_revolution is {:.10g}, and by 6092h, 6091h and 608Fh of its drive a turn of the motor "
       "is "
       "{:.10g}; the line description counts",
-      facts.axis, facts.described, facts.told);
+      facts.axis, facts.described, facts.reported_by_drive);
 }
 
 std::string EventSentence::operator()(const events::NoProcessData& /*facts*/) const {

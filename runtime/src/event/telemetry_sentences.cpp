@@ -21,7 +21,7 @@ std::string EventSentence::operator()(const events::BridgeRemark& facts) const {
   return fmt::format("telemetry: {}", facts.text);
 }
 
-std::string EventSentence::operator()(const events::BridgeUnbelieved& /*facts*/) const {
+std::string EventSentence::operator()(const events::InvalidBridgeCounts& /*facts*/) const {
   return "telemetry: the counts of the bridge cannot be, and are left out";
 }
 

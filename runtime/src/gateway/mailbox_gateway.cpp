@@ -27,13 +27,13 @@ using wire::MailboxType;
 
 constexpr auto kIdle = std::chrono::milliseconds{100};
 /// Time-out for each mailbox message of an answer.
-constexpr auto kPatience = std::chrono::milliseconds{500};
-constexpr std::size_t kMostClients = 64;
-constexpr std::size_t kMostTcpClients = 16;
+constexpr auto kMessageTimeout = std::chrono::milliseconds{500};
+constexpr std::size_t kMaxClients = 64;
+constexpr std::size_t kMaxTcpClients = 16;
 /// Most requests in progress, per client and in total. UDP clients are created at no cost, so the total is limited,
 /// too.
-constexpr std::size_t kMostUnderWay = 4;
-constexpr std::size_t kMostRequests = 64;
+constexpr std::size_t kMaxUnderWay = 4;
+constexpr std::size_t kMaxRequests = 64;
 
 bool is_sdo_abort(std::span<const std::byte> service) {
   constexpr std::byte kAbort{0x80};  // in the command byte, ETG.1000.6 Table 40
@@ -95,8 +95,8 @@ class MailboxGateway::Service {
       const auto events = static_cast<short>(client->waiting.empty() ? POLLIN : POLLIN | POLLOUT);
       watched.push_back({client->socket.get(), events, 0});
     }
-    const auto patience = requests_.empty() ? static_cast<int>(kIdle.count()) : 0;
-    if (::poll(watched.data(), watched.size(), patience) <= 0) return;
+    const auto timeout = requests_.empty() ? static_cast<int>(kIdle.count()) : 0;
+    if (::poll(watched.data(), watched.size(), timeout) <= 0) return;
     const std::scoped_lock lock(mutex_);
     if (watched[0].revents != 0) receive_datagrams();
     if (watched[1].revents != 0) accept_client();
@@ -142,7 +142,7 @@ class MailboxGateway::Service {
     client->address = from;
     client->socket = std::move(socket);
     // Drop the oldest client without a connection; there is one, because there are fewer connections than clients.
-    if (clients_.size() == kMostClients) {
+    if (clients_.size() == kMaxClients) {
       clients_.erase(
           std::find_if(clients_.begin(), clients_.end(), [](const auto& one) { return !one->socket.valid(); }));
     }
@@ -158,7 +158,7 @@ class MailboxGateway::Service {
     if (!socket.valid()) return;
     const auto connected =
         std::count_if(clients_.begin(), clients_.end(), [](const auto& one) { return one->socket.valid(); });
-    if (static_cast<std::size_t>(connected) < kMostTcpClients) static_cast<void>(add_client(from, std::move(socket)));
+    if (static_cast<std::size_t>(connected) < kMaxTcpClients) static_cast<void>(add_client(from, std::move(socket)));
   }
 
   void receive_stream(const std::shared_ptr<Client>& client) {
@@ -192,13 +192,13 @@ class MailboxGateway::Service {
     }
     const auto under_way = std::count_if(requests_.begin(), requests_.end(),
                                          [&](const auto& request) { return request.client == client; });
-    if (static_cast<std::size_t>(under_way) >= kMostUnderWay || requests_.size() >= kMostRequests) {
+    if (static_cast<std::size_t>(under_way) >= kMaxUnderWay || requests_.size() >= kMaxRequests) {
       refuse(client, header, MailboxErrorCode::kServiceInWork);
       return;
     }
-    std::optional<std::chrono::nanoseconds> patience = kPatience;
-    if (is_last_word(*client, mail)) patience.reset();
-    auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail.service), patience);
+    std::optional<std::chrono::nanoseconds> timeout = kMessageTimeout;
+    if (is_last_word(*client, mail)) timeout.reset();
+    auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail.service), timeout);
     engine_.submit(slave->position, exchange);
     requests_.push_back({client, header, std::move(exchange)});
   }
@@ -279,10 +279,10 @@ class MailboxGateway::Service {
 
   /// Disconnects a client that does not read its answers, before they fill the memory.
   static void send_waiting(Client& client) {
-    constexpr std::size_t kMostWaiting = 256 * 1024;
+    constexpr std::size_t kMaxWaiting = 256 * 1024;
     const auto sent = ::send(client.socket.get(), client.waiting.data(), client.waiting.size(), MSG_NOSIGNAL);
     if (sent > 0) client.waiting.erase(client.waiting.begin(), client.waiting.begin() + sent);
-    if ((sent < 0 && errno != EAGAIN) || client.waiting.size() > kMostWaiting) client.socket = {};
+    if ((sent < 0 && errno != EAGAIN) || client.waiting.size() > kMaxWaiting) client.socket = {};
     if (!client.socket.valid()) client.waiting.clear();
   }
 

@@ -13,7 +13,7 @@
 #include "driveline/ecat_master/process_data/pdo_entry.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
-#include "driveline/runtime/groups/group_way.hpp"
+#include "driveline/runtime/groups/group_moves.hpp"
 
 namespace driveline::runtime {
 
@@ -39,7 +39,7 @@ class GroupOutputs final : public ecat_master::PathOutputs, public ecat_master::
 
   std::vector<GroupOutputLimits> limits_;
   std::vector<ecat_master::PdoBits> places_;
-  std::array<std::uint32_t, AxisGroupConfig::kMostOutputs> values_{};
+  std::array<std::uint32_t, AxisGroupConfig::kMaxOutputs> values_{};
 };
 
 }  // namespace driveline::runtime

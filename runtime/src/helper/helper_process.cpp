@@ -137,9 +137,9 @@ std::optional<int> HelperProcess::reap() noexcept {
   return status;
 }
 
-std::optional<int> HelperProcess::end(std::chrono::milliseconds patience) noexcept {
+std::optional<int> HelperProcess::end(std::chrono::milliseconds timeout) noexcept {
   socket_ = FileDescriptor{};
-  const auto limit = std::chrono::steady_clock::now() + patience;
+  const auto limit = std::chrono::steady_clock::now() + timeout;
   bool forced = false;
   while (child_ != 0) {
     if (const auto status = reap()) return status;

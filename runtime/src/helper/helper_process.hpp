@@ -28,7 +28,7 @@ class HelperProcess {
   /// Number of the socket in the new process.
   static constexpr int kSocket = 3;
   /// Time after which a process whose socket is closed is killed.
-  static constexpr std::chrono::milliseconds kPatience{1000};
+  static constexpr std::chrono::milliseconds kEndTimeout{1000};
 
   /// Holds no process.
   HelperProcess() = default;
@@ -53,9 +53,9 @@ class HelperProcess {
   void kill() noexcept;
   /// Returns its wait status (waitpid(2)) if it has ended; afterwards this object holds no process. Does not wait.
   std::optional<int> reap() noexcept;
-  /// Closes the socket, which ends the process, and waits for its end; kills it after `patience`. Returns its wait
+  /// Closes the socket, which ends the process, and waits for its end; kills it after `timeout`. Returns its wait
   /// status, if there was a process.
-  std::optional<int> end(std::chrono::milliseconds patience = kPatience) noexcept;
+  std::optional<int> end(std::chrono::milliseconds timeout = kEndTimeout) noexcept;
 
   /// Whether this object holds a process.
   [[nodiscard]] bool valid() const noexcept { return child_ != 0; }

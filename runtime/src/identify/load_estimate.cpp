@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 6> kNames{"inertia", "viscous friction", 
 constexpr std::size_t kPlainFigures = 4;
 constexpr std::size_t kFewestRows = 40;
 /// A parameter is not distinguishable if the others widen its confidence interval by this factor.
-constexpr double kMostInflation = 30.0;
+constexpr double kMaxInflation = 30.0;
 /// Quantile of the normal distribution.
 constexpr double kTwoSided95 = 1.96;
 
@@ -121,10 +121,10 @@ struct Normal {
 };
 
 /// Returns the parameter whose confidence interval the others widen most, if it is too wide.
-std::optional<std::size_t> not_told_apart(const Normal& normal) {
+std::optional<std::size_t> find_indistinguishable(const Normal& normal) {
   Eigen::Index worst = 0;
   const double most = normal.inverse.diagonal().maxCoeff(&worst);
-  if (std::sqrt(most) < kMostInflation) return std::nullopt;
+  if (std::sqrt(most) < kMaxInflation) return std::nullopt;
   return static_cast<std::size_t>(worst);
 }
 
@@ -162,7 +162,7 @@ Result<LoadEstimate> estimate_load(std::span<const LoadSample> samples, const Lo
                     table.rows.size(), kFewestRows, 2.0 * static_cast<double>(half) * step_s));
   }
   const Normal normal(table);
-  if (const auto figure = not_told_apart(normal)) {
+  if (const auto figure = find_indistinguishable(normal)) {
     return fail(ErrorKind::kSetting,
                 fmt::format("the motion does not tell {} from the other figures of the load: {} is needed",
                             kNames[*figure], remedy(*figure)));

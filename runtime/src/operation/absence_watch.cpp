@@ -24,7 +24,7 @@ ecat_master::MasterAbsence AbsenceWatch::in_operation(ecat_master::MasterAbsence
   return absence;
 }
 
-AbsenceWatch::Findings AbsenceWatch::look() {
+AbsenceWatch::Findings AbsenceWatch::poll() {
   Findings findings;
   ecat_master::MasterAbsence absence;
   while (take_(absence)) {
@@ -33,13 +33,13 @@ AbsenceWatch::Findings AbsenceWatch::look() {
     if (!longest_recent_ || old || absence.duration >= longest_recent_->duration) longest_recent_ = absence;
     if (absence.effect == ecat_master::AbsenceEffect::kStopped) {
       findings.stopped = in_operation(absence);
-    } else if (told_ < kToldSingly || absence.duration > longest_) {
-      ++told_;
+    } else if (reported_ < kReportedSingly || absence.duration > longest_) {
+      ++reported_;
       findings.bridged.push_back(in_operation(absence));
     } else {
-      ++untold_;
-      untold_time_ += absence.duration;
-      longest_untold_ = std::max(longest_untold_, absence.duration);
+      ++unreported_;
+      unreported_time_ += absence.duration;
+      longest_unreported_ = std::max(longest_unreported_, absence.duration);
     }
     longest_ = std::max(longest_, absence.duration);
   }
@@ -47,9 +47,9 @@ AbsenceWatch::Findings AbsenceWatch::look() {
 }
 
 std::optional<events::MasterAwayOften> AbsenceWatch::rest(std::uint64_t dropped) const {
-  const auto untold = untold_ + dropped;
-  if (untold == 0) return std::nullopt;
-  return events::MasterAwayOften{untold, untold_time_, longest_untold_};
+  const auto unreported = unreported_ + dropped;
+  if (unreported == 0) return std::nullopt;
+  return events::MasterAwayOften{unreported, unreported_time_, longest_unreported_};
 }
 
 std::optional<ecat_master::MasterAbsence> AbsenceWatch::cause_of(nanoseconds time) const {

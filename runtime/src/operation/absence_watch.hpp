@@ -15,7 +15,7 @@ class AbsenceWatch {
  public:
   /// The first absences are reported individually, later ones only if they are longer than all before; the others are
   /// summed up at the end.
-  static constexpr std::size_t kToldSingly = 20;
+  static constexpr std::size_t kReportedSingly = 20;
 
   /// Takes the oldest absence not taken yet; false: there is none.
   using Take = std::function<bool(ecat_master::MasterAbsence&)>;
@@ -28,7 +28,7 @@ class AbsenceWatch {
     std::vector<ecat_master::MasterAbsence> bridged;    ///< absences that the axes bridged
     std::optional<ecat_master::MasterAbsence> stopped;  ///< the absence that stopped the axes; none: no absence did
   };
-  [[nodiscard]] Findings look();
+  [[nodiscard]] Findings poll();
   /// Returns the absences not reported individually, and `dropped` ones that could not be taken; none: there are none.
   [[nodiscard]] std::optional<events::MasterAwayOften> rest(std::uint64_t dropped) const;
   /// Returns the longest recent absence if one ended shortly before `time` (on the clock of the line); else none.
@@ -39,11 +39,11 @@ class AbsenceWatch {
 
   Take take_;
   std::chrono::nanoseconds begin_;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
   std::chrono::nanoseconds longest_{0};
-  std::uint64_t untold_ = 0;
-  std::chrono::nanoseconds untold_time_{0};
-  std::chrono::nanoseconds longest_untold_{0};
+  std::uint64_t unreported_ = 0;
+  std::chrono::nanoseconds unreported_time_{0};
+  std::chrono::nanoseconds longest_unreported_{0};
   std::optional<ecat_master::MasterAbsence> longest_recent_;
 };
 

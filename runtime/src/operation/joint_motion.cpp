@@ -10,26 +10,26 @@ using ecat_master::AxisPresence;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 
-JointMotion::JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config, AxisDoor& door,
-                         std::string owner)
+JointMotion::JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config,
+                         AxisRequests& axis_requests, std::string owner)
     : motion_(std::move(motion)),
       config_(config),
-      door_(door),
+      axis_requests_(axis_requests),
       owner_(std::move(owner)),
       presences_(motion_->axes().size()) {}
 
 void JointMotion::start() {
-  door_.occupy(owner_);
+  axis_requests_.occupy(owner_);
   motion_->request_start();
 }
 
 void JointMotion::request_stop() {
-  door_.close();
+  axis_requests_.close();
   motion_->request_stop();
 }
 
 /// Returns the next presence to report for an axis that changes from `before` to `now`. An axis that returns while the
-/// others have power reports every step, even if several steps happened since the last look().
+/// others have power reports every step, even if several steps happened since the last poll().
 AxisPresence JointMotion::next_presence(AxisPresence before, AxisPresence now) const {
   if (!had_power_) return now;
   if (before == AxisPresence::kMissing && now != AxisPresence::kEnabling) return AxisPresence::kEnabling;
@@ -37,7 +37,7 @@ AxisPresence JointMotion::next_presence(AxisPresence before, AxisPresence now) c
   return now;
 }
 
-void JointMotion::look(const Tell& tell) {
+void JointMotion::poll(const Tell& tell) {
   for (std::size_t i = 0; i < presences_.size(); ++i) {
     const auto now = motion_->presence(i);
     while (presences_[i] != now) {
@@ -55,7 +55,7 @@ std::optional<events::AxesStopped> JointMotion::failure() {
   const auto failure = motion_failure();
   if (!failure) return std::nullopt;
   // The cycle stops the axes shortly before it reports the absence, which must be reported first: wait for the next
-  // look().
+  // poll().
   const bool away = failure->cause == MotionFailure::Cause::kMasterAway;
   if (away && !absence_awaited_) {
     absence_awaited_ = true;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "operation/line_motion.hpp"
 
@@ -14,8 +14,10 @@ namespace driveline::runtime {
 /// Axes that move together, with setpoints from a path or a source.
 class JointMotion final : public LineMotion {
  public:
-  /// `owner`: name of what moves the axes, shown by `door` to other clients. The references must outlive this object.
-  JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config, AxisDoor& door, std::string owner);
+  /// `owner`: name of what moves the axes, shown by `axis_requests` to other clients. The references must outlive this
+  /// object.
+  JointMotion(std::unique_ptr<ecat_master::Motion> motion, const LineConfig& config, AxisRequests& axis_requests,
+              std::string owner);
 
   [[nodiscard]] ecat_master::MotionControl& control() noexcept override { return *motion_; }
   void start() override;
@@ -24,7 +26,7 @@ class JointMotion final : public LineMotion {
   [[nodiscard]] bool done() const override { return motion_->phase() == ecat_master::MotionPhase::kHolding; }
   [[nodiscard]] bool enables() const override { return true; }
   [[nodiscard]] events::Progress progress() const override { return {motion_->phase()}; }
-  void look(const Tell& tell) override;
+  void poll(const Tell& tell) override;
   [[nodiscard]] std::optional<events::AxesStopped> failure() override;
 
  private:
@@ -34,10 +36,10 @@ class JointMotion final : public LineMotion {
 
   std::unique_ptr<ecat_master::Motion> motion_;
   const LineConfig& config_;
-  AxisDoor& door_;
+  AxisRequests& axis_requests_;
   std::string owner_;
   std::vector<ecat_master::AxisPresence> presences_;
-  bool had_power_ = false;        ///< state at the last look()
+  bool had_power_ = false;        ///< state at the last poll()
   bool absence_awaited_ = false;  ///< the axes were stopped by an absence of the master that is not reported yet
 };
 

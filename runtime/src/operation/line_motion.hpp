@@ -33,7 +33,7 @@ class LineMotion {
   /// Returns the phase of the axes, for progress events.
   [[nodiscard]] virtual events::Progress progress() const = 0;
   /// Reports the events of the axes since the last call.
-  virtual void look(const Tell& tell) = 0;
+  virtual void poll(const Tell& tell) = 0;
   /// Returns the failure that ends the run; none: there is none.
   [[nodiscard]] virtual std::optional<events::AxesStopped> failure() = 0;
   /// Call at the end, before request_stop(): reports axes in a state in which no run should end.

@@ -50,7 +50,7 @@ LineRun::LineRun(Session& session, Settings settings)
       settings_(std::move(settings)),
       line_ring_(kRingCycles),
       axis_ring_(std::clamp<std::size_t>(config_.axes.size() * kRingCycles, 1, kMaxRingSamples)),
-      group_watch_(config_.process_data),
+      exchange_group_watch_(config_.process_data),
       master_(session.port(), session.clock(), master_settings(config_)),
       services_(config_) {}
 
@@ -105,7 +105,7 @@ Result<void> LineRun::bring_up() {
   if (auto done = master_.scan(); !done) return fail_line(done.error());
   progress(events::SlavesFound{master_.slaves().size()});
   for (const auto& wire : session_.wires()) {
-    progress(events::InterfaceOpened{wire.interface, wire.way, wire.steps_down});
+    progress(events::InterfaceOpened{wire.interface, wire.access_method, wire.steps_down});
   }
   tell_problems(master_, *settings_.observer);
   if (!session_.has_config()) {
@@ -162,7 +162,8 @@ Result<void> LineRun::ask_drives() {
     const auto difference = take_drive_facts(axis, *facts[i]);
     if (!difference) return tl::unexpected(difference.error());
     if (*difference)
-      note(events::ScaleDiffers{axis.name, (*difference)->described, (*difference)->told}, Severity::kNotice);
+      note(events::ScaleDiffers{axis.name, (*difference)->described, (*difference)->reported_by_drive},
+           Severity::kNotice);
     recorder_->set_scale(i, axis.increments_per_unit);
   }
   return {};
@@ -264,7 +265,7 @@ void LineRun::begin_operation() {
   recorder_->begin_operation(session_.clock().now());
   make_watch();
   operation_start_ = session_.clock().now();
-  settings_.observer->look();
+  settings_.observer->poll();
   tell_slaves(true);
   // The line is up; after a stop request no motion starts any more.
   if (motion_ && !stop_requested()) motion_->start();
@@ -277,7 +278,7 @@ void LineRun::operate() {
   do {
     pass(kWatchInterval - (session_.clock().now() - operation_start_) % kWatchInterval);
     operation_time_ = session_.clock().now() - operation_start_;
-  } while (look());
+  } while (poll());
   master_.core()->count(false);
   if (!had(Severity::kFault)) margins_ = read_sync_margins(master_);
   if (stop_requested()) progress(events::StopRequested{});
@@ -288,16 +289,16 @@ void LineRun::operate() {
 }
 
 /// Runs one round of supervision. False: the operation is over.
-bool LineRun::look() {
+bool LineRun::poll() {
   const bool over = settings_.duration_s && seconds_in_operation() >= *settings_.duration_s;
   if (over) master_.core()->count(false);
-  for (auto& change : group_watch_.poll(*master_.core())) progress(std::move(change));
+  for (auto& change : exchange_group_watch_.poll(*master_.core())) progress(std::move(change));
   if (auto recorded = fault_records_->poll()) progress(std::move(*recorded));
   for (auto& refused : services_.poll()) note(std::move(refused), Severity::kFault);
-  const bool goes_on = watch_->look();
+  const bool goes_on = watch_->poll();
   state_ = watch_->state();
   if (!goes_on || stop_requested()) return false;
-  settings_.observer->look();
+  settings_.observer->poll();
   if (over || stop_requested()) return false;
   note_requests();
   note_streams();
@@ -379,7 +380,7 @@ void LineRun::stop_motion() {
 }
 
 void LineRun::take_down() {
-  settings_.door->close();
+  settings_.axis_requests->close();
   services_.stop();
   tell_traffic();
   if (feed_) feed_->set_state(snapshot::LineState::kDown);

@@ -13,11 +13,11 @@
 #include "commands/command_service.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/master.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/files/output_file.hpp"
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 #include "driveline/runtime/observer.hpp"
-#include "driveline/runtime/record/group_watch.hpp"
+#include "driveline/runtime/record/exchange_group_watch.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 #include "driveline/runtime/record/sync_margins.hpp"
 #include "driveline/runtime/setup/session.hpp"
@@ -47,8 +47,8 @@ class LineRun {
   struct Settings {
     std::optional<trajectory::Interpolator> path;   ///< path of the configured axes; none: exchange without motion
     ecat_master::SetpointSource* source = nullptr;  ///< source of the setpoints; null: the path
-    AxisDoor* door = nullptr;                       ///< never null
-    GroupDoor* groups = nullptr;                    ///< never null
+    AxisRequests* axis_requests = nullptr;          ///< never null
+    GroupRequests* groups = nullptr;                ///< never null
     bool enable = true;                             ///< enables single axes at the start
     LineTasks* tasks = nullptr;                     ///< never null
     std::optional<double> duration_s;               ///< none: until the end of the path
@@ -97,7 +97,7 @@ class LineRun {
   [[nodiscard]] Result<void> start_services();
   void operate();
   void begin_operation();
-  [[nodiscard]] bool look();
+  [[nodiscard]] bool poll();
   void tell_progress();
   void stop_motion();
   void take_down();
@@ -145,7 +145,7 @@ class LineRun {
   std::unique_ptr<CommandService> commands_;
   std::vector<ecat_master::ProcessDataCopy> copies_;
   std::optional<ecat_master::ProcessVariables> variables_;
-  GroupWatch group_watch_;
+  ExchangeGroupWatch exchange_group_watch_;
   std::unique_ptr<FaultRecords> fault_records_;
   std::unique_ptr<rt::SwitchLog> switches_;  ///< switches of the CPU of the cycle; none: not traced, or not possible
   std::string switches_unknown_;             ///< why `switches_` is none
@@ -159,8 +159,8 @@ class LineRun {
   KeptEnds<Event> events_;                ///< all events except progress
   Severity worst_ = Severity::kProgress;  ///< highest severity of all events
   KeptEnds<AuthorityRecord> authority_;
-  std::vector<SlaveMargin> margins_;     ///< as of the end of operation
-  std::vector<AxisGroupReport> groups_;  ///< as of the end of operation
+  std::vector<SlaveMargin> margins_;        ///< as of the end of operation
+  std::vector<AxisGroupRunReport> groups_;  ///< as of the end of operation
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;
   std::chrono::nanoseconds operation_start_{};

@@ -58,11 +58,11 @@ Result<std::unique_ptr<LineMotion>> LineRun::make_single_motion() {
   auto axes = std::make_unique<ecat_master::SingleAxes>(make_axes(config_, master_), single_axis_settings(config_));
   for (const auto& gantry : config_.gantries) axes->add_gantry(gantry);
   if (config_.stream) {
-    stream_ = std::make_unique<StreamService>(config_, *axes, settings_.door->authority());
+    stream_ = std::make_unique<StreamService>(config_, *axes, settings_.axis_requests->authority());
     settings_.tasks->serve(stream_->task());
   }
   auto& single = *axes;
-  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.door, settings_.enable);
+  auto motion = std::make_unique<SingleMotion>(std::move(axes), *settings_.axis_requests, settings_.enable);
   if (auto added = add_groups(*motion, single); !added) return tl::unexpected(added.error());
   if (auto added = add_couplings(single); !added) return tl::unexpected(added.error());
   return motion;
@@ -74,11 +74,11 @@ Result<void> LineRun::add_groups(SingleMotion& motion, ecat_master::SingleAxes& 
   auto outputs = GroupOutputs::make(config_, *variables_, copies_);
   if (!outputs) return tl::unexpected(outputs.error());
   group_outputs_ = std::move(*outputs);
-  std::vector<ecat_master::GroupConfig> groups;
+  std::vector<ecat_master::AxisGroupSettings> groups;
   std::vector<std::vector<GroupOutputLimits>> limits;
   for (std::size_t i = 0; i < config_.axis_groups.size(); ++i) {
     const auto& described = config_.axis_groups[i];
-    auto& group = groups.emplace_back(ecat_master::GroupConfig{described.name, described.axes});
+    auto& group = groups.emplace_back(ecat_master::AxisGroupSettings{described.name, described.axes});
     if (described.machine) group.kinematics = &described.machine->kinematics();
     group.tool = described.tool;
     auto& values = limits.emplace_back();
@@ -101,7 +101,7 @@ Result<void> LineRun::add_couplings(ecat_master::SingleAxes& axes) {
   auto couplings = LineCouplings::make(config_, axes, *variables_, master_);
   if (!couplings) return tl::unexpected(couplings.error());
   couplings_ = std::move(*couplings);
-  settings_.door->attach(*couplings_);
+  settings_.axis_requests->attach(*couplings_);
   return {};
 }
 
@@ -111,16 +111,17 @@ std::unique_ptr<LineMotion> LineRun::make_joint_motion() {
   auto motion = settings_.source != nullptr
                     ? std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.source, settings)
                     : std::make_unique<ecat_master::Motion>(std::move(axes), *settings_.path, settings);
-  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.door, std::string(joint_owner()));
+  return std::make_unique<JointMotion>(std::move(motion), config_, *settings_.axis_requests,
+                                       std::string(joint_owner()));
 }
 
 /// Reports requests to single axes and groups, and their results.
 void LineRun::note_requests() {
-  settings_.door->watch();
+  settings_.axis_requests->watch();
   settings_.groups->watch();
-  for (auto& event : settings_.door->take_events()) note(std::move(event), Severity::kNotice);
+  for (auto& event : settings_.axis_requests->take_events()) note(std::move(event), Severity::kNotice);
   for (auto& event : settings_.groups->take_events()) note(std::move(event), Severity::kNotice);
-  for (auto& change : settings_.door->authority().take_changes())
+  for (auto& change : settings_.axis_requests->authority().take_changes())
     authority_.add({seconds_in_operation(), config_.axes[change.axis].name, std::move(change)});
 }
 
@@ -134,7 +135,7 @@ void LineRun::note_streams() {
 void LineRun::note_groups() {
   for (std::size_t group = 0; group < config_.axis_groups.size(); ++group) {
     const auto status = settings_.groups->status(group);
-    AxisGroupReport report{config_.axis_groups[group].name, {}, {}, status.owner, {}, {}, {}};
+    AxisGroupRunReport report{config_.axis_groups[group].name, {}, {}, status.owner, {}, {}, {}};
     for (const auto& axis : status.limits.group.axes) report.axes.push_back(axis.name);
     report.machine = config_.axis_groups[group].machine;
     report.coordinates = status.limits.group.coordinates;

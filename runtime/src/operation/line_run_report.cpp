@@ -26,7 +26,7 @@ RunReport LineRun::make_report() {
   report.increments = config_.output.increments;
   report.period = config_.period;
   for (const auto& wire : session_.wires()) {
-    report.interfaces.push_back({wire.interface, wire.way, wire.steps_down});
+    report.interfaces.push_back({wire.interface, wire.access_method, wire.steps_down});
   }
   report.duration_s = seconds_in_operation();
   report.statistics = master_.core()->statistics();
@@ -40,7 +40,7 @@ RunReport LineRun::make_report() {
   report.longest_absence_at_s =
       std::chrono::duration<double>(report.statistics.longest_absence_at - operation_start_).count();
   report.round_trip_modelled = !config_.interface.has_value();
-  report.process_data = view_image(config_, master_, master_.core()->groups(), &group_watch_);
+  report.process_data = view_image(config_, master_, master_.core()->groups(), &exchange_group_watch_);
   if (auto* watch = master_.clock_watch()) {
     const auto& follower = *master_.clock_follower();
     auto& clocks = report.clocks.emplace();
@@ -80,7 +80,7 @@ void LineRun::report_axes(RunReport& report) const {
                            axis.increments_per_unit * unit.to_si(1.0), error.unavailable});
     report.axes.back().path_error = {error.path.maximum * axis.increments_per_unit,
                                      error.path.rms() * axis.increments_per_unit};
-    report.axes.back().owner = settings_.door->authority().owner_of(i);
+    report.axes.back().owner = settings_.axis_requests->authority().owner_of(i);
     report.axes.back().demand_recorded = error.demand;
     if (error.drive.samples == 0) continue;
     report.axes.back().by_drive = {error.drive.maximum * axis.increments_per_unit,

@@ -86,7 +86,7 @@ Result<void> LineRun::copy_bridge_files(BridgeSupervisor::Settings& settings) {
 
 Result<void> LineRun::start_commands() {
   if (!config_.commands) return {};
-  auto started = CommandService::start(*settings_.door, config_.commands->lease_timeout);
+  auto started = CommandService::start(*settings_.axis_requests, config_.commands->lease_timeout);
   if (!started) return tl::unexpected(started.error());
   commands_ = std::move(*started);
   note(events::CommandsOpen{config_.commands->insecure}, Severity::kNotice);
@@ -122,12 +122,13 @@ void LineRun::note_telemetry() {
 void LineRun::tell_slaves(bool now) {
   if (!slave_watch_) return;
   std::vector<std::string> owners;
-  for (std::size_t i = 0; i < config_.axes.size(); ++i) owners.push_back(settings_.door->authority().owner_of(i));
+  for (std::size_t i = 0; i < config_.axes.size(); ++i)
+    owners.push_back(settings_.axis_requests->authority().owner_of(i));
   bool changed = slave_watch_->set_owners(owners) || now;
   if (now) {
     slave_watch_->read();
   } else {
-    changed = slave_watch_->look() || changed;
+    changed = slave_watch_->poll() || changed;
   }
   if (!changed) return;
   telemetry_->set_condition(slave_watch_->condition());

@@ -50,11 +50,11 @@ bool LineWatch::expendable(std::size_t slave) const {
   return config_.recovery.axes != LossPolicy::kStop || master_.slaves()[slave].plan.hot_connect;
 }
 
-bool LineWatch::look() {
+bool LineWatch::poll() {
   if (!master_was_there() || !frames_come_back()) return false;
   supervisor_.poll();
   const bool line = take_line_events();
-  if (motion_ != nullptr) motion_->look(listener_);
+  if (motion_ != nullptr) motion_->poll(listener_);
   fetch_messages();
   const bool motion = motion_goes_on();
   return line && motion && !waits_in_vain() && clocks_answer();
@@ -62,7 +62,7 @@ bool LineWatch::look() {
 
 /// Checked first, because faults that drives report after an absence of the master are caused by that absence.
 bool LineWatch::master_was_there() {
-  const auto found = absences_.look();
+  const auto found = absences_.poll();
   for (const auto& absence : found.bridged) notice(events::MasterAway{absence, lost_limit(config_)});
   if (!found.stopped) return true;
   const bool over = config_.recovery.axes == LossPolicy::kStop;
@@ -155,20 +155,20 @@ bool LineWatch::take(const LineEvent& event) {
 }
 
 bool LineWatch::waits_in_vain() {
-  const auto patience = config_.recovery.give_up;
-  if (patience.count() == 0) return false;
+  const auto timeout = config_.recovery.give_up;
+  if (timeout.count() == 0) return false;
   const auto now = clock_.now();
   for (std::size_t i = 0; i < away_since_.size(); ++i) {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect) continue;
-    if (now - away_since_[i] < patience) continue;
+    if (now - away_since_[i] < timeout) continue;
     state_ = "INCOMPLETE";
-    end(events::SlaveNotBack{i, name_of(i), patience});
+    end(events::SlaveNotBack{i, name_of(i), timeout});
     return true;
   }
   return false;
 }
 
-/// Fetches unsolicited messages of the slaves: one round of the mailboxes per look(); slaves without a mailbox take no
+/// Fetches unsolicited messages of the slaves: one round of the mailboxes per poll(); slaves without a mailbox take no
 /// time.
 void LineWatch::fetch_messages() {
   if (silent_since_ != nanoseconds{0}) return;
@@ -216,7 +216,7 @@ bool LineWatch::motion_goes_on() {
 }
 
 void LineWatch::tell_rest() {
-  if (motion_ != nullptr) motion_->look(listener_);
+  if (motion_ != nullptr) motion_->poll(listener_);
   if (const auto rest = absences_.rest(master_.core()->absences_dropped())) notice(*rest);
   for (std::size_t i = 0; i < away_since_.size(); ++i) {
     if (away_since_[i] == nanoseconds{0} || master_.slaves()[i].plan.hot_connect || state_ != "OP") continue;

@@ -25,8 +25,8 @@ class LineWatch {
             rt::Clock& clock, Listener listener);
 
   /// Checks everything once and recovers slaves, which may take time. False: the run cannot continue.
-  [[nodiscard]] bool look();
-  /// Call once, at the end: reports changes of axes and groups since the last look(), missing slaves (faults of the
+  [[nodiscard]] bool poll();
+  /// Call once, at the end: reports changes of axes and groups since the last poll(), missing slaves (faults of the
   /// run), and absences of the master not reported so far.
   void tell_rest();
 
@@ -62,7 +62,7 @@ class LineWatch {
   std::chrono::nanoseconds last_emergency_;
   std::vector<std::chrono::nanoseconds> away_since_;  ///< time at which each slave was lost; zero: not lost
   std::chrono::nanoseconds silent_since_{0};
-  std::uint64_t stale_before_ = 0;          ///< late frames until the last look() at which frames were in time
+  std::uint64_t stale_before_ = 0;          ///< late frames until the last poll() at which frames were in time
   std::chrono::nanoseconds next_delays_{};  ///< time of the next measurement of the propagation delays
   std::string state_ = "OP";
 };

@@ -11,28 +11,33 @@ using ecat_master::AxisCommand;
 using ecat_master::AxisRequest;
 using ecat_master::PlcopenState;
 
-SingleMotion::SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisDoor& door, bool enable)
-    : axes_(std::move(axes)), door_(door), enable_(enable), failed_(axes_->axes().size()), warned_(axes_->gantries()) {}
+SingleMotion::SingleMotion(std::unique_ptr<ecat_master::SingleAxes> axes, AxisRequests& axis_requests, bool enable)
+    : axes_(std::move(axes)),
+      axis_requests_(axis_requests),
+      enable_(enable),
+      failed_(axes_->axes().size()),
+      warned_(axes_->gantries()) {}
 
 SingleMotion::~SingleMotion() {
-  if (group_door_ != nullptr) group_door_->close();
-  door_.close();
+  if (group_requests_ != nullptr) group_requests_->close();
+  axis_requests_.close();
 }
 
 void SingleMotion::add(std::unique_ptr<ecat_master::AxisGroups> groups,
-                       std::vector<std::vector<GroupOutputLimits>> outputs, GroupDoor& door, bool thread) {
+                       std::vector<std::vector<GroupOutputLimits>> outputs, GroupRequests& group_requests,
+                       bool thread) {
   groups_ = std::move(groups);
   group_outputs_ = std::move(outputs);
-  group_door_ = &door;
+  group_requests_ = &group_requests;
   thread_ = thread;
   failed_groups_.resize(groups_->groups().size());
 }
 
 void SingleMotion::start() {
-  door_.open(*axes_);
+  axis_requests_.open(*axes_);
   if (groups_) {
     if (thread_) groups_->start_planning();
-    group_door_->open(*groups_, *axes_, group_outputs_);
+    group_requests_->open(*groups_, *axes_, group_outputs_);
   }
   if (!enable_) return;
   AxisCaller start;
@@ -40,14 +45,14 @@ void SingleMotion::start() {
   AxisRequest power;
   power.command = AxisCommand::kPower;
   for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
-    if (!goes_with_leader(axis)) static_cast<void>(door_.submit(start, axis, power));
+    if (!goes_with_leader(axis)) static_cast<void>(axis_requests_.submit(start, axis, power));
   }
-  door_.leave(start.name, false);
+  axis_requests_.leave(start.name, false);
 }
 
 void SingleMotion::request_stop() {
-  if (group_door_ != nullptr) group_door_->close();
-  door_.close();
+  if (group_requests_ != nullptr) group_requests_->close();
+  axis_requests_.close();
   AxisRequest power;
   power.command = AxisCommand::kPower;
   power.on = false;
@@ -68,7 +73,7 @@ std::optional<GantrySkew> SingleMotion::skew_of(std::size_t axis) const {
   return GantrySkew{axes_->gantry_report(*gantry).stopped_at, axes_->gantry_settings(*gantry).skew_limit};
 }
 
-void SingleMotion::look_at_gantries(const Tell& tell) {
+void SingleMotion::poll_gantries(const Tell& tell) {
   for (std::size_t gantry = 0; gantry < warned_.size(); ++gantry) {
     const auto report = axes_->gantry_report(gantry);
     const bool warns = report.warned;
@@ -88,9 +93,9 @@ bool SingleMotion::off() const {
                      [this](std::uint64_t request) { return axes_->report(request).over(); });
 }
 
-void SingleMotion::look(const Tell& tell) {
-  look_at_groups(tell);
-  look_at_gantries(tell);
+void SingleMotion::poll(const Tell& tell) {
+  poll_groups(tell);
+  poll_gantries(tell);
   for (std::size_t axis = 0; axis < failed_.size(); ++axis) {
     const auto report = axes_->axis_report(axis);
     const bool fails = report.state == PlcopenState::kErrorStop;
@@ -106,7 +111,7 @@ void SingleMotion::look(const Tell& tell) {
   }
 }
 
-void SingleMotion::look_at_groups(const Tell& tell) {
+void SingleMotion::poll_groups(const Tell& tell) {
   if (!groups_) return;
   if (!thread_) groups_->plan();
   for (std::size_t group = 0; group < failed_groups_.size(); ++group) {
@@ -115,7 +120,8 @@ void SingleMotion::look_at_groups(const Tell& tell) {
     if (fails == (failed_groups_[group] != 0)) continue;
     failed_groups_[group] = fails ? 1 : 0;
     if (fails) {
-      tell(events::GroupFailed{group_door_->event_group(group), group_door_->refusal_of(report)}, Severity::kFault);
+      tell(events::GroupFailed{group_requests_->event_group(group), group_requests_->refusal_of(report)},
+           Severity::kFault);
     } else {
       tell(events::GroupRestored{groups_->groups()[group].name}, Severity::kNotice);
     }

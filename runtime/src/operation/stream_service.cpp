@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/event.hpp"
 #include "stream/stream_bounds.hpp"
 
 namespace driveline::runtime {
 
 StreamService::StreamService(const LineConfig& config, ecat_master::SingleAxes& axes, AxisAuthority& authority)
-    : config_(config), authority_(authority), door_(axes), hub_(door_, config.axes.size()) {
+    : config_(config), authority_(authority), axes_access_(axes), hub_(axes_access_, config.axes.size()) {
   for (const auto axis : config.stream->axes) axes.add_feed(hub_.feed(axis), {axis});
 }
 

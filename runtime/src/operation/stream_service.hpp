@@ -10,7 +10,7 @@
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/event/event.hpp"
 #include "stream/remote_streams.hpp"
-#include "stream/single_axes_door.hpp"
+#include "stream/single_axes_access.hpp"
 #include "stream/stream_hub.hpp"
 #include "stream/stream_server.hpp"
 
@@ -42,7 +42,7 @@ class StreamService {
 
   const LineConfig& config_;
   AxisAuthority& authority_;
-  SingleAxesDoor door_;
+  SingleAxesAccess axes_access_;
   StreamHub hub_;
   std::unique_ptr<StreamServer> server_;
   std::unique_ptr<RemoteStreams> remote_;

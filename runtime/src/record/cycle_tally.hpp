@@ -33,7 +33,7 @@ class CycleTally {
   rt::Histogram dc_difference_;
 };
 
-/// Makes CycleStatistics once per second of the line's time.
+/// Makes CycleStatisticsSample once per second of the line's time.
 class StatisticsClock {
  public:
   /// Interval between two statistics, on the clock of the cycle.
@@ -47,7 +47,7 @@ class StatisticsClock {
   /// Makes statistics of the samples since the last ones. False: there were no samples.
   [[nodiscard]] bool close();
   /// Returns the newest statistics.
-  [[nodiscard]] const snapshot::CycleStatistics& statistics() const noexcept { return statistics_; }
+  [[nodiscard]] const snapshot::CycleStatisticsSample& statistics() const noexcept { return statistics_; }
 
  private:
   std::chrono::nanoseconds period_;
@@ -55,7 +55,7 @@ class StatisticsClock {
   CycleTally total_;
   std::optional<snapshot::LineSample> newest_;
   std::int64_t begun_ns_ = 0;  ///< grid time at which `last_` starts
-  snapshot::CycleStatistics statistics_;
+  snapshot::CycleStatisticsSample statistics_;
 };
 
 }  // namespace driveline::runtime

@@ -27,7 +27,7 @@ std::string group_name(const LineConfig& config, std::size_t group) {
 }
 
 ImageView view_image(const LineConfig& config, const Master& master,
-                     std::span<const ecat_master::GroupCounters> counters, const GroupWatch* watch) {
+                     std::span<const ecat_master::ExchangeGroupCounters> counters, const ExchangeGroupWatch* watch) {
   const auto& image = master.image();
   ImageView view;
   view.layout = layout_name(config.process_data.layout);
@@ -36,7 +36,7 @@ ImageView view_image(const LineConfig& config, const Master& master,
   view.frames = image.frame_count();
   view.wire = wire_budget(master, config);
   for (std::size_t i = 0; i < image.groups().size(); ++i) {
-    GroupView group;
+    ExchangeGroupView group;
     group.name = group_name(config, i);
     group.settings = image.groups()[i];
     for (const auto& place : image.places()) {

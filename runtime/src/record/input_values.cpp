@@ -15,12 +15,12 @@ std::uint64_t extract(std::span<const std::byte> inputs, std::size_t first, unsi
 }  // namespace
 
 std::vector<InputValue> read_inputs(const ecat_master::ProcessVariables& variables, std::span<const std::byte> inputs) {
-  constexpr unsigned kMostBits = 64;
+  constexpr unsigned kMaxBits = 64;
   std::vector<InputValue> values;
   for (const auto& variable : variables.all()) {
     if (variable.output) continue;
     InputValue input{variables.full_name(variable), variable.index, variable.subindex, variable.bits, std::nullopt};
-    const bool readable = variable.bits <= kMostBits && variable.bit_offset + variable.bits <= 8 * inputs.size();
+    const bool readable = variable.bits <= kMaxBits && variable.bit_offset + variable.bits <= 8 * inputs.size();
     if (readable) input.value = extract(inputs, variable.bit_offset, variable.bits);
     values.push_back(std::move(input));
   }

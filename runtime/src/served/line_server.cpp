@@ -33,7 +33,7 @@ void count(std::atomic<std::uint64_t>& counter) noexcept {
 }
 
 /// Whether a clock of a slave has an event (SYNC0, SYNC1) by `time` that the slave has not processed yet.
-bool instant_due(const slaves::Line& line, nanoseconds time) noexcept {
+bool instant_due(const slaves::SimulatedLine& line, nanoseconds time) noexcept {
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (line.slave(i).esc().clock().sync_due() <= time) return true;
   }
@@ -42,7 +42,7 @@ bool instant_due(const slaves::Line& line, nanoseconds time) noexcept {
 
 }  // namespace
 
-LineServer::LineServer(slaves::Line& line, port::Port& primary, port::Port* secondary, rt::Clock& clock,
+LineServer::LineServer(slaves::SimulatedLine& line, port::Port& primary, port::Port* secondary, rt::Clock& clock,
                        Settings settings)
     : line_(line),
       ports_{&primary, secondary},
@@ -230,13 +230,13 @@ bool LineServer::take_window(rt::Histogram& window) noexcept {
   window = windows_[taken_];
   windows_[taken_].reset();
   taken_ ^= 1U;
-  told_.merge(window);
+  taken_windows_.merge(window);
   window_.store(Window::kNone, std::memory_order_release);
   return true;
 }
 
 rt::Histogram LineServer::turn_around() const noexcept {
-  auto all = told_;
+  auto all = taken_windows_;
   all.merge(windows_[0]);
   all.merge(windows_[1]);
   return all;

@@ -64,24 +64,24 @@ std::optional<SyncPlace> sync_place(std::size_t slave, const ecat_master::Master
   return SyncPlace{((clocks->frame_lead + signals.sync0_shift) % cycle + cycle) % cycle, cycle};
 }
 
-ecat_master::SetpointWay setpoint_way(const LineConfig& config, const ecat_master::AxisConfig& axis,
-                                      const ecat_master::Master& master) {
-  ecat_master::SetpointWay way;
+ecat_master::SetpointDelays setpoint_delays(const LineConfig& config, const ecat_master::AxisConfig& axis,
+                                            const ecat_master::Master& master) {
+  ecat_master::SetpointDelays delays;
   const auto& slave = config.slaves[axis.slave];
-  way.period = config.period;
-  way.divider = exchange_divider(config, slave);
-  way.interpolation = drive_rules(config, slave).interpolation_exchanges();
-  if (const auto place = sync_place(axis.slave, master)) way.to_sync0 = place->to_sync0;
-  return way;
+  delays.period = config.period;
+  delays.divider = exchange_divider(config, slave);
+  delays.interpolation = drive_rules(config, slave).interpolation_exchanges();
+  if (const auto place = sync_place(axis.slave, master)) delays.to_sync0 = place->to_sync0;
+  return delays;
 }
 
 /// Returns the cycles by which a torque offset is delayed: the drive interpolates towards a setpoint after receiving
 /// it, but uses the offset at once, so the offset belongs to the middle of the interpolation. If only the inertia is
 /// fed forward, the offset is sent with the setpoint.
-double offset_delay(double setpoint_delay_cycles, ecat_master::SetpointWay way) {
-  way.interpolation = 0;
-  const double interpolation = setpoint_delay_cycles - ecat_master::setpoint_delay_cycles(way);
-  return std::max(interpolation - 0.5 * way.divider, 0.0);
+double offset_delay(double setpoint_delay_cycles, ecat_master::SetpointDelays delays) {
+  delays.interpolation = 0;
+  const double interpolation = setpoint_delay_cycles - ecat_master::setpoint_delay_cycles(delays);
+  return std::max(interpolation - 0.5 * delays.divider, 0.0);
 }
 
 }  // namespace
@@ -93,10 +93,11 @@ std::vector<std::unique_ptr<slaves::Slave>> make_simulated_slaves(const LineConf
   return slaves;
 }
 
-std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock, bool second_interface) {
+std::unique_ptr<slaves::SimulatedLine> make_simulated_line(const LineConfig& config, rt::Clock& clock,
+                                                           bool second_interface) {
   slaves::LineOptions options;
   for (const auto& slave : config.slaves) options.slave_delays.push_back(slave.delays);
-  auto line = std::make_unique<slaves::Line>(clock, make_simulated_slaves(config), options, config.wiring);
+  auto line = std::make_unique<slaves::SimulatedLine>(clock, make_simulated_slaves(config), options, config.wiring);
   const auto far_end = line->wiring().master(slaves::MasterPort::kSecondary);
   if (far_end && !second_interface) line->break_cable(*far_end);
   for (const auto& plan : config.faults) line->faults().schedule(clock.now() + plan.at, plan.fault);
@@ -138,7 +139,7 @@ std::chrono::nanoseconds input_age(std::size_t slave, const ecat_master::Master&
 
 double setpoint_delay(const LineConfig& config, const ecat_master::AxisConfig& axis,
                       const ecat_master::Master& master) {
-  return ecat_master::setpoint_delay_cycles(setpoint_way(config, axis, master));
+  return ecat_master::setpoint_delay_cycles(setpoint_delays(config, axis, master));
 }
 
 std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_master::Master& master) {
@@ -150,9 +151,9 @@ std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_ma
       axes.emplace_back(std::move(axis));
       continue;
     }
-    const auto way = setpoint_way(config, axis, master);
-    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = ecat_master::setpoint_delay_cycles(way);
-    if (axis.feed_forward.any()) axis.offset_delay_cycles = offset_delay(*axis.setpoint_delay_cycles, way);
+    const auto delays = setpoint_delays(config, axis, master);
+    if (!axis.setpoint_delay_cycles) axis.setpoint_delay_cycles = ecat_master::setpoint_delay_cycles(delays);
+    if (axis.feed_forward.any()) axis.offset_delay_cycles = offset_delay(*axis.setpoint_delay_cycles, delays);
     // The description names slaves; those with an alias may be anywhere on the line. All are present, otherwise
     // configure() would have failed.
     axis.slave = master.position_of(axis.slave).value_or(axis.slave);

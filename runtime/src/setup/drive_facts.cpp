@@ -160,18 +160,18 @@ Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFact
 
 Result<std::optional<ScaleDifference>> take_scale(ecat_master::AxisConfig& axis, const DriveFacts& facts) {
   constexpr double kRounding = 1e-6;
-  const auto told = increments_per_revolution(facts);
-  if (!told || !(axis.unit_per_revolution > 0.0)) return std::nullopt;
+  const auto reported = increments_per_revolution(facts);
+  if (!reported || !(axis.unit_per_revolution > 0.0)) return std::nullopt;
   const double assumed = axis.increments_per_unit * axis.unit_per_revolution;
-  if (std::abs(*told - assumed) <= kRounding * assumed) return std::nullopt;
-  if (!axis.scale_assumed) return ScaleDifference{assumed, *told};
-  if (*told < 1.0 || *told > kMaxIncrementsPerRevolution) {
+  if (std::abs(*reported - assumed) <= kRounding * assumed) return std::nullopt;
+  if (!axis.scale_assumed) return ScaleDifference{assumed, *reported};
+  if (*reported < 1.0 || *reported > kMaxIncrementsPerRevolution) {
     return fail(ErrorKind::kSetting,
                 fmt::format("axis {}: by 6092h, 6091h and 608Fh a turn of its motor is {:.6g} increments, 1 to {:.0f} "
                             "are expected: increments_per_revolution is needed",
-                            axis.name, *told, kMaxIncrementsPerRevolution));
+                            axis.name, *reported, kMaxIncrementsPerRevolution));
   }
-  axis.increments_per_unit = *told / axis.unit_per_revolution;
+  axis.increments_per_unit = *reported / axis.unit_per_revolution;
   return std::nullopt;
 }
 

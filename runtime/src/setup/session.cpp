@@ -160,7 +160,7 @@ Result<std::unique_ptr<port::InterfacePort>> Session::open_interface(const std::
   if (auto trouble = too_short_for_frames(interface); !trouble.empty()) {
     return fail(ErrorKind::kMachine, std::move(trouble));
   }
-  wires_.push_back({interface, opened->port->way(), std::move(opened->steps_down)});
+  wires_.push_back({interface, opened->port->access_method(), std::move(opened->steps_down)});
   if (opened->launches) launch_ahead_ = *early;
   return std::move(opened->port);
 }

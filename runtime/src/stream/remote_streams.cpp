@@ -76,7 +76,7 @@ Result<RemoteStreams::Stream*> RemoteStreams::begin(const StreamedSetpoint& reco
   if (closed_) return fail(ErrorKind::kSetting, "the line ends");
   auto axes = choose(record, owner);
   if (!axes) return tl::unexpected(axes.error());
-  if (streams_.size() >= kMostStreams || hub_.full()) {
+  if (streams_.size() >= kMaxStreams || hub_.full()) {
     return fail(ErrorKind::kMachine, "too many programs stream to this line");
   }
   std::vector<StreamSession::Member> members;
@@ -91,7 +91,7 @@ Result<RemoteStreams::Stream*> RemoteStreams::begin(const StreamedSetpoint& reco
   SessionWatch watch(std::move(peer), *std::move(axes), **session);
   auto& stream =
       streams_.emplace_back(Stream{record.participant, record.client, *std::move(session), ring, std::move(watch)});
-  static_cast<void>(hub_.add(*stream.session));  // if the hub is full, look() finds the session over
+  static_cast<void>(hub_.add(*stream.session));  // if the hub is full, poll() finds the session over
   stream.watch.tell_begin([this](EventFacts facts, Severity) { events_.push_back(std::move(facts)); });
   return &stream;
 }
@@ -155,10 +155,10 @@ void RemoteStreams::refuse(const StreamedSetpoint& record, const std::string& ow
     events::StreamClientRefused refused;
     refused.peer.name = owner;
     refused.reason = reason;
-    refused.more = std::exchange(untold_, 0);
+    refused.more = std::exchange(unreported_, 0);
     events_.emplace_back(std::move(refused));
   } else {
-    ++untold_;
+    ++unreported_;
   }
   if (now < next_refusal_) return;
   next_refusal_ = now + kReportInterval;
@@ -169,19 +169,19 @@ void RemoteStreams::refuse(const StreamedSetpoint& record, const std::string& ow
   report.text.set(reason);
 }
 
-void RemoteStreams::look(Instant now) {
-  for (auto& stream : streams_) look_at(stream, now);
+void RemoteStreams::poll(Instant now) {
+  for (auto& stream : streams_) poll_stream(stream, now);
   streams_.remove_if([](const Stream& stream) { return stream.over; });
 }
 
-void RemoteStreams::look_at(Stream& stream, Instant now) {
+void RemoteStreams::poll_stream(Stream& stream, Instant now) {
   const auto note = [&](EventFacts facts, Severity) {
     if (facts.is<events::StreamSetpointRefused>()) stream.text = describe(Event{facts});
     events_.push_back(std::move(facts));
   };
-  // Checked before look(), so that the last look() comes after the end of the session.
+  // Checked before poll(), so that the last poll() comes after the end of the session.
   stream.over = !hub_.holds(*stream.session);
-  stream.watch.look(note);
+  stream.watch.poll(note);
   bool leased = false;
   for (std::size_t i = 0; i < stream.watch.axes().size(); ++i) leased = leased || stream.session->commands(i);
   if (!leased) stream.session->request_end(EndReason::kGone);

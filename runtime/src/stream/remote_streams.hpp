@@ -30,12 +30,12 @@ namespace driveline::runtime {
 class RemoteStreams {
  public:
   /// Most streams at a time; the remaining sessions are for clients in shared memory.
-  static constexpr std::size_t kMostStreams = StreamHub::kMostSessions / 2;
+  static constexpr std::size_t kMaxStreams = StreamHub::kMaxSessions / 2;
   /// Interval of the reports about a stream if nothing else happens, and of the reports about refused streams.
   static constexpr std::chrono::milliseconds kReportInterval{20};
 
   /// `axes`: axes that accept streams. `hub` and `authority` must outlive it.
-  RemoteStreams(StreamHub& hub, const AxisAuthority& authority, const StreamSettings& settings,
+  RemoteStreams(StreamHub& hub, const AxisAuthority& authority, const ClientStreamSettings& settings,
                 std::vector<StreamAxis> axes, std::chrono::nanoseconds period)
       : hub_(hub), authority_(authority), settings_(settings), axes_(std::move(axes)), period_(period) {}
 
@@ -43,7 +43,7 @@ class RemoteStreams {
   /// if the client owns all axes of the record.
   bool take(const snapshot::StreamedSetpoint& record, const std::string& owner, std::chrono::nanoseconds now);
   /// Supervises the streams. Call every few milliseconds.
-  void look(std::chrono::nanoseconds now);
+  void poll(std::chrono::nanoseconds now);
   /// Ends all streams; their axes come to rest.
   void end_all(stream::EndReason reason);
   /// Refuses new streams from now on, because the line ends.
@@ -77,12 +77,12 @@ class RemoteStreams {
   void write(Stream& stream, const snapshot::StreamedSetpoint& record);
   void refuse(const snapshot::StreamedSetpoint& record, const std::string& owner, const std::string& reason,
               Instant now);
-  void look_at(Stream& stream, Instant now);
+  void poll_stream(Stream& stream, Instant now);
   void report(Stream& stream, Instant now);
 
   StreamHub& hub_;
   const AxisAuthority& authority_;
-  StreamSettings settings_;
+  ClientStreamSettings settings_;
   std::vector<StreamAxis> axes_;
   std::chrono::nanoseconds period_;
   bool closed_ = false;
@@ -91,7 +91,7 @@ class RemoteStreams {
   std::vector<EventFacts> events_;
   Instant next_refusal_{};
   Instant next_refusal_event_{};
-  std::uint64_t untold_ = 0;  ///< refusals without an event so far
+  std::uint64_t unreported_ = 0;  ///< refusals without an event so far
 };
 
 }  // namespace driveline::runtime

@@ -13,15 +13,16 @@ void SessionWatch::tell_begin(const Note& note) const {
   note(events::StreamClientCame{peer_, std::move(names)}, Severity::kProgress);
 }
 
-void SessionWatch::look(const Note& note) {
+void SessionWatch::poll(const Note& note) {
   stream::StatusRecord record;
   if (!status_.latest(record)) return;
   last_ = record;
   for (std::size_t i = 0; i < stream::kRefusals; ++i) {
-    if (record.refused[i] == 0 || std::exchange(told_[i], true)) continue;
+    if (record.refused[i] == 0 || std::exchange(reported_[i], true)) continue;
     tell_refusal(static_cast<stream::Refusal>(i), note);
   }
-  if (record.starved > 0 && !std::exchange(told_starved_, true)) note(events::StreamStarved{peer_}, Severity::kNotice);
+  if (record.starved > 0 && !std::exchange(reported_starved_, true))
+    note(events::StreamStarved{peer_}, Severity::kNotice);
 }
 
 void SessionWatch::tell_refusal(stream::Refusal reason, const Note& note) const {

@@ -36,7 +36,7 @@ class SessionWatch {
   /// Reports the start of the session.
   void tell_begin(const Note& note) const;
   /// Reads the status, and reports what is new in it.
-  void look(const Note& note);
+  void poll(const Note& note);
   /// Reports the end of the session.
   void tell_end(const Note& note) const;
 
@@ -44,7 +44,7 @@ class SessionWatch {
   [[nodiscard]] const StreamPeer& peer() const noexcept { return peer_; }
   /// Returns the axes of the session.
   [[nodiscard]] const std::vector<StreamAxis>& axes() const noexcept { return axes_; }
-  /// Returns the status at the last look().
+  /// Returns the status at the last poll().
   [[nodiscard]] const stream::StatusRecord& status() const noexcept { return last_; }
 
  private:
@@ -55,8 +55,8 @@ class SessionWatch {
   StreamSession& session_;
   rt::SharedBroadcastReader<stream::StatusRecord> status_;
   stream::StatusRecord last_{};
-  std::array<bool, stream::kRefusals> told_{};
-  bool told_starved_ = false;
+  std::array<bool, stream::kRefusals> reported_{};
+  bool reported_starved_ = false;
 };
 
 }  // namespace driveline::runtime

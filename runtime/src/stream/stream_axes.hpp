@@ -12,7 +12,7 @@ class StreamAxes {
  public:
   /// State of an axis for the hub.
   struct View {
-    stream::AxisState state = stream::AxisState::kDisabled;
+    stream::MotionState state = stream::MotionState::kDisabled;
     std::uint32_t error = 0;  ///< error in ErrorStop
     double setpoint = 0.0;    ///< last setpoint, rad or m, as requests count
     double offset = 0.0;      ///< position in requests minus position of the drive, rad or m

@@ -20,7 +20,7 @@ namespace driveline::runtime {
 class StreamHub final : public ecat_master::CycleTask {
  public:
   /// Most clients at a time.
-  static constexpr std::size_t kMostSessions = 32;
+  static constexpr std::size_t kMaxSessions = 32;
 
   /// `axes` must outlive it.
   StreamHub(StreamAxes& axes, std::size_t axis_count);
@@ -49,7 +49,7 @@ class StreamHub final : public ecat_master::CycleTask {
 
   StreamAxes& axes_;
   std::vector<std::unique_ptr<Feed>> feeds_;
-  std::array<std::atomic<StreamSession*>, kMostSessions> slots_{};
+  std::array<std::atomic<StreamSession*>, kMaxSessions> slots_{};
 };
 
 }  // namespace driveline::runtime

@@ -16,9 +16,9 @@ namespace {
 using std::chrono::steady_clock;
 using stream::EndReason;
 
-constexpr std::size_t kMostVisitors = 8;
+constexpr std::size_t kMaxVisitors = 8;
 /// Time-out for the Hello of a connected client.
-constexpr auto kPatience = std::chrono::seconds{1};
+constexpr auto kHelloTimeout = std::chrono::seconds{1};
 /// Interval between two events about refused clients.
 constexpr auto kRefusalInterval = std::chrono::seconds{1};
 
@@ -77,7 +77,7 @@ void StreamServer::note(EventFacts facts, Severity severity) {
 }
 
 void StreamServer::let_in() {
-  for (std::size_t i = 0; i < kMostVisitors; ++i) {
+  for (std::size_t i = 0; i < kMaxVisitors; ++i) {
     auto socket = socket_->accept();
     if (!socket.valid()) return;
     auto peer = peer_of(socket.get());
@@ -86,7 +86,7 @@ void StreamServer::let_in() {
     Visitor visitor{std::move(socket), std::move(*peer), steady_clock::now()};
     if (!may_stream(visitor.socket.get(), visitor.peer, config_.allowed)) {
       refuse(visitor, fmt::format("user {} may not stream to this line", visitor.peer.user));
-    } else if (visitors_.size() == kMostVisitors) {
+    } else if (visitors_.size() == kMaxVisitors) {
       refuse(visitor, "too many programs connect at once");
     } else {
       visitors_.push_back(std::move(visitor));
@@ -103,7 +103,7 @@ bool StreamServer::hear(Visitor& visitor) {
   const auto message = receive_message(visitor.socket.get());
   if (message.closed) return true;
   if (message.bytes.empty()) {
-    if (steady_clock::now() - visitor.since < kPatience) return false;
+    if (steady_clock::now() - visitor.since < kHelloTimeout) return false;
     refuse(visitor, "it has not said what it wants");
     return true;
   }
@@ -230,20 +230,20 @@ void StreamServer::refuse(Visitor& visitor, const std::string& reason) {
   static_cast<void>(send_answer(visitor.socket.get(), answer, {}));
   const auto now = steady_clock::now();
   if (last_refusal_ != Instant{} && now - last_refusal_ < kRefusalInterval) {
-    ++untold_;
+    ++unreported_;
     return;
   }
   last_refusal_ = now;
-  note(events::StreamClientRefused{visitor.peer, reason, std::exchange(untold_, 0)}, Severity::kNotice);
+  note(events::StreamClientRefused{visitor.peer, reason, std::exchange(unreported_, 0)}, Severity::kNotice);
 }
 
 void StreamServer::look_after_clients() {
   for (auto& client : clients_) {
     if (receive_message(client->socket.get()).closed) client->session->request_end(EndReason::kGone);
-    client->watch.look(note_);
+    client->watch.poll(note_);
     lease_again(*client);
     if (hub_.holds(*client->session)) continue;
-    client->watch.look(note_);
+    client->watch.poll(note_);
     for (std::size_t i = 0; i < client->session->members().size(); ++i) {
       release(client->watch.peer(), client->session->members()[i].axis, client->session->lease(i));
     }

@@ -92,7 +92,7 @@ class StreamServer {
   std::vector<Event> events_;
   SessionWatch::Note note_{[this](EventFacts facts, Severity severity) { note(std::move(facts), severity); }};
   Instant last_refusal_{};
-  std::uint64_t untold_ = 0;  ///< refusals without an event so far
+  std::uint64_t unreported_ = 0;  ///< refusals without an event so far
 };
 
 }  // namespace driveline::runtime

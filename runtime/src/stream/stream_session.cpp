@@ -6,8 +6,8 @@
 namespace driveline::runtime {
 namespace {
 
-using stream::AxisState;
 using stream::EndReason;
+using stream::MotionState;
 using stream::RecordKind;
 using stream::Refusal;
 using stream::SessionState;
@@ -25,7 +25,7 @@ std::vector<stream::AxisBounds> bounds_of(const std::vector<StreamSession::Membe
 }
 
 /// Without additional delay: the client sends ahead, or the curve starts before the first setpoint.
-trajectory::StreamSettings curve_settings(const StreamSettings& settings, std::chrono::nanoseconds period) {
+trajectory::StreamSettings curve_settings(const ClientStreamSettings& settings, std::chrono::nanoseconds period) {
   trajectory::StreamSettings curve;
   curve.method = settings.method;
   curve.period_s = std::chrono::duration<double>(period).count();
@@ -70,15 +70,15 @@ Refusal refusal_of(trajectory::StreamVerdict verdict) noexcept {
 }
 
 /// Whether an axis in this state may start to follow.
-bool can_follow(AxisState state) noexcept {
-  return state == AxisState::kStandstill || state == AxisState::kDiscreteMotion ||
-         state == AxisState::kContinuousMotion;
+bool can_follow(MotionState state) noexcept {
+  return state == MotionState::kStandstill || state == MotionState::kDiscreteMotion ||
+         state == MotionState::kContinuousMotion;
 }
 
 }  // namespace
 
 Result<std::unique_ptr<StreamSession>> StreamSession::make(std::vector<Member> members, bool power,
-                                                           const StreamSettings& settings,
+                                                           const ClientStreamSettings& settings,
                                                            std::chrono::nanoseconds period,
                                                            const AxisAuthority& authority) {
   auto ring = rt::SharedRegion::create("driveline-setpoints", stream::setpoint_ring(kRingRecords));
@@ -89,7 +89,7 @@ Result<std::unique_ptr<StreamSession>> StreamSession::make(std::vector<Member> m
                                                           std::move(*ring), std::move(*broadcast)));
 }
 
-StreamSession::StreamSession(std::vector<Member> members, bool power, const StreamSettings& settings,
+StreamSession::StreamSession(std::vector<Member> members, bool power, const ClientStreamSettings& settings,
                              std::chrono::nanoseconds period, const AxisAuthority& authority, rt::SharedRegion ring,
                              rt::SharedRegion broadcast)
     : members_(std::move(members)),
@@ -280,7 +280,7 @@ void StreamSession::command(StreamAxes& axes) noexcept {
     }
     const auto axis = members_[i].axis;
     const auto state = axes.view(axis).state;
-    if (power && state == AxisState::kDisabled) axes.power_on(axis);
+    if (power && state == MotionState::kDisabled) axes.power_on(axis);
     if (std::exchange(members_[i].halt, false)) axes.halt(axis);
     const bool can = axes_[i].bound && can_follow(state);
     if (ending() || !stream_ns_ || !axes_[i].wanted || !can) continue;
@@ -294,8 +294,8 @@ bool StreamSession::at_rest(const StreamAxes& axes) const noexcept {
     // Axes that another client moves now do not matter.
     if (!axes_[i].bound || (!axes_[i].following && !commands(i))) continue;
     const auto state = axes.view(members_[i].axis).state;
-    const bool stopping = axes_[i].let_go && state == AxisState::kDiscreteMotion;
-    if (axes_[i].following || stopping || state == AxisState::kSynchronizedMotion) return false;
+    const bool stopping = axes_[i].let_go && state == MotionState::kDiscreteMotion;
+    if (axes_[i].following || stopping || state == MotionState::kSynchronizedMotion) return false;
   }
   return true;
 }

@@ -54,7 +54,7 @@ class StreamSession {
 
   /// `authority` must outlive it. Error (kMachine): no shared memory.
   [[nodiscard]] static Result<std::unique_ptr<StreamSession>> make(std::vector<Member> members, bool power,
-                                                                   const StreamSettings& settings,
+                                                                   const ClientStreamSettings& settings,
                                                                    std::chrono::nanoseconds period,
                                                                    const AxisAuthority& authority);
   StreamSession(const StreamSession&) = delete;
@@ -125,7 +125,7 @@ class StreamSession {
     std::atomic<bool> known{false};
   };
 
-  StreamSession(std::vector<Member> members, bool power, const StreamSettings& settings,
+  StreamSession(std::vector<Member> members, bool power, const ClientStreamSettings& settings,
                 std::chrono::nanoseconds period, const AxisAuthority& authority, rt::SharedRegion ring,
                 rt::SharedRegion broadcast);
 
@@ -149,7 +149,7 @@ class StreamSession {
 
   std::vector<Member> members_;
   bool power_;
-  StreamSettings settings_;
+  ClientStreamSettings settings_;
   const AxisAuthority& authority_;
   rt::SharedRegion ring_;
   rt::SharedRegion broadcast_;

@@ -18,7 +18,7 @@ namespace {
 constexpr int kWaitingClients = 8;
 /// Longest valid message plus one: a longer one is truncated and then is no Hello.
 constexpr std::size_t kLongestMessage = sizeof(stream::Hello) + 1;
-constexpr std::size_t kMostDescriptors = 2;
+constexpr std::size_t kMaxDescriptors = 2;
 
 sockaddr_un address_of(const std::string& path) {
   sockaddr_un address{};
@@ -94,7 +94,7 @@ bool send_answer(int socket, const stream::Answer& answer, std::span<const int> 
   msghdr message{};
   message.msg_iov = &part;
   message.msg_iovlen = 1;
-  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(kMostDescriptors * sizeof(int))> control{};
+  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(kMaxDescriptors * sizeof(int))> control{};
   if (!descriptors.empty()) {
     message.msg_control = control.data();
     message.msg_controllen = CMSG_SPACE(descriptors.size_bytes());

@@ -7,10 +7,10 @@ namespace driveline::runtime {
 using snapshot::FeedReturn;
 
 FeedReturn BridgeCounts::read() const noexcept {
-  FeedReturn told;
-  rt::shared_detail::load_record<std::memory_order_acquire>(told,
+  FeedReturn counts;
+  rt::shared_detail::load_record<std::memory_order_acquire>(counts,
                                                             region_.words().data() + rt::shared_detail::kRecordsWord);
-  return told;
+  return counts;
 }
 
 void BridgeCounts::write(const FeedReturn& record) const noexcept {
@@ -19,23 +19,23 @@ void BridgeCounts::write(const FeedReturn& record) const noexcept {
 }
 
 /// Whether the counts are plausible: no count decreases or exceeds the records written since this bridge started.
-bool BridgeCounts::can_be(const FeedReturn& told, std::uint64_t written) const noexcept {
+bool BridgeCounts::can_be(const FeedReturn& counts, std::uint64_t written) const noexcept {
   const auto records = written - begun_at_;
   const auto samples = records * axes_;
-  return told.beats >= last_.beats && told.next >= last_.next && told.next <= written &&
-         told.published >= last_.published && told.published <= samples && told.lost >= last_.lost &&
-         told.lost <= records && told.refused >= last_.refused && told.refused <= samples;
+  return counts.beats >= last_.beats && counts.next >= last_.next && counts.next <= written &&
+         counts.published >= last_.published && counts.published <= samples && counts.lost >= last_.lost &&
+         counts.lost <= records && counts.refused >= last_.refused && counts.refused <= samples;
 }
 
-bool BridgeCounts::look(std::uint64_t written) {
-  const auto told = read();
-  if (!can_be(told, written)) return false;
-  last_ = told;
+bool BridgeCounts::update(std::uint64_t written) {
+  const auto counts = read();
+  if (!can_be(counts, written)) return false;
+  last_ = counts;
   return true;
 }
 
 void BridgeCounts::begin(std::uint64_t written) {
-  static_cast<void>(look(written));
+  static_cast<void>(update(written));
   published_before_ += last_.published;
   dropped_before_ += dropped_by(last_);
   begun_at_ = last_.next;
@@ -45,7 +45,7 @@ void BridgeCounts::begin(std::uint64_t written) {
 }
 
 void BridgeCounts::end(std::uint64_t written) noexcept {
-  static_cast<void>(look(written));
+  static_cast<void>(update(written));
   last_.lost += written - last_.next;
   last_.next = written;
 }

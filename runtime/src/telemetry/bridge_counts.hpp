@@ -19,7 +19,7 @@ class BridgeCounts {
   /// where to continue. `written`: records in the feed.
   void begin(std::uint64_t written);
   /// Checks the counts. False: they are impossible.
-  [[nodiscard]] bool look(std::uint64_t written);
+  [[nodiscard]] bool update(std::uint64_t written);
   /// Call when the last bridge has ended: records that it has not taken are lost.
   void end(std::uint64_t written) noexcept;
 
@@ -37,10 +37,10 @@ class BridgeCounts {
  private:
   [[nodiscard]] snapshot::FeedReturn read() const noexcept;
   void write(const snapshot::FeedReturn& record) const noexcept;
-  [[nodiscard]] bool can_be(const snapshot::FeedReturn& told, std::uint64_t written) const noexcept;
+  [[nodiscard]] bool can_be(const snapshot::FeedReturn& counts, std::uint64_t written) const noexcept;
   /// Returns the dropped samples: each record has one of the line and one per axis.
-  [[nodiscard]] std::uint64_t dropped_by(const snapshot::FeedReturn& told) const noexcept {
-    return told.lost * (axes_ + 1) + told.refused;
+  [[nodiscard]] std::uint64_t dropped_by(const snapshot::FeedReturn& counts) const noexcept {
+    return counts.lost * (axes_ + 1) + counts.refused;
   }
 
   const rt::SharedMapping& region_;

@@ -48,7 +48,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   counts_.begin(feed_.written());
   reason_.clear();
   running_ = false;
-  told_nonsense_ = false;
+  invalid_counts_reported_ = false;
   beats_ = 0;
   alive_at_ = now;
   started_at_ = now;
@@ -112,7 +112,7 @@ tl::unexpected<Error> BridgeSupervisor::refused() const {
 
 void BridgeSupervisor::serve(Clock::time_point now) {
   if (by_service()) {
-    look_at_guest(now);
+    poll_guest(now);
     return;
   }
   if (!process_.valid()) {
@@ -122,7 +122,7 @@ void BridgeSupervisor::serve(Clock::time_point now) {
     return;
   }
   take_messages();
-  look_at_counts(now);
+  update_counts(now);
   if (const auto status = process_.reap()) {
     ended(describe_end(*status), now);
     return;
@@ -144,10 +144,10 @@ void BridgeSupervisor::take_messages() {
   }
 }
 
-void BridgeSupervisor::look_at_counts(Clock::time_point now) {
-  if (!counts_.look(feed_.written())) {
-    ++unbelieved_;
-    if (!std::exchange(told_nonsense_, true)) events_.emplace_back(events::BridgeUnbelieved{});
+void BridgeSupervisor::update_counts(Clock::time_point now) {
+  if (!counts_.update(feed_.written())) {
+    ++invalid_counts_;
+    if (!std::exchange(invalid_counts_reported_, true)) events_.emplace_back(events::InvalidBridgeCounts{});
     return;
   }
   if (std::exchange(beats_, counts_.beats()) == counts_.beats()) return;
@@ -156,8 +156,8 @@ void BridgeSupervisor::look_at_counts(Clock::time_point now) {
 }
 
 /// Checks a bridge of a service. Its counts continue where those of the previous one ended.
-void BridgeSupervisor::look_at_guest(Clock::time_point now) {
-  look_at_counts(now);
+void BridgeSupervisor::poll_guest(Clock::time_point now) {
+  update_counts(now);
   running_ = beats_ > 0 && now - alive_at_ < kGone;
 }
 
@@ -165,7 +165,7 @@ void BridgeSupervisor::look_at_guest(Clock::time_point now) {
 void BridgeSupervisor::await_guest() {
   const auto limit = Clock::now() + kFarewell;
   for (auto now = Clock::now(); now < limit; now = Clock::now()) {
-    look_at_guest(now);
+    poll_guest(now);
     if (!running_ || counts_.next() == feed_.written()) return;
     std::this_thread::sleep_for(std::chrono::milliseconds{kStartPollMs});
   }

@@ -60,7 +60,7 @@ class BridgeSupervisor {
   /// Returns the number of restarts of the bridge.
   [[nodiscard]] std::uint64_t restarts() const noexcept { return restarts_; }
   /// Returns the number of checks that found impossible counts.
-  [[nodiscard]] std::uint64_t unbelieved() const noexcept { return unbelieved_; }
+  [[nodiscard]] std::uint64_t invalid_counts() const noexcept { return invalid_counts_; }
   /// Returns the process of the bridge; 0: there is none.
   [[nodiscard]] pid_t process() const noexcept { return process_.id(); }
   /// Whether a bridge publishes.
@@ -78,8 +78,8 @@ class BridgeSupervisor {
   [[nodiscard]] Result<void> spawn(Clock::time_point now);
   [[nodiscard]] tl::unexpected<Error> refused() const;
   void take_messages();
-  void look_at_counts(Clock::time_point now);
-  void look_at_guest(Clock::time_point now);
+  void update_counts(Clock::time_point now);
+  void poll_guest(Clock::time_point now);
   void await_guest();
   void ended(const std::string& how, Clock::time_point now);
 
@@ -90,11 +90,11 @@ class BridgeSupervisor {
   HelperProcess process_;
   RestartPause pause_;
   std::vector<EventFacts> events_;
-  std::string reason_;          ///< reason of a failure in the words of the bridge
-  bool running_ = false;        ///< the bridge has reported that it publishes
-  bool told_nonsense_ = false;  ///< impossible counts of the present bridge were reported
+  std::string reason_;                    ///< reason of a failure in the words of the bridge
+  bool running_ = false;                  ///< the bridge has reported that it publishes
+  bool invalid_counts_reported_ = false;  ///< impossible counts of the present bridge were reported
   std::uint64_t restarts_ = 0;
-  std::uint64_t unbelieved_ = 0;
+  std::uint64_t invalid_counts_ = 0;
   std::uint64_t beats_ = 0;  ///< passes of the bridge at `alive_at_`
   Clock::time_point alive_at_{};
   Clock::time_point started_at_{};

@@ -9,7 +9,7 @@ using snapshot::FeedLine;
 void CycleAssembler::add(const snapshot::LineSample& sample) {
   lines_.push_back(snapshot::to_feed(sample));
   if (expected_ == 0) emit_lines_before(std::numeric_limits<std::uint64_t>::max());
-  if (lines_.size() > kMostWaiting) emit_lines_before(lines_.front().cycle + 1);
+  if (lines_.size() > kMaxWaiting) emit_lines_before(lines_.front().cycle + 1);
 }
 
 void CycleAssembler::add(const snapshot::AxisSample& sample) {

@@ -19,7 +19,7 @@ class CycleAssembler {
   using Sink = std::function<void(const snapshot::FeedLine& line, std::span<const snapshot::FeedAxisSample> axes)>;
 
   /// Most line samples that may wait for the samples of their axes; more than the rings hold.
-  static constexpr std::size_t kMostWaiting = 8192;
+  static constexpr std::size_t kMaxWaiting = 8192;
 
   /// For a line with this number of axes.
   CycleAssembler(std::size_t axes, Sink sink) : expected_(axes), sink_(std::move(sink)) { axes_.reserve(axes); }

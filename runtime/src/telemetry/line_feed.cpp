@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kFeedTime{250};
 constexpr std::uint64_t kLeastCycles = 64;
-constexpr std::uint64_t kMostBytes = 16U << 20;
+constexpr std::uint64_t kMaxBytes = 16U << 20;
 /// Longer than any IPv4 address; longer texts would be truncated.
 constexpr std::size_t kLongestAddress = 47;
 
@@ -70,7 +70,7 @@ Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
 
 std::uint64_t feed_cycles(const LineConfig& config) noexcept {
   const auto wanted = static_cast<std::uint64_t>(kFeedTime / config.period);
-  const std::uint64_t room = kMostBytes / snapshot::feed_axis_offset(config.axes.size());
+  const std::uint64_t room = kMaxBytes / snapshot::feed_axis_offset(config.axes.size());
   return std::max(kLeastCycles, std::min(std::bit_ceil(std::max(wanted, kLeastCycles)), std::bit_floor(room)));
 }
 

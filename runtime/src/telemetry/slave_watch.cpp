@@ -99,7 +99,7 @@ std::vector<std::uint32_t> SlaveWatch::states_in_cycle() const {
   return states;
 }
 
-bool SlaveWatch::look() {
+bool SlaveWatch::poll() {
   auto states = states_in_cycle();
   if (states == seen_ && clock_.now() < due_) return false;
   seen_ = std::move(states);

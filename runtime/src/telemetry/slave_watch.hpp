@@ -34,7 +34,7 @@ class SlaveWatch {
   /// Reads the registers of all slaves at once, due or not. Slaves that cannot be read count as not answering.
   void read();
   /// Reads the registers if they are due. True: there are new data.
-  [[nodiscard]] bool look();
+  [[nodiscard]] bool poll();
   /// Sets the owners of the axes, by axis number; empty: none. True: they have changed.
   [[nodiscard]] bool set_owners(const std::vector<std::string>& owners);
   /// Returns the present data.

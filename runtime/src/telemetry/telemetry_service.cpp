@@ -17,9 +17,9 @@ constexpr std::chrono::milliseconds kWakePeriod{1};
 /// Interval between two checks of the bridge.
 constexpr std::chrono::milliseconds kLookPeriod{10};
 /// On virtual time, time-out for a bridge that makes no progress.
-constexpr std::chrono::milliseconds kPatienceWithBridge{200};
+constexpr std::chrono::milliseconds kBridgeTimeout{200};
 /// More than the feed holds, so that even in a burst the newest events are available.
-constexpr std::size_t kMostWaitingEvents = 4 * snapshot::kFeedEvents;
+constexpr std::size_t kMaxWaitingEvents = 4 * snapshot::kFeedEvents;
 
 }  // namespace
 
@@ -65,12 +65,12 @@ void TelemetryService::wait_for_bridge() {
   const auto& counts = supervisor_->counts();
   const auto behind = [&] { return feed_.written() - counts.next() >= feed_.capacity() / 2; };
   if (!behind() || !supervisor_->running()) return;
-  auto limit = Clock::now() + kPatienceWithBridge;
+  auto limit = Clock::now() + kBridgeTimeout;
   for (auto seen = counts.next(); behind() && supervisor_->running() && seen != stuck_at_;) {
     std::this_thread::sleep_for(std::chrono::microseconds{200});
     const auto now = Clock::now();
     supervisor_->serve(now);
-    if (counts.next() != seen) limit = now + kPatienceWithBridge;
+    if (counts.next() != seen) limit = now + kBridgeTimeout;
     seen = counts.next();
     if (now > limit) stuck_at_ = seen;
   }
@@ -130,14 +130,14 @@ void TelemetryService::tell(Severity severity, std::string_view sentence) {
   event.severity = static_cast<std::uint64_t>(severity);
   event.text.set(sentence);
   const std::lock_guard lock(mutex_);
-  if (told_.size() < kMostWaitingEvents) told_.push_back(event);
+  if (waiting_events_.size() < kMaxWaitingEvents) waiting_events_.push_back(event);
 }
 
 void TelemetryService::tell_events() {
   std::vector<snapshot::FeedEvent> events;
   {
     const std::lock_guard lock(mutex_);
-    events.swap(told_);
+    events.swap(waiting_events_);
   }
   for (const auto& event : events) feed_.push_event(event);
 }
@@ -163,7 +163,7 @@ void TelemetryService::hand_over(const snapshot::DrainCounters& counters) {
   report_.published = supervisor_->counts().published();
   report_.dropped = counters.lines_dropped + counters.axes_dropped + supervisor_->counts().dropped();
   report_.restarts = supervisor_->restarts();
-  report_.unbelieved = supervisor_->unbelieved();
+  report_.invalid_counts = supervisor_->invalid_counts();
 }
 
 std::vector<EventFacts> TelemetryService::poll() {

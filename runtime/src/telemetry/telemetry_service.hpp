@@ -75,7 +75,7 @@ class TelemetryService final : public snapshot::SampleConsumer {
   Clock::time_point next_look_{};
   mutable std::mutex mutex_;  ///< protects the members below
   std::vector<EventFacts> events_;
-  std::vector<snapshot::FeedEvent> told_;             ///< events to be written into the feed
+  std::vector<snapshot::FeedEvent> waiting_events_;   ///< events to be written into the feed
   std::optional<snapshot::FeedCondition> condition_;  ///< data to be written into the feed
   TelemetryReport report_;
 };

@@ -70,14 +70,14 @@ struct ProfileGenerator::Plan {
     end.acceleration = 0.0;
   }
 
-  void accelerate(double v, const ProfileLimits& limits) noexcept {
+  void accelerate(double v, const GeneratorLimits& limits) noexcept {
     if (end.velocity * v < 0.0) change_speed(0.0, limits.deceleration, limits.jerk_time_s);
     const bool faster = std::abs(v) > std::abs(end.velocity);
     change_speed(v, faster ? limits.acceleration : limits.deceleration, limits.jerk_time_s);
   }
 
   /// Plans a movement from `start` to standstill via speed `peak`, which is held for `cruise_s`.
-  static Plan over(const ProfileState& start, double peak, double cruise_s, const ProfileLimits& limits) noexcept {
+  static Plan over(const ProfileState& start, double peak, double cruise_s, const GeneratorLimits& limits) noexcept {
     Plan plan;
     plan.end = start;
     plan.accelerate(peak, limits);
@@ -89,7 +89,7 @@ struct ProfileGenerator::Plan {
 
 namespace {
 
-ProfileLimits sanitized(const ProfileLimits& limits) noexcept {
+GeneratorLimits sanitized(const GeneratorLimits& limits) noexcept {
   return {positive(limits.velocity), positive(limits.acceleration), positive(limits.deceleration),
           std::isfinite(limits.jerk_time_s) ? std::max(limits.jerk_time_s, 0.0) : 0.0};
 }
@@ -125,8 +125,8 @@ void ProfileGenerator::reset(const ProfileState& state) noexcept {
 
 /// The distance of a movement increases with its signed peak speed, so bisection finds the peak speed that just covers
 /// the distance. A short cruise at that speed compensates the remaining rounding error.
-void ProfileGenerator::move_to(double position, const ProfileLimits& wanted) noexcept {
-  const ProfileLimits limits = sanitized(wanted);
+void ProfileGenerator::move_to(double position, const GeneratorLimits& wanted) noexcept {
+  const GeneratorLimits limits = sanitized(wanted);
   const double target = finite(position);
   const auto rest = [&](double peak) { return target - Plan::over(state_, peak, 0.0, limits).end.position; };
   double low = -limits.velocity;
@@ -147,8 +147,8 @@ void ProfileGenerator::move_to(double position, const ProfileLimits& wanted) noe
   follow(Plan::over(state_, peak, cruise_s, limits), {target, 0.0, 0.0}, true);
 }
 
-void ProfileGenerator::run_at(double velocity, const ProfileLimits& wanted) noexcept {
-  const ProfileLimits limits = sanitized(wanted);
+void ProfileGenerator::run_at(double velocity, const GeneratorLimits& wanted) noexcept {
+  const GeneratorLimits limits = sanitized(wanted);
   Plan plan;
   plan.end = state_;
   plan.accelerate(finite(velocity), limits);

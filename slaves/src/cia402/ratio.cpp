@@ -55,27 +55,27 @@ std::int64_t Ratio::apply(std::int64_t value) const noexcept {
   return negative ? -limited : limited;
 }
 
-PositionRange::PositionRange(std::int32_t minimum, std::int32_t maximum) noexcept {
+PositionRangeLimit::PositionRangeLimit(std::int32_t minimum, std::int32_t maximum) noexcept {
   if (minimum >= maximum) return;
   minimum_ = minimum;
   size_ = std::int64_t{maximum} - minimum + 1;
 }
 
 /// Returns the distance between two positions in positive direction, less than the range.
-std::int64_t PositionRange::positive_way(std::int64_t from, std::int64_t to) const noexcept {
+std::int64_t PositionRangeLimit::positive_distance(std::int64_t from, std::int64_t to) const noexcept {
   const std::int64_t way = to - from;
   if (way >= 0 && way < size_) return way;  // usual case: saves the division
   const std::int64_t rest = way % size_;
   return rest < 0 ? rest + size_ : rest;
 }
 
-std::int32_t PositionRange::wrap(std::int64_t position) const noexcept {
-  return static_cast<std::int32_t>(minimum_ + positive_way(minimum_, position));
+std::int32_t PositionRangeLimit::wrap(std::int64_t position) const noexcept {
+  return static_cast<std::int32_t>(minimum_ + positive_distance(minimum_, position));
 }
 
-std::int64_t PositionRange::destination(std::int64_t position, std::int32_t target,
-                                        Direction direction) const noexcept {
-  const std::int64_t up = positive_way(position, target);
+std::int64_t PositionRangeLimit::destination(std::int64_t position, std::int32_t target,
+                                             Direction direction) const noexcept {
+  const std::int64_t up = positive_distance(position, target);
   switch (direction) {
     case Direction::kPositive:
       return position + up;

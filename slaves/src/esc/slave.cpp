@@ -91,8 +91,8 @@ void Slave::run(Nanoseconds now) {
 void Slave::skip_pulses_long_past(Nanoseconds now) noexcept {
   auto& clock = esc_.clock();
   const Nanoseconds cycle{clock.sync().cycle()};
-  const auto patience = cycle.count() == 0 ? kMaxCatchUp : std::min(kMaxCatchUp, kMaxPulses * cycle);
-  if (now - clock.sync_due() > patience) clock.skip_pulses(now);
+  const auto max_backlog = cycle.count() == 0 ? kMaxCatchUp : std::min(kMaxCatchUp, kMaxPulses * cycle);
+  if (now - clock.sync_due() > max_backlog) clock.skip_pulses(now);
 }
 
 void Slave::run_application(Nanoseconds now) {

@@ -62,7 +62,7 @@ std::optional<std::pair<std::uint16_t, std::uint8_t>> parse_address(std::string_
 
 tl::expected<const EntryRow*, SignalNameError> find_entry(const DictionaryTable& table,
                                                           const std::vector<esi::Pdo>& pdos, std::string_view name,
-                                                          SignalPlace::Way way) {
+                                                          SignalId::Direction direction) {
   using Fault = SignalNameError::Fault;
   const auto entries = entries_of(table, pdos);
   const auto address = parse_address(name);
@@ -75,8 +75,8 @@ tl::expected<const EntryRow*, SignalNameError> find_entry(const DictionaryTable&
     });
     if (same && !known) matches.push_back(entry);
   }
-  const auto refused = [way](Fault fault, const std::vector<PdoEntryName>& known) {
-    return tl::unexpected(SignalNameError{.fault = fault, .way = way, .known = written_names(known)});
+  const auto refused = [direction](Fault fault, const std::vector<PdoEntryName>& known) {
+    return tl::unexpected(SignalNameError{.fault = fault, .direction = direction, .known = written_names(known)});
   };
   if (matches.empty()) return refused(Fault::kUnknown, entries);
   if (matches.size() > 1) return refused(Fault::kAmbiguous, matches);
@@ -142,11 +142,11 @@ tl::expected<std::shared_ptr<const DeviceModel>, DeviceModelError> DeviceModel::
 }
 
 tl::expected<const EntryRow*, SignalNameError> DeviceModel::find_input(std::string_view name) const {
-  return find_entry(*table_, description_.tx_pdos, name, SignalPlace::Way::kInput);
+  return find_entry(*table_, description_.tx_pdos, name, SignalId::Direction::kInput);
 }
 
 tl::expected<const EntryRow*, SignalNameError> DeviceModel::find_output(std::string_view name) const {
-  return find_entry(*table_, description_.rx_pdos, name, SignalPlace::Way::kOutput);
+  return find_entry(*table_, description_.rx_pdos, name, SignalId::Direction::kOutput);
 }
 
 std::vector<DeviceModel::NamedEntry> DeviceModel::inputs() const {

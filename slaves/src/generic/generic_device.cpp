@@ -347,16 +347,16 @@ void GenericDevice::advance(std::chrono::nanoseconds now) noexcept {
   }
 }
 
-std::string GenericDevice::signal_name(SignalPlace place) const {
-  return rows(place.way)[place.number].name;
+std::string GenericDevice::signal_name(SignalId id) const {
+  return rows(id.direction)[id.number].name;
 }
 
-tl::expected<SignalPlace, SignalNameError> GenericDevice::find_signal(Way way, std::string_view name) const {
-  const auto row = way == Way::kInput ? model_->find_input(name) : model_->find_output(name);
+tl::expected<SignalId, SignalNameError> GenericDevice::find_signal(Direction direction, std::string_view name) const {
+  const auto row = direction == Direction::kInput ? model_->find_input(name) : model_->find_output(name);
   if (!row) return tl::unexpected(row.error());
-  const auto& list = rows(way);
+  const auto& list = rows(direction);
   const auto found = std::find_if(list.begin(), list.end(), [&](const auto& entry) { return entry.row == *row; });
-  return SignalPlace{way, static_cast<std::size_t>(found - list.begin())};
+  return SignalId{direction, static_cast<std::size_t>(found - list.begin())};
 }
 
 tl::expected<void, SignalValueError> GenericDevice::check_signal_value(std::size_t input, double value) const {
@@ -372,8 +372,8 @@ void GenericDevice::set_signal(std::size_t input, double value) noexcept {
   dictionary_.set_raw(row.slot, raw_from_number(row.type, is_real(row.type) ? value : std::nearbyint(value)));
 }
 
-double GenericDevice::signal(SignalPlace place) const noexcept {
-  const EntryRow& row = *rows(place.way)[place.number].row;
+double GenericDevice::signal(SignalId id) const noexcept {
+  const EntryRow& row = *rows(id.direction)[id.number].row;
   return is_string(row.type) ? 0.0 : number_from_raw(row.type, dictionary_.raw(row.slot));
 }
 

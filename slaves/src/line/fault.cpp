@@ -21,7 +21,8 @@ bool Fault::same_place(const Fault& other) const noexcept {
   const auto& row = fault_kind_row(kind);
   const auto has = [&row](FaultParameter p) { return contains(row.needs, p) || contains(row.takes, p); };
   return (!has(FaultParameter::kSlave) || slave == other.slave) &&
-         (!has(FaultParameter::kPort) || port == other.port) && (!has(FaultParameter::kWay) || way == other.way);
+         (!has(FaultParameter::kPort) || port == other.port) &&
+         (!has(FaultParameter::kDirection) || direction == other.direction);
 }
 
 }  // namespace driveline::slaves

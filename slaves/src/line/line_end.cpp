@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/wire/wire_time.hpp"
 
 namespace driveline::slaves {
 
-LineEnd::LineEnd(Line& line, rt::Clock& clock, MasterPort which)
+LineEnd::LineEnd(SimulatedLine& line, rt::Clock& clock, MasterPort which)
     : line_(line), clock_(clock), which_(which), slots_(kMaxInFlight) {}
 
 LineEnd::Slot* LineEnd::next_slot() noexcept {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/wire/ethernet.hpp"
 
 namespace driveline::slaves {
@@ -55,7 +55,8 @@ std::uint32_t next_random(std::uint32_t& state) noexcept {
 
 }  // namespace
 
-LineFaults::LineFaults(Line& line, std::size_t slave_count) : line_(line), absent_(slave_count), events_(kEvents) {}
+LineFaults::LineFaults(SimulatedLine& line, std::size_t slave_count)
+    : line_(line), absent_(slave_count), events_(kEvents) {}
 
 bool LineFaults::possible(const Fault& fault) const noexcept {
   const auto& row = fault_kind_row(fault.kind);
@@ -268,11 +269,11 @@ FrameFate LineFaults::next_frame(std::span<std::byte> frame, Nanoseconds now) no
   std::fill(absent_.begin(), absent_.end(), std::uint8_t{0});
   for (auto& active : std::span(active_).first(count_)) {
     const auto& fault = active.fault;
-    const bool back = fault.kind == FaultKind::kCorrupt && fault.way == FaultWay::kBack;
+    const bool back = fault.kind == FaultKind::kCorrupt && fault.direction == FaultDirection::kBack;
     if (!concerns_frames(fault.kind) || back || !hits(active)) continue;
     switch (fault.kind) {
       case FaultKind::kDrop:
-        (fault.way == FaultWay::kOut ? fate.lost_out : fate.lost_back) = true;
+        (fault.direction == FaultDirection::kOut ? fate.lost_out : fate.lost_back) = true;
         break;
       case FaultKind::kDelay:
         fate.delay = std::max(fate.delay, fault.time);
@@ -299,7 +300,7 @@ FrameFate LineFaults::next_frame(std::span<std::byte> frame, Nanoseconds now) no
 void LineFaults::corrupt_reply(std::span<std::byte> frame, Nanoseconds now) noexcept {
   for (auto& active : std::span(active_).first(count_)) {
     const auto& fault = active.fault;
-    if (fault.kind != FaultKind::kCorrupt || fault.way != FaultWay::kBack || !hits(active)) continue;
+    if (fault.kind != FaultKind::kCorrupt || fault.direction != FaultDirection::kBack || !hits(active)) continue;
     flip_bits(active, frame);
   }
   end_used_up(now);

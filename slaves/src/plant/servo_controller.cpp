@@ -14,14 +14,14 @@ constexpr double kSetpointTakeOverS = 3e-3;  ///< time constant of the change to
 }  // namespace
 
 ControllerParameters ControllerParameters::sanitized() const noexcept {
-  constexpr double kMost = 1e9;  // the dictionary's maximum
+  constexpr double kMaxParameter = 1e9;  // the dictionary's maximum
   const ControllerParameters standard;
-  return {in_range(position_gain_per_s, 0.0, kMost, standard.position_gain_per_s),
-          in_range(velocity_gain_nm_s, 0.0, kMost, standard.velocity_gain_nm_s),
-          in_range(velocity_reset_s, 0.0, kMost, standard.velocity_reset_s),
-          in_range(velocity_filter_s, 0.0, kMost, standard.velocity_filter_s),
-          in_range(max_velocity_rad_s, 0.0, kMost, standard.max_velocity_rad_s),
-          in_range(max_torque_nm, 0.0, kMost, standard.max_torque_nm)};
+  return {in_range(position_gain_per_s, 0.0, kMaxParameter, standard.position_gain_per_s),
+          in_range(velocity_gain_nm_s, 0.0, kMaxParameter, standard.velocity_gain_nm_s),
+          in_range(velocity_reset_s, 0.0, kMaxParameter, standard.velocity_reset_s),
+          in_range(velocity_filter_s, 0.0, kMaxParameter, standard.velocity_filter_s),
+          in_range(max_velocity_rad_s, 0.0, kMaxParameter, standard.max_velocity_rad_s),
+          in_range(max_torque_nm, 0.0, kMaxParameter, standard.max_torque_nm)};
 }
 
 ServoController::ServoController(const ControllerParameters& parameters, double step_s) noexcept

@@ -118,7 +118,7 @@ TEST(ClockDelays, BehindSlavesWithoutClockAreTrue) {
 TEST(ClockDelays, OfARingAreTrueAndTheRingIsClosedAgain) {
   class RingPort final : public PassingPort {
    public:
-    explicit RingPort(slaves::Line& line) : PassingPort(line), far_(line.secondary()) {}
+    explicit RingPort(slaves::SimulatedLine& line) : PassingPort(line), far_(line.secondary()) {}
     [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override {
       auto frame = inner_.receive();
       return frame ? frame : far_.receive();
@@ -229,13 +229,13 @@ TEST(ClockBringUp, OneLostFrameChangesNothing) {
   std::uint64_t frames = 0;
   {
     ClockLine line(random_clocks(3, 50.0), std::nullopt, with_cable(kCable));
-    LossyPort counting(line.line(), LossyPort::Way::kOut, [](auto, auto) { return false; });
+    LossyPort counting(line.line(), LossyPort::Direction::kOut, [](auto, auto) { return false; });
     line.open(&counting);
     const auto before = counting.sent();
     static_cast<void>(bring_up(line, line.plan()));
     frames = counting.sent() - before;
   }
-  for (const auto way : {LossyPort::Way::kOut, LossyPort::Way::kBack}) {
+  for (const auto way : {LossyPort::Direction::kOut, LossyPort::Direction::kBack}) {
     for (std::uint64_t lost = 0; lost < frames; lost += lost < 40 ? 1 : 37) {
       ClockLine line(random_clocks(3, 50.0), std::nullopt, with_cable(kCable));
       std::optional<std::uint64_t> first;
@@ -259,7 +259,7 @@ TEST(ClockBringUp, OneLostFrameChangesNothing) {
 TEST(ClockBringUp, AFrameThatIsLostForGoodDuringCompensationIsOneSampleLess) {
   ClockLine line(random_clocks(3, 50.0), std::nullopt, with_cable(kCable));
   int drift_frames = 0;
-  LossyPort lossy(line.line(), LossyPort::Way::kBack, [&](auto, std::span<const std::byte> frame) {
+  LossyPort lossy(line.line(), LossyPort::Direction::kBack, [&](auto, std::span<const std::byte> frame) {
     if (first_datagram(frame).command != wire::Command::kFrmw) return false;
     ++drift_frames;
     return drift_frames > 100 && drift_frames <= 105;  // the frame and all its repetitions
@@ -273,7 +273,7 @@ TEST(ClockBringUp, AFrameThatIsLostForGoodDuringCompensationIsOneSampleLess) {
 
 TEST(ClockBringUp, ALineThatFallsSilentIsReported) {
   ClockLine line(random_clocks(3, 50.0), std::nullopt, with_cable(kCable));
-  LossyPort lossy(line.line(), LossyPort::Way::kBack, [](auto, std::span<const std::byte> frame) {
+  LossyPort lossy(line.line(), LossyPort::Direction::kBack, [](auto, std::span<const std::byte> frame) {
     return first_datagram(frame).command == wire::Command::kFrmw;
   });
   line.open(&lossy);

@@ -139,7 +139,7 @@ TEST(ClockFollowing, FramesThatAreHeldBackMeetTheReferenceClockInTime) {
 TEST(ClockFollowing, LostFramesAreBridged) {
   ClockLine line(random_clocks(4, 100.0), std::nullopt, with_cable(nanoseconds{50}));
   Chance lost(100, 3);
-  LossyPort lossy(line.line(), LossyPort::Way::kOut, [&](auto, auto) { return lost(); });
+  LossyPort lossy(line.line(), LossyPort::Direction::kOut, [&](auto, auto) { return lost(); });
   ClockRun::Options options;
   options.port = &lossy;
   ClockRun run(line, options);

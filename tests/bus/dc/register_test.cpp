@@ -125,7 +125,7 @@ TEST_F(ClockRegisters, ACycleTimeOfSync0) {
 /// Switches a slave off just before its signals are set up.
 class FatalStart final : public PassingPort {
  public:
-  explicit FatalStart(slaves::Line& line) : PassingPort(line), line_(line) {}
+  explicit FatalStart(slaves::SimulatedLine& line) : PassingPort(line), line_(line) {}
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override {
     const auto first = first_datagram(frame);
     const bool unit = first.command == wire::Command::kFpwr && first.ado == wire::reg::kCyclicUnitControl.address &&
@@ -139,7 +139,7 @@ class FatalStart final : public PassingPort {
   std::optional<std::size_t> victim;
 
  private:
-  slaves::Line& line_;
+  slaves::SimulatedLine& line_;
 };
 
 TEST_F(ClockRegisters, ASlaveThatIsLostOnItsWayBackLeavesTheSignalsOfTheOthersAlone) {

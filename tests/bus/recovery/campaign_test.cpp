@@ -21,8 +21,8 @@ using ecat_master::LineEvent;
 using ecat_master::LineSupervisor;
 using ecat_master::MotionPhase;
 using slaves::Fault;
+using slaves::FaultDirection;
 using slaves::FaultKind;
-using slaves::FaultWay;
 
 /// A run of the campaign.
 class CampaignRun {
@@ -97,7 +97,7 @@ class CampaignRun {
     fault.duration = milliseconds{static_cast<int>(pick(5, 200))};
     fault.seed = static_cast<std::uint32_t>(pick(1, 1'000'000));
     fault.time = microseconds{static_cast<int>(pick(50, 5000))};
-    fault.way = pick(0, 1) == 0 ? FaultWay::kOut : FaultWay::kBack;
+    fault.direction = pick(0, 1) == 0 ? FaultDirection::kOut : FaultDirection::kBack;
     switch (fault.kind) {
       case FaultKind::kDrop:
       case FaultKind::kDamage:

@@ -9,8 +9,8 @@ namespace driveline::bus_test {
 namespace facts = ecat_master::facts;
 using ecat_master::LineEvent;
 using slaves::Fault;
+using slaves::FaultDirection;
 using slaves::FaultKind;
-using slaves::FaultWay;
 using std::chrono::nanoseconds;
 using Told = LineEvent::Kind;
 
@@ -30,7 +30,7 @@ bool starves(const Fault& fault, std::size_t slave) {
   const bool always = fault.chance >= 1.0;
   switch (fault.kind) {
     case FaultKind::kDrop:
-      return always && fault.way == FaultWay::kOut;
+      return always && fault.direction == FaultDirection::kOut;
     case FaultKind::kDamage:
       return always && fault.slave <= slave;
     case FaultKind::kPowerOff:
@@ -78,7 +78,7 @@ void Deeds::add(const Fault& fault, nanoseconds now) {
 bool Deeds::corrupted(nanoseconds before) const {
   // Damage on the way back affects the master until it reads again; on the way out it stays in the slaves.
   return std::any_of(deeds_.begin(), deeds_.end(), [&](const Deed& deed) {
-    const bool over = deed.fault.way == FaultWay::kBack && before > deed.end + kNoticed;
+    const bool over = deed.fault.direction == FaultDirection::kBack && before > deed.end + kNoticed;
     return deed.fault.kind == FaultKind::kCorrupt && deed.begin <= before && !over;
   });
 }

@@ -303,8 +303,11 @@ TEST_F(RegisterGuard, ASmallBudgetIsEnough) {
 TEST_F(RegisterGuard, ADamagedAnswerAccusesNobody) {
   start(3);
   for (unsigned seed = 1; seed <= 200; ++seed) {
-    drives->line().inject(
-        {.kind = slaves::FaultKind::kCorrupt, .way = slaves::FaultWay::kBack, .count = 3, .seed = seed, .bits = 4});
+    drives->line().inject({.kind = slaves::FaultKind::kCorrupt,
+                           .direction = slaves::FaultDirection::kBack,
+                           .count = 3,
+                           .seed = seed,
+                           .bits = 4});
     live(milliseconds{4});
   }
   EXPECT_EQ(told(), "");

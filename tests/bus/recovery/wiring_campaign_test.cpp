@@ -58,8 +58,9 @@ class WiredRun {
       : random_(seed),
         line_(campaign_lines()[seed % campaign_lines().size()]),
         drives_(line_.wiring.slave_count(), {}, {}, line_.wiring) {
-    using ecat_master::GroupSettings;
-    const std::vector<GroupSettings> divided[] = {{}, {{1, 0}, {1, 0}}, {{1, 0}, {2, 1}}, {{2, 0}, {4, 1}, {1, 0}}};
+    using ecat_master::ExchangeGroupSettings;
+    const std::vector<ExchangeGroupSettings> divided[] = {
+        {}, {{1, 0}, {1, 0}}, {{1, 0}, {2, 1}}, {{2, 0}, {4, 1}, {1, 0}}};
     options_.layout.layout = static_cast<ecat_master::ImageLayout>(pick(0, 2));
     options_.layout.groups = divided[pick(0, std::size(divided) - 1)];
     options_.groups = std::max<std::size_t>(1, options_.layout.groups.size());

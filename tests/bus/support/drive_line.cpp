@@ -69,7 +69,7 @@ DriveLine::DriveLine(std::size_t drives, const slaves::SlaveOptions& options, co
     drives_.push_back(&drive->core());
     made.push_back(std::make_unique<slaves::Slave>(std::move(drive), options));
   }
-  line_ = std::make_unique<slaves::Line>(clock, std::move(made), line_options, std::move(wiring));
+  line_ = std::make_unique<slaves::SimulatedLine>(clock, std::move(made), line_options, std::move(wiring));
 }
 
 wire::AlStatusCode DriveLine::al_status_code(std::size_t position) {

@@ -11,7 +11,7 @@
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 
 namespace driveline::bus_test {
@@ -32,7 +32,7 @@ class DriveLine {
 
   rt::VirtualClock clock;
 
-  [[nodiscard]] slaves::Line& line() noexcept { return *line_; }
+  [[nodiscard]] slaves::SimulatedLine& line() noexcept { return *line_; }
   [[nodiscard]] std::size_t size() const noexcept { return drives_.size(); }
   [[nodiscard]] slaves::msd::DriveCore& drive(std::size_t position) noexcept { return *drives_[position]; }
   [[nodiscard]] slaves::Slave& slave(std::size_t position) noexcept { return line_->slave(position); }
@@ -44,7 +44,7 @@ class DriveLine {
 
  private:
   std::vector<slaves::msd::DriveCore*> drives_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
 };
 
 /// How the drives of a line are operated.

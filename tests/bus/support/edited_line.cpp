@@ -34,7 +34,7 @@ EditedLine::EditedLine(std::size_t drives, const Edit& edit, const Options& opti
     devices_.push_back(device.get());
     made.push_back(std::make_unique<slaves::Slave>(std::move(device), options ? options(i) : slaves::SlaveOptions{}));
   }
-  line_ = std::make_unique<slaves::Line>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
+  line_ = std::make_unique<slaves::SimulatedLine>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
 }
 
 void set_alias(slaves::DeviceProfile& profile, std::uint16_t alias) {

@@ -62,13 +62,13 @@ class EditedLine {
                       std::optional<slaves::Wiring> wiring = std::nullopt);
 
   rt::VirtualClock clock;
-  [[nodiscard]] slaves::Line& line() noexcept { return *line_; }
+  [[nodiscard]] slaves::SimulatedLine& line() noexcept { return *line_; }
   [[nodiscard]] EditedDevice& device(std::size_t drive) noexcept { return *devices_[drive]; }
   [[nodiscard]] slaves::Slave& slave(std::size_t drive) noexcept { return line_->slave(drive); }
 
  private:
   std::vector<EditedDevice*> devices_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
 };
 
 /// Gives the EEPROM in `profile` another station alias, with a valid checksum.

@@ -12,7 +12,7 @@ namespace driveline::bus_test {
 struct LayoutCase {
   const char* name;
   ecat_master::ImageLayout layout;
-  std::vector<ecat_master::GroupSettings> groups{};
+  std::vector<ecat_master::ExchangeGroupSettings> groups{};
   bool every_third_without_lrw = false;
 };
 

@@ -28,7 +28,7 @@ bool take(std::vector<SourceAddress>& sources, std::span<const std::byte> frame)
 port::SendStatus LossyPort::send(std::span<const std::byte> frame) noexcept {
   if (!loses_(sent_++, frame)) return inner_.send(frame);
   ++lost_;
-  if (way_ == Way::kOut) return port::SendStatus::kSent;
+  if (direction_ == Direction::kOut) return port::SendStatus::kSent;
   doomed_.push_back(source_of(frame));
   return inner_.send(frame);
 }

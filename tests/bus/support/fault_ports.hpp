@@ -50,11 +50,12 @@ class Chance {
 /// processed them.
 class LossyPort final : public PassingPort {
  public:
-  enum class Way : std::uint8_t { kOut, kBack };
+  enum class Direction : std::uint8_t { kOut, kBack };
   /// Decides by the number of the frame (0 = first) and its bytes.
   using Loses = std::function<bool(std::uint64_t number, std::span<const std::byte> frame)>;
 
-  LossyPort(port::Port& inner, Way way, Loses loses) : PassingPort(inner), way_(way), loses_(std::move(loses)) {}
+  LossyPort(port::Port& inner, Direction direction, Loses loses)
+      : PassingPort(inner), direction_(direction), loses_(std::move(loses)) {}
 
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;
   [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override;
@@ -63,7 +64,7 @@ class LossyPort final : public PassingPort {
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
 
  private:
-  Way way_;
+  Direction direction_;
   Loses loses_;
   std::uint64_t sent_ = 0;
   std::uint64_t lost_ = 0;

@@ -16,9 +16,9 @@
 namespace driveline::bus_test {
 
 using ecat_master::AxisGroups;
+using ecat_master::AxisGroupSettings;
 using ecat_master::GroupBuffer;
 using ecat_master::GroupCommand;
-using ecat_master::GroupConfig;
 using ecat_master::GroupError;
 using ecat_master::GroupMove;
 using ecat_master::GroupReport;
@@ -64,7 +64,7 @@ inline double from_line(const GroupVector& at, const GroupVector& from, const Gr
 /// A line of axes in operation; the first ones form a group, which is planned in every cycle.
 class GroupLine : public SingleLine {
  public:
-  explicit GroupLine(std::size_t axes, std::vector<GroupConfig> configs = {},
+  explicit GroupLine(std::size_t axes, std::vector<AxisGroupSettings> configs = {},
                      const RunOptions& options = single_options())
       : SingleLine(axes, options) {
     if (configs.empty()) configs.push_back({"plotter", first_axes(axes)});

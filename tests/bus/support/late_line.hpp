@@ -23,12 +23,12 @@ class LateLine {
  public:
   explicit LateLine(const RunOptions& options = fast_path(), std::size_t axes = 1)
       : drives(axes),
-        outwards(drives.line(), LossyPort::Way::kOut,
+        outwards(drives.line(), LossyPort::Direction::kOut,
                  [this](auto, auto) {
                    drives.leave_alone(std::exchange(hold_up, nanoseconds{0}));
                    return lose_out;
                  }),
-        port(outwards, LossyPort::Way::kBack, [this](auto, auto) { return lose_back; }),
+        port(outwards, LossyPort::Direction::kBack, [this](auto, auto) { return lose_back; }),
         operation(drives, port, options) {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
     EXPECT_EQ(sentence(operation.to_motion()), "");

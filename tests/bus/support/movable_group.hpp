@@ -53,7 +53,7 @@ class MovableGroup {
     for (std::size_t i = 0; i < 4; ++i) plans.push_back(LineOperation::plan(i, RunOptions{}));
     plans[kHead].hot_connect = plans[kFollower].hot_connect = true;
     plans[kHead].alias = kAlias;
-    plans[kFollower].behind = ecat_master::GroupPlace{kHead, 1};
+    plans[kFollower].behind = ecat_master::HotConnectPlace{kHead, 1};
     return plans;
   }
 

@@ -61,8 +61,8 @@ class SingleLine {
   explicit SingleLine(std::size_t axes = 1, const RunOptions& options = single_options(),
                       const std::vector<slaves::msd::MachineSwitch>& switches = {}, double first_position_rad = 0.0)
       : drives(axes, {}, {}, std::nullopt, options.variant, first_position_rad, switches),
-        outwards(drives.line(), LossyPort::Way::kOut, [this](auto, auto) { return lose_out; }),
-        port(outwards, LossyPort::Way::kBack, [this](auto, auto) { return lose_back; }),
+        outwards(drives.line(), LossyPort::Direction::kOut, [this](auto, auto) { return lose_out; }),
+        port(outwards, LossyPort::Direction::kBack, [this](auto, auto) { return lose_back; }),
         operation(drives, port, options) {
     const double range = options.range_min < options.range_max
                              ? static_cast<double>(options.range_max) - options.range_min + 1.0

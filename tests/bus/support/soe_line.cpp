@@ -36,7 +36,7 @@ std::vector<std::byte> as_list(std::span<const std::byte> content) {
   return list;
 }
 
-std::unique_ptr<slaves::Line> SoeLine::make(const esi::DeviceDescription& device) {
+std::unique_ptr<slaves::SimulatedLine> SoeLine::make(const esi::DeviceDescription& device) {
   auto model = slaves::generic::DeviceModel::create(device);
   if (!model) throw std::runtime_error(describe(model.error()));
   std::vector<std::unique_ptr<slaves::Slave>> slaves;
@@ -45,7 +45,7 @@ std::unique_ptr<slaves::Line> SoeLine::make(const esi::DeviceDescription& device
     made = owned.get();
     slaves.push_back(std::make_unique<slaves::Slave>(std::move(owned), slaves::SlaveOptions{}));
   }
-  return std::make_unique<slaves::Line>(clock, std::move(slaves), slaves::LineOptions{}, std::nullopt);
+  return std::make_unique<slaves::SimulatedLine>(clock, std::move(slaves), slaves::LineOptions{}, std::nullopt);
 }
 
 std::string SoeLine::to_pre_op() {

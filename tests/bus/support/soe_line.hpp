@@ -14,7 +14,7 @@
 #include "driveline/esi/device_description.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 
 namespace driveline::bus_test {
 
@@ -45,11 +45,11 @@ struct SoeLine {
 
   rt::VirtualClock clock{std::chrono::milliseconds{1}};
   std::array<slaves::generic::GenericDevice*, 2> devices{};  ///< devices of the line
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   ecat_master::Master master;
 
  private:
-  [[nodiscard]] std::unique_ptr<slaves::Line> make(const esi::DeviceDescription& device);
+  [[nodiscard]] std::unique_ptr<slaves::SimulatedLine> make(const esi::DeviceDescription& device);
 };
 
 }  // namespace driveline::bus_test

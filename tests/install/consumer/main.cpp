@@ -3,7 +3,7 @@
 #include <vector>
 
 #include <driveline/ecat_master/master.hpp>
-#include <driveline/slaves/line/line.hpp>
+#include <driveline/slaves/line/simulated_line.hpp>
 #include <driveline/slaves/msd/msd_drive.hpp>
 
 #ifdef WITH_BRIDGE
@@ -21,7 +21,7 @@ int main() {
   rt::VirtualClock clock;
   std::vector<std::unique_ptr<slaves::Slave>> drives;
   drives.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
-  slaves::Line line(clock, std::move(drives));
+  slaves::SimulatedLine line(clock, std::move(drives));
   ecat_master::Master master(line, clock);
   if (const auto found = master.scan(); !found) {
     std::puts(ecat_master::describe(found.error()).c_str());

@@ -17,8 +17,8 @@ namespace {
 
 using ecat_master::CoeClient;
 using slaves::Fault;
+using slaves::FaultDirection;
 using slaves::FaultKind;
-using slaves::FaultWay;
 
 TEST_F(BusTraffic, DiscoveryStartUpAndCyclicOperation) {
   DriveLine drives(3);
@@ -81,7 +81,7 @@ TEST_F(BusTraffic, SegmentsCompleteAccessAndInformation) {
   rt::VirtualClock clock(milliseconds{1});
   std::vector<std::unique_ptr<slaves::Slave>> terminals;
   terminals.push_back(make_terminal());
-  slaves::Line line(clock, std::move(terminals));
+  slaves::SimulatedLine line(clock, std::move(terminals));
   Recorder recorder(line, 0x1100);
   ecat_master::Master master(recorder, clock);
   ASSERT_EQ(sentence(master.scan()), "");
@@ -114,7 +114,7 @@ TEST_F(BusTraffic, FaultsOfTheLine) {
   ASSERT_EQ(sentence(operation.to_op()), "");
   const Fault faults[] = {
       {.kind = FaultKind::kDrop, .chance = 0.2},
-      {.kind = FaultKind::kDrop, .way = FaultWay::kBack, .chance = 0.2},
+      {.kind = FaultKind::kDrop, .direction = FaultDirection::kBack, .chance = 0.2},
       {.kind = FaultKind::kDelay, .chance = 0.1, .time = microseconds{300}},
       {.kind = FaultKind::kDuplicate, .chance = 0.2},
       {.kind = FaultKind::kDamage, .slave = 2, .port = 0, .chance = 0.2},

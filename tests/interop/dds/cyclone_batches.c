@@ -15,7 +15,7 @@
 
 static const char kUsage[] = "<domain> <min_batches> <timeout_s>";
 
-enum { kMostEvents = 64 };
+enum { kMaxEvents = 64 };
 
 typedef driveline_telemetry_AxisBatch AxisBatch;
 typedef driveline_telemetry_Event Event;
@@ -23,7 +23,7 @@ typedef driveline_telemetry_Event Event;
 static unsigned long batches, lost_batches, cycles, skipped_cycles, samples;
 static uint64_t next_number, next_cycle;
 static AxisBatch last;
-static Event events[kMostEvents];
+static Event events[kMaxEvents];
 static unsigned event_count;
 
 static const char* const kSeverities[] = {"PROGRESS", "NOTICE", "FAULT", "FAILURE"};
@@ -70,7 +70,7 @@ static void take_batches(dds_entity_t reader) {
 static void take_events(dds_entity_t reader) {
   void* sample[1];
   dds_sample_info_t info;
-  while (event_count < kMostEvents) {
+  while (event_count < kMaxEvents) {
     sample[0] = &events[event_count];
     if (dds_take(reader, sample, &info, 1, 1) <= 0) break;
     if (info.valid_data) ++event_count;
@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
                     DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, 256);
   const dds_entity_t event_reader =
       create_reader(participant, &driveline_telemetry_Event_desc, "driveline/v1/event", DDS_RELIABILITY_RELIABLE,
-                    DDS_DURABILITY_TRANSIENT_LOCAL, kMostEvents);
+                    DDS_DURABILITY_TRANSIENT_LOCAL, kMaxEvents);
   const dds_entity_t waitset = checked(dds_create_waitset(participant), "waitset");
   checked(dds_waitset_attach(waitset, checked(dds_create_readcondition(batch_reader, DDS_ANY_STATE), "condition"), 0),
           "waitset");

@@ -38,7 +38,7 @@ typedef driveline_commands_CommandAnswer Answer;
 typedef driveline_commands_SetpointBatch Batch;
 typedef driveline_commands_StreamStatus StreamStatus;
 
-enum { kMostAxes = 8, kKinds = 12, kLongestLine = 512 };
+enum { kMaxAxes = 8, kKinds = 12, kLongestLine = 512 };
 
 static const char* const kKindNames[kKinds] = {"acquire",      "renew", "release",       "enable",
                                                "disable",      "reset", "halt",          "quick-stop",
@@ -48,7 +48,7 @@ static const char* const kResultNames[] = {"ACCEPTED", "DONE", "REFUSED", "ABORT
 static struct {
   char name[32];
   uint64_t lease;
-} axes[kMostAxes];
+} axes[kMaxAxes];
 
 static const char* client;
 static uint64_t number;
@@ -56,7 +56,7 @@ static dds_entity_t writer, reader, setpoint_writer, status_reader;
 
 /* Of the axis; a place for it is made where there is none. */
 static uint64_t* lease_of(const char* axis) {
-  for (int i = 0; i < kMostAxes; ++i) {
+  for (int i = 0; i < kMaxAxes; ++i) {
     if (axes[i].name[0] == '\0') snprintf(axes[i].name, sizeof(axes[i].name), "%s", axis);
     if (strcmp(axes[i].name, axis) == 0) return &axes[i].lease;
   }
@@ -108,7 +108,7 @@ static void flood(char* axis, double seconds) {
 }
 
 static const char* const kStateNames[] = {"WAITING", "STREAMING", "STARVED", "ENDING", "OVER", "REFUSED"};
-enum { kLeadBatches = 5, kMostInBatch = 64, kMostStreamed = 4 };
+enum { kLeadBatches = 5, kMaxInBatch = 64, kMaxStreamed = 4 };
 
 /* What is streamed. */
 static struct {
@@ -117,7 +117,7 @@ static struct {
   uint32_t batch;
   uint64_t number;      /* of the next setpoint */
   int64_t stream_ns;    /* of the line, as it was told last */
-  double middle[kMostStreamed];
+  double middle[kMaxStreamed];
   int on;
 } stream;
 
@@ -125,12 +125,12 @@ static StreamStatus status;
 
 /* The axes with these names, into a batch; how many. */
 static uint32_t put_axes(Batch* batch, const char* names) {
-  static driveline_commands_StreamedAxis places[kMostStreamed];
+  static driveline_commands_StreamedAxis places[kMaxStreamed];
   char copy[64];
   char* rest = NULL;
   uint32_t count = 0;
   snprintf(copy, sizeof(copy), "%s", names);
-  for (char* name = strtok_r(copy, ",", &rest); name != NULL && count < kMostStreamed; name = strtok_r(NULL, ",", &rest)) {
+  for (char* name = strtok_r(copy, ",", &rest); name != NULL && count < kMaxStreamed; name = strtok_r(NULL, ",", &rest)) {
     snprintf(places[count].axis, sizeof(places[count].axis), "%s", name);
     places[count++].lease = *lease_of(name);
   }
@@ -155,7 +155,7 @@ static void say_to_stream(driveline_commands_SetpointKind kind, const char* name
 }
 
 static void send_one(const char* names, const double* values, double acceleration) {
-  driveline_commands_AxisTarget targets[kMostStreamed];
+  driveline_commands_AxisTarget targets[kMaxStreamed];
   driveline_commands_Setpoint setpoint = {(int64_t)(values[1] * 1e6), {0, 0, NULL, false}};
   Batch batch;
   memset(&batch, 0, sizeof(batch));
@@ -175,8 +175,8 @@ static void send_one(const char* names, const double* values, double acceleratio
 
 /* The next batch of the swing, as long as the line is not far enough behind. */
 static void go_on_streaming(void) {
-  static driveline_commands_AxisTarget targets[kMostInBatch][kMostStreamed];
-  static driveline_commands_Setpoint setpoints[kMostInBatch];
+  static driveline_commands_AxisTarget targets[kMaxInBatch][kMaxStreamed];
+  static driveline_commands_Setpoint setpoints[kMaxInBatch];
   const double pi = 3.14159265358979323846;
   while (stream.on) {
     const double ahead = (double)(stream.number - 1) / stream.rate - 1e-9 * (double)stream.stream_ns;
@@ -209,9 +209,9 @@ static void begin_stream(const char* names, const double* values) {
   snprintf(stream.axes, sizeof(stream.axes), "%s", names);
   stream.amplitude = values[0];
   stream.hertz = values[1];
-  stream.batch = values[2] < 1 ? 1 : values[2] > kMostInBatch ? kMostInBatch : (uint32_t)values[2];
+  stream.batch = values[2] < 1 ? 1 : values[2] > kMaxInBatch ? kMaxInBatch : (uint32_t)values[2];
   stream.rate = values[3];
-  for (int i = 0; i < kMostStreamed; ++i) stream.middle[i] = values[4];
+  for (int i = 0; i < kMaxStreamed; ++i) stream.middle[i] = values[4];
   stream.number = 1;
   stream.on = 1;
 }
@@ -312,7 +312,7 @@ static void renew(void) {
   const double none[5] = {0};
   if (keep_ms == 0 || dds_time() < next) return;
   next = dds_time() + DDS_MSECS(keep_ms);
-  for (int i = 0; i < kMostAxes && axes[i].name[0] != '\0'; ++i) {
+  for (int i = 0; i < kMaxAxes && axes[i].name[0] != '\0'; ++i) {
     if (axes[i].lease != 0) send_command(driveline_commands_COMMAND_RENEW, axes[i].name, none);
   }
 }

@@ -18,16 +18,16 @@
 
 static const char kUsage[] = "<domain> <min_statistics> <timeout_s>";
 
-enum { kMostSlaves = 64, kMostAxes = 64 };
+enum { kMaxSlaves = 64, kMaxAxes = 64 };
 
 typedef driveline_telemetry_Slave Slave;
 typedef driveline_telemetry_Topology Topology;
 typedef driveline_telemetry_AxisStatus AxisStatus;
 typedef driveline_telemetry_CycleStatistics CycleStatistics;
 
-static Slave slaves[kMostSlaves];
-static AxisStatus axes[kMostAxes];
-static bool axis_seen[kMostAxes];
+static Slave slaves[kMaxSlaves];
+static AxisStatus axes[kMaxAxes];
+static bool axis_seen[kMaxAxes];
 static unsigned long axis_messages, slave_messages, topologies, statistics;
 static Topology topology;
 static CycleStatistics newest;
@@ -59,7 +59,7 @@ static void take_slaves(dds_entity_t reader) {
   void* sample[1] = {&next};
   dds_sample_info_t info;
   while (dds_take(reader, sample, &info, 1, 1) > 0) {
-    if (!info.valid_data || next.position >= kMostSlaves) continue;
+    if (!info.valid_data || next.position >= kMaxSlaves) continue;
     slaves[next.position] = next;
     ++slave_messages;
   }
@@ -70,7 +70,7 @@ static void take_axes(dds_entity_t reader) {
   void* sample[1] = {&next};
   dds_sample_info_t info;
   while (dds_take(reader, sample, &info, 1, 1) > 0) {
-    if (!info.valid_data || next.axis >= kMostAxes) continue;
+    if (!info.valid_data || next.axis >= kMaxAxes) continue;
     axes[next.axis] = next;
     axis_seen[next.axis] = true;
     ++axis_messages;
@@ -213,7 +213,7 @@ static void print_statistics(void) {
 
 static bool all_slaves(void) {
   for (unsigned i = 0; i < topology.slaves; ++i) {
-    if (i >= kMostSlaves || slaves[i].wall_time_ns == 0) return false;
+    if (i >= kMaxSlaves || slaves[i].wall_time_ns == 0) return false;
   }
   return topologies > 0;
 }
@@ -221,13 +221,13 @@ static bool all_slaves(void) {
 static void print_report(void) {
   printf("{\"slave_messages\":%lu,\"topologies\":%lu,\"statistics_messages\":%lu,\"slaves\":[", slave_messages,
          topologies, statistics);
-  for (unsigned i = 0, printed = 0; i < kMostSlaves; ++i) {
+  for (unsigned i = 0, printed = 0; i < kMaxSlaves; ++i) {
     if (slaves[i].wall_time_ns == 0) continue;
     if (printed++ > 0) putchar(',');
     print_slave(&slaves[i]);
   }
   printf("],\"axis_messages\":%lu,\"axes\":[", axis_messages);
-  for (unsigned i = 0, printed = 0; i < kMostAxes; ++i) {
+  for (unsigned i = 0, printed = 0; i < kMaxAxes; ++i) {
     if (!axis_seen[i]) continue;
     if (printed++ > 0) putchar(',');
     print_axis(&axes[i]);

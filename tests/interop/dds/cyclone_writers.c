@@ -15,7 +15,7 @@
 
 static const char kUsage[] = "<domain> <seconds> [<partition>]";
 
-enum { kMostWriters = 64 };
+enum { kMaxWriters = 64 };
 
 static dds_entity_t create_reader(dds_entity_t participant, const char* partition) {
   const dds_entity_t topic = checked(
@@ -65,15 +65,15 @@ int main(int argc, char** argv) {
   const dds_entity_t reader = create_reader(participant, argc == 4 ? argv[3] : NULL);
   static driveline_telemetry_LineStatus status;
   void* sample[1] = {&status};
-  dds_sample_info_t info[kMostWriters];
+  dds_sample_info_t info[kMaxWriters];
   unsigned long statuses = 0;
   while (dds_time() < end && statuses == 0) {
     dds_sleepfor(DDS_MSECS(10));
     while (dds_take(reader, sample, info, 1, 1) > 0) statuses += info[0].valid_data ? 1 : 0;
   }
   dds_sleepfor(DDS_SECS(1)); /* writers that come behind that of the status */
-  void* writers[kMostWriters] = {0};
-  const dds_return_t count = dds_read(publications, writers, info, kMostWriters, kMostWriters);
+  void* writers[kMaxWriters] = {0};
+  const dds_return_t count = dds_read(publications, writers, info, kMaxWriters, kMaxWriters);
   printf("{\"statuses\":%lu,\"writers\":[", statuses);
   for (dds_return_t i = 0; i < count; ++i) {
     if (i > 0) printf(",");

@@ -47,7 +47,7 @@ AxisSample moving_axis(std::uint64_t cycle, std::uint16_t axis) {
           .status_word = 0x1637,
           .mode = 8,
           .state = AxisState::kOperationEnabled,
-          .plcopen_state = snapshot::PlcopenState::kContinuousMotion,
+          .plcopen_state = snapshot::SampledPlcopenState::kContinuousMotion,
           .homed = snapshot::AxisHomed::kYes,
           .error_code = 0x8611,
           .digital_inputs = 0x8000'0000 + axis,

@@ -45,7 +45,7 @@ class DriveNetworksTest : public testing::Test {
       drives_.push_back(drive.get());
       made.push_back(std::make_unique<slaves::Slave>(std::move(drive)));
     }
-    line_ = std::make_unique<slaves::Line>(clock_, std::move(made));
+    line_ = std::make_unique<slaves::SimulatedLine>(clock_, std::move(made));
     DriveNetworks::Settings settings;
     settings.program = DRIVELINE_ENDPOINT;
     settings.first_pause = 20ms;
@@ -83,7 +83,7 @@ class DriveNetworksTest : public testing::Test {
 
   rt::VirtualClock clock_;
   std::vector<MsdDrive*> drives_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
   std::unique_ptr<DriveNetworks> networks_;
 };
 
@@ -133,7 +133,7 @@ TEST(DriveNetworksStart, TellsWhatDidNotStart) {
   rt::VirtualClock clock;
   std::vector<std::unique_ptr<slaves::Slave>> made;
   made.push_back(std::make_unique<slaves::Slave>(std::make_unique<MsdDrive>()));
-  slaves::Line line(clock, std::move(made));
+  slaves::SimulatedLine line(clock, std::move(made));
   DriveNetworks::Settings settings;
   settings.program = "/nowhere/driveline-endpoint";
   EXPECT_THAT(describe(DriveNetworks::start(line, settings).error()),

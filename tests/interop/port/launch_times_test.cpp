@@ -129,7 +129,7 @@ TEST_F(LaunchTimesOnVeth, OfEachFrameGetToTheKernelOnItsClock) {
     auto port = RawSocketPort::open({.interface = "dlmaster", .launch_times = LaunchTimes{id, 50us, false}}, clock);
     if (!port && port.error().code == PortErrorCode::kNoPermission) GTEST_SKIP() << port.error().message;
     ASSERT_TRUE(port) << port.error().message;
-    EXPECT_THAT((*port)->way(), HasSubstr("launch times"));
+    EXPECT_THAT((*port)->access_method(), HasSubstr("launch times"));
     const DeliveryTimes delivery("dlmaster");
     if (!delivery.attached()) GTEST_SKIP() << "this kernel attaches no BPF program where frames leave";
 
@@ -179,7 +179,7 @@ TEST_F(LaunchTimesOnVeth, WithoutEtfAreRefusedOrDoneWithout) {
   ASSERT_TRUE(fallen) << fallen.error().message;
   EXPECT_FALSE(fallen->launches);
   EXPECT_THAT(fallen->steps_down, ElementsAre(kNoEtf));
-  EXPECT_EQ(fallen->port->way(), "packet socket with a receive ring");
+  EXPECT_EQ(fallen->port->access_method(), "packet socket with a receive ring");
   EXPECT_EQ(find_launch_times("nothere", 30us).error().code, PortErrorCode::kNoSuchInterface);
 }
 

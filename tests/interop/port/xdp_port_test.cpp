@@ -312,7 +312,7 @@ TEST_F(XdpOpening, StepsDownFromZeroCopyWithTheReason) {
   const auto port = XdpPort::open({.interface = "xdp0"}, clock);
   ASSERT_TRUE(port) << port.error().message;
   EXPECT_EQ((*port)->mode(), XdpMode::kNative);
-  EXPECT_EQ((*port)->way(), "AF_XDP, native, copied");
+  EXPECT_EQ((*port)->access_method(), "AF_XDP, native, copied");
   ASSERT_FALSE((*port)->steps_down().empty());
   EXPECT_EQ((*port)->steps_down().front(), "No AF_XDP (zero copy) on interface 'xdp0': the driver has no zero copy.");
 }
@@ -355,7 +355,7 @@ TEST_F(XdpOpening, WithoutPrivilegeNamesTheRemedyAndAutoTakesAPacketSocket) {
   EXPECT_EQ(missing.code, PortErrorCode::kNoPermission);
   EXPECT_THAT(missing.message, HasSubstr("CAP_NET_ADMIN and CAP_BPF"));
   ASSERT_TRUE(fallen) << fallen.error().message;
-  EXPECT_EQ(fallen->port->way(), "packet socket with a receive ring");
+  EXPECT_EQ(fallen->port->access_method(), "packet socket with a receive ring");
   ASSERT_EQ(fallen->steps_down.size(), 1U);
   EXPECT_EQ(fallen->steps_down.front(), missing.message);
 }
@@ -376,7 +376,7 @@ TEST_F(XdpOpening, OneProgramAtATimeAndTheOtherIsTold) {
 TEST_F(XdpOpening, AutoTakesAPacketSocketWhereTheDriverCopiesAndSaysWhy) {
   const auto opened = open_interface("xdp0", PortChoice::kAuto, false, clock);
   ASSERT_TRUE(opened) << opened.error().message;
-  EXPECT_EQ(opened->port->way(), "packet socket with a receive ring");
+  EXPECT_EQ(opened->port->access_method(), "packet socket with a receive ring");
   ASSERT_EQ(opened->steps_down.size(), 1U);
   EXPECT_THAT(opened->steps_down.front(), HasSubstr("no zero copy"));
   EXPECT_FALSE(program_there());

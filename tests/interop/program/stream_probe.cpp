@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto kPatience = 60s;
+constexpr auto kTimeout = 60s;
 constexpr auto kLead = 8ms;
 constexpr double kSwing = 0.3;      // rad
 constexpr double kFrequency = 2.0;  // Hz
@@ -39,7 +39,7 @@ void say(const std::string& what) {
 
 /// Connects, or returns the refusal of the line as a sentence.
 std::variant<stream::Client, std::string> connect(const std::string& socket, const stream::Wish& wish, bool wait) {
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kTimeout;
   for (;;) {
     auto connected = stream::Client::connect(socket, wish, std::chrono::duration_cast<std::chrono::milliseconds>(10s));
     const auto* refusal = std::get_if<std::string>(&connected);
@@ -99,7 +99,7 @@ class Probe {
   bool ready(const stream::StatusRecord& status) {
     if (begun_) return true;
     for (std::size_t i = 0; i < axes_.size(); ++i) {
-      if (status.axes[i].state != stream::AxisState::kStandstill) return false;
+      if (status.axes[i].state != stream::MotionState::kStandstill) return false;
       begin_[i] = status.axes[i].setpoint;
     }
     begun_ = true;

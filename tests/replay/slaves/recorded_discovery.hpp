@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "driveline/rt/clock.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/wire/frame.hpp"
 #include "pcapng_reader.hpp"
 
@@ -70,7 +70,7 @@ class RecordedDiscovery : public ::testing::Test {
     options.sii.reads_8_bytes = false;
     std::vector<std::unique_ptr<Slave>> slaves;
     slaves.push_back(std::make_unique<Slave>(make_device(*replay::read_file(*image), std::move(replies)), options));
-    line_ = std::make_unique<Line>(clock_, std::move(slaves));
+    line_ = std::make_unique<SimulatedLine>(clock_, std::move(slaves));
   }
 
   /// Answer of the simulated slave to a recorded request, at the recorded time.
@@ -123,7 +123,7 @@ class RecordedDiscovery : public ::testing::Test {
  private:
   rt::VirtualClock clock_{1s};
   std::vector<replay::CapturedPacket> packets_;
-  std::unique_ptr<Line> line_;
+  std::unique_ptr<SimulatedLine> line_;
   std::chrono::nanoseconds start_{0};
 };
 

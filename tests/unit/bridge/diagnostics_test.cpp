@@ -44,7 +44,7 @@ TEST(Diagnostics, HaveTheBytesOfTheMessageDefinition) {
   diagnostics.set(condition);
   snapshot::AxisSample sample;
   sample.state = AxisState::kOperationEnabled;
-  sample.plcopen_state = snapshot::PlcopenState::kStandstill;
+  sample.plcopen_state = snapshot::SampledPlcopenState::kStandstill;
   sample.mode = 8;
   sample.error_code = 9;
   diagnostics.add(sample);
@@ -111,7 +111,7 @@ TEST(Diagnostics, TellWhatIsWrong) {
   diagnostics.add(sample);
   sample.axis = 1;
   sample.state = AxisState::kSwitchedOn;
-  sample.plcopen_state = snapshot::PlcopenState::kErrorStop;
+  sample.plcopen_state = snapshot::SampledPlcopenState::kErrorStop;
   diagnostics.add(sample);
   sample.axis = 3;  // there is no such axis
   diagnostics.add(sample);

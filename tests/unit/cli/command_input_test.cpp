@@ -55,7 +55,7 @@ class CommandSocket : public test::TemporaryDirectory, public CommandExecutor {
     EXPECT_EQ(sender.user, geteuid());
     return {answer.empty() ? std::string(command) + "!" : answer, command.starts_with("stay"), command == "later"};
   }
-  void gone(const CommandSender& sender) override { left.push_back(sender.connection); }
+  void disconnected(const CommandSender& sender) override { left.push_back(sender.connection); }
 
   std::string path;
   std::unique_ptr<CommandInput> input;

@@ -13,10 +13,10 @@
 namespace driveline::cli {
 namespace {
 
-using runtime::GroupRequest;
+using runtime::ClientGroupRequest;
 using testing::HasSubstr;
 using trajectory::PathMove;
-using Verb = GroupRequest::Verb;
+using Verb = ClientGroupRequest::Verb;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -35,10 +35,10 @@ class GroupWords : public testing::Test {
     config.axes = {1, 0};
     config.tolerance = 1e-4;
   }
-  GroupRequest read(std::string_view text) {
+  ClientGroupRequest read(std::string_view text) {
     const auto request = parse_group_request({config, axes}, split_words(text));
     EXPECT_TRUE(request) << request.error().text;
-    return request.value_or(GroupRequest{});
+    return request.value_or(ClientGroupRequest{});
   }
   std::string refusal(std::string_view text) {
     const auto request = parse_group_request({config, axes}, split_words(text));

@@ -108,8 +108,8 @@ class LineControlTest : public ControlTest {
     path = (directory / "line.socket").string();
     auto input = CommandInput::open(path, CommandInput::Sources::kSocket);
     ASSERT_TRUE(input) << input.error().text;
-    control.emplace(std::move(*input), door, groups);
-    door.open(*single);
+    control.emplace(std::move(*input), axis_requests, groups);
+    axis_requests.open(*single);
   }
   CommandConnection connect() const {
     auto connection = CommandConnection::open(path, "run");
@@ -131,9 +131,9 @@ class LineControlTest : public ControlTest {
   std::string path;
   std::vector<ecat_master::AxisConfig> configs{axis_in_degrees()};
   rt::VirtualClock clock;
-  runtime::AxisDoor door{configs, clock, [] {}};
+  runtime::AxisRequests axis_requests{configs, clock, [] {}};
   std::vector<runtime::AxisGroupConfig> no_groups;
-  runtime::GroupDoor groups{no_groups, door};
+  runtime::GroupRequests groups{no_groups, axis_requests};
   std::optional<ecat_master::SingleAxes> single;
   std::optional<LineControl> control;
 };
@@ -158,7 +158,7 @@ TEST_F(LineControlTest, RequestsAreTakenRefusedAndTold) {
   EXPECT_THAT(refused.at("error").get<std::string>(), HasSubstr("axis x: is commanded by control socket"));
   EXPECT_FALSE(ask(other, "axis x halt").contains("error"));
   EXPECT_FALSE(ask(other, "axis x move 10deg take-over").contains("error"));
-  const auto events = door.take_events();
+  const auto events = axis_requests.take_events();
   EXPECT_EQ(std::count_if(events.begin(), events.end(),
                           [](const auto& event) { return event.template is<runtime::events::AxisRequested>(); }),
             4)
@@ -169,9 +169,9 @@ TEST_F(LineControlTest, WhoGoesLosesHisAxesUnlessHeHasDetached) {
   {
     auto client = connect();
     static_cast<void>(ask(client, "axis x jog 1deg/s"));
-    EXPECT_NE(door.status(0).owner, "");
+    EXPECT_NE(axis_requests.status(0).owner, "");
   }
-  wait_until([&] { return door.status(0).owner.empty(); });
+  wait_until([&] { return axis_requests.status(0).owner.empty(); });
   {
     auto client = connect();
     static_cast<void>(ask(client, "axis x move 1deg"));

@@ -74,7 +74,7 @@ TEST(LineDescription, SlavesAreFoundByWhatNoOtherSlaveHas) {
   EXPECT_THAT(*text, HasSubstr("# alias = 9  # another slave has the same"));
 }
 
-FoundLine one_drive(const DriveFacts& facts, std::uint32_t vendor = 0x28) {
+FoundLine one_drive(const FoundDrive& facts, std::uint32_t vendor = 0x28) {
   FoundLine line{{found(0, {.vendor = vendor}, "drive")}, "eth1", {}, {}};
   line.slaves[0].drive = facts;
   return line;
@@ -108,7 +108,7 @@ TEST(LineDescription, WhatADriveDoesNotTellStandsThereAsAnAssumption) {
 
 TEST(LineDescription, DriveThatCannotBeAnAxisIsNamedWithTheReason) {
   struct Case {
-    DriveFacts facts;
+    FoundDrive facts;
     std::string reason;
   };
   for (const auto& [facts, reason] :

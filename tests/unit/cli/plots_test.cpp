@@ -44,7 +44,7 @@ class Plots : public test::TemporaryDirectory {
               (i < 10 ? ",1,2,0.5,3,4,-0.5,0,0,nan,nan,nan,nan\n" : ",1,2,0.5,3,4,-0.5,0,0,0.4,0.6,-0.7,-0.1\n");
     write(directory / "axes.csv", text);
   }
-  static std::vector<runtime::AxisReport> axes() {
+  static std::vector<runtime::AxisRunReport> axes() {
     return {{"x", 0, 1.0, 1.0, "rad", 1000.0}, {"y", 1, 1.0, 1.0, "m", 1.0}};
   }
 };
@@ -96,7 +96,7 @@ TEST_F(Plots, ScriptThatIsLeftDrawsTheRightColumns) {
 TEST_F(Plots, DemandsOfDrivesThatReportThemAreDrawn) {
   leave_csv_files();
   auto some = axes();
-  some[0].by_drive = runtime::AxisReport::Reported{};
+  some[0].by_drive = runtime::AxisRunReport::Reported{};
   some[1].demand_recorded = true;
   // Add two columns after the existing ones.
   auto text = read(directory / "axes.csv");

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "driveline/runtime/record/group_watch.hpp"
+#include "driveline/runtime/record/exchange_group_watch.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
 #include "text/image_view.hpp"
@@ -71,7 +71,7 @@ class ProcessDataExample : public testing::Test {
 
   rt::VirtualClock clock;
   runtime::LineConfig config;
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<Master> master;
 };
 
@@ -112,7 +112,7 @@ TEST_F(ProcessDataExample, GroupsKeepTheirOwnTime) {
 TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWithThem) {
   load();
   start();
-  runtime::GroupWatch watch(config.process_data);
+  runtime::ExchangeGroupWatch watch(config.process_data);
   master->pass(milliseconds{10});
   EXPECT_THAT(watch.poll(*master->core()), testing::IsEmpty());
   ASSERT_EQ(object(kOutputs, 0x7010, 1), 1U);

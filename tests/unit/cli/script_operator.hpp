@@ -15,7 +15,7 @@ class ScriptOperator final : public runtime::Observer {
  public:
   ScriptOperator(runtime::Line& line, AxisScript script) : line_(line), script_(std::move(script)) {}
   void event(const runtime::Event& event) override { waits_ = waits_ || event.is<runtime::events::NoPath>(); }
-  void look() override {
+  void poll() override {
     if (over || !waits_) return;
     const auto done = script_.step(line_.axes(), line_.groups(), line_.session().clock().now());
     if (!done) problem = done.error().text;

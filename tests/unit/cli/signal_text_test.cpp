@@ -21,7 +21,7 @@ TEST(SignalText, SettingsComeInOrder) {
   const auto settings = parse_signal_settings("  ENPO=0   ISD02=1 DC_LINK=48.5 ", drive.core().signals());
   ASSERT_TRUE(settings) << settings.error();
   ASSERT_EQ(settings->size(), 3U);
-  EXPECT_EQ(drive.core().signals().signal_name({slaves::SignalPlace::Way::kInput, (*settings)[1].input}), "ISD02");
+  EXPECT_EQ(drive.core().signals().signal_name({slaves::SignalId::Direction::kInput, (*settings)[1].input}), "ISD02");
   EXPECT_EQ((*settings)[1].value, 1.0);
   EXPECT_EQ((*settings)[2].value, 48.5);
   EXPECT_TRUE(parse_signal_settings("", drive.core().signals())->empty());

@@ -237,7 +237,7 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   const double before = bench.axis.held().position;
   EXPECT_GT(before, 1.2) << "corrected at once: it is not told to be on";
   bench.write(Goal::kEnabled, {});
-  ASSERT_TRUE(bench.axis.told_on());
+  ASSERT_TRUE(bench.axis.commanded_on());
   double last = before;
   for (int cycle = 0; cycle < kCycles; ++cycle) {
     // Further back than predicted, by another hundredth of a period's motion in each cycle, up to a fifth.
@@ -263,7 +263,7 @@ TEST(AxisOutputs, OfAnAxisThatHasCoastedHaveNoStepWhenItStands) {
   bench.axis.read_inputs(inputs("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186"), true);  // Switched on
   bench.axis.hold_at(1.0, 0.2);
   bench.write(Goal::kEnabled, {});
-  ASSERT_TRUE(bench.axis.told_on());
+  ASSERT_TRUE(bench.axis.commanded_on());
   double last = bench.axis.held().position;
   double step = 0.2 * period_s;
   constexpr double kRest = 1.0 - 2e-4;

@@ -265,14 +265,14 @@ TEST(AcyclicChannel, HasNoMoreFramesOnTheWireThanItsPlaces) {
   FakePort port(clock);
   AcyclicChannel channel;
   std::uint32_t last = 0;
-  for (std::uint64_t id = 1; id <= AcyclicChannel::kMostFrames; ++id) {
+  for (std::uint64_t id = 1; id <= AcyclicChannel::kMaxFrames; ++id) {
     ASSERT_TRUE(channel.submit(job(id)));
     last = send_due(channel, port, last);
   }
-  ASSERT_EQ(port.sent.size(), AcyclicChannel::kMostFrames);
+  ASSERT_EQ(port.sent.size(), AcyclicChannel::kMaxFrames);
   ASSERT_TRUE(channel.submit(job(100)));
   last = send_due(channel, port, last);
-  EXPECT_EQ(port.sent.size(), AcyclicChannel::kMostFrames);
+  EXPECT_EQ(port.sent.size(), AcyclicChannel::kMaxFrames);
   ASSERT_TRUE(channel.accept(port.sent[3], {0, 4}));
   EXPECT_EQ(send_due(channel, port, last), last + 1) << "a place has become free";
 }

@@ -171,7 +171,7 @@ TEST(FoeClient, SilenceEndsInATimeoutAndAnErrorToTheSlave) {
   FileBench bench;
   bench.answer({"0400 00000000", ""});
   const auto begin = bench.slave.now();
-  EXPECT_EQ(bench.write("abc", {.patience = milliseconds{300}}), "slave 3: no mailbox reply within 300 ms");
+  EXPECT_EQ(bench.write("abc", {.timeout = milliseconds{300}}), "slave 3: no mailbox reply within 300 ms");
   EXPECT_LT(bench.slave.now() - begin, milliseconds{500});
   EXPECT_EQ(bench.told().back(), hex("0500 00800000"));
 }
@@ -185,7 +185,7 @@ TEST(FoeClient, ASlaveThatKnowsNoFoeIsSaidToDoSo) {
 TEST(FoeClient, MailsThatAreCutAreNamed) {
   FileBench bench;
   bench.answer({"0400 0000"});
-  EXPECT_EQ(bench.write("abc", {.patience = milliseconds{300}}), "slave 3: sent a malformed mailbox");
+  EXPECT_EQ(bench.write("abc", {.timeout = milliseconds{300}}), "slave 3: sent a malformed mailbox");
 }
 
 TEST(FoeClient, ANameThatDoesNotFitIsRefused) {

@@ -50,10 +50,10 @@ class AbsenceWatchTest : public testing::Test {
 TEST_F(AbsenceWatchTest, TellsWhenHowLongAndHowLateThePathIs) {
   away(milliseconds{-500}, milliseconds{3});
   auto watch = make();
-  EXPECT_THAT(watch.look().bridged, IsEmpty()) << "what was before the operation is no news";
+  EXPECT_THAT(watch.poll().bridged, IsEmpty()) << "what was before the operation is no news";
   away(milliseconds{850}, milliseconds{54}, AbsenceEffect::kBridged, milliseconds{54});
   away(milliseconds{1200}, nanoseconds{140'000}, AbsenceEffect::kNone);
-  const auto found = watch.look();
+  const auto found = watch.poll();
   EXPECT_THAT(sentences(found.bridged),
               ElementsAre("the master was away for 54.0 ms at 0.850 s; the path is 54.0 ms late",
                           "the master was away for 0.1 ms at 1.200 s"));
@@ -64,7 +64,7 @@ TEST_F(AbsenceWatchTest, TellsWhenHowLongAndHowLateThePathIs) {
 TEST_F(AbsenceWatchTest, NamesTheOneThatStoppedTheAxes) {
   auto watch = make();
   away(milliseconds{850}, milliseconds{54}, AbsenceEffect::kStopped);
-  const auto found = watch.look();
+  const auto found = watch.poll();
   EXPECT_THAT(found.bridged, IsEmpty());
   ASSERT_TRUE(found.stopped);
   EXPECT_EQ(sentence(*found.stopped),
@@ -77,7 +77,7 @@ TEST_F(AbsenceWatchTest, IsTheCauseOfWhatComesShortlyAfter) {
   EXPECT_FALSE(watch.cause_of(kBegin));
   away(milliseconds{850}, milliseconds{54});
   away(milliseconds{906}, milliseconds{1});
-  static_cast<void>(watch.look());
+  static_cast<void>(watch.poll());
   EXPECT_FALSE(watch.cause_of(kBegin + milliseconds{849})) << "before";
   for (const auto after : {milliseconds{870}, milliseconds{1200}}) {
     const auto cause = watch.cause_of(kBegin + after);
@@ -93,9 +93,9 @@ TEST_F(AbsenceWatchTest, OfManyTellsTheFirstThoseThatAreLongerAndTheSumOfTheRest
   std::size_t told = 0;
   for (int i = 0; i < 50; ++i) {
     away(milliseconds{10 * i}, milliseconds{i == 40 ? 7 : 1});
-    told += watch.look().bridged.size();
+    told += watch.poll().bridged.size();
   }
-  EXPECT_EQ(told, AbsenceWatch::kToldSingly + 1) << "the longest is among them";
+  EXPECT_EQ(told, AbsenceWatch::kReportedSingly + 1) << "the longest is among them";
   const auto rest = watch.rest(2);
   ASSERT_TRUE(rest);
   EXPECT_EQ(describe(Event{*rest}), "the master was away 31 more times, 29.0 ms in all, 1.0 ms at the longest");

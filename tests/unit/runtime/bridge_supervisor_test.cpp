@@ -177,7 +177,7 @@ TEST_F(BridgeSupervisorTest, CountsAreAddedUpOverAllBridges) {
 TEST_F(BridgeSupervisorTest, NonsenseInItsCountsIsLeftOutAndToldOnce) {
   make("garbage");
   ASSERT_TRUE(supervisor_->start());
-  ASSERT_TRUE(serve_until([&] { return supervisor_->unbelieved() > 5; }));
+  ASSERT_TRUE(serve_until([&] { return supervisor_->invalid_counts() > 5; }));
   EXPECT_THAT(said_, ElementsAre("telemetry: the counts of the bridge cannot be, and are left out"));
   EXPECT_EQ(supervisor_->counts().published(), 0U);
   EXPECT_EQ(supervisor_->counts().dropped(), 0U);
@@ -200,7 +200,7 @@ TEST_F(BridgeCountsTest, WhatCannotBeIsNotBelieved) {
   constexpr auto kHuge = ~std::uint64_t{0};
   counts_.begin(0);
   tell({.beats = 5, .next = 4, .published = 8, .lost = 1, .refused = 2});
-  ASSERT_TRUE(counts_.look(kWritten));
+  ASSERT_TRUE(counts_.update(kWritten));
   for (const auto& told : {snapshot::FeedReturn{.beats = 4, .next = 4, .published = 8, .lost = 1, .refused = 2},
                            snapshot::FeedReturn{.beats = 5, .next = 3, .published = 8, .lost = 1, .refused = 2},
                            snapshot::FeedReturn{.beats = 5, .next = 11, .published = 8, .lost = 1, .refused = 2},
@@ -211,18 +211,18 @@ TEST_F(BridgeCountsTest, WhatCannotBeIsNotBelieved) {
                            snapshot::FeedReturn{.beats = 5, .next = 4, .published = 8, .lost = 1, .refused = 1},
                            snapshot::FeedReturn{.beats = 5, .next = 4, .published = 8, .lost = 1, .refused = kHuge}}) {
     tell(told);
-    EXPECT_FALSE(counts_.look(kWritten));
+    EXPECT_FALSE(counts_.update(kWritten));
     EXPECT_EQ(counts_.published(), 8U);
     EXPECT_EQ(counts_.dropped(), 5U);
   }
   tell({.beats = 6, .next = 10, .published = 20, .lost = 1, .refused = 2});
-  EXPECT_TRUE(counts_.look(kWritten));
+  EXPECT_TRUE(counts_.update(kWritten));
 }
 
 TEST_F(BridgeCountsTest, ANewBridgeGoesOnWhereTheOneBeforeHasEnded) {
   counts_.begin(0);
   tell({.beats = 5, .next = 4, .published = 8});
-  ASSERT_TRUE(counts_.look(10));
+  ASSERT_TRUE(counts_.update(10));
   counts_.begin(10);
   EXPECT_EQ(region_.words()[rt::shared_detail::kRecordsWord + 1], 4U);
   EXPECT_EQ(region_.words()[rt::shared_detail::kRecordsWord + 2], 0U);

@@ -25,11 +25,11 @@ using testing::StartsWith;
 
 class CommandDeskTest : public testing::Test, protected AxesForCommands {
  protected:
-  CommandDeskTest() { door.open(*single); }
+  CommandDeskTest() { axis_requests.open(*single); }
 
   std::vector<std::string> told() {
     std::vector<std::string> sentences;
-    for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
+    for (auto& facts : axis_requests.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
     return sentences;
   }
   /// The first answer to a command.
@@ -53,9 +53,9 @@ class CommandDeskTest : public testing::Test, protected AxesForCommands {
   }
 
   rt::VirtualClock clock;
-  AxisDoor door{configs, clock, [this] { ++stops; }};
+  AxisRequests axis_requests{configs, clock, [this] { ++stops; }};
   int stops = 0;
-  CommandDesk desk{door, clock, milliseconds{300}};
+  CommandDesk desk{axis_requests, clock, milliseconds{300}};
 };
 
 constexpr const char* kPanel = "dds panel (participant 010000000000000000000000)";
@@ -66,7 +66,7 @@ TEST_F(CommandDeskTest, AsksForNothingWithoutALease) {
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kJog, 7)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kRenew)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kRelease, 1)), sentence);
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   const auto lease = acquire("panel", "x");
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kEnable, lease + 1)), sentence);
   EXPECT_EQ(refusal(command("panel", "y", CommandKind::kEnable, lease)),
@@ -98,13 +98,13 @@ TEST_F(CommandDeskTest, ALeaseThatIsNotRenewedEnds) {
   const auto lease = acquire("panel", "x");
   for (int i = 0; i < 5; ++i) {
     clock.advance(milliseconds{200});
-    desk.look();
+    desk.poll();
     EXPECT_EQ(ask(command("panel", "x", CommandKind::kRenew, lease)).lease, lease);
   }
   told();
   clock.advance(milliseconds{301});
-  desk.look();
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  desk.poll();
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   EXPECT_THAT(told(), ElementsAre(std::string("axis x: ") + kPanel + " is not heard any more: the axis stops"));
   EXPECT_THAT(refusal(command("panel", "x", CommandKind::kRenew, lease)), HasSubstr("acquire the axis first"));
   EXPECT_NE(acquire("panel", "x"), lease);
@@ -113,7 +113,7 @@ TEST_F(CommandDeskTest, ALeaseThatIsNotRenewedEnds) {
 TEST_F(CommandDeskTest, AnAxisThatIsReleasedIsFree) {
   const auto lease = acquire("panel", "x");
   EXPECT_EQ(ask(command("panel", "x", CommandKind::kRelease, lease)).lease, 0U);
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   acquire("other", "x");
 }
 
@@ -166,10 +166,10 @@ TEST_F(CommandDeskTest, AnswersAgainWhenACommandIsOver) {
   auto record = command("panel", "x", CommandKind::kMoveRelative, lease);
   record.target = 0.1;
   EXPECT_EQ(static_cast<CommandResult>(ask(record).result), CommandResult::kAccepted);
-  desk.look();
+  desk.poll();
   EXPECT_THAT(desk.take_answers(), IsEmpty()) << "no cycle has seen it";
   cycle();
-  desk.look();
+  desk.poll();
   const auto answers = desk.take_answers();
   ASSERT_EQ(answers.size(), 1U);
   EXPECT_EQ(static_cast<CommandResult>(answers[0].result), CommandResult::kAborted);
@@ -189,7 +189,7 @@ TEST_F(CommandDeskTest, EachStopHasALastAnswerHoweverManyThereAre) {
     // Other clients can still stop their axes.
     if (i % 10 == 0) clock.advance(milliseconds{1});
   }
-  EXPECT_EQ(accepted, 2 * CommandDesk::kMostRequests);
+  EXPECT_EQ(accepted, 2 * CommandDesk::kMaxRequests);
   EXPECT_EQ(done, 90 - accepted);
 }
 
@@ -198,8 +198,8 @@ TEST_F(CommandDeskTest, WithTheBridgeGoTheLeases) {
   acquire("other", "y", 2);
   told();
   desk.bridge_lost();
-  EXPECT_EQ(door.authority().owner_of(0), "");
-  EXPECT_EQ(door.authority().owner_of(1), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(1), "");
   EXPECT_THAT(told(), Contains(std::string(kPanel) + ": its bridge has stopped: its axes stop, and are free"));
 }
 
@@ -209,7 +209,7 @@ TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
   desk.bridge_lost();
   // As the client's middleware repeats it to the next bridge.
   EXPECT_THAT(refusal(acquired), HasSubstr("is not above"));
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   acquire("other", "x", 2);
 }
 
@@ -236,7 +236,7 @@ TEST_F(CommandDeskTest, AFloodOfManyIsCountedAndNotTold) {
     desk.take(command("flood", "y", CommandKind::kJog, 1, static_cast<std::uint8_t>(i % 200)));
   }
   EXPECT_LE(desk.take_answers().size(), static_cast<std::size_t>(CommandDesk::kTotalAtOnce));
-  desk.look();
+  desk.poll();
   const auto sentences = told();
   EXPECT_LE(sentences.size(), static_cast<std::size_t>(CommandDesk::kEventsAtOnce) + 1);
   EXPECT_THAT(sentences, Contains("commands: more came than are told one by one: 0 accepted, 900 refused, 99000 not "
@@ -258,7 +258,7 @@ TEST_F(CommandDeskTest, GarbageMovesNothing) {
     if (kind == CommandKind::kAcquire) record.kind = static_cast<std::uint32_t>(CommandKind::kJog);
     desk.take(record);
     clock.advance(milliseconds{1});
-    if (i % 10 == 0) desk.look();
+    if (i % 10 == 0) desk.poll();
     for (const auto& answer : desk.take_answers()) {
       const auto result = static_cast<CommandResult>(answer.result);
       if (result == CommandResult::kAccepted) {
@@ -270,12 +270,12 @@ TEST_F(CommandDeskTest, GarbageMovesNothing) {
       told();
     }
   }
-  EXPECT_EQ(door.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   EXPECT_EQ(stops, 0);
 }
 
 TEST_F(CommandDeskTest, KeepsABoundedNumberOfClients) {
-  for (std::size_t i = 0; i < CommandDesk::kMostClients; ++i) {
+  for (std::size_t i = 0; i < CommandDesk::kMaxClients; ++i) {
     refusal(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt, 0, static_cast<std::uint8_t>(i / 8)));
   }
   EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt, 0, 99)), "there are too many clients already");

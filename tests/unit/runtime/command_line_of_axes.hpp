@@ -10,7 +10,7 @@
 
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/snapshot/feed/command_records.hpp"
 
 namespace driveline::runtime {

@@ -20,8 +20,8 @@ using testing::Contains;
 class CommandServiceTest : public testing::Test, protected AxesForCommands {
  protected:
   CommandServiceTest() {
-    door.open(*single);
-    auto started = CommandService::start(door, std::chrono::seconds{60});
+    axis_requests.open(*single);
+    auto started = CommandService::start(axis_requests, std::chrono::seconds{60});
     service = std::move(started).value();
     const auto descriptors = service->descriptors();
     commands.emplace(std::move(rt::SharedRegion::open(descriptors[0], snapshot::command_layout())).value());
@@ -42,19 +42,19 @@ class CommandServiceTest : public testing::Test, protected AxesForCommands {
   }
   std::vector<std::string> told() {
     std::vector<std::string> sentences;
-    for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
+    for (auto& facts : axis_requests.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
     return sentences;
   }
   /// Waits until the axis is free, with a time-out.
   void wait_until_free() {
-    for (int i = 0; i < 20'000 && !door.authority().owner_of(0).empty(); ++i) {
+    for (int i = 0; i < 20'000 && !axis_requests.authority().owner_of(0).empty(); ++i) {
       std::this_thread::sleep_for(milliseconds{1});
     }
-    EXPECT_EQ(door.authority().owner_of(0), "");
+    EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   }
 
   rt::MonotonicClock clock;
-  AxisDoor door{configs, clock, [] {}};
+  AxisRequests axis_requests{configs, clock, [] {}};
   std::unique_ptr<CommandService> service;
   std::optional<rt::SharedRegion> commands;
   std::optional<rt::SharedRegion> answers;
@@ -77,7 +77,7 @@ TEST_F(CommandServiceTest, ABridgeThatHasEndedTakesItsLeasesAlong) {
   rt::SharedRingWriter<CommandRecord> bridge(*commands);
   ASSERT_TRUE(bridge.try_push(command("panel", "x", CommandKind::kAcquire)));
   ASSERT_TRUE(answer());
-  EXPECT_NE(door.authority().owner_of(0), "");
+  EXPECT_NE(axis_requests.authority().owner_of(0), "");
   service->bridge_lost();
   wait_until_free();
   rt::SharedRingWriter<CommandRecord> next(*commands);
@@ -91,8 +91,8 @@ TEST_F(CommandServiceTest, OutlivesGarbageInAllOfTheMemory) {
   while (std::chrono::steady_clock::now() < end) {
     for (auto& word : commands->words()) std::atomic_ref(word).store(chance(), std::memory_order_relaxed);
   }
-  EXPECT_EQ(door.authority().owner_of(0), "");
-  EXPECT_EQ(door.authority().owner_of(1), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "");
+  EXPECT_EQ(axis_requests.authority().owner_of(1), "");
   const auto sentences = told();
   EXPECT_LT(sentences.size(), 300U) << "nobody is flooded with sentences";
   EXPECT_THAT(sentences, Contains("commands: what the bridge has written cannot be, and is left out"));
@@ -108,7 +108,7 @@ TEST_F(CommandServiceTest, AFullRingRefusesAndIsReadOn) {
   while (const auto got = answer()) {
     if (got->participant[0] == 2) break;
   }
-  EXPECT_NE(door.authority().owner_of(1), "");
+  EXPECT_NE(axis_requests.authority().owner_of(1), "");
 }
 
 }  // namespace

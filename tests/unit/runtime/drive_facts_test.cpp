@@ -40,7 +40,7 @@ std::string take(AxisConfig& axis, const DriveFacts& facts) {
   const auto taken = take_drive_facts(axis, facts);
   if (!taken) return describe(taken.error());
   if (!*taken) return "";
-  return describe(Event{events::ScaleDiffers{axis.name, (*taken)->described, (*taken)->told}});
+  return describe(Event{events::ScaleDiffers{axis.name, (*taken)->described, (*taken)->reported_by_drive}});
 }
 
 TEST(DriveFacts, ScaleIsFeedOverGearElseTheEncoder) {
@@ -178,7 +178,7 @@ TEST(DriveFacts, ObjectsThatCannotBeReadAreLeftOut) {
 class Events final : public Observer {
  public:
   void event(const Event& event) override { told.push_back(describe(event)); }
-  void look() override {}
+  void poll() override {}
   std::vector<std::string> told;
 };
 

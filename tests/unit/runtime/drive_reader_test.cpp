@@ -207,13 +207,13 @@ class ScriptedDrive {
   }
   [[nodiscard]] DriveCore& drive() { return dynamic_cast<MsdDrive&>(line_->slave(0).device()).core(); }
   [[nodiscard]] bool level(std::string_view name) {
-    const auto place = drive().signals().find_signal(slaves::SignalPlace::Way::kInput, name);
+    const auto place = drive().signals().find_signal(slaves::SignalId::Direction::kInput, name);
     return place && drive().signals().signal(*place) > 0.5;
   }
 
  private:
   rt::VirtualClock clock_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
 };
 
 /// 1018h:04 and the EEPROM of the simulated slaves have the values that the line description expects.
@@ -261,7 +261,7 @@ TEST(DriveScript, StoRelayFollowsAScriptOfIsdsh) {
 TEST(DriveScript, DcLinkFollowsItsScript) {
   ScriptedDrive rig("[slave.plant]\ndc_link_v = 300\n");
   rig.pass(1ms);
-  const auto volts = rig.drive().signals().find_signal(slaves::SignalPlace::Way::kInput, "DC_LINK");
+  const auto volts = rig.drive().signals().find_signal(slaves::SignalId::Direction::kInput, "DC_LINK");
   ASSERT_TRUE(volts);
   EXPECT_EQ(rig.drive().signals().signal(*volts), 300.0);
   ScriptedDrive failing(
@@ -279,7 +279,7 @@ TEST(DriveScript, WhatIsSetByHandStaysSet) {
   rig.pass(1ms);
   EXPECT_TRUE(rig.level("ISD02")) << "the shaft is on the cam";
   for (const auto* name : {"ENPO", "ISD02"}) {
-    const auto place = rig.drive().signals().find_signal(slaves::SignalPlace::Way::kInput, name);
+    const auto place = rig.drive().signals().find_signal(slaves::SignalId::Direction::kInput, name);
     rig.drive().signals().set_signal(place->number, 0.0);
     for (int i = 0; i < 10; ++i) {
       rig.pass(700us);

@@ -36,7 +36,7 @@ struct FaultText : testing::Test {
 TEST_F(FaultText, EveryParameterArrives) {
   const auto corrupt = parsed("corrupt way=back count=0x10 chance=0.25 seed=7 bits=3 for_ms=1.5");
   EXPECT_EQ(corrupt.kind, FaultKind::kCorrupt);
-  EXPECT_EQ(corrupt.way, slaves::FaultWay::kBack);
+  EXPECT_EQ(corrupt.direction, slaves::FaultDirection::kBack);
   EXPECT_EQ(corrupt.count, 16U);
   EXPECT_EQ(corrupt.chance, 0.25);
   EXPECT_EQ(corrupt.seed, 7U);

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "axis_requests.hpp"
 #include "driveline/runtime/event.hpp"
 #include "failure_of.hpp"
+#include "make_axis_request.hpp"
 #include "support/temporary_directory.hpp"
 #include "virtual_line.hpp"
 namespace driveline::runtime {
@@ -26,7 +26,7 @@ using testing::Contains;
 class Hand final : public Observer {
  public:
   void event(const Event& event) override { told.push_back(describe(event)); }
-  void look() override {
+  void poll() override {
     if (on_look) on_look();
   }
   std::vector<std::string> told;

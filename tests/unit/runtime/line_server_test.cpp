@@ -86,7 +86,7 @@ class LineServerTest : public testing::Test {
     for (std::size_t i = 0; i < count; ++i) {
       made.push_back(std::make_unique<slaves::Slave>(std::make_unique<slaves::msd::MsdDrive>()));
     }
-    line = std::make_unique<slaves::Line>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
+    line = std::make_unique<slaves::SimulatedLine>(clock, std::move(made), slaves::LineOptions{}, std::move(wiring));
     server = std::make_unique<LineServer>(*line, primary, second ? &secondary : nullptr, clock, LineServer::Settings{});
   }
   /// Runs turns like run(), for `duration`.
@@ -115,7 +115,7 @@ class LineServerTest : public testing::Test {
   rt::VirtualClock clock{1s};
   TestPort primary{clock};
   TestPort secondary{clock};
-  std::unique_ptr<slaves::Line> line;
+  std::unique_ptr<slaves::SimulatedLine> line;
   std::unique_ptr<LineServer> server;
 };
 
@@ -345,7 +345,7 @@ TEST_F(LineServerTest, TurnAroundTimesComeInWindowsAndAsAWhole) {
 }
 
 TEST_F(LineServerTest, SignalsOfADeviceAreSetAndRead) {
-  using Way = slaves::SignalPlace::Way;
+  using Direction = slaves::SignalId::Direction;
   serve(2);
   run(5ms);
   const auto carried_out = [this](LineOrder order) {
@@ -356,8 +356,8 @@ TEST_F(LineServerTest, SignalsOfADeviceAreSetAndRead) {
     return answer;
   };
   const auto* signals = line->slave(1).device().signals();
-  const auto isdsh = signals->find_signal(Way::kInput, "ISDSH");
-  const auto relay = signals->find_signal(Way::kOutput, "STO_RELAY");
+  const auto isdsh = signals->find_signal(Direction::kInput, "ISDSH");
+  const auto relay = signals->find_signal(Direction::kOutput, "STO_RELAY");
   ASSERT_TRUE(isdsh && relay);
   LineOrder read;
   read.verb = LineOrder::Verb::kReadSignal;

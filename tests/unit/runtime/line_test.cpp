@@ -60,7 +60,7 @@ class Counter final : public snapshot::SampleConsumer {
 class Listener final : public Observer {
  public:
   void event(const Event& event) override { told.push_back(describe(event)); }
-  void look() override {
+  void poll() override {
     if (on_look) on_look(++looks);
   }
   std::vector<std::string> told;

@@ -17,7 +17,7 @@ using snapshot::SetpointKind;
 using snapshot::StreamedSetpoint;
 using snapshot::StreamReport;
 using snapshot::StreamReportState;
-using stream::AxisState;
+using stream::MotionState;
 using testing::Contains;
 using testing::HasSubstr;
 
@@ -26,7 +26,7 @@ constexpr const char* kPanel = "dds panel (participant 01)";
 class RemoteStreamsTest : public testing::Test {
  protected:
   RemoteStreamsTest() {
-    for (std::size_t i = 0; i < 3; ++i) line.axes.all[i].view.state = AxisState::kStandstill;
+    for (std::size_t i = 0; i < 3; ++i) line.axes.all[i].view.state = MotionState::kStandstill;
   }
   static std::vector<StreamAxis> offered() {
     std::vector<StreamAxis> axes;
@@ -67,7 +67,7 @@ class RemoteStreamsTest : public testing::Test {
     look();
   }
   void look() {
-    streams.look(now);
+    streams.poll(now);
     for (auto& facts : streams.take_events()) told.push_back(describe(Event{std::move(facts)}));
     for (const auto& report : streams.take_reports()) last = report;
   }
@@ -123,7 +123,7 @@ TEST_F(RemoteStreamsTest, MoveTheAxesOfTheirLeases) {
   sent = 0;
   EXPECT_TRUE(take(at(axes, 1, 0ms, line.axes.all[0].view.setpoint)));
   run(30ms);
-  EXPECT_EQ(line.axes.all[0].view.state, AxisState::kSynchronizedMotion);
+  EXPECT_EQ(line.axes.all[0].view.state, MotionState::kSynchronizedMotion);
 }
 
 TEST_F(RemoteStreamsTest, AreRefusedWithoutTheLeases) {
@@ -159,8 +159,8 @@ TEST_F(RemoteStreamsTest, AnAxisWhoseLeaseEndsComesToRestAndTheOthersGoOn) {
     ++sent;
     run(1ms);
   }
-  EXPECT_EQ(line.axes.all[1].view.state, AxisState::kStandstill);
-  EXPECT_EQ(line.axes.all[0].view.state, AxisState::kSynchronizedMotion);
+  EXPECT_EQ(line.axes.all[1].view.state, MotionState::kStandstill);
+  EXPECT_EQ(line.axes.all[0].view.state, MotionState::kSynchronizedMotion);
   EXPECT_EQ(last.axes[1].leased, 0U);
   // After it is acquired again, the axis follows again when the client requests it.
   line.authority.release(1, "hand");
@@ -168,7 +168,7 @@ TEST_F(RemoteStreamsTest, AnAxisWhoseLeaseEndsComesToRestAndTheOthersGoOn) {
   ASSERT_NE(again, y);
   EXPECT_TRUE(take(record({{"x", x}, {"y", again}}, SetpointKind::kFollow)));
   swing_for(record({{"x", x}, {"y", again}}), 20);
-  EXPECT_EQ(line.axes.all[1].view.state, AxisState::kSynchronizedMotion);
+  EXPECT_EQ(line.axes.all[1].view.state, MotionState::kSynchronizedMotion);
 }
 
 TEST_F(RemoteStreamsTest, EndWithTheirLastLeaseAndWithTheBridge) {
@@ -177,7 +177,7 @@ TEST_F(RemoteStreamsTest, EndWithTheirLastLeaseAndWithTheBridge) {
   run(1ms);
   run(50ms);
   EXPECT_EQ(state(), StreamReportState::kOver);
-  EXPECT_EQ(line.axes.all[0].view.state, AxisState::kStandstill);
+  EXPECT_EQ(line.axes.all[0].view.state, MotionState::kStandstill);
   sent = 0;
   line.axes.all[0].view.setpoint = 0.0;
   swing_for(record({{"x", acquire(0)}}), 100);
@@ -193,7 +193,7 @@ TEST_F(RemoteStreamsTest, ASilentClientLosesItsStream) {
   run(20ms);
   EXPECT_EQ(state(), StreamReportState::kOver);
   EXPECT_EQ(last.text.view(), "it was silent for longer than the keep-alive time");
-  EXPECT_EQ(line.axes.all[0].view.state, AxisState::kStandstill);
+  EXPECT_EQ(line.axes.all[0].view.state, MotionState::kStandstill);
 }
 
 TEST_F(RemoteStreamsTest, WhatIsRefusedIsToldWithAxisValueAndLimit) {

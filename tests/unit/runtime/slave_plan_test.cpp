@@ -115,12 +115,12 @@ TEST(SlavePlan, SlavesOfAHotConnectGroupFollowTheirHead) {
                                         "line.toml");
   ASSERT_TRUE(config) << describe(config.error());
   EXPECT_FALSE(config->slaves[0].plan.behind);
-  EXPECT_EQ(config->slaves[1].plan.behind, (ecat_master::GroupPlace{0, 1}));
-  EXPECT_EQ(config->slaves[2].plan.behind, (ecat_master::GroupPlace{0, 2}));
+  EXPECT_EQ(config->slaves[1].plan.behind, (ecat_master::HotConnectPlace{0, 1}));
+  EXPECT_EQ(config->slaves[2].plan.behind, (ecat_master::HotConnectPlace{0, 2}));
   ecat_master::SlavePlan plan;
   config->slaves[2].plan.apply(plan);
   EXPECT_TRUE(plan.hot_connect);
-  EXPECT_EQ(plan.behind, (ecat_master::GroupPlace{0, 2}));
+  EXPECT_EQ(plan.behind, (ecat_master::HotConnectPlace{0, 2}));
 }
 
 TEST(SlavePlan, GroupsThatAreNoneAreRefused) {

@@ -29,7 +29,7 @@ LineSample cycle_of(std::uint64_t number) {
 
 TEST(CycleStatistics, ComeOnceInASecondOfTheLineAndSinceItsStart) {
   StatisticsClock clock(kCycle);
-  std::vector<snapshot::CycleStatistics> made;
+  std::vector<snapshot::CycleStatisticsSample> made;
   for (std::uint64_t number = 0; number < 4500; ++number) {
     auto sample = cycle_of(number);
     if (number == 2100) sample.working_counter = 6;

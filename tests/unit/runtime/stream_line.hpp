@@ -52,32 +52,32 @@ class StreamedAxes final : public StreamAxes {
     all[axis].halted = true;
     ++all[axis].halts;
   }
-  void power_on(std::size_t axis) noexcept override { all[axis].view.state = stream::AxisState::kStandstill; }
+  void power_on(std::size_t axis) noexcept override { all[axis].view.state = stream::MotionState::kStandstill; }
 
   /// The motion of the axes, after the task.
   void update(StreamHub& hub) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       auto& one = all[i];
       auto& feed = hub.feed(i);
-      if (std::exchange(one.halted, false) && one.view.state != stream::AxisState::kDisabled) {
-        if (one.view.state == stream::AxisState::kSynchronizedMotion) feed.leave(0);
-        one.view.state = stream::AxisState::kDiscreteMotion;
+      if (std::exchange(one.halted, false) && one.view.state != stream::MotionState::kDisabled) {
+        if (one.view.state == stream::MotionState::kSynchronizedMotion) feed.leave(0);
+        one.view.state = stream::MotionState::kDiscreteMotion;
         one.resting = 10;
       }
       if (std::exchange(one.asked, false)) {
         feed.join(0, {one.view.setpoint, 0.0, 0.0});
-        one.view.state = stream::AxisState::kSynchronizedMotion;
+        one.view.state = stream::MotionState::kSynchronizedMotion;
       }
       std::array<trajectory::AxisSetpoint, 1> setpoint{};
-      if (one.view.state == stream::AxisState::kSynchronizedMotion) {
+      if (one.view.state == stream::MotionState::kSynchronizedMotion) {
         if (feed.next(125e-6, setpoint)) {
           one.view.setpoint = setpoint[0].position;
         } else {
-          one.view.state = stream::AxisState::kDiscreteMotion;
+          one.view.state = stream::MotionState::kDiscreteMotion;
           one.resting = 10;
         }
       } else if (one.resting > 0 && --one.resting == 0) {
-        one.view.state = stream::AxisState::kStandstill;
+        one.view.state = stream::MotionState::kStandstill;
       }
       one.demands.push_back(one.view.setpoint);
     }
@@ -85,7 +85,7 @@ class StreamedAxes final : public StreamAxes {
   /// Another motion takes over an axis.
   void take_away(StreamHub& hub, std::size_t axis) {
     hub.feed(axis).leave(0);
-    all[axis].view.state = stream::AxisState::kDiscreteMotion;
+    all[axis].view.state = stream::MotionState::kDiscreteMotion;
   }
 
   std::vector<One> all;

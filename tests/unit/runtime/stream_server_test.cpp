@@ -27,7 +27,7 @@ namespace driveline::runtime {
 namespace {
 
 using namespace std::chrono_literals;
-using stream::AxisState;
+using stream::MotionState;
 using stream::SessionState;
 using testing::HasSubstr;
 
@@ -105,7 +105,7 @@ TEST(StreamServer, TwoClientsOfOneNameInOneProcessAreTwo) {
 TEST(StreamServer, TakesAnAxisFromSomebodyElseOnlyWhereThatIsAskedFor) {
   StreamLine line;
   ASSERT_TRUE(line.take(0, "hand"));
-  line.axes.all[0].view.state = AxisState::kContinuousMotion;
+  line.axes.all[0].view.state = MotionState::kContinuousMotion;
   EXPECT_EQ(line.refusal({.axes = {"y", "x"}}), "axis x: is commanded by hand");
   EXPECT_EQ(line.authority.owner_of(1), "") << "all of them, or none";
   const auto client = line.client({.name = "sine", .axes = {"y", "x"}, .take_over = true});

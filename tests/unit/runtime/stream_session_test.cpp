@@ -27,9 +27,9 @@ namespace driveline::runtime {
 namespace {
 
 using namespace std::chrono_literals;
-using stream::AxisState;
 using stream::AxisTarget;
 using stream::EndReason;
+using stream::MotionState;
 using stream::Refusal;
 using stream::SessionState;
 using stream::StatusRecord;
@@ -97,7 +97,7 @@ TEST(StreamSession, ASilentClientLosesItsAxes) {
   EXPECT_EQ(client.status()->reason, EndReason::kSilent);
   line.run(10ms);
   EXPECT_EQ(client.status()->state, SessionState::kOver);
-  EXPECT_EQ(line.axes.all[0].view.state, AxisState::kStandstill);
+  EXPECT_EQ(line.axes.all[0].view.state, MotionState::kStandstill);
   line.poll();
   EXPECT_THAT(line.told.back(), HasSubstr("it was silent for longer than the keep-alive time: 50 setpoints"));
   EXPECT_EQ(line.authority.owner_of(0), "");
@@ -161,7 +161,7 @@ TEST(StreamSession, AnAxisThatIsTakenOverComesToRestAndIsGivenBackWhenItIsFree) 
   EXPECT_EQ(client.status()->axes[0].following, 1U) << "each axis by itself";
   EXPECT_EQ(client.status()->axes[1].following, 0U);
   EXPECT_EQ(client.status()->axes[1].leased, 0U);
-  EXPECT_EQ(line.axes.all[1].view.state, AxisState::kStandstill);
+  EXPECT_EQ(line.axes.all[1].view.state, MotionState::kStandstill);
   line.poll();
   line.authority.release(1, "hand");
   stream_swing(line, client, 80, 8, sent);
@@ -211,9 +211,9 @@ TEST(StreamSession, AnAxisWithoutPowerWaits) {
   auto client = line.client({.axes = {"x"}});
   int sent = 0;
   stream_swing(line, client, 80 * 5, 8, sent);
-  EXPECT_EQ(client.status()->axes[0].state, AxisState::kDisabled);
+  EXPECT_EQ(client.status()->axes[0].state, MotionState::kDisabled);
   EXPECT_EQ(client.status()->axes[0].following, 0U);
-  line.axes.all[0].view.state = AxisState::kStandstill;
+  line.axes.all[0].view.state = MotionState::kStandstill;
   stream_swing(line, client, 80, 8, sent);
   EXPECT_EQ(client.status()->axes[0].following, 1U);
 }

@@ -309,7 +309,7 @@ TEST_F(TaskTest, NoTaskIsAddedWhileTheLineRuns) {
   auto line = open(std::string(kSlaves) + kPositionAxes);
   Pull late;
   struct Adder final : Observer {
-    void look() override {
+    void poll() override {
       if (told.empty()) told = refusal(line->add(*task, {"late", {}, {}}));
     }
     Line* line = nullptr;

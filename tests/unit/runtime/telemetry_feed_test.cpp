@@ -61,7 +61,7 @@ TEST_F(Assembled, ACycleThatLostASampleComesWithoutIt) {
 }
 
 TEST_F(Assembled, LinesWithoutAxesDoNotPileUp) {
-  for (std::uint64_t cycle = 0; cycle < CycleAssembler::kMostWaiting + 2; ++cycle) line(cycle);
+  for (std::uint64_t cycle = 0; cycle < CycleAssembler::kMaxWaiting + 2; ++cycle) line(cycle);
   EXPECT_THAT(records_, ElementsAre("0:", "1:"));
 }
 

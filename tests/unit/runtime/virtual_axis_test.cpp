@@ -63,7 +63,7 @@ TEST_F(VirtualAxisConfig, RefusesWhatCannotBe) {
 class Mover final : public Observer {
  public:
   explicit Mover(Line& line) : line_(line) {}
-  void look() override {
+  void poll() override {
     const auto status = line_.axes().status(1);
     if (!status.report) return;
     if (status.report->state == ecat_master::PlcopenState::kStandstill && !asked) {
@@ -111,7 +111,7 @@ TEST_F(VirtualAxisConfig, ALineRunsWithOne) {
 class Coupler final : public Observer {
  public:
   explicit Coupler(Line& line) : line_(line) {}
-  void look() override {
+  void poll() override {
     for (std::size_t axis = 0; axis < last.size(); ++axis) last[axis] = line_.axes().status(axis);
     const bool ready = last[0].report && std::all_of(last.begin(), last.end(), [](const AxisStatus& one) {
                          return one.report->state != ecat_master::PlcopenState::kDisabled;

@@ -53,7 +53,7 @@ AxisSample axis_of(std::uint64_t cycle, std::uint16_t axis) {
           .status_word = 0x1637,
           .mode = -3,
           .state = AxisState::kOperationEnabled,
-          .plcopen_state = PlcopenState::kStopping,
+          .plcopen_state = SampledPlcopenState::kStopping,
           .homed = AxisHomed::kYes,
           .error_code = 0x8611,
           .digital_inputs = 0xFFFF'0000,
@@ -481,7 +481,7 @@ TEST(FeedReturn, TellsAndRemembers) {
   first->tell({.beats = 1, .next = 2, .published = 3, .lost = 4, .refused = 5});
   const auto second = FeedReturnWriter::open(region->descriptor());
   ASSERT_TRUE(second);
-  const auto told = second->told();
+  const auto told = second->last_record();
   EXPECT_EQ(told.next, 2U);
   EXPECT_EQ(told.refused, 5U);
 }

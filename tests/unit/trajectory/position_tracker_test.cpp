@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kPeriod = 125e-6;
 /// 14 bits per turn: a coarse encoder.
-constexpr double kGrain = 2.0 * std::numbers::pi / 16384.0;
+constexpr double kResolution = 2.0 * std::numbers::pi / 16384.0;
 
-TrackerSettings settings(double noise = kGrain) {
+TrackerSettings settings(double noise = kResolution) {
   TrackerSettings made;
   made.period_s = kPeriod;
   made.noise = noise;
@@ -27,7 +27,7 @@ TrackerSettings settings(double noise = kGrain) {
 }
 
 double grained(double position) {
-  return std::round(position / kGrain) * kGrain;
+  return std::round(position / kResolution) * kResolution;
 }
 
 /// Differences of the output, as sent to a drive.
@@ -77,21 +77,21 @@ TEST(PositionTracker, TheGrainOfACoarseEncoderIsNotInTheDemand) {
     demand.see(ahead.position);
     worst = std::max(worst, std::abs(ahead.position - place((i + 3) * kPeriod)));
   }
-  EXPECT_LT(worst, kGrain);
-  // Differences of the measurements themselves would be kGrain / kPeriod^2, 24,500 rad/s^2.
+  EXPECT_LT(worst, kResolution);
+  // Differences of the measurements themselves would be kResolution / kPeriod^2, 24,500 rad/s^2.
   EXPECT_LT(demand.acceleration, 10.0);
   EXPECT_NEAR(demand.velocity, 17.3, 0.05);
 }
 
 TEST(PositionTracker, WhatStandsDoesNotMoveWhateverTheNoise) {
   std::mt19937 random(7);
-  std::uniform_real_distribution<double> noise(-0.999 * kGrain, 0.999 * kGrain);
+  std::uniform_real_distribution<double> noise(-0.999 * kResolution, 0.999 * kResolution);
   PositionTracker tracker(settings());
   for (int i = 0; i < 8000; ++i) tracker.step(1.0 + noise(random));
   ASSERT_TRUE(tracker.standing());
   const auto stands = tracker.at(0.01);
   EXPECT_EQ(stands.velocity, 0.0);
-  EXPECT_NEAR(stands.position, 1.0, kGrain);
+  EXPECT_NEAR(stands.position, 1.0, kResolution);
   for (int i = 0; i < 80000; ++i) {
     tracker.step(1.0 + noise(random));
     ASSERT_EQ(tracker.at(0.01).position, stands.position) << i;
@@ -106,13 +106,13 @@ TEST(PositionTracker, SlowMotionIsFollowed) {
   double worst = 0.0;
   Demand demand;
   for (int i = 0; i < 160000; ++i) {
-    position += 20.0 * kGrain * kPeriod;
+    position += 20.0 * kResolution * kPeriod;
     tracker.step(grained(position));
     demand.see(tracker.at(0.0).position);
     worst = std::max(worst, std::abs(tracker.at(0.0).position - position));
   }
-  EXPECT_GT(position, 300.0 * kGrain);
-  EXPECT_LT(worst, 4.5 * kGrain);
+  EXPECT_GT(position, 300.0 * kResolution);
+  EXPECT_LT(worst, 4.5 * kResolution);
   EXPECT_LT(demand.acceleration, 150.0);
 }
 
@@ -135,7 +135,7 @@ TEST(PositionTracker, LostMeasurementsAreBridgedWithoutALeap) {
     demand.see(tracker.at(0.0).position);
     worst = std::max(worst, std::abs(tracker.at(0.0).position - place(t)));
   }
-  EXPECT_LT(worst, 3.0 * kGrain);
+  EXPECT_LT(worst, 3.0 * kResolution);
   EXPECT_LT(demand.acceleration, 1.3 * 2.0 * 25.0);
 }
 

@@ -7,7 +7,7 @@ namespace driveline::trajectory {
 namespace {
 
 /// Maximum number of stretches that wait for following ones.
-constexpr std::size_t kMostCurved = 256;
+constexpr std::size_t kMaxCurved = 256;
 /// Maximum number of pieces that wait, as a divisor of the capacity.
 constexpr std::uint64_t kCurvedInRoom = 16;
 
@@ -50,7 +50,7 @@ void ContourPlanner::hand_on_curved(bool all) {
   while (first_curved_ < curved_.size()) {
     const auto& [stretch, bend, begin2] = curved_[first_curved_];
     const double braked2 = 2.0 * stretch.acceleration * length_of(stretch.begin, stretch.end);
-    const bool is_full = curved_.size() - first_curved_ > kMostCurved ||
+    const bool is_full = curved_.size() - first_curved_ > kMaxCurved ||
                          curved_.back().stretch.last_piece - stretch.first_piece >= settings_.capacity / kCurvedInRoom;
     if (!all && !is_full && bend.is_bent && curved_brakes2_ - braked2 < stretch.top * stretch.top) break;
     curved_brakes2_ -= braked2;
@@ -61,7 +61,7 @@ void ContourPlanner::hand_on_curved(bool all) {
     curved_.clear();
     first_curved_ = 0;
     curved_brakes2_ = 0.0;
-  } else if (first_curved_ >= kMostCurved) {
+  } else if (first_curved_ >= kMaxCurved) {
     curved_.erase(curved_.begin(), curved_.begin() + static_cast<std::ptrdiff_t>(first_curved_));
     first_curved_ = 0;
   }

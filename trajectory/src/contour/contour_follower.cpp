@@ -9,7 +9,7 @@ namespace driveline::trajectory {
 namespace {
 
 /// Upper bound for the iterations of any loop of the cycle. Stretches and pieces are made such that fewer are needed.
-constexpr int kMostRounds = 128;
+constexpr int kMaxRounds = 128;
 /// A change of the speed below this fraction of the largest change per cycle counts as rounding.
 constexpr double kNoChange = 1e-9;
 /// Distance, m or rad, below which the end counts as reached.
@@ -47,7 +47,7 @@ bool ContourFollower::has_next_cell(std::uint64_t index) noexcept {
 
 void ContourFollower::find_cell() noexcept {
   const auto oldest = track_.cells_begin_.load(std::memory_order_relaxed);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Cell& cell = track_.cell(cell_);
     if (direction_ > 0 && place_ >= cell.end && has_next_cell(cell_)) {
       ++cell_;
@@ -80,7 +80,7 @@ double ContourFollower::allowed(double speed, double coast_s) noexcept {
   auto index = cell_;
   const Cell* cell = &track_.cell(index);
   double near = to_length(ticks_to_end(*cell));
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     speed = std::min(speed, cell->top);
     const double end2 = far_speed2(*cell, index);
     if (speed * speed > end2) {
@@ -138,7 +138,7 @@ void ContourFollower::advance(double speed) noexcept {
   // Never move beyond a position where the axes must stop.
   PathTicks near = ticks_to_end(*cell);
   auto index = cell_;
-  for (int round = 0; round < kMostRounds && (near <= ticks || round == 0); ++round) {
+  for (int round = 0; round < kMaxRounds && (near <= ticks || round == 0); ++round) {
     if (far_speed2(*cell, index) <= 0.0) {
       const bool arrives = speed * period_s_ <= kArrived && wanted_speed(*cell) > 0.0 && to_length(near) <= kArrived;
       // Stop here, even with a speed left by rounding.
@@ -179,7 +179,7 @@ double ContourFollower::local_length() noexcept {
 
 void ContourFollower::find_piece() noexcept {
   const auto oldest = track_.pieces_begin_.load(std::memory_order_relaxed);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const double local = local_length();
     const auto& piece = track_.piece(piece_);
     if (local > to_length(piece.end - piece.begin)) {
@@ -206,13 +206,13 @@ void ContourFollower::forget() noexcept {
   const PathTicks needed = piece_ > pieces + kept ? track_.piece(piece_ - kept).begin : 0;
   // The mean lags behind, so its piece is always retained.
   const PathTicks mean = track_.piece(piece_).begin;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const Cell& oldest = track_.cell(cells);
     if (oldest.end > mean || (oldest.begin >= needed && cell_ - cells <= kept)) break;
     ++cells;
   }
   const PathTicks begin = track_.cell(cells).begin;
-  for (int round = 0; round < kMostRounds && pieces < piece_ && track_.piece(pieces).end <= begin; ++round) ++pieces;
+  for (int round = 0; round < kMaxRounds && pieces < piece_ && track_.piece(pieces).end <= begin; ++round) ++pieces;
   if (cells != first_cell) track_.cells_begin_.store(cells, std::memory_order_release);
   if (pieces != first_piece) track_.pieces_begin_.store(pieces, std::memory_order_release);
 }
@@ -234,7 +234,7 @@ bool ContourFollower::is_dwelling() noexcept {
     dwelt_ = 0;
     return false;
   }
-  for (std::uint64_t ahead = 0; ahead < 2 * kMostOutputsOfMove; ++ahead) {
+  for (std::uint64_t ahead = 0; ahead < 2 * kMaxOutputsOfMove; ++ahead) {
     const auto* const event = next_event(ahead);
     if (event == nullptr || event->at != place_) return false;
     if (event->dwell_cycles == 0) continue;

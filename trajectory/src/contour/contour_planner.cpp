@@ -209,12 +209,12 @@ void ContourPlanner::plan_stretches(const ShapedPiece& shaped, const Stretch& wh
   if (!shaped.piece.is_line()) {
     // Pieces that last longer than the averaging are subdivided; arcs need short stretches for good bounds.
     constexpr double kShortTurn = 0.25;
-    constexpr double kMostStretches = 64.0;
+    constexpr double kMaxStretches = 64.0;
     const double most_by_time = std::clamp(kByTimeInRoom * static_cast<double>(settings_.capacity), 16.0, 128.0);
     const double by_time = length / (0.25 * smoothing_s_ * bend_of_whole.top);
     const double by_turn = shaped.piece.is_flat() ? 0.0 : length * norm(shaped.piece.at(0.0).second) / kShortTurn;
-    count = static_cast<int>(
-        std::ceil(std::max({1.0, std::min(by_turn, kMostStretches), std::min(by_time, most_by_time)})));
+    count =
+        static_cast<int>(std::ceil(std::max({1.0, std::min(by_turn, kMaxStretches), std::min(by_time, most_by_time)})));
   }
   Stretch part = whole;
   part.top = most;

@@ -84,13 +84,13 @@ std::string check_settings(const ContourSettings& settings) {
   if (auto wrong = fault_of_ranges(settings); !wrong.empty()) return wrong;
   if (auto wrong = fault_of_tool(settings); !wrong.empty()) return wrong;
   if (top_speed(settings) > kFastest * kMaxGroupAxes) return "the velocity limit of the tool is above 1e6 m/s";
-  constexpr double kMostCycles = 65536.0;
+  constexpr double kMaxCycles = 65536.0;
   for (std::size_t i = 0; i < settings.axes; ++i) {
-    if (settings.limits[i].max_acceleration / settings.limits[i].max_jerk > kMostCycles * settings.period_s) {
+    if (settings.limits[i].max_acceleration / settings.limits[i].max_jerk > kMaxCycles * settings.period_s) {
       return "axis " + std::to_string(i + 1) + " takes more than 65536 cycles to reach its acceleration limit";
     }
   }
-  if (static_cast<double>(smoothing_cycles(settings)) > kMostCycles) {
+  if (static_cast<double>(smoothing_cycles(settings)) > kMaxCycles) {
     return "the tool takes more than 65536 cycles to reach its acceleration limit";
   }
   // Largest sum of the lags of all averaged positions, with a safety factor of two.

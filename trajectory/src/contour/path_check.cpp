@@ -18,9 +18,9 @@ std::string place_text(const ContourSettings& settings, const GroupVector& place
   const std::size_t count = settings.kinematics == nullptr ? settings.axes : settings.kinematics->coordinates().size();
   std::string text = "(";
   // Smaller differences are rounding.
-  constexpr double kGrain = 1e-12;
+  constexpr double kResolution = 1e-12;
   for (std::size_t i = 0; i < count; ++i)
-    text += (i == 0 ? "" : ", ") + to_short_text(std::round(place[i] / kGrain) * kGrain + 0.0);
+    text += (i == 0 ? "" : ", ") + to_short_text(std::round(place[i] / kResolution) * kResolution + 0.0);
   return text + ")";
 }
 
@@ -132,9 +132,9 @@ std::string PathCheck::fault_on(const PathPiece& piece) const {
   if (auto fault = sample_at(piece, 0.0, from); !fault.empty()) return fault;
   if (settings_.kinematics == nullptr && piece.is_line()) return sample_at(piece, piece.length(), to);
   constexpr double kTurn = 0.5;
-  constexpr double kMostSteps = 64.0;
+  constexpr double kMaxSteps = 64.0;
   const double turn = piece.length() * norm(piece.at(0.0).second);
-  const auto steps = static_cast<int>(std::ceil(std::clamp(turn / kTurn, 2.0, kMostSteps)));
+  const auto steps = static_cast<int>(std::ceil(std::clamp(turn / kTurn, 2.0, kMaxSteps)));
   for (int k = 1; k <= steps; ++k) {
     constexpr int kHalvings = 20;
     if (auto fault = sample_at(piece, piece.length() * k / steps, to); !fault.empty()) return fault;

@@ -44,8 +44,8 @@ void SteppedLimit::lower(std::int64_t from, std::int64_t until, double value) {
 void SteppedLimit::forget(std::int64_t before) noexcept {
   while (front_ + 1 < steps_.size() && steps_[front_ + 1].begin <= before) ++front_;
   // Removes the forgotten steps from time to time.
-  constexpr std::size_t kMany = 256;
-  if (front_ < kMany || 2 * front_ < steps_.size()) return;
+  constexpr std::size_t kMinForgotten = 256;
+  if (front_ < kMinForgotten || 2 * front_ < steps_.size()) return;
   steps_.erase(steps_.begin(), steps_.begin() + static_cast<std::ptrdiff_t>(front_));
   front_ = 0;
 }

@@ -11,15 +11,15 @@ namespace {
 /// Time constants after which the unknown initial state has decayed.
 constexpr double kSettlingConstants = 12.0;
 /// Tolerance for measurements that arrive a period early or late, and for an axis slightly above its largest velocity.
-constexpr double kSpare = 1.25;
+constexpr double kVelocityMargin = 1.25;
 /// Fraction of the noise: when both filters are this close to standstill, they are set exactly to it.
 constexpr double kAtRest = 1e-6;
 /// Lower bound of that distance for an object without noise, rad or m.
 constexpr double kLeastRest = 1e-12;
 
 std::uint32_t steps_of(double time_s, double period_s) noexcept {
-  constexpr double kMost = 1e9;
-  return static_cast<std::uint32_t>(std::clamp(std::ceil(time_s / period_s), 1.0, kMost));
+  constexpr double kMaxCycles = 1e9;
+  return static_cast<std::uint32_t>(std::clamp(std::ceil(time_s / period_s), 1.0, kMaxCycles));
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ void PositionTracker::begin(double measured) noexcept {
 void PositionTracker::step(double measured) noexcept {
   if (!std::isfinite(measured)) return step();
   if (state_ == State::kLost) return begin(measured);
-  const double possible = kSpare * settings_.max_velocity * settings_.period_s * (missing_ + 2.0);
+  const double possible = kVelocityMargin * settings_.max_velocity * settings_.period_s * (missing_ + 2.0);
   if (std::abs(measured - last_) > possible + 2.0 * settings_.noise) {
     ++leaps_;
     return step();

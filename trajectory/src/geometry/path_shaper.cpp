@@ -91,7 +91,7 @@ tl::expected<std::vector<PathEvent>, PathMoveError> events_of(const PathMove& mo
 }
 
 tl::unexpected<PathMoveError> too_many_events() {
-  return bad_move("more than " + std::to_string(kMostOutputsOfMove) + " outputs and dwells belong to one move");
+  return bad_move("more than " + std::to_string(kMaxOutputsOfMove) + " outputs and dwells belong to one move");
 }
 
 /// Appends pieces one after the other, with the events on them.
@@ -227,7 +227,7 @@ tl::expected<void, PathMoveError> PathShaper::add(const PathMove& move, std::vec
   const double length = length_of(*pieces);
   auto events = events_of(move, length);
   if (!events) return tl::unexpected(std::move(events.error()));
-  if (events->size() + (pieces->empty() || last_.empty() ? events_.size() : 0) > kMostOutputsOfMove) {
+  if (events->size() + (pieces->empty() || last_.empty() ? events_.size() : 0) > kMaxOutputsOfMove) {
     return too_many_events();
   }
   if (pieces->empty()) {

@@ -86,7 +86,7 @@ class FrontierPlanner {
   static constexpr double kAlmost = 1.0 + 4.0 * kSame;
   static constexpr double kLastDigits = 1.6e-15;
   /// Iteration limit: the two frontiers have only a few turning points.
-  static constexpr int kMostRounds = 12;
+  static constexpr int kMaxRounds = 12;
 
   /// Whether the displacement equals that of a stretch's shortest or longest motion, up to rounding. Perhaps no motion
   /// moves slightly less or more far in about the same time, so a state on its way to the target must not be mistaken
@@ -124,7 +124,7 @@ class FrontierPlanner {
     if (duration_s <= forward.shortest_s() * kAlmost && is_same_way(forward.shortest_way(), forward.shortest_s())) {
       return forward.shortest_s();
     }
-    for (int i = 0; i < kMostRounds && duration_s <= forward.longest_s(); ++i) {
+    for (int i = 0; i < kMaxRounds && duration_s <= forward.longest_s(); ++i) {
       const auto there = forward.next(way_, duration_s, true);
       const auto here = there ? backward.next(-way_, there->duration_s, true) : std::nullopt;
       if (!here) {

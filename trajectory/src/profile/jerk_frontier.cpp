@@ -10,7 +10,7 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Newton's method ends when the next step would be within rounding: each step squares the error.
 constexpr double kNewtonStep = 1e-9;
-constexpr int kMostSteps = 80;
+constexpr int kMaxSteps = 80;
 /// Relative difference below which changes of velocity are equal.
 constexpr double kSameChange = 1e-12;
 /// Relative rounding error of sums of velocities.
@@ -316,7 +316,7 @@ double JerkStretch::solve(const Piece& piece, double from, double low, double hi
   if (piece.kind == Kind::kFree && low == from && wanted > 0.0) {
     x = std::min(high, from + std::cbrt(4.0 * wanted));
   }
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxSteps; ++i) {
     const double error = gain(piece, from, x - from) - wanted;
     (error > 0.0) == rises ? high = x : low = x;
     const double step = error / slope(piece, x);

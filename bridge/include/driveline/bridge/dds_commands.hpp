@@ -28,7 +28,7 @@ class DdsCommands {
   static constexpr double kParticipantRate = 400.0;
   static constexpr double kParticipantAtOnce = 200.0;
   /// Number of participants whose commands are counted separately.
-  static constexpr std::size_t kMostParticipants = 256;
+  static constexpr std::size_t kMaxParticipants = 256;
 
   /// Joins the domain and the partition of `publisher`, which must outlive it.
   [[nodiscard]] static tl::expected<std::unique_ptr<DdsCommands>, DdsError> create(DdsPublisher& publisher);

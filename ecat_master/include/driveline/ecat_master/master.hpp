@@ -58,10 +58,10 @@ class Master {
     std::optional<std::uint16_t> in_op;  ///< the first slave in OP; empty: no master drives the line
     bool heard = false;                  ///< frames of another master were received
   };
-  /// Before scan(), without changing anything: while a slave is in OP, listens up to `patience` for another master. A
+  /// Before scan(), without changing anything: while a slave is in OP, listens up to `timeout` for another master. A
   /// line whose master has died leaves OP by its watchdogs in the meantime, or stays in OP without frames. Errors:
   /// those of the bus.
-  [[nodiscard]] Result<Owner> find_owner(std::chrono::nanoseconds patience);
+  [[nodiscard]] Result<Owner> find_owner(std::chrono::nanoseconds timeout);
   /// Finds the slaves and leaves them in INIT.
   [[nodiscard]] Result<void> scan();
   /// After scan(): connections of the slaves. Empty for a line whose ports fit no tree.
@@ -204,7 +204,7 @@ class Master {
   void drop_absent();
   void add_absent(std::size_t number, SlavePlan plan);
   [[nodiscard]] std::vector<SlaveRef> reachable() const;
-  [[nodiscard]] Result<void> welcome(std::size_t slave);
+  [[nodiscard]] Result<void> check_joining_slave(std::size_t slave);
   [[nodiscard]] Result<std::vector<std::optional<std::uint16_t>>> identify_newcomers(
       std::span<const std::uint16_t> positions);
   /// Pairs of position and slave for new slaves that are identified by the wiring or their serial numbers.
@@ -212,7 +212,7 @@ class Master {
       std::span<const std::optional<std::size_t>> known);
   [[nodiscard]] Result<void> settle_claims(std::span<const PlaceClaim> claims,
                                            std::vector<std::pair<std::size_t, std::size_t>>& placed);
-  [[nodiscard]] Result<std::vector<SlaveRef>> host(std::span<const std::uint16_t> positions);
+  [[nodiscard]] Result<std::vector<SlaveRef>> assign_temporary_addresses(std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<std::vector<std::uint32_t>> serials_of_newcomers(std::span<const std::uint16_t> positions);
   [[nodiscard]] Result<void> refuse(std::size_t slave, const Error& error);
   [[nodiscard]] Result<void> learn_facts();

@@ -34,7 +34,7 @@ class Clock {
   /// Executes one iteration of a busy-wait loop that waits for another thread, which may need this same CPU: ready
   /// real-time threads of the same priority run first. Costs two system calls on the real clock, so do not call it in
   /// every iteration.
-  virtual void give_way() noexcept { spin(); }
+  virtual void yield() noexcept { spin(); }
 
   /// CPU time that the calling thread has used, since an arbitrary instant. By default all time counts as used: no
   /// other thread competes on a clock that is advanced by hand. A system call on the real clock, so do not call it in
@@ -51,7 +51,7 @@ class MonotonicClock final : public Clock {
   void spin() noexcept override;
   std::chrono::nanoseconds spin_until(std::chrono::nanoseconds instant) noexcept override;
   /// Calls sched_yield(2) if the thread is a real-time thread; the kernel preempts threads of normal priority anyway.
-  void give_way() noexcept override;
+  void yield() noexcept override;
   /// Reads CLOCK_THREAD_CPUTIME_ID.
   [[nodiscard]] std::chrono::nanoseconds cpu_time() const noexcept override;
 };

@@ -74,9 +74,9 @@ class RealtimeThread {
   /// Waits until the task has ended. No effect if there is none. Afterwards start() may be called again.
   void join() noexcept;
 
-  /// Like join(), but waits for at most `patience`. false: the task still runs, so the caller must not touch or destroy
+  /// Like join(), but waits for at most `timeout`. false: the task still runs, so the caller must not touch or destroy
   /// anything that it uses.
-  [[nodiscard]] bool join_for(std::chrono::nanoseconds patience);
+  [[nodiscard]] bool join_for(std::chrono::nanoseconds timeout);
 
  private:
   struct Launch;

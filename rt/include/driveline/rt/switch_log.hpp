@@ -38,7 +38,7 @@ class SwitchLog {
 
   /// Writes the switches after `since`, and the last one before it, to `found`, newest first, as many as fit. Returns
   /// their number. Call it on a thread of that CPU, so that no switch happens meanwhile. \rtsafe
-  [[nodiscard]] std::size_t look(std::chrono::nanoseconds since, std::span<CpuSwitch> found) const noexcept;
+  [[nodiscard]] std::size_t read(std::chrono::nanoseconds since, std::span<CpuSwitch> found) const noexcept;
 
  private:
   SwitchLog(int descriptor, std::byte* memory) noexcept : descriptor_(descriptor), memory_(memory) {}

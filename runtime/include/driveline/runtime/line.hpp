@@ -9,8 +9,8 @@
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 #include "driveline/runtime/observer.hpp"
 #include "driveline/runtime/record/run_report.hpp"
 #include "driveline/runtime/setup/session.hpp"
@@ -114,15 +114,15 @@ class Line {
 
   /// Interface for requests to the axes of a line without path, setpoint source and axis-driving task. Any thread;
   /// requests are accepted while the line is in operation.
-  [[nodiscard]] AxisDoor& axes() noexcept { return door_; }
+  [[nodiscard]] AxisRequests& axes() noexcept { return axis_requests_; }
   /// Same for the axis groups of the line ([[axis_group]]).
-  [[nodiscard]] GroupDoor& groups() noexcept { return groups_; }
+  [[nodiscard]] GroupRequests& groups() noexcept { return groups_; }
 
-  /// Diagnoses the running line. Call on the owner's thread, in Observer::look(). Errors: the line is not in operation
+  /// Diagnoses the running line. Call on the owner's thread, in Observer::poll(). Errors: the line is not in operation
   /// (kCall), errors of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
   /// Returns ports, addresses and counters of EoE; none: the line has no [eoe] or is not in operation yet. Call on the
-  /// owner's thread, in Observer::look().
+  /// owner's thread, in Observer::poll().
   [[nodiscard]] std::optional<EoeReport> eoe() const;
 
  private:
@@ -139,8 +139,8 @@ class Line {
   std::vector<snapshot::SampleConsumer*> consumers_;
   std::unique_ptr<LineTasks> tasks_;
   rt::MonotonicClock clock_;  ///< measures the keep-alive times of clients
-  AxisDoor door_;
-  GroupDoor groups_;
+  AxisRequests axis_requests_;
+  GroupRequests groups_;
   std::atomic<bool> stop_{false};
   std::unique_ptr<LineRun> run_;
 };

@@ -13,7 +13,7 @@ class Observer {
   /// Severity::kProgress, too.
   virtual void event(const Event& /*event*/) {}
   /// Called every 20 ms in operation; may call Line::diagnose() and Line::request_stop().
-  virtual void look() {}
+  virtual void poll() {}
 };
 
 }  // namespace driveline::runtime

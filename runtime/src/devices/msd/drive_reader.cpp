@@ -17,7 +17,7 @@ using slaves::msd::FirmwareVersion;
 using slaves::msd::MachineSwitch;
 using slaves::msd::MsdParameters;
 using slaves::msd::ScriptedSignal;
-using Way = slaves::SignalPlace::Way;
+using Direction = slaves::SignalId::Direction;
 
 constexpr double kRevolution = 2.0 * std::numbers::pi;
 constexpr double kRpm = kRevolution / 60.0;
@@ -189,7 +189,7 @@ std::optional<FirmwareVersion> read_firmware(TomlReader& slave, const slaves::ms
 /// Returns the number of the input named by `key`.
 std::size_t read_input_name(TomlReader& reader, std::string_view key) {
   const auto name = reader.text(key);
-  const auto place = slaves::msd::find_drive_signal(Way::kInput, name);
+  const auto place = slaves::msd::find_drive_signal(Direction::kInput, name);
   if (!place) reader.fail(key, fmt::format("\"{}\" {}", name, describe(place.error())));
   return place->number;
 }

@@ -11,11 +11,11 @@
 namespace driveline::slaves {
 
 /// Direction and number of a signal. The machine around the device sets the inputs, the device sets the outputs.
-struct SignalPlace {
+struct SignalId {
   /// Direction, seen from the device.
-  enum class Way : std::uint8_t { kInput, kOutput };
-  Way way = Way::kInput;   ///< direction; inputs and outputs are numbered separately
-  std::size_t number = 0;  ///< from 0, below signal_count() of this direction
+  enum class Direction : std::uint8_t { kInput, kOutput };
+  Direction direction = Direction::kInput;  ///< direction; inputs and outputs are numbered separately
+  std::size_t number = 0;                   ///< from 0, below signal_count() of this direction
 };
 
 /// Why no signal was found for a name.
@@ -25,10 +25,10 @@ struct SignalNameError {
     kUnknown,    ///< `known` lists the existing signals
     kAmbiguous,  ///< `known` lists the matching signals
   };
-  Fault fault = Fault::kUnknown;                    ///< kind of error
-  SignalPlace::Way way = SignalPlace::Way::kInput;  ///< direction of the requested signal
-  std::string_view owner = "device";                ///< owner of the signal: "device" or "drive"
-  std::vector<std::string> known;                   ///< names that a user may write
+  Fault fault = Fault::kUnknown;                                ///< kind of error
+  SignalId::Direction direction = SignalId::Direction::kInput;  ///< direction of the requested signal
+  std::string_view owner = "device";                            ///< owner of the signal: "device" or "drive"
+  std::vector<std::string> known;                               ///< names that a user may write
 };
 
 /// Formats the error as the end of a sentence that starts with the name.
@@ -70,16 +70,16 @@ using SignalValueError = std::variant<SignalIsNoNumber, SignalBeyondEntry, Signa
 class DeviceSignals {
  public:
   /// Short name for users of this class.
-  using Way = SignalPlace::Way;
+  using Direction = SignalId::Direction;
   virtual ~DeviceSignals() = default;
 
   /// Returns the number of signals of a direction; they are numbered from 0. \rtsafe
-  [[nodiscard]] virtual std::size_t signal_count(Way way) const noexcept = 0;
+  [[nodiscard]] virtual std::size_t signal_count(Direction direction) const noexcept = 0;
   /// Returns the name of an existing signal; unique within its direction. Not \rtsafe.
-  [[nodiscard]] virtual std::string signal_name(SignalPlace place) const = 0;
+  [[nodiscard]] virtual std::string signal_name(SignalId id) const = 0;
   /// Returns the signal with this name.
-  [[nodiscard]] virtual tl::expected<SignalPlace, SignalNameError> find_signal(Way way,
-                                                                               std::string_view name) const = 0;
+  [[nodiscard]] virtual tl::expected<SignalId, SignalNameError> find_signal(Direction direction,
+                                                                            std::string_view name) const = 0;
   /// Checks whether the input accepts this value.
   [[nodiscard]] virtual tl::expected<void, SignalValueError> check_signal_value(std::size_t input,
                                                                                 double value) const = 0;
@@ -88,7 +88,7 @@ class DeviceSignals {
   /// controlled the input no longer affects it. \rtsafe
   virtual void set_signal(std::size_t input, double value) noexcept = 0;
   /// Returns the current value. \rtsafe
-  [[nodiscard]] virtual double signal(SignalPlace place) const noexcept = 0;
+  [[nodiscard]] virtual double signal(SignalId id) const noexcept = 0;
 };
 
 }  // namespace driveline::slaves

@@ -31,7 +31,7 @@ struct FixedText {
 /// Status that a device displays, e.g. on its web page. Trivially copyable, so that rings and sockets transfer it as it
 /// is.
 struct DeviceStatus {
-  static constexpr std::size_t kMostValues = 32;  ///< capacity of `values`
+  static constexpr std::size_t kMaxValues = 32;  ///< capacity of `values`
   /// A number with its name and unit.
   struct Value {
     FixedText<32> name;      ///< name for display
@@ -60,11 +60,11 @@ struct DeviceStatus {
   FixedText<48> message;                          ///< text of the fault
   FixedText<8> display;                           ///< characters on the display; empty: no display
   std::uint32_t value_count = 0;                  ///< number of valid elements of `values`
-  std::array<Value, kMostValues> values{};        ///< only the first `value_count` are valid
+  std::array<Value, kMaxValues> values{};         ///< only the first `value_count` are valid
 
   /// Adds a value; ignored when `values` is full. \rtsafe
   void add(Kind kind, std::string_view value_name, double value, std::string_view unit = {}) noexcept {
-    if (value_count >= kMostValues) return;
+    if (value_count >= kMaxValues) return;
     Value& place = values[value_count++];
     place.name = value_name;
     place.unit = unit;
@@ -73,7 +73,7 @@ struct DeviceStatus {
   }
   /// Returns the valid values. \rtsafe
   [[nodiscard]] std::span<const Value> shown() const noexcept {
-    return std::span(values).first(std::min<std::size_t>(value_count, kMostValues));
+    return std::span(values).first(std::min<std::size_t>(value_count, kMaxValues));
   }
 };
 

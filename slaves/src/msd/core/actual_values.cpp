@@ -6,7 +6,7 @@ namespace driveline::slaves::msd {
 namespace {
 
 /// P 412-P 419: the values of the profile's objects, in units of the motor.
-void publish_motor_values(const Motion& motion, ObjectDictionary& dictionary) noexcept {
+void publish_motor_values(const DriveMotion& motion, ObjectDictionary& dictionary) noexcept {
   const auto actual = static_cast<std::uint32_t>(motion.motor().encoder_count());
   const auto difference = saturate<std::int32_t>(motion.following_error_increments());
   dictionary.set(kValue.actual_increments, static_cast<std::int32_t>(actual));
@@ -21,8 +21,8 @@ void publish_motor_values(const Motion& motion, ObjectDictionary& dictionary) no
 
 }  // namespace
 
-void ActualValues::publish(const Motion& motion, ObjectDictionary& dictionary) const noexcept {
-  const PositionRange& range = motion.settings().range;
+void ActualValues::publish(const DriveMotion& motion, ObjectDictionary& dictionary) const noexcept {
+  const PositionRangeLimit& range = motion.settings().range;
   const auto torque = saturate<std::int16_t>(motion.torque_permille());
   if (!position_held_) dictionary.set(kValue.position_actual, range.wrap(motion.position() + position_error_));
   dictionary.set(kValue.position_demand, range.wrap(std::llrint(motion.position_demand())));

@@ -12,7 +12,7 @@
 namespace driveline::slaves::msd {
 namespace {
 
-using Way = SignalPlace::Way;
+using Direction = SignalId::Direction;
 
 template <typename Terminal>
 struct NamedTerminal {
@@ -61,18 +61,18 @@ constexpr std::array kMachineInputs = {
 
 }  // namespace
 
-std::size_t drive_signal_count(Way way) noexcept {
-  return way == Way::kInput ? kInputSignals.size() + kMachineInputs.size()
-                            : kOutputSignals.size() + kScopeVariables.size();
+std::size_t drive_signal_count(Direction direction) noexcept {
+  return direction == Direction::kInput ? kInputSignals.size() + kMachineInputs.size()
+                                        : kOutputSignals.size() + kScopeVariables.size();
 }
 
-std::string_view drive_signal_name(SignalPlace place) noexcept {
-  if (place.way == Way::kOutput) {
-    const std::size_t scope = place.number - kOutputSignals.size();
-    return place.number < kOutputSignals.size() ? kOutputSignals[place.number].name : kScopeVariables[scope];
+std::string_view drive_signal_name(SignalId id) noexcept {
+  if (id.direction == Direction::kOutput) {
+    const std::size_t scope = id.number - kOutputSignals.size();
+    return id.number < kOutputSignals.size() ? kOutputSignals[id.number].name : kScopeVariables[scope];
   }
-  if (place.number < kInputSignals.size()) return kInputSignals[place.number].name;
-  return kMachineInputs[place.number - kInputSignals.size()].name;
+  if (id.number < kInputSignals.size()) return kInputSignals[id.number].name;
+  return kMachineInputs[id.number - kInputSignals.size()].name;
 }
 
 std::optional<Input> input_terminal(std::size_t input) noexcept {
@@ -88,11 +88,11 @@ std::optional<Output> output_terminal(std::size_t output) noexcept {
   return output < kOutputSignals.size() ? std::optional(kOutputSignals[output].terminal) : std::nullopt;
 }
 
-tl::expected<SignalPlace, SignalNameError> find_drive_signal(Way way, std::string_view name) {
-  SignalNameError unknown{.way = way, .owner = "drive", .known = {}};
-  for (std::size_t i = 0; i < drive_signal_count(way); ++i) {
-    const auto known = drive_signal_name({way, i});
-    if (known == name) return SignalPlace{way, i};
+tl::expected<SignalId, SignalNameError> find_drive_signal(Direction direction, std::string_view name) {
+  SignalNameError unknown{.direction = direction, .owner = "drive", .known = {}};
+  for (std::size_t i = 0; i < drive_signal_count(direction); ++i) {
+    const auto known = drive_signal_name({direction, i});
+    if (known == name) return SignalId{direction, i};
     unknown.known.emplace_back(known);
   }
   return tl::unexpected(std::move(unknown));
@@ -103,21 +103,21 @@ tl::expected<void, SignalValueError> check_drive_input(std::size_t input, double
   const bool level = range.unit.empty();
   const bool fits = level ? value == 0.0 || value == 1.0 : value >= range.lowest && value <= range.highest;
   if (fits) return {};
-  const auto name = drive_signal_name({Way::kInput, input});
+  const auto name = drive_signal_name({Direction::kInput, input});
   if (level) return tl::unexpected(SignalValueError{SignalIsNoLevel{value, name}});
   return tl::unexpected(SignalValueError{SignalBeyondInput{value, name, range.lowest, range.highest, range.unit}});
 }
 
-std::size_t DriveSignals::signal_count(Way way) const noexcept {
-  return drive_signal_count(way);
+std::size_t DriveSignals::signal_count(Direction direction) const noexcept {
+  return drive_signal_count(direction);
 }
 
-std::string DriveSignals::signal_name(SignalPlace place) const {
-  return std::string(drive_signal_name(place));
+std::string DriveSignals::signal_name(SignalId id) const {
+  return std::string(drive_signal_name(id));
 }
 
-tl::expected<SignalPlace, SignalNameError> DriveSignals::find_signal(Way way, std::string_view name) const {
-  return find_drive_signal(way, name);
+tl::expected<SignalId, SignalNameError> DriveSignals::find_signal(Direction direction, std::string_view name) const {
+  return find_drive_signal(direction, name);
 }
 
 tl::expected<void, SignalValueError> DriveSignals::check_signal_value(std::size_t input, double value) const {
@@ -131,14 +131,13 @@ void DriveSignals::set_signal(std::size_t input, double value) noexcept {
   drive_->set_input(*terminal, value >= 0.5);
 }
 
-double DriveSignals::signal(SignalPlace place) const noexcept {
-  if (place.way == Way::kOutput) {
-    if (const auto terminal = output_terminal(place.number)) return drive_->output(*terminal) ? 1.0 : 0.0;
-    return place.number == kOutputSignals.size() ? drive_->external_velocity_rad_s() / kRpm
-                                                 : drive_->external_torque_nm();
+double DriveSignals::signal(SignalId id) const noexcept {
+  if (id.direction == Direction::kOutput) {
+    if (const auto terminal = output_terminal(id.number)) return drive_->output(*terminal) ? 1.0 : 0.0;
+    return id.number == kOutputSignals.size() ? drive_->external_velocity_rad_s() / kRpm : drive_->external_torque_nm();
   }
-  const auto terminal = input_terminal(place.number);
-  if (!terminal) return drive_->machine_input_value(*machine_input(place.number));
+  const auto terminal = input_terminal(id.number);
+  if (!terminal) return drive_->machine_input_value(*machine_input(id.number));
   return drive_->input(*terminal) ? 1.0 : 0.0;
 }
 

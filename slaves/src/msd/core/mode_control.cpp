@@ -100,7 +100,7 @@ bool ModeControl::positioning() const noexcept {
          mode_ == OperationMode::kInterpolatedPosition || mode_ == OperationMode::kCyclicSynchronousPosition;
 }
 
-ProfileLimits ModeControl::profile_limits(const Motion& motion) const noexcept {
+GeneratorLimits ModeControl::profile_limits(const DriveMotion& motion) const noexcept {
   const Scaling& scaling = motion.settings().scaling;
   const double velocity_unit = std::abs(scaling.velocity_rad_s);
   const double velocity = std::min(value(kValue.profile_velocity), value(kValue.max_profile_velocity)) * velocity_unit;
@@ -111,7 +111,7 @@ ProfileLimits ModeControl::profile_limits(const Motion& motion) const noexcept {
 
 /// Called when the mode starts, or the drive is enabled in it. A movement of the previous mode ends: the axis brakes
 /// and stays at standstill until this mode commands a movement.
-void ModeControl::enter(const Conditions& conditions, Motion& motion) noexcept {
+void ModeControl::enter(const Conditions& conditions, DriveMotion& motion) noexcept {
   entered_ = conditions.enabled ? mode_ : OperationMode::kNone;
   handshake_.reset(conditions.control_word);
   target_ = motion.position();
@@ -125,13 +125,13 @@ void ModeControl::enter(const Conditions& conditions, Motion& motion) noexcept {
   if (motion.command() == MotionCommand::kFollow && motion.source() == MotionSource::kProfilePosition) motion.stand();
 }
 
-std::int64_t ModeControl::destination(const SetpointHandshake::Setpoint& setpoint, const Motion& motion) noexcept {
+std::int64_t ModeControl::destination(const SetpointHandshake::Setpoint& setpoint, const DriveMotion& motion) noexcept {
   std::int64_t target = target_ + setpoint.target;  // relative: to the previous target (CiA 402)
   if (!setpoint.relative) {
     // Only bits 6 and 7 of 60F2h are used (MSD manual 14.2).
     const auto direction = dictionary_->get(kValue.positioning_option) >> 6U & 3U;
     target = motion.settings().range.destination(std::llrint(motion.position_demand()), setpoint.target,
-                                                 static_cast<PositionRange::Direction>(direction));
+                                                 static_cast<PositionRangeLimit::Direction>(direction));
   }
   const MotionSettings& s = motion.settings();
   const std::int64_t allowed =
@@ -140,7 +140,7 @@ std::int64_t ModeControl::destination(const SetpointHandshake::Setpoint& setpoin
   return allowed;
 }
 
-void ModeControl::step_profile_position(const Conditions& conditions, Motion& motion, bool resume) noexcept {
+void ModeControl::step_profile_position(const Conditions& conditions, DriveMotion& motion, bool resume) noexcept {
   const bool finished = !halted_ && !resume && motion.movement_finished();
   const auto setpoint = handshake_.step(conditions.control_word, dictionary_->get(kValue.target_position), finished);
   if (setpoint) {
@@ -153,12 +153,12 @@ void ModeControl::step_profile_position(const Conditions& conditions, Motion& mo
 }
 
 /// "Updates cyclically the objects listed in the table" (MSD manual 12.2.3): applies target, limit and ramps.
-void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
+void ModeControl::step_profile_velocity(DriveMotion& motion, bool resume) noexcept {
   const auto wanted = dictionary_->get(kValue.target_velocity);
   const double most = value(kValue.max_profile_velocity);
   const double velocity = std::clamp(static_cast<double>(wanted), -most, most);
   limited_ = velocity < wanted || velocity > wanted;
-  ProfileLimits ramps = profile_limits(motion);
+  GeneratorLimits ramps = profile_limits(motion);
   ramps.velocity = most;
   const bool new_target = ordered_velocity_ != wanted;
   const bool same_speed = !(velocity < ordered_speed_ || velocity > ordered_speed_);
@@ -172,7 +172,7 @@ void ModeControl::step_profile_velocity(Motion& motion, bool resume) noexcept {
 
 /// Returns the unit of 6042h and related objects in rad/s of the motor shaft: the velocity unit of the factor group
 /// (MSD manual 12.2.2) times 604Ch.
-double ModeControl::velocity_mode_unit(const Motion& motion) const noexcept {
+double ModeControl::velocity_mode_unit(const DriveMotion& motion) const noexcept {
   const double numerator = dictionary_->get(kValue.velocity_dimension_numerator);
   const double denominator = dictionary_->get(kValue.velocity_dimension_denominator);
   return motion.settings().scaling.velocity_rad_s * numerator / std::max(denominator, 1.0);
@@ -180,7 +180,7 @@ double ModeControl::velocity_mode_unit(const Motion& motion) const noexcept {
 
 /// Ramp function generator of the velocity mode (MSD manual Tables 12.7, 12.8). Bit 4 is not in the manual and has no
 /// effect. The minimum velocity applies to every setpoint except zero (ours).
-void ModeControl::step_velocity(std::uint16_t control_word, Motion& motion, bool resume) noexcept {
+void ModeControl::step_velocity(std::uint16_t control_word, DriveMotion& motion, bool resume) noexcept {
   if ((control_word & control_word::kUnlockRamp) == 0) {
     if (!ordered_velocity_) return;
     ordered_velocity_.reset();
@@ -197,16 +197,16 @@ void ModeControl::step_velocity(std::uint16_t control_word, Motion& motion, bool
   const auto rate = [&](Slot<std::uint32_t> change, Slot<std::uint32_t> seconds) {
     return value(change) * std::abs(unit) / std::max(value(seconds), 1.0);
   };
-  const ProfileLimits ramps{1.0, rate(kValue.velocity_acceleration_change, kValue.velocity_acceleration_time),
-                            rate(kValue.velocity_deceleration_change, kValue.velocity_deceleration_time),
-                            motion.settings().jerk_time_s};
+  const GeneratorLimits ramps{1.0, rate(kValue.velocity_acceleration_change, kValue.velocity_acceleration_time),
+                              rate(kValue.velocity_deceleration_change, kValue.velocity_deceleration_time),
+                              motion.settings().jerk_time_s};
   if (!resume && ordered_velocity_ == wanted && ramps == ordered_ramps_) return;
   ordered_velocity_ = wanted;
   ordered_ramps_ = ramps;
   motion.run_at(wanted * unit, ramps);
 }
 
-HomingInputs ModeControl::homing_inputs(const InputSignals& inputs, const Motion& motion) const noexcept {
+HomingInputs ModeControl::homing_inputs(const InputSignals& inputs, const DriveMotion& motion) const noexcept {
   const int sign = motion.settings().scaling.inverted ? -1 : 1;
   const double speed = sign * motion.controller().measured_velocity_rad_s();
   HomingInputs homing;
@@ -221,7 +221,7 @@ HomingInputs ModeControl::homing_inputs(const InputSignals& inputs, const Motion
 }
 
 /// Control word bit 4: the rising edge starts homing, the falling one interrupts it (MSD manual Table 12.13).
-void ModeControl::start_homing(const Conditions& conditions, Motion& motion) noexcept {
+void ModeControl::start_homing(const Conditions& conditions, DriveMotion& motion) noexcept {
   const bool start = (conditions.control_word & control_word::kHomingStart) != 0;
   if (start && !start_bit_) {
     homing_.start(dictionary_->get(kValue.homing_method), homing_inputs(conditions.inputs, motion));
@@ -230,7 +230,8 @@ void ModeControl::start_homing(const Conditions& conditions, Motion& motion) noe
   start_bit_ = start;
 }
 
-bool ModeControl::step_homing(const InputSignals& inputs, Motion& motion, std::chrono::nanoseconds time_out) noexcept {
+bool ModeControl::step_homing(const InputSignals& inputs, DriveMotion& motion,
+                              std::chrono::nanoseconds time_out) noexcept {
   if (entered_ != OperationMode::kHoming) return false;
   const bool was_running = homing_.running();
   // A halted axis still moves: edges and index pulses that it passes while it brakes count at their positions.
@@ -256,7 +257,7 @@ bool ModeControl::step_homing(const InputSignals& inputs, Motion& motion, std::c
   return std::exchange(homing_failed_, failed) != failed && failed;
 }
 
-void ModeControl::step(const Conditions& conditions, Motion& motion) noexcept {
+void ModeControl::step(const Conditions& conditions, DriveMotion& motion) noexcept {
   const bool was_halted = halted_;
   halted_ = command(conditions) != MotionCommand::kFollow;
   if ((conditions.enabled ? mode_ : OperationMode::kNone) != entered_) enter(conditions, motion);
@@ -282,7 +283,7 @@ void ModeControl::step(const Conditions& conditions, Motion& motion) noexcept {
 }
 
 /// Evaluates window and time 6067h/6068h for positions, 606Dh/606Eh for speeds, and the speed threshold 606Fh/6070h.
-void ModeControl::update_reached(const Motion& motion) noexcept {
+void ModeControl::update_reached(const DriveMotion& motion) noexcept {
   const bool position = positioning();
   const bool velocity = mode_ == OperationMode::kProfileVelocity || mode_ == OperationMode::kCyclicSynchronousVelocity;
   const bool profile = motion.source() == MotionSource::kProfilePosition;
@@ -312,7 +313,7 @@ void ModeControl::update_reached(const Motion& motion) noexcept {
               std::abs(motion.velocity_demand() - motion.velocity()) > max_slippage;
 }
 
-std::uint16_t ModeControl::status_bits(const Motion& motion) const noexcept {
+std::uint16_t ModeControl::status_bits(const DriveMotion& motion) const noexcept {
   unsigned bits = 0;
   const auto put = [&bits](std::uint16_t bit, bool on) { bits |= on ? bit : 0U; };
   const bool active = entered_ != OperationMode::kNone;

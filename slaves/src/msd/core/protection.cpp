@@ -19,7 +19,7 @@ constexpr std::uint16_t kWarningTexts = 8;  ///< P 33[1-8]
 
 }  // namespace
 
-Protection::Protection(ObjectDictionary& dictionary, Motion& motion, const MsdParameters& parameters) noexcept
+Protection::Protection(ObjectDictionary& dictionary, DriveMotion& motion, const MsdParameters& parameters) noexcept
     : dictionary_(&dictionary),
       motion_(&motion),
       dc_link_(parameters.dc_link, parameters.dc_link_volts),

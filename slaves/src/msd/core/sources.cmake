@@ -5,6 +5,8 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/drive_core.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_faults.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_machine.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/drive_motion.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/drive_motion_frequency.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_objects.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_settings.cpp
   ${CMAKE_CURRENT_LIST_DIR}/drive_signals.cpp
@@ -13,8 +15,6 @@ target_sources(driveline_slaves PRIVATE
   ${CMAKE_CURRENT_LIST_DIR}/fine_interpolator.cpp
   ${CMAKE_CURRENT_LIST_DIR}/firmware_image.cpp
   ${CMAKE_CURRENT_LIST_DIR}/mode_control.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/motion.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/motion_frequency.cpp
   ${CMAKE_CURRENT_LIST_DIR}/motion_monitor.cpp
   ${CMAKE_CURRENT_LIST_DIR}/object_checks.cpp
   ${CMAKE_CURRENT_LIST_DIR}/parameter_store.cpp

@@ -45,7 +45,7 @@ ClockLine::ClockLine(const std::vector<ClockSpec>& specs, std::optional<slaves::
     slave_options.clock.seed = made.size() + 1;
     made.push_back(std::make_unique<slaves::Slave>(std::move(device), slave_options));
   }
-  line_ = std::make_unique<slaves::Line>(clock, std::move(made), options, wiring_);
+  line_ = std::make_unique<slaves::SimulatedLine>(clock, std::move(made), options, wiring_);
 }
 
 void ClockLine::open(port::Port* port) {

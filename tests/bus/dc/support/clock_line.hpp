@@ -8,7 +8,7 @@
 #include "dc/bring_up.hpp"
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 
 namespace driveline::bus_test {
 
@@ -63,7 +63,7 @@ class ClockLine {
   [[nodiscard]] std::size_t size() const { return specs_.size(); }
 
   rt::VirtualClock clock;
-  [[nodiscard]] slaves::Line& line() { return *line_; }
+  [[nodiscard]] slaves::SimulatedLine& line() { return *line_; }
   [[nodiscard]] ecat_master::Master& master() { return *master_; }
   [[nodiscard]] const std::vector<ecat_master::SlaveRef>& refs() const { return refs_; }
 
@@ -71,7 +71,7 @@ class ClockLine {
   std::vector<ClockSpec> specs_;
   slaves::LineOptions options_;
   slaves::Wiring wiring_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
   std::unique_ptr<ecat_master::Master> master_;
   std::vector<ecat_master::SlaveRef> refs_;
   std::vector<std::size_t> numbers_;  ///< number of the slave in the wiring, by position

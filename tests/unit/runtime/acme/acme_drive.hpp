@@ -49,7 +49,7 @@ class AcmeDrive final : public slaves::Device {
 
  private:
   [[nodiscard]] double output(std::size_t number) const noexcept {
-    return bus_.signal({slaves::SignalPlace::Way::kOutput, number});
+    return bus_.signal({slaves::SignalId::Direction::kOutput, number});
   }
 
   slaves::generic::GenericDevice bus_;

@@ -72,7 +72,7 @@ TEST(ProfileGenerator, JerkTimeLengthensBothPhasesOfAcceleration) {
 TEST(ProfileGenerator, SpeedIsReachedAndKept) {
   for (const double jerk_time : {0.0, 0.1}) {
     ProfileGenerator generator;
-    const ProfileLimits limits{.acceleration = 20.0, .deceleration = 40.0, .jerk_time_s = jerk_time};
+    const GeneratorLimits limits{.acceleration = 20.0, .deceleration = 40.0, .jerk_time_s = jerk_time};
     generator.run_at(10.0, limits);
     EXPECT_NEAR(finish(generator).steps * kStep, 0.5 + jerk_time, 2 * kStep);
     EXPECT_EQ(generator.state().velocity, 10.0);
@@ -106,7 +106,7 @@ TEST(ProfileGenerator, NewTargetsInMotionKeepSpeedAndAccelerationContinuous) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   for (const double jerk_time : {0.0, 0.02}) {
     ProfileGenerator generator;
-    const ProfileLimits limits{
+    const GeneratorLimits limits{
         .velocity = 50.0, .acceleration = 400.0, .deceleration = 900.0, .jerk_time_s = jerk_time};
     ProfileState before;
     for (int round = 0; round < 400; ++round) {
@@ -136,10 +136,10 @@ TEST(ProfileGenerator, EveryMovementEndsExactlyOnItsTarget) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   for (int round = 0; round < 3000; ++round) {
-    const ProfileLimits limits{.velocity = 1.0 + 50.0 * std::abs(unit(random)),
-                               .acceleration = 10.0 + 5000.0 * std::abs(unit(random)),
-                               .deceleration = 10.0 + 5000.0 * std::abs(unit(random)),
-                               .jerk_time_s = round % 3 == 0 ? 0.0 : 0.02 * std::abs(unit(random))};
+    const GeneratorLimits limits{.velocity = 1.0 + 50.0 * std::abs(unit(random)),
+                                 .acceleration = 10.0 + 5000.0 * std::abs(unit(random)),
+                                 .deceleration = 10.0 + 5000.0 * std::abs(unit(random)),
+                                 .jerk_time_s = round % 3 == 0 ? 0.0 : 0.02 * std::abs(unit(random))};
     ProfileGenerator generator;
     generator.reset({unit(random), 50.0 * unit(random), 1000.0 * unit(random)});
     const double target = 10.0 * unit(random);
@@ -164,7 +164,7 @@ TEST(ProfileGenerator, StaysFiniteWhateverItIsTold) {
   ProfileGenerator generator;
   generator.reset({kNan, kInf, -kInf});
   for (const double value : {kNan, kInf, -kInf, 0.0, -1.0, 1e300}) {
-    const ProfileLimits limits{value, value, value, value};
+    const GeneratorLimits limits{value, value, value, value};
     generator.move_to(1.0, limits);
     for (int i = 0; i < 100; ++i) generator.step(kStep);
     ASSERT_TRUE(std::isfinite(generator.state().position)) << value;

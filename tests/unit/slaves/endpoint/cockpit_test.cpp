@@ -68,14 +68,14 @@ TEST(Cockpit, ThePageNeedsNothingFromElsewhereAndReadsTheDocument) {
 TEST(Cockpit, NamesInAnyEncodingAndTooManyValuesMakeAValidDocument) {
   CockpitState state;
   state.device.name = "\xFF\xFE\"\\<b>";
-  for (unsigned i = 0; i < DeviceStatus::kMostValues + 5; ++i) {
+  for (unsigned i = 0; i < DeviceStatus::kMaxValues + 5; ++i) {
     state.device.add(DeviceStatus::Kind::kActual, "a name that is longer than the room that there is", i);
   }
   const auto document = json::parse(state_json(state));
-  EXPECT_EQ(document["values"].size(), DeviceStatus::kMostValues);
+  EXPECT_EQ(document["values"].size(), DeviceStatus::kMaxValues);
   EXPECT_EQ(document["values"][3]["name"].get<std::string>().size(), 32U);
   state.device.value_count = 4'000'000'000U;
-  EXPECT_EQ(json::parse(state_json(state))["values"].size(), DeviceStatus::kMostValues);
+  EXPECT_EQ(json::parse(state_json(state))["values"].size(), DeviceStatus::kMaxValues);
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ TEST(EndpointPacket, IsNotUnderstoodWhenItIsShortOrOfAnotherVersion) {
 TEST(EndpointPacket, HasRoomForTheLongestFrameAndNoMoreThanItHas) {
   EndpointPacket packet;
   EXPECT_TRUE(packet.write(EndpointMessage::kFrame, std::vector<std::byte>(wire::kMaxEoeFrame)));
-  EXPECT_FALSE(packet.write(EndpointMessage::kFrame, std::vector<std::byte>(EndpointPacket::kMostContent + 1)));
+  EXPECT_FALSE(packet.write(EndpointMessage::kFrame, std::vector<std::byte>(EndpointPacket::kMaxContent + 1)));
 }
 
 }  // namespace

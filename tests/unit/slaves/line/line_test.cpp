@@ -349,7 +349,7 @@ TEST_F(LineTest, EmptyLineHasNoLink) {
 
 TEST_F(LineTest, WiringMustFit) {
   std::vector<std::unique_ptr<Slave>> slaves;
-  EXPECT_THROW(Line(clock(), std::move(slaves), {}, Wiring::line(3)), std::invalid_argument);
+  EXPECT_THROW(SimulatedLine(clock(), std::move(slaves), {}, Wiring::line(3)), std::invalid_argument);
 }
 
 TEST_F(LineTest, ReceiveTimesTellTheOrderOfSlaves) {

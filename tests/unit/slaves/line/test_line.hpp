@@ -8,7 +8,7 @@
 
 #include "bench_slave.hpp"
 #include "driveline/rt/clock.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/wire/frame.hpp"
 
 namespace driveline::slaves::test {
@@ -30,12 +30,12 @@ class LineTest : public ::testing::Test {
       const auto options_of_slave = i < slave_options.size() ? slave_options[i] : SlaveOptions{};
       slaves.push_back(std::make_unique<Slave>(std::move(device), options_of_slave));
     }
-    line_ = std::make_unique<Line>(clock_, std::move(slaves), options, std::move(wiring));
+    line_ = std::make_unique<SimulatedLine>(clock_, std::move(slaves), options, std::move(wiring));
   }
   /// Position of the slave without a distributed clock.
   std::optional<std::size_t> without_clock;
 
-  Line& line() { return *line_; }
+  SimulatedLine& line() { return *line_; }
   rt::VirtualClock& clock() { return clock_; }
   TestDevice& device(std::size_t position) { return *devices_[position]; }
 
@@ -94,7 +94,7 @@ class LineTest : public ::testing::Test {
 
  private:
   rt::VirtualClock clock_{1s};
-  std::unique_ptr<Line> line_;
+  std::unique_ptr<SimulatedLine> line_;
   std::vector<TestDevice*> devices_;
 };
 

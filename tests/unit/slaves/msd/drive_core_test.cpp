@@ -174,7 +174,7 @@ TEST_F(OtherBus, RefusesValuesThatMakeNoSense) {
 
 /// The signals of the machine do not need a bus, either.
 TEST_F(OtherBus, HearsItsMachineByName) {
-  const auto enpo = drive.signals().find_signal(SignalPlace::Way::kInput, "ENPO");
+  const auto enpo = drive.signals().find_signal(SignalId::Direction::kInput, "ENPO");
   ASSERT_TRUE(enpo);
   enable();
   drive.signals().set_signal(enpo->number, 0.0);

@@ -216,7 +216,7 @@ TEST(FineInterpolator, GoesOverFromSamplesThatWereMadeUpWithoutAKink) {
   constexpr double kRate = 1000.0;
   constexpr int kBridged = 8;
   constexpr int kGapBegins = 20;
-  constexpr double kMost = 1.25 * kRate;
+  constexpr double kMaxAcceleration = 1.25 * kRate;
   for (const auto method : kSmooth) {
     for (int gap = 1; gap < 24; ++gap) {
       for (int beside = -20; beside <= 20; ++beside) {
@@ -238,7 +238,7 @@ TEST(FineInterpolator, GoesOverFromSamplesThatWereMadeUpWithoutAKink) {
         // Differences over two periods each, from where samples have led the output.
         for (std::size_t k = 14; k < output.size(); ++k) {
           const double change = output[k] - 2.0 * output[k - 2] + output[k - 4];
-          ASSERT_LE(std::abs(change), kMost * 4.0 * kPeriod * kPeriod) << "sample " << k;
+          ASSERT_LE(std::abs(change), kMaxAcceleration * 4.0 * kPeriod * kPeriod) << "sample " << k;
         }
       }
     }

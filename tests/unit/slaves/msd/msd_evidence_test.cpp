@@ -258,7 +258,7 @@ TEST(MsdScope, ExternalFeedForwardShowsAsNrefExtAndMrefExt) {
   rig.operate();
   rig.enable(8);
   const auto shown = [&rig](std::string_view name) {
-    const auto place = rig.drive.signals().find_signal(SignalPlace::Way::kOutput, name);
+    const auto place = rig.drive.signals().find_signal(SignalId::Direction::kOutput, name);
     EXPECT_TRUE(place);
     return place ? rig.drive.signals().signal(*place) : -1.0;
   };

@@ -15,13 +15,13 @@ class MsdMachineFault : public testing::Test {
   }
   void set(std::string_view input, double value) { set(rig, input, value); }
   static void set(DriveRig& rig, std::string_view input, double value) {
-    const auto place = rig.drive.signals().find_signal(SignalPlace::Way::kInput, input);
+    const auto place = rig.drive.signals().find_signal(SignalId::Direction::kInput, input);
     ASSERT_TRUE(place) << input;
     ASSERT_TRUE(rig.drive.signals().check_signal_value(place->number, value));
     rig.drive.signals().set_signal(place->number, value);
   }
   double level(std::string_view input) {
-    return rig.drive.signals().signal(*rig.drive.signals().find_signal(SignalPlace::Way::kInput, input));
+    return rig.drive.signals().signal(*rig.drive.signals().find_signal(SignalId::Direction::kInput, input));
   }
   /// The fault as reported to the master and shown on the display.
   void expect_fault(Fault fault, bool lasting) {
@@ -143,7 +143,8 @@ TEST(MsdMachineFaults, HeavyAxisThatBrakesNeedsItsBrakeResistor) {
     DriveRig rig(parameters);
     rig.operate();
     const auto set = [&rig](std::string_view input, double value) {
-      rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalPlace::Way::kInput, input)->number, value);
+      rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalId::Direction::kInput, input)->number,
+                                     value);
     };
     set("BRAKE_RESISTOR", connected ? 1 : 0);
     rig.enable(9);
@@ -231,7 +232,8 @@ TEST(MsdMachineFaults, HotAirHeatsPowerStageAndMotor) {
     rig.operate();
     rig.enable(9);
     const auto set = [&rig](std::string_view input, double value) {
-      rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalPlace::Way::kInput, input)->number, value);
+      rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalId::Direction::kInput, input)->number,
+                                     value);
     };
     set("AMBIENT", 120.0);
     rig.pass(500ms);
@@ -255,7 +257,7 @@ TEST(MsdMachineFaults, ScriptsOfTheLineFileMakeThemToo) {
   cable.shape = Signal::Shape::kSteps;
   cable.low = 1.0;
   cable.steps = {{50ms, 0.0}, {100ms, 1.0}};
-  parameters.inputs = {{find_drive_signal(SignalPlace::Way::kInput, "ENCODER_CABLE")->number, cable}};
+  parameters.inputs = {{find_drive_signal(SignalId::Direction::kInput, "ENCODER_CABLE")->number, cable}};
   DriveRig rig(parameters);
   rig.pass(40ms);
   EXPECT_FALSE(rig.drive.fault().has_value());

@@ -162,7 +162,7 @@ TEST(MsdTerminal, P120InvertsInputsSoThatABrokenWireIsALimit) {
   rig.run_at(5'000'000);
   EXPECT_EQ(rig.read(0x60FD) & 7U, 0U);
   EXPECT_EQ(rig.read(0x2079) & 4U, 4U);
-  rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalPlace::Way::kInput, "ISD01")->number, 0.0);
+  rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalId::Direction::kInput, "ISD01")->number, 0.0);
   rig.pass(500ms);
   EXPECT_EQ(rig.drive.fault(), Fault::kPositiveLimitSwitch);
   EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0);

@@ -11,7 +11,7 @@
 namespace driveline::trajectory {
 
 /// Maximum number of outputs reported in one cycle; further ones are reported in the next cycle.
-inline constexpr std::size_t kMostOutputsOfCycle = 4;
+inline constexpr std::size_t kMaxOutputsOfCycle = 4;
 
 /// Setpoints of the axes of a group for one cycle.
 struct ContourSetpoint {
@@ -25,9 +25,9 @@ struct ContourSetpoint {
   bool at_rest = true;     ///< all axes are at standstill
   /// The axes are at standstill at the end of the planned path: the path is finished, or nothing is planned.
   bool at_end = true;
-  bool dwells = false;                                    ///< the axes are at standstill because of a dwell
-  std::size_t changes = 0;                                ///< number of valid elements in `changed`
-  std::array<PathOutput, kMostOutputsOfCycle> changed{};  ///< outputs of this cycle, see changed_outputs()
+  bool dwells = false;                                   ///< the axes are at standstill because of a dwell
+  std::size_t changes = 0;                               ///< number of valid elements in `changed`
+  std::array<PathOutput, kMaxOutputsOfCycle> changed{};  ///< outputs of this cycle, see changed_outputs()
 
   /// Outputs whose positions on the path the axes have passed in this cycle, in path order. Each output is reported
   /// once: never on the way backwards, and not again when the axes return. \rtsafe

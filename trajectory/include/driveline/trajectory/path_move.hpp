@@ -55,7 +55,7 @@ struct PathMove {
 /// Longest dwell in s.
 inline constexpr double kLongestDwell = 3600.0;
 /// Maximum number of outputs and dwells between two moves of non-zero length.
-inline constexpr std::size_t kMostOutputsOfMove = 64;
+inline constexpr std::size_t kMaxOutputsOfMove = 64;
 
 /// Reason why a move was refused.
 struct PathMoveError {

@@ -172,8 +172,8 @@ class Axis {
 
   /// Sets the position, rad or m, from which the axis is enabled, in place of the actual position, and the velocity at
   /// which it coasts until then, rad/s or m/s. The targets follow both until the axis is enabled.
-  /// Once a switch-on may be in flight (told_on()), the correction is limited to max_acceleration: the drive may follow
-  /// these targets before it reports that it is on.
+  /// Once a switch-on may be in flight (commanded_on()), the correction is limited to max_acceleration: the drive may
+  /// follow these targets before it reports that it is on.
   void hold_at(double position, double velocity = 0.0) noexcept;
   /// Advances the position of hold_at() by `time_s` seconds in which the axis coasted without being measured.
   void coast_on(double time_s) noexcept {
@@ -184,7 +184,7 @@ class Axis {
   [[nodiscard]] trajectory::AxisSetpoint held() const noexcept;
   /// Switches the master's position loop of CSV and CST off until the axis is enabled again, because the actual
   /// position is implausible. Returns the velocity that the loop added last; a stop starts from it.
-  [[nodiscard]] double distrust_position() noexcept;
+  [[nodiscard]] double disable_position_loop() noexcept;
 
   /// Writes control word, mode and targets. Until the axis is in Operation enabled, the targets are its present motion
   /// (held()), so that enabling never causes a jump, and the torque that holds its weight.
@@ -267,11 +267,11 @@ class Axis {
   }
   /// Whether the last outputs commanded Operation enabled: the drive may be on although it has not confirmed yet.
   /// \rtsafe
-  [[nodiscard]] bool told_on() const noexcept {
+  [[nodiscard]] bool commanded_on() const noexcept {
     return (targets_.control_word & cia402::command::kEnableOperation) == cia402::command::kEnableOperation;
   }
   /// Whether the axis is enabled() and has not been commanded off since. \rtsafe
-  [[nodiscard]] bool stays_on() const noexcept { return enabled() && told_on(); }
+  [[nodiscard]] bool stays_on() const noexcept { return enabled() && commanded_on(); }
   /// Whether the axis stays_on() and, if it has AxisConfig::follow_bit, the drive has reported since it was enabled
   /// that it follows setpoints. \rtsafe
   [[nodiscard]] bool ready() const noexcept { return stays_on() && (followed_ || !config_.follow_bit); }
@@ -297,7 +297,7 @@ class Axis {
     double feed_velocity = 0.0;  ///< part of `velocity` that is feed-forward
     double feed_torque = 0.0;
   };
-  void be_its_drive() noexcept;
+  void simulate_drive() noexcept;
   void write_targets(std::span<std::byte> image) const noexcept;
   [[nodiscard]] double lead_s() const noexcept;
   [[nodiscard]] bool shows_mode() const noexcept {
@@ -347,7 +347,7 @@ class Axis {
   bool fresh_ = false;          ///< the inputs are from this cycle
   std::optional<double> hold_;  ///< position set by hold_at()
   double hold_velocity_ = 0.0;  ///< velocity set by hold_at()
-  bool trusted_ = true;         ///< false after distrust_position()
+  bool trusted_ = true;         ///< false after disable_position_loop()
   double correction_ = 0.0;     ///< velocity that the position loop adds, rad/s or m/s
   double loop_torque_ = 0.0;    ///< torque that the velocity loop adds, Nm or N
   /// Actual position in increments, unwrapped and as received.

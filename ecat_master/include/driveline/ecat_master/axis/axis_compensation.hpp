@@ -54,8 +54,8 @@ class AxisCompensation {
   // Conversion of measured values of the drive to the axis.
   /// Selects the backlash state that belongs to the actual position. `delayed`: the drive closes the position loop and
   /// follows setpoints of some cycles ago.
-  void look(bool delayed) noexcept;
-  /// Axis position for a position of the drive, as of the last look(); rad or m.
+  void update(bool delayed) noexcept;
+  /// Axis position for a position of the drive, as of the last update(); rad or m.
   [[nodiscard]] double axis_position(double drive) const noexcept;
   /// Axis velocity for a velocity of the drive at `axis_position`; rad/s or m/s.
   [[nodiscard]] double axis_velocity(double drive_velocity, double axis_position) const noexcept;
@@ -69,13 +69,13 @@ class AxisCompensation {
   /// Accounts for `periods` periods without advance() or rest(); a take-up in progress has continued.
   void skip(std::int64_t periods) noexcept;
   /// Commanded position of the drive and the terms of its velocity.
-  struct Told {
+  struct DriveTarget {
     double position = 0.0;  ///< rad or m
     double slope = 1.0;     ///< velocity of the drive per velocity of the axis
     double velocity = 0.0;  ///< velocity added by the take-up of the backlash, rad/s or m/s
   };
   /// Values for the drive at an axis setpoint, as of the last advance() or rest().
-  [[nodiscard]] Told told(double axis_position) const noexcept;
+  [[nodiscard]] DriveTarget drive_target(double axis_position) const noexcept;
 
  private:
   enum class Direction : std::uint8_t { kNone, kForward, kBackward };

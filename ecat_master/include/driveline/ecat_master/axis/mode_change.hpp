@@ -70,7 +70,7 @@ class ModeChange {
   /// Whether the axis is returning to its setpoints, which uses part of its acceleration.
   [[nodiscard]] bool returning() const noexcept { return active() && !on_setpoints_; }
   /// Mode to write to 6060h for a change to `wanted`: the old mode until the motion of the axis is known.
-  [[nodiscard]] cia402::Mode told(cia402::Mode wanted) const noexcept {
+  [[nodiscard]] cia402::Mode commanded_mode(cia402::Mode wanted) const noexcept {
     return pending() && preparing_ > 0 ? from_ : wanted;
   }
   /// Mode in which the drive continues while no frame reaches it: the last commanded mode that it has received, unless
@@ -84,7 +84,7 @@ class ModeChange {
   void skip(std::int64_t periods, cia402::Mode wanted) noexcept;
   /// Must be called first in a cycle. The change stays pending() until the drive has shown `wanted` for several
   /// exchanges.
-  void look(const Measured& measured, cia402::Mode wanted) noexcept;
+  void update(const Measured& measured, cia402::Mode wanted) noexcept;
   /// Motion for this cycle that leads the axis to `setpoint`: in terms of the actual position while returning, or of
   /// the target position once the drive is in CSP.
   [[nodiscard]] trajectory::AxisSetpoint reference(const Measured& measured,
@@ -144,12 +144,12 @@ class ModeChange {
   double lag_ = 0.0;                     ///< actual velocity minus the velocity target, rad/s or m/s
   trajectory::AxisSetpoint observed_{};  ///< estimated motion of the axis
   double on_its_way_ = 0.0;              ///< acceleration that the torques commanded last will add
-  double told_torque_[4] = {};           ///< torques commanded in the last cycles, newest first
+  double commanded_torque_[4] = {};      ///< torques commanded in the last cycles, newest first
   double feed_velocity_ = 0.0;
   double before_[2] = {};        ///< wanted velocities of the last two cycles, newest first
   cia402::Mode from_{};          ///< mode at the start of the change
   std::uint32_t preparing_ = 0;  ///< cycles until the new mode is commanded
-  double told_s_ = 0.0;          ///< time since the command, s; before it: since the motion settled
+  double elapsed_s_ = 0.0;       ///< time since the command, s; before it: since the motion settled
   double torque_bias_ = 0.0;
   std::uint32_t shown_ = 0;  ///< consecutive exchanges that showed the wanted mode
   Phase phase_ = Phase::kNone;

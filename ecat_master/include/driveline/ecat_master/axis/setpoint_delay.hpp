@@ -11,7 +11,7 @@ namespace driveline::ecat_master {
 inline constexpr unsigned kSplinePeriods = 2;
 
 /// The delays between a cyclic position setpoint and the motion of the shaft.
-struct SetpointWay {
+struct SetpointDelays {
   std::chrono::nanoseconds period{0};  ///< cycle time of the line
   std::uint32_t divider = 1;           ///< the drive is exchanged in every n-th cycle
   /// Exchanges until the drive has reached a setpoint that it received: 1 with linear interpolation, else
@@ -22,7 +22,7 @@ struct SetpointWay {
 };
 
 /// Cycles between computing a setpoint and reading the actual position that belongs to it.
-[[nodiscard]] double setpoint_delay_cycles(const SetpointWay& way) noexcept;
+[[nodiscard]] double setpoint_delay_cycles(const SetpointDelays& delays) noexcept;
 
 /// The setpoints of the last cycles, for comparison with actual positions. The constructor allocates all memory;
 /// everything else is \rtsafe.

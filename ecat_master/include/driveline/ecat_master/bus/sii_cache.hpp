@@ -23,7 +23,7 @@ class SiiCache {
   /// Words of the head, up to and including the header of the first category.
   static constexpr std::size_t kHeadWords = 0x42;
   /// Most contents stored; when it is exceeded, all are dropped.
-  static constexpr std::size_t kMostContents = 4096;
+  static constexpr std::size_t kMaxContents = 4096;
 
   /// The complete content that starts with `head`, kHeadWords words; empty: unknown.
   [[nodiscard]] std::optional<std::vector<std::byte>> find(std::span<const std::byte> head) const;

@@ -55,7 +55,7 @@ struct SlavePlan {
   bool hot_connect = false;
   /// Place in a hot-connect group: the slave is plugged in, removed and moved together with the head of the group,
   /// whose alias or device ID identifies both.
-  std::optional<GroupPlace> behind{};
+  std::optional<HotConnectPlace> behind{};
   /// Uses the PDOs that the slave has assigned itself, instead of `pdos`; they are read and nothing is written. With a
   /// description file that has PDOs, uses the PDOs that the file assigns.
   bool own_pdos = false;

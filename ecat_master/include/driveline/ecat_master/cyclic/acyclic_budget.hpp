@@ -8,7 +8,7 @@
 namespace driveline::ecat_master {
 
 /// Bytes of acyclic frames per cycle that do not delay the frames of the next cycle: nine tenths of `period` minus
-/// wire_time_ns(), at least the shortest frame, at most AcyclicChannel::kMostBytes.
+/// wire_time_ns(), at least the shortest frame, at most AcyclicChannel::kMaxBytes.
 [[nodiscard]] std::size_t acyclic_bytes(const ProcessImage& image, bool clocks, std::chrono::nanoseconds period);
 
 }  // namespace driveline::ecat_master

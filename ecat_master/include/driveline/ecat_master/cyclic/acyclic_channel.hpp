@@ -34,9 +34,9 @@ class AcyclicChannel {
   /// Cycles without an answer after which a frame counts as lost.
   static constexpr std::uint32_t kLostAfterCycles = 8;
   /// Maximum number of frames on the wire or taken from the ring to be sent next.
-  static constexpr std::size_t kMostFrames = 8;
-  /// The largest budget: kMostFrames frames of maximum length.
-  static constexpr std::size_t kMostBytes = kMostFrames * port::kMaxFrameBytes;
+  static constexpr std::size_t kMaxFrames = 8;
+  /// The largest budget: kMaxFrames frames of maximum length.
+  static constexpr std::size_t kMaxBytes = kMaxFrames * port::kMaxFrameBytes;
 
   /// `bytes_per_cycle`: the budget. Allocates all memory that the channel needs.
   explicit AcyclicChannel(std::uint32_t lost_after_cycles = kLostAfterCycles,
@@ -92,7 +92,7 @@ class AcyclicChannel {
   std::uint32_t lost_after_cycles_;
   std::size_t bytes_per_cycle_;
   std::size_t credit_ = 0;
-  std::array<Flight, kMostFrames> flights_;
+  std::array<Flight, kMaxFrames> flights_;
   Flight* waiting_ = nullptr;  ///< the frame to be sent next
   bool saving_ = false;        ///< waiting_ waits for more bytes
   Round round_;

@@ -20,7 +20,7 @@ class CoastWatch {
       : max_velocity_(axis.limits.max_velocity), period_s_(period_s) {}
 
   /// Takes the position (rad or m) and velocity (rad/s or m/s) of an exchange in this cycle.
-  void look(double position, double velocity) noexcept {
+  void update(double position, double velocity) noexcept {
     const double moved = std::abs(position - std::exchange(position_, position)) / period_s_;
     const double standing = kStanding * max_velocity_;
     velocity_ = moved > standing && std::abs(velocity) > standing ? velocity : 0.0;
@@ -43,8 +43,8 @@ class CoastWatch {
   /// was shown to be on.
   [[nodiscard]] cia402::Goal goal(const Axis& axis, bool steady, bool seen) const noexcept {
     const bool shown = axis.inputs().state == snapshot::AxisState::kOperationEnabled;
-    const bool told = axis.told_on();
-    const bool on = shown ? told || !coasts() : steady && catchable(seen || told);
+    const bool commanded = axis.commanded_on();
+    const bool on = shown ? commanded || !coasts() : steady && catchable(seen || commanded);
     return on ? cia402::Goal::kEnabled : cia402::Goal::kDisabled;
   }
 

@@ -45,14 +45,14 @@ struct CycleStatistics {
 };
 
 /// Counters of an exchange group since the cycle started. Any thread may read them. \rtsafe
-struct GroupCounters {
+struct ExchangeGroupCounters {
   port::Counter exchanges;    ///< cycles in which the group was due
   port::Counter lost_frames;  ///< frames of the group that were not back within their cycle
   port::Counter wkc_errors;   ///< frames of the group whose working counter is not that of a complete line
   std::atomic<std::uint32_t> bad_cycles{0};       ///< consecutive exchanges that were not valid for the whole group
   std::atomic<std::uint32_t> longest_bad{0};      ///< highest `bad_cycles` so far
   std::atomic<std::uint32_t> working_counter{0};  ///< working counter of the last exchange
-  std::atomic<bool> outputs_zeroed{false};        ///< GroupSettings::bad_cycle_limit was reached
+  std::atomic<bool> outputs_zeroed{false};        ///< ExchangeGroupSettings::bad_cycle_limit was reached
 };
 
 /// The cyclic exchange. Sends the outputs computed in the previous cycle at the grid instant, in frames that can be
@@ -137,8 +137,8 @@ class CyclicCore {
     recovery_requests_.fetch_add(1, std::memory_order_release);
   }
   /// Counters by group number.
-  [[nodiscard]] std::span<const GroupCounters> groups() const noexcept { return {groups_.get(), group_count_}; }
-  /// Permits a group to drive its outputs again after GroupSettings::bad_cycle_limit has zeroed them.
+  [[nodiscard]] std::span<const ExchangeGroupCounters> groups() const noexcept { return {groups_.get(), group_count_}; }
+  /// Permits a group to drive its outputs again after ExchangeGroupSettings::bad_cycle_limit has zeroed them.
   void release_outputs(std::size_t group) noexcept { groups_[group].outputs_zeroed.store(false); }
   /// Frames since the cycle started that were no longer expected, such as late ones and duplicates.
   [[nodiscard]] std::uint64_t stale_frames() const noexcept { return stale_frames_.value(); }
@@ -172,7 +172,7 @@ class CyclicCore {
     std::atomic<bool> recovering{false};
   };
   /// Results for a group in a cycle.
-  struct GroupTally {
+  struct ExchangeGroupTally {
     unsigned lost = 0;
     unsigned incomplete = 0;
     unsigned working_counter = 0;
@@ -198,7 +198,7 @@ class CyclicCore {
   void take_what_is_back() noexcept;
   void receive(std::chrono::nanoseconds deadline) noexcept;
   [[nodiscard]] bool sleep_towards_answers(std::chrono::nanoseconds deadline) noexcept;
-  void wait_on(std::chrono::nanoseconds deadline, std::chrono::nanoseconds& gave_way_at) noexcept;
+  void wait_on(std::chrono::nanoseconds deadline, std::chrono::nanoseconds& yielded_at) noexcept;
   void dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
   void run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept;
@@ -239,8 +239,8 @@ class CyclicCore {
   bool prepared_ = false;  ///< the frames contain the outputs of the next cycle
   std::unique_ptr<SharedSlave[]> shared_;
   std::size_t group_count_ = 0;
-  std::unique_ptr<GroupCounters[]> groups_;
-  std::vector<GroupTally> tallies_;
+  std::unique_ptr<ExchangeGroupCounters[]> groups_;
+  std::vector<ExchangeGroupTally> tallies_;
   rt::SpscRing<CyclicEvent> events_{kEventRing};
   rt::SpscRing<MasterAbsence> absences_{kAbsenceRing};
   AcyclicChannel acyclic_;

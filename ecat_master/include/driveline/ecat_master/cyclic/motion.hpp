@@ -14,9 +14,9 @@
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
+#include "driveline/ecat_master/cyclic/return_motion.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
-#include "driveline/ecat_master/cyclic/way_back.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_extent.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
@@ -173,13 +173,13 @@ class Motion final : public MotionControl {
     AxisPresence presence = AxisPresence::kPresent;
     std::int64_t since = 0;  ///< cycle in which `presence` changed
     bool braking = false;    ///< the axis was commanded to stop, and comes to rest before it is enabled again
-    WayBack way_back{};
+    ReturnMotion return_motion{};
   };
   /// Setpoints that have reached the drive of an axis, and its return to the path after a gap.
   struct Supply {
     SetpointSupply given{};
-    bool beside_path = false;           ///< after a gap, until the axis is back on the path
-    std::optional<WayBack> way_back{};  ///< return to the path, once setpoints reach the drive again
+    bool beside_path = false;                     ///< after a gap, until the axis is back on the path
+    std::optional<ReturnMotion> return_motion{};  ///< return to the path, once setpoints reach the drive again
   };
 
   /// Stop of an axis that coasted when it was enabled, before all axes are enabled.
@@ -230,7 +230,7 @@ class Motion final : public MotionControl {
   void give_up(std::size_t axis, std::int64_t cycle) noexcept;
   void begin_path(std::int64_t cycle) noexcept;
   void begin_with(SetpointSource& source);
-  [[nodiscard]] bool believe_setpoints(std::int64_t cycle) noexcept;
+  [[nodiscard]] bool check_setpoints(std::int64_t cycle) noexcept;
   [[nodiscard]] bool plain_setpoints() const noexcept;
   [[nodiscard]] MotionFailure::Cause judge_setpoint(std::size_t axis) const noexcept;
   void set_ranges();

@@ -88,7 +88,7 @@ class ClockFollower {
   [[nodiscard]] std::optional<Nanoseconds> measure(const rt::CycleStart& start, Nanoseconds sent,
                                                    const std::optional<DriftAnswer>& answer) noexcept;
   [[nodiscard]] bool grid_follows() const noexcept { return mode_ == FollowMode::kMasterFollows || time_ != nullptr; }
-  [[nodiscard]] std::uint64_t time_to_tell(Nanoseconds now) noexcept;
+  [[nodiscard]] std::uint64_t time_to_send(Nanoseconds now) noexcept;
   void learn(Nanoseconds sent, const DriftAnswer& answer) noexcept;
   [[nodiscard]] bool reference_answered(const DriftAnswer& answer) const noexcept;
   void publish(std::optional<Nanoseconds> error) noexcept;
@@ -98,7 +98,7 @@ class ClockFollower {
   /// System time at which a frame should pass the reference clock; repeats every period.
   std::uint64_t arrival_;
   ClockMapping mapping_;
-  Nanoseconds told_at_{0};  ///< `now` of this cycle's datagram
+  Nanoseconds datagram_time_{0};  ///< `now` of this cycle's datagram
   /// Mean delay from reading the master's clock until the frame is on the wire; the time in the datagram arrives at the
   /// reference clock late by this delay.
   double late_ns_ = 0.0;
@@ -110,7 +110,7 @@ class ClockFollower {
   LockDetector detector_;  ///< for bus shift mode, where the grid is not controlled
   rt::TripleBuffer<ReferenceClock> reference_;
   DriftDatagram sent_;
-  bool telling_ = false;  ///< this cycle's datagram sends the time to the reference clock
+  bool sends_time_ = false;  ///< this cycle's datagram sends the time to the reference clock
   bool dither_ = false;
   std::uint32_t silent_ = 0;
   std::uint64_t unlocks_ = 0;

@@ -115,7 +115,7 @@ class ClockWatch {
   [[nodiscard]] Result<void> watch_differences();
   [[nodiscard]] Result<void> watch_ring();
   [[nodiscard]] std::optional<std::uint16_t> first_clock_from(std::size_t position) const noexcept;
-  [[nodiscard]] Result<std::int32_t> measure_second_way(std::uint16_t slave);
+  [[nodiscard]] Result<std::int32_t> measure_secondary_delay(std::uint16_t slave);
   [[nodiscard]] Result<std::optional<std::uint16_t>> next_reference();
   [[nodiscard]] Result<void> take_over(std::uint16_t reference);
   [[nodiscard]] Result<void> write_delays();

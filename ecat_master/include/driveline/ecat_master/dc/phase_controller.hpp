@@ -56,7 +56,7 @@ class PhaseController {
     /// Smallest deviation from the expected error that makes a measurement suspicious; 0: a hundredth of the period.
     /// The threshold is larger when eight times the mean deviation is.
     Nanoseconds outlier_floor{0};
-    std::uint32_t outliers_believed = 8;  ///< consecutive suspicious measurements after which they are followed
+    std::uint32_t outlier_limit = 8;  ///< consecutive suspicious measurements after which they are followed
   };
 
   /// Why the controller is not locked.

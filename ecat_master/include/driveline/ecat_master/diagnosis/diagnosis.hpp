@@ -51,7 +51,7 @@ struct FaultPlace {
 };
 
 /// One group of the cyclic exchange since its start.
-struct GroupDiagnosis {
+struct ExchangeGroupDiagnosis {
   std::uint64_t exchanges = 0;        ///< cycles in which the group was due
   std::uint64_t lost_frames = 0;      ///< frames not returned within their cycle
   std::uint64_t wkc_errors = 0;       ///< frames returned with another working counter than that of a complete line
@@ -59,7 +59,7 @@ struct GroupDiagnosis {
   std::uint32_t longest_bad = 0;      ///< largest number of consecutive bad cycles
   std::uint32_t working_counter = 0;  ///< sum over the group's frames in the last exchange
   std::uint32_t expected_working_counter = 0;  ///< expected sum for a complete line
-  bool outputs_zeroed = false;                 ///< GroupSettings::bad_cycle_limit was reached
+  bool outputs_zeroed = false;                 ///< ExchangeGroupSettings::bad_cycle_limit was reached
 };
 
 /// Diagnosis of a line.
@@ -70,10 +70,10 @@ struct LineDiagnosis {
   /// Further problems of the line, one sentence each: unusable EEPROMs, duplicate aliases; a caller that knows the
   /// plans adds the differences.
   std::vector<std::string> problems;
-  std::vector<GroupDiagnosis> groups;  ///< empty while no cycle runs
-  std::uint64_t cycles = 0;            ///< cycles so far; 0 while no cycle runs
-  std::uint64_t stale_frames = 0;      ///< frames returned after their cycle
-  std::uint64_t foreign_frames = 0;    ///< frames of other senders
+  std::vector<ExchangeGroupDiagnosis> groups;  ///< empty while no cycle runs
+  std::uint64_t cycles = 0;                    ///< cycles so far; 0 while no cycle runs
+  std::uint64_t stale_frames = 0;              ///< frames returned after their cycle
+  std::uint64_t foreign_frames = 0;            ///< frames of other senders
   /// Statistics of a cycle that has ended; while it runs only the cycle may read them, but a consumer of its samples
   /// may fill them in.
   std::optional<CycleStatistics> statistics;

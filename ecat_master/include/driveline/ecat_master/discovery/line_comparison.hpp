@@ -30,23 +30,23 @@ struct IdentityRule {
 
 /// Position of a slave in a hot-connect group: number of slaves behind the head of the group, in the order in which
 /// frames pass them.
-struct GroupPlace {
+struct HotConnectPlace {
   std::size_t head = 0;      ///< plan number of the head
   std::size_t distance = 1;  ///< 1: directly behind the head
-  constexpr bool operator==(const GroupPlace&) const = default;
+  constexpr bool operator==(const HotConnectPlace&) const = default;
 };
 
 /// A planned slave: its identity, and how it is distinguished from the others.
 struct ExpectedSlave {
-  std::string name;                        ///< for messages
-  IdentityRule vendor;                     ///< rule for the vendor ID in the EEPROM
-  IdentityRule product;                    ///< rule for the product code in the EEPROM
-  IdentityRule revision;                   ///< rule for the revision in the EEPROM
-  IdentityRule serial;                     ///< rule for the serial number in the EEPROM
-  std::optional<std::uint16_t> alias;      ///< station alias; finds the slave anywhere on the line
-  std::optional<std::uint16_t> device_id;  ///< explicit device identification; finds the slave anywhere on the line
-  bool optional = false;                   ///< the slave may be missing; needs alias or device ID
-  std::optional<GroupPlace> behind{};      ///< found relative to the head of its group; optional if the head is
+  std::string name;                         ///< for messages
+  IdentityRule vendor;                      ///< rule for the vendor ID in the EEPROM
+  IdentityRule product;                     ///< rule for the product code in the EEPROM
+  IdentityRule revision;                    ///< rule for the revision in the EEPROM
+  IdentityRule serial;                      ///< rule for the serial number in the EEPROM
+  std::optional<std::uint16_t> alias;       ///< station alias; finds the slave anywhere on the line
+  std::optional<std::uint16_t> device_id;   ///< explicit device identification; finds the slave anywhere on the line
+  bool optional = false;                    ///< the slave may be missing; needs alias or device ID
+  std::optional<HotConnectPlace> behind{};  ///< found relative to the head of its group; optional if the head is
   /// Whether the slave is identified only by its position on the line. \rtsafe
   [[nodiscard]] bool by_position() const noexcept { return !alias && !device_id && !behind; }
 };
@@ -108,14 +108,14 @@ struct LineComparison {
                              std::span<const SlaveInfo> found);
 
 /// A station alias (not 0) that several slaves have, with all their positions.
-struct DuplicateAlias {
+struct SharedAlias {
   std::uint16_t alias = 0;               ///< station alias
   std::vector<std::uint16_t> positions;  ///< positions of these slaves
 };
 /// Finds all duplicate aliases, in ascending order; alias 0 means no alias. Allocates.
-[[nodiscard]] std::vector<DuplicateAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
+[[nodiscard]] std::vector<SharedAlias> find_duplicate_aliases(std::span<const SlaveInfo> found);
 /// The duplicate in one sentence.
-[[nodiscard]] std::string describe(const DuplicateAlias& duplicate);
+[[nodiscard]] std::string describe(const SharedAlias& duplicate);
 
 /// Problems of a line that do not depend on plans, one sentence each: unusable EEPROMs, duplicate aliases.
 [[nodiscard]] std::vector<std::string> describe_problems(std::span<const SlaveInfo> found);

@@ -111,7 +111,7 @@ class EoePort final : public MailboxStream {
   rt::SpscRing<EoeFrame> queue_{kQueue};
   EoeFrame sending_;
   /// For each message not yet taken by the slave, oldest first: length of the frame that ends with it; 0: none does.
-  std::array<std::uint16_t, kMostOpen> open_mails_{};
+  std::array<std::uint16_t, kMaxOpen> open_mails_{};
   std::size_t open_count_ = 0;
   wire::EoeFragmenter fragmenter_;
   wire::EoeAssembler assembler_;

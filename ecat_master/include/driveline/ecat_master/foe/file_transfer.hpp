@@ -18,7 +18,7 @@ struct FileName {
 
 /// Time limits and size limit of a file transfer.
 struct FileSettings {
-  std::chrono::nanoseconds patience =
+  std::chrono::nanoseconds timeout =
       std::chrono::seconds{10};  ///< time-out of each answer; slaves may erase memory before answering
   /// First pause before a busy slave is asked again; doubled each time the slave is still busy.
   std::chrono::nanoseconds first_pause = std::chrono::milliseconds{5};
@@ -53,9 +53,7 @@ class FileTransfer final : public MailboxDialogue {
   void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
   [[nodiscard]] bool awaits_answer() const noexcept override { return !last_word_; }
-  [[nodiscard]] std::optional<std::chrono::nanoseconds> patience() const noexcept override {
-    return settings_.patience;
-  }
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> timeout() const noexcept override { return settings_.timeout; }
   [[nodiscard]] std::chrono::nanoseconds pause() const noexcept override { return pause_; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
   void fail(const Error& error) override;

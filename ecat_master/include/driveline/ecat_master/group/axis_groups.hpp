@@ -31,7 +31,7 @@ class PathOutputs {
 };
 
 /// Configuration of a group: axes of a line that move together along paths.
-struct GroupConfig {
+struct AxisGroupSettings {
   std::string name;                 ///< for messages
   std::vector<std::size_t> axes{};  ///< axis numbers in the order of the coordinates; an axis is in one group at most
   /// Memory of the path for groups of up to trajectory::kMaxGroupAxes axes; see trajectory::ContourSettings::capacity.
@@ -52,7 +52,7 @@ struct GroupConfig {
 /// rest.
 ///
 /// A group of up to trajectory::kMaxGroupAxes axes follows lines, arcs and splines with rounded corners
-/// (trajectory::ContourPlanner). A larger group, up to kMostAxes axes, follows straight lines and stops between them.
+/// (trajectory::ContourPlanner). A larger group, up to kMaxAxes axes, follows straight lines and stops between them.
 ///
 /// All axes keep their limits. A group uses somewhat less than the full limits (kShareOfVelocity,
 /// kShareOfAcceleration); the rest is reserved for axes that return to the path after lost frames. If an axis fails,
@@ -63,9 +63,9 @@ struct GroupConfig {
 class AxisGroups {
  public:
   /// Maximum number of axes in a group.
-  static constexpr std::size_t kMostAxes = 128;
+  static constexpr std::size_t kMaxAxes = 128;
   /// Maximum number of moves of a group that wait to be planned.
-  static constexpr std::size_t kMostMoves = 256;
+  static constexpr std::size_t kMaxMoves = 256;
   /// Share of the velocity limits of the axes that paths use at most.
   static constexpr double kShareOfVelocity = 0.98;
   /// Share of the acceleration limits of the axes that paths use at most.
@@ -76,14 +76,14 @@ class AxisGroups {
   /// @throws std::invalid_argument, with a sentence that names group and axis: an axis does not exist, is twice in a
   /// group or in two groups, or has limits that cannot be planned with; or a group has no axes, no name, or the name of
   /// another group.
-  AxisGroups(SingleAxes& axes, std::vector<GroupConfig> groups, std::chrono::nanoseconds period);
+  AxisGroups(SingleAxes& axes, std::vector<AxisGroupSettings> groups, std::chrono::nanoseconds period);
   ~AxisGroups();
   AxisGroups(const AxisGroups&) = delete;
   AxisGroups& operator=(const AxisGroups&) = delete;
 
   // Functions for any thread except that of the cycle.
   /// The configurations given to the constructor.
-  [[nodiscard]] const std::vector<GroupConfig>& groups() const noexcept { return configs_; }
+  [[nodiscard]] const std::vector<AxisGroupSettings>& groups() const noexcept { return configs_; }
   /// Queues a request to a group; the next cycle takes it. Returns the number for report(); 0: no such group, or the
   /// queue is full.
   [[nodiscard]] std::uint64_t submit(std::size_t group, const GroupRequest& request);
@@ -117,7 +117,7 @@ class AxisGroups {
   class Worker;
   struct Shared;
 
-  std::vector<GroupConfig> configs_;
+  std::vector<AxisGroupSettings> configs_;
   std::unique_ptr<Shared> shared_;
   std::vector<std::unique_ptr<Group>> groups_;
   std::unique_ptr<Worker> worker_;

@@ -55,7 +55,7 @@ class MailboxDialogue {
   /// False: the dialogue ends as soon as outgoing() has been handed to the slave.
   [[nodiscard]] virtual bool awaits_answer() const noexcept { return true; }
   /// Time-out of each answer; empty: the default of the slave.
-  [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> patience() const noexcept { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> timeout() const noexcept { return std::nullopt; }
   /// After Reaction::kPause: time until the next service is sent.
   [[nodiscard]] virtual std::chrono::nanoseconds pause() const noexcept { return std::chrono::nanoseconds{0}; }
   /// Processes a message of the dialogue's protocol, without mailbox header.

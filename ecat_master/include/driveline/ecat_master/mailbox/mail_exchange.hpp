@@ -14,10 +14,9 @@ namespace driveline::ecat_master {
 /// messages) is complete in answers(); an emergency is not an answer.
 class MailExchange final : public MailboxDialogue {
  public:
-  /// Sends `service`, the bytes behind the mailbox header. `patience`: time-out of each message of the answer; empty:
+  /// Sends `service`, the bytes behind the mailbox header. `timeout`: time-out of each message of the answer; empty:
   /// the service has no answer, and the exchange is done when the slave has taken it.
-  MailExchange(wire::MailboxType type, std::vector<std::byte> service,
-               std::optional<std::chrono::nanoseconds> patience);
+  MailExchange(wire::MailboxType type, std::vector<std::byte> service, std::optional<std::chrono::nanoseconds> timeout);
 
   /// After done(): service bytes that fit into a message from the slave; 0: the service was never sent.
   [[nodiscard]] std::size_t answer_room() const noexcept { return answer_room_; }
@@ -27,14 +26,14 @@ class MailExchange final : public MailboxDialogue {
 
   void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return service_; }
-  [[nodiscard]] std::optional<std::chrono::nanoseconds> patience() const noexcept override { return patience_; }
-  [[nodiscard]] bool awaits_answer() const noexcept override { return patience_.has_value(); }
+  [[nodiscard]] std::optional<std::chrono::nanoseconds> timeout() const noexcept override { return timeout_; }
+  [[nodiscard]] bool awaits_answer() const noexcept override { return timeout_.has_value(); }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
   void fail(const Error& error) override { answers_ = tl::unexpected(error); }
 
  private:
   std::vector<std::byte> service_;
-  std::optional<std::chrono::nanoseconds> patience_;
+  std::optional<std::chrono::nanoseconds> timeout_;
   std::size_t answer_room_ = 0;
   Result<std::vector<std::vector<std::byte>>> answers_;
 };

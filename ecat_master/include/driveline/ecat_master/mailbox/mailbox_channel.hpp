@@ -95,7 +95,7 @@ class MailboxChannel {
 
  private:
   /// Sender of the message that the slave has not taken yet.
-  enum class Sender : std::uint8_t { kNobody, kDialogue, kStream };
+  enum class Sender : std::uint8_t { kNone, kDialogue, kStream };
 
   /// Datagrams appended to a batch.
   struct Turn {
@@ -131,7 +131,7 @@ class MailboxChannel {
   void resume(std::chrono::nanoseconds now, Finished& finished);
   void take_error(std::chrono::nanoseconds now, std::span<const std::byte> service, Finished& finished);
   void react(std::chrono::nanoseconds now, MailboxDialogue::Reaction reaction, Finished& finished);
-  void look_at_clock(std::chrono::nanoseconds now, Finished& finished);
+  void check_deadlines(std::chrono::nanoseconds now, Finished& finished);
   void finish(Finished& finished);
   void finish(Finished& finished, const Error& error);
   [[nodiscard]] Error error(ErrorFacts facts) const noexcept;
@@ -142,7 +142,7 @@ class MailboxChannel {
   MailboxStatistics statistics_;
   MailboxWriter writer_;
   MailboxReader reader_;
-  Sender sender_ = Sender::kNobody;  ///< sender of the message in writer_
+  Sender sender_ = Sender::kNone;  ///< sender of the message in writer_
 
   // The dialogue in progress, and the queued ones.
   std::deque<std::shared_ptr<MailboxDialogue>> queue_;

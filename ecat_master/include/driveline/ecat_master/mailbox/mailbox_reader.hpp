@@ -32,9 +32,9 @@ class MailboxReader {
     kSilence,  ///< the slave no longer answers
   };
 
-  /// `patience`: longest time that an unreadable slave may block the reader. `idle_poll`: polling interval while no
+  /// `timeout`: longest time that an unreadable slave may block the reader. `idle_poll`: polling interval while no
   /// message is expected.
-  MailboxReader(SlaveRef slave, const MailboxWindow& window, std::chrono::nanoseconds patience,
+  MailboxReader(SlaveRef slave, const MailboxWindow& window, std::chrono::nanoseconds timeout,
                 std::chrono::nanoseconds idle_poll);
 
   /// Makes the next append() poll the mailbox, whether or not a poll is due.
@@ -54,7 +54,7 @@ class MailboxReader {
   /// Processes the answer to the datagram of append().
   [[nodiscard]] Found take(std::chrono::nanoseconds now, const Request& answer);
   /// Kind of datagram appended by append_ahead().
-  enum class Ahead : std::uint8_t { kNothing, kLook, kRead };
+  enum class Ahead : std::uint8_t { kNothing, kPoll, kRead };
   /// Appends the datagram that is likely to be next, before the answer to the last append() is processed: a read when
   /// enough messages are `expected` that one remains after the one being read (`reading`), or when one is known to be
   /// there; else a status poll.
@@ -87,14 +87,14 @@ class MailboxReader {
 
   SlaveRef slave_;
   std::uint16_t address_;
-  std::chrono::nanoseconds patience_;
+  std::chrono::nanoseconds timeout_;
   std::chrono::nanoseconds idle_poll_;
   Fetch fetch_ = Fetch::kPoll;
   std::array<std::vector<std::byte>, 2> wire_;  ///< buffers for reads, used alternately: two may be in flight
   std::size_t side_ = 0;
   std::span<const std::byte> mail_;
   std::array<std::byte, 3> registers_{};             ///< status, activate, PDI control of sync manager 1
-  std::array<std::array<std::byte, 1>, 2> looks_{};  ///< status bytes, used alternately
+  std::array<std::array<std::byte, 1>, 2> polls_{};  ///< status bytes, used alternately
   bool repeat_bit_ = false;
   std::chrono::nanoseconds deadline_{0};
   std::chrono::nanoseconds repeat_deadline_{0};

@@ -25,10 +25,10 @@ class MailboxStream {
   /// The mailboxes have been closed; no messages are pulled until they are opened again.
   virtual void closed() = 0;
   /// Writes the next service into `out` and returns its length; 0: none now. The message is pending until taken() or
-  /// given_up(); at most kMostOpen are pending.
+  /// given_up(); at most kMaxOpen are pending.
   [[nodiscard]] virtual std::size_t next(std::span<std::byte> out) = 0;
   /// Most messages that next() may provide before the slave has taken the first of them.
-  static constexpr std::size_t kMostOpen = 2;
+  static constexpr std::size_t kMaxOpen = 2;
   /// Number of messages from the slave that will certainly follow those already passed to the handler.
   [[nodiscard]] virtual std::size_t expected() const = 0;
   /// The slave has taken the oldest pending message.

@@ -55,7 +55,7 @@ enum class ImageLayout : std::uint8_t {
 };
 
 /// Slaves that are exchanged together, with a separate working counter.
-struct GroupSettings {
+struct ExchangeGroupSettings {
   std::uint32_t divider = 1;  ///< exchanged in every n-th cycle
   std::uint32_t phase = 0;    ///< phase of the exchange: cycle % divider == phase
   /// After this number of consecutive exchanges with an incomplete working counter, the group's outputs are sent as
@@ -68,8 +68,8 @@ struct GroupSettings {
 /// Layout settings of the application.
 struct LayoutSettings {
   ImageLayout layout =
-      ImageLayout::kOverlapped;       ///< layout of all slaves except those without LRW, which use kSeparate
-  std::vector<GroupSettings> groups;  ///< groups without an entry are exchanged in every cycle
+      ImageLayout::kOverlapped;               ///< layout of all slaves except those without LRW, which use kSeparate
+  std::vector<ExchangeGroupSettings> groups;  ///< groups without an entry are exchanged in every cycle
 };
 
 /// Position of a slave's process data. Offsets are bytes in ProcessImage::outputs() and inputs().
@@ -142,7 +142,7 @@ class ProcessImage {
   /// The working counter shares, in the order of the datagrams.
   [[nodiscard]] std::span<const WorkingCounterShare> shares() const noexcept { return shares_; }
   /// The groups, by number. \rtsafe
-  [[nodiscard]] std::span<const GroupSettings> groups() const noexcept { return groups_; }
+  [[nodiscard]] std::span<const ExchangeGroupSettings> groups() const noexcept { return groups_; }
   /// Number of frames when all groups are due. \rtsafe
   [[nodiscard]] std::size_t frame_count() const noexcept { return frame_count_; }
   /// The FMMUs of a slave by number, as to be written to it.
@@ -163,7 +163,7 @@ class ProcessImage {
   std::vector<ProcessDataPlace> places_;
   std::vector<ProcessDatagram> datagrams_;
   std::vector<WorkingCounterShare> shares_;
-  std::vector<GroupSettings> groups_;
+  std::vector<ExchangeGroupSettings> groups_;
   std::vector<std::vector<wire::FmmuEntity>> fmmus_;
   std::size_t frame_count_ = 0;
 };

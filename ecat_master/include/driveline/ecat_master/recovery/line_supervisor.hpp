@@ -109,7 +109,7 @@ class LineSupervisor {
   void watch_ring();
   void watch_others();
   void watch_slaves();
-  void look_at(std::size_t slave);
+  void poll_slave(std::size_t slave);
   void watch_registers();
   [[nodiscard]] std::optional<std::size_t> next_guarded();
   void guard(std::size_t slave);

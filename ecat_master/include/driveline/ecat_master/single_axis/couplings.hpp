@@ -97,7 +97,7 @@ class Couplings {
                                           const trajectory::ProfileLimits& limits) noexcept;
 
   SingleAxes& axes_;
-  std::mutex door_;  ///< serialises requesting threads; the cycle never locks it
+  std::mutex submit_mutex_;  ///< serialises requesting threads; the cycle never locks it
   std::vector<std::unique_ptr<Feed>> feeds_;
 };
 

@@ -28,7 +28,7 @@ class ProfileHandshake {
   /// Time within which a drive sees a new target velocity.
   static constexpr std::chrono::milliseconds kReaction{50};
   /// Time within which a drive accepts a target position.
-  static constexpr std::chrono::milliseconds kPatience{500};
+  static constexpr std::chrono::milliseconds kTimeout{500};
 
   /// Starts the handover of a new target position. kBehind: only when under_way().
   void start_position(Change change) noexcept;

@@ -134,7 +134,7 @@ class SingleAxes final : public MotionControl {
   std::vector<trajectory::AxisSetpoint> setpoints_;
   std::vector<char> led_;  ///< led by a feed in this cycle
   RequestTable table_;
-  std::mutex door_;  ///< serialises submitting threads; the cycle never locks it
+  std::mutex submit_mutex_;  ///< serialises submitting threads; the cycle never locks it
   rt::SpscRing<NumberedRequest> requests_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;

@@ -11,8 +11,8 @@
 #include "driveline/ecat_master/cyclic/following_error_watch.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
+#include "driveline/ecat_master/cyclic/return_motion.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
-#include "driveline/ecat_master/cyclic/way_back.hpp"
 #include "driveline/ecat_master/single_axis/axis_request.hpp"
 #include "driveline/ecat_master/single_axis/homing_handshake.hpp"
 #include "driveline/ecat_master/single_axis/profile_handshake.hpp"
@@ -331,12 +331,12 @@ class SingleAxis {
   CoastWatch coast_;
   SetpointSupply supply_;
   SetpointGenerator generator_{};
-  trajectory::Rejoin rejoin_{};        ///< return to the setpoints of a feed, or of two motions
-  SetpointGenerator on_top_{};         ///< distance of the superimposed motion, starts at 0
-  double on_top_velocity_ = 0.0;       ///< velocity that on_top_ may have, rad/s or m/s
-  bool superimposed_ = false;          ///< a superimposed motion is active
-  bool held_back_ = false;             ///< the velocity below is reduced for the superimposed motion
-  std::optional<WayBack> way_back_{};  ///< return after a gap, once setpoints reach the drive again
+  trajectory::Rejoin rejoin_{};                  ///< return to the setpoints of a feed, or of two motions
+  SetpointGenerator on_top_{};                   ///< distance of the superimposed motion, starts at 0
+  double on_top_velocity_ = 0.0;                 ///< velocity that on_top_ may have, rad/s or m/s
+  bool superimposed_ = false;                    ///< a superimposed motion is active
+  bool held_back_ = false;                       ///< the velocity below is reduced for the superimposed motion
+  std::optional<ReturnMotion> return_motion_{};  ///< return after a gap, once setpoints reach the drive again
   trajectory::AxisSetpoint setpoint_{};
   double step_velocity_ = 0.0;  ///< velocity of the last step to setpoint_, rad/s or m/s
   PlcopenState state_ = PlcopenState::kDisabled;

@@ -31,8 +31,8 @@ struct SoeParameter {
 
 /// Decodes the elements. The length of minimum, maximum, value and default comes from the attribute in the reading,
 /// else from `attribute`; without either, only the last element can be one of them. Empty: the lengths do not match.
-[[nodiscard]] std::optional<SoeParameter> take_apart(const SoeReading& reading,
-                                                     std::optional<wire::SoeAttribute> attribute = std::nullopt);
+[[nodiscard]] std::optional<SoeParameter> decode_parameter(const SoeReading& reading,
+                                                           std::optional<wire::SoeAttribute> attribute = std::nullopt);
 
 /// Decodes a list of IDNs, two bytes each; empty: an odd number of bytes.
 [[nodiscard]] std::optional<std::vector<wire::Idn>> idns_of(std::span<const std::byte> list);

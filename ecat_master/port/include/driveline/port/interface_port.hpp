@@ -22,7 +22,7 @@ class InterfacePort : public Port {
   /// Whether the interface still exists, is up and has a carrier. Asks the kernel: not for the cycle. Any thread.
   [[nodiscard]] virtual bool link_up() const noexcept = 0;
   /// How frames pass between this process and the interface, in a few words: "packet socket with a receive ring".
-  [[nodiscard]] virtual std::string way() const = 0;
+  [[nodiscard]] virtual std::string access_method() const = 0;
 };
 
 /// Which kernel interface a network interface is opened with.

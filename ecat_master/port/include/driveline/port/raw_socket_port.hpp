@@ -113,7 +113,7 @@ class RawSocketPort final : public InterfacePort {
   [[nodiscard]] int descriptor() const noexcept { return socket_.get(); }
 
   [[nodiscard]] bool link_up() const noexcept override;
-  [[nodiscard]] std::string way() const override;
+  [[nodiscard]] std::string access_method() const override;
 
   /// Counters so far. Any thread. \rtsafe
   [[nodiscard]] RawSocketStatistics statistics() const noexcept;

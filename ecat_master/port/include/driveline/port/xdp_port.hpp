@@ -88,7 +88,7 @@ class XdpPort final : public InterfacePort {
 
   [[nodiscard]] const wire::MacAddress& mac() const noexcept override { return mac_; }
   [[nodiscard]] bool link_up() const noexcept override;
-  [[nodiscard]] std::string way() const override;
+  [[nodiscard]] std::string access_method() const override;
 
   /// The mode in use.
   [[nodiscard]] XdpMode mode() const noexcept { return mode_; }

@@ -48,7 +48,7 @@ struct CycleInterval {
 };
 
 /// Statistics of the cycle, of fixed size, made once per second of the line's time.
-struct CycleStatistics {
+struct CycleStatisticsSample {
   std::uint64_t number = 0;           ///< counts from 1; 0: no statistics yet
   std::int64_t time_ns = 0;           ///< grid time of the last cycle included
   std::uint64_t cycle = 0;            ///< number of the last cycle included
@@ -72,7 +72,7 @@ struct LineStatus {
   Percentiles cycle_cost{};                  ///< work of a cycle, wake-up to end of send
   /// One sentence each, oldest first. The newest 16 are published, up to 255 bytes of each.
   std::vector<std::string> faults{};
-  CycleStatistics statistics{};  ///< the newest statistics
+  CycleStatisticsSample statistics{};  ///< the newest statistics
 };
 
 }  // namespace driveline::snapshot

@@ -22,7 +22,7 @@ enum class AxisState : std::uint8_t {
 };
 
 /// State of an axis in the sense of PLCopen (Motion Control, part 1: the state diagram).
-enum class PlcopenState : std::uint8_t {
+enum class SampledPlcopenState : std::uint8_t {
   kNone,  ///< all axes of the line are moved together: by a path, a task or a program
   kDisabled,
   kStandstill,
@@ -46,24 +46,24 @@ inline constexpr std::int64_t kNoDigitalInputs = -1;
 
 /// One axis in one cycle.
 struct AxisSample {
-  std::uint64_t cycle = 0;                           ///< number of the cycle since cyclic operation started
-  std::int64_t time_ns = 0;                          ///< grid time of the cycle on the master's clock
-  std::uint16_t axis = 0;                            ///< index of the axis in the line description
-  std::uint16_t control_word = 0;                    ///< 6040h as sent in this cycle
-  std::uint16_t status_word = 0;                     ///< 6041h as received in this cycle
-  std::int8_t mode = 0;                              ///< 6061h mode of operation display
-  AxisState state = AxisState::kUnavailable;         ///< CiA 402 state of the drive
-  PlcopenState plcopen_state = PlcopenState::kNone;  ///< for axes that are commanded individually
-  AxisHomed homed = AxisHomed::kUnknown;             ///< result of the homing requests of this run
-  std::uint16_t error_code = 0;                      ///< 603Fh; 0 also where it is not mapped
-  std::uint32_t reserved = 0;                        ///< 0
-  std::int64_t digital_inputs = kNoDigitalInputs;    ///< 60FDh, 32 bits; kNoDigitalInputs where it is not mapped
-  double target_position = 0;                        ///< commanded in this cycle; rad, m for a linear axis
-  double actual_position = 0;                        ///< reported by the drive; rad, m for a linear axis
-  double target_velocity = 0;                        ///< commanded; rad/s, m/s for a linear axis
-  double actual_velocity = 0;                        ///< reported by the drive; rad/s, m/s for a linear axis
-  double target_torque = 0;                          ///< commanded; Nm, N for a linear axis
-  double actual_torque = 0;                          ///< reported by the drive; Nm, N for a linear axis
+  std::uint64_t cycle = 0;                    ///< number of the cycle since cyclic operation started
+  std::int64_t time_ns = 0;                   ///< grid time of the cycle on the master's clock
+  std::uint16_t axis = 0;                     ///< index of the axis in the line description
+  std::uint16_t control_word = 0;             ///< 6040h as sent in this cycle
+  std::uint16_t status_word = 0;              ///< 6041h as received in this cycle
+  std::int8_t mode = 0;                       ///< 6061h mode of operation display
+  AxisState state = AxisState::kUnavailable;  ///< CiA 402 state of the drive
+  SampledPlcopenState plcopen_state = SampledPlcopenState::kNone;  ///< for axes that are commanded individually
+  AxisHomed homed = AxisHomed::kUnknown;                           ///< result of the homing requests of this run
+  std::uint16_t error_code = 0;                                    ///< 603Fh; 0 also where it is not mapped
+  std::uint32_t reserved = 0;                                      ///< 0
+  std::int64_t digital_inputs = kNoDigitalInputs;  ///< 60FDh, 32 bits; kNoDigitalInputs where it is not mapped
+  double target_position = 0;                      ///< commanded in this cycle; rad, m for a linear axis
+  double actual_position = 0;                      ///< reported by the drive; rad, m for a linear axis
+  double target_velocity = 0;                      ///< commanded; rad/s, m/s for a linear axis
+  double actual_velocity = 0;                      ///< reported by the drive; rad/s, m/s for a linear axis
+  double target_torque = 0;                        ///< commanded; Nm, N for a linear axis
+  double actual_torque = 0;                        ///< reported by the drive; Nm, N for a linear axis
   /// Setpoint that the drive followed at the time of `actual_position`, minus that position; rad, m for a linear axis.
   double following_error = 0;
   /// The following error reported by the drive (60F4h), in the same unit; NaN when it is not mapped.

@@ -59,7 +59,7 @@ struct LeaseRefusal {
 class AxisAuthority {
  public:
   /// Most changes stored for take_changes().
-  static constexpr std::size_t kMostChanges = 1024;
+  static constexpr std::size_t kMaxChanges = 1024;
 
   /// Starts without an owner of any axis.
   explicit AxisAuthority(std::size_t axes) : leases_(axes), numbers_(axes) {}
@@ -78,7 +78,7 @@ class AxisAuthority {
 
   /// Ends the leases that were not prolonged in time. Returns all losses since the last call.
   [[nodiscard]] std::vector<LeaseLoss> losses(std::chrono::nanoseconds now);
-  /// Returns the changes of owner since the last call, oldest first; at most the newest kMostChanges.
+  /// Returns the changes of owner since the last call, oldest first; at most the newest kMaxChanges.
   [[nodiscard]] std::vector<LeaseChange> take_changes();
   /// Returns the owner of an axis; empty: none.
   [[nodiscard]] std::string owner_of(std::size_t axis) const;

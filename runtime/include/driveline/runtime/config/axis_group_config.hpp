@@ -23,7 +23,7 @@ struct GroupOutputConfig {
 /// An [[axis_group]] of a line description: axes that follow a path together on request.
 struct AxisGroupConfig {
   /// The most outputs of a group.
-  static constexpr std::size_t kMostOutputs = 32;
+  static constexpr std::size_t kMaxOutputs = 32;
 
   std::string name;               ///< unique among all groups and axes
   std::vector<std::size_t> axes;  ///< numbers of the [[axis]] tables, in the order of the coordinates

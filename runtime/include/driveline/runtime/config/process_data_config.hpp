@@ -8,9 +8,9 @@
 namespace driveline::runtime {
 
 /// Slaves that are exchanged together: a [[group]] of a line description.
-struct GroupConfig {
-  std::string name;                     ///< name by which the file refers to the group
-  ecat_master::GroupSettings settings;  ///< divider, phase, limit of bad cycles
+struct ExchangeGroupConfig {
+  std::string name;                             ///< name by which the file refers to the group
+  ecat_master::ExchangeGroupSettings settings;  ///< divider, phase, limit of bad cycles
 };
 
 /// A [[copy]]: an input of a slave that is copied to an output of another slave, by the names in ProcessVariables.
@@ -32,8 +32,9 @@ struct EntryName {
 struct ProcessDataConfig {
   /// How outputs and inputs share the logical address space.
   ecat_master::ImageLayout layout = ecat_master::ImageLayout::kOverlapped;
-  std::vector<GroupConfig> groups;  ///< indexed by group number in the image; none: all slaves together in every cycle
-  std::vector<CopyConfig> copies;   ///< in the order of the file
+  std::vector<ExchangeGroupConfig>
+      groups;                      ///< indexed by group number in the image; none: all slaves together in every cycle
+  std::vector<CopyConfig> copies;  ///< in the order of the file
 };
 
 }  // namespace driveline::runtime

@@ -25,13 +25,13 @@ struct SlavePlanConfig {
   std::optional<std::uint16_t> device_id;  ///< explicit device ID that identifies it
   bool hot_connect = false;                ///< may be missing, and comes and goes
   std::string hot_head;                    ///< name of the slave that heads its hot-connect group; empty: no group
-  std::optional<ecat_master::GroupPlace> behind;      ///< number of the hot_head slave, and place in the group
-  ecat_master::WatchdogPlan watchdog;                 ///< values that are left out keep the setting of the slave
-  ecat_master::StateTimeouts timeouts;                ///< values that are left out: see StateTimeouts
-  ecat_master::MailboxTimeouts mailbox_timeouts;      ///< values that are left out: see MailboxTimeouts
-  std::optional<bool> lrw;                            ///< false: no LRW for this slave; none: its description decides
-  std::vector<ecat_master::StartupSdo> sdos;          ///< in the order of the file
-  std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: the PDOs that the use of the slave requires
+  std::optional<ecat_master::HotConnectPlace> behind;  ///< number of the hot_head slave, and place in the group
+  ecat_master::WatchdogPlan watchdog;                  ///< values that are left out keep the setting of the slave
+  ecat_master::StateTimeouts timeouts;                 ///< values that are left out: see StateTimeouts
+  ecat_master::MailboxTimeouts mailbox_timeouts;       ///< values that are left out: see MailboxTimeouts
+  std::optional<bool> lrw;                             ///< false: no LRW for this slave; none: its description decides
+  std::vector<ecat_master::StartupSdo> sdos;           ///< in the order of the file
+  std::optional<ecat_master::PdoConfiguration> pdos;   ///< none: the PDOs that the use of the slave requires
 
   /// Adds these settings to `plan`: start-up SDOs are appended, PDOs replaced.
   void apply(ecat_master::SlavePlan& plan) const;

@@ -19,7 +19,7 @@ struct StreamUsers {
 };
 
 /// How the setpoints of clients become those of the axes.
-struct StreamSettings {
+struct ClientStreamSettings {
   /// Interpolation between the setpoints.
   trajectory::StreamMethod method = trajectory::StreamMethod::kCubic;
   /// A client that writes no record for this long is considered dead: its axes come to rest and are free.
@@ -33,7 +33,7 @@ struct StreamConfig {
   std::filesystem::path socket;   ///< socket for clients
   std::vector<std::size_t> axes;  ///< numbers of the axes that accept streams; default: all
   StreamUsers allowed;            ///< permitted users
-  StreamSettings settings;        ///< treatment of the setpoints
+  ClientStreamSettings settings;  ///< treatment of the setpoints
 };
 
 }  // namespace driveline::runtime

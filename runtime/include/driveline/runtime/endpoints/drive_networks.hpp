@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "driveline/runtime/error.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 
 namespace driveline::runtime {
 
@@ -45,9 +45,10 @@ class DriveNetworks {
 
   /// Starts the end points of all devices with EoE and waits until they are ready. The line must be idle meanwhile, and
   /// outlive this object. Error (kMachine): an end point cannot be started, or fails, with its sentence.
-  [[nodiscard]] static Result<std::unique_ptr<DriveNetworks>> start(slaves::Line& line, const Settings& settings);
+  [[nodiscard]] static Result<std::unique_ptr<DriveNetworks>> start(slaves::SimulatedLine& line,
+                                                                    const Settings& settings);
   /// Same, with the default settings.
-  [[nodiscard]] static Result<std::unique_ptr<DriveNetworks>> start(slaves::Line& line) {
+  [[nodiscard]] static Result<std::unique_ptr<DriveNetworks>> start(slaves::SimulatedLine& line) {
     return start(line, Settings{});
   }
   /// Ends the end points. The line must be idle meanwhile.

@@ -30,7 +30,6 @@ struct AxisRestored;
 struct BridgeBack;
 struct BridgeRemark;
 struct BridgeStopped;
-struct BridgeUnbelieved;
 struct BusFailed;
 struct CallerRefused;
 struct CaptureIncomplete;
@@ -40,8 +39,7 @@ struct ClocksLocked;
 struct CommandAnswered;
 struct CommanderLost;
 struct CommandsOpen;
-struct CommandsUnbelieved;
-struct CommandsUntold;
+struct CommandsSummary;
 struct CommunicationBack;
 struct CommunicationLost;
 struct CommunicationNotBack;
@@ -49,6 +47,8 @@ struct Configured;
 struct Emergency;
 struct EoeAddressRefused;
 struct EoeUp;
+struct ExchangeGroupReleased;
+struct ExchangeGroupZeroed;
 struct FaultRecorded;
 struct FileNotWritten;
 struct ForbiddenCalls;
@@ -57,12 +57,12 @@ struct GantryAskew;
 struct GatewayUp;
 struct GroupFailed;
 struct GroupPathBegun;
-struct GroupReleased;
 struct GroupRequestFailed;
 struct GroupRequested;
 struct GroupRestored;
-struct GroupZeroed;
 struct InterfaceOpened;
+struct InvalidBridgeCounts;
+struct InvalidCommands;
 struct LineChanged;
 struct LineDiffers;
 struct MasterAway;
@@ -114,18 +114,18 @@ using EventKinds = EventKindList<
     events::NoProcessData, events::RealtimeSetUp, events::ClocksLocked, events::StateReached, events::NoPath,
     events::Progress, events::StopRequested, events::SlaveNotConnected, events::LineChanged, events::SlaveNotBack,
     events::Emergency, events::SoeMessage, events::CommunicationLost, events::CommunicationBack,
-    events::CommunicationNotBack, events::BusFailed, events::ClocksChanged, events::GroupZeroed, events::GroupReleased,
-    events::MasterAway, events::MasterAwayOften, events::AxisPresenceChanged, events::AxesStopped, events::AxesNotOff,
-    events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint, events::ForbiddenCalls,
-    events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded, events::CaptureIncomplete,
-    events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp, events::AxisRequested,
-    events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost, events::AxisFailed,
-    events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
-    events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
-    events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
-    events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark, events::BridgeUnbelieved,
-    events::CommandsOpen, events::CommandAnswered, events::CommandsUntold, events::CommanderLost,
-    events::CommandsUnbelieved>;
+    events::CommunicationNotBack, events::BusFailed, events::ClocksChanged, events::ExchangeGroupZeroed,
+    events::ExchangeGroupReleased, events::MasterAway, events::MasterAwayOften, events::AxisPresenceChanged,
+    events::AxesStopped, events::AxesNotOff, events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint,
+    events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded,
+    events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp,
+    events::AxisRequested, events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost,
+    events::AxisFailed, events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested,
+    events::GroupPathBegun, events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp,
+    events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved,
+    events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
+    events::InvalidBridgeCounts, events::CommandsOpen, events::CommandAnswered, events::CommandsSummary,
+    events::CommanderLost, events::InvalidCommands>;
 
 /// A type that is a kind of event.
 template <typename Kind>

@@ -13,7 +13,7 @@
 namespace driveline::runtime {
 
 /// Request to a group of axes, after the function blocks of PLCopen motion control part 4.
-struct GroupRequest {
+struct ClientGroupRequest {
   /// The function block.
   enum class Verb : std::uint8_t {
     kEnable,       ///< MC_GroupEnable
@@ -77,7 +77,7 @@ struct EventGroup {
 struct GroupRequested {
   std::string who;                        ///< "control socket (process 123, user 1000)"
   EventGroup group;                       ///< addressed group
-  GroupRequest request;                   ///< the request
+  ClientGroupRequest request;             ///< the request
   std::optional<GroupRefusal> refusal{};  ///< reason of the refusal; none: not refused
 };
 /// A client has started to send a path for a group of axes, move by move.
@@ -88,10 +88,10 @@ struct GroupPathBegun {
 };
 /// An accepted request or move has failed.
 struct GroupRequestFailed {
-  std::string who;                        ///< name of the caller
-  EventGroup group;                       ///< addressed group
-  std::optional<GroupRequest> request{};  ///< the request; none: a move of a path
-  GroupRefusal refusal;                   ///< reason
+  std::string who;                              ///< name of the caller
+  EventGroup group;                             ///< addressed group
+  std::optional<ClientGroupRequest> request{};  ///< the request; none: a move of a path
+  GroupRefusal refusal;                         ///< reason
 };
 /// A group of axes is in GroupErrorStop: its axes come to rest on the path.
 struct GroupFailed {
@@ -106,9 +106,9 @@ struct GroupRestored {
 }  // namespace events
 
 /// Returns the name of the request, "enable" and the like.
-[[nodiscard]] std::string_view to_text(GroupRequest::Verb verb) noexcept;
+[[nodiscard]] std::string_view to_text(ClientGroupRequest::Verb verb) noexcept;
 /// Returns a request in words: "move to x 10 mm, y 20 mm, feed 100 mm/s".
-[[nodiscard]] std::string describe(const events::EventGroup& group, const GroupRequest& request);
+[[nodiscard]] std::string describe(const events::EventGroup& group, const ClientGroupRequest& request);
 /// Returns the sentence of a refusal: "group plotter: axis y is commanded by stream".
 [[nodiscard]] std::string describe(const events::EventGroup& group, const GroupRefusal& refusal);
 

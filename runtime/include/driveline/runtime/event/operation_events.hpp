@@ -78,12 +78,12 @@ struct ClocksChanged {
   ecat_master::dc::ClockEvent event;  ///< the change
 };
 /// Too many consecutive exchanges of a group of process data were incomplete: its outputs are zero.
-struct GroupZeroed {
+struct ExchangeGroupZeroed {
   std::string group;        ///< name of the group
   std::uint32_t limit = 0;  ///< consecutive exchanges
 };
 /// The exchanges of a group of process data are complete again: its outputs take effect.
-struct GroupReleased {
+struct ExchangeGroupReleased {
   std::string group;  ///< name of the group
 };
 

@@ -17,7 +17,7 @@ namespace driveline::runtime::events {
 /// A network interface is open.
 struct InterfaceOpened {
   std::string interface;                ///< name of the interface
-  std::string way;                      ///< method of sending and receiving frames: "packet socket with a receive ring"
+  std::string access_method;            ///< method of sending and receiving frames: "packet socket with a receive ring"
   std::vector<std::string> steps_down;  ///< why nothing faster is used, one sentence per step
 };
 /// The line has been scanned.
@@ -30,7 +30,7 @@ struct SlaveUnusable {
 };
 /// Several slaves have the same station alias.
 struct AliasNotUnique {
-  ecat_master::DuplicateAlias duplicate;  ///< the alias, and the slaves that have it
+  ecat_master::SharedAlias duplicate;  ///< the alias, and the slaves that have it
 };
 /// There is no description: the slaves are run as found.
 struct NoDescription {};
@@ -56,9 +56,9 @@ struct Configured {
 };
 /// A drive and the line description scale positions differently; the line description takes precedence.
 struct ScaleDiffers {
-  std::string axis;        ///< name of the axis
-  double described = 0.0;  ///< increments per motor turn by the line description
-  double told = 0.0;       ///< increments per motor turn by the drive
+  std::string axis;                ///< name of the axis
+  double described = 0.0;          ///< increments per motor turn by the line description
+  double reported_by_drive = 0.0;  ///< increments per motor turn by the drive
 };
 /// Nothing is exchanged: no slave has process data assigned, and the description names none.
 struct NoProcessData {};

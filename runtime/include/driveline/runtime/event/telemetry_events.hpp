@@ -26,6 +26,6 @@ struct BridgeRemark {
   std::string text;  ///< text of the bridge
 };
 /// The bridge, or a program that has taken it over, reports impossible counts. They are ignored.
-struct BridgeUnbelieved {};
+struct InvalidBridgeCounts {};
 
 }  // namespace driveline::runtime::events

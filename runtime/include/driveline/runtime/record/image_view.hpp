@@ -4,16 +4,16 @@
 #include <vector>
 
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
-#include "driveline/runtime/record/group_watch.hpp"
+#include "driveline/runtime/record/exchange_group_watch.hpp"
 #include "driveline/runtime/setup/process_data_plan.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 
 namespace driveline::runtime {
 
 /// Layout of a group of the process image, and its counters.
-struct GroupView {
+struct ExchangeGroupView {
   std::string name;
-  ecat_master::GroupSettings settings;
+  ecat_master::ExchangeGroupSettings settings;
   std::size_t slaves = 0;
   std::size_t datagrams = 0;
   std::vector<std::size_t> frames;  ///< numbers of its frames
@@ -32,7 +32,7 @@ struct ImageView {
   std::size_t datagrams = 0;
   std::size_t frames = 0;
   WireBudget wire;
-  std::vector<GroupView> groups;
+  std::vector<ExchangeGroupView> groups;
 };
 
 /// Returns the name of a group by its number; "line" if the description has none.
@@ -40,7 +40,7 @@ struct ImageView {
 
 /// Call after Master::configure(). The counters of the groups are valid while the cycle runs and afterwards.
 [[nodiscard]] ImageView view_image(const LineConfig& config, const ecat_master::Master& master,
-                                   std::span<const ecat_master::GroupCounters> counters = {},
-                                   const GroupWatch* watch = nullptr);
+                                   std::span<const ecat_master::ExchangeGroupCounters> counters = {},
+                                   const ExchangeGroupWatch* watch = nullptr);
 
 }  // namespace driveline::runtime

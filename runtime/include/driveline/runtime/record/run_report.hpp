@@ -26,7 +26,7 @@
 namespace driveline::runtime {
 
 /// One axis in the summary; following errors as the master computes them.
-struct AxisReport {
+struct AxisRunReport {
   std::string name;
   std::optional<std::size_t> slave{};  ///< position on the line; none: it has no drive
   double following_error_max = 0.0;    ///< drive increments
@@ -47,7 +47,7 @@ struct AxisReport {
 };
 
 /// One axis group in the summary.
-struct AxisGroupReport {
+struct AxisGroupRunReport {
   std::string name;
   std::vector<std::string> axes;  ///< names, in the order of the coordinates
   std::string state;  ///< state at the end of the operation: "GroupStandby"; empty: the axes were moved together
@@ -89,7 +89,7 @@ struct AuthorityRecord {
 /// A network interface of a run.
 struct InterfaceReport {
   std::string name;                     ///< name as in `ip link`
-  std::string way;                      ///< method of sending and receiving frames: "packet socket with a receive ring"
+  std::string access_method;            ///< method of sending and receiving frames: "packet socket with a receive ring"
   std::vector<std::string> steps_down;  ///< why nothing faster was used, one sentence per step
 };
 
@@ -98,8 +98,8 @@ struct RunReport {
   std::string line;
   /// State of the line at the end of the operation: "OP", or the lower state to which it had fallen.
   std::string state;
-  std::vector<AxisReport> axes;
-  std::vector<AxisGroupReport> axis_groups;
+  std::vector<AxisRunReport> axes;
+  std::vector<AxisGroupRunReport> axis_groups;
   bool increments = false;  ///< text and plots show drive increments in addition to the units of the axes
   std::vector<InterfaceReport> interfaces;  ///< empty: the line is simulated in this process
   std::chrono::nanoseconds period{};

@@ -11,7 +11,7 @@
 #include "driveline/rt/histogram.hpp"
 #include "driveline/rt/realtime_thread.hpp"
 #include "driveline/rt/spsc_ring.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 
 namespace driveline::runtime {
 
@@ -32,7 +32,7 @@ struct LineOrder {
   /// \name kSetSignal, kReadSignal: slave, signal and value
   /// @{
   std::uint16_t slave = 0;
-  slaves::SignalPlace signal{};
+  slaves::SignalId signal{};
   double value = 0.0;  ///< value to set, or the value read
   /// @}
 };
@@ -53,9 +53,11 @@ class LineServer final : public rt::RealtimeTask {
   };
 
   /// `secondary` is the far end of the line and may be null. All must outlive the server.
-  LineServer(slaves::Line& line, port::Port& primary, port::Port* secondary, rt::Clock& clock, Settings settings);
+  LineServer(slaves::SimulatedLine& line, port::Port& primary, port::Port* secondary, rt::Clock& clock,
+             Settings settings);
   /// Serves one port, with the default settings.
-  LineServer(slaves::Line& line, port::Port& port, rt::Clock& clock) : LineServer(line, port, nullptr, clock, {}) {}
+  LineServer(slaves::SimulatedLine& line, port::Port& port, rt::Clock& clock)
+      : LineServer(line, port, nullptr, clock, {}) {}
 
   void run(std::stop_token stop) noexcept override;
   /// Runs one turn of run(): answers received frames and does the work that is due. Returns the latest time for the
@@ -107,7 +109,7 @@ class LineServer final : public rt::RealtimeTask {
   void watch_states() noexcept;
   void rest(Nanoseconds until) noexcept;
 
-  slaves::Line& line_;
+  slaves::SimulatedLine& line_;
   std::array<port::Port*, slaves::kMasterPortCount> ports_;
   rt::Clock& clock_;
   Settings settings_;
@@ -136,7 +138,7 @@ class LineServer final : public rt::RealtimeTask {
   std::size_t filled_ = 0;  ///< window in which the server records
   std::size_t taken_ = 0;   ///< window that the owner takes next
   std::atomic<Window> window_{Window::kNone};
-  rt::Histogram told_;  ///< used by the owner: all windows taken
+  rt::Histogram taken_windows_;  ///< used by the owner: all windows taken
   std::atomic<std::uint64_t> frames_{0};
   std::atomic<std::uint64_t> send_failures_{0};
 };

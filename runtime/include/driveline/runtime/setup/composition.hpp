@@ -13,7 +13,7 @@
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/rt/clock.hpp"
 #include "driveline/runtime/config/line_config.hpp"
-#include "driveline/slaves/line/line.hpp"
+#include "driveline/slaves/line/simulated_line.hpp"
 
 namespace driveline::runtime {
 
@@ -22,8 +22,8 @@ namespace driveline::runtime {
 
 /// Builds the simulated line that `config` describes and switches it on. Without `second_interface`, the return cable
 /// of a ring is unplugged at the master.
-[[nodiscard]] std::unique_ptr<slaves::Line> make_simulated_line(const LineConfig& config, rt::Clock& clock,
-                                                                bool second_interface = false);
+[[nodiscard]] std::unique_ptr<slaves::SimulatedLine> make_simulated_line(const LineConfig& config, rt::Clock& clock,
+                                                                         bool second_interface = false);
 
 /// Makes the plans for the master: identities, start-up SDOs and PDOs of the configured slaves.
 [[nodiscard]] std::vector<ecat_master::SlavePlan> make_slave_plans(const LineConfig& config);

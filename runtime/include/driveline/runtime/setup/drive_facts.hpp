@@ -46,8 +46,8 @@ using ReadObject = std::function<std::optional<std::vector<std::byte>>(std::uint
 
 /// Two different scales of an axis, in increments per turn of the motor.
 struct ScaleDifference {
-  double described = 0.0;  ///< scale in the line description
-  double told = 0.0;       ///< scale reported by the drive
+  double described = 0.0;          ///< scale in the line description
+  double reported_by_drive = 0.0;  ///< scale reported by the drive
 };
 
 /// Completes the axis with the facts of its drive: its modes, the scale of positions if the line description leaves it

@@ -74,11 +74,11 @@ class Session {
   /// Returns the two ends of a ring; null: the line has one end.
   [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
   /// Returns the line in this process; null: the bus is a network interface.
-  [[nodiscard]] slaves::Line* simulated_line() const noexcept { return line_.get(); }
+  [[nodiscard]] slaves::SimulatedLine* simulated_line() const noexcept { return line_.get(); }
   /// An interface of the bus, and how it was opened.
   struct Wire {
     std::string interface;                ///< name of the interface
-    std::string way;                      ///< port::InterfacePort::way()
+    std::string access_method;            ///< port::InterfacePort::access_method()
     std::vector<std::string> steps_down;  ///< port::OpenInterface::steps_down
   };
   /// Returns one entry for each end; empty: the line is simulated in this process.
@@ -110,7 +110,7 @@ class Session {
   bool virtual_time_ = false;
   bool cycle_ = false;
   std::unique_ptr<rt::Clock> clock_;
-  std::unique_ptr<slaves::Line> line_;
+  std::unique_ptr<slaves::SimulatedLine> line_;
   std::vector<port::InterfaceLock> locks_;  ///< none: not claimed
   std::unique_ptr<port::InterfacePort> end_;
   std::unique_ptr<port::InterfacePort> end2_;

@@ -66,12 +66,12 @@ inline std::string system_text(const std::string& what) {
   return what + ": " + std::generic_category().message(errno);
 }
 
-/// Waits up to `patience` for data on the socket, despite signals. Returns whether there are any.
-inline bool wait_for_answer(int socket, std::chrono::milliseconds patience) {
+/// Waits up to `timeout` for data on the socket, despite signals. Returns whether there are any.
+inline bool wait_for_answer(int socket, std::chrono::milliseconds timeout) {
   using Clock = std::chrono::steady_clock;
-  const auto limit = Clock::now() + patience;
+  const auto limit = Clock::now() + timeout;
   pollfd ready{socket, POLLIN, 0};
-  for (auto left = patience;; left = std::chrono::ceil<std::chrono::milliseconds>(limit - Clock::now())) {
+  for (auto left = timeout;; left = std::chrono::ceil<std::chrono::milliseconds>(limit - Clock::now())) {
     const int found = ::poll(&ready, 1, static_cast<int>(std::max(left, std::chrono::milliseconds{0}).count()));
     if (found >= 0 || errno != EINTR) return found == 1;
   }
@@ -83,8 +83,8 @@ struct Received {
   std::array<Descriptor, 2> descriptors{};
 };
 
-inline std::variant<Received, std::string> receive_answer(int socket, std::chrono::milliseconds patience) {
-  if (!wait_for_answer(socket, patience)) return std::string{"the line does not answer"};
+inline std::variant<Received, std::string> receive_answer(int socket, std::chrono::milliseconds timeout) {
+  if (!wait_for_answer(socket, timeout)) return std::string{"the line does not answer"};
   std::array<std::byte, sizeof(Answer)> bytes{};
   iovec part{bytes.data(), bytes.size()};
   alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(2 * sizeof(int))> control{};
@@ -130,9 +130,9 @@ inline std::variant<Received, std::string> receive_answer(int socket, std::chron
 ///     auto& client = std::get<stream::Client>(connected);
 class Client {
  public:
-  /// Requests axes from a line. Returns a sentence if the line refuses, or does not answer within `patience`.
+  /// Requests axes from a line. Returns a sentence if the line refuses, or does not answer within `timeout`.
   [[nodiscard]] static std::variant<Client, std::string> connect(
-      const std::string& socket_path, const Wish& wish, std::chrono::milliseconds patience = std::chrono::seconds{2}) {
+      const std::string& socket_path, const Wish& wish, std::chrono::milliseconds timeout = std::chrono::seconds{2}) {
     using client_detail::system_text;
     if (wish.axes.empty() || wish.axes.size() > kMaxAxes) {
       return "a client has 1 to " + std::to_string(kMaxAxes) + " axes, not " + std::to_string(wish.axes.size());
@@ -158,7 +158,7 @@ class Client {
     const auto bytes = to_bytes(hello);
     // If the line has already refused, its answer contains the reason.
     static_cast<void>(::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL));
-    auto received = client_detail::receive_answer(socket.get(), patience);
+    auto received = client_detail::receive_answer(socket.get(), timeout);
     if (auto* refusal = std::get_if<std::string>(&received)) return std::move(*refusal);
     return open(std::move(socket), *std::get_if<client_detail::Received>(&received), hello.axis_count);
   }

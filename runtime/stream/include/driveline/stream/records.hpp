@@ -96,7 +96,7 @@ inline constexpr std::size_t kRefusals = 12;
 /// State of the session of a client.
 enum class SessionState : std::uint32_t {
   kWaiting = 0,    ///< there are no setpoints yet
-  kStreaming = 1,  ///< there are setpoints; AxisStatus::following shows whether an axis follows them
+  kStreaming = 1,  ///< there are setpoints; ClientAxisStatus::following shows whether an axis follows them
   kStarved = 2,    ///< no setpoints are left: the axes come to rest, and continue with the next setpoints
   kEnding = 3,     ///< the axes come to rest; no more records are accepted
   kOver = 4,       ///< the axes are free
@@ -129,7 +129,7 @@ enum class EndReason : std::uint32_t {
 }
 
 /// State of an axis, with the names of PLCopen motion control part 1.
-enum class AxisState : std::uint32_t {
+enum class MotionState : std::uint32_t {
   kDisabled,            ///< no power
   kStandstill,          ///< holds its position
   kHoming,              ///< the drive is homing
@@ -141,15 +141,15 @@ enum class AxisState : std::uint32_t {
 };
 
 /// State of an axis of the client in one cycle.
-struct AxisStatus {
-  AxisState state = AxisState::kDisabled;  ///< state in this cycle
-  std::uint32_t error = 0;                 ///< error in ErrorStop: ecat_master::AxisError
-  std::uint32_t following = 0;             ///< 1: follows the stream
-  std::uint32_t leased = 0;                ///< 1: the client may command it; 0: another client has taken it over
-  double setpoint = 0.0;                   ///< setpoint sent to the drive, rad or m
-  double position = 0.0;                   ///< actual position, rad or m
-  double velocity = 0.0;                   ///< actual velocity, rad/s or m/s
-  double torque = 0.0;                     ///< actual torque, Nm or N
+struct ClientAxisStatus {
+  MotionState state = MotionState::kDisabled;  ///< state in this cycle
+  std::uint32_t error = 0;                     ///< error in ErrorStop: ecat_master::AxisError
+  std::uint32_t following = 0;                 ///< 1: follows the stream
+  std::uint32_t leased = 0;                    ///< 1: the client may command it; 0: another client has taken it over
+  double setpoint = 0.0;                       ///< setpoint sent to the drive, rad or m
+  double position = 0.0;                       ///< actual position, rad or m
+  double velocity = 0.0;                       ///< actual velocity, rad/s or m/s
+  double torque = 0.0;                         ///< actual torque, Nm or N
 };
 
 /// Record to the client, one per cycle.
@@ -167,7 +167,7 @@ struct StatusRecord {
   std::uint64_t detours = 0;                       ///< number of times an axis left the curve to keep its limits
   std::uint32_t axis_count = 0;                    ///< number of valid `axes`
   std::uint32_t reserved = 0;                      ///< 0
-  std::array<AxisStatus, kMaxAxes> axes{};         ///< in the order of the greeting
+  std::array<ClientAxisStatus, kMaxAxes> axes{};   ///< in the order of the greeting
 
   /// Returns how often setpoints were refused for this reason.
   [[nodiscard]] constexpr std::uint64_t count(Refusal refusal) const noexcept {

@@ -7,13 +7,13 @@ namespace driveline::slaves {
 
 /// Limits of a movement, all positive and finite. `acceleration` applies while the magnitude of the speed increases,
 /// `deceleration` while it decreases.
-struct ProfileLimits {
+struct GeneratorLimits {
   double velocity = 1.0;      ///< maximum speed in units/s
   double acceleration = 1.0;  ///< in units/s^2
   double deceleration = 1.0;  ///< in units/s^2
   double jerk_time_s = 0.0;   ///< time in which the acceleration builds up; 0: trapezoidal (6086h = 0)
 
-  friend bool operator==(const ProfileLimits&, const ProfileLimits&) = default;
+  friend bool operator==(const GeneratorLimits&, const GeneratorLimits&) = default;
 };
 
 /// State of a movement: position in the caller's unit (drive: increments or revolutions) and its time derivatives.
@@ -34,9 +34,9 @@ class ProfileGenerator {
   /// Sets the state without a movement; a movement started before the next step() continues its acceleration. \rtsafe
   void reset(const ProfileState& state) noexcept;
   /// Starts a movement to standstill at `position`. \rtsafe
-  void move_to(double position, const ProfileLimits& limits) noexcept;
+  void move_to(double position, const GeneratorLimits& limits) noexcept;
   /// Starts a movement that reaches `velocity` and keeps it. The velocity limit does not apply. \rtsafe
-  void run_at(double velocity, const ProfileLimits& limits) noexcept;
+  void run_at(double velocity, const GeneratorLimits& limits) noexcept;
   /// \rtsafe
   void step(double step_s) noexcept;
 

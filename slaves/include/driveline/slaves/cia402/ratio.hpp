@@ -38,15 +38,15 @@ class Ratio {
 };
 
 /// Position range of an axis (607Bh), with the permitted directions of a rotary table (60F2h).
-class PositionRange {
+class PositionRangeLimit {
  public:
   /// Direction to an absolute target, numbered as in bits 7 and 6 of 60F2h (MSD manual Table 14.8).
   enum class Direction : std::uint8_t { kLinear = 0, kNegative = 1, kPositive = 2, kShortest = 3 };
 
   /// Creates the full 32-bit range.
-  constexpr PositionRange() noexcept = default;
+  constexpr PositionRangeLimit() noexcept = default;
   /// Creates the range `minimum` to `maximum`, which wraps around; 32-bit range unless minimum < maximum. \rtsafe
-  PositionRange(std::int32_t minimum, std::int32_t maximum) noexcept;
+  PositionRangeLimit(std::int32_t minimum, std::int32_t maximum) noexcept;
 
   /// Whether the range is smaller than 32 bits, so that wrap() does more than truncate. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return size_ != kFullSize; }
@@ -59,7 +59,7 @@ class PositionRange {
 
  private:
   static constexpr std::int64_t kFullSize = std::int64_t{1} << 32;
-  [[nodiscard]] std::int64_t positive_way(std::int64_t from, std::int64_t to) const noexcept;
+  [[nodiscard]] std::int64_t positive_distance(std::int64_t from, std::int64_t to) const noexcept;
 
   std::int64_t minimum_ = INT32_MIN;
   std::int64_t size_ = kFullSize;

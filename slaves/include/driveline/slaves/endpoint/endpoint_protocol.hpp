@@ -51,12 +51,12 @@ struct EndpointLink {
 /// A message, with space for the longest content.
 class EndpointPacket {
  public:
-  static constexpr std::size_t kMostContent = sizeof(DeviceStatus);  ///< bytes after the header
-  static_assert(kMostContent >= wire::kMaxEoeFrame);
+  static constexpr std::size_t kMaxContent = sizeof(DeviceStatus);  ///< bytes after the header
+  static_assert(kMaxContent >= wire::kMaxEoeFrame);
 
   /// Writes a message; returns false when the content is too long. \rtsafe
   bool write(EndpointMessage message, std::span<const std::byte> content = {}) noexcept {
-    if (content.size() > kMostContent) return false;
+    if (content.size() > kMaxContent) return false;
     const EndpointHeader header{EndpointHeader::kVersion, message};
     std::memcpy(bytes_.data(), &header, sizeof header);
     if (!content.empty()) std::memcpy(bytes_.data() + sizeof header, content.data(), content.size());
@@ -98,7 +98,7 @@ class EndpointPacket {
   }
 
  private:
-  std::array<std::byte, sizeof(EndpointHeader) + kMostContent> bytes_{};
+  std::array<std::byte, sizeof(EndpointHeader) + kMaxContent> bytes_{};
   std::size_t length_ = 0;
 };
 

@@ -72,13 +72,14 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
 
   // DeviceSignals: the PDO entries that are numbers or texts; texts cannot be set and read as 0.
   /// Returns the number of entries of TxPDOs (inputs) or RxPDOs (outputs).
-  [[nodiscard]] std::size_t signal_count(Way way) const noexcept override { return rows(way).size(); }
+  [[nodiscard]] std::size_t signal_count(Direction direction) const noexcept override { return rows(direction).size(); }
   /// Returns the name of PDO and entry, as DeviceModel::find_input() accepts it.
-  [[nodiscard]] std::string signal_name(SignalPlace place) const override;
-  [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_signal(Way way, std::string_view name) const override;
+  [[nodiscard]] std::string signal_name(SignalId id) const override;
+  [[nodiscard]] tl::expected<SignalId, SignalNameError> find_signal(Direction direction,
+                                                                    std::string_view name) const override;
   [[nodiscard]] tl::expected<void, SignalValueError> check_signal_value(std::size_t input, double value) const override;
   void set_signal(std::size_t input, double value) noexcept override;
-  [[nodiscard]] double signal(SignalPlace place) const noexcept override;
+  [[nodiscard]] double signal(SignalId id) const noexcept override;
 
   /// Returns the model that all devices of the type share.
   [[nodiscard]] const DeviceModel& model() const noexcept { return *model_; }
@@ -101,8 +102,8 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   void build_process_data();
   void build_loops();
   [[nodiscard]] bool driven(const PdoMap::Field& field) const noexcept;
-  [[nodiscard]] const std::vector<DeviceModel::NamedEntry>& rows(Way way) const noexcept {
-    return way == Way::kInput ? inputs_ : outputs_;
+  [[nodiscard]] const std::vector<DeviceModel::NamedEntry>& rows(Direction direction) const noexcept {
+    return direction == Direction::kInput ? inputs_ : outputs_;
   }
   void enter_al_state(wire::AlState state) noexcept;
   void clear_outputs() noexcept;

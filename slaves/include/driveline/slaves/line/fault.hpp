@@ -40,7 +40,7 @@ enum class FaultParameter : std::uint16_t {
   kSlave = 0x001,
   kPort = 0x002,
   kTo = 0x004,
-  kWay = 0x008,
+  kDirection = 0x008,
   kCount = 0x010,
   kChance = 0x020,
   kSeed = 0x040,
@@ -65,7 +65,7 @@ using FaultParameters = std::uint16_t;
 }
 
 /// Where a frame is affected.
-enum class FaultWay : std::uint8_t {
+enum class FaultDirection : std::uint8_t {
   kOut,   ///< before the first slave: no slave receives the frame as sent
   kBack,  ///< after the last slave: all slaves have processed the frame
 };
@@ -74,7 +74,7 @@ enum class FaultWay : std::uint8_t {
 /// the slave port that it is connected to.
 struct Fault {
   FaultKind kind = FaultKind::kDrop;                                ///< kind of fault
-  FaultWay way = FaultWay::kOut;                                    ///< where frames are affected; kDrop and kCorrupt
+  FaultDirection direction = FaultDirection::kOut;                  ///< where frames are affected; kDrop and kCorrupt
   std::uint16_t slave = 0;                                          ///< position in the line
   std::uint8_t port = 0;                                            ///< 0..3
   std::uint32_t count = 0;                                          ///< ends after this number of frames; 0: unlimited
@@ -108,12 +108,12 @@ inline constexpr FaultParameters kOnlySlave = kNone | kSlave;
 
 /// All kinds, in the order of the enumeration; see fault_kind_row().
 inline constexpr std::array<FaultKindRow, kFaultKindCount> kFaultKinds{{
-    {FaultKind::kDrop, "drop", 0, fault_detail::kHits | FaultParameter::kWay, "frames get lost"},
+    {FaultKind::kDrop, "drop", 0, fault_detail::kHits | FaultParameter::kDirection, "frames get lost"},
     {FaultKind::kDelay, "delay", fault_detail::kNone | FaultParameter::kTime, fault_detail::kHits,
      "frames come back late; those behind them wait"},
     {FaultKind::kDuplicate, "duplicate", 0, fault_detail::kHits, "frames come back twice"},
     {FaultKind::kCorrupt, "corrupt", 0,
-     FaultParameters{fault_detail::kHits | FaultParameter::kWay} | FaultParameter::kBits,
+     FaultParameters{fault_detail::kHits | FaultParameter::kDirection} | FaultParameter::kBits,
      "bits behind the Ethernet header flip unnoticed"},
     {FaultKind::kDamage, "damage", FaultParameter::kSlave | FaultParameter::kPort, fault_detail::kHits,
      "frames that come in at this port have a wrong check sequence: counted by the slaves (0300h, 0308h), not taken by "
@@ -159,7 +159,7 @@ inline constexpr std::array<FaultParameterRow, 11> kFaultParameters{{
     {FaultParameter::kSlave, "slave", "name or position of a slave", "which slave"},
     {FaultParameter::kPort, "port", "0 to 3", "port of the slave"},
     {FaultParameter::kTo, "to", "name or position of a slave", "the slave at the other end of the cable"},
-    {FaultParameter::kWay, "way", "out or back", "before the first slave (default) or behind the last one"},
+    {FaultParameter::kDirection, "way", "out or back", "before the first slave (default) or behind the last one"},
     {FaultParameter::kCount, "count", "1 to 4294967295", "ends after so many frames; default: does not"},
     {FaultParameter::kChance, "chance", "0 to 1", "that a frame is hit; default 1"},
     {FaultParameter::kSeed, "seed", "0 to 4294967295", "of the chance and of the flipped bits; default 1"},

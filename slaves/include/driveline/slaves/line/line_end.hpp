@@ -12,7 +12,7 @@
 
 namespace driveline::slaves {
 
-class Line;
+class SimulatedLine;
 
 /// An end of a line that a master can be connected to: holds the frames in flight to the master, in a fixed pool
 /// without allocation after construction.
@@ -22,7 +22,7 @@ class LineEnd final : public port::Port {
   static constexpr std::size_t kMaxInFlight = 64;
 
   /// Created by the line, which must outlive it.
-  LineEnd(Line& line, rt::Clock& clock, MasterPort which);
+  LineEnd(SimulatedLine& line, rt::Clock& clock, MasterPort which);
 
   [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override;
   [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override;
@@ -30,7 +30,7 @@ class LineEnd final : public port::Port {
   [[nodiscard]] std::chrono::nanoseconds last_send_time() const noexcept override { return last_send_; }
 
  private:
-  friend class Line;
+  friend class SimulatedLine;
   struct Slot {
     std::array<std::byte, port::kMaxFrameBytes> bytes;
     std::size_t length = 0;
@@ -45,7 +45,7 @@ class LineEnd final : public port::Port {
   [[nodiscard]] std::chrono::nanoseconds occupy(std::chrono::nanoseconds now, std::chrono::nanoseconds byte_time,
                                                 std::size_t bytes) noexcept;
 
-  Line& line_;
+  SimulatedLine& line_;
   rt::Clock& clock_;
   MasterPort which_;
   std::vector<Slot> slots_;

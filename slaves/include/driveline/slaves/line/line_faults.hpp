@@ -13,7 +13,7 @@
 
 namespace driveline::slaves {
 
-class Line;
+class SimulatedLine;
 
 /// Start or end of a fault.
 struct FaultEvent {
@@ -47,7 +47,7 @@ class LineFaults {
   static constexpr std::size_t kMaxActive = 64;
 
   /// Creates faults for a line of `slave_count` slaves; the line must outlive this.
-  explicit LineFaults(Line& line, std::size_t slave_count);
+  explicit LineFaults(SimulatedLine& line, std::size_t slave_count);
 
   /// Starts a fault at `now`; it replaces a fault of the same kind and place. Returns false when there is no such slave
   /// or cable, or kMaxActive faults are active. \rtsafe
@@ -105,7 +105,7 @@ class LineFaults {
   static void flip_bits(Active& active, std::span<std::byte> frame) noexcept;
   void refresh() noexcept;
 
-  Line& line_;
+  SimulatedLine& line_;
   std::array<Active, kMaxActive> active_;
   std::size_t count_ = 0;
   std::size_t frame_faults_ = 0;

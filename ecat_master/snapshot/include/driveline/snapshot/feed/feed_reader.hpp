@@ -160,7 +160,7 @@ class FeedReturnWriter {
                                                                record);
   }
   /// The current content of the region: initially the last record of the previous bridge.
-  [[nodiscard]] FeedReturn told() const noexcept {
+  [[nodiscard]] FeedReturn last_record() const noexcept {
     FeedReturn record;
     rt::shared_detail::load_record<std::memory_order_acquire>(record,
                                                               region_.words().data() + rt::shared_detail::kRecordsWord);

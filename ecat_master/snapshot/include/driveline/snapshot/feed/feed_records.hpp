@@ -143,7 +143,7 @@ struct FeedStatus {
   std::uint64_t published_before = 0;               ///< axis samples published by previous bridges
   std::uint64_t dropped_before = 0;                 ///< samples lost before the feed or by previous bridges
   std::uint64_t beats = 0;                          ///< number of status updates; constant when the process hangs
-  CycleStatistics statistics;                       ///< LineStatus::statistics
+  CycleStatisticsSample statistics;                 ///< LineStatus::statistics
   std::array<FeedText<255>, kMaxFeedFaults> fault;  ///< oldest first
 };
 
@@ -264,34 +264,35 @@ static_assert(sizeof(FeedLine) % sizeof(std::uint64_t) == 0 && sizeof(FeedAxisSa
           .frame_received = line.frame_received != 0,
           .dc_locked = line.dc_locked != 0};
 }
-/// An invalid state becomes AxisState::kUnavailable, PlcopenState::kNone or AxisHomed::kUnknown.
+/// An invalid state becomes AxisState::kUnavailable, SampledPlcopenState::kNone or AxisHomed::kUnknown.
 [[nodiscard]] inline AxisSample from_feed(const FeedAxisSample& sample, std::uint64_t cycle) noexcept {
   const bool known = sample.state <= static_cast<std::uint8_t>(AxisState::kUnavailable);
-  const bool plcopen = sample.plcopen_state <= static_cast<std::uint8_t>(PlcopenState::kErrorStop);
+  const bool plcopen = sample.plcopen_state <= static_cast<std::uint8_t>(SampledPlcopenState::kErrorStop);
   const bool homed = sample.homed <= static_cast<std::uint8_t>(AxisHomed::kYes);
-  return {.cycle = cycle,
-          .time_ns = sample.time_ns,
-          .axis = sample.axis,
-          .control_word = sample.control_word,
-          .status_word = sample.status_word,
-          .mode = sample.mode,
-          .state = known ? static_cast<AxisState>(sample.state) : AxisState::kUnavailable,
-          .plcopen_state = plcopen ? static_cast<PlcopenState>(sample.plcopen_state) : PlcopenState::kNone,
-          .homed = homed ? static_cast<AxisHomed>(sample.homed) : AxisHomed::kUnknown,
-          .error_code = sample.error_code,
-          .reserved = 0,
-          .digital_inputs = sample.digital_inputs,
-          .target_position = sample.target_position,
-          .actual_position = sample.actual_position,
-          .target_velocity = sample.target_velocity,
-          .actual_velocity = sample.actual_velocity,
-          .target_torque = sample.target_torque,
-          .actual_torque = sample.actual_torque,
-          .following_error = sample.following_error,
-          .drive_following_error = sample.drive_following_error,
-          .demand_position = sample.demand_position,
-          .demand_velocity = sample.demand_velocity,
-          .demand_torque = sample.demand_torque};
+  return {
+      .cycle = cycle,
+      .time_ns = sample.time_ns,
+      .axis = sample.axis,
+      .control_word = sample.control_word,
+      .status_word = sample.status_word,
+      .mode = sample.mode,
+      .state = known ? static_cast<AxisState>(sample.state) : AxisState::kUnavailable,
+      .plcopen_state = plcopen ? static_cast<SampledPlcopenState>(sample.plcopen_state) : SampledPlcopenState::kNone,
+      .homed = homed ? static_cast<AxisHomed>(sample.homed) : AxisHomed::kUnknown,
+      .error_code = sample.error_code,
+      .reserved = 0,
+      .digital_inputs = sample.digital_inputs,
+      .target_position = sample.target_position,
+      .actual_position = sample.actual_position,
+      .target_velocity = sample.target_velocity,
+      .actual_velocity = sample.actual_velocity,
+      .target_torque = sample.target_torque,
+      .actual_torque = sample.actual_torque,
+      .following_error = sample.following_error,
+      .drive_following_error = sample.drive_following_error,
+      .demand_position = sample.demand_position,
+      .demand_velocity = sample.demand_velocity,
+      .demand_torque = sample.demand_torque};
 }
 /// @}
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "driveline/slaves/msd/core/motion.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/msd/core/touch_probe.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
@@ -15,7 +15,7 @@ namespace driveline::slaves::msd {
 class ActualValues {
  public:
   /// Publishes all actual values and demands of the motion, in units of the bus and of the motor. \rtsafe
-  void publish(const Motion& motion, ObjectDictionary& dictionary) const noexcept;
+  void publish(const DriveMotion& motion, ObjectDictionary& dictionary) const noexcept;
 
   /// Adds `units` position units to 6064h. \rtsafe
   void set_position_error(double units) noexcept { position_error_ = std::llrint(units); }

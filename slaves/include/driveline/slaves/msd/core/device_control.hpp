@@ -4,8 +4,8 @@
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
 #include "driveline/slaves/msd/core/brake.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/mode_control.hpp"
-#include "driveline/slaves/msd/core/motion.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
 
@@ -16,7 +16,7 @@ namespace driveline::slaves::msd {
 class DeviceControl {
  public:
   /// All references must outlive this.
-  DeviceControl(const ObjectDictionary& dictionary, const Terminals& terminals, Motion& motion) noexcept
+  DeviceControl(const ObjectDictionary& dictionary, const Terminals& terminals, DriveMotion& motion) noexcept
       : dictionary_(&dictionary), terminals_(&terminals), motion_(&motion), brake_(dictionary, terminals) {}
 
   /// Power-on. The brake keeps its state until follow_brake(). \rtsafe
@@ -79,7 +79,7 @@ class DeviceControl {
 
   const ObjectDictionary* dictionary_;
   const Terminals* terminals_;
-  Motion* motion_;
+  DriveMotion* motion_;
   PowerStateMachine power_;
   ModeControl modes_{*dictionary_};
   Brake brake_;

@@ -11,9 +11,9 @@
 #include "driveline/slaves/msd/core/device_control.hpp"
 #include "driveline/slaves/msd/core/display.hpp"
 #include "driveline/slaves/msd/core/drive_bus.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/drive_signals.hpp"
 #include "driveline/slaves/msd/core/faults.hpp"
-#include "driveline/slaves/msd/core/motion.hpp"
 #include "driveline/slaves/msd/core/motion_monitor.hpp"
 #include "driveline/slaves/msd/core/msd_parameters.hpp"
 #include "driveline/slaves/msd/core/parameter_store.hpp"
@@ -142,7 +142,7 @@ class DriveCore final : private MachineEvents {
   /// Returns the torque that the bus sends as feed-forward (60B2h), even if it is not used. \rtsafe
   [[nodiscard]] double external_torque_nm() const noexcept { return motion_.external_torque_nm(); }
   /// Returns the motion control, with its demands and settings. \rtsafe
-  [[nodiscard]] const Motion& motion() const noexcept { return motion_; }
+  [[nodiscard]] const DriveMotion& motion() const noexcept { return motion_; }
   /// Returns the state of the CiA 402 state machine. \rtsafe
   [[nodiscard]] PowerState state() const noexcept { return control_.power().state(); }
   [[nodiscard]] std::uint16_t status() const noexcept;  ///< 6041h
@@ -189,7 +189,7 @@ class DriveCore final : private MachineEvents {
 
   DriveBus* bus_;
   ObjectDictionary dictionary_;
-  Motion motion_;
+  DriveMotion motion_;
   ParameterStore store_;
   Terminals terminals_;
   TouchProbe probe_;

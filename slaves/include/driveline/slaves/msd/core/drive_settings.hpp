@@ -3,7 +3,7 @@
 #include <chrono>
 
 #include "driveline/slaves/cia402/power_state_machine.hpp"
-#include "driveline/slaves/msd/core/motion.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/variant.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
 #include "driveline/slaves/plant/thermal_model.hpp"

@@ -29,11 +29,12 @@ enum class MachineInput : std::uint8_t {
 };
 
 /// Finds a signal of a drive by name, without a drive instance.
-[[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_drive_signal(SignalPlace::Way way, std::string_view name);
+[[nodiscard]] tl::expected<SignalId, SignalNameError> find_drive_signal(SignalId::Direction direction,
+                                                                        std::string_view name);
 /// Returns the number of signals of a direction; they are numbered from 0. \rtsafe
-[[nodiscard]] std::size_t drive_signal_count(SignalPlace::Way way) noexcept;
-/// Returns the name of a signal. Precondition: place.number < drive_signal_count(place.way). \rtsafe
-[[nodiscard]] std::string_view drive_signal_name(SignalPlace place) noexcept;
+[[nodiscard]] std::size_t drive_signal_count(SignalId::Direction direction) noexcept;
+/// Returns the name of a signal. Precondition: id.number < drive_signal_count(id.direction). \rtsafe
+[[nodiscard]] std::string_view drive_signal_name(SignalId id) noexcept;
 /// Checks whether the input accepts this value.
 [[nodiscard]] tl::expected<void, SignalValueError> check_drive_input(std::size_t input, double value);
 
@@ -46,7 +47,7 @@ enum class MachineInput : std::uint8_t {
 
 /// An input that follows a script; its time starts with the drive's first step.
 struct ScriptedSignal {
-  std::size_t input = 0;  ///< number of the input, see SignalPlace
+  std::size_t input = 0;  ///< number of the input, see SignalId
   Signal signal;          ///< changes in jumps, to values that check_drive_input() accepts
 };
 
@@ -59,13 +60,14 @@ class DriveSignals final : public DeviceSignals {
   explicit DriveSignals(DriveCore& drive) noexcept : drive_(&drive) {}
 
   /// See drive_signal_count().
-  [[nodiscard]] std::size_t signal_count(Way way) const noexcept override;
+  [[nodiscard]] std::size_t signal_count(Direction direction) const noexcept override;
   /// See drive_signal_name().
-  [[nodiscard]] std::string signal_name(SignalPlace place) const override;
-  [[nodiscard]] tl::expected<SignalPlace, SignalNameError> find_signal(Way way, std::string_view name) const override;
+  [[nodiscard]] std::string signal_name(SignalId id) const override;
+  [[nodiscard]] tl::expected<SignalId, SignalNameError> find_signal(Direction direction,
+                                                                    std::string_view name) const override;
   [[nodiscard]] tl::expected<void, SignalValueError> check_signal_value(std::size_t input, double value) const override;
   void set_signal(std::size_t input, double value) noexcept override;
-  [[nodiscard]] double signal(SignalPlace place) const noexcept override;
+  [[nodiscard]] double signal(SignalId id) const noexcept override;
 
  private:
   DriveCore* drive_;

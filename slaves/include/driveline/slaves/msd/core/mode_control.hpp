@@ -5,7 +5,7 @@
 #include "driveline/slaves/cia402/homing_sequence.hpp"
 #include "driveline/slaves/cia402/setpoint_handshake.hpp"
 #include "driveline/slaves/cia402/words.hpp"
-#include "driveline/slaves/msd/core/motion.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
 
@@ -38,14 +38,14 @@ class ModeControl {
   [[nodiscard]] MotionCommand command(const Conditions& conditions) const noexcept;
 
   /// Runs one process data cycle, after source and command were set in the motion. \rtsafe
-  void step(const Conditions& conditions, Motion& motion) noexcept;
+  void step(const Conditions& conditions, DriveMotion& motion) noexcept;
   /// Runs one control cycle of the homing mode; returns true when homing has failed in it. While the axis is halted,
   /// homing still evaluates switches and index pulse, but its time-out does not advance. \rtsafe
-  [[nodiscard]] bool step_homing(const InputSignals& inputs, Motion& motion,
+  [[nodiscard]] bool step_homing(const InputSignals& inputs, DriveMotion& motion,
                                  std::chrono::nanoseconds time_out) noexcept;
 
   /// Returns bits 10, 12 and 13 of the status word, where the mode determines them. \rtsafe
-  [[nodiscard]] std::uint16_t status_bits(const Motion& motion) const noexcept;
+  [[nodiscard]] std::uint16_t status_bits(const DriveMotion& motion) const noexcept;
   /// Whether a target or a speed was limited. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return limited_; }
   /// Returns the homing, for its state and failure. \rtsafe
@@ -56,16 +56,17 @@ class ModeControl {
   void reset() noexcept;
 
  private:
-  void enter(const Conditions& conditions, Motion& motion) noexcept;
-  void step_profile_position(const Conditions& conditions, Motion& motion, bool resume) noexcept;
-  void step_profile_velocity(Motion& motion, bool resume) noexcept;
-  void step_velocity(std::uint16_t control_word, Motion& motion, bool resume) noexcept;
-  [[nodiscard]] double velocity_mode_unit(const Motion& motion) const noexcept;
-  void start_homing(const Conditions& conditions, Motion& motion) noexcept;
-  void update_reached(const Motion& motion) noexcept;
-  [[nodiscard]] std::int64_t destination(const SetpointHandshake::Setpoint& setpoint, const Motion& motion) noexcept;
-  [[nodiscard]] HomingInputs homing_inputs(const InputSignals& inputs, const Motion& motion) const noexcept;
-  [[nodiscard]] ProfileLimits profile_limits(const Motion& motion) const noexcept;
+  void enter(const Conditions& conditions, DriveMotion& motion) noexcept;
+  void step_profile_position(const Conditions& conditions, DriveMotion& motion, bool resume) noexcept;
+  void step_profile_velocity(DriveMotion& motion, bool resume) noexcept;
+  void step_velocity(std::uint16_t control_word, DriveMotion& motion, bool resume) noexcept;
+  [[nodiscard]] double velocity_mode_unit(const DriveMotion& motion) const noexcept;
+  void start_homing(const Conditions& conditions, DriveMotion& motion) noexcept;
+  void update_reached(const DriveMotion& motion) noexcept;
+  [[nodiscard]] std::int64_t destination(const SetpointHandshake::Setpoint& setpoint,
+                                         const DriveMotion& motion) noexcept;
+  [[nodiscard]] HomingInputs homing_inputs(const InputSignals& inputs, const DriveMotion& motion) const noexcept;
+  [[nodiscard]] GeneratorLimits profile_limits(const DriveMotion& motion) const noexcept;
   [[nodiscard]] double value(Slot<std::uint32_t> slot) const noexcept { return dictionary_->get(slot); }
 
   const ObjectDictionary* dictionary_;
@@ -84,8 +85,8 @@ class ModeControl {
   SetpointHandshake handshake_;
   std::int64_t target_ = 0;  ///< profile position, not wrapped
   std::optional<std::int32_t> ordered_velocity_;
-  double ordered_speed_ = 0.0;   ///< ordered_velocity_ within its limit
-  ProfileLimits ordered_ramps_;  ///< limits of the ramp to ordered_speed_
+  double ordered_speed_ = 0.0;     ///< ordered_velocity_ within its limit
+  GeneratorLimits ordered_ramps_;  ///< limits of the ramp to ordered_speed_
   HomingSequence homing_;
   HomingSequence::Demand ordered_homing_;
 };

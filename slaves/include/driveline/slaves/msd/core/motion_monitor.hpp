@@ -3,9 +3,9 @@
 #include <chrono>
 #include <optional>
 
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/faults.hpp"
 #include "driveline/slaves/msd/core/mode_control.hpp"
-#include "driveline/slaves/msd/core/motion.hpp"
 #include "driveline/slaves/msd/core/setpoint_rhythm.hpp"
 #include "driveline/slaves/msd/core/terminals.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
@@ -16,7 +16,7 @@ namespace driveline::slaves::msd {
 class MotionMonitor {
  public:
   /// Both references must outlive this.
-  MotionMonitor(const ObjectDictionary& dictionary, const Motion& motion) noexcept
+  MotionMonitor(const ObjectDictionary& dictionary, const DriveMotion& motion) noexcept
       : dictionary_(&dictionary), motion_(&motion) {}
 
   /// Power-on. \rtsafe
@@ -43,7 +43,7 @@ class MotionMonitor {
 
  private:
   const ObjectDictionary* dictionary_;
-  const Motion* motion_;
+  const DriveMotion* motion_;
   SetpointRhythm rhythm_;
   std::chrono::nanoseconds following_error_time_{0};
   bool following_error_ = false;

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <cstdint>
 
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/faults.hpp"
-#include "driveline/slaves/msd/core/motion.hpp"
 #include "driveline/slaves/msd/core/msd_parameters.hpp"
 #include "driveline/slaves/od/object_dictionary.hpp"
 #include "driveline/slaves/plant/dc_link.hpp"
@@ -17,7 +17,7 @@ namespace driveline::slaves::msd {
 class Protection {
  public:
   /// Dictionary and motion must outlive this. Starts cold, with mains.
-  Protection(ObjectDictionary& dictionary, Motion& motion, const MsdParameters& parameters) noexcept;
+  Protection(ObjectDictionary& dictionary, DriveMotion& motion, const MsdParameters& parameters) noexcept;
 
   /// Applies new settings of the dictionary. \rtsafe
   void configure() noexcept;
@@ -59,7 +59,7 @@ class Protection {
   [[nodiscard]] bool motor_temperature_monitored() const noexcept;
 
   ObjectDictionary* dictionary_;
-  Motion* motion_;
+  DriveMotion* motion_;
   DcLink dc_link_;
   ThermalModel thermal_;
   OverloadLimits limits_;

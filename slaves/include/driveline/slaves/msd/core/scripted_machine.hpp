@@ -43,7 +43,7 @@ class ScriptedMachine {
 
   /// Schedules a change of an input at this time; returns false when too many changes wait. \rtsafe
   [[nodiscard]] bool schedule(Input input, bool level, std::chrono::nanoseconds at) noexcept;
-  /// Ends the script or switches of this input (number of a SignalPlace), so that it can be set from outside. \rtsafe
+  /// Ends the script or switches of this input (number of a SignalId), so that it can be set from outside. \rtsafe
   void release(std::size_t input) noexcept;
 
  private:

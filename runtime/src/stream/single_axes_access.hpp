@@ -8,10 +8,10 @@
 namespace driveline::runtime {
 
 /// Gives a StreamHub access to the axes of a line that are commanded by requests.
-class SingleAxesDoor final : public StreamAxes {
+class SingleAxesAccess final : public StreamAxes {
  public:
   /// `axes` must outlive it.
-  explicit SingleAxesDoor(ecat_master::SingleAxes& axes) noexcept : axes_(axes) {}
+  explicit SingleAxesAccess(ecat_master::SingleAxes& axes) noexcept : axes_(axes) {}
 
   [[nodiscard]] View view(std::size_t axis) const noexcept override;
   void follow(std::size_t axis) noexcept override;

@@ -12,14 +12,14 @@ namespace driveline::ecat_master {
 /// Return of an axis to its setpoints after a gap, as fast as its limits permit. It is gentle in CST, where the loops
 /// of the master answer a jump of the acceleration some cycles late, and during a mode change, which also needs part of
 /// the acceleration. A plain value.
-class WayBack {
+class ReturnMotion {
  public:
-  WayBack() = default;
+  ReturnMotion() = default;
   /// Starts at the last setpoint sent.
-  WayBack(const SetpointSupply& supply, const trajectory::AxisLimits& limits) noexcept
-      : WayBack(supply.sent(), supply.sent_velocity(), supply.by_torque(), limits) {}
+  ReturnMotion(const SetpointSupply& supply, const trajectory::AxisLimits& limits) noexcept
+      : ReturnMotion(supply.sent(), supply.sent_velocity(), supply.by_torque(), limits) {}
   /// Starts at this position (rad or m) and velocity (rad/s or m/s), `gently` or not.
-  WayBack(double position, double velocity, bool gently, const trajectory::AxisLimits& limits) noexcept
+  ReturnMotion(double position, double velocity, bool gently, const trajectory::AxisLimits& limits) noexcept
       : limits_(limits),
         gently_(gently),
         rejoin_(position, velocity, limits),

@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "driveline/slaves/msd/core/control_clock.hpp"
-#include "driveline/slaves/msd/core/motion.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 
 namespace driveline::slaves::msd {
 
-void Motion::start_frequency_control() noexcept {
+void DriveMotion::start_frequency_control() noexcept {
   const CurrentLoop& current = motor_.current_loop();
   const double speed = motor_.velocity_rad_s();
   const double electrical = motor_.parameters().pole_pairs * speed;
@@ -18,7 +18,7 @@ void Motion::start_frequency_control() noexcept {
 }
 
 /// The generator determines the frequency; the rotor is not checked (MSD manual 12.2.2).
-void Motion::step_frequency_control(bool brake_closed) noexcept {
+void DriveMotion::step_frequency_control(bool brake_closed) noexcept {
   generator_.step(kControlStepS);
   const double most = settings_.controller.max_velocity_rad_s;
   const double speed = std::clamp(generator_.state().velocity, -most, most);

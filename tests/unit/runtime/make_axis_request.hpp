@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 
 namespace driveline::runtime {
 

@@ -21,7 +21,7 @@ struct GroupOutputLimits {
 };
 
 /// Limits of a group of up to trajectory::kMaxGroupAxes axes for the check of its moves.
-struct WayLimits {
+struct MoveLimits {
   events::EventGroup group;  ///< names and units
   /// Range of each axis, as requests count; none: no limits.
   std::vector<std::optional<trajectory::PositionRange>> ranges;
@@ -31,18 +31,19 @@ struct WayLimits {
 
 /// Returns the settings for checks of a machine: its kinematics, and the ranges of its joints. `limits.machine` must
 /// outlive the result.
-[[nodiscard]] trajectory::ContourSettings joint_settings(const WayLimits& limits);
+[[nodiscard]] trajectory::ContourSettings joint_settings(const MoveLimits& limits);
 /// Returns the axes as sentences name them.
 [[nodiscard]] std::vector<trajectory::NamedAxis> named_axes(const events::EventGroup& group);
 /// Checks the outputs of a move; none: nothing is wrong.
-[[nodiscard]] std::optional<GroupRefusal> check_outputs(const WayLimits& limits, const trajectory::PathMove& move);
+[[nodiscard]] std::optional<GroupRefusal> check_outputs(const MoveLimits& limits, const trajectory::PathMove& move);
 
 /// Returns the end of a move, at which the next one starts.
 [[nodiscard]] const trajectory::GroupVector& end_of(const trajectory::PathMove& move);
 
 /// Checks a move in absolute positions that starts at `from`: its shape, the software limits, whether the machine can
 /// reach it, and its outputs. None: nothing is wrong.
-[[nodiscard]] std::optional<GroupRefusal> check_way(const WayLimits& limits, const trajectory::GroupVector& from,
-                                                    const trajectory::PathMove& move);
+[[nodiscard]] std::optional<GroupRefusal> check_group_move(const MoveLimits& limits,
+                                                           const trajectory::GroupVector& from,
+                                                           const trajectory::PathMove& move);
 
 }  // namespace driveline::runtime

@@ -1,6 +1,6 @@
 // Requests to groups of axes of a line on virtual time: permitted callers, refusals, and the group staying on its path
 // whatever happens to the caller.
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 
 #include <gmock/gmock.h>
 
@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
-#include "axis_requests.hpp"
 #include "failure_of.hpp"
+#include "make_axis_request.hpp"
 #include "support/temporary_directory.hpp"
 #include "virtual_line.hpp"
 
@@ -31,17 +31,17 @@ using std::chrono::milliseconds;
 using testing::Contains;
 using testing::HasSubstr;
 using trajectory::PathMove;
-using Verb = GroupRequest::Verb;
+using Verb = ClientGroupRequest::Verb;
 
-GroupRequest ask(Verb verb, double share = 1.0) {
-  GroupRequest request;
+ClientGroupRequest ask(Verb verb, double share = 1.0) {
+  ClientGroupRequest request;
   request.verb = verb;
   request.share = share;
   return request;
 }
 
-GroupRequest move_to(double x, double y, double feed = 0.0) {
-  GroupRequest request;
+ClientGroupRequest move_to(double x, double y, double feed = 0.0) {
+  ClientGroupRequest request;
   request.verb = Verb::kMove;
   request.move.path.target = {x, y};
   request.move.path.feed = feed;
@@ -73,13 +73,13 @@ class Way final : public snapshot::SampleConsumer {
   /// The last point in the group: without power the target is the actual position, off by some increments.
   [[nodiscard]] std::array<double, 2> end() const {
     for (auto i = points.size(); i-- > 0;) {
-      if (states[i] == snapshot::PlcopenState::kSynchronizedMotion) return points[i];
+      if (states[i] == snapshot::SampledPlcopenState::kSynchronizedMotion) return points[i];
     }
     return {-1.0, -1.0};
   }
   std::atomic<std::size_t> count = 0;  // also read while the line runs
   std::vector<std::array<double, 2>> points;
-  std::vector<snapshot::PlcopenState> states;
+  std::vector<snapshot::SampledPlcopenState> states;
 
  private:
   std::array<double, 2> at_{};
@@ -91,7 +91,7 @@ class Hand final : public Observer {
     told.push_back(describe(event));
     events.push_back(event);
   }
-  void look() override {
+  void poll() override {
     if (on_look) on_look();
   }
   std::vector<std::string> told;
@@ -120,12 +120,12 @@ class GroupByHand : public test::TemporaryDirectory {
   }
   [[nodiscard]] GroupState state() { return line->groups().status(0).report->state; }
   [[nodiscard]] double place(std::size_t axis) { return line->groups().status(0).setpoint.at(axis); }
-  [[nodiscard]] std::uint64_t submit(const GroupRequest& request, const std::string& who = "hand") {
+  [[nodiscard]] std::uint64_t submit(const ClientGroupRequest& request, const std::string& who = "hand") {
     const auto taken = line->groups().submit(caller(who), 0, request);
     EXPECT_TRUE(taken) << describe(line->groups().event_group(0), taken.error());
     return taken.value_or(0);
   }
-  [[nodiscard]] std::string refusal(const GroupRequest& request, const std::string& who = "hand") {
+  [[nodiscard]] std::string refusal(const ClientGroupRequest& request, const std::string& who = "hand") {
     const auto taken = line->groups().submit(caller(who), 0, request);
     return taken ? "" : describe(line->groups().event_group(0), taken.error());
   }
@@ -222,7 +222,7 @@ TEST_F(GroupByHand, MovesStraightAndTellsOfIt) {
   });
   EXPECT_EQ(failure_of(report), "");
   EXPECT_LT(beside(3.0, 4.0), kOnThePath);
-  EXPECT_THAT(way.states, Contains(snapshot::PlcopenState::kSynchronizedMotion));
+  EXPECT_THAT(way.states, Contains(snapshot::SampledPlcopenState::kSynchronizedMotion));
   EXPECT_THAT(hand.told, Contains("hand: group plotter: move to x 30 mm, y 40 mm, feed 50 mm/s"));
   EXPECT_THAT(hand.told, Contains("hand: group plotter: enable"));
 }

@@ -1,4 +1,4 @@
-#include "driveline/runtime/groups/group_door.hpp"
+#include "driveline/runtime/groups/group_requests.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,11 +14,11 @@ using ecat_master::GroupMove;
 using ecat_master::GroupState;
 using ecat_master::RequestPhase;
 using trajectory::PathMove;
-using Verb = GroupRequest::Verb;
+using Verb = ClientGroupRequest::Verb;
 using Why = GroupRefusal::Why;
 
 /// Resolution of tool positions, m and rad: finer differences are rounding errors of the kinematics.
-constexpr double kGrain = 1e-12;
+constexpr double kToolResolution = 1e-12;
 
 /// Whether the request is a stop, which any client may send.
 bool stops(Verb verb) noexcept {
@@ -100,7 +100,7 @@ GroupMove absolute(GroupMove move, const std::vector<double>& from) {
 }  // namespace
 
 /// Data of a group in addition to its own report.
-struct GroupDoor::Group {
+struct GroupRequests::Group {
   /// Position at the end of the accepted requests; none: unknown while the group comes to rest.
   std::optional<std::vector<double>> place;
   bool halted = false;  ///< halted by this object since its last move
@@ -109,39 +109,40 @@ struct GroupDoor::Group {
   std::uint64_t newest = 0;
 };
 
-GroupDoor::GroupDoor(const std::vector<AxisGroupConfig>& groups, AxisDoor& axes) : configs_(groups), door_(axes) {
+GroupRequests::GroupRequests(const std::vector<AxisGroupConfig>& groups, AxisRequests& axes)
+    : configs_(groups), axis_requests_(axes) {
   for (std::size_t i = 0; i < groups.size(); ++i) groups_.push_back(std::make_unique<Group>());
-  if (!groups.empty()) door_.guard(this);
+  if (!groups.empty()) axis_requests_.guard(this);
 }
 
-GroupDoor::~GroupDoor() {
-  door_.guard(nullptr);
+GroupRequests::~GroupRequests() {
+  axis_requests_.guard(nullptr);
 }
 
-void GroupDoor::open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes,
-                     std::vector<std::vector<GroupOutputLimits>> outputs) {
+void GroupRequests::open(ecat_master::AxisGroups& groups, ecat_master::SingleAxes& axes,
+                         std::vector<std::vector<GroupOutputLimits>> outputs) {
   const std::lock_guard guard(lock_);
   outputs_ = std::move(outputs);
   running_ = &groups;
   single_ = &axes;
 }
 
-void GroupDoor::close() {
+void GroupRequests::close() {
   const std::lock_guard guard(lock_);
   running_ = nullptr;
   single_ = nullptr;
   pending_.clear();
 }
 
-std::vector<EventFacts> GroupDoor::take_events() {
+std::vector<EventFacts> GroupRequests::take_events() {
   const std::lock_guard guard(lock_);
   return std::exchange(events_, {});
 }
 
-events::EventGroup GroupDoor::event_group(std::size_t group) const {
+events::EventGroup GroupRequests::event_group(std::size_t group) const {
   const auto& config = configs_.at(group);
   events::EventGroup made{config.name, {}, {}};
-  for (const auto axis : config.axes) made.axes.push_back(events::event_axis(door_.axes().at(axis)));
+  for (const auto axis : config.axes) made.axes.push_back(events::event_axis(axis_requests_.axes().at(axis)));
   made.coordinates = made.axes;
   if (!config.machine) return made;
   const auto coordinates = config.machine->coordinates(named_axes(made));
@@ -153,8 +154,8 @@ events::EventGroup GroupDoor::event_group(std::size_t group) const {
   return made;
 }
 
-tl::expected<std::uint64_t, GroupRefusal> GroupDoor::submit(const AxisCaller& caller, std::size_t group,
-                                                            const GroupRequest& request) {
+tl::expected<std::uint64_t, GroupRefusal> GroupRequests::submit(const AxisCaller& caller, std::size_t group,
+                                                                const ClientGroupRequest& request) {
   const std::lock_guard guard(lock_);
   if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
   auto submitted = try_to_submit(caller, group, request);
@@ -164,12 +165,12 @@ tl::expected<std::uint64_t, GroupRefusal> GroupDoor::submit(const AxisCaller& ca
   return submitted;
 }
 
-tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_submit(const AxisCaller& caller, std::size_t group,
-                                                                   const GroupRequest& request) {
+tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_submit(const AxisCaller& caller, std::size_t group,
+                                                                       const ClientGroupRequest& request) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
   if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
-  constexpr double kMostShare = 2.0;
-  if (request.verb == Verb::kOverride && !(request.share >= 0.0 && request.share <= kMostShare)) {
+  constexpr double kMaxShare = 2.0;
+  if (request.verb == Verb::kOverride && !(request.share >= 0.0 && request.share <= kMaxShare)) {
     auto refusal = refuse(Why::kShare);
     refusal.value = request.share;
     return tl::unexpected(std::move(refusal));
@@ -191,7 +192,8 @@ tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_submit(const AxisCal
 }
 
 /// Submits the move of a request.
-tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_move(std::size_t group, const GroupRequest& request) {
+tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_move(std::size_t group,
+                                                                     const ClientGroupRequest& request) {
   find_place(group);
   auto move = request.move;
   const auto& place = groups_[group]->place;
@@ -208,14 +210,14 @@ tl::expected<std::uint64_t, GroupRefusal> GroupDoor::try_to_move(std::size_t gro
   return running_->move(group, move);
 }
 
-std::vector<double> GroupDoor::joints_of(std::size_t group) const {
+std::vector<double> GroupRequests::joints_of(std::size_t group) const {
   std::vector<double> joints;
   for (const auto axis : configs_[group].axes) joints.push_back(single_->axis_report(axis).setpoint);
   return joints;
 }
 
 /// Returns the position in the coordinates of the moves; empty: the machine has no solution.
-std::vector<double> GroupDoor::place_of(std::size_t group) const {
+std::vector<double> GroupRequests::place_of(std::size_t group) const {
   auto place = joints_of(group);
   const auto& machine = configs_[group].machine;
   if (!machine) return place;
@@ -223,12 +225,13 @@ std::vector<double> GroupDoor::place_of(std::size_t group) const {
   std::copy(place.begin(), place.end(), joints.begin());
   auto tool = joints;
   if (!machine->kinematics().forward(joints, tool)) return {};
-  for (std::size_t i = 0; i < place.size(); ++i) place[i] = std::round(tool.at(i) / kGrain) * kGrain + 0.0;  // no -0
+  for (std::size_t i = 0; i < place.size(); ++i)
+    place[i] = std::round(tool.at(i) / kToolResolution) * kToolResolution + 0.0;  // no -0
   return place;
 }
 
 /// At standstill without pending moves, sets the planned position to the actual setpoint of the axes, or of their tool.
-void GroupDoor::find_place(std::size_t group) {
+void GroupRequests::find_place(std::size_t group) {
   if (!rests(group)) return;
   auto place = place_of(group);
   if (place.empty()) {
@@ -238,7 +241,7 @@ void GroupDoor::find_place(std::size_t group) {
   }
 }
 
-bool GroupDoor::rests(std::size_t group) const {
+bool GroupRequests::rests(std::size_t group) const {
   if (running_ == nullptr || running_->group_report(group).state == GroupState::kMoving) return false;
   return std::none_of(pending_.begin(), pending_.end(), [&](const Pending& pending) {
     const bool moves = !pending.request || pending.request->verb == Verb::kMove;
@@ -246,11 +249,11 @@ bool GroupDoor::rests(std::size_t group) const {
   });
 }
 
-WayLimits GroupDoor::limits_of(std::size_t group) const {
-  WayLimits limits{event_group(group), {}, configs_[group].machine, {}};
+MoveLimits GroupRequests::limits_of(std::size_t group) const {
+  MoveLimits limits{event_group(group), {}, configs_[group].machine, {}};
   if (group < outputs_.size()) limits.outputs = outputs_[group];
   for (const auto axis : configs_[group].axes) {
-    const auto& range = door_.axes()[axis].software_limits;
+    const auto& range = axis_requests_.axes()[axis].software_limits;
     const double offset = single_ == nullptr ? 0.0 : single_->axis_report(axis).position_offset;
     limits.ranges.push_back(range ? std::optional(trajectory::PositionRange{range->min + offset, range->max + offset})
                                   : std::nullopt);
@@ -259,7 +262,7 @@ WayLimits GroupDoor::limits_of(std::size_t group) const {
 }
 
 /// Checks a move as far as its start is known. `goes_on`: it starts at the end of the preceding move.
-GroupDoor::Refused GroupDoor::check_move(std::size_t group, const GroupMove& move, bool goes_on) {
+GroupRequests::Refused GroupRequests::check_move(std::size_t group, const GroupMove& move, bool goes_on) {
   auto& state = *groups_[group];
   const auto axes = configs_[group].axes.size();
   const bool known = state.place && (goes_on || rests(group));
@@ -274,14 +277,15 @@ GroupDoor::Refused GroupDoor::check_move(std::size_t group, const GroupMove& mov
   if (known && axes <= trajectory::kMaxGroupAxes) {
     trajectory::GroupVector from{};
     std::copy(state.place->begin(), state.place->end(), from.begin());
-    if (auto wrong = check_way(limits, from, there.path)) return wrong;
+    if (auto wrong = check_group_move(limits, from, there.path)) return wrong;
   }
   state.place = coordinates(there, axes);
   return std::nullopt;
 }
 
-tl::expected<TakenMoves, GroupRefusal> GroupDoor::add_moves(const AxisCaller& caller, std::size_t group,
-                                                            std::span<const PathMove> moves, bool begins, bool ends) {
+tl::expected<TakenMoves, GroupRefusal> GroupRequests::add_moves(const AxisCaller& caller, std::size_t group,
+                                                                std::span<const PathMove> moves, bool begins,
+                                                                bool ends) {
   const std::lock_guard guard(lock_);
   if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
   auto taken = try_to_add(caller, group, moves, begins, ends);
@@ -293,8 +297,9 @@ tl::expected<TakenMoves, GroupRefusal> GroupDoor::add_moves(const AxisCaller& ca
   return taken;
 }
 
-tl::expected<TakenMoves, GroupRefusal> GroupDoor::try_to_add(const AxisCaller& caller, std::size_t group,
-                                                             std::span<const PathMove> moves, bool begins, bool ends) {
+tl::expected<TakenMoves, GroupRefusal> GroupRequests::try_to_add(const AxisCaller& caller, std::size_t group,
+                                                                 std::span<const PathMove> moves, bool begins,
+                                                                 bool ends) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
   if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
   if (auto refused = take(caller, group)) return tl::unexpected(std::move(*refused));
@@ -330,17 +335,17 @@ tl::expected<TakenMoves, GroupRefusal> GroupDoor::try_to_add(const AxisCaller& c
 }
 
 /// Whether the next moves would not start at the end of the path.
-bool GroupDoor::broken(std::size_t group, const AxisCaller& caller) const {
+bool GroupRequests::broken(std::size_t group, const AxisCaller& caller) const {
   const auto& state = *groups_[group];
   const auto phase = running_->report(state.newest).phase;
   return state.path_of != caller.name || phase == RequestPhase::kAborted || phase == RequestPhase::kError;
 }
 
-GroupDoor::Refused GroupDoor::moved_together(std::size_t group) const {
+GroupRequests::Refused GroupRequests::moved_together(std::size_t group) const {
   LeaseTerms terms;
   terms.take_over = true;
   for (const auto axis : configs_[group].axes) {
-    const auto free = door_.authority().check(axis, terms);
+    const auto free = axis_requests_.authority().check(axis, terms);
     if (free) continue;
     auto refusal = refuse(Why::kMovedTogether);
     refusal.owner = free.error().owner;
@@ -349,58 +354,60 @@ GroupDoor::Refused GroupDoor::moved_together(std::size_t group) const {
   return std::nullopt;
 }
 
-GroupDoor::Refused GroupDoor::foreign(const AxisCaller& caller, std::size_t axis) const {
-  const auto owner = door_.authority().owner_of(axis);
+GroupRequests::Refused GroupRequests::foreign(const AxisCaller& caller, std::size_t axis) const {
+  const auto owner = axis_requests_.authority().owner_of(axis);
   if (owner.empty() || owner == caller.name || caller.take_over) return std::nullopt;
   auto refusal = refuse(Why::kOwned);
   refusal.owner = owner;
-  refusal.axis = events::event_axis(door_.axes().at(axis));
+  refusal.axis = events::event_axis(axis_requests_.axes().at(axis));
   return refusal;
 }
 
 /// Takes the leases of all axes, or of none.
-GroupDoor::Refused GroupDoor::take(const AxisCaller& caller, std::size_t group) {
+GroupRequests::Refused GroupRequests::take(const AxisCaller& caller, std::size_t group) {
   for (const auto axis : configs_[group].axes) {
     if (auto refused = foreign(caller, axis)) return refused;
   }
-  auto terms = door_.terms_of(caller);
+  auto terms = axis_requests_.terms_of(caller);
   terms.take_over = caller.take_over;
   for (const auto axis : configs_[group].axes) {
-    if (door_.authority().take(axis, terms)) continue;
+    if (axis_requests_.authority().take(axis, terms)) continue;
     auto refused = foreign(caller, axis);
     return refused ? std::move(refused) : refuse(Why::kOwned);
   }
   return std::nullopt;
 }
 
-GroupRefusal GroupDoor::of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
-                                 std::uint64_t request) const {
+GroupRefusal GroupRequests::of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
+                                     std::uint64_t request) const {
   if (report.error == GroupError::kBadMove) return bad_move(running_->refusal(request));
   auto refusal = refuse(Why::kByGroup);
   refusal.error = report.error;
   // The following errors in the enumeration are errors of an axis, too.
   const bool of_axis = report.error >= GroupError::kAxisNotEnabled;
-  if (of_axis && report.axis < door_.axes().size()) refusal.axis = events::event_axis(door_.axes()[report.axis]);
+  if (of_axis && report.axis < axis_requests_.axes().size())
+    refusal.axis = events::event_axis(axis_requests_.axes()[report.axis]);
   if (report.error != GroupError::kAxisFailed) return refusal;
   const auto state = running_->group_report(group);
   return state.failed_axis == report.axis ? refusal_of(state) : refusal;
 }
 
-GroupRefusal GroupDoor::refusal_of(const ecat_master::GroupReport& report) const {
+GroupRefusal GroupRequests::refusal_of(const ecat_master::GroupReport& report) const {
   auto refusal = refuse(Why::kByGroup);
   refusal.error = report.error;
-  if (report.failed_axis < door_.axes().size()) refusal.axis = events::event_axis(door_.axes()[report.failed_axis]);
+  if (report.failed_axis < axis_requests_.axes().size())
+    refusal.axis = events::event_axis(axis_requests_.axes()[report.failed_axis]);
   refusal.axis_error = report.axis_error;
   refusal.error_code = report.error_code;
   return refusal;
 }
 
-GroupProgress GroupDoor::progress(std::size_t group, std::uint64_t request) const {
+GroupProgress GroupRequests::progress(std::size_t group, std::uint64_t request) const {
   const std::lock_guard guard(lock_);
   return progress_of(group, request);
 }
 
-GroupProgress GroupDoor::progress_of(std::size_t group, std::uint64_t request) const {
+GroupProgress GroupRequests::progress_of(std::size_t group, std::uint64_t request) const {
   if (running_ == nullptr) {
     GroupProgress over;
     over.report.phase = RequestPhase::kAborted;
@@ -412,14 +419,14 @@ GroupProgress GroupDoor::progress_of(std::size_t group, std::uint64_t request) c
   return progress;
 }
 
-GroupStatus GroupDoor::status(std::size_t group) const {
+GroupStatus GroupRequests::status(std::size_t group) const {
   const std::lock_guard guard(lock_);
   const auto& axes = configs_.at(group).axes;
   GroupStatus status;
   status.limits = limits_of(group);
-  status.owner = door_.authority().owner_of(axes.front());
+  status.owner = axis_requests_.authority().owner_of(axes.front());
   for (const auto axis : axes) {
-    if (door_.authority().owner_of(axis) != status.owner) status.owner.clear();
+    if (axis_requests_.authority().owner_of(axis) != status.owner) status.owner.clear();
   }
   if (running_ == nullptr) return status;
   status.report = running_->group_report(group);
@@ -429,21 +436,21 @@ GroupStatus GroupDoor::status(std::size_t group) const {
   return status;
 }
 
-void GroupDoor::leave(const std::string& caller, bool stop) {
+void GroupRequests::leave(const std::string& caller, bool stop) {
   if (!stop) return;
   const std::lock_guard guard(lock_);
   for (std::size_t group = 0; group < groups_.size(); ++group) {
     const auto& axes = configs_[group].axes;
-    const auto his = [&](std::size_t axis) { return door_.authority().holds(axis, caller); };
+    const auto his = [&](std::size_t axis) { return axis_requests_.authority().holds(axis, caller); };
     if (std::any_of(axes.begin(), axes.end(), his)) halt(group);
   }
 }
 
-void GroupDoor::release(const std::string& caller, std::size_t group) {
-  for (const auto axis : configs_.at(group).axes) door_.authority().release(axis, caller);
+void GroupRequests::release(const std::string& caller, std::size_t group) {
+  for (const auto axis : configs_.at(group).axes) axis_requests_.authority().release(axis, caller);
 }
 
-void GroupDoor::halt(std::size_t group) {
+void GroupRequests::halt(std::size_t group) {
   if (running_ == nullptr || groups_[group]->halted) return;
   if (running_->group_report(group).state != GroupState::kMoving && rests(group)) return;
   groups_[group]->halted = true;
@@ -452,8 +459,8 @@ void GroupDoor::halt(std::size_t group) {
   static_cast<void>(running_->submit(group, {GroupCommand::kHalt, 0.0}));
 }
 
-/// Called with the lock of the AxisDoor held.
-bool GroupDoor::bring_to_rest(std::size_t axis) {
+/// Called with the lock of the AxisRequests held.
+bool GroupRequests::bring_to_rest(std::size_t axis) {
   const std::lock_guard guard(lock_);
   if (running_ == nullptr) return false;
   for (std::size_t group = 0; group < groups_.size(); ++group) {
@@ -467,14 +474,14 @@ bool GroupDoor::bring_to_rest(std::size_t axis) {
   return false;
 }
 
-/// Called with the lock of the AxisDoor held.
-bool GroupDoor::waits_for(const std::string& caller) {
+/// Called with the lock of the AxisRequests held.
+bool GroupRequests::waits_for(const std::string& caller) {
   const std::lock_guard guard(lock_);
   return std::any_of(pending_.begin(), pending_.end(),
                      [&](const Pending& pending) { return pending.caller.name == caller; });
 }
 
-void GroupDoor::watch() {
+void GroupRequests::watch() {
   const std::lock_guard guard(lock_);
   if (running_ == nullptr) return;
   std::erase_if(pending_, [this](Pending& pending) {

@@ -1,4 +1,4 @@
-#include "driveline/slaves/msd/core/motion.hpp"
+#include "driveline/slaves/msd/core/drive_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ constexpr std::uint32_t kBridgedSetpoints = 8;
 
 }  // namespace
 
-Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexcept
+DriveMotion::DriveMotion(const MotorParameters& motor, double initial_position_rad) noexcept
     : motor_(motor, kControlStepS, initial_position_rad),
       controller_({}, kControlStepS),
       frequency_control_(kControlStepS) {
@@ -31,7 +31,7 @@ Motion::Motion(const MotorParameters& motor, double initial_position_rad) noexce
   motor_.set_power_stage(false);
 }
 
-void Motion::configure(const MotionSettings& settings) noexcept {
+void DriveMotion::configure(const MotionSettings& settings) noexcept {
   const double before = ramp_rad_s2();
   settings_ = settings;
   if (ramping_ && (ramp_rad_s2() < before || ramp_rad_s2() > before)) run_ramp();
@@ -49,31 +49,31 @@ void Motion::configure(const MotionSettings& settings) noexcept {
   torque_.set_limits(0, 0.0);
 }
 
-double Motion::measured_position_rad() const noexcept {
+double DriveMotion::measured_position_rad() const noexcept {
   return static_cast<double>(motor_.encoder_count()) * motor_.radians_per_increment();
 }
 
-std::int64_t Motion::position() const noexcept {
+std::int64_t DriveMotion::position() const noexcept {
   return position_at(motor_.encoder_count());
 }
 
 /// Converts position units to radians of the motor shaft.
-double Motion::to_rad(double position) const noexcept {
+double DriveMotion::to_rad(double position) const noexcept {
   return position * settings_.scaling.position_rad + static_cast<double>(zero_) * motor_.radians_per_increment();
 }
 
-double Motion::torque_of(double permille) const noexcept {
+double DriveMotion::torque_of(double permille) const noexcept {
   return permille * 1e-3 * settings_.rated_torque_nm;
 }
 
-void Motion::set(const Setpoints& setpoints) noexcept {
+void DriveMotion::set(const Setpoints& setpoints) noexcept {
   setpoints_ = setpoints;
   if (command_ == MotionCommand::kFollow) return push_setpoints();
   // Records the age of the setpoint, for a drive that is switched on later.
   steps_since_sample_ = 0;
 }
 
-void Motion::push_setpoints() noexcept {
+void DriveMotion::push_setpoints() noexcept {
   const bool on_time = steps_since_sample_ + 1 >= settings_.steps_per_setpoint &&
                        steps_since_sample_ <= settings_.steps_per_setpoint + 1;
   samples_on_time_ = on_time ? std::min(samples_on_time_ + 1, kSamplesForSynchronism) : 0;
@@ -84,7 +84,7 @@ void Motion::push_setpoints() noexcept {
   if (source_ != MotionSource::kCyclicPosition) return;
   // Position setpoints wrap around at the ends of their range; the shorter distance applies.
   target_position_ =
-      settings_.range.destination(target_position_, setpoints_.position, PositionRange::Direction::kShortest);
+      settings_.range.destination(target_position_, setpoints_.position, PositionRangeLimit::Direction::kShortest);
   std::int64_t target = target_position_;
   limited_ = false;
   if (settings_.position_limited) {
@@ -98,47 +98,47 @@ void Motion::push_setpoints() noexcept {
   position_.push(to_rad(static_cast<double>(target)), setpoints_.velocity_offset * settings_.scaling.velocity_rad_s);
 }
 
-bool Motion::synchronised() const noexcept {
+bool DriveMotion::synchronised() const noexcept {
   return samples_on_time_ == kSamplesForSynchronism && steps_since_sample_ <= settings_.steps_per_setpoint + 1;
 }
 
-void Motion::move_to(std::int64_t position, const ProfileLimits& limits) noexcept {
+void DriveMotion::move_to(std::int64_t position, const GeneratorLimits& limits) noexcept {
   generator_.move_to(to_rad(static_cast<double>(position)), limits);
 }
 
-void Motion::run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept {
+void DriveMotion::run_at(double velocity_rad_s, const GeneratorLimits& limits) noexcept {
   generator_.run_at(velocity_rad_s, limits);
 }
 
-void Motion::stand() noexcept {
+void DriveMotion::stand() noexcept {
   generator_.run_at(0.0, {1.0, settings_.slow_down_rad_s2, settings_.slow_down_rad_s2, settings_.jerk_time_s});
 }
 
 /// Returns the deceleration of the active braking ramp.
-double Motion::ramp_rad_s2() const noexcept {
+double DriveMotion::ramp_rad_s2() const noexcept {
   return command_ == MotionCommand::kSlowDownRamp ? settings_.slow_down_rad_s2 : settings_.quick_stop_rad_s2;
 }
 
-void Motion::run_ramp() noexcept {
+void DriveMotion::run_ramp() noexcept {
   generator_.run_at(0.0, {1.0, ramp_rad_s2(), ramp_rad_s2(), ramp_jerk_time_s_});
 }
 
-void Motion::freeze() noexcept {
+void DriveMotion::freeze() noexcept {
   generator_.reset({generator_.state().position, generator_.state().velocity, 0.0});
 }
 
-void Motion::set_zero(std::int64_t increments) noexcept {
+void DriveMotion::set_zero(std::int64_t increments) noexcept {
   zero_ = increments;
   target_position_ = allowed_position_ = position();
 }
 
-void Motion::restart_encoder() noexcept {
+void DriveMotion::restart_encoder() noexcept {
   if (motor_.parameters().encoder_turns != MotorParameters::kAllTurns) set_zero(motor_.power_on_origin());
 }
 
 /// Returns the start of the next movement: the measured position with the present speed setpoint and the acceleration
 /// of the demand, so that the next ramp continues them. If the axis cannot follow, returns its measured speed.
-ProfileState Motion::motion_in_force() const noexcept {
+ProfileState DriveMotion::motion_in_force() const noexcept {
   const ProfileState measured{measured_position_rad(), controller_.measured_velocity_rad_s(), 0.0};
   const bool ramp = command_ == MotionCommand::kSlowDownRamp || command_ == MotionCommand::kQuickStopRamp;
   if (by_frequency_ || controller_.limited() || (command_ != MotionCommand::kFollow && !ramp)) return measured;
@@ -152,7 +152,7 @@ ProfileState Motion::motion_in_force() const noexcept {
   return source_ == MotionSource::kCyclicVelocity ? with(velocity_.velocity()) : measured;
 }
 
-void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) noexcept {
+void DriveMotion::take_over(MotionCommand command, MotionSource source, bool smooth) noexcept {
   const bool ramp = command == MotionCommand::kSlowDownRamp || command == MotionCommand::kQuickStopRamp;
   const bool by_frequency =
       (command == MotionCommand::kFollow && source == MotionSource::kProfileFrequency) || (ramp && by_frequency_);
@@ -197,33 +197,34 @@ void Motion::take_over(MotionCommand command, MotionSource source, bool smooth) 
 }
 
 /// The measured speed lags by its filter. If the position setpoint implies nearly the same speed, that is used.
-double Motion::speed_towards_setpoint(double speed, std::uint32_t since) const noexcept {
-  const auto target = settings_.range.destination(position(), setpoints_.position, PositionRange::Direction::kShortest);
+double DriveMotion::speed_towards_setpoint(double speed, std::uint32_t since) const noexcept {
+  const auto target =
+      settings_.range.destination(position(), setpoints_.position, PositionRangeLimit::Direction::kShortest);
   const double steps = position_.periods_ahead() * settings_.steps_per_setpoint - since;
   if (!(steps > 0.0)) return speed;
   const double asked = (to_rad(static_cast<double>(target)) - measured_position_rad()) / (steps * kControlStepS);
   return std::abs(asked - speed) <= settings_.quick_stop_rad_s2 * kSpeedLagS ? asked : speed;
 }
 
-double Motion::speed_feed_forward(double internal_rad_s) const noexcept {
+double DriveMotion::speed_feed_forward(double internal_rad_s) const noexcept {
   const double speed = settings_.external_speed_feed_forward
                            ? setpoints_.velocity_offset * settings_.scaling.velocity_rad_s
                            : internal_rad_s;
   return settings_.speed_feed_forward * speed;
 }
 
-double Motion::torque_feed_forward(double acceleration_rad_s2) const noexcept {
+double DriveMotion::torque_feed_forward(double acceleration_rad_s2) const noexcept {
   return settings_.external_torque_feed_forward
              ? settings_.torque_feed_forward * torque_of(setpoints_.torque_offset_permille)
              : internal_torque(acceleration_rad_s2);
 }
 
-double Motion::internal_torque(double acceleration_rad_s2) const noexcept {
+double DriveMotion::internal_torque(double acceleration_rad_s2) const noexcept {
   return settings_.torque_feed_forward * settings_.feed_forward_inertia_kg_m2 * acceleration_rad_s2;
 }
 
 /// The measured position is that at the start of the step, and so is the position that it is compared with.
-double Motion::follow_position() noexcept {
+double DriveMotion::follow_position() noexcept {
   const double reference_rad = position_.value();
   position_.step();
   return controller_.step({Loop::kPosition, reference_rad, speed_feed_forward(position_.velocity()),
@@ -231,14 +232,14 @@ double Motion::follow_position() noexcept {
 }
 
 /// In velocity mode there is no internal feed-forward: the offsets act only if they are selected as external sources.
-double Motion::follow_velocity() noexcept {
+double DriveMotion::follow_velocity() noexcept {
   velocity_.step();
   return controller_.step(
       {Loop::kVelocity, 0.0, velocity_.value() + speed_feed_forward(0.0), torque_feed_forward(0.0)});
 }
 
 /// Limits the torque so that the axis approaches the maximum speed (6080h) smoothly and is not driven beyond it.
-double Motion::follow_torque() noexcept {
+double DriveMotion::follow_torque() noexcept {
   torque_.step();
   double torque = torque_.value() + torque_of(setpoints_.torque_offset_permille);
   const double speed = controller_.measured_velocity_rad_s();
@@ -250,7 +251,7 @@ double Motion::follow_torque() noexcept {
 }
 
 /// The profile generator feeds forward its own speed and acceleration (Device Help 8: it gives the pre-control).
-double Motion::follow_profile_position() noexcept {
+double DriveMotion::follow_profile_position() noexcept {
   const double reference_rad = generator_.state().position;
   generator_.step(kControlStepS);
   const ProfileState& state = generator_.state();
@@ -258,26 +259,26 @@ double Motion::follow_profile_position() noexcept {
                            internal_torque(state.acceleration)});
 }
 
-double Motion::follow_profile_velocity() noexcept {
+double DriveMotion::follow_profile_velocity() noexcept {
   generator_.step(kControlStepS);
   const ProfileState& state = generator_.state();
   return controller_.step({Loop::kVelocity, 0.0, state.velocity, internal_torque(state.acceleration)});
 }
 
-double Motion::inertia() const noexcept {
+double DriveMotion::inertia() const noexcept {
   return settings_.feed_forward_inertia_kg_m2 > 0.0 ? settings_.feed_forward_inertia_kg_m2
                                                     : motor_.parameters().inertia_kg_m2;
 }
 
 /// The speed loop continues with the present torque.
-void Motion::start_limit_stop() noexcept {
+void DriveMotion::start_limit_stop() noexcept {
   stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
   torque_demand_nm_ = controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, 0.0});
 }
 
 /// Brakes with the maximum torque, then with so much less that the axis comes to rest without reversing: the speed
 /// setpoint follows the axis while the torque is at its limit, then decays to zero with a time constant (ours).
-double Motion::stop_at_limit() noexcept {
+double DriveMotion::stop_at_limit() noexcept {
   const double most = settings_.controller.max_torque_nm / inertia();
   const double time_s = std::max(kStopShare * settings_.controller.velocity_reset_s, kStopAtLeastS);
   if (controller_.limited()) stop_velocity_rad_s_ = controller_.measured_velocity_rad_s();
@@ -286,7 +287,7 @@ double Motion::stop_at_limit() noexcept {
   return controller_.step({Loop::kVelocity, 0.0, stop_velocity_rad_s_, -inertia() * deceleration});
 }
 
-double Motion::follow() noexcept {
+double DriveMotion::follow() noexcept {
   switch (source_) {
     case MotionSource::kCyclicPosition:
       return follow_position();
@@ -305,11 +306,11 @@ double Motion::follow() noexcept {
   return controller_.step({Loop::kVelocity, 0.0, 0.0, 0.0});
 }
 
-void Motion::select(MotionCommand command, MotionSource source, bool smooth) noexcept {
+void DriveMotion::select(MotionCommand command, MotionSource source, bool smooth) noexcept {
   if (command != command_ || source != source_) take_over(command, source, smooth);
 }
 
-void Motion::step(bool brake_closed) noexcept {
+void DriveMotion::step(bool brake_closed) noexcept {
   controller_.measure(measured_position_rad());
   slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
@@ -335,67 +336,67 @@ void Motion::step(bool brake_closed) noexcept {
   motor_.step(torque_demand_nm_ * demand, brake_closed);
 }
 
-bool Motion::position_controlled() const noexcept {
+bool DriveMotion::position_controlled() const noexcept {
   return command_ == MotionCommand::kFollow &&
          (source_ == MotionSource::kCyclicPosition || source_ == MotionSource::kProfilePosition);
 }
 
-double Motion::position_setpoint_rad() const noexcept {
+double DriveMotion::position_setpoint_rad() const noexcept {
   return source_ == MotionSource::kCyclicPosition ? position_.value() : generator_.state().position;
 }
 
-double Motion::position_demand() const noexcept {
+double DriveMotion::position_demand() const noexcept {
   if (!position_controlled()) return static_cast<double>(position());
   return (position_setpoint_rad() - to_rad(0.0)) / settings_.scaling.position_rad;
 }
 
-double Motion::following_error() const noexcept {
+double DriveMotion::following_error() const noexcept {
   return position_demand() - static_cast<double>(position());
 }
 
-double Motion::following_error_increments() const noexcept {
+double DriveMotion::following_error_increments() const noexcept {
   if (!position_controlled()) return 0.0;
   return (position_setpoint_rad() - measured_position_rad()) / motor_.radians_per_increment();
 }
 
-double Motion::velocity() const noexcept {
+double DriveMotion::velocity() const noexcept {
   return controller_.measured_velocity_rad_s() / settings_.scaling.velocity_rad_s;
 }
 
-double Motion::velocity_demand() const noexcept {
+double DriveMotion::velocity_demand() const noexcept {
   if (command_ == MotionCommand::kOff) return 0.0;
   const double demand = by_frequency_ ? generator_.state().velocity : controller_.velocity_setpoint_rad_s();
   return demand / settings_.scaling.velocity_rad_s;
 }
 
-double Motion::torque_permille() const noexcept {
+double DriveMotion::torque_permille() const noexcept {
   return 1000.0 * torque_nm() / settings_.rated_torque_nm;
 }
 
-double Motion::torque_demand_permille() const noexcept {
+double DriveMotion::torque_demand_permille() const noexcept {
   return 1000.0 * torque_demand_nm_ / settings_.rated_torque_nm;
 }
 
-double Motion::current_permille() const noexcept {
+double DriveMotion::current_permille() const noexcept {
   return 1000.0 * motor_.current_a() / (std::numbers::sqrt2 * settings_.rated_current_a);
 }
 
 /// Through short-circuited cables the full DC link voltage drives the current, in every pulse of the inverter.
-double Motion::phase_current_a(double dc_link_volts) const noexcept {
+double DriveMotion::phase_current_a(double dc_link_volts) const noexcept {
   constexpr double kCableOhm = 0.5;
   if (motor_.short_circuit()) return command_ == MotionCommand::kOff ? 0.0 : dc_link_volts / kCableOhm;
   return motor_.current_a();
 }
 
-bool Motion::standstill() const noexcept {
+bool DriveMotion::standstill() const noexcept {
   return slow_steps_ == kStandstillSteps;
 }
 
-bool Motion::slow() const noexcept {
+bool DriveMotion::slow() const noexcept {
   return std::abs(controller_.measured_velocity_rad_s()) < settings_.standstill_rad_s;
 }
 
-int Motion::direction() const noexcept {
+int DriveMotion::direction() const noexcept {
   constexpr double kStanding = 1e-3;  // rad/s
   double speed = 0.0;
   switch (source_) {
@@ -420,7 +421,7 @@ int Motion::direction() const noexcept {
   return speed > kStanding ? 1 : speed < -kStanding ? -1 : 0;
 }
 
-double Motion::distance_to_target() const noexcept {
+double DriveMotion::distance_to_target() const noexcept {
   switch (source_) {
     case MotionSource::kCyclicPosition:
       return static_cast<double>(target_position_ - position());

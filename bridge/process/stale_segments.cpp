@@ -1,4 +1,4 @@
-#include "left_segments.hpp"
+#include "stale_segments.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -51,7 +51,7 @@ bool remove_if_left(const std::filesystem::path& segment) {
 
 }  // namespace
 
-std::size_t remove_left_segments(const std::filesystem::path& folder) {
+std::size_t remove_stale_segments(const std::filesystem::path& folder) {
   const auto segments = segments_in(folder);
   return static_cast<std::size_t>(std::count_if(segments.begin(), segments.end(), remove_if_left));
 }

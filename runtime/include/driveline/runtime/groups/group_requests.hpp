@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "driveline/ecat_master/group/axis_groups.hpp"
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 #include "driveline/runtime/config/axis_group_config.hpp"
 #include "driveline/runtime/event/event.hpp"
 #include "driveline/runtime/event/group_events.hpp"
-#include "driveline/runtime/groups/group_way.hpp"
+#include "driveline/runtime/groups/group_moves.hpp"
 
 namespace driveline::runtime {
 
@@ -28,7 +28,7 @@ struct GroupProgress {
 
 /// State of a group, and its owner.
 struct GroupStatus {
-  WayLimits limits;                                  ///< name, axes and limits
+  MoveLimits limits;                                 ///< name, axes and limits
   std::string owner;                                 ///< owner of all its axes; empty: none, or several
   std::optional<ecat_master::GroupReport> report{};  ///< none: the line is not running
   /// Setpoint of each axis, rad or m, as requests count; empty: the line is not running.
@@ -45,18 +45,18 @@ struct TakenMoves {
   std::size_t count = 0;
 };
 
-/// Interface for requests to the axis groups of a running line, next to the AxisDoor of its single axes. A request to a
-/// group needs the leases of all its axes, and takes them; any client may send a halt, a stop or a hold. The group of
-/// an owner that is silent, or that leaves without letting its motion finish, comes to rest on its path. Any thread
+/// Interface for requests to the axis groups of a running line, next to the AxisRequests of its single axes. A request
+/// to a group needs the leases of all its axes, and takes them; any client may send a halt, a stop or a hold. The group
+/// of an owner that is silent, or that leaves without letting its motion finish, comes to rest on its path. Any thread
 /// except the cycle's; uses a lock.
-class GroupDoor final : private GroupGuard {
+class GroupRequests final : private GroupGuard {
  public:
   /// `axes` must outlive it, and other threads must not use `axes` during construction and destruction. `groups` must
   /// outlive it.
-  GroupDoor(const std::vector<AxisGroupConfig>& groups, AxisDoor& axes);
-  ~GroupDoor() override;
-  GroupDoor(const GroupDoor&) = delete;
-  GroupDoor& operator=(const GroupDoor&) = delete;
+  GroupRequests(const std::vector<AxisGroupConfig>& groups, AxisRequests& axes);
+  ~GroupRequests() override;
+  GroupRequests(const GroupRequests&) = delete;
+  GroupRequests& operator=(const GroupRequests&) = delete;
 
   // Called by the line.
   /// Accepts requests from now on, until close(). Both must live until then. `outputs`: outputs of each group.
@@ -76,7 +76,7 @@ class GroupDoor final : private GroupGuard {
   [[nodiscard]] events::EventGroup event_group(std::size_t group) const;
   /// Forwards a request to the group. Returns its number for progress().
   [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> submit(const AxisCaller& caller, std::size_t group,
-                                                                 const GroupRequest& request);
+                                                                 const ClientGroupRequest& request);
   /// Forwards the next moves of a path, as many as there is room for. `begins`: the first of them starts the path;
   /// otherwise they continue the preceding moves. `ends`: the last one ends the path. A feed of 0 is the default feed
   /// of the group. A refusal concerns the first move that was not accepted; it is returned only if no move was
@@ -88,7 +88,7 @@ class GroupDoor final : private GroupGuard {
   [[nodiscard]] GroupProgress progress(std::size_t group, std::uint64_t request) const;
   /// Returns the present state of the group.
   [[nodiscard]] GroupStatus status(std::size_t group) const;
-  /// Call before AxisDoor::leave(). `stop`: brings the groups that the caller's requests move to rest.
+  /// Call before AxisRequests::leave(). `stop`: brings the groups that the caller's requests move to rest.
   void leave(const std::string& caller, bool stop);
   /// Releases the axes of a group.
   void release(const std::string& caller, std::size_t group);
@@ -103,15 +103,16 @@ class GroupDoor final : private GroupGuard {
     std::uint64_t last = 0;
     std::size_t group = 0;
     AxisCaller caller;
-    std::optional<GroupRequest> request{};  ///< none: moves of a path
+    std::optional<ClientGroupRequest> request{};  ///< none: moves of a path
   };
   using Refused = std::optional<GroupRefusal>;
 
   bool bring_to_rest(std::size_t axis) override;
   [[nodiscard]] bool waits_for(const std::string& caller) override;
   [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_submit(const AxisCaller& caller, std::size_t group,
-                                                                        const GroupRequest& request);
-  [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_move(std::size_t group, const GroupRequest& request);
+                                                                        const ClientGroupRequest& request);
+  [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_move(std::size_t group,
+                                                                      const ClientGroupRequest& request);
   [[nodiscard]] tl::expected<TakenMoves, GroupRefusal> try_to_add(const AxisCaller& caller, std::size_t group,
                                                                   std::span<const trajectory::PathMove> moves,
                                                                   bool begins, bool ends);
@@ -122,7 +123,7 @@ class GroupDoor final : private GroupGuard {
   [[nodiscard]] GroupRefusal of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
                                       std::uint64_t request) const;
   [[nodiscard]] GroupProgress progress_of(std::size_t group, std::uint64_t request) const;
-  [[nodiscard]] WayLimits limits_of(std::size_t group) const;
+  [[nodiscard]] MoveLimits limits_of(std::size_t group) const;
   [[nodiscard]] std::vector<double> joints_of(std::size_t group) const;
   [[nodiscard]] std::vector<double> place_of(std::size_t group) const;
   [[nodiscard]] bool rests(std::size_t group) const;
@@ -131,7 +132,7 @@ class GroupDoor final : private GroupGuard {
   void halt(std::size_t group);
 
   const std::vector<AxisGroupConfig>& configs_;
-  AxisDoor& door_;
+  AxisRequests& axis_requests_;
   mutable std::mutex lock_;
   ecat_master::AxisGroups* running_ = nullptr;
   ecat_master::SingleAxes* single_ = nullptr;

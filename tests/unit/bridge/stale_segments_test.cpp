@@ -1,5 +1,5 @@
 // Shared memory segments that a bridge removes before it creates its own.
-#include "left_segments.hpp"
+#include "stale_segments.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -14,32 +14,32 @@
 namespace driveline::bridge {
 namespace {
 
-class LeftSegments : public test::TemporaryDirectory {
+class StaleSegments : public test::TemporaryDirectory {
  protected:
   void make(const std::string& name) { std::ofstream{directory / name} << "x"; }
   [[nodiscard]] bool there(const std::string& name) const { return std::filesystem::exists(directory / name); }
 };
 
-TEST_F(LeftSegments, OfTheDeadAreRemovedWithTheirLocks) {
+TEST_F(StaleSegments, OfTheDeadAreRemovedWithTheirLocks) {
   make("fastrtps_0123456789abcdef");
   make("fastrtps_0123456789abcdef_el");
-  EXPECT_EQ(remove_left_segments(directory), 1U);
+  EXPECT_EQ(remove_stale_segments(directory), 1U);
   EXPECT_FALSE(there("fastrtps_0123456789abcdef"));
   EXPECT_FALSE(there("fastrtps_0123456789abcdef_el"));
 }
 
-TEST_F(LeftSegments, OfTheLivingStay) {
+TEST_F(StaleSegments, OfTheLivingStay) {
   make("fastrtps_0123456789abcdef");
   make("fastrtps_0123456789abcdef_el");
   const int held = ::open((directory / "fastrtps_0123456789abcdef_el").c_str(), O_RDONLY | O_CLOEXEC);
   ASSERT_EQ(::flock(held, LOCK_EX | LOCK_NB), 0);
-  EXPECT_EQ(remove_left_segments(directory), 0U);
+  EXPECT_EQ(remove_stale_segments(directory), 0U);
   EXPECT_TRUE(there("fastrtps_0123456789abcdef"));
   EXPECT_TRUE(there("fastrtps_0123456789abcdef_el"));
   ::close(held);
 }
 
-TEST_F(LeftSegments, AndNothingElseIsTouched) {
+TEST_F(StaleSegments, AndNothingElseIsTouched) {
   const std::string others[] = {"fastrtps_port7410",
                                 "fastrtps_port7410_el",
                                 "fastrtps_0123456789abcdeg",
@@ -50,10 +50,10 @@ TEST_F(LeftSegments, AndNothingElseIsTouched) {
   for (const auto& name : others) make(name);
   std::filesystem::create_symlink(directory / "somebody_elses", directory / "fastrtps_00000000000000aa");
   make("fastrtps_00000000000000aa_el");
-  EXPECT_EQ(remove_left_segments(directory), 0U) << "one without a lock is not yet whole, or of another version";
+  EXPECT_EQ(remove_stale_segments(directory), 0U) << "one without a lock is not yet whole, or of another version";
   for (const auto& name : others) EXPECT_TRUE(there(name)) << name;
   EXPECT_TRUE(there("fastrtps_00000000000000aa"));
-  EXPECT_EQ(remove_left_segments(directory / "nowhere"), 0U);
+  EXPECT_EQ(remove_stale_segments(directory / "nowhere"), 0U);
 }
 
 }  // namespace

@@ -10,12 +10,12 @@ namespace driveline::runtime {
 
 /// Watches the groups of the process image while the cycle runs: reports that the outputs of a group were zeroed, and
 /// enables them again as soon as its process data are complete.
-class GroupWatch {
+class ExchangeGroupWatch {
  public:
   /// `config` must outlive the watch.
-  explicit GroupWatch(const ProcessDataConfig& config);
+  explicit ExchangeGroupWatch(const ProcessDataConfig& config);
 
-  /// Call every few milliseconds. Returns the changes: events::GroupZeroed, events::GroupReleased.
+  /// Call every few milliseconds. Returns the changes: events::ExchangeGroupZeroed, events::ExchangeGroupReleased.
   [[nodiscard]] std::vector<EventFacts> poll(ecat_master::CyclicCore& core);
   /// Returns how often the outputs of a group were zeroed so far.
   [[nodiscard]] std::uint64_t zeroings(std::size_t group) const noexcept {

@@ -15,7 +15,7 @@ namespace driveline::slaves::msd {
 /// Settings of the motion control from the object dictionary, in motor units.
 struct MotionSettings {
   Scaling scaling;                                                      ///< user units, see Scaling
-  PositionRange range;                                                  ///< position range (607Bh)
+  PositionRangeLimit range;                                             ///< position range (607Bh)
   ControllerParameters controller;                                      ///< P 320, P 321, P 351, P 360, 6072h, 6080h
   FineInterpolator::Method method = FineInterpolator::Method::kLinear;  ///< P 370
   std::uint32_t steps_per_setpoint = 16;      ///< control cycles per setpoint of the bus (60C2h), at least 1
@@ -59,10 +59,10 @@ enum class MotionSource : std::uint8_t {
 
 /// Motor, controller and the setpoints between them: follows setpoints or its profile generator, brakes on ramps,
 /// coasts. One object per axis; step() runs once per control cycle of 62.5 us.
-class Motion {
+class DriveMotion {
  public:
   /// Starts at rest at `initial_position_rad`, with command kOff; parameters as in ServoMotor.
-  Motion(const MotorParameters& motor, double initial_position_rad) noexcept;
+  DriveMotion(const MotorParameters& motor, double initial_position_rad) noexcept;
 
   /// Applies new settings from the next control cycle on, also in motion. \rtsafe
   void configure(const MotionSettings& settings) noexcept;
@@ -72,9 +72,9 @@ class Motion {
   void prepare(const Setpoints& setpoints) noexcept { setpoints_ = setpoints; }
   /// Starts a movement of the profile generator to a position in position units (not wrapped). Limits are in motor
   /// units. It lasts until the next movement or change of the source. \rtsafe
-  void move_to(std::int64_t position, const ProfileLimits& limits) noexcept;
+  void move_to(std::int64_t position, const GeneratorLimits& limits) noexcept;
   /// Starts a movement that reaches and keeps this speed of the motor shaft; otherwise like move_to().
-  void run_at(double velocity_rad_s, const ProfileLimits& limits) noexcept;
+  void run_at(double velocity_rad_s, const GeneratorLimits& limits) noexcept;
   /// Decelerates to standstill with 6084h; ends any movement. \rtsafe
   void stand() noexcept;
   /// Holds the current speed of the profile generator. \rtsafe

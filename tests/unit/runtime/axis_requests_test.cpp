@@ -1,5 +1,5 @@
 // Requests to the axes of a line: permitted callers, refusals, and callers that time out.
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <optional>
 
-#include "axis_requests.hpp"
 #include "driveline/runtime/event.hpp"
+#include "make_axis_request.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -21,10 +21,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// An AxisDoor for two axes in degrees whose cycle does not run, so that requests wait.
-class AxisDoorTest : public testing::Test {
+/// AxisRequests for two axes in degrees whose cycle does not run, so that requests wait.
+class AxisRequestsTest : public testing::Test {
  protected:
-  AxisDoorTest() {
+  AxisRequestsTest() {
     std::vector<ecat_master::Axis> made;
     for (const auto& config : configs) {
       made.emplace_back(config, ecat_master::ProcessDataPlace{}, ecat_master::axis_pdo_configuration());
@@ -42,7 +42,7 @@ class AxisDoorTest : public testing::Test {
   /// The events since the last call, as sentences.
   std::vector<std::string> told() {
     std::vector<std::string> sentences;
-    for (auto& facts : door.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
+    for (auto& facts : axis_requests.take_events()) sentences.push_back(describe(Event{std::move(facts)}));
     return sentences;
   }
   /// One cycle of the axes, without a line.
@@ -51,7 +51,7 @@ class AxisDoorTest : public testing::Test {
     single->update(++cycles, image);
   }
   std::string refusal(const AxisCaller& who, std::size_t axis, const AxisRequest& request) {
-    const auto submitted = door.submit(who, axis, request);
+    const auto submitted = axis_requests.submit(who, axis, request);
     return submitted ? "" : describe(events::event_axis(configs[axis]), submitted.error());
   }
 
@@ -59,26 +59,26 @@ class AxisDoorTest : public testing::Test {
   rt::VirtualClock clock;
   int stops = 0;
   std::int64_t cycles = 0;
-  AxisDoor door{configs, clock, [this] { ++stops; }};
+  AxisRequests axis_requests{configs, clock, [this] { ++stops; }};
   std::optional<ecat_master::SingleAxes> single;
 };
 
-TEST_F(AxisDoorTest, IsClosedUntilTheLineIsInOperation) {
+TEST_F(AxisRequestsTest, IsClosedUntilTheLineIsInOperation) {
   EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kHalt)), "axis x: the line is not in operation");
-  door.open(*single);
+  axis_requests.open(*single);
   EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kHalt)), "");
-  door.close();
+  axis_requests.close();
   EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kHalt)), "axis x: the line is not in operation");
-  EXPECT_FALSE(door.status(0).report);
+  EXPECT_FALSE(axis_requests.status(0).report);
 }
 
-TEST_F(AxisDoorTest, FindsAxesByName) {
-  EXPECT_EQ(door.find("y"), 1U);
-  EXPECT_FALSE(door.find("z"));
+TEST_F(AxisRequestsTest, FindsAxesByName) {
+  EXPECT_EQ(axis_requests.find("y"), 1U);
+  EXPECT_FALSE(axis_requests.find("z"));
 }
 
-TEST_F(AxisDoorTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
+  axis_requests.open(*single);
   const auto who = caller("hand");
   auto fast = ask(AxisCommand::kMoveAbsolute, 1.0);
   fast.velocity = 20.0;
@@ -91,12 +91,12 @@ TEST_F(AxisDoorTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
   auto backwards = ask(AxisCommand::kMoveAbsolute, 1.0);
   backwards.acceleration = -1.0;
   EXPECT_THAT(refusal(who, 0, backwards), HasSubstr("acceleration -57.2958 deg/s^2 is not possible"));
-  EXPECT_EQ(door.authority().owner_of(0), "") << "what is refused takes no axis";
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "") << "what is refused takes no axis";
 }
 
-TEST_F(AxisDoorTest, RefusesPlacesBeyondTheSoftwareLimits) {
+TEST_F(AxisRequestsTest, RefusesPlacesBeyondTheSoftwareLimits) {
   configs[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
-  door.open(*single);
+  axis_requests.open(*single);
   const auto who = caller("hand");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2.5)),
             "axis x: position 143.239 deg is not possible, -57.2958 deg to 114.592 deg are (min_position, "
@@ -105,8 +105,8 @@ TEST_F(AxisDoorTest, RefusesPlacesBeyondTheSoftwareLimits) {
   EXPECT_EQ(refusal(who, 1, ask(AxisCommand::kMoveAbsolute, 2.5)), "") << "the other one has none";
 }
 
-TEST_F(AxisDoorTest, RefusesTorquesThatItCannotLead) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, RefusesTorquesThatItCannotLead) {
+  axis_requests.open(*single);
   const auto who = caller("hand");
   const auto* const without_gain =
       "axis x: torques need velocity_gain or inertia in its [[axis]], by which its velocity is kept";
@@ -129,38 +129,38 @@ TEST_F(AxisDoorTest, RefusesTorquesThatItCannotLead) {
   EXPECT_THAT(told(), ElementsAre("hand: axis x: torque 0.5 Nm, velocity 57.2958 deg/s, 2 Nm/s"));
 }
 
-TEST_F(AxisDoorTest, OneCommandsAndEverybodyMayStop) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, OneCommandsAndEverybodyMayStop) {
+  axis_requests.open(*single);
   EXPECT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kMoveRelative, std::numbers::pi / 2)), "");
   EXPECT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kMoveRelative, 1.0)), "axis x: is commanded by hand");
   EXPECT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kHalt)), "");
   EXPECT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kStop)), "");
-  EXPECT_EQ(door.status(0).owner, "hand") << "who stops an axis does not command it";
+  EXPECT_EQ(axis_requests.status(0).owner, "hand") << "who stops an axis does not command it";
   EXPECT_THAT(told(), ElementsAre("hand: axis x: move_relative by 90 deg",
                                   "stream: axis x: move_relative by 57.2958 deg: refused: is commanded by hand",
                                   "stream: axis x: halt", "stream: axis x: stop"))
       << "each command is told, with who gave it";
 }
 
-TEST_F(AxisDoorTest, TakingOverIsToldToWhomItConcerns) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, TakingOverIsToldToWhomItConcerns) {
+  axis_requests.open(*single);
   ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
   cycle();
-  door.watch();
+  axis_requests.watch();
   auto hand = caller("hand");
   hand.take_over = true;
   ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kPower)), "");
   static_cast<void>(told());
-  door.watch();
-  EXPECT_EQ(door.status(0).owner, "stream") << "the axis has not looked at it yet";
+  axis_requests.watch();
+  EXPECT_EQ(axis_requests.status(0).owner, "stream") << "the axis has not looked at it yet";
   cycle();
-  door.watch();
+  axis_requests.watch();
   EXPECT_THAT(told(), ElementsAre("axis x: hand has taken it over from stream"));
-  EXPECT_EQ(door.status(0).owner, "hand");
+  EXPECT_EQ(axis_requests.status(0).owner, "hand");
 }
 
-TEST_F(AxisDoorTest, WhatTheAxisRefusesTakesNothingOver) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, WhatTheAxisRefusesTakesNothingOver) {
+  axis_requests.open(*single);
   ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kPower)), "");
   cycle();
   auto hand = caller("hand");
@@ -168,48 +168,48 @@ TEST_F(AxisDoorTest, WhatTheAxisRefusesTakesNothingOver) {
   // The axis is not enabled yet.
   ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
   cycle();
-  door.watch();
-  EXPECT_EQ(door.status(0).owner, "stream");
-  door.leave("hand", true);
-  door.watch();
-  EXPECT_EQ(door.status(0).owner, "stream");
-  for (const auto& change : door.authority().take_changes()) EXPECT_NE(change.owner, "hand");
+  axis_requests.watch();
+  EXPECT_EQ(axis_requests.status(0).owner, "stream");
+  axis_requests.leave("hand", true);
+  axis_requests.watch();
+  EXPECT_EQ(axis_requests.status(0).owner, "stream");
+  for (const auto& change : axis_requests.authority().take_changes()) EXPECT_NE(change.owner, "hand");
 }
 
-TEST_F(AxisDoorTest, WhatIsOneTooManyTakesNothing) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, WhatIsOneTooManyTakesNothing) {
+  axis_requests.open(*single);
   ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kPower)), "");
   for (int i = 0; i < 1000 && refusal(caller("stream"), 0, ask(AxisCommand::kPower)).empty(); ++i) continue;
   auto hand = caller("hand");
   hand.take_over = true;
   EXPECT_EQ(refusal(hand, 0, ask(AxisCommand::kPower)), "axis x: there are more requests than the cycle can take");
   EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kPower)), "axis y: there are more requests than the cycle can take");
-  EXPECT_EQ(door.status(0).owner, "stream");
-  EXPECT_EQ(door.status(1).owner, "");
+  EXPECT_EQ(axis_requests.status(0).owner, "stream");
+  EXPECT_EQ(axis_requests.status(1).owner, "");
 }
 
-TEST_F(AxisDoorTest, ATouchProbeNeedsNoLeaseAndIsOneAtATime) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, ATouchProbeNeedsNoLeaseAndIsOneAtATime) {
+  axis_requests.open(*single);
   ASSERT_EQ(refusal(caller("stream"), 0, ask(AxisCommand::kPower)), "");
   const auto probe = ask(AxisCommand::kTouchProbe);
   EXPECT_EQ(refusal(caller("hand"), 0, probe), "");
-  EXPECT_EQ(door.status(0).owner, "stream") << "it moves nothing";
+  EXPECT_EQ(axis_requests.status(0).owner, "stream") << "it moves nothing";
   EXPECT_EQ(refusal(caller("other"), 0, probe), "axis x: its touch probe is used by hand");
   EXPECT_EQ(refusal(caller("other"), 1, probe), "") << "that of another axis is free";
   EXPECT_EQ(refusal(caller("hand"), 0, probe), "") << "his own";
   auto taking = caller("other");
   taking.take_over = true;
   EXPECT_EQ(refusal(taking, 0, probe), "");
-  EXPECT_EQ(door.status(0).owner, "stream");
+  EXPECT_EQ(axis_requests.status(0).owner, "stream");
   EXPECT_EQ(refusal(caller("third"), 0, ask(AxisCommand::kAbortTrigger)), "") << "to anybody";
-  door.close();
-  door.occupy("path");
+  axis_requests.close();
+  axis_requests.occupy("path");
   EXPECT_THAT(refusal(taking, 0, probe), HasSubstr("is moved by the path of this run"));
 }
 
-TEST_F(AxisDoorTest, RequestsOfProbesAndDrivesHaveSentences) {
+TEST_F(AxisRequestsTest, RequestsOfProbesAndDrivesHaveSentences) {
   configs[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
-  door.open(*single);
+  axis_requests.open(*single);
   auto probe = ask(AxisCommand::kTouchProbe);
   probe.trigger = ecat_master::ProbeTrigger::kSecondFalling;
   probe.window_last = 1.0;
@@ -238,54 +238,54 @@ TEST_F(AxisDoorTest, RequestsOfProbesAndDrivesHaveSentences) {
   EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a number that can be");
 }
 
-TEST_F(AxisDoorTest, WhoIsNotHeardAnyMoreLosesHisAxes) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, WhoIsNotHeardAnyMoreLosesHisAxes) {
+  axis_requests.open(*single);
   const auto hand = caller("hand", milliseconds{500});
   ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveVelocity, 1.0)), "");
   static_cast<void>(told());
   clock.advance(milliseconds{400});
-  door.keep_alive(hand);
+  axis_requests.keep_alive(hand);
   clock.advance(milliseconds{400});
-  door.watch();
+  axis_requests.watch();
   EXPECT_THAT(told(), IsEmpty());
   clock.advance(milliseconds{100});
-  door.watch();
+  axis_requests.watch();
   EXPECT_THAT(told(), ElementsAre("axis x: hand is not heard any more: the axis stops"));
-  EXPECT_EQ(door.status(0).owner, "");
+  EXPECT_EQ(axis_requests.status(0).owner, "");
 }
 
-TEST_F(AxisDoorTest, WhoLeavesHisRequestsKeepsTheAxisUntilTheyAreOver) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, WhoLeavesHisRequestsKeepsTheAxisUntilTheyAreOver) {
+  axis_requests.open(*single);
   const auto hand = caller("hand", milliseconds{500});
   ASSERT_EQ(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
-  door.leave("hand", false);
+  axis_requests.leave("hand", false);
   clock.advance(milliseconds{5000});
-  door.watch();
-  EXPECT_EQ(door.status(0).owner, "hand");
+  axis_requests.watch();
+  EXPECT_EQ(axis_requests.status(0).owner, "hand");
   EXPECT_THAT(refusal(caller("other"), 0, ask(AxisCommand::kMoveRelative, 1.0)), HasSubstr("commanded by hand"));
 }
 
-TEST_F(AxisDoorTest, WhoGoesGivesHisAxesBack) {
-  door.open(*single);
+TEST_F(AxisRequestsTest, WhoGoesGivesHisAxesBack) {
+  axis_requests.open(*single);
   ASSERT_EQ(refusal(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)), "");
   ASSERT_EQ(refusal(caller("hand"), 1, ask(AxisCommand::kPower)), "");
-  door.release("hand", 0);
-  EXPECT_EQ(door.status(0).owner, "");
-  door.leave("hand", true);
-  EXPECT_EQ(door.status(1).owner, "");
+  axis_requests.release("hand", 0);
+  EXPECT_EQ(axis_requests.status(0).owner, "");
+  axis_requests.leave("hand", true);
+  EXPECT_EQ(axis_requests.status(1).owner, "");
 }
 
-TEST_F(AxisDoorTest, AxesThatAPathMovesAreNotToBeHadButStop) {
-  door.occupy("path");
+TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
+  axis_requests.occupy("path");
   auto hand = caller("hand");
   hand.take_over = true;
   EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kMoveRelative, 1.0)),
             "axis y: is moved by the path of this run, together with the others; a stop is all that can be asked");
   EXPECT_EQ(stops, 0);
-  const auto stopped = door.submit(hand, 1, ask(AxisCommand::kHalt));
+  const auto stopped = axis_requests.submit(hand, 1, ask(AxisCommand::kHalt));
   ASSERT_TRUE(stopped);
   EXPECT_EQ(stops, 1);
-  EXPECT_TRUE(door.progress(1, *stopped).report.over());
+  EXPECT_TRUE(axis_requests.progress(1, *stopped).report.over());
 }
 
 }  // namespace

@@ -36,17 +36,17 @@ struct LineOptions {
 /// frames arrive.
 ///
 /// For one thread at a time. After construction only mailbox traffic allocates.
-class Line final : public port::Port {
+class SimulatedLine final : public port::Port {
  public:
   /// Times are on the line's clock.
   using Nanoseconds = std::chrono::nanoseconds;
 
   /// Creates the line with `slaves`, connected by `wiring`, or as a plain line without it. Throws std::invalid_argument
   /// when the wiring has a different number of slaves.
-  Line(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options = {},
-       std::optional<Wiring> wiring = std::nullopt);
-  Line(const Line&) = delete;
-  Line& operator=(const Line&) = delete;
+  SimulatedLine(rt::Clock& clock, std::vector<std::unique_ptr<Slave>> slaves, const LineOptions& options = {},
+                std::optional<Wiring> wiring = std::nullopt);
+  SimulatedLine(const SimulatedLine&) = delete;
+  SimulatedLine& operator=(const SimulatedLine&) = delete;
 
   /// \name The primary interface of the master
   /// @{
@@ -119,17 +119,17 @@ class Line final : public port::Port {
   port::SendStatus transmit(LineEnd& from, std::span<const std::byte> frame) noexcept;
   /// Returns the path of a frame that starts now; opens auto-closed ports that would receive it.
   const FramePath& current_path(MasterPort from) noexcept;
-  std::optional<Passage> pass_along(std::span<std::byte> frame, const FramePath& way, Nanoseconds now) noexcept;
+  std::optional<Passage> pass_along(std::span<std::byte> frame, const FramePath& path, Nanoseconds now) noexcept;
   /// Returns false when the frame was destroyed.
-  bool pass_slaves(const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
-  bool pass_frame(std::span<std::byte> frame, const FramePath& way, const FrameFate& fate, Nanoseconds now) noexcept;
+  bool pass_slaves(const FramePath& path, const FrameFate& fate, Nanoseconds now) noexcept;
+  bool pass_frame(std::span<std::byte> frame, const FramePath& path, const FrameFate& fate, Nanoseconds now) noexcept;
   void process_without_logical(Esc& esc, Nanoseconds time) noexcept;
   /// Returns the time when the frame is damaged on its path; kNever without such a fault.
-  [[nodiscard]] static Nanoseconds time_of_damage(const FramePath& way, const FrameFate& fate) noexcept;
-  void count_damage(const FramePath& way, PortId damaged_at) noexcept;
+  [[nodiscard]] static Nanoseconds time_of_damage(const FramePath& path, const FrameFate& fate) noexcept;
+  void count_damage(const FramePath& path, PortId damaged_at) noexcept;
   void advance_slaves(std::span<const std::unique_ptr<Slave>> slaves, Nanoseconds now);
-  void latch_receive_times(const FramePath& way, Nanoseconds now) noexcept;
-  [[nodiscard]] bool survives_as_foreign(const FramePath& way) const noexcept;
+  void latch_receive_times(const FramePath& path, Nanoseconds now) noexcept;
+  [[nodiscard]] bool survives_as_foreign(const FramePath& path) const noexcept;
   [[nodiscard]] bool link_up(PortId port) const noexcept;
   void refresh_topology() noexcept;
   void refresh_ports(std::size_t position, bool loop_control_written) noexcept;

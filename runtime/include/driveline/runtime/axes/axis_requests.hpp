@@ -51,7 +51,7 @@ struct AxisStatus {
   std::optional<CouplingStatus> coupling{};         ///< none: no coupling, or the line is not running
 };
 
-/// What an AxisDoor needs to know about the axis groups of its line. Called with the lock of the AxisDoor held.
+/// What AxisRequests needs to know about the axis groups of its line. Called with the lock of the AxisRequests held.
 class GroupGuard {
  public:
   virtual ~GroupGuard() = default;
@@ -75,10 +75,11 @@ class GroupGuard {
 /// The first request takes a lease and leave() releases it. An axis of another owner is taken over once it has accepted
 /// the request; after a refusal the axis and its motion stay with that owner. Any thread except the cycle's; uses a
 /// lock.
-class AxisDoor {
+class AxisRequests {
  public:
   /// `stop_all` ends the run in an orderly way. `axes` and `clock`, which measures keep-alive times, must outlive it.
-  AxisDoor(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock, std::function<void()> stop_all);
+  AxisRequests(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
+               std::function<void()> stop_all);
 
   // Called by the line.
   /// Accepts requests from now on, until close(). `axes` must live until then.
@@ -89,7 +90,8 @@ class AxisDoor {
   void occupy(const std::string& owner);
   /// Ends the acceptance of requests: the line goes out of operation.
   void close();
-  /// Sets the guard of the axis groups; null: there are none. It must outlive the AxisDoor, or be reset to null before.
+  /// Sets the guard of the axis groups; null: there are none. It must outlive the AxisRequests, or be reset to null
+  /// before.
   void guard(GroupGuard* groups);
   /// Adds an event about a client.
   void note(EventFacts facts);
@@ -139,18 +141,18 @@ class AxisDoor {
     std::size_t axis = 0;
     AxisCaller caller;
     ecat_master::AxisRequest request;
-    bool takes_over = false;  ///< takes the axis from another owner as soon as the axis has accepted the request
-    bool gone = false;        ///< the caller left before the axis accepted the request
-    std::string coupling{};   ///< text of a CouplingOrder, for events
+    bool takes_over = false;   ///< takes the axis from another owner as soon as the axis has accepted the request
+    bool caller_left = false;  ///< the caller left before the axis accepted the request
+    std::string coupling{};    ///< text of a CouplingOrder, for events
   };
   /// How a request obtains its axis.
-  enum class Way : std::uint8_t {
+  enum class Access : std::uint8_t {
     kOpen,       ///< the caller already owns the axis, or the request needs no lease
     kNewLease,   ///< the axis had no owner; the request took a new lease
     kTakesOver,  ///< another caller owns the axis until it has accepted the request
   };
   using Submitted = tl::expected<std::uint64_t, AxisRefusal>;
-  using Permission = tl::expected<Way, AxisRefusal>;
+  using Permission = tl::expected<Access, AxisRefusal>;
 
   [[nodiscard]] Submitted try_to_submit(const AxisCaller& caller, std::size_t axis,
                                         const ecat_master::AxisRequest& request);

@@ -1,4 +1,4 @@
-#include "driveline/runtime/groups/group_way.hpp"
+#include "driveline/runtime/groups/group_moves.hpp"
 
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@ constexpr int kPlaces = 32;
 /// Share of a range within which exceeding an end counts as rounding.
 constexpr double kRounding = 1e-9;
 
-std::optional<GroupRefusal> check_place(const WayLimits& limits, const trajectory::GroupVector& place) {
+std::optional<GroupRefusal> check_place(const MoveLimits& limits, const trajectory::GroupVector& place) {
   for (std::size_t i = 0; i < limits.ranges.size(); ++i) {
     const auto& range = limits.ranges[i];
     if (!range) continue;
@@ -49,7 +49,7 @@ const trajectory::GroupVector& end_of(const trajectory::PathMove& move) {
   return move.kind == trajectory::PathMove::Kind::kSpline && !move.points.empty() ? move.points.back() : move.target;
 }
 
-trajectory::ContourSettings joint_settings(const WayLimits& limits) {
+trajectory::ContourSettings joint_settings(const MoveLimits& limits) {
   trajectory::ContourSettings settings;
   settings.axes = limits.group.axes.size();
   if (limits.machine) settings.kinematics = &limits.machine->kinematics();
@@ -69,7 +69,7 @@ std::vector<trajectory::NamedAxis> named_axes(const events::EventGroup& group) {
   return named;
 }
 
-std::optional<GroupRefusal> check_outputs(const WayLimits& limits, const trajectory::PathMove& move) {
+std::optional<GroupRefusal> check_outputs(const MoveLimits& limits, const trajectory::PathMove& move) {
   for (const auto& output : move.outputs) {
     if (output.change.output >= limits.outputs.size())
       return unusable("the move changes an output that the group does not have");
@@ -82,8 +82,8 @@ std::optional<GroupRefusal> check_outputs(const WayLimits& limits, const traject
   return std::nullopt;
 }
 
-std::optional<GroupRefusal> check_way(const WayLimits& limits, const trajectory::GroupVector& from,
-                                      const trajectory::PathMove& move) {
+std::optional<GroupRefusal> check_group_move(const MoveLimits& limits, const trajectory::GroupVector& from,
+                                             const trajectory::PathMove& move) {
   if (auto wrong = check_outputs(limits, move)) return wrong;
   const auto settings = joint_settings(limits);
   const trajectory::PathCheck machine(settings, named_axes(limits.group));

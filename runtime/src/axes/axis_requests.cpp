@@ -1,4 +1,4 @@
-#include "driveline/runtime/axes/axis_door.hpp"
+#include "driveline/runtime/axes/axis_requests.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -67,21 +67,21 @@ tl::unexpected<AxisRefusal> refused(const LeaseRefusal& lease) {
 
 }  // namespace
 
-AxisDoor::AxisDoor(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
-                   std::function<void()> stop_all)
+AxisRequests::AxisRequests(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
+                           std::function<void()> stop_all)
     : axes_(axes), clock_(clock), stop_all_(std::move(stop_all)), authority_(axes.size()) {}
 
-void AxisDoor::open(ecat_master::SingleAxes& axes) {
+void AxisRequests::open(ecat_master::SingleAxes& axes) {
   const std::lock_guard guard(lock_);
   single_ = &axes;
 }
 
-void AxisDoor::attach(LineCouplings& couplings) {
+void AxisRequests::attach(LineCouplings& couplings) {
   const std::lock_guard guard(lock_);
   couplings_ = &couplings;
 }
 
-void AxisDoor::occupy(const std::string& owner) {
+void AxisRequests::occupy(const std::string& owner) {
   const std::lock_guard guard(lock_);
   together_ = true;
   LeaseTerms terms;
@@ -91,7 +91,7 @@ void AxisDoor::occupy(const std::string& owner) {
   for (std::size_t axis = 0; axis < axes_.size(); ++axis) static_cast<void>(authority_.take(axis, terms));
 }
 
-void AxisDoor::close() {
+void AxisRequests::close() {
   const std::lock_guard guard(lock_);
   single_ = nullptr;
   couplings_ = nullptr;
@@ -99,28 +99,28 @@ void AxisDoor::close() {
   pending_.clear();
 }
 
-void AxisDoor::guard(GroupGuard* groups) {
+void AxisRequests::guard(GroupGuard* groups) {
   const std::lock_guard guard(lock_);
   groups_ = groups;
 }
 
-void AxisDoor::note(EventFacts facts) {
+void AxisRequests::note(EventFacts facts) {
   const std::lock_guard guard(lock_);
   events_.push_back(std::move(facts));
 }
 
-std::vector<EventFacts> AxisDoor::take_events() {
+std::vector<EventFacts> AxisRequests::take_events() {
   const std::lock_guard guard(lock_);
   return std::exchange(events_, {});
 }
 
-std::optional<std::size_t> AxisDoor::find(std::string_view name) const noexcept {
+std::optional<std::size_t> AxisRequests::find(std::string_view name) const noexcept {
   const auto found = std::find_if(axes_.begin(), axes_.end(), [name](const auto& axis) { return axis.name == name; });
   if (found == axes_.end()) return std::nullopt;
   return static_cast<std::size_t>(found - axes_.begin());
 }
 
-AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
+AxisRequests::Submitted AxisRequests::submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
   const std::lock_guard guard(lock_);
   if (axis >= axes_.size()) return refused(Why::kNotRunning);
   auto submitted = try_to_submit(caller, axis, request);
@@ -130,7 +130,7 @@ AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis,
   return submitted;
 }
 
-AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
+AxisRequests::Submitted AxisRequests::submit(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
   const std::lock_guard guard(lock_);
   if (axis >= axes_.size()) return refused(Why::kNotRunning);
   auto submitted = try_to_couple(caller, axis, order);
@@ -141,24 +141,26 @@ AxisDoor::Submitted AxisDoor::submit(const AxisCaller& caller, std::size_t axis,
   return submitted;
 }
 
-AxisDoor::Submitted AxisDoor::try_to_couple(const AxisCaller& caller, std::size_t axis, const CouplingOrder& order) {
+AxisRequests::Submitted AxisRequests::try_to_couple(const AxisCaller& caller, std::size_t axis,
+                                                    const CouplingOrder& order) {
   if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
   if (single_ == nullptr) return refused(Why::kNotRunning);
   if (couplings_ == nullptr || !couplings_->has(axis)) return refused(Why::kNoMaster);
   const bool changes = order.kind == CouplingOrder::Kind::kOut || order.kind == CouplingOrder::Kind::kPhase;
   if (changes && !couplings_->coupled(axis)) return refused(Why::kNotCoupled);
-  const auto way = permission(caller, axis, AxisCommand::kFollow);
-  if (!way) return tl::unexpected(way.error());
+  const auto access = permission(caller, axis, AxisCommand::kFollow);
+  if (!access) return tl::unexpected(access.error());
   const auto number = couplings_->submit(axis, order);
   if (number == 0) {
-    if (*way == Way::kNewLease) authority_.release(axis, caller.name);
+    if (*access == Access::kNewLease) authority_.release(axis, caller.name);
     return refused(Why::kTooMany);
   }
-  pending_.push_back({number, axis, caller, plain(AxisCommand::kFollow), *way == Way::kTakesOver, false, order.text});
+  pending_.push_back(
+      {number, axis, caller, plain(AxisCommand::kFollow), *access == Access::kTakesOver, false, order.text});
   return number;
 }
 
-tl::expected<std::uint64_t, AxisRefusal> AxisDoor::acquire(const AxisCaller& caller, std::size_t axis) {
+tl::expected<std::uint64_t, AxisRefusal> AxisRequests::acquire(const AxisCaller& caller, std::size_t axis) {
   const std::lock_guard guard(lock_);
   if (axis >= axes_.size() || (single_ == nullptr && !together_)) return refused(Why::kNotRunning);
   const auto taken = authority_.take(axis, terms_of(caller));
@@ -166,18 +168,19 @@ tl::expected<std::uint64_t, AxisRefusal> AxisDoor::acquire(const AxisCaller& cal
   return *taken;
 }
 
-bool AxisDoor::holds(const AxisCaller& caller, std::size_t axis) const {
+bool AxisRequests::holds(const AxisCaller& caller, std::size_t axis) const {
   return caller.lease && authority_.goes_on(axis, *caller.lease) && authority_.holds(axis, caller.name);
 }
 
-void AxisDoor::give_back(const std::string& caller, std::size_t axis) {
+void AxisRequests::give_back(const std::string& caller, std::size_t axis) {
   const std::lock_guard guard(lock_);
   if (!authority_.holds(axis, caller)) return;
   stop_axis(axis);
   authority_.release(axis, caller);
 }
 
-AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_t axis, const AxisRequest& request) {
+AxisRequests::Submitted AxisRequests::try_to_submit(const AxisCaller& caller, std::size_t axis,
+                                                    const AxisRequest& request) {
   if (single_ == nullptr && !together_) return refused(Why::kNotRunning);
   if (together_ && stops(request.command)) {
     stop_all_();
@@ -185,20 +188,20 @@ AxisDoor::Submitted AxisDoor::try_to_submit(const AxisCaller& caller, std::size_
   }
   const auto report = single_ != nullptr ? single_->axis_report(axis) : ecat_master::AxisReport{};
   if (auto wrong = check_request(axes_[axis], report, request)) return tl::unexpected(std::move(*wrong));
-  const auto way = permission(caller, axis, request.command);
-  if (!way) return tl::unexpected(way.error());
+  const auto access = permission(caller, axis, request.command);
+  if (!access) return tl::unexpected(access.error());
   const auto number = single_->submit(axis, request);
   if (number == 0) {
-    if (*way == Way::kNewLease) authority_.release(axis, caller.name);
+    if (*access == Access::kNewLease) authority_.release(axis, caller.name);
     return refused(Why::kTooMany);
   }
-  pending_.push_back({number, axis, caller, request, *way == Way::kTakesOver});
+  pending_.push_back({number, axis, caller, request, *access == Access::kTakesOver});
   return number;
 }
 
 /// Takes the lease of an axis without owner. An axis of another owner stays with it until settle_take_overs().
-AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
-  if (stops(command)) return Way::kOpen;
+AxisRequests::Permission AxisRequests::permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) {
+  if (stops(command)) return Access::kOpen;
   if (probes(command)) return probe_permission(caller, axis, command);
   if (caller.lease && !holds(caller, axis)) return refused(Why::kNoLease);
   const auto owner = authority_.owner_of(axis);
@@ -206,34 +209,35 @@ AxisDoor::Permission AxisDoor::permission(const AxisCaller& caller, std::size_t 
   if (!owner.empty() && owner != caller.name && takes_over(caller, axis)) {
     terms.take_over = true;
     if (const auto free = authority_.check(axis, terms); !free) return refused(free.error());
-    return Way::kTakesOver;
+    return Access::kTakesOver;
   }
   terms.take_over = false;
   if (const auto taken = authority_.take(axis, terms); !taken) return refused(taken.error());
-  return owner.empty() ? Way::kNewLease : Way::kOpen;
+  return owner.empty() ? Access::kNewLease : Access::kOpen;
 }
 
 /// Any caller may switch a touch probe off; only a caller with `take_over` may replace the probe of another caller.
-AxisDoor::Permission AxisDoor::probe_permission(const AxisCaller& caller, std::size_t axis, AxisCommand command) const {
+AxisRequests::Permission AxisRequests::probe_permission(const AxisCaller& caller, std::size_t axis,
+                                                        AxisCommand command) const {
   if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
-  if (command == AxisCommand::kAbortTrigger || caller.take_over) return Way::kOpen;
+  if (command == AxisCommand::kAbortTrigger || caller.take_over) return Access::kOpen;
   for (const auto& pending : pending_) {
     const bool his = pending.caller.name == caller.name;
     if (his || pending.axis != axis || pending.request.command != AxisCommand::kTouchProbe) continue;
     if (!progress_of(axis, pending.number).report.over()) return refused(Why::kProbeTaken, pending.caller.name);
   }
-  return Way::kOpen;
+  return Access::kOpen;
 }
 
 /// Whether the caller takes the axis over: by this request, or by an earlier request that the axis has not processed
 /// yet.
-bool AxisDoor::takes_over(const AxisCaller& caller, std::size_t axis) const {
+bool AxisRequests::takes_over(const AxisCaller& caller, std::size_t axis) const {
   return caller.take_over || std::any_of(pending_.begin(), pending_.end(), [&](const Pending& pending) {
            return pending.takes_over && pending.axis == axis && pending.caller.name == caller.name;
          });
 }
 
-LeaseTerms AxisDoor::terms_of(const AxisCaller& caller) const {
+LeaseTerms AxisRequests::terms_of(const AxisCaller& caller) const {
   LeaseTerms terms;
   terms.owner = caller.name;
   if (caller.keep_alive) terms.until = clock_.now() + *caller.keep_alive;
@@ -241,7 +245,7 @@ LeaseTerms AxisDoor::terms_of(const AxisCaller& caller) const {
 }
 
 /// Gives axes to the callers that take them over, once the axes have accepted the requests.
-void AxisDoor::settle_take_overs() {
+void AxisRequests::settle_take_overs() {
   if (single_ == nullptr) return;
   for (auto& pending : pending_) {
     const auto phase =
@@ -251,7 +255,7 @@ void AxisDoor::settle_take_overs() {
     const bool taken =
         phase == RequestPhase::kActive || phase == RequestPhase::kReached || phase == RequestPhase::kDone;
     if (!taken) continue;
-    if (pending.gone) {
+    if (pending.caller_left) {
       if (begins_motion(pending.request.command)) stop_axis(pending.axis);
       continue;
     }
@@ -262,12 +266,12 @@ void AxisDoor::settle_take_overs() {
   }
 }
 
-AxisProgress AxisDoor::progress(std::size_t axis, std::uint64_t request) const {
+AxisProgress AxisRequests::progress(std::size_t axis, std::uint64_t request) const {
   const std::lock_guard guard(lock_);
   return progress_of(axis, request);
 }
 
-AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) const {
+AxisProgress AxisRequests::progress_of(std::size_t axis, std::uint64_t request) const {
   if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}};
   if (single_ == nullptr) {
     AxisRefusal refusal;
@@ -306,13 +310,13 @@ AxisProgress AxisDoor::progress_of(std::size_t axis, std::uint64_t request) cons
 }
 
 /// Whether the request is a touch probe that is still pending.
-bool AxisDoor::is_probe(std::uint64_t request) const {
+bool AxisRequests::is_probe(std::uint64_t request) const {
   return std::any_of(pending_.begin(), pending_.end(), [request](const Pending& pending) {
     return pending.number == request && pending.request.command == AxisCommand::kTouchProbe;
   });
 }
 
-AxisStatus AxisDoor::status(std::size_t axis) const {
+AxisStatus AxisRequests::status(std::size_t axis) const {
   const std::lock_guard guard(lock_);
   AxisStatus status{events::event_axis(axes_.at(axis)), authority_.owner_of(axis), {}, {}};
   if (single_ != nullptr) status.report = single_->axis_report(axis);
@@ -320,13 +324,13 @@ AxisStatus AxisDoor::status(std::size_t axis) const {
   return status;
 }
 
-void AxisDoor::keep_alive(const AxisCaller& caller) {
+void AxisRequests::keep_alive(const AxisCaller& caller) {
   const std::lock_guard guard(lock_);
   settle_take_overs();
   if (caller.keep_alive) authority_.prolong(caller.name, clock_.now() + *caller.keep_alive);
 }
 
-void AxisDoor::leave(const std::string& caller, bool stop) {
+void AxisRequests::leave(const std::string& caller, bool stop) {
   const std::lock_guard guard(lock_);
   settle_take_overs();
   if (!stop) {
@@ -342,20 +346,20 @@ void AxisDoor::leave(const std::string& caller, bool stop) {
 }
 
 /// Ends a pending request because its caller leaves.
-void AxisDoor::drop(Pending& pending) {
+void AxisRequests::drop(Pending& pending) {
   const auto progress = progress_of(pending.axis, pending.number);
   if (pending.request.command == AxisCommand::kTouchProbe) {
     if (single_ != nullptr && !progress.report.over())
       static_cast<void>(single_->submit(pending.axis, plain(AxisCommand::kAbortTrigger)));
   } else if (pending.takes_over) {
-    pending.gone = true;
+    pending.caller_left = true;
   } else if (authority_.holds(pending.axis, pending.caller.name)) {
     // An axis that another caller has taken over continues to move.
     stop_axis(pending.axis);
   }
 }
 
-void AxisDoor::watch() {
+void AxisRequests::watch() {
   const std::lock_guard guard(lock_);
   settle_take_overs();
   watch_leases();
@@ -363,7 +367,7 @@ void AxisDoor::watch() {
   watch_leaving();
 }
 
-void AxisDoor::watch_leases() {
+void AxisRequests::watch_leases() {
   for (auto& loss : authority_.losses(clock_.now())) {
     if (loss.taken_by.empty()) stop_axis(loss.axis);
     events_.emplace_back(events::AxisLeaseLost{axes_[loss.axis].name, std::move(loss.owner), std::move(loss.taken_by)});
@@ -371,7 +375,7 @@ void AxisDoor::watch_leases() {
 }
 
 /// Only a stop can end homing (PLCopen part 1, state diagram); the stop is released at once.
-void AxisDoor::stop_axis(std::size_t axis) {
+void AxisRequests::stop_axis(std::size_t axis) {
   if (single_ == nullptr || (groups_ != nullptr && groups_->bring_to_rest(axis))) return;
   const auto state = single_->axis_report(axis).state;
   if (state == PlcopenState::kDisabled || state == PlcopenState::kErrorStop || state == PlcopenState::kStopping) return;
@@ -383,7 +387,7 @@ void AxisDoor::stop_axis(std::size_t axis) {
   static_cast<void>(single_->submit(axis, plain(AxisCommand::kHalt)));
 }
 
-void AxisDoor::watch_requests() {
+void AxisRequests::watch_requests() {
   if (single_ == nullptr) return;
   std::erase_if(pending_, [this](Pending& pending) {
     auto progress = progress_of(pending.axis, pending.number);
@@ -400,7 +404,7 @@ void AxisDoor::watch_requests() {
   });
 }
 
-void AxisDoor::watch_leaving() {
+void AxisRequests::watch_leaving() {
   std::erase_if(leaving_, [this](const std::string& caller) {
     const auto his = [&](const Pending& pending) { return pending.caller.name == caller; };
     if (std::any_of(pending_.begin(), pending_.end(), his)) return false;
