@@ -11,6 +11,7 @@
 #include "driveline/slaves/line/simulated_line.hpp"
 #include "support/environment.hpp"
 #include "support/line_rig.hpp"
+#include "support/real_time_limit.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
 #include "support/retry.hpp"
@@ -25,6 +26,8 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kPeriod = std::chrono::milliseconds{1};
 constexpr int kRuns = 10;
+/// Time in OP over which the processor time of the drives is measured.
+constexpr nanoseconds kLoadTime = std::chrono::milliseconds{50};
 /// Retries for 2.7 s. Linux takes 50 ms of every second from a SCHED_FIFO thread if other threads wait for its
 /// processor, and 256 drives leave little of the rest: such a start is slow, but no failure.
 constexpr int kFrameRetries = 8;
@@ -55,7 +58,9 @@ struct Start {
   [[nodiscard]] double total() const noexcept { return discovery + to_safe_op + to_op; }
 };
 
-Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
+/// Starts the line, calls `in_operation(master)` while it is in OP, and shuts it down.
+template <typename InOperation>
+Start start_line(port::Port& port, rt::Clock& clock, std::size_t count, const InOperation& in_operation) {
   constexpr double kNsPerMs = 1e6;
   constexpr double kMib = 1024.0 * 1024.0;
   const auto config = describe_line(count, kPeriod);
@@ -86,8 +91,26 @@ Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
   start.to_op = lap();
   start.process_mib = static_cast<double>(resident_bytes()) / kMib;
   start.memory_mib = start.process_mib - memory / kMib;
+  in_operation(master);
   require(master.shut_down());
   return start;
+}
+
+Start start_line(port::Port& port, rt::Clock& clock, std::size_t count) {
+  return start_line(port, clock, count, [](ecat_master::Master&) {});
+}
+
+/// Processor time that master and drives in one process need per elapsed time, in OP.
+double load_of(std::size_t drives) {
+  rt::VirtualClock clock;
+  const auto line = make_line(clock, drives);
+  double ns = 0.0;
+  start_line(*line, clock, drives, [&](ecat_master::Master& master) {
+    const double begin = now_ns();
+    master.pass(kLoadTime);
+    ns = now_ns() - begin;
+  });
+  return ns / static_cast<double>(kLoadTime.count());
 }
 
 /// Serves the drives at the far end of a cable, in a thread of their own.
@@ -183,6 +206,10 @@ void measure_all(const Options& options) {
   const auto cable = problem.empty() ? make_veth_pair("dlstart") : std::nullopt;
   claim_cpu(std::max(0, last_cpu() - 1));
   for (const std::size_t drives : {std::size_t{1}, std::size_t{8}, kAimDrives, kMaxDrives}) {
+    if (const auto note = beyond_real_time(fmt::format("{} drives", drives), load_of(drives))) {
+      report.note(*note);
+      continue;
+    }
     const auto in_process =
         repeat(fmt::format("{} drives, in process", drives), runs, [&] { return start_in_process(clock, drives); });
     add(report, "in_process", drives, in_process, std::nullopt);
