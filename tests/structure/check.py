@@ -7,6 +7,7 @@ from pathlib import Path
 import constructs
 import dependencies
 import folders
+import header_sizes
 import proofs
 import words
 
@@ -15,9 +16,12 @@ HERE = Path(__file__).resolve().parent
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["dependencies", "folders", "constructs", "words", "proofs"])
+    parser.add_argument("what", choices=["dependencies", "folders", "constructs", "headers", "words", "proofs"])
     parser.add_argument("--root", type=Path, default=HERE.parent.parent, help="project folder")
     parser.add_argument("--graph", type=Path, help="link graph of a configured build (for dependencies)")
+    parser.add_argument("--compiler", default="c++", help="whose preprocessor reads the public headers (for headers)")
+    parser.add_argument("--generated", type=Path, action="append", default=[],
+                        help="a folder of generated headers (for headers)")
     parser.add_argument("--junit", type=Path, action="append",
                         help="what ctest --output-junit has written (for proofs); several files: a test counts when it ran in one")
     parser.add_argument("--left-out", default="", metavar="REGEX", help="tests that this run leaves out (for proofs)")
@@ -32,6 +36,8 @@ def main():
         errors = folders.check(root, HERE / "allowed_cycles.txt")
     elif options.what == "constructs":
         errors = constructs.check(root, HERE / "allowed_casts.txt")
+    elif options.what == "headers":
+        errors = header_sizes.check(root, HERE / "header_sizes.txt", options.compiler, options.generated)
     elif options.what == "proofs":
         if not options.junit or not options.build:
             parser.error("proofs needs --junit FILE and --build FOLDER")

@@ -6,6 +6,7 @@ from pathlib import Path
 import constructs
 import dependencies
 import folders
+import header_sizes
 import proofs
 import words
 from rooms import FOLDERS, code_only, room_of
@@ -108,6 +109,37 @@ class Edges(Tree):
 
     def test_allowed_includes_pass(self):
         self.assertEqual(self.include_errors("bridge/src/a.cpp", '#include "driveline/snapshot/snapshot.hpp"\n#include <x..y>'), [])
+
+
+class HeaderSizes(Tree):
+    BLOCK = "int value;\n" * 500
+
+    def header(self, name, *included):
+        text = "#pragma once\n" + "".join(f'#include "{other}"\n' for other in included) + self.BLOCK
+        self.plant(f"rt/include/driveline/rt/{name}", text)
+
+    def check(self, bound):
+        return header_sizes.check(self.root, self.plant("sizes.txt", f"rt {bound}  # kB\n"), "c++", [self.root / "other"])
+
+    def test_a_header_costs_what_it_includes_also_where_another_was_read_before(self):
+        self.header("a.hpp")
+        self.header("b.hpp", "driveline/rt/a.hpp")
+        self.header("c.hpp", "driveline/rt/a.hpp", "driveline/rt/b.hpp")
+        self.assertEqual(self.check(16), [])
+        errors = self.check(15)
+        self.assertEqual(len(errors), 1)
+        self.assertIn("rt/include/driveline/rt/c.hpp: 16 kB when preprocessed, at most 15 kB", errors[0])
+        self.assertEqual(len(self.check(10)), 2)
+
+    def test_a_heavy_library_is_caught_through_other_headers(self):
+        self.plant("other/nlohmann/json.hpp", self.BLOCK)
+        self.header("a.hpp", "nlohmann/json.hpp")
+        self.header("b.hpp", "driveline/rt/a.hpp")
+        self.assertEqual(len([error for error in self.check(1000) if "includes nlohmann-json" in error]), 2)
+
+    def test_a_header_that_cannot_be_read_is_named(self):
+        self.header("a.hpp", "driveline/rt/missing.hpp")
+        self.assertIn("missing.hpp", self.check(1000)[0])
 
 
 class Folders(Tree):
