@@ -96,3 +96,6 @@ PLOT
 docs/figures/clocks.sh "$build"
 docs/figures/feed_forward.py "$build"
 docs/figures/motion.py "$build"
+
+# Measurements at 8 kHz have many points per pixel.
+python3 docs/figures/compact.py docs/figures/*.svg
