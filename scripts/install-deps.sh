@@ -23,6 +23,7 @@ run   libtomlplusplus-dev   line configurations
 run   libcli11-dev          command line
 run   libfmt-dev            text
 run   nlohmann-json3-dev    machine-readable output
+run   libseccomp-dev        restricts the system calls of the telemetry process
 run   libmicrohttpd-dev     web page of a simulated drive
 run   python3-minimal       table of the DDS topics from the IDL
 run   gnuplot-nox           plots

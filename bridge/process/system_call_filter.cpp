@@ -1,208 +1,185 @@
 // System call filter of a publishing bridge: allows what Fast DDS does with sockets and time, memory, and the shutdown.
 // Refuses everything that opens a file (except for shared memory, if requested), starts a program, or accesses another
 // process.
-#include <linux/audit.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
 #include <sched.h>
+#include <seccomp.h>
 #include <sys/ioctl.h>
-#include <sys/prctl.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstddef>
+#include <cstdint>
 #include <cstring>
-#include <vector>
+#include <memory>
 
 #include "confinement.hpp"
 
 namespace driveline::bridge {
 namespace {
 
-#if defined(__x86_64__)
-constexpr unsigned kArchitecture = AUDIT_ARCH_X86_64;
-#elif defined(__aarch64__)
-constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
-#else
-#error "the number of this architecture in linux/audit.h is missing here"
-#endif
-
-constexpr unsigned kAllowed[] = {
+// SCMP_SYS gives a negative number for a call that an architecture does not have; libseccomp ignores its rule.
+constexpr int kAllowed[] = {
     // sockets that exist, or that Fast DDS opens for a new subscriber
-    SYS_sendto,
-    SYS_sendmsg,
-    SYS_recvfrom,
-    SYS_recvmsg,
-    SYS_bind,
-    SYS_connect,
-    SYS_getsockname,
-    SYS_getpeername,
-    SYS_setsockopt,
-    SYS_getsockopt,
-    SYS_shutdown,
-    SYS_close,
+    SCMP_SYS(sendto),
+    SCMP_SYS(sendmsg),
+    SCMP_SYS(recvfrom),
+    SCMP_SYS(recvmsg),
+    SCMP_SYS(bind),
+    SCMP_SYS(connect),
+    SCMP_SYS(getsockname),
+    SCMP_SYS(getpeername),
+    SCMP_SYS(setsockopt),
+    SCMP_SYS(getsockopt),
+    SCMP_SYS(shutdown),
+    SCMP_SYS(close),
     // waiting
-    SYS_ppoll,
-    SYS_pselect6,
-    SYS_epoll_ctl,
-    SYS_epoll_pwait,
-    SYS_eventfd2,
-    SYS_timerfd_settime,
-    SYS_futex,
-    SYS_nanosleep,
-    SYS_clock_nanosleep,
-    SYS_clock_gettime,
-    SYS_clock_getres,
-    SYS_gettimeofday,
-    SYS_sched_yield,
-    SYS_restart_syscall,
-    SYS_setitimer,
+    SCMP_SYS(ppoll),
+    SCMP_SYS(pselect6),
+    SCMP_SYS(epoll_ctl),
+    SCMP_SYS(epoll_pwait),
+    SCMP_SYS(eventfd2),
+    SCMP_SYS(timerfd_settime),
+    SCMP_SYS(futex),
+    SCMP_SYS(nanosleep),
+    SCMP_SYS(clock_nanosleep),
+    SCMP_SYS(clock_gettime),
+    SCMP_SYS(clock_getres),
+    SCMP_SYS(gettimeofday),
+    SCMP_SYS(sched_yield),
+    SCMP_SYS(restart_syscall),
+    SCMP_SYS(setitimer),
     // messages, and existing descriptors
-    SYS_read,
-    SYS_readv,
-    SYS_write,
-    SYS_writev,
-    SYS_fcntl,
-    SYS_fstat,
-    SYS_lseek,
+    SCMP_SYS(read),
+    SCMP_SYS(readv),
+    SCMP_SYS(write),
+    SCMP_SYS(writev),
+    SCMP_SYS(fcntl),
+    SCMP_SYS(fstat),
+    SCMP_SYS(lseek),
     // memory; executable memory is refused below
-    SYS_brk,
-    SYS_munmap,
-    SYS_mremap,
-    SYS_madvise,
+    SCMP_SYS(brk),
+    SCMP_SYS(munmap),
+    SCMP_SYS(mremap),
+    SCMP_SYS(madvise),
     // threads
-    SYS_set_robust_list,
-    SYS_rseq,
-    SYS_gettid,
-    SYS_getpid,
-    SYS_getuid,
-    SYS_geteuid,
-    SYS_getgid,
-    SYS_getegid,
-    SYS_sched_getaffinity,
-    SYS_sched_getparam,
-    SYS_sched_getscheduler,
-    SYS_getrandom,
-    SYS_uname,
-    SYS_sysinfo,
-    SYS_getrusage,
+    SCMP_SYS(set_robust_list),
+    SCMP_SYS(rseq),
+    SCMP_SYS(gettid),
+    SCMP_SYS(getpid),
+    SCMP_SYS(getuid),
+    SCMP_SYS(geteuid),
+    SCMP_SYS(getgid),
+    SCMP_SYS(getegid),
+    SCMP_SYS(sched_getaffinity),
+    SCMP_SYS(sched_getparam),
+    SCMP_SYS(sched_getscheduler),
+    SCMP_SYS(getrandom),
+    SCMP_SYS(uname),
+    SCMP_SYS(sysinfo),
+    SCMP_SYS(getrusage),
     // signals to itself: abort(); signals to other processes are refused below
-    SYS_rt_sigaction,
-    SYS_rt_sigprocmask,
-    SYS_rt_sigreturn,
-    SYS_sigaltstack,
+    SCMP_SYS(rt_sigaction),
+    SCMP_SYS(rt_sigprocmask),
+    SCMP_SYS(rt_sigreturn),
+    SCMP_SYS(sigaltstack),
     // shutdown
-    SYS_exit,
-    SYS_exit_group,
-#ifdef __x86_64__
-    SYS_poll,
-    SYS_select,
-    SYS_epoll_wait,
-    SYS_time,
-    SYS_alarm,
-#endif
+    SCMP_SYS(exit),
+    SCMP_SYS(exit_group),
+    SCMP_SYS(poll),
+    SCMP_SYS(select),
+    SCMP_SYS(epoll_wait),
+    SCMP_SYS(time),
+    SCMP_SYS(alarm),
 };
 
 /// Additional calls for shared memory: opening a port for a new reader, recreating it after its reader has died, and
 /// removing it; and its named mutex, which glibc first creates under another name. Mapped memory needs no file here.
-constexpr unsigned kAllowedOnFiles[] = {
-    SYS_openat, SYS_ftruncate, SYS_fchmod, SYS_flock, SYS_newfstatat, SYS_linkat, SYS_unlinkat,
-#ifdef __x86_64__
-    SYS_link,   SYS_unlink,
-#endif
+constexpr int kAllowedOnFiles[] = {
+    SCMP_SYS(openat), SCMP_SYS(ftruncate), SCMP_SYS(fchmod), SCMP_SYS(flock),  SCMP_SYS(newfstatat),
+    SCMP_SYS(linkat), SCMP_SYS(unlinkat),  SCMP_SYS(link),   SCMP_SYS(unlink),
 };
 
 /// Calls that never occur by mistake: they end the process.
-constexpr unsigned kFatal[] = {
-    SYS_execve,      SYS_execveat,     SYS_ptrace, SYS_process_vm_readv, SYS_process_vm_writev,
-    SYS_init_module, SYS_finit_module, SYS_bpf,    SYS_perf_event_open,  SYS_mount,
-    SYS_setns,       SYS_unshare};
+constexpr int kFatal[] = {SCMP_SYS(execve),
+                          SCMP_SYS(execveat),
+                          SCMP_SYS(ptrace),
+                          SCMP_SYS(process_vm_readv),
+                          SCMP_SYS(process_vm_writev),
+                          SCMP_SYS(init_module),
+                          SCMP_SYS(finit_module),
+                          SCMP_SYS(bpf),
+                          SCMP_SYS(perf_event_open),
+                          SCMP_SYS(mount),
+                          SCMP_SYS(setns),
+                          SCMP_SYS(unshare)};
 
-constexpr unsigned kDeny = SECCOMP_RET_ERRNO | EPERM;
-
-using Program = std::vector<sock_filter>;
-
-constexpr unsigned field(std::size_t offset) {
-  return static_cast<unsigned>(offset);
-}
-/// Lower half of an argument, sufficient for all comparisons here.
-constexpr unsigned argument(std::size_t index) {
-  return field(offsetof(seccomp_data, args) + index * sizeof(std::uint64_t));
-}
-
-void load(Program& program, unsigned offset) {
-  program.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offset));
-}
-void answer(Program& program, unsigned value) {
-  program.push_back(BPF_STMT(BPF_RET | BPF_K, value));
-}
-/// Returns `result` if the loaded value is `value`.
-void answer_if(Program& program, unsigned value, unsigned result) {
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, 1));
-  answer(program, result);
-}
-
-/// System call `number`: allowed if argument `index` has one of `values`, otherwise refused.
-template <std::size_t kCount>
-void allow_values(Program& program, unsigned number, std::size_t index, const std::array<unsigned, kCount>& values) {
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 2 + 2 * kCount));
-  load(program, argument(index));
-  for (const unsigned value : values) answer_if(program, value, SECCOMP_RET_ALLOW);
-  answer(program, kDeny);
-}
-
-/// System call `number`: allowed if argument `index` has all bits of `mask` (`set`) or none of them.
-void allow_bits(Program& program, unsigned number, std::size_t index, unsigned mask, bool set) {
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, number, 0, 4));
-  load(program, argument(index));
-  program.push_back(
-      BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, mask, static_cast<__u8>(set ? 0 : 1), static_cast<__u8>(set ? 1 : 0)));
-  answer(program, SECCOMP_RET_ALLOW);
-  answer(program, kDeny);
-}
-
-Program make_program(bool shared_memory) {
-  constexpr unsigned kExecutable = 4;  // PROT_EXEC
-  const auto self = static_cast<unsigned>(::getpid());
-  Program program;
-  load(program, field(offsetof(seccomp_data, arch)));
-  program.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kArchitecture, 1, 0));
-  answer(program, SECCOMP_RET_KILL_PROCESS);
-  load(program, field(offsetof(seccomp_data, nr)));
-  for (const unsigned number : kFatal) answer_if(program, number, SECCOMP_RET_KILL_PROCESS);
-  // glibc falls back to clone() without clone3(), whose flags a filter cannot read.
-  answer_if(program, SYS_clone3, SECCOMP_RET_ERRNO | ENOSYS);
-  for (const unsigned number : kAllowed) answer_if(program, number, SECCOMP_RET_ALLOW);
-  if (shared_memory) {
-    for (const unsigned number : kAllowedOnFiles) answer_if(program, number, SECCOMP_RET_ALLOW);
+/// Builds a filter. The first error is kept; what is added after it has no effect.
+class Filter {
+ public:
+  Filter() : context_(::seccomp_init(SCMP_ACT_ERRNO(EPERM)), ::seccomp_release) {
+    if (!context_) error_ = ENOMEM;
+    // For all threads, because the threads of Fast DDS are already running.
+    if (error_ == 0) keep(::seccomp_attr_set(context_.get(), SCMP_FLTATR_CTL_TSYNC, 1));
+    if (error_ == 0) keep(::seccomp_attr_set(context_.get(), SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS));
   }
-  allow_bits(program, SYS_clone, 0, CLONE_THREAD, true);
-  allow_bits(program, SYS_mmap, 2, kExecutable, false);
-  allow_bits(program, SYS_mprotect, 2, kExecutable, false);
-  allow_values(program, SYS_socket, 0, std::array<unsigned, 2>{AF_INET, AF_NETLINK});
+
+  template <std::size_t kCount>
+  void add(std::uint32_t action, const int (&calls)[kCount]) {
+    for (const int call : calls) add(action, call);
+  }
+  void add(std::uint32_t action, int call) {
+    if (error_ == 0) keep(::seccomp_rule_add(context_.get(), action, call, 0));
+  }
+  /// Allows a call if the bits `mask` of argument `index` have the value `value`.
+  void allow_if(int call, unsigned index, std::uint64_t mask, std::uint64_t value) {
+    if (error_ != 0) return;
+    keep(::seccomp_rule_add(context_.get(), SCMP_ACT_ALLOW, call, 1, SCMP_CMP(index, SCMP_CMP_MASKED_EQ, mask, value)));
+  }
+  /// Applies the filter to this process. Returns 0 or the number of the first error.
+  [[nodiscard]] int load() {
+    if (error_ == 0) keep(::seccomp_load(context_.get()));
+    return error_;
+  }
+
+ private:
+  void keep(int result) { error_ = -result; }
+
+  std::unique_ptr<void, decltype(&::seccomp_release)> context_;
+  int error_ = 0;
+};
+
+Filter make_filter(bool shared_memory) {
+  // The arguments compared here are 32 bits wide: the upper half of their registers is undefined.
+  constexpr std::uint64_t kLower = 0xFFFFFFFF;
+  const auto self = static_cast<std::uint64_t>(::getpid());
+  Filter filter;
+  filter.add(SCMP_ACT_KILL_PROCESS, kFatal);
+  // glibc falls back to clone() without clone3(), whose flags a filter cannot read.
+  filter.add(SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3));
+  filter.add(SCMP_ACT_ALLOW, kAllowed);
+  if (shared_memory) filter.add(SCMP_ACT_ALLOW, kAllowedOnFiles);
+  filter.allow_if(SCMP_SYS(clone), 0, CLONE_THREAD, CLONE_THREAD);
+  filter.allow_if(SCMP_SYS(mmap), 2, PROT_EXEC, 0);
+  filter.allow_if(SCMP_SYS(mprotect), 2, PROT_EXEC, 0);
+  for (const std::uint64_t family : {AF_INET, AF_NETLINK}) filter.allow_if(SCMP_SYS(socket), 0, kLower, family);
   // For sockets; and for a log that may be a terminal, where TIOCSTI would inject input.
-  allow_values(
-      program, SYS_ioctl, 1,
-      std::array<unsigned, 7>{TCGETS, FIONBIO, FIONREAD, SIOCGIFCONF, SIOCGIFFLAGS, SIOCGIFADDR, SIOCGIFINDEX});
-  allow_values(program, SYS_prlimit64, 0, std::array{0U});  // only its own limits
-  allow_values(program, SYS_tgkill, 0, std::array{self});
-  allow_values(program, SYS_kill, 0, std::array{self});
-  answer(program, kDeny);
-  return program;
+  for (const std::uint64_t request :
+       {TCGETS, FIONBIO, FIONREAD, SIOCGIFCONF, SIOCGIFFLAGS, SIOCGIFADDR, SIOCGIFINDEX}) {
+    filter.allow_if(SCMP_SYS(ioctl), 1, kLower, request);
+  }
+  filter.allow_if(SCMP_SYS(prlimit64), 0, kLower, 0);  // only its own limits
+  filter.allow_if(SCMP_SYS(tgkill), 0, kLower, self);
+  filter.allow_if(SCMP_SYS(kill), 0, kLower, self);
+  return filter;
 }
 
 }  // namespace
 
 std::string filter_system_calls(bool shared_memory) {
   if (kSanitized) return {};
-  auto instructions = make_program(shared_memory);
-  const sock_fprog program{static_cast<unsigned short>(instructions.size()), instructions.data()};
-  // For all threads, because the threads of Fast DDS are already running.
-  const long done = ::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &program);
-  if (done != 0) return std::string{"system calls cannot be filtered: "} + std::strerror(errno);
+  const int error = make_filter(shared_memory).load();
+  if (error != 0) return std::string{"system calls cannot be filtered: "} + std::strerror(error);
   return {};
 }
 

@@ -4,7 +4,7 @@ shows no symbol of one; the bridge beside it does, or this look would see nothin
 import subprocess
 import sys
 
-FOREIGN = ("libfastrtps", "libfastcdr", "libddsc", "libmicrohttpd", "libssl")
+FOREIGN = ("libfastrtps", "libfastcdr", "libddsc", "libmicrohttpd", "libseccomp", "libssl")
 
 
 def needed(program):
