@@ -117,7 +117,7 @@ class Gears(ProgramTest):
                 ("x gear-out\n", "moves.txt:1: axis x: it is not coupled to its master"),
                 ("all position 0\nshaft jog 100\nsleep 0.5s\nx gear-in at=65deg to=5deg over=40deg\nwait x\n", "moves.txt:4: axis x: "),
                 ("x gear-in\nwait x\nshaft disable\nsleep 0.2s\nwait x\n",
-                 "its master leads no more: it has failed, has no power, or its position is not known")):
+                 "its master cannot be followed: it has failed, is not enabled, or its position is not known")):
             with self.subTest(script=script):
                 result = self.run_script(ok, script)
                 self.assertEqual(result.returncode, 1, result.stderr)

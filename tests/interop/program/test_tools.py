@@ -227,7 +227,7 @@ class InProcess(ProgramTest):
         # Nothing moves, but the drives are axes, scaled as they say.
         self.assertIn("\nincrements_per_revolution = 1048576", (self.directory / "line.toml").read_text())
         self.assertEqual(document["axes_count"], 8)
-        self.assertIn("hold the place where they stand", result.stderr)
+        self.assertIn("hold their positions", result.stderr)
         # It expects what was found: another device is noticed.
         text = (self.directory / "line.toml").read_text(encoding="utf-8")
         self.write("other.toml", text.replace("product_code = 0x4D534431", "product_code = 0x4D534432", 1))
@@ -557,7 +557,7 @@ class OnTheWire(WireTest):
         foreign.wait(PATIENCE_S)
         result = self.run_program(*again)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("slave 0 is in OP, but no other master has been heard for 150 ms: the line is taken over", result.stderr)
+        self.assertIn("slave 0 is in OP, but no frame of another master arrived for 150 ms: this run takes over the line", result.stderr)
 
     def test_diagnosis_names_the_bad_cable_until_it_is_cleared(self):
         self.start("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line", "--control", "line.socket",
@@ -637,7 +637,7 @@ class OnTheWire(WireTest):
         result = self.run_program(*arguments, "--json")
         self.write("run.log", result.stderr)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stderr, "(?m)^no description: process data as the slaves have assigned them, outputs zero, no axes$")
+        self.assertRegex(result.stderr, "(?m)^no description: process data as assigned by the slaves, outputs zero, no axes$")
         document = self.one_document(result.stdout)
         self.assertEqual((document["state"], document["axes_count"]), ("OP", 0))
         self.assertGreaterEqual(document["process_data"]["groups"][0]["slaves"], 4)

@@ -121,8 +121,8 @@ TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWi
   master->pass(milliseconds{6});
   EXPECT_EQ(object(kOutputs, 0x7010, 1), 0U);
   EXPECT_THAT(told(watch.poll(*master->core())),
-              ElementsAre("group terminals: outputs zeroed after 3 exchanges in a row that were not whole",
-                          "group terminals: whole again, outputs released"));
+              ElementsAre("group terminals: outputs zeroed after 3 incomplete exchanges in a row",
+                          "group terminals: exchange complete again, outputs released"));
   master->pass(milliseconds{4});
   EXPECT_EQ(object(kOutputs, 0x7010, 1), 1U);
   EXPECT_EQ(watch.zeroings(1), 1U);

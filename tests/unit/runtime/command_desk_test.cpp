@@ -61,7 +61,7 @@ class CommandDeskTest : public testing::Test, protected AxesForCommands {
 constexpr const char* kPanel = "dds panel (participant 010000000000000000000000)";
 
 TEST_F(CommandDeskTest, AsksForNothingWithoutALease) {
-  const auto* const sentence = "axis x: the lease is not, or no longer, the caller's; he must acquire the axis first";
+  const auto* const sentence = "axis x: the caller does not hold the lease of the axis; acquire the axis first";
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kEnable)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kJog, 7)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kRenew)), sentence);
@@ -70,7 +70,7 @@ TEST_F(CommandDeskTest, AsksForNothingWithoutALease) {
   const auto lease = acquire("panel", "x");
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kEnable, lease + 1)), sentence);
   EXPECT_EQ(refusal(command("panel", "y", CommandKind::kEnable, lease)),
-            "axis y: the lease is not, or no longer, the caller's; he must acquire the axis first");
+            "axis y: the caller does not hold the lease of the axis; acquire the axis first");
   EXPECT_EQ(static_cast<CommandResult>(ask(command("panel", "x", CommandKind::kEnable, lease)).result),
             CommandResult::kAccepted);
 }
@@ -105,7 +105,7 @@ TEST_F(CommandDeskTest, ALeaseThatIsNotRenewedEnds) {
   clock.advance(milliseconds{301});
   desk.poll();
   EXPECT_EQ(axis_requests.authority().owner_of(0), "");
-  EXPECT_THAT(told(), ElementsAre(std::string("axis x: ") + kPanel + " is not heard any more: the axis stops"));
+  EXPECT_THAT(told(), ElementsAre(std::string("axis x: ") + kPanel + " no longer renews its lease: the axis stops"));
   EXPECT_THAT(refusal(command("panel", "x", CommandKind::kRenew, lease)), HasSubstr("acquire the axis first"));
   EXPECT_NE(acquire("panel", "x"), lease);
 }
@@ -121,12 +121,12 @@ TEST_F(CommandDeskTest, RefusesWhatCannotBe) {
   const auto lease = acquire("panel", "x");
   auto record = command("panel", "x", CommandKind::kJog, lease);
   record.target = 20.0;
-  EXPECT_EQ(refusal(record), "axis x: velocity 1145.92 deg/s is not possible, -572.958 deg/s to 572.958 deg/s are");
+  EXPECT_EQ(refusal(record), "axis x: velocity 1145.92 deg/s is outside -572.958 deg/s to 572.958 deg/s");
   record.number = ++number;
   EXPECT_EQ(ask(record).lease, lease) << "it is his all the same";
   record = command("panel", "x", CommandKind::kMoveAbsolute, lease);
   record.target = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(refusal(record), "axis x: target is not a number that can be");
+  EXPECT_EQ(refusal(record), "axis x: target is not a finite number");
   record = command("panel", "x", CommandKind::kMoveAbsolute, lease);
   record.target = 5.0;
   EXPECT_THAT(refusal(record), HasSubstr("position 286.479 deg is not possible"));
@@ -156,8 +156,8 @@ TEST_F(CommandDeskTest, TellsOfEachCommandButRenewals) {
   ask(command("panel", "x", CommandKind::kRelease, lease));
   const std::string who = kPanel;
   EXPECT_THAT(told(), ElementsAre(who + ": axis x: acquire", who + ": axis x: power on",
-                                  who + ": axis x: move_velocity 0 deg/s: refused: the lease is not, or no longer, "
-                                        "the caller's; he must acquire the axis first",
+                                  who + ": axis x: move_velocity 0 deg/s: refused: the caller does not hold the "
+                                        "lease of the axis; acquire the axis first",
                                   who + ": axis q: halt: refused: there is no axis \"q\"", who + ": axis x: release"));
 }
 
@@ -200,7 +200,8 @@ TEST_F(CommandDeskTest, WithTheBridgeGoTheLeases) {
   desk.bridge_lost();
   EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   EXPECT_EQ(axis_requests.authority().owner_of(1), "");
-  EXPECT_THAT(told(), Contains(std::string(kPanel) + ": its bridge has stopped: its axes stop, and are free"));
+  EXPECT_THAT(told(), Contains(std::string(kPanel) +
+                               ": the bridge has stopped: the axes of this client stop, and their leases end"));
 }
 
 TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
@@ -239,8 +240,8 @@ TEST_F(CommandDeskTest, AFloodOfManyIsCountedAndNotTold) {
   desk.poll();
   const auto sentences = told();
   EXPECT_LE(sentences.size(), static_cast<std::size_t>(CommandDesk::kEventsAtOnce) + 1);
-  EXPECT_THAT(sentences, Contains("commands: more came than are told one by one: 0 accepted, 900 refused, 99000 not "
-                                  "looked at"));
+  EXPECT_THAT(sentences, Contains("commands: too many to report one by one: 0 accepted, 900 refused, 99000 "
+                                  "dropped unread"));
 }
 
 TEST_F(CommandDeskTest, GarbageMovesNothing) {

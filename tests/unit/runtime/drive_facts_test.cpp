@@ -77,8 +77,8 @@ TEST(DriveFacts, ScaleOfTheDescriptionCountsBeforeThatOfTheDriveAndThatIsTold) {
   EXPECT_EQ(take(axis, facts), "");
   axis = rotary_axis(1048576.0, false);
   EXPECT_EQ(take(axis, facts),
-            "axis x: increments_per_revolution is 1048576, and by 6092h, 6091h and 608Fh of its drive a turn of the "
-            "motor is 360000; the line description counts");
+            "axis x: increments_per_revolution is 1048576, and objects 6092h, 6091h and 608Fh of its drive give "
+            "360000 increments per turn of the motor; driveline uses the line description");
   EXPECT_NEAR(axis.increments_per_unit * kTurn, 1048576.0, 1e-6);
 }
 
@@ -211,8 +211,8 @@ TEST_F(DriveFactsOfALine, ScaleThatIsAnotherIsTold) {
   EXPECT_NEAR(report.axes.at(0).increments_per_unit, 1048576.0, 1e-6);
   EXPECT_THAT(
       events.told,
-      Contains("axis x: increments_per_revolution is 1048576, and by 6092h, 6091h and 608Fh of its drive a turn "
-               "of the motor is 65536; the line description counts"));
+      Contains("axis x: increments_per_revolution is 1048576, and objects 6092h, 6091h and 608Fh of its drive give "
+               "65536 increments per turn of the motor; driveline uses the line description"));
 }
 
 TEST_F(DriveFactsOfALine, FactorsThatTheLineDescriptionWritesAreThoseThatCount) {

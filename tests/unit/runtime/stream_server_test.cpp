@@ -143,7 +143,7 @@ TEST(StreamServer, RefusesWithASentence) {
   StreamLine line;
   EXPECT_EQ(line.refusal({.axes = {"w"}}), "there is no axis \"w\" for streams, but x, y, z");
   EXPECT_EQ(line.refusal({.axes = {"x", "x"}}), "axis x is named twice");
-  EXPECT_THAT(line.told.back(), HasSubstr("was sent away: there is no axis \"w\""));
+  EXPECT_THAT(line.told.back(), HasSubstr("was rejected: there is no axis \"w\""));
 }
 
 /// A hand-made client, for cases that the header does not support.
