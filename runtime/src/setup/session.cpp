@@ -12,7 +12,7 @@ namespace driveline::runtime {
 namespace {
 
 std::string holder_text(const port::InterfaceHolder& holder) {
-  if (holder.pid == 0) return "another process of this program";
+  if (holder.pid == 0) return "another driveline process";
   return fmt::format("process {}{}", holder.pid, holder.command.empty() ? "" : fmt::format(" ({})", holder.command));
 }
 
@@ -45,8 +45,8 @@ Result<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string>
     if (lock) {
       locks.push_back(std::move(*lock));
     } else if (!force) {
-      return fail(ErrorKind::kInterfaceBusy,
-                  fmt::format("{} has interface {}, and this would {}", holder_text(lock.error()), interface, would));
+      return fail(ErrorKind::kInterfaceBusy, fmt::format("{} uses interface {}; this command would {}",
+                                                         holder_text(lock.error()), interface, would));
     }
   }
   return locks;

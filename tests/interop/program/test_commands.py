@@ -188,7 +188,7 @@ class ByCyclone(CommandTest):
         self.assertGreater(panel.acquire("x"), 0)
         owner = self.status()["x"]["owner"]
         self.assertRegex(owner, r"^dds panel \(participant [0-9a-f]{24}\)$")
-        self.check(panel.do("jog x 0.5"), "DONE", "the velocity is reached")
+        self.check(panel.do("jog x 0.5"), "DONE", "the axis has reached the velocity")
         self.wait_for_value("x", "velocity", 0.5, 0.02)
         self.check(panel.do("halt x"), "DONE")
         self.check(panel.do("move-absolute x 1 2"), "DONE")
@@ -639,7 +639,7 @@ class Settings(CommandTest):
         self.assertTrue(any(sentence in event for event in self.end_run(run)["events"]))
 
     def test_that_cannot_be_are_refused(self):
-        self.refused("[commands]: go with the time of this machine", commands="enabled = true\ninsecure = true", arguments=["--virtual"])
+        self.refused("[commands]: need real time", commands="enabled = true\ninsecure = true", arguments=["--virtual"])
         self.refused("lease_timeout_ms", commands="enabled = true\ninsecure = true\nlease_timeout_ms = 5")
 
 

@@ -146,7 +146,7 @@ class Stream(ProgramTest):
             subprocess.run(["sleep", str(chance.uniform(0, 0.15))], check=True)
         self.wait_until_free(*AXES)
         events = self.end(run)
-        gone = [event for event in events if "its connection is gone" in event]
+        gone = [event for event in events if "its connection is closed" in event]
         silent = [event for event in events if "it was silent" in event]
         self.assertEqual(len(gone) + len(silent), KILLS, events)
         self.assertFalse([event for event in events if "ErrorStop" in event], events)

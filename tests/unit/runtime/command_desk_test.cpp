@@ -137,13 +137,13 @@ TEST_F(CommandDeskTest, RefusesWhatCannotBe) {
   EXPECT_EQ(refusal(command("panel", "\x1b[2J", CommandKind::kAcquire)), "there is no axis \"?[2J\"");
   record = command("panel", "x", CommandKind::kAcquire);
   record.kind = 4711;
-  EXPECT_EQ(refusal(record), "there is no command of number 4711");
+  EXPECT_EQ(refusal(record), "there is no command with number 4711");
   record = command("panel", "x", CommandKind::kRenew, lease);
   record.number = 1;
-  EXPECT_THAT(refusal(record), StartsWith("number 1 is not above "));
+  EXPECT_THAT(refusal(record), StartsWith("number 1 must be above "));
   for (const char* name : {"", "a\nb", "\xC3\xA4"}) {
     EXPECT_EQ(refusal(command(name, "x", CommandKind::kAcquire)),
-              "the name of a client has 1 to 63 printable letters of ASCII");
+              "the name of a client must have 1 to 63 printable ASCII characters");
   }
 }
 
@@ -185,7 +185,7 @@ TEST_F(CommandDeskTest, EachStopHasALastAnswerHoweverManyThereAre) {
     const auto answer = ask(command("panel", "x", CommandKind::kHalt));
     const auto result = static_cast<CommandResult>(answer.result);
     accepted += result == CommandResult::kAccepted ? 1 : 0;
-    done += result == CommandResult::kDone && answer.text.view().starts_with("the axis is told to stop") ? 1 : 0;
+    done += result == CommandResult::kDone && answer.text.view().starts_with("the axis is commanded to stop") ? 1 : 0;
     // Other clients can still stop their axes.
     if (i % 10 == 0) clock.advance(milliseconds{1});
   }
@@ -209,7 +209,7 @@ TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
   EXPECT_NE(ask(acquired).lease, 0U);
   desk.bridge_lost();
   // As the client's middleware repeats it to the next bridge.
-  EXPECT_THAT(refusal(acquired), HasSubstr("is not above"));
+  EXPECT_THAT(refusal(acquired), HasSubstr("must be above"));
   EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   acquire("other", "x", 2);
 }
@@ -279,7 +279,7 @@ TEST_F(CommandDeskTest, KeepsABoundedNumberOfClients) {
   for (std::size_t i = 0; i < CommandDesk::kMaxClients; ++i) {
     refusal(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt, 0, static_cast<std::uint8_t>(i / 8)));
   }
-  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt, 0, 99)), "there are too many clients already");
+  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt, 0, 99)), "the maximum number of clients is reached");
   clock.advance(std::chrono::seconds{11});
   EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "there is no axis \"q\"");
 }
@@ -289,7 +289,7 @@ TEST_F(CommandDeskTest, OneParticipantKeepsNobodyOutByItsManyNames) {
     ask(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt));
     clock.advance(milliseconds{20});
   }
-  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "there are too many clients already");
+  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "the maximum number of clients is reached");
   EXPECT_EQ(refusal(command("panel", "q", CommandKind::kHalt, 0, 2)), "there is no axis \"q\"");
 }
 

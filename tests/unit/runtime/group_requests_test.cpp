@@ -469,7 +469,7 @@ TEST_F(GroupByHand, APathThatWasStoppedIsNotGoneOnWithBesideIt) {
         EXPECT_FALSE(taken);
         if (!taken) {
           EXPECT_EQ(describe(line->groups().event_group(0), taken.error()),
-                    "group plotter: the path has ended before this move; it must begin anew");
+                    "group plotter: the path ended before this move; start a new path");
         }
         return true;
       },

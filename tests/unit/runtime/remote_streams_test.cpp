@@ -215,7 +215,7 @@ TEST_F(RemoteStreamsTest, WhatIsRefusedIsToldWithAxisValueAndLimit) {
   auto other = at(record({{"y", axes.axes[0].lease}}), ++sent, 54ms, 0.1);
   take(other);
   run(20ms);
-  EXPECT_THAT(std::string(last.text.view()), HasSubstr("is of another number of axes"));
+  EXPECT_THAT(std::string(last.text.view()), HasSubstr("is for another number of axes"));
   EXPECT_EQ(last.refused, 4U);
 }
 
