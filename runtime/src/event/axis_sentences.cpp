@@ -90,8 +90,7 @@ std::string EventSentence::position_text(const events::AxesStopped& facts) const
   if (facts.failure.cause == Cause::kPositionFrozen) {
     return fmt::format(
         "axis {}: its actual position stayed at {:.6g} {} for {:.4g} ms while its setpoint moved by {}: frozen, or the "
-        "axis is "
-        "blocked; all axes stopped within their limits",
+        "axis is blocked; all axes stopped within their limits",
         name, unit.from_si(found.from), unit.name, ms, length_text(facts.axis, found.moved));
   }
   const auto leap = fmt::format("jumped by {} within {:.4g} ms, at most {:.3g} {} are plausible",

@@ -59,8 +59,7 @@ std::string EventSentence::operator()(const events::ScaleDiffers& facts) const {
 
 std::string EventSentence::operator()(const events::NoProcessData& /*facts*/) const {
   return "there are no process data: no slave has a default PDO assignment; `driveline pdos` lists the PDOs of the "
-         "slaves, "
-         "[[slave.pdo]] of a line description selects the PDOs to exchange";
+         "slaves, [[slave.pdo]] of a line description selects the PDOs to exchange";
 }
 
 std::string EventSentence::operator()(const events::RealtimeSetUp& facts) const {

@@ -277,10 +277,10 @@ class ABridge(BridgeTest):
         config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {self.domain}")
         result = self.run_program("run", "--config", config, "--virtual", "--duration", 0.1, "--no-plots", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("telemetry: off: /nowhere/driveline-bridge: is named by DRIVELINE_BRIDGE", result.stderr)
+        self.assertIn("telemetry: off: /nowhere/driveline-bridge: is set by DRIVELINE_BRIDGE", result.stderr)
         self.assertEqual(self.one_document(result.stdout)["telemetry"], {"published": 0, "dropped": 0, "restarts": 0})
         result = self.run_program("run", "--config", config, "--virtual", "--duration", 0.1, "--telemetry")
-        self.check_refused(result, 1, "/nowhere/driveline-bridge: is named by DRIVELINE_BRIDGE")
+        self.check_refused(result, 1, "/nowhere/driveline-bridge: is set by DRIVELINE_BRIDGE")
 
 
 class TheCycle(CycleCounts, BridgeTest):

@@ -240,7 +240,7 @@ class Script(ProgramTest):
             'name = "x"\nunit', 'name = "x"\ninertia = 3e-4\nunit').replace(
             "[[slave]]", '[[slave]]\nsdo = [{ index = 0x607E, type = "uint8", value = 0xC0 }]', 1))
         self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn("axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques",
+        self.assertIn("axis x: 607Eh of its drive is C0h and reverses positions and velocities but not torques",
                       result.stderr.splitlines()[-1])
 
     def test_bad_input_is_one_sentence_and_nothing_leaps(self):

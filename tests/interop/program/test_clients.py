@@ -99,7 +99,7 @@ class Echo(ClientTest):
 
     def test_without_its_program_names_the_package(self):
         os.environ["DRIVELINE_DDS"] = "/nowhere/driveline-dds"
-        self.check_refused(self.client("echo", "event"), 1, "/nowhere/driveline-dds: is named by DRIVELINE_DDS",
+        self.check_refused(self.client("echo", "event"), 1, "/nowhere/driveline-dds: is set by DRIVELINE_DDS",
                            "Debian package driveline-bridge")
         alone = pathlib.Path(shutil.copy(DRIVELINE, self.directory))
         del os.environ["DRIVELINE_DDS"]

@@ -73,10 +73,10 @@ class Gears(ProgramTest):
         for text, place, sentence in (
                 ('[[coupling]]\nslave = "x"\nmaster = "x"\n', 3, '"x" cannot be its own master'),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\n[[coupling]]\nslave = "y"\nmaster = "x"\n', 6,
-                 "is coupled in a circle: y follows x follows y"),
+                 "is part of a coupling loop: y follows x follows y"),
                 ('[[coupling]]\nslave = "z"\nmaster = "x"\n', 2, 'there is no [[axis]] or [[virtual_axis]] named "z"'),
                 ('[[coupling]]\nslave = "x"\nmaster = "z"\n', 3, 'named "z"'),
-                ('[[coupling]]\nslave = "x"\nmaster = "y"\n[[coupling]]\nslave = "x"\nmaster = "shaft"\n', 5, "has a master already"),
+                ('[[coupling]]\nslave = "x"\nmaster = "y"\n[[coupling]]\nslave = "x"\nmaster = "shaft"\n', 5, "already has a master"),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\nratio = [0, 1]\n', 4, "ratio"),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\nratio = [1, 0]\n', 4, "ratio"),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\nratio = [nan, 1]\n', 4, "ratio"),

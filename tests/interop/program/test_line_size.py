@@ -90,7 +90,7 @@ class FaultsWhileServed(WireTest):
         self.assertIn(b"states: INIT INIT INIT INIT", out)
         log = self.text("line.log")
         for text in ("fault begins: power-off slave=x", "\npower-off slave=x\n", "fault ends: power-off slave=x",
-                     "refuse-transition", "error: \"dorp\" is no kind of fault"):
+                     "refuse-transition", "error: \"dorp\" is not a kind of fault"):
             self.assertIn(text, log)
 
     def test_inputs_are_set_and_read(self):

@@ -268,7 +268,7 @@ class Stream(ProgramTest):
         self.check_refused(self.run_program("run", "--config", self.line(), "--virtual"), 2, "[stream]", "virtual time")
         self.write("path.csv", "time[s],x[deg],y[deg],z[deg]\n0,0,0,0\n1,1,1,1\n")
         self.check_refused(self.run_program("run", "--config", self.line(tail='[path]\nfile = "path.csv"\n')), 2,
-                           "stream: goes with axes that wait for requests: there must be no [path]")
+                           "stream: needs axes that wait for requests: remove [path]")
         self.check_refused(self.run_program("run", "--config", self.line(users=("nobody-of-that-name",))), 2,
                            'there is no user "nobody-of-that-name" on this machine')
         self.check_refused(self.run_program("run", "--config", self.line(tail='axes = ["w"]\n')), 2, 'no [[axis]] named "w"')

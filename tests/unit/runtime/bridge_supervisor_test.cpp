@@ -233,7 +233,7 @@ TEST(HelperProgram, OfTheEnvironmentMustBeThere) {
   ::setenv("DRIVELINE_TEST_HELPER", "/nowhere/helper", 1);
   const auto named = find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER");
   ASSERT_FALSE(named);
-  EXPECT_EQ(describe(named.error()), "/nowhere/helper: is named by DRIVELINE_TEST_HELPER, but there is no such file");
+  EXPECT_EQ(describe(named.error()), "/nowhere/helper: is set by DRIVELINE_TEST_HELPER, but the file does not exist");
   ::unsetenv("DRIVELINE_TEST_HELPER");
   const auto beside = find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER");
   ASSERT_FALSE(beside);

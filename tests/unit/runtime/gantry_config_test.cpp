@@ -55,7 +55,7 @@ TEST(GantryConfig, BadInputHasOneSentence) {
       {"leader = \"y\"\nfollower = \"x2\"\nskew_limit = 1\n",
        "line.toml:18: [gantry 1] leader: there is no [[axis]] named \"y\""},
       {"leader = \"x1\"\nfollower = \"x1\"\nskew_limit = 1\n",
-       "line.toml:19: [gantry 1] follower: is \"x1\" like the leader: a gantry has two axes"},
+       "line.toml:19: [gantry 1] follower: is \"x1\", the same as the leader: a gantry needs two axes"},
       {kPair, "line.toml:17: [gantry 1] skew_limit: is missing, a number is expected"},
       {kPair + "skew_limit = 0\n", "line.toml:20: [gantry 1] skew_limit: is 0, 1e-09 to 1000000000 is expected"},
       {kPair + "skew_limit = 1\nskew_warning = 2\n", "line.toml:21: [gantry 1] skew_warning: is 2, 0 to 1 is expected"},
@@ -64,23 +64,23 @@ TEST(GantryConfig, BadInputHasOneSentence) {
       {kPair + "skew_limit = 1\nout_of_skew = \"ignore\"\n",
        "line.toml:21: [gantry 1] out_of_skew: is \"ignore\", one of \"refuse\", \"square\" is expected"},
       {kPair + "skew_limit = 1\n[[gantry]]\nleader = \"x2\"\nfollower = \"x1\"\nskew_limit = 1\n",
-       "line.toml:22: [gantry 2] leader: \"x2\" is in a [[gantry]] above already"},
+       "line.toml:22: [gantry 2] leader: \"x2\" is already in a [[gantry]] above"},
       {kPair + "skew_limit = 1\n[path]\nfile = \"p.csv\"\n",
-       "line.toml:17: [gantry 1]: is of axes that wait for requests: there must be no [path], which they would follow"},
+       "line.toml:17: [gantry 1]: needs axes that wait for requests: remove [path], which moves all axes"},
   };
   for (const auto& [keys, wanted] : cases) EXPECT_EQ(sentence_of(keys), wanted);
   const std::string keys = kPair + "skew_limit = 1\n";
   EXPECT_EQ(sentence_of(keys, kTwoAxes + "mode = \"csv\"\n"),
-            "line.toml:20: [gantry 1] follower: \"x2\" is in mode \"csv\", and the leader \"x1\" in \"csp\"");
+            "line.toml:20: [gantry 1] follower: \"x2\" is in mode \"csv\", but the leader \"x1\" in \"csp\"");
   EXPECT_EQ(sentence_of(keys, kTwoAxes + "min_position = 0\nmax_position = 100\n"),
             "line.toml:21: [gantry 1] follower: \"x2\" has min_position and max_position: those of the leader are "
             "expected alone");
   EXPECT_EQ(sentence_of(keys, kTwoAxes + "backlash = 0.1\ncompensate = \"homed\"\n"),
-            "line.toml:21: [gantry 1] follower: \"x2\" is compensated once it is homed, which a gantry does not do: "
+            "line.toml:21: [gantry 1] follower: \"x2\" is compensated only after homing, which a gantry does not do: "
             "compensate = \"always\" is expected");
-  EXPECT_EQ(sentence_of(keys, kTwoAxes + "[stream]\nsocket = \"/tmp/s\"\n"),
-            "line.toml:21: [gantry 1] follower: \"x2\" is one of the axes of [stream]: the leader is expected there "
-            "alone");
+  EXPECT_EQ(
+      sentence_of(keys, kTwoAxes + "[stream]\nsocket = \"/tmp/s\"\n"),
+      "line.toml:21: [gantry 1] follower: \"x2\" is one of the axes of [stream]: only the leader is expected there");
 }
 
 TEST(GantryConfig, SentencesHaveTheNumbers) {
