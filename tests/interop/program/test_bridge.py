@@ -255,7 +255,7 @@ class ABridge(BridgeTest):
         self.assertNotIn("invalid counters from the bridge", self.text("run.log"))
 
     def test_of_no_line_says_what_it_has_not_found(self):
-        for process, said in ((0, "process 0 is not there"), (os.getpid(), "publishes nothing: it has no feed description")):
+        for process, said in ((0, "process 0 is not there"), (os.getpid(), "publishes no telemetry: it has no feed description")):
             result = self.run_program("--process", process, program=BRIDGE)
             self.assertEqual(result.returncode, 1, result.stderr)
             self.assertIn(said, result.stderr)

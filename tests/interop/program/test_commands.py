@@ -554,10 +554,10 @@ class Secured(CommandTest):
         page = self.client("top", "--once", "--timeout", PATIENCE_S, keys="office")
         self.assertIn("commanded", page.stdout, page.stderr)
         # Without keys there is no line; what the permissions do not name is not read.
-        self.check_refused(self.client("echo", "line_status", "--timeout", 3), 1, "nothing came for 3 s")
+        self.check_refused(self.client("echo", "line_status", "--timeout", 3), 1, "no sample arrived for 3 s")
         denied = self.client("echo", "command", "--timeout", 3, keys="office")
         self.assertEqual(denied.returncode, 1)
-        self.assertIn("driveline/v1/command: the permissions in keys/office do not allow to read it", denied.stderr.splitlines()[-1])
+        self.assertIn("driveline/v1/command: the permissions in keys/office do not allow reading it", denied.stderr.splitlines()[-1])
         (self.directory / "keys/office/governance.p7s").unlink()
         self.check_refused(self.client("echo", "event", keys="office"), 1, "keys/office/governance.p7s: cannot be read: No such file or directory")
         self.end_run(run)
@@ -610,8 +610,8 @@ class Secured(CommandTest):
 
     def test_keys_that_cannot_be_made_are_refused_in_a_sentence(self):
         self.make_keys(line="line")
-        for arguments, sentence in ((["add", "x", "admin"], '"admin" is no role'), (["add", "a b", "line"], '"a b" is no name'),
-                                    (["add", "line", "line"], "is there already"), (["new"], "is there already"), ([], "usage: dds-keys.sh")):
+        for arguments, sentence in ((["add", "x", "admin"], '"admin" is not a role'), (["add", "a b", "line"], '"a b" is not a valid name'),
+                                    (["add", "line", "line"], "already exists"), (["new"], "already exists"), ([], "usage: dds-keys.sh")):
             with self.subTest(arguments=arguments):
                 made = self.keys(*arguments)
                 self.assertEqual(made.returncode, 2)

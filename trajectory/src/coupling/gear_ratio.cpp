@@ -13,7 +13,7 @@ bool is_gear_number(std::int64_t number) {
 
 std::string GearError::message() const {
   const std::string what = "a gear ratio of " + std::to_string(numerator) + " : " + std::to_string(denominator) +
-                           " cannot be: both numbers must be ";
+                           " is not possible: both numbers must be ";
   return what + (numerator == 0 || denominator == 0 ? "other than 0" : "within +-2147483648");
 }
 
