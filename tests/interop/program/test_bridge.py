@@ -165,14 +165,14 @@ class ABridge(BridgeTest):
         self.receive()
         faults_before = self.page_faults(run)
         os.kill(first, signal.SIGKILL)
-        self.wait_for_sentence(run, "telemetry: bridge stopped (signal 9), again in 0.1 s")
+        self.wait_for_sentence(run, "telemetry: bridge stopped (signal 9), restart in 0.1 s")
         self.wait_for_sentence(run, "telemetry: bridge runs again")
         faults = self.page_faults(run) - faults_before
         status = self.receive()["line_status"]
         document = self.end_run(run)
         self.assertLess(faults, 500, "a fork of the process of the line makes each of its pages fault again")
         self.assertEqual(status["state"], "OP")
-        self.assertIn("telemetry: bridge stopped (signal 9), again in 0.1 s", status["faults"])
+        self.assertIn("telemetry: bridge stopped (signal 9), restart in 0.1 s", status["faults"])
         self.assertEqual(document["telemetry"]["restarts"], 1)
         self.assertGreaterEqual(document["telemetry"]["published"], status["telemetry"]["published"])
         self.assertTrue(any("bridge stopped (signal 9)" in event for event in document["events"]), document["events"])

@@ -9,7 +9,7 @@ from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, agai
 
 NOBODY = 65534
 # A busy machine may suspend a command, or the run, for longer than the axes wait for a sign of life.
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more", "the master was away")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 LINE = ('[bus]\nmax_lost_cycles = 1000\n[line]\nname = "hand"\ncycle_us = 2000\n[realtime]\npolicy = "degrade"\n'
         '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
         '[[axis]]\nname = "x"\nunit = "deg"\nmax_velocity = 720\nmax_acceleration = 7200\n'

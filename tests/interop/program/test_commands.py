@@ -17,7 +17,7 @@ from program import CYCLONE_SUBSCRIBER, DISTURBED, PATIENCE_S, ROOT, WATCHDOG, P
 COMMANDER = os.environ["CYCLONE_COMMANDER"]
 COMMAND_FLOOD = os.environ["COMMAND_FLOOD"]
 # A busy machine may suspend a client for longer than its leases last.
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease")
 MAX_VELOCITY, MAX_ACCELERATION, MAX_JERK = 5.0, 10.0, 200.0  # rad/s, ...
 WINDOW = 20  # cycles of 1 ms
 FLOODS = 3  # clients at once: together they send what two processors can

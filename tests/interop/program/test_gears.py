@@ -6,7 +6,7 @@ import unittest
 
 from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
 
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more", "the master was away")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 HEAD = '[line]\nname = "gears"\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n[bus]\nmax_lost_cycles = 1000\n[telemetry]\nenabled = false\n'
 SLAVES = '[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
 AXES = ('[[axis]]\nname = "x"\nunit = "deg"\nmax_velocity = 720\nmax_acceleration = 7200\nmax_jerk = 200000\n'

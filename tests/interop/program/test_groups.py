@@ -12,7 +12,7 @@ import unittest
 from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
 
 # A busy machine may suspend a command, or the run, for longer than a group waits for a sign of life.
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more", "the master was away")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 AXIS = ('[[axis]]\nname = "{}"\nfeed_mm_per_revolution = 20\nunit = "mm"\nmax_velocity = 800\nmax_acceleration = 8000\n'
         'max_jerk = 400000\nmin_position = -100\nmax_position = 400\n')
 LINE = ('[bus]\nmax_lost_cycles = 1000\n[line]\nname = "groups"\ncycle_us = 2000\n[realtime]\npolicy = "degrade"\n'

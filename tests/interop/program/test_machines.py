@@ -6,7 +6,7 @@ import unittest
 
 from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
 
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more", "the master was away")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 DELTA = (EXAMPLES / "delta.toml").read_text(encoding="utf-8")
 MOVES = (EXAMPLES / "delta.jsonl").read_text(encoding="utf-8").splitlines(keepends=True)
 START = "robot enable\nwait robot\nrobot move 0 0 -560 feed=500\nwait robot\n"

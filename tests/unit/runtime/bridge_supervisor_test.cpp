@@ -126,9 +126,9 @@ TEST_F(BridgeSupervisorTest, ABridgeThatDiesIsStartedAgainAfterGrowingPauses) {
   make("abort,exit,exit,ready", {.first_pause = 20ms, .longest_pause = 50ms});
   ASSERT_TRUE(supervisor_->start());
   ASSERT_TRUE(serve_until([&] { return supervisor_->restarts() == 3 && supervisor_->running(); }));
-  EXPECT_THAT(said_, ElementsAre("telemetry: bridge stopped (signal 6), again in 0.02 s",
-                                 "telemetry: bridge stopped (status 3), again in 0.04 s",
-                                 "telemetry: bridge stopped (status 3), again in 0.05 s",
+  EXPECT_THAT(said_, ElementsAre("telemetry: bridge stopped (signal 6), restart in 0.02 s",
+                                 "telemetry: bridge stopped (status 3), restart in 0.04 s",
+                                 "telemetry: bridge stopped (status 3), restart in 0.05 s",
                                  HasSubstr("telemetry: bridge runs again (process ")));
   EXPECT_EQ(starts().size(), 4U);
 }
@@ -147,7 +147,7 @@ TEST_F(BridgeSupervisorTest, ABridgeWithoutASignOfLifeIsEnded) {
   make("ready,ready", {.first_pause = 10ms, .hang_limit = 50ms});
   ASSERT_TRUE(supervisor_->start());
   ASSERT_TRUE(serve_until([&] { return supervisor_->restarts() == 1; }));
-  EXPECT_EQ(said_.front(), "telemetry: bridge stopped (signal 9), again in 0.01 s");
+  EXPECT_EQ(said_.front(), "telemetry: bridge stopped (signal 9), restart in 0.01 s");
 }
 
 TEST_F(BridgeSupervisorTest, ABridgeThatDoesNotEndIsEndedWithForce) {
