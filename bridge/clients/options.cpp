@@ -176,9 +176,8 @@ class Reader {
 
 const char* const kHelp =
     "driveline-dds COMMAND [OPTION...]: observes a line over DDS. `driveline echo`, `record`, `plot` and `top` start "
-    "it, "
-    "and\n"
-    "their --help lists the options:\n"
+    "it,\n"
+    "and their --help lists the options:\n"
     "  echo TOPIC    [--json] [--count N] [--timeout S]\n"
     "  record        --output FILE [--topic NAME]... [--duration S] [--timeout S] [--force] [--json]\n"
     "  plot FILE     [--output FILE.svg] [--axis NAME]...\n"
