@@ -7,8 +7,8 @@ usage() {
   cat <<'USAGE'
 usage: ./run.sh [--no-install] [-- ARGUMENTS]
 Installs missing packages, builds and runs `driveline run` on examples/line8.toml.
-  --no-install   do not look for missing packages
-  -- ARGUMENTS   go to `driveline run`, e.g. -- --duration 5; a --config among them replaces the example
+  --no-install   do not install missing packages
+  -- ARGUMENTS   passed to `driveline run`, e.g. -- --duration 5; --config replaces the example
   --help         this text
 USAGE
 }
@@ -64,7 +64,7 @@ build=$root/build
   fi
   echo "run.sh: building driveline and its DDS programs"
   cmake --build "$build" --target driveline driveline-bridge driveline-dds -j "$(nproc)" ||
-    fail "the build failed, its message is above; what is built is kept, so the next ./run.sh goes on from there (a full disk: df -h '$root')"
+    fail "the build failed, its message is above; the next ./run.sh continues from there (if the disk is full: df -h '$root')"
 } >&2
 
 exec "$build/driveline" run "${config[@]}" "${arguments[@]}"

@@ -9,7 +9,7 @@ usage: ./test.sh [--no-install] [--label LEVEL ...]
 Installs missing packages, builds and runs the tests; then compares docs/features.md and docs/msd.md with the results: a test
 that is named there as a proof must have passed. Tests that this machine could not run are listed with the reason. The
 tests of level ci, minutes of compiling and packing, run in .ci/run alone.
-  --no-install    do not look for missing packages
+  --no-install    do not install missing packages
   --label LEVEL   only the tests of this level: unit, bus, replay, interop, fuzz, rt or structure; may be given several
                   times; builds what these need, without the comparison
   --help          this text
@@ -56,11 +56,11 @@ cmake -S "$root" --preset release ||
   fail "the configuration failed, its message is above; scripts/install-deps.sh installs what it needs"
 echo "test.sh: building"
 cmake --build "$build" --target "${targets[@]}" -j "$(nproc)" ||
-  fail "the build failed, its message is above; what is built is kept, so the next ./test.sh goes on from there (a full disk: df -h '$root')"
+  fail "the build failed, its message is above; the next ./test.sh continues from there (if the disk is full: df -h '$root')"
 echo "test.sh: testing"
 results=$build/test-results.xml
 ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)" --output-junit "$results" "${selection[@]}"
 if [ ${#levels[@]} -eq 0 ]; then
-  echo "test.sh: comparing the documents with what has run"
+  echo "test.sh: comparing the documents with the test results"
   python3 -B "$root/tests/structure/check.py" proofs --junit "$results" --build "$build" --left-out 'install\.(consumer|packages)'
 fi

@@ -88,7 +88,7 @@ def samples(file, topic=None):
     """(topic, log time in ns since 1970, sample as a dict) of every sample, or of those of one topic."""
     data = memoryview(Path(file).read_bytes())
     if bytes(data[:8]) != MAGIC:
-        raise ValueError(f"{file}: is no MCAP file")
+        raise ValueError(f"{file}: is not an MCAP file")
     schemas, channels = {}, {}
     yield from content(bytes(data[8:]), schemas, channels, topic)
 

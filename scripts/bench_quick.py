@@ -56,7 +56,7 @@ def problem_with(program, seconds):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="where the programs are (build/bench)")
+    parser.add_argument("folder", type=Path, help="folder of the programs (build/bench)")
     parser.add_argument("--timeout", type=float, default=600.0, help="seconds for each program")
     options = parser.parse_args()
     if not options.folder.is_dir():

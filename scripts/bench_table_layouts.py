@@ -92,7 +92,7 @@ def where_from(document):
     machine = f"{where['cpu']}, {where['cores']} processors" + (", virtual machine" if where["virtual_machine"] else "")
     text = f"Measured {where['date']} on {machine}, Linux {where['kernel']}; {build_of(where)}. "
     other, stolen = where["other_load"], where["stolen_load"]
-    text += f"Meanwhile other programs took {other:.2f} processors and the host kept {stolen:.2f}"
+    text += f"Meanwhile other programs took {other:.2f} processors and the hypervisor took {stolen:.2f}"
     text += ": **the machine was busy**." if other + stolen > QUIET else "."
     if where.get("short"):
         text += " **Short form, as in a report of all programs.**"

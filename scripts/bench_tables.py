@@ -56,7 +56,7 @@ def table_text(name, documents):
     make, needs = TABLES[name]
     missing = [program for program in needs or () if program not in documents]
     if missing:
-        raise Problem(f"table '{name}': no document of {', '.join(missing)}; `--run {' '.join(missing)}` makes it")
+        raise Problem(f"table '{name}': no document of {', '.join(missing)}; create it with `--run {' '.join(missing)}`")
     try:
         lines = make(documents)
     except KeyError as error:
@@ -99,7 +99,7 @@ def first_difference(before, after):
 
 
 def check_pages(root, documents):
-    return [f"{name}: a table is not what bench/results says; {first_difference(before, after)}"
+    return [f"{name}: a table does not match bench/results; {first_difference(before, after)}"
             for name, before, after in pages_with_tables(root, documents) if before != after]
 
 
@@ -127,7 +127,7 @@ def changed_homing_pictures(program, root):
         output_of([sys.executable, "-B", root / "docs/figures/homing.py", f"{folder}/homing.csv", folder])
         drawn = sorted(Path(folder).glob("*.svg"))
         if not drawn:
-            raise Problem("docs/figures/homing.py has drawn nothing")
+            raise Problem("docs/figures/homing.py has drawn no picture")
         return [f"docs/figures/{picture.name} is not what docs/figures/make.sh draws" for picture in drawn
                 if picture.read_bytes() != (root / "docs/figures" / picture.name).read_bytes()]
 
@@ -140,7 +140,7 @@ def check(root, programs):
             problems += changed_results(programs / name, documents[name])
         problems += changed_homing_pictures(programs / "homing_paths", root)
     if problems:
-        raise Problem("\n".join([*problems, "`scripts/bench_tables.py --run dc homing_paths` makes them anew"]))
+        raise Problem("\n".join([*problems, "create them again with `scripts/bench_tables.py --run dc homing_paths`"]))
 
 
 def say(text):
@@ -194,7 +194,7 @@ def run(build, names, quick):
     call(["cmake", "--build", build, "-j", jobs, "--target", "bench/all", "driveline"])
     changes = uncommitted()
     if changes:
-        say(f"not committed: {', '.join(changes)}; the tables will say so")
+        say(f"not committed: {', '.join(changes)}; the tables will note it")
     results = ROOT / "bench/results"
     results.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -210,21 +210,21 @@ def run(build, names, quick):
     call(["docs/figures/make.sh", build], stdout=subprocess.DEVNULL)
     write_pages(ROOT, read_documents(results))
     if failed:
-        raise Problem("a benchmark failed, see above; its table is the old one")
+        raise Problem("a benchmark failed, see above; its table is unchanged")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--run", nargs="*", metavar="NAME", help="run the benchmarks, all or those named")
-    parser.add_argument("--quick", action="store_true", help="with --run: in their quick form, to try it out")
-    parser.add_argument("--check", action="store_true", help="change nothing, fail when something is stale")
-    parser.add_argument("--programs", type=Path, metavar="FOLDER", help="with --check: where the programs are")
+    parser.add_argument("--run", nargs="*", metavar="NAME", help="run all benchmarks, or the named ones")
+    parser.add_argument("--quick", action="store_true", help="with --run: in their quick form, for a trial")
+    parser.add_argument("--check", action="store_true", help="change nothing, fail if a table or picture is out of date")
+    parser.add_argument("--programs", type=Path, metavar="FOLDER", help="with --check: folder of the programs")
     parser.add_argument("--root", type=Path, default=ROOT, help=argparse.SUPPRESS)  # a tree of the tests
     options = parser.parse_args()
     if options.check and options.run is not None:
-        parser.error("--check changes nothing, --run does: one of them")
+        parser.error("--check and --run cannot be used together")
     if options.programs and not options.check:
-        parser.error("--programs goes with --check")
+        parser.error("--programs needs --check")
     try:
         if options.check:
             check(options.root, options.programs)

@@ -14,7 +14,7 @@ fi
 runs=$1 seed=$2 program=$3 filter=$4
 for number in "$runs" "$seed"; do
   case "$number" in
-    '' | *[!0-9]* | 0*) echo "scripts/campaign.sh: '$number' is no positive number" >&2; exit 2 ;;
+    '' | *[!0-9]* | 0*) echo "scripts/campaign.sh: '$number' is not a positive number" >&2; exit 2 ;;
   esac
 done
 

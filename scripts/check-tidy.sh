@@ -6,11 +6,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 usage() {
   cat <<'USAGE'
 usage: scripts/check-tidy.sh [--all | FOLDER|FILE...]
-  (nothing)       what differs from the commit in .ci/tidy-base; nothing, and it says so, where git does not know that
+  (no argument)   files that differ from the commit in .ci/tidy-base; none, with a message, if git does not know that
                   commit: the whole tree takes most of an hour
-  --all           everything that is compiled
+  --all           all compiled files
   FOLDER|FILE...  only these
-Makes a build folder of its own, build-tidy, in which nothing is compiled but what generated sources take.
+Uses its own build folder, build-tidy, and compiles there only what the generated sources need.
 USAGE
 }
 
@@ -34,7 +34,7 @@ cmake --build build-tidy --target generated_sources >/dev/null
 status=0
 files=$(scripts/tidy_files.py --build build-tidy "${selection[@]}") || status=$?
 if [ "$status" -eq 3 ]; then
-  echo "check-tidy: so nothing is looked at; --all looks at everything"
+  echo "check-tidy: no file is checked; use --all to check all files"
   exit 0
 elif [ "$status" -ne 0 ]; then
   exit "$status"

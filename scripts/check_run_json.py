@@ -112,7 +112,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("document")
     parser.add_argument("--axes", type=int, required=True)
-    parser.add_argument("--duration", type=float, required=True, help="seconds that were asked for")
+    parser.add_argument("--duration", type=float, required=True, help="requested seconds")
     parser.add_argument("--no-lost-frames", action="store_true", help="not one frame may be lost")
     options = parser.parse_args()
     try:

@@ -25,7 +25,7 @@ usage() {
   cat <<'TEXT'
 usage: dds-keys.sh FOLDER new
        dds-keys.sh FOLDER add NAME line|observe|command
-Makes an authority, and keys, certificates and permissions for DDS Security.
+Creates an authority, keys, certificates and permissions for DDS Security.
 TEXT
 }
 
@@ -48,7 +48,7 @@ sign() { # FILE.xml -> FILE.p7s
 domains='<domains><id_range><min>0</min><max>230</max></id_range></domains>'
 
 new_authority() {
-  [[ ! -e $folder/authority ]] || fail "$folder/authority is there already"
+  [[ ! -e $folder/authority ]] || fail "$folder/authority already exists"
   umask 077
   mkdir -p "$folder/authority"
   quietly openssl ecparam -name prime256v1 -genkey -noout -out "$folder/authority/authority.key"
@@ -106,7 +106,7 @@ rules() { # ROLE
       topics publish "${COMMANDS[@]}"
       topics subscribe "${TELEMETRY[@]}" "${ANSWERS[@]}"
       ;;
-    *) fail "\"$1\" is no role; line, observe and command are" ;;
+    *) fail "\"$1\" is not a role; line, observe or command is expected" ;;
   esac
 }
 
@@ -138,9 +138,9 @@ common_name() { # NAME ROLE
 
 add_identity() { # NAME ROLE
   local own=$folder/$1 permitted subject
-  [[ $1 =~ ^[A-Za-z0-9_-]+$ && $1 != authority ]] || fail "\"$1\" is no name: letters, digits, - and _ make one"
-  [[ -e $folder/authority/authority.key ]] || fail "$folder has no authority; \"$0 $folder new\" makes one"
-  [[ ! -e $own ]] || fail "$own is there already"
+  [[ $1 =~ ^[A-Za-z0-9_-]+$ && $1 != authority ]] || fail "\"$1\" is not a valid name: use letters, digits, - and _"
+  [[ -e $folder/authority/authority.key ]] || fail "$folder has no authority; create it with \"$0 $folder new\""
+  [[ ! -e $own ]] || fail "$own already exists"
   permitted=$(rules "$2")
   subject=CN=$(common_name "$1" "$2")
   umask 077

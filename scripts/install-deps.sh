@@ -142,13 +142,13 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 # An installation that was interrupted, as by a full disk, goes on where it stopped.
 apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o Acquire::Retries=2 "$@"; }
-remedy="try again when the network is there: what has been installed stays; or install the packages above by hand and use --no-install"
+remedy="try again when the network is available; packages installed so far remain. Or install the packages above by hand and use --no-install"
 
-echo "install-deps: installing ${#missing[@]} packages and what they depend on"
+echo "install-deps: installing ${#missing[@]} packages and their dependencies"
 apt update || fail "apt-get update failed, its message is above; $remedy"
 if [ -n "$("${as_root[@]}" dpkg --audit 2>/dev/null)" ]; then
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive dpkg --configure -a || fail "an installation from before is incomplete, and dpkg --configure -a could not complete it; its message is above"
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive dpkg --configure -a || fail "an earlier installation is incomplete, and dpkg --configure -a cannot complete it; its message is above"
 fi
 apt install -y --no-install-recommends "${missing[@]}" ||
-  fail "apt-get could not install the packages, its message is above (the names are those of Debian 12; a full disk: df -h /); $remedy"
+  fail "apt-get could not install the packages, its message is above (the names are those of Debian 12; if the disk is full: df -h /); $remedy"
 echo "install-deps: done"

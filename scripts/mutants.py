@@ -58,7 +58,7 @@ class Mutant:
         """The text with the change; the place must be unmistakable."""
         found = text.count(self.before)
         if found != 1:
-            raise Failure(f"the text to change occurs {found} times in {self.file}, it must be once")
+            raise Failure(f"the text to change occurs {found} times in {self.file}, expected once")
         return text.replace(self.before, self.after)
 
 
@@ -73,7 +73,7 @@ class Outcome:
 def parse_run(text, where):
     parts = text.split()
     if len(parts) != 2:
-        raise Failure(f"{where}: '{text}' is not a test program and a filter, e.g. 'bus_test Loss.*'")
+        raise Failure(f"{where}: '{text}' is not a test program with a filter, e.g. 'bus_test Loss.*'")
     return Run(*parts)
 
 
@@ -322,8 +322,8 @@ def positive(text):
 
 def arguments(argv):
     parser = Parser(prog="scripts/mutants.sh", allow_abbrev=False,
-                    description="Breaks the code on purpose, one line at a time as tests/mutants/*.toml says, and runs "
-                                "the tests that must notice. Works on copies of the sources. Exit status: 0 all are "
+                    description="Changes one line of the code at a time as listed in tests/mutants/*.toml, and runs "
+                                "the tests that must fail. Works on copies of the sources. Exit status: 0 all mutants are "
                                 "killed, 1 one survived or could not be judged, 2 bad usage.")
     parser.add_argument("--list", action="store_true", help="show the mutants and their tests, run nothing")
     parser.add_argument("--only", metavar="PATTERN", help="mutants with this in their name, file or table (shell "

@@ -28,7 +28,7 @@ echo "package.sh: configuring"
 if [ ! -f "$build/build.ninja" ]; then
   cmake -S "$root" --preset release -DDRIVELINE_TESTS=OFF -DDRIVELINE_BENCH=OFF
 fi
-echo "package.sh: building what is packed"
+echo "package.sh: building the programs"
 cmake --build "$build" --target installed -j "$(nproc)"
 echo "package.sh: packing"
 mkdir -p "$output"

@@ -66,7 +66,7 @@ line_pid=$!
 deadline=$((SECONDS + 20))
 until ip netns exec "$netns" grep -qi ' 88a4 ' /proc/net/packet; do
   if ! kill -0 "$line_pid" 2>/dev/null || [ "$SECONDS" -ge "$deadline" ]; then
-    echo "smoke: the simulated line did not come up:" >&2
+    echo "smoke: the simulated line did not start:" >&2
     cat simulate.log >&2
     exit 1
   fi
@@ -82,11 +82,11 @@ for attempt in 1 2 3; do
   fi
   cat master.log >&2
   if [ "$attempt" -eq 3 ] || ! grep -qE 'communication lost|the master was away for .*longer than|fault 0x8611' master.log; then
-    echo "smoke: the master failed; the simulated line said:" >&2
+    echo "smoke: the master failed; output of the simulated line:" >&2
     cat simulate.log >&2
     exit 1
   fi
-  echo "smoke: attempt $attempt was disturbed, once more"
+  echo "smoke: attempt $attempt was disturbed by the machine; trying again"
 done
 python3 "$root/scripts/check_run_json.py" --axes 8 --duration 5 veth.json
 
@@ -96,7 +96,7 @@ status=0
 wait "$line_pid" || status=$?
 line_pid=
 if [ "$status" -ne 0 ]; then
-  echo "smoke: the simulated line ended with status $status on SIGTERM; it said:" >&2
+  echo "smoke: the simulated line ended with status $status on SIGTERM; its output:" >&2
   cat simulate.log >&2
   exit 1
 fi

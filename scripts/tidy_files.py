@@ -49,7 +49,7 @@ def without_comments(text):
 def changed_since(commit):
     """Sources that differ from the commit in more than comments; None: unknown."""
     if git("cat-file", "-e", f"{commit}^{{commit}}").returncode != 0:
-        print(f"tidy_files: git has no commit {commit} here", file=sys.stderr)
+        print(f"tidy_files: git has no commit {commit} in this repository", file=sys.stderr)
         return None
     listed = git("diff", "--name-only", "--diff-filter=d", commit).stdout
     listed += git("ls-files", "--others", "--exclude-standard").stdout

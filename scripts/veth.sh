@@ -36,7 +36,7 @@ inside() {
 }
 
 no_veth() {
-  echo "veth.sh: no veth pair here: $*" >&2
+  echo "veth.sh: no veth pair is possible here: $*" >&2
   exit 77
 }
 

@@ -40,11 +40,11 @@ Outcome<std::vector<const Topic*>> select_topics(const std::vector<std::string>&
 
 void OmittedSamples::add(std::string_view topic, std::string_view reason) {
   if (count_++ > 0) return;
-  fmt::print(stderr, "driveline {}: {}: a sample is left out: {}\n", command_, topic, visible(reason));
+  fmt::print(stderr, "driveline {}: {}: a sample is skipped: {}\n", command_, topic, visible(reason));
 }
 
 OmittedSamples::~OmittedSamples() {
-  if (count_ > 1) fmt::print(stderr, "driveline {}: {} samples were left out\n", command_, count_);
+  if (count_ > 1) fmt::print(stderr, "driveline {}: {} samples were skipped\n", command_, count_);
 }
 
 Outcome<void> print(std::string_view text) {

@@ -81,8 +81,7 @@ Outcome<std::unique_ptr<Recording>> create_recording(const std::string& name, bo
   if (name.ends_with(".mcap")) return create_mcap(name, force, chosen);
   if (!name.ends_with(".csv")) return misused(fmt::format("{}: a name that ends in .mcap or .csv is expected", name));
   if (chosen.size() != 1) {
-    return misused(
-        fmt::format("{}: a table has one topic, --topic axis_telemetry for instance; .mcap takes all", name));
+    return misused(fmt::format("{}: a CSV table holds one topic, e.g. --topic axis_telemetry; .mcap holds all", name));
   }
   return create_csv(name, force, *chosen.front());
 }

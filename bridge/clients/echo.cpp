@@ -38,7 +38,7 @@ class Echo {
 }  // namespace
 
 Outcome<int> echo(const Options& options) {
-  if (options.argument.empty()) return misused("which topic?");
+  if (options.argument.empty()) return misused("a topic is expected: echo TOPIC");
   const auto chosen = select_topics({options.argument});
   if (!chosen) return tl::unexpected(chosen.error());
   auto subscription = Subscription::create(options.place, *chosen);
@@ -51,7 +51,7 @@ Outcome<int> echo(const Options& options) {
       patience = limit();
     } else if (Clock::now() > patience) {
       if (printer.printed() > 0 && !options.count) break;
-      return failed(fmt::format("{}: nothing came for {} s in {}", chosen->front()->name, *options.timeout_s,
+      return failed(fmt::format("{}: no sample arrived for {} s in {}", chosen->front()->name, *options.timeout_s,
                                 options.place.text()));
     }
   }

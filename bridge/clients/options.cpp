@@ -175,14 +175,14 @@ class Reader {
 }  // namespace
 
 const char* const kHelp =
-    "driveline-dds COMMAND [OPTION...]: a line seen over DDS. `driveline echo`, `record`, `plot` and `top` start it, "
-    "and\n"
-    "their --help tells the options:\n"
+    "driveline-dds COMMAND [OPTION...]: observes a line over DDS. `driveline echo`, `record`, `plot` and `top` start "
+    "it,\n"
+    "and their --help lists the options:\n"
     "  echo TOPIC    [--json] [--count N] [--timeout S]\n"
     "  record        --output FILE [--topic NAME]... [--duration S] [--timeout S] [--force] [--json]\n"
     "  plot FILE     [--output FILE.svg] [--axis NAME]...\n"
     "  top           [--once] [--period S] [--timeout S]\n"
-    "Where it looks: [--domain N] [--interface NAME|ADDRESS|all]... [--peer ADDRESS]... [--partition NAME] "
+    "Common options: [--domain N] [--interface NAME|ADDRESS|all]... [--peer ADDRESS]... [--partition NAME] "
     "[--security DIR]\n";
 
 std::string Place::text() const {

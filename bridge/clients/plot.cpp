@@ -265,14 +265,14 @@ Outcome<void> run_gnuplot(const std::string& script) {
   const int status = ::pclose(pipe);
   if (status == 0) return {};
   return failed(status == kNoProgram ? "gnuplot is not installed (Debian package gnuplot-nox)"
-                                     : "gnuplot fails on what it is given");
+                                     : "gnuplot cannot draw the plot");
 }
 
 }  // namespace
 
 Outcome<int> plot(const Options& options) {
   const auto& name = options.argument;
-  if (name.empty()) return misused("which recording?");
+  if (name.empty()) return misused("a recording is expected: plot FILE");
   Curves curves;
   if (auto read = read_recording(name, [&](const Recorded& each) { curves.add(each); }); !read) {
     return tl::unexpected(read.error());

@@ -43,7 +43,8 @@ class Recorder {
       subscription_.take(kWait, [this](const Sample& sample) { add(sample); });
       if (samples_ == 0 && Clock::now() > patience) {
         recording_->remove();
-        return failed(fmt::format("no line publishes in {}: nothing came for {} s", options_.place.text(), patience_s));
+        return failed(
+            fmt::format("no line publishes in {}: no sample arrived for {} s", options_.place.text(), patience_s));
       }
       flush_now_and_then();
     }
@@ -76,14 +77,14 @@ class Recorder {
   Outcome<int> finish() {
     if (samples_ == 0) {
       recording_->remove();
-      return failed("ended before anything came; there is no recording");
+      return failed("ended before a sample arrived; no recording was written");
     }
     const auto finished = recording_->finish();
     if (outcome_) outcome_ = finished;
     // Print the summary even if recording failed.
     if (auto told = print(options_.json ? json() : table()); !told) return tl::unexpected(told.error());
     if (outcome_) return 0;
-    return failed(fmt::format("{}; what was recorded before is in it", outcome_.error().text));
+    return failed(fmt::format("{}; the file has the samples recorded before", outcome_.error().text));
   }
 
   [[nodiscard]] std::string missing_text(std::size_t i, std::string_view unknown) const {

@@ -34,7 +34,7 @@ class MappedFile {
     const auto size = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
     void* const memory = size == 0 ? MAP_FAILED : ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
     ::close(file);
-    if (memory == MAP_FAILED) return misused(fmt::format("{}: is no MCAP file", name));
+    if (memory == MAP_FAILED) return misused(fmt::format("{}: is not an MCAP file", name));
     return MappedFile(memory, size);
   }
   MappedFile(MappedFile&& other) noexcept
@@ -117,7 +117,7 @@ class RecordingReader {
       }
     } else if (opcode == Opcode::kChunk) {
       fields.bytes(8 + 8 + 8 + 4);  // times, size, checksum
-      if (!fields.string().empty()) return failed("is compressed, which is not understood here");
+      if (!fields.string().empty()) return failed("is compressed, which is not supported");
       if (std::exchange(in_chunk_, true)) return failed("has a chunk within a chunk");
       auto done = records(fields.bytes(fields.number(8)));
       in_chunk_ = false;
@@ -155,7 +155,7 @@ Outcome<void> read_recording(const std::string& name, const std::function<void(c
   const auto bytes = file->bytes();
   const auto& magic = mcap::kMagic;
   if (bytes.size() < magic.size() || !std::equal(magic.begin(), magic.end(), bytes.begin())) {
-    return misused(fmt::format("{}: is no MCAP file", name));
+    return misused(fmt::format("{}: is not an MCAP file", name));
   }
   auto read = RecordingReader(take).records(bytes.subspan(magic.size()));
   if (!read) return failed(fmt::format("{}: {}", name, read.error().text));

@@ -35,7 +35,7 @@ Outcome<RecordingFile> RecordingFile::create(const std::string& name, bool force
   // A file left behind by a killed recorder is not locked. A locked file belongs to a running recorder and stays.
   if (!in_place && ::flock(file, LOCK_EX | LOCK_NB) != 0) {
     ::close(file);
-    return failed(fmt::format("{}: another recorder is about to write it", name));
+    return failed(fmt::format("{}: another recorder is writing it", name));
   }
   RecordingFile made(name, std::move(part), file, force);
   if (!in_place && ::ftruncate(file, 0) != 0) return cannot_be();
@@ -116,7 +116,7 @@ Outcome<void> RecordingFile::write(const std::vector<std::uint8_t>& piece) {
 }
 
 tl::unexpected<Failure> RecordingFile::cannot(int error) const {
-  return failed(fmt::format("{}: cannot be written any further: {}", name_, std::strerror(error)));
+  return failed(fmt::format("{}: writing failed: {}", name_, std::strerror(error)));
 }
 
 }  // namespace driveline::bridge::clients

@@ -195,11 +195,11 @@ Outcome<Subscription> Subscription::create(const Place& place, std::span<const T
   auto qos = dds::SUBSCRIBER_QOS_DEFAULT;
   if (!place.partition.empty()) qos.partition().push_back(place.partition.c_str());
   auto* const subscriber = entities->participant->create_subscriber(qos);
-  if (subscriber == nullptr) return failed("Fast DDS makes no subscriber");
+  if (subscriber == nullptr) return failed("Fast DDS cannot create a subscriber");
   for (const auto* topic : chosen) {
     if (entities->add_reader(*subscriber, *topic)) continue;
-    if (place.security.empty()) return failed(fmt::format("Fast DDS makes no reader of {}", topic->name));
-    return failed(fmt::format("{}: the permissions in {} do not allow to read it", topic->name, place.security));
+    if (place.security.empty()) return failed(fmt::format("Fast DDS cannot create a reader of {}", topic->name));
+    return failed(fmt::format("{}: the permissions in {} do not allow reading it", topic->name, place.security));
   }
   return Subscription(std::move(entities));
 }

@@ -112,7 +112,7 @@ class LinePage {
     const auto silent = Clock::now() - status_at_;
     const auto state = silent < kSilence
                            ? state_name(field("state"))
-                           : fmt::format("nothing has come for {} s",
+                           : fmt::format("no sample has arrived for {} s",
                                          std::chrono::duration_cast<std::chrono::seconds>(silent).count());
     return {
         fmt::format("{}: {}, cycle {} of {:.9g} us", visible(field("name").text()), state, number("cycle"),
@@ -190,7 +190,8 @@ Outcome<int> top(const Options& options) {
     if (!page.known()) {
       if (Clock::now() < patience) continue;
       if (page.other_version()) return failed("a line of another version publishes in " + options.place.text());
-      return failed(fmt::format("no line publishes in {}: nothing came for {} s", options.place.text(), patience_s));
+      return failed(
+          fmt::format("no line publishes in {}: no sample arrived for {} s", options.place.text(), patience_s));
     }
     if (rest_patience == Clock::time_point::max()) rest_patience = after(kRestPatienceSeconds);
     if (options.once) {

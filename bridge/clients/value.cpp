@@ -171,7 +171,7 @@ std::string_view Value::text() const noexcept {
 }
 
 std::string describe(const NotDecoded& error) {
-  return fmt::format("{} bytes are no {} in plain CDR; is the line of another version?", error.bytes, error.type);
+  return fmt::format("{} bytes are not a {} in plain CDR; the line may have another version", error.bytes, error.type);
 }
 
 tl::expected<Value, NotDecoded> decode(const StructType& structure, Bytes sample) {

@@ -33,7 +33,7 @@ constexpr std::chrono::seconds kStandsStill{1};
 constexpr std::size_t kLongestMessage = 500;
 /// Message for shared memory, which requires system calls on files, on a kernel that cannot restrict the files.
 constexpr std::string_view kNoLimits =
-    "shared memory: this kernel has no Landlock (Linux 5.13), so the bridge may open all files of its user, not only "
+    "shared memory: this kernel has no Landlock (Linux 5.13), so the bridge can open all files of its user, not only "
     "those in /dev/shm";
 /// Maximum size of profiles in bytes.
 constexpr std::size_t kMaxProfiles = 1U << 20;
@@ -100,7 +100,7 @@ std::string Bridge::set_up() {
     condition_.emplace(*std::move(condition));
   }
   if (options_.user && ::geteuid() != 0 && ::geteuid() != options_.user->user) {
-    return "only root becomes user " + std::to_string(options_.user->user);
+    return "only root can change to user " + std::to_string(options_.user->user);
   }
   if (auto wrong = give_up_privileges(description.realtime_cpu, options_.user.value_or(Identity{})); !wrong.empty()) {
     return wrong;

@@ -38,9 +38,9 @@ void become_ordinary(int realtime_cpu) {
 std::string give_up_user(const Identity& identity) {
   if (::geteuid() != 0 && ::getuid() != 0) return {};
   const auto& [user, group] = identity;
-  if (::setgroups(0, nullptr) != 0) return failed("the groups of root cannot be given up");
-  if (::setresgid(group, group, group) != 0) return failed("the group of root cannot be given up");
-  if (::setresuid(user, user, user) != 0) return failed("root cannot be given up");
+  if (::setgroups(0, nullptr) != 0) return failed("cannot drop the groups of root");
+  if (::setresgid(group, group, group) != 0) return failed("cannot drop the group of root");
+  if (::setresuid(user, user, user) != 0) return failed("cannot drop the rights of root");
   return {};
 }
 
@@ -49,7 +49,7 @@ std::string give_up_capabilities() {
   __user_cap_header_struct header{};
   header.version = _LINUX_CAPABILITY_VERSION_3;
   std::array<__user_cap_data_struct, 2> none{};
-  if (::syscall(SYS_capset, &header, none.data()) != 0) return failed("capabilities cannot be given up");
+  if (::syscall(SYS_capset, &header, none.data()) != 0) return failed("cannot drop capabilities");
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return failed("PR_SET_NO_NEW_PRIVS");
   return {};
 }

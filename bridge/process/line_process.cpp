@@ -64,7 +64,9 @@ std::string take_feed_of_process(Options& options) {
   std::error_code error;
   if (!fs::exists(folder.parent_path(), error)) return process + " is not there";
   fs::directory_iterator links{folder, error};
-  if (error) return process + ": its descriptors cannot be read (" + error.message() + "): root may, and its own user";
+  if (error)
+    return process + ": its descriptors cannot be read (" + error.message() +
+           "): only root and the user of the process may read them";
   std::array<bool, kRegions.size()> found{};
   for (; links != fs::directory_iterator{}; links.increment(error)) {
     const auto region = region_of(fs::read_symlink(links->path(), error).string());
@@ -77,7 +79,7 @@ std::string take_feed_of_process(Options& options) {
   }
   for (std::size_t region = 0; region < kCountsRegion; ++region) {
     if (found[region]) continue;
-    return process + " publishes nothing: it has no feed " + std::string{kRegions[region].name};
+    return process + " publishes no telemetry: it has no feed " + std::string{kRegions[region].name};
   }
   options.feed = kFirstDescriptor;
   options.condition = kFirstDescriptor + static_cast<int>(kConditionRegion);

@@ -13,19 +13,19 @@ const char* const kHelp =
     "                        [--qos-fd N] [--qos-file NAME] [--user U:G] [--supervisor-fd N]\n"
     "Publishes a drive line over DDS. `driveline run` starts it and keeps it running, in the second form, unless the\n"
     "line description has `bridge = \"service\"` in [telemetry].\n"
-    "  --process P        the feed of the line that process P runs, and its counts; root opens them, and P's own user\n"
+    "  --process P        the feed of the line that process P runs, and its counters; opened by root or the user of P\n"
     "  --feed-fd N        inherited descriptors N to N+3: description, status, cycles and events of a line's feed\n"
     "  --condition-fd N   inherited descriptor of the feed's condition: the slaves\n"
-    "  --return-fd N      inherited descriptor of the region for what it has published\n"
+    "  --return-fd N      inherited descriptor of the region for the counters of published samples\n"
     "  --commands-fd N    inherited descriptors N to N+3: of the regions for commands, answers, setpoints, reports\n"
     "  --security-fd N    inherited descriptors N to N+5: identity CA, certificate, private key, permissions CA,\n"
     "                     governance and permissions of DDS Security\n"
     "  --qos-fd N         inherited descriptor of an XML file with profiles of Fast DDS for the writers\n"
-    "  --qos-file NAME    what that file is called in messages\n"
-    "  --user U:G         the user and the group, as numbers, that it becomes where root starts it; nobody otherwise\n"
-    "  --supervisor-fd N  inherited socket: it says there that it publishes, and ends when the other side is closed\n"
+    "  --qos-file NAME    name of that file in messages\n"
+    "  --user U:G         user and group, as numbers, to change to when root starts it; the user nobody otherwise\n"
+    "  --supervisor-fd N  inherited socket for the report that it publishes; it ends when the other side is closed\n"
     "  --help             this text\n"
-    "Without --supervisor-fd it ends with the line, or by SIGTERM.\n";
+    "Without --supervisor-fd it ends with the line or on SIGTERM.\n";
 
 namespace {
 
@@ -99,9 +99,9 @@ Options read_options(int count, const char* const* arguments) {
   }
   const bool inherited = options.feed >= 0 || options.condition >= 0 || options.counts >= 0 || options.commands >= 0;
   if (options.feed < 0 && options.process < 0) {
-    options.problem = "--process or --feed-fd is missing: what is to be published?";
+    options.problem = "--process or --feed-fd is missing: set the line to publish";
   } else if (options.process >= 0 && inherited) {
-    options.problem = "--process stands for all descriptors of the line: leave out those that are inherited";
+    options.problem = "--process replaces all inherited descriptors: remove them";
   }
   return options;
 }

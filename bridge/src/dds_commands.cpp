@@ -160,7 +160,7 @@ void DdsCommands::refuse(const snapshot::CommandRecord& record) {
   answer.number = record.number;
   answer.lease = record.lease;  // the lease is unchanged
   answer.result = static_cast<std::uint32_t>(CommandResult::kRefused);
-  answer.text.set("too many: the line has no room for more commands");
+  answer.text.set("too many commands: the command queue of the line is full");
   this->answer(answer);
 }
 

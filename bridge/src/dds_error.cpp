@@ -26,8 +26,8 @@ struct Sentence {
     return "The DDS " + use + " '" + error.address + "' is not an IPv4 address such as 192.168.1.10.";
   }
   std::string operator()(const DdsForeignInterface& error) const {
-    return "The DDS interface '" + error.address + "' is no address of this machine, which has: " + listed(error.own) +
-           ".";
+    return "The DDS interface '" + error.address +
+           "' is not an address of this machine; its addresses are: " + listed(error.own) + ".";
   }
   std::string operator()(const DdsTooManyAxes& error) const {
     return "DDS telemetry counts axes with 16 bits; " + std::to_string(error.count) + " are too many.";
@@ -43,8 +43,7 @@ struct Sentence {
   }
   std::string operator()(const DdsCannotJoin& error) const {
     return "Cannot join DDS domain " + std::to_string(error.domain) + " on interfaces [" +
-           (error.interfaces.empty() ? "all" : listed(error.interfaces)) +
-           "]; Fast DDS's own message on stderr says why.";
+           (error.interfaces.empty() ? "all" : listed(error.interfaces)) + "]; see the message of Fast DDS on stderr.";
   }
   std::string operator()(const DdsNoPublisher& /*error*/) const { return "Fast DDS cannot create a publisher."; }
   std::string operator()(const DdsNoWriter& error) const {
@@ -57,7 +56,7 @@ struct Sentence {
     return error.file + (error.line > 0 ? ":" + std::to_string(error.line) : "") + ": " + error.reason + ".";
   }
   std::string operator()(const DdsSecureSharedMemory& /*error*/) const {
-    return "Shared memory has not been tried with DDS Security; leave one of them out.";
+    return "Shared memory is not tested with DDS Security; remove one of them.";
   }
 };
 

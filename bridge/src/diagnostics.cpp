@@ -47,7 +47,7 @@ std::string al_state_word(std::uint8_t state) {
     case kAlOp:
       return "OP";
     default:
-      return "in no state that is known";
+      return "in an unknown state";
   }
 }
 

@@ -78,7 +78,8 @@ tl::expected<std::map<std::string, int>, DdsError> lines_of(const DdsConfig& con
     const int line = each->GetLineNum();
     const std::string kind = each->Name();
     if (kind != "data_writer" && kind != "publisher") {
-      return tl::unexpected(bad(config, line, "<" + kind + "> is of no use here, <data_writer> profiles are expected"));
+      return tl::unexpected(
+          bad(config, line, "<" + kind + "> has no effect here, <data_writer> profiles are expected"));
     }
     const char* const name = each->Attribute("profile_name");
     if (name == nullptr || std::find(known.begin(), known.end(), name) == known.end()) {
@@ -88,7 +89,7 @@ tl::expected<std::map<std::string, int>, DdsError> lines_of(const DdsConfig& con
                                     "; the name of a profile is that of its topic, one of " + listed_topics(known)));
     }
     if (!lines.emplace(name, line).second) {
-      return tl::unexpected(bad(config, line, "the topic " + std::string{name} + " has another profile before"));
+      return tl::unexpected(bad(config, line, "the topic " + std::string{name} + " already has a profile"));
     }
   }
   return lines;
@@ -100,8 +101,7 @@ tl::expected<void, DdsError> hand_to_fast_dds(const DdsConfig& config) {
   const auto done = dds::DomainParticipantFactory::get_instance()->load_XML_profiles_string(xml.data(), xml.size());
   const auto complaint = heard.first();
   if (done == ReturnCode_t::RETCODE_OK && complaint.empty()) return {};
-  return tl::unexpected(
-      bad(config, 0, "Fast DDS does not understand it" + (complaint.empty() ? "" : ": " + complaint)));
+  return tl::unexpected(bad(config, 0, "Fast DDS cannot parse it" + (complaint.empty() ? "" : ": " + complaint)));
 }
 
 }  // namespace
@@ -153,11 +153,12 @@ tl::expected<dds::DataWriterQos, DdsError> QosProfiles::apply(dds::Publisher& pu
   if (found == lines_.end()) return own;
   dds::DataWriterQos qos;
   if (publisher.get_datawriter_qos_from_profile(topic, qos) != ReturnCode_t::RETCODE_OK) {
-    return tl::unexpected(DdsBadProfiles{file_, found->second, "Fast DDS has not taken the profile of " + topic});
+    return tl::unexpected(DdsBadProfiles{file_, found->second, "Fast DDS did not accept the profile of " + topic});
   }
   if (qos.durability().kind > dds::TRANSIENT_LOCAL_DURABILITY_QOS) {
-    return tl::unexpected(DdsBadProfiles{
-        file_, found->second, "the durability of " + topic + " would need files: VOLATILE and TRANSIENT_LOCAL do not"});
+    return tl::unexpected(
+        DdsBadProfiles{file_, found->second,
+                       "the durability of " + topic + " would need files: VOLATILE or TRANSIENT_LOCAL is expected"});
   }
   // Settings that the bridge cannot change: it opens no files, and the number of instances is fixed.
   qos.data_sharing().off();
@@ -182,8 +183,9 @@ tl::expected<dds::DataWriterQos, DdsError> QosProfiles::apply(dds::Publisher& pu
 DdsError QosProfiles::blame(const std::string& topic, const std::string& reason, DdsError otherwise) const {
   const auto found = lines_.find(topic);
   if (found == lines_.end()) return otherwise;
-  return DdsBadProfiles{file_, found->second,
-                        "Fast DDS makes no writer of " + topic + " by it" + (reason.empty() ? "" : ": " + reason)};
+  return DdsBadProfiles{
+      file_, found->second,
+      "Fast DDS cannot create a writer of " + topic + " with this profile" + (reason.empty() ? "" : ": " + reason)};
 }
 
 }  // namespace driveline::bridge

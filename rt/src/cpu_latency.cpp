@@ -20,7 +20,7 @@ std::string at_most(std::int64_t us) {
 
 std::string latency_remedy(int error_number, const std::string& device) {
   if (error_number == ENOENT || error_number == ENODEV || error_number == ENXIO) {
-    return "none where the kernel has no " + device + "; a container needs it handed in (`--device " + device + "`)";
+    return "none where the kernel has no " + device + "; pass it to a container (`--device " + device + "`)";
   }
   return "run as root, or let a group open " + device +
          R"( (udev: KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"))";

@@ -133,7 +133,7 @@ RealtimeItem lock_memory(bool requested) {
 RealtimeItem keep_heap(bool requested) {
   RealtimeItem item = item_of("heap", requested ? "kept in the process" : kNotRequested);
   if (!requested) {
-    item.effective = "left alone";
+    item.effective = "not changed";
     return item;
   }
   const bool accepted = mallopt(M_TRIM_THRESHOLD, -1) == 1 && mallopt(M_MMAP_MAX, 0) == 1;
@@ -157,7 +157,7 @@ RealtimeItem prefault_stack() {
   pthread_attr_t attributes;
   item.error_number = pthread_getattr_np(pthread_self(), &attributes);
   if (item.error_number != 0) {
-    item.requested = "all of it resident";
+    item.requested = "completely resident";
     item.effective = "stack not found";
     item.ok = false;
     item.remedy = "mount /proc and leave memory for the thread";
@@ -188,7 +188,7 @@ RealtimeItem prefault_stack() {
   item.effective = kib(resident * page / 1024) + " resident";
   item.ok = item.error_number == 0 && resident == residency.size();
   if (!item.ok) {
-    item.remedy = "leave more memory free, or ask for a smaller stack";
+    item.remedy = "leave more memory free, or configure a smaller stack";
   }
   return item;
 }
@@ -206,7 +206,7 @@ RealtimeItem set_timer_slack(std::chrono::nanoseconds slack) {
   item.ok = item.error_number == 0 && effective_ns >= 0 && effective_ns <= slack.count();
   if (!item.ok) {
     item.remedy = item.error_number == EINVAL
-                      ? "ask for at least 1 ns"
+                      ? "configure at least 1 ns"
                       : "allow prctl(PR_SET_TIMERSLACK) in the seccomp profile of the container";
   }
   return item;

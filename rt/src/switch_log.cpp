@@ -52,12 +52,12 @@ T value_at(const std::byte* records, std::size_t at) noexcept {
 }  // namespace
 
 std::string SwitchLogError::message() const {
-  const std::string what = "which threads CPU " + std::to_string(cpu) + " goes to cannot be seen: ";
+  const std::string what = "thread switches of CPU " + std::to_string(cpu) + " cannot be recorded: ";
   if (error_number == EPERM || error_number == EACCES)
     return what + "it needs root or the capability CAP_PERFMON (`setcap cap_perfmon+ep`)";
   if (error_number == ENODEV || error_number == EINVAL) return what + "there is no such CPU";
   if (error_number == ENOENT || error_number == ENOSYS || error_number == EOPNOTSUPP)
-    return what + "the kernel does not tell (CONFIG_PERF_EVENTS)";
+    return what + "the kernel does not support it (CONFIG_PERF_EVENTS)";
   return what + std::generic_category().message(error_number);
 }
 

@@ -61,20 +61,19 @@ Result<std::unique_ptr<Line>> Line::open(std::optional<LineConfig> config, const
 }
 
 Result<void> Line::use(ecat_master::SetpointSource& source) {
-  if (run_) return fail(ErrorKind::kCall, "the line has run: the source of its setpoints is chosen before");
+  if (run_) return fail(ErrorKind::kCall, "the line has run: choose the source of setpoints before the run");
   const auto axes = config().axes.size();
   if (source.axis_count() != axes) {
     return fail(ErrorKind::kCall,
                 fmt::format("the source of setpoints moves {} axes, the line has {}", source.axis_count(), axes));
   }
-  if (tasks_->drive())
-    return fail(ErrorKind::kCall, "the axes are driven by a task: that is their source of setpoints");
+  if (tasks_->drive()) return fail(ErrorKind::kCall, "a task drives the axes and is their source of setpoints");
   source_ = &source;
   return {};
 }
 
 Result<void> Line::add(Task& task, TaskPlan plan) {
-  if (run_) return fail(ErrorKind::kCall, "the line runs or has run: tasks are added before");
+  if (run_) return fail(ErrorKind::kCall, "the line runs or has run: add tasks before the run");
   if (!plan.drives.empty() && source_ != nullptr) {
     return fail(ErrorKind::kCall,
                 fmt::format("task \"{}\": the axes have another source of setpoints already", plan.name));
@@ -83,11 +82,11 @@ Result<void> Line::add(Task& task, TaskPlan plan) {
 }
 
 Result<void> Line::claim(bool force) {
-  return session_->claim(force, "take its line away");
+  return session_->claim(force, "interrupt its line");
 }
 
 Result<RunReport> Line::run(const RunSettings& settings) {
-  if (run_) return fail(ErrorKind::kCall, "the line has run before; each run takes a line of its own");
+  if (run_) return fail(ErrorKind::kCall, "the line has run before; create a new line for each run");
   if (auto claimed = claim(settings.force); !claimed) return tl::unexpected(claimed.error());
   run_ = std::make_unique<LineRun>(
       *session_, LineRun::Settings{std::move(path_), source_, &axis_requests_, &groups_, settings.enable, tasks_.get(),

@@ -100,7 +100,7 @@ TEST(SwitchLog, KeepsToTheRoomThatThereIs) {
 TEST(SwitchLog, AProcessorThatDoesNotExistIsRefusedWithASentence) {
   const auto log = SwitchLog::open(4095);
   ASSERT_FALSE(log);
-  EXPECT_THAT(log.error().message(), testing::HasSubstr("which threads CPU 4095 goes to cannot be seen: "));
+  EXPECT_THAT(log.error().message(), testing::HasSubstr("thread switches of CPU 4095 cannot be recorded: "));
 }
 
 TEST(SwitchLog, AThreadThatHasEndedHasNoName) {

@@ -151,7 +151,7 @@ class Tables(Folder):
         typed = before.replace("| 1 | paced | ", "| 1 | paced | 0", 1)
         self.assertNotEqual(typed, before)
         self.page.write_text(typed, encoding="utf-8")
-        self.refused("docs/benchmarks.md: a table is not what bench/results says", "| 1 | paced | 0")
+        self.refused("docs/benchmarks.md: a table does not match bench/results", "| 1 | paced | 0")
         self.assertEqual(self.tables().returncode, 0)
         self.assertEqual(self.page.read_text(encoding="utf-8"), before)
 

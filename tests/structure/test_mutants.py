@@ -70,7 +70,7 @@ class BadTables(unittest.TestCase):
         self.expect("t.toml: [n]: must have the keys", more="x")
         self.expect("changes nothing", after="b")
         self.expect("changes nothing", before=" ")
-        self.expect("is not a test program and a filter", tests="p")
+        self.expect("is not a test program with a filter", tests="p")
         self.expect("the values must be strings", tests=[])
         self.expect("the values must be strings", before=1)
 
@@ -134,7 +134,7 @@ class Verdicts(unittest.TestCase):
         for before in ("evil", "o"):
             verdict, remark = self.judge(mutant("bad", before=before))
             self.assertEqual(verdict, m.ERROR)
-            self.assertIn("it must be once", remark)
+            self.assertIn("expected once", remark)
 
 
 class ControlRun(unittest.TestCase):

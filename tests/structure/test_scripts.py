@@ -92,7 +92,7 @@ class Run(unittest.TestCase):
         self.tool("cmake", '[ "$1" != --build ]')
         result = self.run_sh()
         self.assertEqual((result.returncode, result.stdout), (1, ""))
-        self.assertIn("the next ./run.sh goes on from there", result.stderr)
+        self.assertIn("the next ./run.sh continues from there", result.stderr)
 
     def test_a_configuration_that_fails_is_told_with_the_remedy(self):
         self.tool("cmake", '[ "$1" = --build ]')
@@ -176,7 +176,7 @@ class Smoke(unittest.TestCase):
             result = run([ROOT / "scripts/smoke.sh", "--build", folder],
                          env={**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"})
         self.assertEqual(result.returncode, 77, result.stderr)
-        self.assertIn("no veth pair here: no kernel", result.stderr)
+        self.assertIn("no veth pair is possible here: no kernel", result.stderr)
         self.assertIn("SKIPPED the two-process form", result.stderr)
         self.assertNotIn("passed", result.stdout)
         self.assertIn("77: ", run([ROOT / "scripts/smoke.sh", "--help"]).stdout)

@@ -388,7 +388,7 @@ class Proofs(Tree):
 
     def test_what_this_machine_cannot_run_is_told(self):
         for output in (self.SKIP.format("no network namespace of our own: Operation not permitted"),
-                       "SKIPPED: setUpClass (test_tools.OnTheWire): veth.sh: no veth pair here: no kernel\n"):
+                       "SKIPPED: setUpClass (test_tools.OnTheWire): veth.sh: no veth pair is possible here: no kernel\n"):
             errors, gaps = self.compare(status="notrun", output=output)
             self.assertEqual((errors, len(gaps)), ([], 2))
             self.assertIn("Ring.Turns is not proven on this machine: ", gaps[0])

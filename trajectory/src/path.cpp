@@ -98,7 +98,7 @@ tl::expected<void, PathError> PathBuilder::add_axis(PathAxis axis) {
     return refuse("a path may have at most " + std::to_string(kMaxPathAxes) + " axes");
   }
   if (axis.gives_acceleration && !axis.gives_velocity) {
-    return refuse("axis " + in_quotes(axis.name) + " gives accelerations and no velocities");
+    return refuse("axis " + in_quotes(axis.name) + " has accelerations but no velocities");
   }
   path_.axes_.push_back(std::move(axis));
   return {};

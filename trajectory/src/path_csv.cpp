@@ -111,7 +111,7 @@ class CsvParser {
                     "the header has no time column; one column must be time[s], time[ms] or time[us]");
     }
     if (has_time_ && headings_.size() < 2) {
-      return refuse({rows_.line(), 0}, "the header names no axis beside the time");
+      return refuse({rows_.line(), 0}, "the header has a time column but no axis");
     }
     return bind_derivatives();
   }

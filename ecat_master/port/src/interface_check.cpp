@@ -39,20 +39,20 @@ RealtimeItem check_link(const InterfaceFacts& facts) {
   auto item = fine("link", "up", state + (facts.driver.empty() ? "" : ", driver " + facts.driver));
   if (facts.running) return item;
   return finding(std::move(item), Cost::kPrevents, "no frame leaves or arrives",
-                 facts.up ? "connect the first slave's input, and see that it has power"
+                 facts.up ? "connect the input of the first slave, and check that the slave has power"
                           : "`ip link set dev " + facts.name + " up`");
 }
 
 RealtimeItem check_speed(const InterfaceFacts& facts) {
   // EtherCAT is 100BASE-TX, full duplex (ETG.1000.2); a link at another speed leads to a device that is not a slave.
-  auto item = fine("link speed", "100 Mbit/s, full duplex", "not told by the driver");
+  auto item = fine("link speed", "100 Mbit/s, full duplex", "not reported by the driver");
   if (!facts.speed_mbit_s || facts.driver.empty()) return item;
   const bool half = facts.full_duplex && !*facts.full_duplex;
   item.effective = std::to_string(*facts.speed_mbit_s) + " Mbit/s, " + (half ? "half" : "full") + " duplex";
   if (*facts.speed_mbit_s == 100 && !half) return item;
   return finding(std::move(item), Cost::kPeriods,
                  half ? "frames collide: EtherCAT sends and receives at the same time"
-                      : "it is no EtherCAT slave that is connected, or a switch stands in between",
+                      : "the connected device is not an EtherCAT slave, or a switch is in between",
                  "connect the first slave directly; `ethtool -s " + facts.name + " autoneg on`");
 }
 
@@ -66,7 +66,7 @@ RealtimeItem check_mtu(const InterfaceFacts& facts) {
 }
 
 RealtimeItem check_coalescing(const InterfaceFacts& facts) {
-  auto item = fine("interrupt coalescing", "off", facts.coalescing ? "off" : "not told by the driver");
+  auto item = fine("interrupt coalescing", "off", facts.coalescing ? "off" : "not reported by the driver");
   if (!facts.coalescing) return item;
   const auto& found = *facts.coalescing;
   if (found.rx_usecs == 0 && found.tx_usecs == 0 && !found.adaptive) return item;
@@ -75,31 +75,32 @@ RealtimeItem check_coalescing(const InterfaceFacts& facts) {
   // Some drivers report 1 us for "at once".
   if (found.rx_usecs <= 1 && found.tx_usecs <= 1 && !found.adaptive) return item;
   return finding(std::move(item), found.rx_usecs >= 50 || found.adaptive ? Cost::kPeriods : Cost::kMicroseconds,
-                 "every frame that comes back waits that long in the interface",
+                 "every returning frame waits that long in the interface",
                  "`ethtool -C " + facts.name + " adaptive-rx off adaptive-tx off rx-usecs 0 tx-usecs 0`");
 }
 
 RealtimeItem check_offload(const InterfaceFacts& facts) {
-  auto item =
-      fine("receive offload", "off", facts.receive_offload ? on_off(*facts.receive_offload) : "not told by the driver");
+  auto item = fine("receive offload", "off",
+                   facts.receive_offload ? on_off(*facts.receive_offload) : "not reported by the driver");
   if (!facts.receive_offload.value_or(false)) return item;
   return finding(std::move(item), Cost::kMicroseconds,
-                 "the kernel looks whether a frame can be joined to others before it hands it on",
+                 "the kernel tries to merge each frame with others before it passes the frame on",
                  "`ethtool -K " + facts.name + " gro off lro off`");
 }
 
 RealtimeItem check_energy_saving(const InterfaceFacts& facts) {
-  auto item =
-      fine("energy saving (EEE)", "off", facts.energy_saving ? on_off(*facts.energy_saving) : "not told by the driver");
+  auto item = fine("energy saving (EEE)", "off",
+                   facts.energy_saving ? on_off(*facts.energy_saving) : "not reported by the driver");
   if (!facts.energy_saving.value_or(false)) return item;
   return finding(std::move(item), Cost::kMicroseconds, "the link sleeps between frames and takes some 20 us to wake",
                  "`ethtool --set-eee " + facts.name + " eee off`");
 }
 
 RealtimeItem check_flow_control(const InterfaceFacts& facts) {
-  auto item = fine("flow control", "off", facts.flow_control ? on_off(*facts.flow_control) : "not told by the driver");
+  auto item =
+      fine("flow control", "off", facts.flow_control ? on_off(*facts.flow_control) : "not reported by the driver");
   if (!facts.flow_control.value_or(false)) return item;
-  return finding(std::move(item), Cost::kMicroseconds, "a pause frame from the line would stop the master's sending",
+  return finding(std::move(item), Cost::kMicroseconds, "a pause frame from the line would stop the master from sending",
                  "`ethtool -A " + facts.name + " autoneg off rx off tx off`");
 }
 
@@ -123,13 +124,13 @@ std::vector<RealtimeItem> inspect_interface(const InterfaceFacts& facts) {
 
 rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed) {
   auto item = fine("AF_XDP", needed ? "allowed" : "not requested", "allowed");
-  std::string consequence = "port = \"xdp\" is refused, with policy = \"degrade\" a packet socket takes its place";
+  std::string consequence = "port = \"xdp\" is refused, with policy = \"degrade\" a packet socket is used instead";
   std::string remedy = kGrantXdpCapabilities;
   const FileDescriptor socket{::socket(AF_XDP, SOCK_RAW | SOCK_CLOEXEC, 0)};
   if (!socket.valid()) {
     item.error_number = errno;
     item.effective = item.error_number == EAFNOSUPPORT ? "not in this kernel (CONFIG_XDP_SOCKETS)" : "refused";
-    if (item.error_number == EAFNOSUPPORT) remedy = "take port = \"raw\"";
+    if (item.error_number == EAFNOSUPPORT) remedy = "use port = \"raw\"";
   } else if (const int error_number = XdpProgram::try_load(); error_number != 0) {
     item.error_number = error_number;
     item.effective = "XDP programs are refused";

@@ -28,7 +28,7 @@ inline constexpr int kMaxDiscardsPerReceive = 16;
 /// Remedy that lets a process use AF_XDP as well.
 inline constexpr const char* kGrantXdpCapabilities =
     "run as root or grant it with `setcap cap_net_raw,cap_net_admin,cap_bpf,cap_sys_nice,cap_ipc_lock+ep "
-    "build/driveline`, or take port = \"raw\"";
+    "build/driveline`, or use port = \"raw\"";
 
 /// Remedy that lets a process open raw sockets.
 inline constexpr const char* kGrantCapabilities =

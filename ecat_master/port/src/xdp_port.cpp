@@ -63,7 +63,7 @@ std::string why_not_attached(int error_number, std::size_t mtu) {
     case EEXIST:
       return "another XDP program is attached to the interface, maybe by another driveline; end it, see `ip link`";
     case EOPNOTSUPP:
-      return "the driver runs no XDP programs";
+      return "the driver does not support XDP programs";
     case ENOSPC:
       return "the interface has fewer receive queues than its other end has transmit queues; see `ethtool -l`";
     case ERANGE:
@@ -71,10 +71,10 @@ std::string why_not_attached(int error_number, std::size_t mtu) {
     case EINVAL:
       // Drivers answer this when a frame does not fit into a page; the kernel gives no text with it.
       if (mtu > 1500) {
-        return "the driver refuses it, as many do with an MTU of " + std::to_string(mtu) +
+        return "the driver refuses the XDP program, as many drivers do with an MTU of " + std::to_string(mtu) +
                "; `ip link set dev IF mtu 1500`";
       }
-      return "the driver refuses it as it is set now; see the kernel's log";
+      return "the driver refuses the XDP program with its present settings; see the kernel log";
     default:
       return error_text(error_number);
   }
@@ -86,18 +86,18 @@ std::string why(const XdpRefusal& refusal, std::size_t mtu) {
   switch (refusal.step) {
     case Step::kSocket:
       if (refusal.error_number == EAFNOSUPPORT)
-        return "this kernel has no AF_XDP (CONFIG_XDP_SOCKETS), or the service may not use it "
+        return "this kernel has no AF_XDP (CONFIG_XDP_SOCKETS), or the service is not permitted to use it "
                "(RestrictAddressFamilies)";
       return error_text(refusal.error_number);
     case Step::kMemory:
       return why_no_memory(refusal.error_number);
     case Step::kBind:
       if (refusal.error_number == EOPNOTSUPP || refusal.error_number == EINVAL) return "the driver has no zero copy";
-      if (refusal.error_number == EBUSY) return "another AF_XDP socket has receive queue 0 of the interface";
+      if (refusal.error_number == EBUSY) return "another AF_XDP socket uses receive queue 0 of the interface";
       return why_no_memory(refusal.error_number);
     case Step::kProgram:
       if (refusal.error_number == EINVAL || refusal.error_number == ENOSYS)
-        return "this kernel does not take the XDP program (Linux 5.9 is needed)";
+        return "this kernel does not accept the XDP program: Linux 5.9 or later is needed";
       return "the kernel refuses the XDP program: " + error_text(refusal.error_number);
     case Step::kAttach:
       break;
@@ -159,7 +159,7 @@ tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::open(const XdpConfig&
       (*port)->steps_down_ = std::move(steps_down);
       if (const auto queues = receive_queues(config.interface); queues > 1) {
         (*port)->steps_down_.push_back("Interface " + quoted(config.interface) + " has " + std::to_string(queues) +
-                                       " receive queues, of which AF_XDP uses the first; if no frames come back, "
+                                       " receive queues, of which AF_XDP uses the first; if no frames return, "
                                        "`ethtool -L " +
                                        config.interface + " combined 1`.");
       }
@@ -168,7 +168,7 @@ tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::open(const XdpConfig&
     if (port.error().code != PortErrorCode::kUnsupported || mode >= config.last) return port;
     steps_down.push_back(port.error().message);
   }
-  return failure(PortErrorCode::kUnsupported, "No mode of AF_XDP is left to be tried.");
+  return failure(PortErrorCode::kUnsupported, "All modes of AF_XDP have failed.");
 }
 
 tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::try_mode(XdpMode mode, const std::string& interface,

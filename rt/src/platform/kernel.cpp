@@ -61,7 +61,8 @@ RealtimeItem preemption(const PlatformSource& source) {
   auto item = fine("kernel preemption", "PREEMPT_RT", model);
   if (realtime) return item;
   return found(std::move(item), Cost::kPeriods,
-               "a wake-up waits while the kernel works for someone else: some 100 us under load, more for single calls",
+               "a wake-up is delayed while the kernel works for another process: some 100 us under load, more for some "
+               "system calls",
                "boot a PREEMPT_RT kernel (Debian: linux-image-rt-amd64) for bounded wake-up latencies");
 }
 
@@ -76,7 +77,7 @@ RealtimeItem throttling(const PlatformSource& source) {
     item.effective = "possible after " + *runtime_us + " us of CPU time in every " + *period_us + " us";
     return found(
         std::move(item), Cost::kMicroseconds,
-        "nothing while the cycle sleeps in every period, which it does; a thread that never sleeps is stopped for ms",
+        "no effect while the cycle sleeps in every period; a thread that never sleeps is stopped for milliseconds",
         "none needed while the cycle sleeps in every period; `sysctl -w kernel.sched_rt_runtime_us=-1` turns it off");
   }
   return item;
@@ -105,7 +106,7 @@ RealtimeItem clock_source(const PlatformSource& source) {
                                                      "hyperv_clocksource_tsc_page", "timebase"};
   if (!name || std::find(kFast.begin(), kFast.end(), *name) != kFast.end()) return item;
   return found(std::move(item), Cost::kMicroseconds,
-               "each look at the clock is a system call that reads a slow device: about 1 us",
+               "each reading of the clock is a system call to a slow device: about 1 us",
                "boot with clocksource=tsc tsc=reliable, if the processor's counter is constant");
 }
 
@@ -120,10 +121,10 @@ RealtimeItem virtual_machine(const PlatformSource& source) {
   item.effective = "a guest of a hypervisor";
   const auto vendor = first_line(source.root + "/sys/class/dmi/id/sys_vendor");
   if (vendor) item.effective += " (" + *vendor + ")";
-  return found(
-      std::move(item), Cost::kPeriods,
-      "the host takes the processor away for as long as it likes, often for milliseconds, and no clock in here tells",
-      "run on the machine itself; or give the guest processors of its own (pinned, isolated on the host)");
+  return found(std::move(item), Cost::kPeriods,
+               "the host can stop the virtual processor for any time, often for milliseconds, and no clock in the "
+               "guest shows it",
+               "run on a physical machine, or give the guest dedicated processors (pinned, isolated on the host)");
 }
 
 }  // namespace driveline::rt::checks

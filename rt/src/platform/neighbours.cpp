@@ -87,7 +87,7 @@ void collect_neighbours(const fs::path& process, int cpu, std::vector<std::strin
 
 RealtimeItem neighbours(const PlatformSource& source, Cpu cpu) {
   auto item = fine("neighbours", cpu ? "no other real-time thread on CPU " + std::to_string(*cpu) : "not requested",
-                   cpu ? "none" : "not looked for on all CPUs");
+                   cpu ? "none" : "not checked on all CPUs");
   if (!cpu) return item;
   const auto self = std::to_string(getpid());
   std::vector<std::string> list;
@@ -101,7 +101,7 @@ RealtimeItem neighbours(const PlatformSource& source, Cpu cpu) {
   item.effective.clear();
   for (const auto& neighbour : list) item.effective += (item.effective.empty() ? "" : ", ") + neighbour;
   return found(std::move(item), Cost::kPeriods,
-               "a thread of the same or a higher priority runs first, for as long as it likes",
+               "a thread of the same or a higher priority can delay the cycle without limit",
                "give each a CPU of its own ([realtime] `cpu` of a master, `simulation_cpu` of `simulate`)");
 }
 

@@ -106,12 +106,12 @@ RealtimeItem rcu_callbacks(const PlatformSource& source, Cpu cpu) {
   const bool moved = list && cpu && (*list == "all" || cpu_list_contains(*list, *cpu));
   if (moved) return item;
   return found(std::move(item), Cost::kMicroseconds,
-               "the kernel frees memory of others on this CPU: some us, at times tens",
+               "the kernel frees memory of other programs on this CPU: some us, at times tens",
                "boot with rcu_nocbs=" + number_of(cpu));
 }
 
 RealtimeItem interrupts(const PlatformSource& source, Cpu cpu) {
-  auto item = fine("device interrupts", "none on " + name_of(cpu), cpu ? "none" : "not looked for on all CPUs");
+  auto item = fine("device interrupts", "none on " + name_of(cpu), cpu ? "none" : "not checked on all CPUs");
   if (!cpu) return item;
   const auto list = interrupts_on(source, *cpu);
   if (list.empty()) return item;
@@ -153,9 +153,10 @@ RealtimeItem idle_states(const PlatformSource& source, Cpu cpu) {
                      std::to_string(deepest_us) + " us to leave";
   }
   if (deepest_us <= kShallowUs) return item;
-  return found(std::move(item), deepest_us >= 100 ? Cost::kPeriods : Cost::kMicroseconds,
-               "a wake-up that much later, unless the run may hold /dev/cpu_dma_latency (`CPU wake-up time` says ok)",
-               "let the user open /dev/cpu_dma_latency, or boot with processor.max_cstate=1 intel_idle.max_cstate=1");
+  return found(
+      std::move(item), deepest_us >= 100 ? Cost::kPeriods : Cost::kMicroseconds,
+      "a wake-up is that much later, unless the run may hold /dev/cpu_dma_latency (`CPU wake-up time` says ok)",
+      "let the user open /dev/cpu_dma_latency, or boot with processor.max_cstate=1 intel_idle.max_cstate=1");
 }
 
 RealtimeItem siblings(const PlatformSource& source, Cpu cpu) {
@@ -173,7 +174,7 @@ RealtimeItem siblings(const PlatformSource& source, Cpu cpu) {
   if (others.empty()) return item;
   item.effective = name_of(cpu) + " shares its core with CPU " + others;
   return found(std::move(item), Cost::kMicroseconds,
-               "what runs there takes half of the core: the cycle costs up to twice as much",
+               "a program on the sibling takes half of the core: the cycle costs up to twice as much",
                "`echo 0 > /sys/devices/system/cpu/cpu" + others.substr(0, others.find(',')) +
                    "/online`, isolate it as well, or switch hyper-threading off in the firmware");
 }
@@ -191,10 +192,10 @@ RealtimeItem management_interrupts(const PlatformSource& source, Cpu cpu) {
   if (!read) return item;
   item.effective = std::to_string(count) + " since the machine was started";
   if (count == 0) return item;
-  return found(
-      std::move(item), Cost::kPeriods,
-      "the firmware stops all processors, for 10 us to some ms, and the kernel cannot help it",
-      "see whether the number grows during a run; switch off USB legacy support and power management in the firmware");
+  return found(std::move(item), Cost::kPeriods,
+               "the firmware stops all processors for 10 us to some ms, and the kernel cannot prevent it",
+               "check whether the number grows during a run; switch off USB legacy support and power management in the "
+               "firmware");
 }
 
 }  // namespace driveline::rt::checks
@@ -226,7 +227,7 @@ RealtimeItem inspect_load(int cpu, const CpuTimes& before, const CpuTimes& after
   constexpr std::uint64_t kQuietPercent = 5;
   if (share(busy) <= kQuietPercent && stolen == 0) return item;
   return checks::found(std::move(item), stolen > 0 ? Cost::kPeriods : Cost::kMicroseconds,
-                       "other programs use the CPU and its caches, and the kernel works there for them",
+                       "other programs and the kernel work for them use the CPU and its caches",
                        "move them: `taskset -p`, CPUAffinity= of their services, or isolate the CPU");
 }
 

@@ -115,7 +115,7 @@ Result<void> LineCouplings::add_encoder(const CouplingConfig& coupling, const ec
   if (own) {
     return fail(
         ErrorKind::kSetting,
-        fmt::format("{} is the position of \"{}\" itself: it cannot be its own master", variable->text(), slave.name),
+        fmt::format("{} is the position of \"{}\": an axis cannot be its own master", variable->text(), slave.name),
         coupling.place);
   }
   MasterSignal::Encoder settings;
@@ -126,7 +126,7 @@ Result<void> LineCouplings::add_encoder(const CouplingConfig& coupling, const ec
   settings.range = encoder.range.value_or(all);
   if (settings.range > all) {
     return fail(ErrorKind::kSetting,
-                fmt::format("range_increments is {}, but {} has {} bits and counts to {}", settings.range,
+                fmt::format("range_increments is {}, but {} has {} bits and a maximum of {}", settings.range,
                             variable->text(), variable->bits, all),
                 encoder.position_place);
   }

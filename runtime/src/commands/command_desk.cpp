@@ -111,25 +111,26 @@ void CommandDesk::take(const CommandRecord& record) {
   const auto name = record.client.view();
   auto who = commander_name(record.participant, name);
   if (name.empty() || !printable(name)) {
-    refuse(who, record, "the name of a client has 1 to 63 printable letters of ASCII");
+    refuse(who, record, "the name of a client must have 1 to 63 printable ASCII characters");
     return;
   }
   auto* const client = find_client(record, name);
   if (client == nullptr) {
-    refuse(who, record, "there are too many clients already");
+    refuse(who, record, "the maximum number of clients is reached");
     return;
   }
   if (!client->begun) client->caller.name = std::move(who);
   auto& limit = is_stop(record) ? client->stops : client->rate;
   if (!limit.take(now)) {
     ++summary_.refused;
-    answer(record, CommandResult::kRefused, fmt::format("too many: {} commands a second are taken", kClientRate),
-           held(*client, record));
+    answer(record, CommandResult::kRefused,
+           fmt::format("too many commands: at most {} per second are accepted", kClientRate), held(*client, record));
     return;
   }
   if (client->begun && record.number <= client->last_number) {
     refuse(client->caller.name, record,
-           fmt::format("number {} is not above {}, that of the command before", record.number, client->last_number),
+           fmt::format("number {} must be above {}, the number of the previous command", record.number,
+                       client->last_number),
            held(*client, record));
     return;
   }
@@ -167,7 +168,7 @@ bool CommandDesk::make_room(const snapshot::CommandParticipant* of) {
 void CommandDesk::judge(Client& client, const CommandRecord& record) {
   const auto* const kind = kind_of(record);
   if (kind == nullptr) {
-    refuse(client.caller.name, record, fmt::format("there is no command of number {}", record.kind),
+    refuse(client.caller.name, record, fmt::format("there is no command with number {}", record.kind),
            held(client, record));
     return;
   }
@@ -217,7 +218,7 @@ void CommandDesk::lease(Client& client, const CommandRecord& record, std::size_t
 
 void CommandDesk::request(Client& client, const CommandRecord& record, std::size_t axis) {
   if (client.pending.size() >= kMaxRequests && !is_stop(record)) {
-    refuse(client.caller.name, record, fmt::format("{} commands are under way already", kMaxRequests),
+    refuse(client.caller.name, record, fmt::format("{} commands are already in progress", kMaxRequests),
            held(client, record));
     return;
   }
@@ -239,7 +240,8 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
   // Stops are always accepted, but only a limited number of them is tracked.
   const bool followed = client.pending.size() < 2 * kMaxRequests;
   answer(record, followed ? CommandResult::kAccepted : CommandResult::kDone,
-         followed ? "" : "the axis is told to stop; no other answer follows, there are too many", lease);
+         followed ? "" : "the axis is commanded to stop; no further answer follows: too many commands are pending",
+         lease);
   if (followed) client.pending.push_back({record, axis, *submitted});
 }
 
@@ -262,13 +264,13 @@ void CommandDesk::poll_client(Client& client) {
     const auto lease = held(client, pending.record);
     const auto axis = events::event_axis(axis_requests_.axes()[pending.axis]);
     if (phase == RequestPhase::kDone || phase == RequestPhase::kReached) {
-      answer(pending.record, CommandResult::kDone, phase == RequestPhase::kReached ? "the velocity is reached" : "",
-             lease);
+      answer(pending.record, CommandResult::kDone,
+             phase == RequestPhase::kReached ? "the axis has reached the velocity" : "", lease);
     } else if (progress.refusal) {
       answer(pending.record, CommandResult::kAborted, describe(axis, *progress.refusal), lease);
     } else {
-      answer(pending.record, CommandResult::kAborted, fmt::format("axis {}: another request has ended it", axis.name),
-             lease);
+      answer(pending.record, CommandResult::kAborted,
+             fmt::format("axis {}: another request has replaced it", axis.name), lease);
     }
     return true;
   });

@@ -41,9 +41,9 @@ std::string read_name(TomlReader& reader, const LineConfig& config) {
                                           name));
   }
   if (std::any_of(config.axes.begin(), config.axes.end(), [&](const auto& axis) { return axis.name == name; }))
-    reader.fail("name", fmt::format("\"{}\" is the name of an [[axis]], another one is expected", name));
+    reader.fail("name", fmt::format("\"{}\" is the name of an [[axis]], another name is expected", name));
   if (std::find(kWords.begin(), kWords.end(), name) != kWords.end())
-    reader.fail("name", fmt::format("\"{}\" is a word of requests, another one is expected", name));
+    reader.fail("name", fmt::format("\"{}\" is a reserved word of requests, another name is expected", name));
   return name;
 }
 
@@ -65,7 +65,7 @@ bool has(const std::vector<std::size_t>& axes, std::size_t axis) {
 void check_axis(const TomlReader& reader, const LineConfig& config, std::size_t axis) {
   const auto& name = config.axes[axis].name;
   for (const auto& other : config.axis_groups) {
-    if (has(other.axes, axis)) reader.fail("axes", fmt::format("\"{}\" is in group \"{}\" already", name, other.name));
+    if (has(other.axes, axis)) reader.fail("axes", fmt::format("\"{}\" is already in group \"{}\"", name, other.name));
   }
 }
 
@@ -194,7 +194,7 @@ AxisGroupConfig read_axis_group(TomlReader reader, const LineConfig& config) {
 void check_axis_groups(const TomlReader& root, const LineConfig& config) {
   if (config.axis_groups.empty()) return;
   if (config.path) {
-    root.fail("axis_group", "goes with axes that wait for requests: there must be no [path], which they would follow");
+    root.fail("axis_group", "needs axes that wait for requests: remove [path], which moves all axes");
   }
   if (!config.stream) return;
   for (const auto& group : config.axis_groups) {

@@ -23,9 +23,10 @@ void read_modulo(TomlReader& reader, ecat_master::AxisConfig& axis) {
   constexpr double kRoundingIncrements = 1e-3;
   if (!reader.has("modulo")) return;
   if (axis.software_limits)
-    reader.fail("modulo", "is of an axis without ends, and min_position and max_position give it some");
+    reader.fail("modulo", "is for axes without end positions, but min_position and max_position are set");
   if (!reader.has("increments_per_revolution")) {
-    reader.fail("modulo", "needs increments_per_revolution: the drive is told the modulo before it has told its own");
+    reader.fail("modulo",
+                "needs increments_per_revolution: the modulo is written to the drive before its increments are read");
   }
   const auto& unit = ecat_master::position_unit(axis);
   const double modulo = unit.to_si(reader.number("modulo", unit.from_si(kLeast), unit.from_si(kFarthest)));
@@ -51,8 +52,8 @@ void read_software_limits(TomlReader& reader, ecat_master::AxisConfig& axis) {
   const bool lowest = reader.has("min_position");
   const bool highest = reader.has("max_position");
   if (!lowest && !highest) return;
-  if (!lowest) reader.fail("max_position", "stands without min_position: both ends are expected");
-  if (!highest) reader.fail("min_position", "stands without max_position: both ends are expected");
+  if (!lowest) reader.fail("max_position", "is set without min_position: both are expected");
+  if (!highest) reader.fail("min_position", "is set without max_position: both are expected");
   const auto& unit = ecat_master::position_unit(axis);
   const trajectory::PositionRange range{read_position(reader, "min_position", unit),
                                         read_position(reader, "max_position", unit)};
@@ -77,7 +78,7 @@ void check_moduli(const TomlReader& root, const LineConfig& config) {
     const double way = axis.limits.max_velocity * exchange.count();
     if (way < kShare * modulo) continue;
     const auto& unit = ecat_master::position_unit(axis);
-    root.fail("axis", fmt::format("\"{}\" goes {:.6g} {} from one exchange to the next at its max_velocity, and less "
+    root.fail("axis", fmt::format("\"{}\" moves {:.6g} {} between two exchanges at its max_velocity, and less "
                                   "than a quarter of its modulo of {:.6g} {} is expected",
                                   axis.name, unit.from_si(way), unit.name, unit.from_si(modulo), unit.name));
   }

@@ -20,16 +20,15 @@ std::optional<CommandConfig> read_commands(TomlReader reader, const TelemetryCon
   reader.finish();
   if (!enabled) return std::nullopt;
   if (!telemetry.enabled)
-    reader.fail("enabled", "needs telemetry, by whose process commands come, but [telemetry] is off");
+    reader.fail("enabled", "needs the telemetry bridge to receive commands, but [telemetry] is off");
   if (telemetry.service) {
     reader.fail("enabled", "needs the bridge that run starts, but [telemetry] has bridge = \"service\"");
   }
   const bool secured = telemetry.security.has_value();
   if (!commands.insecure && !secured) {
-    reader.fail(
-        "enabled",
-        "needs [telemetry] security, or insecure = true, by which everybody in the network of its interfaces may "
-        "move the axes");
+    reader.fail("enabled",
+                "needs [telemetry] security, or insecure = true, with which any participant in the network of its "
+                "interfaces may move the axes");
   }
   commands.insecure = !secured;
   return commands;

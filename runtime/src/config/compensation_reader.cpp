@@ -50,7 +50,7 @@ void read_compensation(TomlReader& reader, const std::filesystem::path& director
   const bool wanted = reader.has("compensation") || reader.has("backlash");
   if (!wanted) {
     for (const std::string_view key : {"backlash_velocity", "backlash_acceleration", "compensate"}) {
-      if (reader.has(key)) reader.fail(key, "is of no use without compensation or backlash");
+      if (reader.has(key)) reader.fail(key, "has no effect without compensation or backlash");
     }
     return;
   }
@@ -65,11 +65,10 @@ void read_compensation(TomlReader& reader, const std::filesystem::path& director
   const double least = kLeastLeft * (axis.limits.max_acceleration - settings.take_up_acceleration);
   if (!(left.max_acceleration >= least)) {
     const auto& unit = ecat_master::position_unit(axis);
-    reader.fail("compensation",
-                fmt::format("bends so much that at max_velocity it takes {:.6g} of the {:.6g} {}/s^2 of "
-                            "max_acceleration: a lower max_velocity or a smoother table is expected",
-                            unit.from_si(axis.limits.max_acceleration - left.max_acceleration),
-                            unit.from_si(axis.limits.max_acceleration), unit.name));
+    reader.fail("compensation", fmt::format("is so curved that at max_velocity it needs {:.6g} of the {:.6g} {}/s^2 of "
+                                            "max_acceleration: a lower max_velocity or a smoother table is expected",
+                                            unit.from_si(axis.limits.max_acceleration - left.max_acceleration),
+                                            unit.from_si(axis.limits.max_acceleration), unit.name));
   }
   axis.limits = left;
   axis.compensation = std::make_shared<const ecat_master::CompensationSettings>(std::move(settings));
@@ -79,9 +78,10 @@ void check_compensations(const TomlReader& root, const LineConfig& config) {
   const auto waits = std::find_if(config.axes.begin(), config.axes.end(),
                                   [](const auto& axis) { return axis.compensation && axis.compensation->when_homed; });
   if (!config.path || waits == config.axes.end()) return;
-  root.fail("axis", fmt::format("\"{}\" is compensated once it is homed, and axes of a [path] are not: compensate = "
-                                "\"always\" is expected",
-                                waits->name));
+  root.fail("axis",
+            fmt::format("\"{}\" is compensated only after homing, and axes of a [path] are not homed: compensate = "
+                        "\"always\" is expected",
+                        waits->name));
 }
 
 }  // namespace driveline::runtime

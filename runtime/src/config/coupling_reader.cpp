@@ -70,7 +70,7 @@ void check_range(const TomlReader& reader, const LineConfig& config, const Encod
   const double way = encoder.max_velocity * unseen_s * encoder.increments_per_unit;
   if (way < 0.5 * static_cast<double>(*encoder.range)) return;
   reader.fail("range_increments",
-              fmt::format("is {}, and at max_velocity the encoder goes {:.6g} increments in {} cycles, which may be "
+              fmt::format("is {}, and at max_velocity the encoder moves {:.6g} increments in {} cycles, which may be "
                           "lost: less than half of the range is expected",
                           *encoder.range, way, config.max_lost_cycles + 1));
 }
@@ -128,7 +128,7 @@ trajectory::GearRatio read_ratio(TomlReader& reader) {
   const bool whole = std::all_of(numbers.begin(), numbers.end(), [](double one) { return std::trunc(one) == one; });
   if (numbers.size() != 2 || !whole)
     reader.fail("ratio",
-                "two whole numbers are expected: [2, 3] lets the slave go two thirds of the way of its master");
+                "two whole numbers are expected: [2, 3] moves the slave two thirds of the distance of its master");
   const auto ratio =
       trajectory::GearRatio::make(static_cast<std::int64_t>(numbers[0]), static_cast<std::int64_t>(numbers[1]));
   if (!ratio) reader.fail("ratio", ratio.error().message());
@@ -144,9 +144,9 @@ void read_master(TomlReader& reader, const LineConfig& config, CouplingConfig& c
     reader.fail("master", fmt::format("there is no [[axis]], [[virtual_axis]] or [[encoder]] named \"{}\"", name));
   if (coupling.axis == coupling.slave) reader.fail("master", fmt::format("\"{}\" cannot be its own master", name));
   if (!coupling.actual) return;
-  if (coupling.encoder) reader.fail("master_value", "is of an axis: an encoder has nothing but actual positions");
+  if (coupling.encoder) reader.fail("master_value", "is for axes: an encoder has only actual positions");
   if (config.axes[*coupling.axis].is_virtual())
-    reader.fail("master_value", fmt::format("\"{}\" is virtual, and is where its setpoints are", name));
+    reader.fail("master_value", fmt::format("\"{}\" is virtual and has only setpoints", name));
 }
 
 /// Refuses a coupling whose slave would, through its masters, follow itself.
@@ -154,7 +154,7 @@ void check_circle(const TomlReader& reader, const LineConfig& config, const Coup
   auto names = config.axes[coupling.slave].name;
   for (auto at = coupling.axis; at;) {
     names += " follows " + config.axes[*at].name;
-    if (*at == coupling.slave) reader.fail("master", fmt::format("is coupled in a circle: {}", names));
+    if (*at == coupling.slave) reader.fail("master", fmt::format("is part of a coupling loop: {}", names));
     const auto* const next = config.couplings.of(*at);
     at = next != nullptr ? next->axis : std::nullopt;
   }
@@ -170,7 +170,7 @@ void check_cam(const TomlReader& reader, const LineConfig& config, const Couplin
   const auto master = kind_of_master(config, coupling);
   const auto slave = config.axes[coupling.slave].kind;
   if (cam.cam->master_kind() == master && cam.cam->slave_kind() == slave) return;
-  reader.fail("cam", fmt::format("\"{}\" leads a {} slave by a {} master, but this slave is {} and its master {}",
+  reader.fail("cam", fmt::format("\"{}\" is for a {} slave and a {} master, but this slave is {} and its master {}",
                                  cam.name, kind_text(cam.cam->slave_kind()), kind_text(cam.cam->master_kind()),
                                  kind_text(slave), kind_text(master)));
 }
@@ -183,9 +183,9 @@ CouplingConfig read_coupling(TomlReader reader, const LineConfig& config) {
   if (!slave) reader.fail("slave", fmt::format("there is no [[axis]] or [[virtual_axis]] named \"{}\"", name));
   coupling.slave = *slave;
   if (config.couplings.of(*slave) != nullptr)
-    reader.fail("slave", fmt::format("\"{}\" has a master already: one [[coupling]] for each slave is expected", name));
+    reader.fail("slave", fmt::format("\"{}\" already has a master: one [[coupling]] per slave is expected", name));
   if (config.stream && std::count(config.stream->axes.begin(), config.stream->axes.end(), *slave) > 0) {
-    reader.fail("slave", fmt::format("\"{}\" follows a [stream]: `axes` there without it is expected", name));
+    reader.fail("slave", fmt::format("\"{}\" follows a [stream]: remove it from `axes` there", name));
   }
   read_master(reader, config, coupling);
   check_circle(reader, config, coupling);
@@ -210,7 +210,7 @@ void read_couplings(TomlReader& root, const std::filesystem::path& directory, Li
   for (auto& reader : root.tables("cam")) plan.cams.push_back(read_cam(std::move(reader), directory, plan.cams));
   for (auto& reader : root.tables("coupling")) plan.couplings.push_back(read_coupling(std::move(reader), config));
   if (!plan.couplings.empty() && config.path)
-    root.fail("coupling", "goes with axes that wait for requests: there must be no [path], which moves all of them");
+    root.fail("coupling", "needs axes that wait for requests: remove [path], which moves all axes");
 }
 
 }  // namespace driveline::runtime

@@ -22,8 +22,9 @@ IpNetwork read_network(TomlReader& reader, std::string_view key) {
   const auto network = parse_network(text);
   if (!network) reader.fail(key, fmt::format("is \"{}\", {}", text, kAddressForm));
   if (!network->is_host(network->address)) {
-    reader.fail(key,
-                fmt::format("is \"{}\", the network itself or its broadcast address: a machine cannot have it", text));
+    reader.fail(
+        key, fmt::format("is \"{}\", the address of the network itself or its broadcast address: a host cannot use it",
+                         text));
   }
   if (overlap(*network, service_interface_network())) {
     reader.fail(key, fmt::format("is \"{}\": {} is the network of the drives' service interface, EoE needs another",
@@ -46,7 +47,7 @@ void check_slaves(const TomlReader& reader, const LineConfig& config) {
     if (!slave.ip) continue;
     any = true;
     if (!eoe.address.is_host(*slave.ip)) {
-      reader.fail("address", fmt::format("is {}, but \"{}\" has {}: all slaves are hosts of this network",
+      reader.fail("address", fmt::format("is {}, but \"{}\" has {}: all slaves must be in this network",
                                          to_text(eoe.address), slave.name, to_text(*slave.ip)));
     }
     if (*slave.ip == eoe.address.address || *slave.ip == eoe.gateway) {
@@ -54,7 +55,7 @@ void check_slaves(const TomlReader& reader, const LineConfig& config) {
                                          slave.name, to_text(*slave.ip)));
     }
   }
-  if (!any) reader.fail("", "no [[slave]] has an ip: there is nobody to reach");
+  if (!any) reader.fail("", "no [[slave]] has an ip: set the ip of each slave to reach over EoE");
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ Result<std::uint16_t> parse_slave(std::string_view text, std::span<const std::st
 Result<void> FaultDraft::set(const slaves::FaultParameterRow& parameter, std::string_view value,
                              const FaultPlaces& places) {
   if (!takes(row_, parameter.parameter)) {
-    return problem(fmt::format("is nothing that \"{}\" takes; it takes {}", row_.name, parameters_of(row_)));
+    return problem(fmt::format("is not a key of \"{}\"; its keys are {}", row_.name, parameters_of(row_)));
   }
   given_ = given_ | parameter.parameter;
   switch (parameter.parameter) {
@@ -156,7 +156,7 @@ Result<Fault> FaultDraft::with_cable(Fault fault, const FaultPlaces& places) con
   }
   if (places.wiring.at({fault.slave, fault.port}).kind == Kind::kNothing) {
     return problem(
-        fmt::format("nothing is plugged into port {} of \"{}\"", fault.port, slave_name(fault.slave, places)));
+        fmt::format("no cable is connected to port {} of \"{}\"", fault.port, slave_name(fault.slave, places)));
   }
   return fault;
 }
@@ -167,7 +167,7 @@ Result<const slaves::FaultKindRow*> find_fault_kind(std::string_view name) {
     if (row.name == name) return &row;
     names.push_back(row.name);
   }
-  return problem(fmt::format("\"{}\" is no kind of fault; there are {}", name, fmt::join(names, ", ")));
+  return problem(fmt::format("\"{}\" is not a kind of fault; the kinds are {}", name, fmt::join(names, ", ")));
 }
 
 std::string parameters_of(const slaves::FaultKindRow& row) {
@@ -210,8 +210,8 @@ Result<Fault> parse_fault(std::string_view text, const FaultPlaces& places, bool
     const auto parameter = std::find_if(slaves::kFaultParameters.begin(), slaves::kFaultParameters.end(),
                                         [key](const auto& p) { return p.key == key; });
     if (parameter == slaves::kFaultParameters.end()) {
-      return problem(
-          fmt::format("\"{}\" is unknown; \"{}\" takes {}, [for_ms]", key, (*row)->name, parameters_of(**row)));
+      return problem(fmt::format("\"{}\" is unknown; the keys of \"{}\" are {}, [for_ms]", key, (*row)->name,
+                                 parameters_of(**row)));
     }
     if (const auto done = draft.set(*parameter, value, places); !done) {
       return problem(fmt::format("{} {}", key, done.error().reason));
@@ -245,7 +245,7 @@ std::string fault_text(const Fault& fault, const FaultPlaces& places) {
 }
 
 std::string fault_help() {
-  std::string text = "Faults: KIND KEY=VALUE ... [for_ms=TIME]; keys in brackets may be left out.\n";
+  std::string text = "Faults: KIND KEY=VALUE ... [for_ms=TIME]; keys in brackets are optional.\n";
   for (const auto& row : slaves::kFaultKinds) {
     text += fmt::format("  {:18} {}\n  {:18}   {}\n", row.name, parameters_of(row), "", row.text);
   }
@@ -253,7 +253,7 @@ std::string fault_help() {
   for (const auto& parameter : slaves::kFaultParameters) {
     text += fmt::format("  {:18} {}: {}\n", parameter.key, parameter.value, parameter.text);
   }
-  text += fmt::format("  {:18} {}: {}\n", "for_ms", "0.001 to 86400000", "ends after this time; default: does not");
+  text += fmt::format("  {:18} {}: {}\n", "for_ms", "0.001 to 86400000", "ends after this time; default: no end");
   return text;
 }
 

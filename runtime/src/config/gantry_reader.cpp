@@ -25,10 +25,10 @@ std::size_t read_axis_of_pair(TomlReader& reader, std::string_view key, const Li
   const auto number = static_cast<std::size_t>(found - axes.begin());
   for (const auto& other : config.gantries) {
     if (other.leader == number || other.follower == number)
-      reader.fail(key, fmt::format("\"{}\" is in a [[gantry]] above already", name));
+      reader.fail(key, fmt::format("\"{}\" is already in a [[gantry]] above", name));
   }
   if (found->compensation && found->compensation->when_homed) {
-    reader.fail(key, fmt::format("\"{}\" is compensated once it is homed, which a gantry does not do: compensate = "
+    reader.fail(key, fmt::format("\"{}\" is compensated only after homing, which a gantry does not do: compensate = "
                                  "\"always\" is expected",
                                  name));
   }
@@ -40,15 +40,16 @@ void check_pair(const TomlReader& reader, const LineConfig& config, const ecat_m
   const auto& leader = config.axes[gantry.leader];
   const auto& follower = config.axes[gantry.follower];
   if (gantry.leader == gantry.follower)
-    reader.fail("follower", fmt::format("is \"{}\" like the leader: a gantry has two axes", follower.name));
+    reader.fail("follower", fmt::format("is \"{}\", the same as the leader: a gantry needs two axes", follower.name));
   if (leader.kind != follower.kind)
-    reader.fail("follower", fmt::format("\"{}\" is {}, and the leader \"{}\" is not", follower.name,
+    reader.fail("follower", fmt::format("\"{}\" is {}, but the leader \"{}\" is not", follower.name,
                                         follower.linear() ? "linear" : "rotary", leader.name));
   if (leader.mode != follower.mode) {
-    reader.fail("follower", fmt::format("\"{}\" is in mode \"{}\", and the leader \"{}\" in \"{}\"", follower.name,
+    reader.fail("follower", fmt::format("\"{}\" is in mode \"{}\", but the leader \"{}\" in \"{}\"", follower.name,
                                         to_text(follower.mode), leader.name, to_text(leader.mode)));
   }
-  if (leader.modulo || follower.modulo) reader.fail("leader", "a gantry has ends: no axis of it has a modulo");
+  if (leader.modulo || follower.modulo)
+    reader.fail("leader", "a gantry has end positions: its axes must not have a modulo");
   if (follower.software_limits) {
     reader.fail("follower", fmt::format("\"{}\" has min_position and max_position: those of the leader are expected "
                                         "alone",
@@ -58,12 +59,12 @@ void check_pair(const TomlReader& reader, const LineConfig& config, const ecat_m
     return config.stream && std::count(config.stream->axes.begin(), config.stream->axes.end(), axis) > 0;
   };
   if (streamed(gantry.follower)) {
-    reader.fail("follower", fmt::format("\"{}\" is one of the axes of [stream]: the leader is expected there alone",
-                                        follower.name));
+    reader.fail("follower",
+                fmt::format("\"{}\" is one of the axes of [stream]: only the leader is expected there", follower.name));
   }
   for (const auto& group : config.axis_groups) {
     if (std::count(group.axes.begin(), group.axes.end(), gantry.follower) > 0) {
-      reader.fail("follower", fmt::format("\"{}\" is in the [[axis_group]] \"{}\": the leader is expected there alone",
+      reader.fail("follower", fmt::format("\"{}\" is in the [[axis_group]] \"{}\": only the leader is expected there",
                                           follower.name, group.name));
     }
   }
@@ -87,8 +88,7 @@ void share_limits(LineConfig& config, const ecat_master::GantrySettings& gantry)
 
 void read_gantry(TomlReader reader, LineConfig& config) {
   ecat_master::GantrySettings gantry;
-  if (config.path)
-    reader.fail("", "is of axes that wait for requests: there must be no [path], which they would follow");
+  if (config.path) reader.fail("", "needs axes that wait for requests: remove [path], which moves all axes");
   gantry.leader = read_axis_of_pair(reader, "leader", config);
   gantry.follower = read_axis_of_pair(reader, "follower", config);
   check_pair(reader, config, gantry);

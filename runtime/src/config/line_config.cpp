@@ -70,7 +70,7 @@ void read_max_lost(TomlReader& reader, LineConfig& config) {
     return;
   }
   if (in_cycles)
-    reader.fail("max_lost_ms", "stands beside max_lost_cycles: one of them is expected, they are the same limit");
+    reader.fail("max_lost_ms", "is set together with max_lost_cycles: both are the same limit, only one is expected");
   const double cycle_ms = std::chrono::duration<double, std::milli>(config.period).count();
   config.max_lost_ms = reader.number("max_lost_ms", cycle_ms, static_cast<double>(kMaxCycles) * cycle_ms);
   // Rounded down to whole cycles, so that it is never longer than the file says.
@@ -83,9 +83,9 @@ void read_launch_ahead(TomlReader& reader, LineConfig& config) {
   const double longest = static_cast<double>(rt::CycleTimer::max_wake_ahead(config.period).count()) / 1000.0;
   config.launch_ahead = from_us(reader.number("launch_ahead_us", 1.0, longest));
   if (config.port == port::PortChoice::kXdp)
-    reader.fail("launch_ahead_us", "needs a packet socket: port = \"raw\" or \"auto\" is expected beside it");
+    reader.fail("launch_ahead_us", "needs a packet socket: set port = \"raw\" or \"auto\"");
   if (config.interface2)
-    reader.fail("launch_ahead_us", "stands beside interface2: the two ends of a ring send at once");
+    reader.fail("launch_ahead_us", "cannot be used with interface2: both ends of a ring send at the same time");
 }
 
 void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
@@ -94,7 +94,8 @@ void read_bus(TomlReader reader, DeviceFiles& files, LineConfig& config) {
   if (reader.has("interface2")) config.interface2 = reader.text("interface2");
   if (config.interface2 && !config.interface) reader.fail("interface2", "needs interface, the other end of the ring");
   if (config.interface2 && *config.interface2 == *config.interface) {
-    reader.fail("interface2", fmt::format("is \"{}\" like interface, a ring has two ends", *config.interface2));
+    reader.fail("interface2",
+                fmt::format("is \"{}\", the same as interface: a ring needs two interfaces", *config.interface2));
   }
   const auto port = reader.choice_or("port", 0, {"auto", "raw", "xdp"});
   config.port = std::array{port::PortChoice::kAuto, port::PortChoice::kRaw, port::PortChoice::kXdp}.at(port);
@@ -188,8 +189,8 @@ ecat_master::HotConnectPlace find_hot_connect_place(const TomlReader& reader, co
                                            static_cast<std::size_t>(others.end() - found)};
   for (auto between = found + 1; between != others.end(); ++between) {
     if (!between->plan.behind || between->plan.behind->head != place.head) {
-      reader.fail("hot_connect", fmt::format("is \"{}\", but \"{}\" stands between them and is not in that group: the "
-                                             "slaves of a group follow each other",
+      reader.fail("hot_connect", fmt::format("is \"{}\", but \"{}\" is between them and not in that group: the "
+                                             "slaves of a group must be adjacent",
                                              head, between->name));
     }
   }
@@ -244,7 +245,7 @@ void read_velocity_gain(TomlReader& reader, ecat_master::AxisConfig& axis) {
   if (given) reader.fail("velocity_gain", "is 0: with mode \"cst\" the axis would never move");
   if (axis.inertia > 0.0) return;
   reader.fail("velocity_gain",
-              "with mode \"cst\" it is needed, or inertia to take it from: without either the axis would never move");
+              "mode \"cst\" needs it, or inertia to calculate it: without either the axis would never move");
 }
 
 /// Sets the default gain of the velocity loop over the bus: 100/s times the inertia, less if exchanges are rare.
@@ -297,7 +298,7 @@ void read_following_error(TomlReader& reader, ecat_master::AxisConfig& axis) {
   constexpr std::int64_t kLongestMs = 60'000;
   if (!reader.has("following_error_window")) {
     if (reader.has("following_error_timeout_ms"))
-      reader.fail("following_error_timeout_ms", "is of no use without following_error_window");
+      reader.fail("following_error_timeout_ms", "has no effect without following_error_window");
     return;
   }
   read_in_unit(reader, "following_error_window", axis, 1e-9, 1e6, axis.following_error_window.emplace());
@@ -319,7 +320,7 @@ void read_feed_forward(TomlReader& reader, ecat_master::AxisConfig& axis) {
   load.gravity = reader.number_or("gravity", 0.0, -kMaxLoadValue, kMaxLoadValue);
   load.pendulum = reader.number_or("pendulum", 0.0, 0.0, kMaxLoadValue);
   if (load.pendulum > 0.0 && axis.linear())
-    reader.fail("pendulum", "is of a rotary axis, and feed_mm_per_revolution makes this one linear");
+    reader.fail("pendulum", "is for rotary axes, but feed_mm_per_revolution makes this axis linear");
   read_in_unit(reader, "pendulum_zero", axis, -kMaxLoadValue, kMaxLoadValue, load.pendulum_zero);
 }
 
@@ -330,7 +331,7 @@ void check_feed_forward(const TomlReader& reader, const LineConfig& config, cons
   if (!axis.feed_forward.any() || axis.mode == ecat_master::cia402::Mode::kCyclicTorque) return;
   const auto why = drive_rules(config, slave).why_no_torque_offset();
   if (!why.empty())
-    reader.fail("", fmt::format("a feed-forward of friction or gravity is no use: \"{}\" {}", slave.name, why));
+    reader.fail("", fmt::format("feed-forward of friction or gravity has no effect: \"{}\" {}", slave.name, why));
 }
 
 ecat_master::AxisConfig read_axis(TomlReader reader, const std::filesystem::path& directory, const LineConfig& config,
@@ -348,7 +349,7 @@ ecat_master::AxisConfig read_axis(TomlReader reader, const std::filesystem::path
     reader.fail("slave", fmt::format("\"{}\" {}", slave_name, why));
   }
   if (std::any_of(others.begin(), others.end(), [&](const auto& other) { return other.slave == axis.slave; })) {
-    reader.fail("slave", fmt::format("\"{}\" is driven by another axis already", slave_name));
+    reader.fail("slave", fmt::format("\"{}\" already belongs to another axis", slave_name));
   }
   const auto chosen = reader.choice_or("mode", 0, ecat_master::cia402::cyclic_mode_names());
   axis.mode = mode.value_or(ecat_master::cia402::kCyclicModes.at(chosen));
@@ -443,7 +444,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   if (root.has("eoe")) {
     read_eoe(root.table("eoe"), config);
   } else if (std::any_of(config.slaves.begin(), config.slaves.end(), [](const auto& slave) { return slave.ip; })) {
-    root.fail("", "a [[slave]] has an ip, but there is no [eoe] with the interface that leads to it");
+    root.fail("", "a [[slave]] has an ip, but there is no [eoe] table with its interface");
   }
   if (root.has("gateway")) config.gateway = read_gateway(root.table("gateway"), config.slaves);
   if (root.has("dc")) config.clocks = read_clocks(root.table("dc"), config.period, config.slaves);
@@ -460,7 +461,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   check_compensations(root, config);
   if (root.has("stream")) config.stream = read_stream(root.table("stream"), config.axes);
   if (config.stream && config.path) {
-    root.fail("stream", "goes with axes that wait for requests: there must be no [path], which they would follow");
+    root.fail("stream", "needs axes that wait for requests: remove [path], which moves all axes");
   }
   for (auto& reader : root.tables("gantry")) read_gantry(std::move(reader), config);
   check_axis_groups(root, config);

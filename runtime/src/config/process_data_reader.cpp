@@ -39,7 +39,7 @@ void read_members(TomlReader& reader, const LineConfig& config, Membership& grou
     if (group) {
       const bool here = *group == number;
       reader.fail("slaves", here ? fmt::format("\"{}\" is there twice", name)
-                                 : fmt::format("\"{}\" is in group \"{}\" already", name,
+                                 : fmt::format("\"{}\" is already in group \"{}\"", name,
                                                config.process_data.groups[*group].name));
     }
     group = number;
@@ -54,8 +54,8 @@ void read_zeroing(TomlReader& reader, const LineConfig& config, const Membership
     if (groups[i] != config.process_data.groups.size() || !has_axis(config, i)) continue;
     // A control word of zero lets the motor coast (CiA 402-2, Disable voltage).
     reader.fail("zero_outputs_after",
-                fmt::format("\"{}\" has an axis: it stops by [bus] {}, zeros would let it coast", config.slaves[i].name,
-                            config.max_lost_ms ? "max_lost_ms" : "max_lost_cycles"));
+                fmt::format("\"{}\" has an axis: [bus] {} stops it, zero outputs would let it coast",
+                            config.slaves[i].name, config.max_lost_ms ? "max_lost_ms" : "max_lost_cycles"));
   }
 }
 
@@ -144,7 +144,7 @@ void read_process_data(TomlReader& root, LineConfig& config) {
   if (!config.process_data.groups.empty()) {
     const auto& groups = config.process_data.groups;
     if (std::any_of(groups.begin(), groups.end(), [](const auto& group) { return group.name == kOthers; })) {
-      root.fail("group", "\"others\" is the name of the slaves that no group names");
+      root.fail("group", "\"others\" is reserved for the slaves that are in no group");
     }
   }
   auto line = root.table("line");

@@ -14,7 +14,7 @@ void refuse_drive_keys(TomlReader& reader, const DeviceRegistry& devices, const 
   for (const auto& other : devices.families()) {
     for (const auto key : other->own_keys()) {
       if (std::find(own.begin(), own.end(), key) != own.end() || !reader.has(key)) continue;
-      reader.fail(key, fmt::format("goes with the simulated drive, not with {}", file_key));
+      reader.fail(key, fmt::format("belongs to the simulated drive and cannot be used with {}", file_key));
     }
   }
 }
@@ -23,7 +23,8 @@ void refuse_drive_keys(TomlReader& reader, const DeviceRegistry& devices, const 
 const DeviceFamily& read_family(TomlReader& reader, const DeviceRegistry& devices, std::string_view file_key) {
   const auto standard = file_key.empty() ? devices.families().front()->key() : kDeviceOfFile;
   const auto key = reader.text_or("model", std::string(standard));
-  if (file_key == "sii" && key != kDeviceOfFile) reader.fail("model", "goes with the simulated drive, not with sii");
+  if (file_key == "sii" && key != kDeviceOfFile)
+    reader.fail("model", "belongs to the simulated drive and cannot be used with sii");
   const auto* family = devices.find(key);
   if (family == nullptr) reader.fail("model", fmt::format("is \"{}\", known are {}", key, devices.known_keys()));
   if (key == kDeviceOfFile && !file_key.empty()) refuse_drive_keys(reader, devices, *family, file_key);
@@ -35,13 +36,13 @@ const DeviceFamily& read_family(TomlReader& reader, const DeviceRegistry& device
 void read_slave_device(TomlReader& reader, const LineConfig& config, DeviceFiles& files, SlaveConfig& slave) {
   const bool esi = reader.has("esi");
   const bool sii = reader.has("sii");
-  if (esi && sii) reader.fail("sii", "is there besides esi: a device has one source");
+  if (esi && sii) reader.fail("sii", "is set together with esi: a device has one source");
   if (esi) slave.esi = files.read_description(reader);
   const auto& family = read_family(reader, config.devices, esi ? "esi" : sii ? "sii" : "");
   std::vector<std::shared_ptr<const SlaveDevice>> before;
   for (const auto& other : config.slaves) before.push_back(other.device);
   slave.device = family.read({reader, files.directory(), slave.esi, before});
-  if (!slave.device) reader.fail("model", fmt::format("the family \"{}\" has made no device of it", family.key()));
+  if (!slave.device) reader.fail("model", fmt::format("the family \"{}\" created no device from it", family.key()));
 }
 
 }  // namespace driveline::runtime

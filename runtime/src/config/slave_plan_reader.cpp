@@ -138,15 +138,16 @@ void read_hot_connect(TomlReader& slave, SlavePlanConfig& config) {
     config.hot_connect = true;
     config.hot_head = slave.text("hot_connect");
     if (config.alias || config.device_id) {
-      slave.fail("hot_connect", fmt::format("names the head of its group, \"{}\": that one's alias or device_id finds "
-                                            "both, its own cannot stand here",
-                                            config.hot_head));
+      slave.fail("hot_connect",
+                 fmt::format("names the head of its group, \"{}\", which is identified by its own alias or "
+                             "device_id: remove the key from this slave",
+                             config.hot_head));
     }
     return;
   }
   config.hot_connect = slave.boolean_or("hot_connect", false);
   if (config.hot_connect && !config.alias && !config.device_id) {
-    slave.fail("hot_connect", "needs alias or device_id, by which the slave is known wherever it is plugged in");
+    slave.fail("hot_connect", "needs alias or device_id to identify the slave wherever it is plugged in");
   }
 }
 
@@ -158,7 +159,8 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   config.serial = read_rule(slave, "serial");
   config.alias = read_name_number(slave, "alias");
   config.device_id = read_name_number(slave, "device_id");
-  if (config.alias && config.device_id) slave.fail("device_id", "stands beside alias: one of them finds the slave");
+  if (config.alias && config.device_id)
+    slave.fail("device_id", "is set together with alias: only one of them is expected");
   if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
   read_hot_connect(slave, config);
   config.watchdog = read_watchdogs(slave.table("watchdog"));

@@ -82,7 +82,7 @@ std::optional<StreamConfig> read_stream(TomlReader reader, const std::vector<eca
   if (reader.has("group")) stream.allowed.group = group_of(reader, reader.text("group"));
   reader.finish();
   if (!enabled) return std::nullopt;
-  if (stream.axes.empty()) reader.fail("axes", "there is no axis to stream to");
+  if (stream.axes.empty()) reader.fail("axes", "no axis is left for streams");
   return stream;
 }
 

@@ -128,8 +128,8 @@ void check_reach(const TomlReader& reader, const char* key, const std::string& a
   const auto& from = telemetry.interfaces;
   const bool stays = !from.empty() && std::all_of(from.begin(), from.end(), is_on_this_machine);
   if (stays && !is_on_this_machine(address)) {
-    reader.fail(key, fmt::format("{} cannot be reached from {}, by which telemetry stays on this machine: name the "
-                                 "interface that leads there in interfaces",
+    reader.fail(key, fmt::format("{} cannot be reached from {}, which keeps telemetry on this machine: name the "
+                                 "interface that leads to it in interfaces",
                                  address, fmt::join(from, ", ")));
   }
 }
@@ -138,10 +138,10 @@ void read_peers(TomlReader& reader, TelemetryConfig& telemetry) {
   telemetry.peers = reader.texts_or("peers", {});
   if (telemetry.peers.size() > snapshot::kMaxFeedPeers) {
     reader.fail("peers",
-                fmt::format("{} are too many, up to {} are possible", telemetry.peers.size(), snapshot::kMaxFeedPeers));
+                fmt::format("{} are too many, the limit is {}", telemetry.peers.size(), snapshot::kMaxFeedPeers));
   }
   for (const auto& peer : telemetry.peers) {
-    if (!is_ipv4(peer)) reader.fail("peers", fmt::format("\"{}\" is no IPv4 address such as 192.168.1.10", peer));
+    if (!is_ipv4(peer)) reader.fail("peers", fmt::format("\"{}\" is not an IPv4 address such as 192.168.1.10", peer));
     check_reach(reader, "peers", peer, telemetry);
   }
 }
@@ -159,7 +159,7 @@ void read_discovery_server(TomlReader& reader, TelemetryConfig& telemetry) {
   }
   check_reach(reader, "discovery_server", server.address, telemetry);
   if (!telemetry.peers.empty()) {
-    reader.fail("peers", "are not asked where a discovery_server tells who is there: leave one of them out");
+    reader.fail("peers", "are not used with a discovery_server: remove one of the two keys");
   }
   telemetry.discovery_server = std::move(server);
 }
@@ -169,8 +169,10 @@ MachineUser read_user(TomlReader& reader) {
   const auto found = find_user(name);
   if (!found) reader.fail("user", fmt::format("there is no user \"{}\" on this machine", name));
   if (found->user == 0 || found->group == 0) {
-    reader.fail("user",
-                fmt::format("is \"{}\", but what reads a network is not to be root: another user is expected", name));
+    reader.fail(
+        "user",
+        fmt::format("is \"{}\", but a process that reads from a network must not run as root: another user is expected",
+                    name));
   }
   return *found;
 }
@@ -194,20 +196,20 @@ TelemetryConfig read_telemetry(TomlReader reader, const std::filesystem::path& f
   if (reader.has("user")) telemetry.user = read_user(reader);
   if (reader.has("security")) telemetry.security = folder / reader.text("security");
   if (telemetry.security && telemetry.shared_memory) {
-    reader.fail("shared_memory", "has not been tried with DDS Security: leave it or security out");
+    reader.fail("shared_memory", "is not tested with DDS Security: remove it or security");
   }
   if (reader.has("qos_profiles")) telemetry.qos_profiles = folder / reader.text("qos_profiles");
   for (const auto* key : {"security", "qos_profiles"}) {
     if (!telemetry.service || !reader.has(key)) continue;
-    reader.fail(key, "is for the bridge that run starts; with bridge = \"service\" the service hands its files over");
+    reader.fail(key, "is for the bridge that run starts; with bridge = \"service\" the service passes its own files");
   }
   if (telemetry.service && telemetry.user) {
-    reader.fail("user", "is for the bridge that run starts; with bridge = \"service\" the service says who it is");
+    reader.fail("user", "is for the bridge that run starts; with bridge = \"service\" the service sets its own user");
   }
   read_rates(reader.table("rates"), period, telemetry);
   const auto axis = static_cast<std::size_t>(FeedTopic::kAxisTelemetry);
   if (reader.has("decimation") && telemetry.rates[axis].kind != TopicRate::Kind::kDefault) {
-    reader.fail("decimation", "is the rate of axis_telemetry, too, which [telemetry.rates] names: leave one out");
+    reader.fail("decimation", "sets the rate of axis_telemetry, as does [telemetry.rates]: remove one of them");
   }
   reader.finish();
   return telemetry;

@@ -293,7 +293,7 @@ Result<std::vector<std::byte>> parse_value(std::string_view text, ValueType type
       if (text != "0" && text != "1") return not_a(text, row);
       return store(text == "1" ? 1 : 0, 1);
     case ValueType::kUnicode:
-      return fail(ErrorKind::kSetting, "unicode_string can be read only; write its bytes as raw");
+      return fail(ErrorKind::kSetting, "unicode_string can only be read; write its bytes as raw");
     case ValueType::kFloat:
       return parse_real<float>(text, row).map([](float v) { return store(std::bit_cast<std::uint32_t>(v), 4); });
     case ValueType::kDouble:

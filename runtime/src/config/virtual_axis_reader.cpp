@@ -62,8 +62,7 @@ void check_virtual_axes(TomlReader& root, const LineConfig& config) {
   const bool some =
       std::any_of(config.axes.begin(), config.axes.end(), [](const auto& one) { return one.is_virtual(); });
   if (some && config.path)
-    root.fail("virtual_axis",
-              "goes with axes that wait for requests: there must be no [path], which moves all of them");
+    root.fail("virtual_axis", "needs axes that wait for requests: remove [path], which moves all axes");
 }
 
 }  // namespace driveline::runtime

@@ -156,7 +156,7 @@ void check_order(const TomlReader& reader, const Wiring& wiring, SlaveNames name
                                 names[steps[i].slave], names[i]));
   }
   if (steps.size() != names.size()) {
-    reader.fail("", fmt::format("the frame never gets to \"{}\": connect its port 0 to a slave in front of it",
+    reader.fail("", fmt::format("the frame never reaches \"{}\": connect its port 0 to a slave upstream of it",
                                 names[std::min(steps.size(), names.size() - 1)]));
   }
   if (!path.exit()) reader.fail("", "the frame never comes back to the master");

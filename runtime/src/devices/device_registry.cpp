@@ -23,7 +23,7 @@ Result<void> DeviceRegistry::add(std::shared_ptr<const DeviceFamily> family) {
   if (family->key().empty()) return fail(ErrorKind::kCall, "a family of devices needs a key, which is empty");
   if (find(family->key()) != nullptr) {
     return fail(ErrorKind::kCall,
-                fmt::format("there is a family of devices \"{}\" already, known are {}", family->key(), known_keys()));
+                fmt::format("the family of devices \"{}\" already exists, known are {}", family->key(), known_keys()));
   }
   families_.push_back(std::move(family));
   return {};

@@ -20,15 +20,15 @@ std::chrono::nanoseconds from_s(double seconds) {
 void read_steps(TomlReader& reader, Signal& signal) {
   const auto times_ms = reader.numbers("at_ms", 0.0, kMaxPeriodS * 1e3);
   const auto values = reader.numbers("values", -kMaxValue, kMaxValue);
-  if (times_ms.empty() || times_ms.front() > 0.0) reader.fail("at_ms", "must begin with 0, the start of the script");
+  if (times_ms.empty() || times_ms.front() > 0.0) reader.fail("at_ms", "must start with 0, the start of the script");
   if (times_ms.size() != values.size()) {
-    reader.fail("values",
-                fmt::format("has {} numbers, at_ms {}: one for each is expected", values.size(), times_ms.size()));
+    reader.fail("values", fmt::format("has {} numbers, at_ms has {}: the same number is expected", values.size(),
+                                      times_ms.size()));
   }
   signal.low = values.front();
   for (std::size_t i = 1; i < values.size(); ++i) {
     if (times_ms[i] <= times_ms[i - 1]) {
-      reader.fail("at_ms", fmt::format("{} comes after {}, rising times are expected", times_ms[i], times_ms[i - 1]));
+      reader.fail("at_ms", fmt::format("{} follows {}, rising times are expected", times_ms[i], times_ms[i - 1]));
     }
     signal.steps.push_back({from_s(times_ms[i] * 1e-3), values[i]});
   }

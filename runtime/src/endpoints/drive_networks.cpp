@@ -64,7 +64,7 @@ class DriveNetworks::Pump {
       for (const auto& figures : this->figures()) {
         const auto place = fmt::format("network of slave {}", figures.slave);
         if (!figures.failure.empty()) return fail(ErrorKind::kMachine, figures.failure, place);
-        if (figures.process == 0) return fail(ErrorKind::kMachine, "its end point has ended at once", place);
+        if (figures.process == 0) return fail(ErrorKind::kMachine, "its end point ended immediately", place);
         if (!figures.running && Clock::now() > limit)
           return fail(ErrorKind::kMachine, "its end point does not answer", place);
         ready &= figures.running;

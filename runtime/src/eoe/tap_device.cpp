@@ -70,13 +70,13 @@ Result<std::pair<port::FileDescriptor, std::string>> handed_over(const std::stri
   const auto* first = name.data() + kHandedOver.size();
   const auto* last = name.data() + name.size();
   if (const auto [end, error] = std::from_chars(first, last, number); error != std::errc{} || end != last) {
-    return refuse(name, "the number of an open descriptor is expected behind \"fd:\"");
+    return refuse(name, "the number of an open descriptor is expected after \"fd:\"");
   }
   const int own = ::fcntl(number, F_DUPFD_CLOEXEC, 3);
   if (own < 0) return refuse(name, fmt::format("there is no open descriptor {}", number));
   port::FileDescriptor file{own};
   ifreq request{};
-  if (::ioctl(own, TUNGETIFF, &request) != 0) return refuse(name, "the descriptor is that of something else");
+  if (::ioctl(own, TUNGETIFF, &request) != 0) return refuse(name, "the descriptor is not that of a TAP interface");
   constexpr int kWanted = IFF_TAP | IFF_NO_PI;
   if ((request.ifr_flags & kWanted) != kWanted) return refuse(name, "a TAP without packet information is expected");
   return std::pair{std::move(file), std::string(request.ifr_name)};
@@ -89,9 +89,9 @@ Result<std::pair<port::FileDescriptor, std::string>> open_by_name(const std::str
   port::FileDescriptor file{::open(kTun, O_RDWR | O_CLOEXEC)};
   if (!file.valid()) {
     const int error = errno;
-    const auto* hint = error == ENOENT || error == ENODEV ? "; `modprobe tun` makes it"
+    const auto* hint = error == ENOENT || error == ENODEV ? "; `modprobe tun` creates it"
                        : error == EACCES || error == EPERM
-                           ? "; root, or access to this device is needed, or a TAP handed over as \"fd:N\""
+                           ? "; root, or access to this device is needed, or an open TAP passed as \"fd:N\""
                            : "";
     return refuse(name, fmt::format("{} cannot be opened: {}{}", kTun, std::strerror(error), hint));
   }
@@ -101,12 +101,12 @@ Result<std::pair<port::FileDescriptor, std::string>> open_by_name(const std::str
   switch (errno) {
     case EPERM:
       return refuse(name, fmt::format("CAP_NET_ADMIN is missing; with it once `ip tuntap add {} mode tap user $USER` "
-                                      "makes an interface that this user may open",
+                                      "creates an interface that this user may open",
                                       name));
     case EBUSY:
       return refuse(name, "another process has it open");
     case EINVAL:
-      return refuse(name, "there is an interface of this name that is no TAP");
+      return refuse(name, "an interface of this name exists, but it is not a TAP");
     default:
       return refuse(name, fmt::format("cannot be opened: {}", std::strerror(errno)));
   }

@@ -114,12 +114,11 @@ std::string error_text(AxisError error, std::uint16_t code) {
 }
 
 std::string range_reason(const events::EventAxis& axis, double lowest, double highest) {
-  return fmt::format("it would leave its software limits, {} to {} are possible", length(axis, lowest),
-                     length(axis, highest));
+  return fmt::format("it would leave its software limits, {} to {}", length(axis, lowest), length(axis, highest));
 }
 
 std::string skew_text(const events::EventAxis& axis, const GantrySkew& skew) {
-  return fmt::format("its gantry was out of skew by {}, up to {} is possible", length(axis, skew.skew),
+  return fmt::format("the skew of its gantry was {}, the limit is {}", length(axis, skew.skew),
                      length(axis, skew.limit));
 }
 
@@ -144,23 +143,23 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
     case Why::kOwned:
       return fmt::format("is commanded by {}", refusal.owner);
     case Why::kMovedTogether:
-      return fmt::format("is moved by the {} of this run, together with the others; a stop is all that can be asked",
+      return fmt::format("is moved by the {} of this run, together with the other axes; only a stop can be requested",
                          refusal.owner);
     case Why::kNoLease:
-      return "the lease is not, or no longer, the caller's; he must acquire the axis first";
+      return "the caller does not hold the lease of the axis; acquire the axis first";
     case Why::kProbeTaken:
       return fmt::format("its touch probe is used by {}", refusal.owner);
     case Why::kNotANumber:
-      return fmt::format("{} is not a number that can be", refusal.quantity);
+      return fmt::format("{} is not a finite number", refusal.quantity);
     case Why::kOutside:
       return fmt::format(
-          "{} {} is not possible, {} to {} are{}", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
+          "{} {} is outside {} to {}{}", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
           quantity_text(axis, refusal.per, refusal.lowest), quantity_text(axis, refusal.per, refusal.highest),
           refusal.software_limits ? " (min_position, max_position)" : "");
     case Why::kNoVelocityGain:
-      return "torques need velocity_gain or inertia in its [[axis]], by which its velocity is kept";
+      return "torque control needs velocity_gain or inertia in the [[axis]] to limit the velocity";
     case Why::kTooMany:
-      return "there are more requests than the cycle can take";
+      return "too many requests: the request queue of the cycle is full";
     case Why::kNoMaster:
       return fmt::format("it has no master: a [[coupling]] with slave = \"{}\" is expected in the line description",
                          axis.name);
@@ -168,7 +167,7 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
       return "it is not coupled to its master";
     case Why::kCoupling:
       if (refusal.coupling == trajectory::CouplingRefusal::kNone)
-        return "its master leads no more: it has failed, has no power, or its position is not known";
+        return "its master cannot be followed: it has failed, is not enabled, or its position is not known";
       return std::string(to_text(refusal.coupling));
     case Why::kByAxis:
       if (refusal.software_limits) return range_reason(axis, refusal.lowest, refusal.highest);
@@ -230,11 +229,12 @@ std::string EventSentence::operator()(const events::AxisLeaseLost& facts) const 
   if (!facts.taken_by.empty()) {
     return fmt::format("axis {}: {} has taken it over from {}", facts.axis, facts.taken_by, facts.owner);
   }
-  return fmt::format("axis {}: {} is not heard any more: the axis stops", facts.axis, facts.owner);
+  return fmt::format("axis {}: {} no longer renews its lease: the axis stops", facts.axis, facts.owner);
 }
 
 std::string EventSentence::operator()(const events::AxisFailed& facts) const {
-  const auto* const others = facts.skew ? "it stops with the other axis of its gantry" : "it stops, the others go on";
+  const auto* const others =
+      facts.skew ? "it stops with the other axis of its gantry" : "it stops, the other axes continue";
   return fmt::format("axis {}: ErrorStop: {}; {}", facts.axis.name,
                      failure_text(facts.axis, facts.error, facts.error_code, facts.skew), others);
 }
@@ -245,7 +245,7 @@ std::string EventSentence::operator()(const events::AxisNotReset& facts) const {
 }
 
 std::string EventSentence::operator()(const events::GantryAskew& facts) const {
-  return fmt::format("gantry of {} and {}: the skew is {}, beyond the {} of skew_warning; at {} both stop",
+  return fmt::format("gantry of {} and {}: the skew is {}, above skew_warning = {}; at {} both axes stop",
                      facts.leader.name, facts.follower, length(facts.leader, facts.skew),
                      length(facts.leader, facts.warning), length(facts.leader, facts.limit));
 }

@@ -32,7 +32,7 @@ std::string EventSentence::operator()(const events::AxisPresenceChanged& facts) 
     case AxisPresence::kEnabling:
       return fmt::format("axis {}: available again, being enabled", facts.axis);
     case AxisPresence::kReturning:
-      return fmt::format("axis {}: enabled, on its way back to the path", facts.axis);
+      return fmt::format("axis {}: enabled, returning to the path", facts.axis);
     case AxisPresence::kPresent:
       break;
   }
@@ -57,13 +57,15 @@ std::string EventSentence::operator()(const events::AxesStopped& facts) const {
       return fmt::format("the master was away for longer than {}; all axes stopped", max_lost_text(facts.limit));
     case Cause::kSetpoint:
       return fmt::format(
-          "axis {}: was given a setpoint beyond its limits, or no number; all axes stopped within their limits", name);
+          "axis {}: got a setpoint that is outside its limits or not a finite number; all axes stopped within their "
+          "limits",
+          name);
     case Cause::kTooFast:
-      return fmt::format("axis {}: got faster than its limit under the torques it was given; all axes stopped", name);
+      return fmt::format("axis {}: exceeded its velocity limit under the commanded torques; all axes stopped", name);
     case Cause::kFollowingError:
       return fmt::format(
-          "axis {}: its following error was {}, and beyond its window for too long (following_error_window): blocked, "
-          "overloaded, or sent too fast; all axes stopped within their limits",
+          "axis {}: its following error was {}, outside following_error_window for too long: axis blocked, "
+          "overloaded, or commanded too fast; all axes stopped within their limits",
           name, length_text(facts.axis, failure.following_error));
     case Cause::kOutsideRange:
       return range_text(facts);
@@ -87,11 +89,11 @@ std::string EventSentence::position_text(const events::AxesStopped& facts) const
   const double ms = found.within_s * 1e3;
   if (facts.failure.cause == Cause::kPositionFrozen) {
     return fmt::format(
-        "axis {}: its actual position stood at {:.6g} {} for {:.4g} ms while it was sent {} on: frozen, or the axis is "
-        "blocked; all axes stopped within their limits",
+        "axis {}: its actual position stayed at {:.6g} {} for {:.4g} ms while its setpoint moved by {}: frozen, or the "
+        "axis is blocked; all axes stopped within their limits",
         name, unit.from_si(found.from), unit.name, ms, length_text(facts.axis, found.moved));
   }
-  const auto leap = fmt::format("leapt by {} within {:.4g} ms, {:.3g} {} are possible",
+  const auto leap = fmt::format("jumped by {} within {:.4g} ms, at most {:.3g} {} are plausible",
                                 length_text(facts.axis, found.moved), ms, unit.from_si(found.allowed), unit.name);
   if (facts.failure.cause == Cause::kPositionLeap) {
     return fmt::format("axis {}: its actual position {}: not plausible; all axes stopped within their limits", name,
@@ -121,7 +123,7 @@ std::string EventSentence::operator()(const events::AxisNeverEnabled& facts) con
 std::string EventSentence::operator()(const events::AxisOffItsSetpoint& facts) const {
   const auto& unit = facts.axis.unit;
   return fmt::format(
-      "axis {}: ended {} away from its setpoint, {:.3g} {} are tolerated (position_tolerance): it did not follow its "
+      "axis {}: ended {} away from its setpoint, position_tolerance is {:.3g} {}: it did not follow its "
       "path",
       facts.axis.name, length_text(facts.axis, std::abs(facts.distance)), unit.from_si(facts.tolerance), unit.name);
 }

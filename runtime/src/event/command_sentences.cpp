@@ -6,8 +6,9 @@
 namespace driveline::runtime {
 
 std::string EventSentence::operator()(const events::CommandsOpen& facts) const {
-  if (!facts.insecure) return "commands: taken over DDS, from those whom its permissions name";
-  return "commands: taken over DDS without security (insecure = true): everybody in its network may move the axes";
+  if (!facts.insecure) return "commands: accepted over DDS from the participants that the permissions allow";
+  return "commands: accepted over DDS without security (insecure = true): any participant in the network may move the "
+         "axes";
 }
 
 std::string EventSentence::operator()(const events::CommandAnswered& facts) const {
@@ -17,16 +18,16 @@ std::string EventSentence::operator()(const events::CommandAnswered& facts) cons
 }
 
 std::string EventSentence::operator()(const events::CommandsSummary& facts) const {
-  return fmt::format("commands: more came than are told one by one: {} accepted, {} refused, {} not looked at",
+  return fmt::format("commands: too many to report one by one: {} accepted, {} refused, {} dropped unread",
                      facts.accepted, facts.refused, facts.dropped);
 }
 
 std::string EventSentence::operator()(const events::CommanderLost& facts) const {
-  return fmt::format("{}: its bridge has stopped: its axes stop, and are free", facts.who);
+  return fmt::format("{}: the bridge has stopped: the axes of this client stop, and their leases end", facts.who);
 }
 
 std::string EventSentence::operator()(const events::InvalidCommands& /*facts*/) const {
-  return "commands: what the bridge has written cannot be, and is left out";
+  return "commands: invalid data from the bridge is ignored";
 }
 
 }  // namespace driveline::runtime

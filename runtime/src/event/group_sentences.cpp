@@ -79,16 +79,16 @@ std::string reason_of(const GroupRefusal& refusal) {
     case GroupWhy::kOwned:
       return fmt::format("axis {} is commanded by {}", axis.name, refusal.owner);
     case GroupWhy::kMovedTogether:
-      return fmt::format("its axes are moved by the {} of this run, together with the others", refusal.owner);
+      return fmt::format("its axes are moved by the {} of this run, together with the other axes", refusal.owner);
     case GroupWhy::kShare:
-      return fmt::format("override {:.6g} is not possible, 0 to 2 are", refusal.value);
+      return fmt::format("override {:.6g} is outside 0 to 2", refusal.value);
     case GroupWhy::kOutsideRange:
-      return fmt::format("axis {}: position {} is not possible, {} to {} are (min_position, max_position)", axis.name,
+      return fmt::format("axis {}: position {} is outside {} to {} (min_position, max_position)", axis.name,
                          in_unit(axis, refusal.value), in_unit(axis, refusal.lowest), in_unit(axis, refusal.highest));
     case GroupWhy::kBadMove:
       return refusal.reason;
     case GroupWhy::kTooMany:
-      return "there are more requests than the cycle can take";
+      return "too many requests: the request queue of the cycle is full";
     case GroupWhy::kByGroup:
       return group_error_text(refusal);
   }

@@ -28,7 +28,8 @@ std::string EventSentence::operator()(const events::StopRequested& /*facts*/) co
 }
 
 std::string EventSentence::operator()(const events::SlaveNotConnected& facts) const {
-  return fmt::format("{}: is not connected; it joins when it is", slave_text(facts.slave, facts.name));
+  return fmt::format("{}: is not connected; it joins the line when it is connected",
+                     slave_text(facts.slave, facts.name));
 }
 
 std::string EventSentence::operator()(const events::LineChanged& facts) const {
@@ -56,12 +57,13 @@ std::string EventSentence::operator()(const events::CommunicationLost& facts) co
     return fmt::format("communication lost: no frame came back for {} cycles{}{}", facts.cycles,
                        facts.link.empty() ? "" : "; ", facts.link);
   }
-  return fmt::format("communication lost: frames come back too late, none in time for {} cycles, {} after their cycle",
-                     facts.cycles, facts.late);
+  return fmt::format(
+      "communication lost: frames return too late: none in time for {} cycles, {} after the end of their cycle",
+      facts.cycles, facts.late);
 }
 
 std::string EventSentence::operator()(const events::CommunicationBack& /*facts*/) const {
-  return "frames come back again";
+  return "frames return again";
 }
 
 std::string EventSentence::operator()(const events::CommunicationNotBack& facts) const {
@@ -78,12 +80,11 @@ std::string EventSentence::operator()(const events::ClocksChanged& facts) const 
 }
 
 std::string EventSentence::operator()(const events::ExchangeGroupZeroed& facts) const {
-  return fmt::format("group {}: outputs zeroed after {} exchanges in a row that were not whole", facts.group,
-                     facts.limit);
+  return fmt::format("group {}: outputs zeroed after {} incomplete exchanges in a row", facts.group, facts.limit);
 }
 
 std::string EventSentence::operator()(const events::ExchangeGroupReleased& facts) const {
-  return fmt::format("group {}: whole again, outputs released", facts.group);
+  return fmt::format("group {}: exchange complete again, outputs released", facts.group);
 }
 
 std::string EventSentence::operator()(const events::MasterAway& facts) const {

@@ -6,7 +6,7 @@
 namespace driveline::runtime {
 
 std::string EventSentence::operator()(const events::NotInInit& facts) const {
-  return fmt::format("on the way to INIT: {}", ecat_master::describe(facts.error));
+  return fmt::format("while returning to INIT: {}", ecat_master::describe(facts.error));
 }
 
 std::string EventSentence::operator()(const events::ForbiddenCalls& facts) const {
@@ -20,11 +20,11 @@ std::string EventSentence::operator()(const events::ForeignTraffic& facts) const
 
 std::string EventSentence::operator()(const events::FaultRecorded& facts) const {
   return fmt::format("the {} cycles around the fault are in {}{}", facts.cycles, facts.file.string(),
-                     facts.last ? "; those around further faults are not kept" : "");
+                     facts.last ? "; the cycles around further faults are not recorded" : "");
 }
 
 std::string EventSentence::operator()(const events::RecordingEnded& facts) const {
-  return fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures are of the whole run",
+  return fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures cover the whole run",
                      facts.end_s, facts.rows);
 }
 

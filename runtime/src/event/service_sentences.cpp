@@ -12,7 +12,7 @@ std::string EventSentence::operator()(const events::EoeUp& facts) const {
 }
 
 std::string EventSentence::operator()(const events::EoeAddressRefused& facts) const {
-  return fmt::format("{} has not taken the address {}, it cannot be reached over EoE: {}",
+  return fmt::format("{} refused the address {} and cannot be reached over EoE: {}",
                      slave_text(facts.slave, facts.name), to_text(facts.ip), ecat_master::describe(facts.error));
 }
 

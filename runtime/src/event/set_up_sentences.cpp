@@ -24,12 +24,13 @@ std::string EventSentence::operator()(const events::AliasNotUnique& facts) const
 }
 
 std::string EventSentence::operator()(const events::NoDescription& /*facts*/) const {
-  return "no description: process data as the slaves have assigned them, outputs zero, no axes";
+  return "no description: process data as assigned by the slaves, outputs zero, no axes";
 }
 
 std::string EventSentence::operator()(const events::TakenOver& facts) const {
-  return fmt::format("slave {} is in OP, but no other master has been heard for {} ms: the line is taken over",
-                     facts.slave, facts.listened.count());
+  return fmt::format(
+      "slave {} is in OP, but no frame of another master arrived for {} ms: this run takes over the line", facts.slave,
+      facts.listened.count());
 }
 
 std::string EventSentence::operator()(const events::LineDiffers& facts) const {
@@ -51,15 +52,14 @@ std::string EventSentence::operator()(const events::Configured& facts) const {
 
 std::string EventSentence::operator()(const events::ScaleDiffers& facts) const {
   return fmt::format(
-      "axis {}: increments_per_revolution is {:.10g}, and by 6092h, 6091h and 608Fh of its drive a turn of the motor "
-      "is "
-      "{:.10g}; the line description counts",
+      "axis {}: increments_per_revolution is {:.10g}, and objects 6092h, 6091h and 608Fh of its drive give {:.10g} "
+      "increments per turn of the motor; driveline uses the line description",
       facts.axis, facts.described, facts.reported_by_drive);
 }
 
 std::string EventSentence::operator()(const events::NoProcessData& /*facts*/) const {
-  return "there are no process data: no slave has PDOs assigned by itself; `driveline pdos` shows what they have, "
-         "[[slave.pdo]] of a line description names what is to be exchanged";
+  return "there are no process data: no slave has a default PDO assignment; `driveline pdos` lists the PDOs of the "
+         "slaves, [[slave.pdo]] of a line description selects the PDOs to exchange";
 }
 
 std::string EventSentence::operator()(const events::RealtimeSetUp& facts) const {
@@ -78,8 +78,8 @@ std::string EventSentence::operator()(const events::StateReached& facts) const {
 }
 
 std::string EventSentence::operator()(const events::NoPath& facts) const {
-  return facts.enabled ? "there is no [path]: the axes are enabled and hold the place where they stand"
-                       : "there is no [path]: the axes stay disabled until they are asked for";
+  return facts.enabled ? "there is no [path]: the axes are enabled and hold their positions"
+                       : "there is no [path]: the axes stay disabled until a request enables them";
 }
 
 }  // namespace driveline::runtime

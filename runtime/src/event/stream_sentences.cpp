@@ -14,7 +14,7 @@ std::string fault_text(const events::EventAxis& axis, const SetpointFault& fault
   const auto* const name = fault.figure == Figure::kPosition       ? "position"
                            : fault.figure == Figure::kAcceleration ? "acceleration"
                            : fault.figure == Figure::kVelocity     ? "velocity"
-                                                                   : "velocity to it from the one before";
+                                                                   : "velocity from the previous setpoint";
   const auto* const per = fault.figure == Figure::kPosition       ? ""
                           : fault.figure == Figure::kAcceleration ? "/s^2"
                                                                   : "/s";
@@ -23,7 +23,7 @@ std::string fault_text(const events::EventAxis& axis, const SetpointFault& fault
   };
   auto text = fmt::format("axis {}: {} {}", axis.name, name, figure(fault.value));
   if (reason == stream::Refusal::kNotFinite) return text;
-  return fmt::format("{}, {} to {} are possible", text, figure(fault.lowest), figure(fault.highest));
+  return fmt::format("{}, allowed are {} to {}", text, figure(fault.lowest), figure(fault.highest));
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ std::string EventSentence::operator()(const events::StreamClientCame& facts) con
 }
 
 std::string EventSentence::operator()(const events::StreamClientRefused& facts) const {
-  auto text = fmt::format("{} was sent away: {}", describe(facts.peer), facts.reason);
+  auto text = fmt::format("{} was rejected: {}", describe(facts.peer), facts.reason);
   if (facts.more > 0) text += fmt::format("; and {} more", facts.more);
   return text;
 }
@@ -50,24 +50,23 @@ std::string EventSentence::operator()(const events::StreamClientRefused& facts) 
 std::string EventSentence::operator()(const events::StreamSetpointRefused& facts) const {
   const auto what =
       facts.fault ? fmt::format(": {}", fault_text(facts.axis, *facts.fault, facts.reason)) : std::string{};
-  return fmt::format("a setpoint of {} is {}{}; its status counts them", describe(facts.peer), to_text(facts.reason),
-                     what);
+  return fmt::format("a setpoint of {} is {}{}; the status of the client counts such setpoints", describe(facts.peer),
+                     to_text(facts.reason), what);
 }
 
 std::string EventSentence::operator()(const events::StreamStarved& facts) const {
-  return fmt::format("the setpoints of {} are used up: its axes come to rest until there are more",
-                     describe(facts.peer));
+  return fmt::format("{} has no setpoints left: its axes come to rest until more arrive", describe(facts.peer));
 }
 
 std::string EventSentence::operator()(const events::StreamClientLeft& facts) const {
-  auto text = fmt::format("{} is done, {}: {} setpoints", describe(facts.peer), to_text(facts.reason), facts.taken);
+  auto text = fmt::format("{} has ended, {}: {} setpoints", describe(facts.peer), to_text(facts.reason), facts.taken);
   for (std::size_t i = 0; i < facts.refused.size(); ++i) {
     if (facts.refused[i] == 0) continue;
     text += fmt::format(", {} {}", facts.refused[i], to_text(static_cast<stream::Refusal>(i)));
   }
-  if (facts.starved > 0) text += fmt::format(", used up {} times", facts.starved);
+  if (facts.starved > 0) text += fmt::format(", ran out {} times", facts.starved);
   // A client over DDS keeps its leases.
-  return text + (facts.peer.process == 0 ? "; its axes rest" : "; its axes are free");
+  return text + (facts.peer.process == 0 ? "; its axes stay at standstill" : "; its axes are free");
 }
 
 }  // namespace driveline::runtime

@@ -9,7 +9,7 @@ std::string EventSentence::operator()(const events::TelemetryOff& facts) const {
 }
 
 std::string EventSentence::operator()(const events::BridgeStopped& facts) const {
-  return fmt::format("telemetry: bridge stopped ({}{}{}), again in {} s", facts.how, facts.reason.empty() ? "" : ": ",
+  return fmt::format("telemetry: bridge stopped ({}{}{}), restart in {} s", facts.how, facts.reason.empty() ? "" : ": ",
                      facts.reason, std::chrono::duration<double>(facts.pause).count());
 }
 
@@ -22,7 +22,7 @@ std::string EventSentence::operator()(const events::BridgeRemark& facts) const {
 }
 
 std::string EventSentence::operator()(const events::InvalidBridgeCounts& /*facts*/) const {
-  return "telemetry: the counts of the bridge cannot be, and are left out";
+  return "telemetry: invalid counters from the bridge are ignored";
 }
 
 }  // namespace driveline::runtime

@@ -72,11 +72,11 @@ std::vector<trajectory::NamedAxis> named_axes(const events::EventGroup& group) {
 std::optional<GroupRefusal> check_outputs(const MoveLimits& limits, const trajectory::PathMove& move) {
   for (const auto& output : move.outputs) {
     if (output.change.output >= limits.outputs.size())
-      return unusable("the move changes an output that the group does not have");
+      return unusable("the move sets an output that the group does not have");
     const auto& [name, least, most] = limits.outputs[output.change.output];
     const double value = output.change.value;
     if (value >= least && value <= most && std::floor(value) == value) continue;
-    return unusable(fmt::format("the value of {} is {:.6g}, a whole number from {:.0f} to {:.0f} is possible", name,
+    return unusable(fmt::format("the value of {} is {:.6g}, a whole number from {:.0f} to {:.0f} is expected", name,
                                 value, least, most));
   }
   return std::nullopt;

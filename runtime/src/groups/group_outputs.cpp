@@ -25,15 +25,14 @@ Result<Written> find_bits(const LineConfig& config, const GroupOutputConfig& out
   if (!variable) return tl::unexpected(variable.error());
   if (!output.bit && variable->bits > ecat_master::PdoBits::kMaxBits) {
     return fail(ErrorKind::kSetting,
-                fmt::format("{} has {} bits, up to {} are possible", variable->text(), variable->bits,
+                fmt::format("{} has {} bits, the limit is {}", variable->text(), variable->bits,
                             ecat_master::PdoBits::kMaxBits),
                 output.to_place);
   }
   if (output.bit && *output.bit >= variable->bits) {
-    return fail(
-        ErrorKind::kSetting,
-        fmt::format("{} has no bit {}, 0 to {} are possible", variable->text(), *output.bit, variable->bits - 1),
-        output.to_place);
+    return fail(ErrorKind::kSetting,
+                fmt::format("{} has no bit {}, 0 to {} is expected", variable->text(), *output.bit, variable->bits - 1),
+                output.to_place);
   }
   const auto begin = variable->bit_offset + output.bit.value_or(0);
   return Written{begin, begin + (output.bit ? 1 : variable->bits), output.name};
@@ -55,7 +54,7 @@ Result<std::vector<std::unique_ptr<GroupOutputs>>> GroupOutputs::make(
         return each.begin < bits->end && bits->begin < each.end;
       });
       if (other != all.end())
-        return fail(ErrorKind::kSetting, fmt::format("is written by the output \"{}\" already", other->name),
+        return fail(ErrorKind::kSetting, fmt::format("is already written by the output \"{}\"", other->name),
                     output.to_place);
       all.push_back(*bits);
       outputs->add(output.name, bits->begin, static_cast<unsigned>(bits->end - bits->begin));

@@ -199,7 +199,7 @@ tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_move(std::size_t
   const auto& place = groups_[group]->place;
   for (std::size_t i = 0; i < request.stays.size(); ++i) {
     if (!request.stays[i] || move.relative) continue;
-    if (!place) return tl::unexpected(bad_move("where it is to be is not known while it comes to rest"));
+    if (!place) return tl::unexpected(bad_move("its end position is not known while it comes to rest"));
     (move.target.empty() ? move.path.target.at(i) : move.target.at(i)) = (*place)[i];
   }
   auto& feed = move.path.feed;
@@ -306,7 +306,7 @@ tl::expected<TakenMoves, GroupRefusal> GroupRequests::try_to_add(const AxisCalle
   if (begins) {
     find_place(group);
   } else if (broken(group, caller)) {
-    return tl::unexpected(bad_move("the path has ended before this move; it must begin anew"));
+    return tl::unexpected(bad_move("the path ended before this move; start a new path"));
   }
   const auto count = std::min(moves.size(), running_->room(group));
   std::vector<GroupMove> next;

@@ -78,13 +78,13 @@ Result<HelperProcess> HelperProcess::start(const std::filesystem::path& program,
   std::array<int, 2> ends{};
   std::string name = program.string();
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    return fail(ErrorKind::kMachine, fmt::format("no socket to it: {}", std::strerror(errno)), name);
+    return fail(ErrorKind::kMachine, fmt::format("cannot create its socket: {}", std::strerror(errno)), name);
   }
   FileDescriptor ours{ends[0]};
   const FileDescriptor theirs{ends[1]};
   const auto descriptors = out_of_the_way(theirs.get(), passed);
   if (descriptors.empty()) {
-    return fail(ErrorKind::kMachine, fmt::format("no descriptors for it: {}", std::strerror(errno)), name);
+    return fail(ErrorKind::kMachine, fmt::format("cannot pass its descriptors: {}", std::strerror(errno)), name);
   }
   std::vector<char*> line{name.data()};
   for (auto& argument : arguments) line.push_back(argument.data());

@@ -94,9 +94,12 @@ Table make_table(std::span<const LoadSample> samples, const Window& window, cons
 
 /// Returns what a motion needs in order to show a parameter.
 std::string_view remedy(std::size_t figure) {
-  constexpr std::array<std::string_view, kNames.size()> kRemedies{
-      "a higher acceleration",       "a higher velocity, or a longer way", "a motion in both directions",
-      "a motion in both directions", "a longer way: half a turn or more",  "a longer way: half a turn or more"};
+  constexpr std::array<std::string_view, kNames.size()> kRemedies{"a higher acceleration",
+                                                                  "a higher velocity, or a longer distance",
+                                                                  "a motion in both directions",
+                                                                  "a motion in both directions",
+                                                                  "a longer distance: half a turn or more",
+                                                                  "a longer distance: half a turn or more"};
   return kRemedies[figure];
 }
 
@@ -148,24 +151,25 @@ Result<LoadEstimate> estimate_load(std::span<const LoadSample> samples, const Lo
   const double step_s = (samples.back().time_s - samples.front().time_s) / static_cast<double>(samples.size() - 1);
   const auto gap = [step_s](const LoadSample& a, const LoadSample& b) { return b.time_s - a.time_s > 1.5 * step_s; };
   if (std::adjacent_find(samples.begin(), samples.end(), gap) != samples.end())
-    return fail(ErrorKind::kSetting, "records of the motion got lost: this machine was too busy");
+    return fail(ErrorKind::kSetting, "records of the motion were lost: this machine was too busy");
   const auto torque = [](const LoadSample& sample) { return std::abs(sample.torque) > 0.0; };
   if (std::none_of(samples.begin(), samples.end(), torque))
-    return fail(ErrorKind::kSetting, "the drive tells no torque: its process data need 6077h (Torque actual value)");
+    return fail(ErrorKind::kSetting,
+                "the drive reports no torque: map 6077h (Torque actual value) into its process data");
   const auto half = static_cast<std::size_t>(std::max(2.0, std::round(0.5 * settings.window_s / step_s)));
   auto table = make_table(samples, Window(samples, half), settings);
   if (table.rows.size() < kFewestRows) {
     return fail(
         ErrorKind::kSetting,
-        fmt::format("the axis was in motion in {} of the {} windows of {:.3g} s that are needed: a longer way, or "
+        fmt::format("the axis was in motion in {} of the {} windows of {:.3g} s that are needed: a longer distance, or "
                     "a higher velocity, is needed",
                     table.rows.size(), kFewestRows, 2.0 * static_cast<double>(half) * step_s));
   }
   const Normal normal(table);
   if (const auto figure = find_indistinguishable(normal)) {
     return fail(ErrorKind::kSetting,
-                fmt::format("the motion does not tell {} from the other figures of the load: {} is needed",
-                            kNames[*figure], remedy(*figure)));
+                fmt::format("{} cannot be separated from the other figures of the load: {} is needed", kNames[*figure],
+                            remedy(*figure)));
   }
   const auto& found = normal.found;
   const Eigen::VectorXd model = table.columns * found;

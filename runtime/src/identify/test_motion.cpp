@@ -52,14 +52,14 @@ Result<void> check(const TestMotion& motion, const ecat_master::AxisConfig& axis
   const double distance = std::abs(motion.distance);
   if (!(distance > 0.0 && distance < most)) {
     return fail(ErrorKind::kSetting,
-                fmt::format("axis {}: a way of {:.6g} {} is not above 0 and below {:.6g}", axis.name,
+                fmt::format("axis {}: a distance of {:.6g} {} is not above 0 and below {:.6g}", axis.name,
                             unit.from_si(motion.distance), unit.name, unit.from_si(most)));
   }
   double all_s = 0.0;
   for (const double speed : kSpeeds) all_s += 2.0 * (quickest_s(motion) / speed + kRestS);
   if (all_s <= kLongestS) return {};
   return fail(ErrorKind::kSetting, fmt::format("axis {}: the test motion would take {:.3g} s, at most {:.0f} s are "
-                                               "expected: a shorter way or a higher velocity is needed",
+                                               "expected: a shorter distance or a higher velocity is needed",
                                                axis.name, all_s, kLongestS));
 }
 

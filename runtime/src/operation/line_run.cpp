@@ -178,7 +178,7 @@ Result<void> LineRun::must_be_free() {
   if (!owner || !owner->in_op) return {};
   if (owner->heard) {
     return fail(ErrorKind::kLineDriven,
-                fmt::format("slave {} is in OP and {}: this would take his line away", *owner->in_op,
+                fmt::format("slave {} is in OP and {}: this run would interrupt the other master", *owner->in_op,
                             ecat_master::describe_traffic(master_.exchange_statistics())));
   }
   progress(events::TakenOver{*owner->in_op, kListenForMasters});
@@ -190,7 +190,7 @@ void LineRun::make_trace() {
   if (session_.virtual_time()) return;
   if (!config_.realtime.cpu) {
     switches_unknown_ =
-        "which threads ran instead of the cycle cannot be seen where it has no CPU of its own ([realtime] cpu)";
+        "threads that displaced the cycle are not recorded: the cycle has no CPU of its own ([realtime] cpu)";
     return;
   }
   auto switches = rt::SwitchLog::open(*config_.realtime.cpu);

@@ -24,15 +24,12 @@ constexpr auto kTimeToEnable = std::chrono::seconds{1};
 Result<void> LineRun::check_stream() const {
   if (!config_.stream) return {};
   if (session_.virtual_time()) {
-    return fail(ErrorKind::kSetting, "goes with the time of this machine: its clients cannot follow virtual time",
-                "[stream]");
+    return fail(ErrorKind::kSetting, "needs real time: its clients cannot follow virtual time", "[stream]");
   }
   const auto owner = joint_owner();
   if (owner.empty()) return {};
-  return fail(
-      ErrorKind::kSetting,
-      fmt::format("the axes are moved together, by the {} of this run: nobody can stream to one of them", owner),
-      "[stream]");
+  return fail(ErrorKind::kSetting,
+              fmt::format("the {} of this run moves the axes together: no axis can be streamed to", owner), "[stream]");
 }
 
 /// Returns the name of what moves all axes together, with a firm lease; empty: nothing.

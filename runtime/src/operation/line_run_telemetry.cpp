@@ -20,12 +20,10 @@ constexpr auto kDrainPeriod = std::chrono::microseconds{500};
 Result<void> LineRun::check_commands() const {
   if (!config_.commands) return {};
   if (session_.virtual_time()) {
-    return fail(ErrorKind::kSetting, "go with the time of this machine: leases of virtual time mean nothing to clients",
-                "[commands]");
+    return fail(ErrorKind::kSetting, "need real time: clients cannot follow leases in virtual time", "[commands]");
   }
   if (settings_.telemetry) return {};
-  return fail(ErrorKind::kSetting, "come by the process that publishes the line, but this run has no telemetry",
-              "[commands]");
+  return fail(ErrorKind::kSetting, "arrive through the telemetry bridge, but this run has no telemetry", "[commands]");
 }
 
 /// Starts the bridge. A machine without the bridge program runs lines, too, unless telemetry is explicitly enabled.
@@ -54,11 +52,12 @@ Result<void> LineRun::set_bridge_user(BridgeSupervisor::Settings& settings) cons
   const auto& user = config_.telemetry.user;
   if (!user) return {};
   if (const auto own = ::geteuid(); own != 0 && own != user->user) {
-    return fail(ErrorKind::kSetting,
-                fmt::format("is \"{}\", but this run belongs to user {}, who cannot start the bridge as another: root "
-                            "can, and without this key the bridge belongs to whom the run belongs",
-                            user->name, own),
-                "[telemetry] user");
+    return fail(
+        ErrorKind::kSetting,
+        fmt::format("is \"{0}\", but this run belongs to user {1}, who cannot start the bridge as another user: "
+                    "start the run as root, or remove this key to start the bridge as user {1}",
+                    user->name, own),
+        "[telemetry] user");
   }
   settings.user = fmt::format("{}:{}", user->user, user->group);
   return {};

@@ -24,12 +24,10 @@ wire::EoeIpParameters parameters_of(const EoeConfig& eoe, const wire::IpV4Addres
 
 Result<void> LineServices::prepare(Session& session) {
   if (session.virtual_time() && config_.eoe) {
-    return fail(ErrorKind::kSetting, "goes with the time of this machine: TCP/IP on it cannot follow virtual time",
-                "[eoe]");
+    return fail(ErrorKind::kSetting, "needs real time: TCP/IP cannot follow virtual time", "[eoe]");
   }
   if (session.virtual_time() && config_.gateway) {
-    return fail(ErrorKind::kSetting, "goes with the time of this machine: its clients cannot follow virtual time",
-                "[gateway]");
+    return fail(ErrorKind::kSetting, "needs real time: its clients cannot follow virtual time", "[gateway]");
   }
   if (!config_.eoe) return {};
   auto tap = TapDevice::open(config_.eoe->interface, config_.eoe->address);

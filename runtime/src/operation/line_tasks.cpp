@@ -25,7 +25,8 @@ Result<std::size_t> number_of(const std::string& axis, const TaskPlan& plan, con
 Result<void> check_timing(const TaskPlan& plan) {
   const auto& timing = plan.timing;
   if (timing.divider == 0)
-    return fail(ErrorKind::kCall, fmt::format("task \"{}\": divider 0; 1 (every cycle) or more", plan.name));
+    return fail(ErrorKind::kCall,
+                fmt::format("task \"{}\": the divider is 0; 1 (every cycle) or more is expected", plan.name));
   if (timing.phase >= timing.divider) {
     return fail(ErrorKind::kCall, fmt::format("task \"{}\": phase {} of a divider of {}; 0 to {}", plan.name,
                                               timing.phase, timing.divider, timing.divider - 1));
@@ -36,13 +37,13 @@ Result<void> check_timing(const TaskPlan& plan) {
 }  // namespace
 
 Result<void> LineTasks::add(Task& task, TaskPlan plan, const LineConfig& config) {
-  if (plan.name.empty()) return fail(ErrorKind::kCall, "a task needs a name, by which the report tells of it");
+  if (plan.name.empty()) return fail(ErrorKind::kCall, "a task needs a name for the report");
   for (const auto& entry : entries_) {
     if (entry.plan.name == plan.name)
-      return fail(ErrorKind::kCall, fmt::format("there is a task \"{}\" already", plan.name));
+      return fail(ErrorKind::kCall, fmt::format("the name \"{}\" belongs to another task", plan.name));
     if (entry.task == &task) {
       return fail(ErrorKind::kCall,
-                  fmt::format("task \"{}\": it has been added already, as \"{}\"", plan.name, entry.plan.name));
+                  fmt::format("task \"{}\": already added with the name \"{}\"", plan.name, entry.plan.name));
     }
   }
   if (auto timing = check_timing(plan); !timing) return timing;

@@ -124,7 +124,7 @@ Result<void> take_modes(ecat_master::AxisConfig& axis, const DriveFacts& facts) 
   if (modes == 0) return {};
   if ((modes & ecat_master::cia402::mode_bit(axis.mode)) == 0) {
     return fail(ErrorKind::kSetting,
-                fmt::format("axis {}: its drive does not have the mode {}; by 6502h it has {}", axis.name,
+                fmt::format("axis {}: its drive does not support mode {}; according to 6502h it supports {}", axis.name,
                             ecat_master::cia402::to_text(axis.mode), mode_names(modes)));
   }
   axis.supported_modes = modes;
@@ -146,14 +146,14 @@ Result<void> check_polarity(const ecat_master::AxisConfig& axis, const DriveFact
   const bool velocity = (polarity & kVelocityTurned) != 0;
   if (position && velocity && uses_torques(axis)) {
     return fail(ErrorKind::kSetting,
-                fmt::format("axis {}: 607Eh of its drive, which is {:02X}h, turns positions and velocities but not "
-                            "torques, which the master would give it in the wrong direction: polarity = \"reversed\" "
-                            "in the [[axis]] turns all of them, with 607Eh at 0",
+                fmt::format("axis {}: 607Eh of its drive is {:02X}h and reverses positions and velocities but not "
+                            "torques, so that torques would have the wrong direction: polarity = \"reversed\" "
+                            "in the [[axis]] reverses all of them, with 607Eh = 0",
                             axis.name, polarity));
   }
   if (position == velocity) return {};
   return fail(ErrorKind::kSetting,
-              fmt::format("axis {}: by 607Eh, which is {:02X}h, its drive counts positions in another direction than "
+              fmt::format("axis {}: 607Eh of its drive is {:02X}h, so it counts positions in another direction than "
                           "velocities: both of bits 7 and 6 are expected, or none",
                           axis.name, polarity));
 }
@@ -166,10 +166,12 @@ Result<std::optional<ScaleDifference>> take_scale(ecat_master::AxisConfig& axis,
   if (std::abs(*reported - assumed) <= kRounding * assumed) return std::nullopt;
   if (!axis.scale_assumed) return ScaleDifference{assumed, *reported};
   if (*reported < 1.0 || *reported > kMaxIncrementsPerRevolution) {
-    return fail(ErrorKind::kSetting,
-                fmt::format("axis {}: by 6092h, 6091h and 608Fh a turn of its motor is {:.6g} increments, 1 to {:.0f} "
-                            "are expected: increments_per_revolution is needed",
-                            axis.name, *reported, kMaxIncrementsPerRevolution));
+    return fail(
+        ErrorKind::kSetting,
+        fmt::format(
+            "axis {}: according to 6092h, 6091h and 608Fh a turn of its motor is {:.6g} increments, 1 to {:.0f} "
+            "are expected: increments_per_revolution is needed",
+            axis.name, *reported, kMaxIncrementsPerRevolution));
   }
   axis.increments_per_unit = *reported / axis.unit_per_revolution;
   return std::nullopt;

@@ -142,7 +142,7 @@ Result<NamedProcessData> name_process_data(const LineConfig& config, const ecat_
     for (std::size_t i = 0; i < named.copies.size(); ++i) {
       if (!overlap(named.copies[i], *copy)) continue;
       return fail(ErrorKind::kSetting,
-                  fmt::format("\"{}\" is written by the copy from \"{}\" already", wanted.to,
+                  fmt::format("\"{}\" is already written by the copy from \"{}\"", wanted.to,
                               config.process_data.copies[i].from),
                   wanted.to_place);
     }

@@ -12,7 +12,7 @@ namespace driveline::runtime {
 namespace {
 
 std::string holder_text(const port::InterfaceHolder& holder) {
-  if (holder.pid == 0) return "another process of this program";
+  if (holder.pid == 0) return "another driveline process";
   return fmt::format("process {}{}", holder.pid, holder.command.empty() ? "" : fmt::format(" ({})", holder.command));
 }
 
@@ -45,8 +45,8 @@ Result<std::vector<port::InterfaceLock>> take_locks(std::span<const std::string>
     if (lock) {
       locks.push_back(std::move(*lock));
     } else if (!force) {
-      return fail(ErrorKind::kInterfaceBusy,
-                  fmt::format("{} has interface {}, and this would {}", holder_text(lock.error()), interface, would));
+      return fail(ErrorKind::kInterfaceBusy, fmt::format("{} uses interface {}; this command would {}",
+                                                         holder_text(lock.error()), interface, would));
     }
   }
   return locks;
@@ -97,15 +97,17 @@ Result<void> Session::take_options(const BusOptions& options, const Adjust& adju
   if (!options.interface.empty()) config.interface = options.interface;
   if (!options.interface2.empty()) config.interface2 = options.interface2;
   if (config.interface2 && !config.interface) {
-    return fail(ErrorKind::kSetting, "is the other end of a ring: it needs the first interface as well", "interface2");
+    return fail(ErrorKind::kSetting, "is the second interface of a ring: the first interface is needed as well",
+                "interface2");
   }
   if (config.interface2 && *config.interface2 == *config.interface) {
     return fail(ErrorKind::kSetting,
-                fmt::format("{} is the first interface, too; a ring has two ends", *config.interface2), "interface2");
+                fmt::format("{} is also the first interface; a ring needs two interfaces", *config.interface2),
+                "interface2");
   }
   if (config.interface2 && config.launch_ahead) {
-    return fail(ErrorKind::kSetting, "stands beside [bus] launch_ahead_us: the two ends of a ring send at once",
-                "interface2");
+    return fail(ErrorKind::kSetting,
+                "cannot be used with [bus] launch_ahead_us: both ends of a ring send at the same time", "interface2");
   }
   // A simulated line in this process needs no real-time settings; with drives on the wire, running without them must be
   // permitted explicitly.
@@ -145,8 +147,8 @@ Result<std::unique_ptr<port::InterfacePort>> Session::open_interface(const std::
   if (!cycle_ && port::has_xdp_program(interface)) {
     if (const auto holder = port::InterfaceLock::holder(interface)) {
       return fail(ErrorKind::kInterfaceBusy,
-                  fmt::format("{} has interface {} with port = \"xdp\", and all EtherCAT frames that arrive are its "
-                              "own: with port = \"raw\" others can look at the line beside it",
+                  fmt::format("{} has interface {} with port = \"xdp\", and takes all EtherCAT frames "
+                              "that arrive: with port = \"raw\" other programs can also receive them",
                               holder_text(*holder), interface));
     }
   }
@@ -187,11 +189,11 @@ std::string Session::no_link() const {
   if (!end_ || end_->link_up() || (end2_ && end2_->link_up())) return {};
   const auto names = end2_ ? fmt::format("{} and {}", *config_.interface, *config_.interface2) : *config_.interface;
   if (!port::read_interface_facts(*config_.interface)) {
-    return fmt::format("{}: there is no such interface any more", *config_.interface);
+    return fmt::format("{}: the interface no longer exists", *config_.interface);
   }
   return fmt::format(
-      "{}: no link: no cable, nothing switched on at its other end, or the interface is down (ip link set {} up)",
-      names, *config_.interface);
+      "{}: no link: no cable, no powered device at the other end, or the interface is down (ip link set {} up)", names,
+      *config_.interface);
 }
 
 void Session::join_ends(port::Port& primary, port::Port& secondary) {

@@ -62,23 +62,21 @@ Result<void> check_budget(const WireBudget& budget, bool on_interface) {
   const auto needed = on_interface ? budget.total() : budget.line;
   if (needed <= window) return {};
   const auto frames = on_interface ? fmt::format("{:.1f} us of frames at 100 Mbit/s and ", us(budget.frames)) : "";
-  return fail(
-      ErrorKind::kLine,
-      fmt::format("the last answer is back after {:.1f} us ({}{:.1f} us through the line), but a cycle of "
-                  "{:.1f} us waits {:.1f} us: it takes a longer cycle_us, fewer slaves, or groups with dividers",
-                  us(needed), frames, us(budget.line), us(budget.period), us(window)));
+  return fail(ErrorKind::kLine,
+              fmt::format("the last answer arrives after {:.1f} us ({}{:.1f} us through the line), but a cycle of "
+                          "{:.1f} us waits {:.1f} us: choose a longer cycle_us, fewer slaves, or groups with dividers",
+                          us(needed), frames, us(budget.line), us(budget.period), us(window)));
 }
 
 std::string describe(const WireBudget& budget, bool on_interface) {
   auto text = fmt::format("{:.1f} us of {:.1f} us on the wire, {} bytes a cycle for everything else",
                           us(budget.total()), us(budget.period), budget.acyclic_bytes);
   if (!on_interface && budget.total() > receive_window(budget.period)) {
-    text +=
-        fmt::format("\n  a simulated line has no wire: on 100 Mbit/s the answers would not be back within {:.1f} us",
-                    us(receive_window(budget.period)));
+    text += fmt::format("\n  a simulated line has no wire: at 100 Mbit/s the answers would not return within {:.1f} us",
+                        us(receive_window(budget.period)));
   }
   if (budget.frames + wire_time(budget.longest_mailbox) > budget.period && budget.longest_mailbox > 0) {
-    text += fmt::format("\n  a mailbox takes a frame of {} bytes, {:.1f} us: each delays the cycle behind it",
+    text += fmt::format("\n  a mailbox message takes a frame of {} bytes, {:.1f} us: each delays the next cycle",
                         budget.longest_mailbox, us(wire_time(budget.longest_mailbox)));
   }
   return text;

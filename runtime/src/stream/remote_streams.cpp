@@ -77,7 +77,7 @@ Result<RemoteStreams::Stream*> RemoteStreams::begin(const StreamedSetpoint& reco
   auto axes = choose(record, owner);
   if (!axes) return tl::unexpected(axes.error());
   if (streams_.size() >= kMaxStreams || hub_.full()) {
-    return fail(ErrorKind::kMachine, "too many programs stream to this line");
+    return fail(ErrorKind::kMachine, "the maximum number of stream clients is reached");
   }
   std::vector<StreamSession::Member> members;
   for (std::size_t i = 0; i < axes->size(); ++i) {

@@ -87,7 +87,7 @@ void StreamServer::let_in() {
     if (!may_stream(visitor.socket.get(), visitor.peer, config_.allowed)) {
       refuse(visitor, fmt::format("user {} may not stream to this line", visitor.peer.user));
     } else if (visitors_.size() == kMaxVisitors) {
-      refuse(visitor, "too many programs connect at once");
+      refuse(visitor, "too many clients connect at the same time");
     } else {
       visitors_.push_back(std::move(visitor));
     }
@@ -104,12 +104,12 @@ bool StreamServer::hear(Visitor& visitor) {
   if (message.closed) return true;
   if (message.bytes.empty()) {
     if (steady_clock::now() - visitor.since < kHelloTimeout) return false;
-    refuse(visitor, "it has not said what it wants");
+    refuse(visitor, "it sent no Hello in time");
     return true;
   }
   const auto hello = stream::from_bytes<stream::Hello>(message.bytes);
   if (!hello) {
-    refuse(visitor, fmt::format("it has not said what it wants in the words of version {}", stream::kVersion));
+    refuse(visitor, fmt::format("its first message is not a Hello of version {}", stream::kVersion));
   } else {
     visitor.peer.name = printable(hello->name.text());
     greet(visitor, *hello);
@@ -119,7 +119,8 @@ bool StreamServer::hear(Visitor& visitor) {
 
 void StreamServer::greet(Visitor& visitor, const stream::Hello& hello) {
   if (hello.version != stream::kVersion) {
-    refuse(visitor, fmt::format("it speaks version {} of the stream, the line {}", hello.version, stream::kVersion));
+    refuse(visitor, fmt::format("it uses version {} of the stream protocol, the line uses version {}", hello.version,
+                                stream::kVersion));
     return;
   }
   auto members = choose(hello);
@@ -146,8 +147,8 @@ Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::He
     const auto name = hello.axes[i].text();
     const auto found = std::find_if(axes_.begin(), axes_.end(), [&](const auto& axis) { return axis.name == name; });
     if (found == axes_.end()) {
-      return no(
-          fmt::format("there is no axis \"{}\" for streams, but {}", printable(name), fmt::join(offer().axes, ", ")));
+      return no(fmt::format("there is no axis \"{}\" for streams, there are {}", printable(name),
+                            fmt::join(offer().axes, ", ")));
     }
     const auto same = [&](const auto& member) { return member.axis == found->axis; };
     if (std::any_of(members.begin(), members.end(), same)) {
@@ -168,7 +169,7 @@ Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::
   for (const auto& member : members) {
     if (auto free = check(member, terms); !free) return tl::unexpected(free.error());
   }
-  if (hub_.full()) return fail(ErrorKind::kMachine, "too many programs stream to this line");
+  if (hub_.full()) return fail(ErrorKind::kMachine, "the maximum number of stream clients is reached");
   auto session = StreamSession::make(members, hello.power == 1, config_.settings, period_, authority_);
   if (!session) return session;
   for (std::size_t i = 0; i < members.size(); ++i) {
@@ -180,7 +181,7 @@ Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::
     (*session)->give(i, *taken);
     if (moved) (*session)->halt_first(i);
   }
-  if (!hub_.add(**session)) return fail(ErrorKind::kMachine, "too many programs stream to this line");
+  if (!hub_.add(**session)) return fail(ErrorKind::kMachine, "the maximum number of stream clients is reached");
   return session;
 }
 

@@ -58,7 +58,7 @@ Result<StreamSocket> StreamSocket::listen(const std::filesystem::path& path, boo
   const auto refuse = [&](const std::string& reason) {
     return fail(ErrorKind::kMachine, reason, "[stream] socket " + text);
   };
-  if (text.size() >= sizeof(sockaddr_un::sun_path)) return refuse("the path of a socket has 107 bytes at most");
+  if (text.size() >= sizeof(sockaddr_un::sun_path)) return refuse("the path of a socket must not exceed 107 bytes");
   const auto address = address_of(text);
   if (left_over(text, address)) ::unlink(text.c_str());
   auto socket = make_socket();
@@ -67,7 +67,7 @@ Result<StreamSocket> StreamSocket::listen(const std::filesystem::path& path, boo
   const bool bound = ::bind(socket.get(), generic(address), sizeof address) == 0;
   const int error = errno;
   ::umask(mask);
-  if (!bound && error == EADDRINUSE) return refuse("another process listens there, or it is a file of another kind");
+  if (!bound && error == EADDRINUSE) return refuse("another process listens there, or the file is not a socket");
   if (!bound) return refuse(fmt::format("cannot be made: {}", std::strerror(error)));
   StreamSocket made{std::move(socket), path};
   if (everybody && ::chmod(text.c_str(), 0666) != 0) return refuse(std::strerror(errno));

@@ -26,14 +26,14 @@ tl::unexpected<Error> refused(std::string reason) {
 Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
   const auto& telemetry = config.telemetry;
   if (config.axes.size() > snapshot::kMaxFeedAxes)
-    return refused(
-        fmt::format("{} axes are too many, {} can be published", config.axes.size(), snapshot::kMaxFeedAxes));
+    return refused(fmt::format("{} axes are too many, the limit is {}", config.axes.size(), snapshot::kMaxFeedAxes));
   if (telemetry.interfaces.size() > snapshot::kMaxFeedInterfaces)
-    return refused(fmt::format("{} interfaces are too many, up to {} are possible; none means all of the machine",
-                               telemetry.interfaces.size(), snapshot::kMaxFeedInterfaces));
+    return refused(fmt::format(
+        "{} interfaces are too many, the limit is {}; leave the list empty for all interfaces of the machine",
+        telemetry.interfaces.size(), snapshot::kMaxFeedInterfaces));
   if (telemetry.peers.size() > snapshot::kMaxFeedPeers)
     return refused(
-        fmt::format("{} peers are too many, up to {} are possible", telemetry.peers.size(), snapshot::kMaxFeedPeers));
+        fmt::format("{} peers are too many, the limit is {}", telemetry.peers.size(), snapshot::kMaxFeedPeers));
   snapshot::FeedDescription description;
   description.line.set(config.name);
   description.domain = telemetry.domain;
@@ -57,7 +57,7 @@ Result<snapshot::FeedDescription> describe_for_feed(const LineConfig& config) {
       config.slaves.empty() ? snapshot::kMaxFeedSlaves : std::min(config.slaves.size(), snapshot::kMaxFeedSlaves));
   for (const auto& interface : telemetry.interfaces) {
     if (interface.size() > kLongestAddress || interface.find('\0') != std::string::npos)
-      return refused("one of the interfaces is no IPv4 address such as 192.168.1.10");
+      return refused("one of the interfaces is not an IPv4 address such as 192.168.1.10");
     description.interface[description.interfaces++].set(interface);
   }
   for (const auto& axis : config.axes) {

@@ -15,7 +15,8 @@ Result<port::FileDescriptor> sealed_copy(const std::string& content, const std::
   const bool written =
       copy.valid() && ::write(copy.get(), content.data(), content.size()) == static_cast<ssize_t>(content.size());
   if (!written || ::fcntl(copy.get(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_GROW | F_SEAL_SHRINK | F_SEAL_SEAL) != 0) {
-    return fail(ErrorKind::kMachine, fmt::format("cannot be kept in memory: {}", std::strerror(errno)), file.string());
+    return fail(ErrorKind::kMachine, fmt::format("cannot be copied into memory: {}", std::strerror(errno)),
+                file.string());
   }
   return copy;
 }

@@ -220,7 +220,7 @@ TEST_F(Placement, ADriveInThePlaceOfAnotherIsRefusedAndThePlaceStaysOpen) {
             gone({1, 2}) +
                 "slave 1: not brought back to OP: slave 1: serial number is 0x000003EA but 0x000003E9 was there "
                 "at start\n");
-  EXPECT_EQ(drives->state(1), AlState::kInit) << "left alone";
+  EXPECT_EQ(drives->state(1), AlState::kInit) << "not changed";
   EXPECT_EQ(drives->slave(1).esc().memory().get(wire::reg::kStationAddress), 0U);
   // The correct slave returns.
   power({1}, false);
@@ -291,7 +291,7 @@ TEST_F(WithoutWiring, NobodyIsMovedWhenNothingTells) {
   const std::string doubt = ": of 2 that were missing 1 came back, and neither wiring nor serial number tells which\n";
   EXPECT_EQ(told(), gone({1, 2}) + "slave 1: not brought back to OP: slave 1" + doubt +
                         "slave 2: not brought back to OP: slave 2" + doubt);
-  EXPECT_EQ(drives->state(2), AlState::kInit) << "left alone";
+  EXPECT_EQ(drives->state(2), AlState::kInit) << "not changed";
   // Both are present, so their order identifies them.
   power({1}, true);
   ASSERT_TRUE(wait_for(1) && wait_for(2)) << told();

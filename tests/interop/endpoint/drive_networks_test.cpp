@@ -140,7 +140,7 @@ TEST(DriveNetworksStart, TellsWhatDidNotStart) {
               testing::HasSubstr("/nowhere/driveline-endpoint: cannot be started: No such file"));
   settings.program = "/bin/false";
   EXPECT_THAT(describe(DriveNetworks::start(line, settings).error()),
-              testing::HasSubstr("network of slave 0: its end point has ended at once"));
+              testing::HasSubstr("network of slave 0: its end point ended immediately"));
 }
 
 }  // namespace

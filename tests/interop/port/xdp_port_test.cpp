@@ -342,7 +342,7 @@ TEST_F(XdpOpening, WithoutPrivilegeNamesTheRemedyAndAutoTakesAPacketSocket) {
   EXPECT_EQ(error.code, PortErrorCode::kNoPermission);
   EXPECT_EQ(error.message,
             "Opening an AF_XDP socket on interface 'xdp0' needs the capability CAP_NET_RAW; run as root or grant it "
-            "with `setcap cap_net_raw,cap_net_admin,cap_bpf,cap_sys_nice,cap_ipc_lock+ep build/driveline`, or take "
+            "with `setcap cap_net_raw,cap_net_admin,cap_bpf,cap_sys_nice,cap_ipc_lock+ep build/driveline`, or use "
             "port = \"raw\".");
   PortError missing;
   tl::expected<OpenInterface, PortError> fallen;

@@ -255,7 +255,7 @@ class Jitter(ProgramTest):
             wake, send = rows[f"idle_{way}", "wake_latency"], rows[f"idle_{way}", "send_time"]
             self.assertEqual(wake["n"], send["n"], "one frame for each wake-up")
             self.assertGreaterEqual(send["max"], wake["max"], "no frame goes before the thread runs")
-        if "cannot be seen" not in result.stderr:
+        if "cannot be recorded" not in result.stderr:
             # The time that the processor was elsewhere is that of the latest wake-up.
             for state in ("idle", "load"):
                 latest = rows[f"{state}_cycle", "wake_latency"]

@@ -9,7 +9,7 @@ from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, agai
 
 NOBODY = 65534
 # A busy machine may suspend a command, or the run, for longer than the axes wait for a sign of life.
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more", "the master was away")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 LINE = ('[bus]\nmax_lost_cycles = 1000\n[line]\nname = "hand"\ncycle_us = 2000\n[realtime]\npolicy = "degrade"\n'
         '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
         '[[axis]]\nname = "x"\nunit = "deg"\nmax_velocity = 720\nmax_acceleration = 7200\n'
@@ -136,7 +136,7 @@ class Script(ProgramTest):
     def test_request_that_is_refused_ends_the_run_with_its_line(self):
         result = self.run_script("x move by=10\nwait x\nx move by=10 velocity=1000deg/s\n")
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("moves.txt:3: axis x: velocity 1000 deg/s is not possible, 0 deg/s to 720 deg/s are",
+        self.assertIn("moves.txt:3: axis x: velocity 1000 deg/s is outside 0 deg/s to 720 deg/s",
                       result.stderr.splitlines()[-1])
         self.assertIn("all in INIT", result.stderr)
         result = self.run_script("x disable\nwait x\nx move by=10\n")
@@ -240,7 +240,7 @@ class Script(ProgramTest):
             'name = "x"\nunit', 'name = "x"\ninertia = 3e-4\nunit').replace(
             "[[slave]]", '[[slave]]\nsdo = [{ index = 0x607E, type = "uint8", value = 0xC0 }]', 1))
         self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn("axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques",
+        self.assertIn("axis x: 607Eh of its drive is C0h and reverses positions and velocities but not torques",
                       result.stderr.splitlines()[-1])
 
     def test_bad_input_is_one_sentence_and_nothing_leaps(self):
@@ -250,11 +250,11 @@ class Script(ProgramTest):
                 ("x move inf\n", LINE, 2, 'moves.txt:1: position "inf": a number is expected'),
                 ("x move 1e999\n", LINE, 2, 'moves.txt:1: position "1e999": a number is expected'),
                 ("x jog 10 acceleration=-5\n", LINE, 1, "axis x: acceleration -5 deg/s^2 is not possible"),
-                ("x override -1\n", LINE, 1, "axis x: override -1 is not possible, 0 to 2 are"),
-                ("x move 91\n", limited, 1, "axis x: position 91 deg is not possible, -90 deg to 90 deg are"),
+                ("x override -1\n", LINE, 1, "axis x: override -1 is outside 0 to 2"),
+                ("x move 91\n", limited, 1, "axis x: position 91 deg is outside -90 deg to 90 deg"),
                 ("x move by=80\nwait x\nx move by=11\n", limited, 1, "moves.txt:3: axis x: position 91 deg is not possible"),
                 ("x jog 90\nwait x\nsleep 3s\n", limited, 1, "moves.txt:1: axis x: it would leave its software limits, -90 deg to 90 deg"),
-                ("x torque 1\n", LINE, 1, "axis x: torques need velocity_gain or inertia"),
+                ("x torque 1\n", LINE, 1, "axis x: torque control needs velocity_gain or inertia"),
                 ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; 1, 2 or zero says which'),
                 ("x probe\n", LINE, 1, "axis x: the process data lack the touch probe: 60B8h, 60B9h, or the value of its edge"),
                 ("x probe 2\n", PROBING, 1, "axis x: the process data lack the touch probe"),
@@ -430,8 +430,8 @@ class Hand(ProgramTest):
         self.assertRegex(pulled.stdout, r"\Aaxis y: Standstill at \S+ deg\n\Z")
         self.assertGreater(self.status()["y"]["position"], axis["position"] + 5)
         self.wait_for("csp again", lambda: self.status()["y"]["mode"] == "csp")
-        self.check_refused(self.axis("y", "torque", "100"), 1, "axis y: torque 100 Nm is not possible, -78.6408 Nm to 78.6408 Nm are")
-        self.check_refused(self.axis("x", "torque", "0.3"), 1, "axis x: torques need velocity_gain or inertia")
+        self.check_refused(self.axis("y", "torque", "100"), 1, "axis y: torque 100 Nm is outside -78.6408 Nm to 78.6408 Nm")
+        self.check_refused(self.axis("x", "torque", "0.3"), 1, "axis x: torque control needs velocity_gain or inertia")
         self.check_refused(self.axis("y", "torque", "0.3deg"), 2, 'has no unit "deg"')
         self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog, drive-jog, drive-run and torque")
         events = self.end(run)["events"]
@@ -560,7 +560,7 @@ class Hand(ProgramTest):
                 self.assertEqual(jog.wait(PATIENCE_S), status, self.text("jog.log"))
             self.kill(jog)
         document = self.end(run)
-        self.assertTrue(any("is not heard any more: the axis stops" in event for event in document["events"]), document["events"])
+        self.assertTrue(any("no longer renews its lease: the axis stops" in event for event in document["events"]), document["events"])
         self.assertEqual([row["change"] for row in document["authority"] if row["axis"] == "x" and "taken" not in row["change"]],
                          ["released", "released", "expired", "released"])
 

@@ -81,7 +81,7 @@ class Echo(ClientTest):
         self.end_run(run)
 
     def test_ends_when_nothing_comes_or_is_asked_for(self):
-        self.check_refused(self.client("echo", STATUS, "--timeout", 1), 1, STATUS, f"nothing came for 1 s in domain {self.domain}")
+        self.check_refused(self.client("echo", STATUS, "--timeout", 1), 1, STATUS, f"no sample arrived for 1 s in domain {self.domain}")
         waiting = self.start("echo", STATUS, "--domain", self.domain, log="echo.log")
         time.sleep(1)
         waiting.send_signal(signal.SIGTERM)
@@ -99,7 +99,7 @@ class Echo(ClientTest):
 
     def test_without_its_program_names_the_package(self):
         os.environ["DRIVELINE_DDS"] = "/nowhere/driveline-dds"
-        self.check_refused(self.client("echo", "event"), 1, "/nowhere/driveline-dds: is named by DRIVELINE_DDS",
+        self.check_refused(self.client("echo", "event"), 1, "/nowhere/driveline-dds: is set by DRIVELINE_DDS",
                            "Debian package driveline-bridge")
         alone = pathlib.Path(shutil.copy(DRIVELINE, self.directory))
         del os.environ["DRIVELINE_DDS"]
@@ -242,7 +242,7 @@ class Record(ClientTest):
 
     def test_without_a_line_leaves_no_file(self):
         result = self.client("record", "--output", "run.mcap", "--timeout", 1)
-        self.check_refused(result, 1, "no line publishes in domain", "nothing came for 1 s")
+        self.check_refused(result, 1, "no line publishes in domain", "no sample arrived for 1 s")
         self.assertEqual(self.files(), [])
         # And takes none, whatever it was allowed to.
         self.write("run.mcap", "precious")
@@ -276,7 +276,7 @@ class Record(ClientTest):
         """A recording that found no more room: it says so and is whole."""
         result = self.client("record", "--output", name, "--timeout", PATIENCE_S, *arguments, **options)
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertRegex(result.stderr, r"\Adriveline record: .*: cannot be written any further: .*; what was recorded before is in it\n\Z")
+        self.assertRegex(result.stderr, r"\Adriveline record: .*: writing failed: .*; the file has the samples recorded before\n\Z")
         return result
 
     def test_on_a_full_disk_is_whole(self):
@@ -419,7 +419,7 @@ class Top(ClientTest):
         self.assertLess(cycles[0], cycles[-1])
 
     def test_without_a_line_ends(self):
-        self.check_refused(self.client("top", "--timeout", 1), 1, "no line publishes in domain", "nothing came for 1 s")
+        self.check_refused(self.client("top", "--timeout", 1), 1, "no line publishes in domain", "no sample arrived for 1 s")
 
 
 class Reader(ClientTest):

@@ -17,7 +17,7 @@ from program import CYCLONE_SUBSCRIBER, DISTURBED, PATIENCE_S, ROOT, WATCHDOG, P
 COMMANDER = os.environ["CYCLONE_COMMANDER"]
 COMMAND_FLOOD = os.environ["COMMAND_FLOOD"]
 # A busy machine may suspend a client for longer than its leases last.
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease")
 MAX_VELOCITY, MAX_ACCELERATION, MAX_JERK = 5.0, 10.0, 200.0  # rad/s, ...
 WINDOW = 20  # cycles of 1 ms
 FLOODS = 3  # clients at once: together they send what two processors can
@@ -188,7 +188,7 @@ class ByCyclone(CommandTest):
         self.assertGreater(panel.acquire("x"), 0)
         owner = self.status()["x"]["owner"]
         self.assertRegex(owner, r"^dds panel \(participant [0-9a-f]{24}\)$")
-        self.check(panel.do("jog x 0.5"), "DONE", "the velocity is reached")
+        self.check(panel.do("jog x 0.5"), "DONE", "the axis has reached the velocity")
         self.wait_for_value("x", "velocity", 0.5, 0.02)
         self.check(panel.do("halt x"), "DONE")
         self.check(panel.do("move-absolute x 1 2"), "DONE")
@@ -208,7 +208,7 @@ class ByCyclone(CommandTest):
         released = self.check(panel.ask("release x"), "DONE")
         self.assertEqual(released["lease"], 0)
         self.assertEqual(self.status()["x"]["owner"], "")
-        self.check(panel.ask("jog x 0.5"), "REFUSED", "axis x: the lease is not, or no longer, the caller's")
+        self.check(panel.ask("jog x 0.5"), "REFUSED", "axis x: the caller does not hold the lease of the axis")
         document = self.end_run(run)
         for told in (f"{owner}: axis x: acquire", f"{owner}: axis x: move_absolute to 1 rad, velocity 2 rad/s",
                      f"{owner}: axis x: release"):
@@ -238,14 +238,14 @@ class ByCyclone(CommandTest):
         run = self.start_run()
         panel = self.commander().wait_for_line()
         other = self.commander("other", "other.log").wait_for_line()
-        self.check(panel.ask("jog x 0.5"), "REFUSED", "he must acquire the axis first")
+        self.check(panel.ask("jog x 0.5"), "REFUSED", "acquire the axis first")
         lease = panel.acquire("x")
         self.check(other.ask("acquire x"), "REFUSED", "axis x: is commanded by dds panel (participant ")
         other.tell(f"lease x {lease}")
-        self.check(other.ask("jog x 0.5"), "REFUSED", "he must acquire the axis first")
+        self.check(other.ask("jog x 0.5"), "REFUSED", "acquire the axis first")
         self.check(panel.ask("acquire q"), "REFUSED", 'there is no axis "q"')
-        self.check(panel.ask("jog x 5.5"), "REFUSED", "axis x: velocity 5.5 rad/s is not possible, -5 rad/s to 5 rad/s are")
-        self.check(panel.ask("jog x nan"), "REFUSED", "axis x: velocity is not a number that can be")
+        self.check(panel.ask("jog x 5.5"), "REFUSED", "axis x: velocity 5.5 rad/s is outside -5 rad/s to 5 rad/s")
+        self.check(panel.ask("jog x nan"), "REFUSED", "axis x: velocity is not a finite number")
         self.check(panel.do("halt y"), "DONE")
         # Somebody at the machine is refused, too, and takes the axis over only by saying so.
         by_hand = self.run_program("axis", "x", "jog", "0.5rad/s")
@@ -261,7 +261,7 @@ class ByCyclone(CommandTest):
         self.check(panel.do("jog x 4"), "DONE")
         time.sleep(0.5)
         panel.kill()
-        self.wait_for_sentence("is not heard any more: the axis stops", run)
+        self.wait_for_sentence("no longer renews its lease: the axis stops", run)
         self.wait_for_state("x", "Standstill", run)
         self.assertEqual(self.status()["x"]["owner"], "")
         other = self.commander("other", "other.log").wait_for_line()
@@ -283,7 +283,7 @@ class ByCyclone(CommandTest):
         self.check(panel.do("move-absolute x 0.5"), "DONE")
         document = self.end_run(run)
         self.assertGreater(sent, 4000)
-        self.assertTrue(any("commands: more came than are told one by one" in event for event in document["events"]),
+        self.assertTrue(any("commands: too many to report one by one" in event for event in document["events"]),
                         document["events"])
         self.assertLess(len(document["events"]), 400)
         print(f"{sent} commands in 4 s: {document['cycles']} cycles, {document['missed_periods']} periods missed, "
@@ -365,7 +365,7 @@ class Streams(CommandTest):
         self.wait_for("free", lambda: self.status()["x"]["owner"] == "", run)
         document = self.end_run(run)
         self.check_limits("x")
-        over = [event for event in document["events"] if "the stream of dds panel" in event and " is done, " in event]
+        over = [event for event in document["events"] if "the stream of dds panel" in event and " has ended, " in event]
         self.assertEqual(len(over), 5, document["events"])
 
     @undisturbed
@@ -375,18 +375,18 @@ class Streams(CommandTest):
         panel = self.commander().wait_for_line()
         panel.tell("batch x 1 0 0.1")
         told = self.wait_for_stream(panel, run, "REFUSED")
-        self.assertEqual(told["text"], "axis x: the lease is not, or no longer, the caller's; he must acquire the axis first")
+        self.assertEqual(told["text"], "axis x: the caller does not hold the lease of the axis; acquire the axis first")
         panel.acquire("x")
         panel.tell("batch q 1 0 0.1")
         self.wait_for("its text", lambda: 'there is no axis "q" for streams' in self.stream_state(panel)["text"], run)
         panel.tell("batch x 1 0 0")
         self.wait_for("a stream", lambda: "x" in self.stream_state(panel)["axes"], run)
         panel.tell("batch x 2 20 1.5")
-        sentence = "is outside the range of an axis: axis x: position 1.5 rad, -1 rad to 1 rad are possible"
+        sentence = "is outside the range of an axis: axis x: position 1.5 rad, allowed are -1 rad to 1 rad"
         self.wait_for(sentence, lambda: sentence in self.stream_state(panel)["text"], run)
         self.assertEqual(self.stream_state(panel)["refused"], 1)
         panel.tell("batch x 3 40 0 6")
-        sentence = "is too fast for an axis: axis x: velocity 6 rad/s, -5 rad/s to 5 rad/s are possible"
+        sentence = "is too fast for an axis: axis x: velocity 6 rad/s, allowed are -5 rad/s to 5 rad/s"
         self.wait_for(sentence, lambda: sentence in self.stream_state(panel)["text"], run)
         panel.tell("batch x 4 60 nan")
         self.wait_for("nan", lambda: "is not finite" in self.stream_state(panel)["text"], run)
@@ -415,7 +415,7 @@ class ABridge(CycleCounts, CommandTest):
         panel.acquire("x")
         self.check(panel.do("jog x 2"), "DONE")
         os.kill(self.bridge_of(run), signal.SIGKILL)
-        self.wait_for_sentence("its bridge has stopped: its axes stop, and are free", run)
+        self.wait_for_sentence("the bridge has stopped: the axes of this client stop, and their leases end", run)
         self.wait_for_state("x", "Standstill", run)
         self.wait_for_sentence("telemetry: bridge runs again", run)
         panel.tell("keep 0")
@@ -443,7 +443,7 @@ class ABridge(CycleCounts, CommandTest):
         document = self.end_run(run)
         self.check_limits("x")
         self.assertEqual(len({position for _, position in self.demands("y")[-1000:]}), 1, "y has moved")
-        self.assertTrue(any("commands: more came than are told one by one" in event for event in document["events"]), document["events"])
+        self.assertTrue(any("commands: too many to report one by one" in event for event in document["events"]), document["events"])
         self.assertLess(len(document["events"]), 500)
         told = re.search(r"flood: (\d+) commands in (\d+) ms, (\d+) without room", self.text("run.log"))
         self.assertIsNotNone(told, self.logs())
@@ -459,11 +459,11 @@ class ABridge(CycleCounts, CommandTest):
         liar.chmod(0o755)
         os.environ["DRIVELINE_BRIDGE"] = str(liar)
         run = self.start_run()
-        self.wait_for_sentence("commands: what the bridge has written cannot be, and is left out", run)
+        self.wait_for_sentence("commands: invalid data from the bridge is ignored", run)
         time.sleep(1)
         self.assertEqual({one["owner"] for one in self.status().values()}, {""})
         document = self.end_run(run)
-        self.assertIn("commands: what the bridge has written cannot be, and is left out", self.text("run.log"))
+        self.assertIn("commands: invalid data from the bridge is ignored", self.text("run.log"))
         self.assertLess(len(document["events"]), 400)
 
 
@@ -513,7 +513,7 @@ class Secured(CommandTest):
         self.make_keys(line="line", panel="command", eye="observe")
         self.make_keys("others", panel="command")
         run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
-        self.wait_for_sentence("commands: taken over DDS, from those whom its permissions name", run)
+        self.wait_for_sentence("commands: accepted over DDS from the participants that the permissions allow", run)
         panel = self.commander(env=self.environment("panel")).wait_for_line()
         panel.acquire("x")
         self.check(panel.do("move-absolute x 0.5"), "DONE")
@@ -554,10 +554,10 @@ class Secured(CommandTest):
         page = self.client("top", "--once", "--timeout", PATIENCE_S, keys="office")
         self.assertIn("commanded", page.stdout, page.stderr)
         # Without keys there is no line; what the permissions do not name is not read.
-        self.check_refused(self.client("echo", "line_status", "--timeout", 3), 1, "nothing came for 3 s")
+        self.check_refused(self.client("echo", "line_status", "--timeout", 3), 1, "no sample arrived for 3 s")
         denied = self.client("echo", "command", "--timeout", 3, keys="office")
         self.assertEqual(denied.returncode, 1)
-        self.assertIn("driveline/v1/command: the permissions in keys/office do not allow to read it", denied.stderr.splitlines()[-1])
+        self.assertIn("driveline/v1/command: the permissions in keys/office do not allow reading it", denied.stderr.splitlines()[-1])
         (self.directory / "keys/office/governance.p7s").unlink()
         self.check_refused(self.client("echo", "event", keys="office"), 1, "keys/office/governance.p7s: cannot be read: No such file or directory")
         self.end_run(run)
@@ -610,8 +610,8 @@ class Secured(CommandTest):
 
     def test_keys_that_cannot_be_made_are_refused_in_a_sentence(self):
         self.make_keys(line="line")
-        for arguments, sentence in ((["add", "x", "admin"], '"admin" is no role'), (["add", "a b", "line"], '"a b" is no name'),
-                                    (["add", "line", "line"], "is there already"), (["new"], "is there already"), ([], "usage: dds-keys.sh")):
+        for arguments, sentence in ((["add", "x", "admin"], '"admin" is not a role'), (["add", "a b", "line"], '"a b" is not a valid name'),
+                                    (["add", "line", "line"], "already exists"), (["new"], "already exists"), ([], "usage: dds-keys.sh")):
             with self.subTest(arguments=arguments):
                 made = self.keys(*arguments)
                 self.assertEqual(made.returncode, 2)
@@ -634,12 +634,12 @@ class Settings(CommandTest):
     def test_without_security_are_refused_or_printed(self):
         self.assertEqual(self.refused("[commands] enabled: needs [telemetry] security, or insecure = true").returncode, 2)
         run = self.start_run()
-        sentence = "commands: taken over DDS without security (insecure = true): everybody in its network may move the axes"
+        sentence = "commands: accepted over DDS without security (insecure = true): any participant in the network may move the axes"
         self.wait_for_sentence(sentence, run)
         self.assertTrue(any(sentence in event for event in self.end_run(run)["events"]))
 
     def test_that_cannot_be_are_refused(self):
-        self.refused("[commands]: go with the time of this machine", commands="enabled = true\ninsecure = true", arguments=["--virtual"])
+        self.refused("[commands]: need real time", commands="enabled = true\ninsecure = true", arguments=["--virtual"])
         self.refused("lease_timeout_ms", commands="enabled = true\ninsecure = true\nlease_timeout_ms = 5")
 
 

@@ -165,7 +165,7 @@ class InProcess(EoeTest):
     def test_what_is_handed_over_must_be_a_tap(self):
         text = description(1).replace('interface = "dl-eoe"', 'interface = "fd:0"')
         result = self.run_program("run", "--config", self.write("line.toml", text))
-        self.check_refused(result, 1, "TAP interface fd:0", "that of something else")
+        self.check_refused(result, 1, "TAP interface fd:0", "not that of a TAP interface")
 
     def test_a_deleted_interface_takes_its_link_down_and_nothing_else(self):
         run = self.start_run(self.write("line.toml", description(1)))
@@ -193,7 +193,7 @@ class InProcess(EoeTest):
     def test_an_interface_that_is_no_tap_is_refused(self):
         text = description(1).replace("dl-eoe", "dl-line")
         result = self.run_program("run", "--config", self.write("line.toml", text))
-        self.check_refused(result, 1, "TAP interface dl-line", "that is no TAP")
+        self.check_refused(result, 1, "TAP interface dl-line", "but it is not a TAP")
 
 
 class FromAServicePc(EoeTest):

@@ -6,7 +6,7 @@ import unittest
 
 from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
 
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more", "the master was away")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 HEAD = '[line]\nname = "gears"\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n[bus]\nmax_lost_cycles = 1000\n[telemetry]\nenabled = false\n'
 SLAVES = '[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
 AXES = ('[[axis]]\nname = "x"\nunit = "deg"\nmax_velocity = 720\nmax_acceleration = 7200\nmax_jerk = 200000\n'
@@ -73,10 +73,10 @@ class Gears(ProgramTest):
         for text, place, sentence in (
                 ('[[coupling]]\nslave = "x"\nmaster = "x"\n', 3, '"x" cannot be its own master'),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\n[[coupling]]\nslave = "y"\nmaster = "x"\n', 6,
-                 "is coupled in a circle: y follows x follows y"),
+                 "is part of a coupling loop: y follows x follows y"),
                 ('[[coupling]]\nslave = "z"\nmaster = "x"\n', 2, 'there is no [[axis]] or [[virtual_axis]] named "z"'),
                 ('[[coupling]]\nslave = "x"\nmaster = "z"\n', 3, 'named "z"'),
-                ('[[coupling]]\nslave = "x"\nmaster = "y"\n[[coupling]]\nslave = "x"\nmaster = "shaft"\n', 5, "has a master already"),
+                ('[[coupling]]\nslave = "x"\nmaster = "y"\n[[coupling]]\nslave = "x"\nmaster = "shaft"\n', 5, "already has a master"),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\nratio = [0, 1]\n', 4, "ratio"),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\nratio = [1, 0]\n', 4, "ratio"),
                 ('[[coupling]]\nslave = "x"\nmaster = "y"\nratio = [nan, 1]\n', 4, "ratio"),
@@ -117,7 +117,7 @@ class Gears(ProgramTest):
                 ("x gear-out\n", "moves.txt:1: axis x: it is not coupled to its master"),
                 ("all position 0\nshaft jog 100\nsleep 0.5s\nx gear-in at=65deg to=5deg over=40deg\nwait x\n", "moves.txt:4: axis x: "),
                 ("x gear-in\nwait x\nshaft disable\nsleep 0.2s\nwait x\n",
-                 "its master leads no more: it has failed, has no power, or its position is not known")):
+                 "its master cannot be followed: it has failed, is not enabled, or its position is not known")):
             with self.subTest(script=script):
                 result = self.run_script(ok, script)
                 self.assertEqual(result.returncode, 1, result.stderr)

@@ -208,17 +208,17 @@ class VirtualTime(ProgramTest):
         result, document = self.run_axis("plant.load.gravity_nm = 2\n", 'mode = "cst"\ninertia = 3e-4\n')
         self.assertEqual(result.returncode, 1, result.stderr)
         fault, = document["faults"]
-        self.assertRegex(fault, r"axis x: ended 3\.\d+ rad away from its setpoint, 0\.\d+ rad are tolerated")
+        self.assertRegex(fault, r"axis x: ended 3\.\d+ rad away from its setpoint, position_tolerance is 0\.\d+ rad")
         self.assertIn(fault, result.stderr)
 
     def test_actual_position_that_cannot_be_true_is_a_failure(self):
         self.write("path.csv", "time[s],x[rad]\n0,0\n2,30\n4,0\n")
         script = '[[slave.input]]\nentry = "{}"\nshape = "steps"\nat_ms = [0, 1000]\nvalues = [0, {}]\n'
         for entry, value, sentence in (
-                ("POSITION_ERROR", 2e6, r"axis x: its actual position leapt by (1[12]\.\d+) rad within 1 ms, "
-                                        r"1 rad are possible: not plausible"),
-                ("POSITION_HELD", 1, r"axis x: its actual position stood at \d+\.\d+ rad for \d+ ms while it was sent "
-                                     r"\d\.\d+ rad on: frozen, or the axis is blocked")):
+                ("POSITION_ERROR", 2e6, r"axis x: its actual position jumped by (1[12]\.\d+) rad within 1 ms, "
+                                        r"at most 1 rad are plausible: not plausible"),
+                ("POSITION_HELD", 1, r"axis x: its actual position stayed at \d+\.\d+ rad for \d+ ms while its setpoint moved by "
+                                     r"\d\.\d+ rad: frozen, or the axis is blocked")):
             for mode in ("csp", "csv", "cst"):
                 with self.subTest(entry=entry, mode=mode):
                     result, document = self.run_axis(script.format(entry, value), f'mode = "{mode}"\ninertia = 3e-4\n')
@@ -499,9 +499,9 @@ class FilesAndSummary(ProgramTest):
         script = '[[slave.input]]\nentry = "POSITION_ERROR"\nshape = "steps"\nat_ms = [0, 1000]\nvalues = [0, 1e6]\n'
         slide = self.UNITS.format("").replace('[[slave]]\nname = "c"\n', script + '[[slave]]\nname = "c"\n')
         for text, flags, sentence in (
-                (slide, (), r"axis z: its actual position leapt by 9\.\d+ mm within 1 ms, [0-9.]+ mm are possible"),
-                (self.UNITS.format(script), ("--increments",), r"axis c: its actual position leapt by 0\.9\d+ rev "
-                                                               r"\(\d+ increments\) within 1 ms, [0-9.]+ rev are possible")):
+                (slide, (), r"axis z: its actual position jumped by 9\.\d+ mm within 1 ms, at most [0-9.]+ mm are plausible"),
+                (self.UNITS.format(script), ("--increments",), r"axis c: its actual position jumped by 0\.9\d+ rev "
+                                                               r"\(\d+ increments\) within 1 ms, at most [0-9.]+ rev are plausible")):
             with self.subTest(sentence=sentence):
                 config = self.write("line.toml", text)
                 result = self.run_program("run", "--config", config, "--virtual", "--no-plots", "--json", *flags)
@@ -525,7 +525,7 @@ class FilesAndSummary(ProgramTest):
             self.assertEqual(result.returncode, 0, result.stderr)
             told = [event for event in self.one_document(result.stdout)["events"] if "axes.csv" in event]
             self.assertEqual(len(told), 1 if full else 0, told)
-        self.assertIn("axes.csv and its plots end after 119.999 s, with 120000 rows; the figures are of the whole run",
+        self.assertIn("axes.csv and its plots end after 119.999 s, with 120000 rows; the figures cover the whole run",
                       told[0])
 
     def test_summary_is_for_people(self):

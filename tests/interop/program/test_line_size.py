@@ -63,7 +63,7 @@ class FaultsWhileServed(WireTest):
 
     def test_commands_that_are_wrong(self):
         line = self.start_controlled(self.config())
-        for words, parts in ((["dorp"], ["no kind of fault", "drop"]), (["power-off", "slave=q"], ["\"q\""]),
+        for words, parts in ((["dorp"], ["not a kind of fault", "drop"]), (["power-off", "slave=q"], ["\"q\""]),
                              (["heal", "drop"], ["not there"]), (["cable-break", "slave=a", "port=1"], ["port 1"]),
                              (["drop", "chance=2"], ["chance", "0 to 1"])):
             with self.subTest(words=words):
@@ -90,7 +90,7 @@ class FaultsWhileServed(WireTest):
         self.assertIn(b"states: INIT INIT INIT INIT", out)
         log = self.text("line.log")
         for text in ("fault begins: power-off slave=x", "\npower-off slave=x\n", "fault ends: power-off slave=x",
-                     "refuse-transition", "error: \"dorp\" is no kind of fault"):
+                     "refuse-transition", "error: \"dorp\" is not a kind of fault"):
             self.assertIn(text, log)
 
     def test_inputs_are_set_and_read(self):

@@ -6,7 +6,7 @@ import unittest
 
 from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
 
-undisturbed = again_when(*DISTURBED, WATCHDOG, "is not heard any more", "the master was away")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 DELTA = (EXAMPLES / "delta.toml").read_text(encoding="utf-8")
 MOVES = (EXAMPLES / "delta.jsonl").read_text(encoding="utf-8").splitlines(keepends=True)
 START = "robot enable\nwait robot\nrobot move 0 0 -560 feed=500\nwait robot\n"
@@ -96,7 +96,7 @@ class Script(ProgramTest):
         self.check_wrong(self.run_script("robot move 1 2 3deg\n"), 2, 'script.txt:1: position "3deg": axis z has no unit "deg"')
         arm = "elbow move {}\nwait elbow\narm enable\nwait arm\n"
         self.check_wrong(self.run_script(arm.format(0.5) + "arm move 450 0 0 0\nwait arm\n", line=scara_line()), 1,
-                         "group arm: the path leads to a singular place of the machine at (0.59999, 0.00218163, 0, 0.00872665): the arms would be stretched or folded there")
+                         "group arm: the path reaches a singular position of the machine at (0.59999, 0.00218163, 0, 0.00872665): the arms would be stretched or folded there")
         self.check_wrong(self.run_script(arm.format(-60) + "arm move 450 0 0 0\nwait arm\n", line=scara_line()), 1,
                          "stands where the machine does not have it with its tool there")
         self.check_wrong(self.run_script(arm.format(60) + "arm move -450 50 0 0\nwait arm\n", line=scara_line()), 1, "group arm: axis shoulder would be at")
@@ -114,7 +114,7 @@ class Script(ProgramTest):
                 (head, '{"line": [0, 0, -900]}\n', "moves.jsonl:3: the machine cannot reach"),
                 (head, '{"line": [0, 0, -342]}\n', "moves.jsonl:3: axis a1 would be at"),
                 (head, '{"line": [0, 0, -570], "outputs": [{"name": "vacuum", "value": 2}]}\n',
-                 "moves.jsonl:3: group robot: the value of vacuum is 2, a whole number from 0 to 1 is possible"),
+                 "moves.jsonl:3: group robot: the value of vacuum is 2, a whole number from 0 to 1 is expected"),
                 (head.replace('"vacuum", "blow"', '"suck"'), "", 'moves.jsonl:1: group robot has no output "suck"; it has vacuum, blow'),
                 (head.replace('"rod": 600', '"rod": 610'), "", "moves.jsonl:1: the machine of the file is not that of group robot: rod is 610 mm, not 600 mm"),
                 (head.replace('"start": [0, 0, -560]', '"start": [5, 0, -560]'), "",
@@ -164,7 +164,7 @@ class Script(ProgramTest):
                 ('to = "a1.60FE:01", bit = 17', 'to = "a1.60FF", bit = 1', "[axis_group 1.output 2] to: "),
                 ('to = "a1.60FE:01", bit = 17', 'to = "a1.208F", bit = 1', "is an input, an output is expected"),
                 ('to = "a1.60FE:01", bit = 17', 'to = "a1.607A", bit = 1', 'is written by the axis "a1"'),
-                ('to = "a1.60FE:01", bit = 17', 'to = "a1.60FE:01"', 'is written by the output "vacuum" already')):
+                ('to = "a1.60FE:01", bit = 17', 'to = "a1.60FE:01"', 'is already written by the output "vacuum"')):
             with self.subTest(after):
                 result = self.run_script(START, line=DELTA.replace(before, after))
                 self.assertNotEqual(result.returncode, 0)

@@ -117,7 +117,7 @@ class BudgetInProcess(ProgramTest):
     def test_a_wire_that_would_be_too_slow_is_told(self):
         result = self.run_line(88)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("on 100 Mbit/s the answers would not be back within 93.8 us", result.stderr)
+        self.assertIn("at 100 Mbit/s the answers would not return within 93.8 us", result.stderr)
 
 
 if __name__ == "__main__":

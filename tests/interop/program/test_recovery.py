@@ -24,7 +24,7 @@ class InThisProcess(ProgramTest):
         name = AXES[slave]
         text = "\n".join(document["events"])
         self.assertIn(f"slave {slave} ({name}): back in OP", text)
-        for step in (f"axis {name}: unavailable", f"axis {name}: enabled, on its way back to the path",
+        for step in (f"axis {name}: unavailable", f"axis {name}: enabled, returning to the path",
                      f"axis {name}: back on the path"):
             self.assertIn(step, text)
         self.assertGreater(document["axes"][slave]["unavailable_cycles"], 0)
@@ -78,7 +78,7 @@ class InThisProcess(ProgramTest):
         result, document = self.run_line(fault("drop", 3000, for_ms=800), head='[recovery]\naxes = "hold"')
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertTrue(any(text.startswith("communication lost") for text in document["faults"]), document["faults"])
-        self.assertIn("frames come back again", "\n".join(document["events"]))
+        self.assertIn("frames return again", "\n".join(document["events"]))
         self.assertEqual(document["recoveries"], len(AXES))
         for slave in range(len(AXES)):
             self.check_back(document, slave)
@@ -107,7 +107,7 @@ class InThisProcess(ProgramTest):
                 self.assertEqual(document["state"], "OP")
                 self.assertEqual((document["wkc_errors"], document["lost_frames"]), (0, 0))
                 events = "\n".join(document["events"])
-                self.assertIn(f"slave {LAST} (v): is not connected; it joins when it is", events)
+                self.assertIn(f"slave {LAST} (v): is not connected; it joins the line when it is connected", events)
                 for step in (f"slave {LAST} (v): has joined the line, is in OP", "axis v: back on the path"):
                     self.assertEqual(step in events, bool(for_ms), events)
                 for axis in document["axes"][:-1]:
@@ -127,7 +127,7 @@ class InThisProcess(ProgramTest):
         self.assertEqual(document["state"], "OP")
         events = "\n".join(document["events"])
         for slave, name in ((LAST - 1, "u"), (LAST, "v")):
-            for step in (f"slave {slave} ({name}): is not connected; it joins when it is",
+            for step in (f"slave {slave} ({name}): is not connected; it joins the line when it is connected",
                          f"slave {slave} ({name}): has joined the line, is in OP", f"axis {name}: back on the path",
                          f"slave {slave} ({name}): does not answer any more", f"slave {slave} ({name}): back in OP"):
                 self.assertIn(step, events)

@@ -83,7 +83,7 @@ class InProcess(ProgramTest, Written):
         result = self.run_program("run", "--config", "still.toml", "--virtual", "--duration", "0.5", "--json", "--no-plots",
                                   "--no-telemetry")
         self.check_document(result, ["axis5", "axis6"])
-        self.assertIn("hold the place where they stand", result.stderr)
+        self.assertIn("hold their positions", result.stderr)
         with open(self.directory / "out/axes.csv", encoding="utf-8") as file:
             for row in csv.DictReader(file):
                 for key in row:

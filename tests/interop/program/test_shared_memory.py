@@ -151,7 +151,7 @@ class SharedMemory(ProgramTest):
         self.end_run(run)
         config = self.write_gentle_line(telemetry=f'user = "{OWNER}"')
         result = self.run_program(*self.of(OTHER), DRIVELINE, "run", "--config", config, "--no-plots", program="setpriv")
-        self.check_refused(result, 2, f'[telemetry] user: is "{OWNER}", but this run belongs to user {OTHER}', "root can")
+        self.check_refused(result, 2, f'[telemetry] user: is "{OWNER}", but this run belongs to user {OTHER}', "start the run as root")
 
 
 if __name__ == "__main__":

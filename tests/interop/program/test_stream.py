@@ -13,7 +13,7 @@ NOBODY = 65534
 CLIENT = os.environ["STREAM_EXAMPLE"]
 PROBE = os.environ["STREAM_PROBE"]
 # A busy machine may suspend a client for longer than its setpoints last or the line waits for a sign of life.
-undisturbed = again_when(*DISTURBED, WATCHDOG, "are used up", "it was silent", "is not heard any more")
+undisturbed = again_when(*DISTURBED, WATCHDOG, "has no setpoints left", "it was silent", "no longer renews its lease")
 MAX_VELOCITY, MAX_ACCELERATION = 720.0, 7200.0  # deg/s, deg/s^2
 AXES = ("x", "y", "z")
 LINE = ('[bus]\nmax_lost_cycles = 800\n[line]\nname = "streamed"\ncycle_us = 125\n[realtime]\npolicy = "degrade"\n'
@@ -146,7 +146,7 @@ class Stream(ProgramTest):
             subprocess.run(["sleep", str(chance.uniform(0, 0.15))], check=True)
         self.wait_until_free(*AXES)
         events = self.end(run)
-        gone = [event for event in events if "its connection is gone" in event]
+        gone = [event for event in events if "its connection is closed" in event]
         silent = [event for event in events if "it was silent" in event]
         self.assertEqual(len(gone) + len(silent), KILLS, events)
         self.assertFalse([event for event in events if "ErrorStop" in event], events)
@@ -233,7 +233,7 @@ class Stream(ProgramTest):
         self.assertNotEqual(text, limited)
         config.write_text(limited, encoding="utf-8")
         # The example swings by one radian.
-        sentence = r"is outside the range of an axis: axis x: position (30\.\d+|3[1-9](\.\d+)?) deg, -90 deg to 30 deg are possible"
+        sentence = r"is outside the range of an axis: axis x: position (30\.\d+|3[1-9](\.\d+)?) deg, allowed are -90 deg to 30 deg"
         for document in ((), ("--json",)):
             run = self.start("run", "--config", config, "--no-plots", *document, log="run.log")
             self.wait_for("live setpoints", lambda: "live setpoints of x, y, z at" in self.text("run.log"), run)
@@ -253,7 +253,7 @@ class Stream(ProgramTest):
         if self.stranger:
             self.assertEqual(probe.wait(PATIENCE_S), 2)
             self.assertEqual(self.said(), [f"refused: user {NOBODY} may not stream to this line"])
-            self.wait_for("the event", lambda: f"user {NOBODY}) was sent away" in self.text("run.log"))
+            self.wait_for("the event", lambda: f"user {NOBODY}) was rejected" in self.text("run.log"))
         self.assertEqual(self.socket.stat().st_mode & 0o777, 0o666)
         run.send_signal(signal.SIGINT)
         self.assertEqual(run.wait(PATIENCE_S), 0, self.logs())
@@ -268,7 +268,7 @@ class Stream(ProgramTest):
         self.check_refused(self.run_program("run", "--config", self.line(), "--virtual"), 2, "[stream]", "virtual time")
         self.write("path.csv", "time[s],x[deg],y[deg],z[deg]\n0,0,0,0\n1,1,1,1\n")
         self.check_refused(self.run_program("run", "--config", self.line(tail='[path]\nfile = "path.csv"\n')), 2,
-                           "stream: goes with axes that wait for requests: there must be no [path]")
+                           "stream: needs axes that wait for requests: remove [path]")
         self.check_refused(self.run_program("run", "--config", self.line(users=("nobody-of-that-name",))), 2,
                            'there is no user "nobody-of-that-name" on this machine')
         self.check_refused(self.run_program("run", "--config", self.line(tail='axes = ["w"]\n')), 2, 'no [[axis]] named "w"')

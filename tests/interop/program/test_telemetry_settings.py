@@ -135,10 +135,10 @@ class Settings(SettingsTest):
                 (None, "No such file"),
                 ("<profiles>\n<data_writer>", ":2: is no XML: mismatched element"),
                 ("<dds/>", "has no <profiles>"),
-                ('<profiles>\n<participant profile_name="x"/></profiles>', ":2: <participant> is of no use here"),
+                ('<profiles>\n<participant profile_name="x"/></profiles>', ":2: <participant> has no effect here"),
                 (NO_PROFILE.format("driveline/line_statsu", ""), ':1: there is no topic "driveline/line_statsu"', STATUS),
                 ("<profiles><data_writer/></profiles>", "a profile without profile_name"),
-                (NO_PROFILE.format(STATUS, "<reliability><kind>SURE</kind></reliability>"), "Fast DDS does not understand it"),
+                (NO_PROFILE.format(STATUS, "<reliability><kind>SURE</kind></reliability>"), "Fast DDS cannot parse it"),
                 (NO_PROFILE.format(STATUS, "<durability><kind>PERSISTENT</kind></durability>"), "would need files"),
                 ("x" * (2 << 20), "is no XML")):
             if content is not None:

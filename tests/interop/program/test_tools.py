@@ -227,7 +227,7 @@ class InProcess(ProgramTest):
         # Nothing moves, but the drives are axes, scaled as they say.
         self.assertIn("\nincrements_per_revolution = 1048576", (self.directory / "line.toml").read_text())
         self.assertEqual(document["axes_count"], 8)
-        self.assertIn("hold the place where they stand", result.stderr)
+        self.assertIn("hold their positions", result.stderr)
         # It expects what was found: another device is noticed.
         text = (self.directory / "line.toml").read_text(encoding="utf-8")
         self.write("other.toml", text.replace("product_code = 0x4D534431", "product_code = 0x4D534432", 1))
@@ -498,8 +498,8 @@ class OnTheWire(WireTest):
         second = ["run", "--config", config, "--iface", "dl-master", "--no-plots", "--no-telemetry", "--duration", 0.2,
                   "--output", "second"]
         for _ in range(3):
-            self.check_refused(self.run_program(*second), 1, f"process {master.pid} (driveline run) has interface dl-master",
-                               "take its line away", "--force")
+            self.check_refused(self.run_program(*second), 1, f"process {master.pid} (driveline run) uses interface dl-master",
+                               "interrupt its line", "--force")
         self.check_refused(self.run_program("simulate", "--config", config, "--iface", "dl-master"), 1,
                            f"process {master.pid} (driveline run)", "--force")
         self.assertNotIn("axis", self.text("master.log").partition("following the path")[2])
@@ -512,7 +512,7 @@ class OnTheWire(WireTest):
     def test_a_second_simulated_line_does_not_answer_as_well(self):
         line = self.start_line(EXAMPLES / "line8-nic.toml")
         self.check_refused(self.run_program("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line"), 1,
-                           f"process {line.pid} (driveline simulate) has interface dl-line", "answer there as well")
+                           f"process {line.pid} (driveline simulate) uses interface dl-line", "answer there as well")
 
     def test_tools_that_write_leave_a_line_alone_that_is_being_started(self):
         self.start_line(EXAMPLES / "line8-nic.toml")
@@ -526,7 +526,7 @@ class OnTheWire(WireTest):
             with self.subTest(arguments=arguments):
                 result = self.run_program(*arguments, "--iface", "dl-master")
                 self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
-                self.assertRegex(result.stderr, rf"process {holder.pid} \(python.* has interface dl-master, and this would .*; "
+                self.assertRegex(result.stderr, rf"process {holder.pid} \(python.* uses interface dl-master; this command would .*; "
                                                 "--force does it all the same\n$")
         self.assertIn("Serial number", self.tool("slaves", "-v"), "looking is allowed")
         self.assertEqual(self.tool("states", "-p", "2", "PREOP", "--force"), "   2  PREOP\n")
@@ -551,13 +551,13 @@ class OnTheWire(WireTest):
         foreign = self.start_foreign_master()
         refused = self.run_program(*again)
         self.assertEqual(refused.returncode, 1, refused.stderr)
-        self.assertRegex(refused.stderr, rf"slave 0 is in OP and {self.OTHER_MASTER}: .*would take his line away; --force")
+        self.assertRegex(refused.stderr, rf"slave 0 is in OP and {self.OTHER_MASTER}: .*this run would interrupt the other master; --force")
         self.assertEqual(self.tool("states", "-p", "0"), "   0  OP\n", "nothing has been written")
         foreign.kill()
         foreign.wait(PATIENCE_S)
         result = self.run_program(*again)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("slave 0 is in OP, but no other master has been heard for 150 ms: the line is taken over", result.stderr)
+        self.assertIn("slave 0 is in OP, but no frame of another master arrived for 150 ms: this run takes over the line", result.stderr)
 
     def test_diagnosis_names_the_bad_cable_until_it_is_cleared(self):
         self.start("simulate", "--config", EXAMPLES / "line8-nic.toml", "--iface", "dl-line", "--control", "line.socket",
@@ -637,7 +637,7 @@ class OnTheWire(WireTest):
         result = self.run_program(*arguments, "--json")
         self.write("run.log", result.stderr)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stderr, "(?m)^no description: process data as the slaves have assigned them, outputs zero, no axes$")
+        self.assertRegex(result.stderr, "(?m)^no description: process data as assigned by the slaves, outputs zero, no axes$")
         document = self.one_document(result.stdout)
         self.assertEqual((document["state"], document["axes_count"]), ("OP", 0))
         self.assertGreaterEqual(document["process_data"]["groups"][0]["slaves"], 4)

@@ -82,8 +82,8 @@ TEST_F(ClientFiles, ASampleThatCannotBeDecodedIsLeftOutOfATable) {
   EXPECT_EQ(recording.written()[0], 1U);
   made->reset();
   const auto told = testing::internal::GetCapturedStderr();
-  EXPECT_THAT(told, HasSubstr("driveline record: driveline/v1/event: a sample is left out: "));
-  EXPECT_THAT(told, HasSubstr("driveline record: 3 samples were left out\n"));
+  EXPECT_THAT(told, HasSubstr("driveline record: driveline/v1/event: a sample is skipped: "));
+  EXPECT_THAT(told, HasSubstr("driveline record: 3 samples were skipped\n"));
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 2);
   const auto table = content("events.csv");
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 2) << table;

@@ -227,10 +227,9 @@ TEST(BridgeOptions, AreDescriptors) {
   ASSERT_TRUE(read_options(4, user).user);
   EXPECT_EQ(read_options(4, user).user->user, 1000U);
   EXPECT_EQ(read_options(4, user).user->group, 1001U);
-  EXPECT_EQ(read_options(0, nullptr).problem, "--process or --feed-fd is missing: what is to be published?");
+  EXPECT_EQ(read_options(0, nullptr).problem, "--process or --feed-fd is missing: set the line to publish");
   const char* const both[] = {"--process", "12", "--return-fd", "7"};
-  EXPECT_EQ(read_options(4, both).problem,
-            "--process stands for all descriptors of the line: leave out those that are inherited");
+  EXPECT_EQ(read_options(4, both).problem, "--process replaces all inherited descriptors: remove them");
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(
                     c.shared_memory = true;
                     c.security = DdsSecurity{};
                   },
-                  "not been tried with DDS Security"},
+                  "not tested with DDS Security"},
         // An address of the documentation range (RFC 5737): valid, but of no interface of this machine.
         BadConfig{"ForeignInterface",
                   [](DdsConfig& c) {

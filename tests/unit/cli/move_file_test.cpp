@@ -66,7 +66,7 @@ TEST(MoveFile, IsRefusedWithFileAndLine) {
       R"({"line": [1]})";
   const auto refused = parse_moves(far, "f");
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error(), "f:1: the first place of axis 1 is 2e+06; positions lie within +-1e6 m or rad");
+  EXPECT_EQ(refused.error(), "f:1: the first position of axis 1 is 2e+06; positions lie within +-1e6 m or rad");
 }
 
 TEST(MoveFile, AMoveMayDwellAndChangeOutputs) {
@@ -192,7 +192,7 @@ TEST(MoveFile, APolylineThatIsNoneIsRefusedWithBothFiles) {
   EXPECT_NE(refused("x[mm]\n1\nb\n").find("points.csv:3"), std::string::npos);
   EXPECT_EQ(refused("q[mm]\n1\n2\n"), "there is no axis \"q\"");
   EXPECT_EQ(refused("x[deg]\n1\n2\n"), "x of points.csv must be a length");
-  EXPECT_EQ(refused("x[mm]\n5\n10\n6\n").find("point 3: the path turns back"), 0U);
+  EXPECT_EQ(refused("x[mm]\n5\n10\n6\n").find("point 3: the path reverses"), 0U);
   const auto missing = parse_moves(kMoveAxes + R"({"polyline": "nowhere.csv"})", "f");
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().find("f:2: nowhere.csv"), 0U) << missing.error();
@@ -212,7 +212,7 @@ TEST(MoveFile, OutputsThatAreNotKnownAreRefused) {
             "f:2: a change of an output needs a name and a value");
   EXPECT_EQ(refused(R"(["glue", "glue"])", ""), "f:1: there are two outputs called \"glue\"");
   EXPECT_EQ(refused(R"(["glue"])", R"({"line": [1], "outputs": [{"name": "glue", "value": 1, "at": 2}]})"),
-            "f:2: an output would change 0.002 m behind the begin of a move that is 0.001 m long");
+            "f:2: an output would change 0.002 m after the start of a move that is 0.001 m long");
   EXPECT_EQ(refused(R"(["glue"])", R"({"line": [1], "dwell": -1})"),
             "f:2: the dwell is -1 s; it must be from 0 to 3600 s");
 }

@@ -121,8 +121,8 @@ TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWi
   master->pass(milliseconds{6});
   EXPECT_EQ(object(kOutputs, 0x7010, 1), 0U);
   EXPECT_THAT(told(watch.poll(*master->core())),
-              ElementsAre("group terminals: outputs zeroed after 3 exchanges in a row that were not whole",
-                          "group terminals: whole again, outputs released"));
+              ElementsAre("group terminals: outputs zeroed after 3 incomplete exchanges in a row",
+                          "group terminals: exchange complete again, outputs released"));
   master->pass(milliseconds{4});
   EXPECT_EQ(object(kOutputs, 0x7010, 1), 1U);
   EXPECT_EQ(watch.zeroings(1), 1U);
@@ -170,7 +170,7 @@ TEST_F(ProcessDataExample, RefusesWhatOnlyTheConfiguredLineCanTell) {
   EXPECT_THAT(refusal(), HasSubstr(place("from") + "there is no process variable 'inputs.Channel 9/Input'; the slave "
                                                    "has inputs.6000h:01 (Channel 1/Input)"));
   load(copy("inputs.6030:01", "outputs.lamp"));
-  EXPECT_EQ(refusal(), place("to") + "\"outputs.lamp\" is written by the copy from \"inputs.Channel 1/Input\" already");
+  EXPECT_EQ(refusal(), place("to") + "\"outputs.lamp\" is already written by the copy from \"inputs.Channel 1/Input\");
   load(copy("analogue.Channel 1/Value", "x.target_torque"));
   EXPECT_EQ(refusal(), place("to") + "x.6071h:00 (Target torque) is written by the axis \"x\"");
   load(copy("analogue.Channel 1/Value", "outputs.7030:01"));

@@ -129,9 +129,9 @@ INSTANTIATE_TEST_SUITE_P(
         WrongGroup{kPlain + "[[axis_group]]\nname = \"g\"\naxes = [\"z\"]\n", 5,
                    "[axis_group 2] name: \"g\" is there twice"},
         WrongGroup{"[[axis_group]]\nname = \"x\"\naxes = [\"x\", \"y\"]\n", 2,
-                   "[axis_group 1] name: \"x\" is the name of an [[axis]], another one is expected"},
+                   "[axis_group 1] name: \"x\" is the name of an [[axis]], another name is expected"},
         WrongGroup{"[[axis_group]]\nname = \"wait\"\naxes = [\"x\", \"y\"]\n", 2,
-                   "[axis_group 1] name: \"wait\" is a word of requests, another one is expected"},
+                   "[axis_group 1] name: \"wait\" is a reserved word of requests, another name is expected"},
         WrongGroup{"[[axis_group]]\nname = \"g\"\n", 1,
                    "[axis_group 1] axes: 0 are named, 2 to 128 names of [[axis]] tables are expected"},
         WrongGroup{"[[axis_group]]\nname = \"g\"\naxes = [\"x\"]\n", 3,
@@ -140,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "[axis_group 1] axes: there is no [[axis]] named \"tunr\"; did you mean \"turn\"?"},
         WrongGroup{"[[axis_group]]\nname = \"g\"\naxes = [\"x\", \"x\"]\n", 3, "[axis_group 1] axes: has \"x\" twice"},
         WrongGroup{kPlain + "[[axis_group]]\nname = \"h\"\naxes = [\"z\", \"y\"]\n", 6,
-                   "[axis_group 2] axes: \"y\" is in group \"g\" already"},
+                   "[axis_group 2] axes: \"y\" is already in group \"g\"},
         WrongGroup{kPlain + "max_feed = 0\n", 4, "[axis_group 1] max_feed: is 0, 0.001 to 1000000000 is expected"},
         WrongGroup{kPlain + "max_feed = nan\n", 4, "[axis_group 1] max_feed: is nan, 0.001 to 1000000000 is expected"},
         WrongGroup{kPlain + "tolerance = -1\n", 4, "[axis_group 1] tolerance: is -1, 0 to 1000000 is expected"},
@@ -183,8 +183,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongGroup{kPlain + "output = [{ name = \"a\", to = \"x.1\" }, { name = \"a\", to = \"x.2\" }]\n", 4,
                    "[axis_group 1.output 2] name: \"a\" is there twice"},
         WrongGroup{kPlain + "[path]\nfile = \"a.csv\"\n", 1,
-                   "axis_group: goes with axes that wait for requests: there must be no [path], which they would "
-                   "follow"},
+                   "axis_group: needs axes that wait for requests: remove [path], which moves all axes"},
         WrongGroup{kPlain + "[stream]\nsocket = \"/tmp/s\"\naxes = [\"z\", \"y\"]\n", 1,
                    "axis_group: \"g\" has axis \"y\", which [stream] has, too: its axes must be told, and be others"}));
 

@@ -82,12 +82,12 @@ TEST_F(AxisRequestsTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
   const auto who = caller("hand");
   auto fast = ask(AxisCommand::kMoveAbsolute, 1.0);
   fast.velocity = 20.0;
-  EXPECT_EQ(refusal(who, 0, fast), "axis x: velocity 1145.92 deg/s is not possible, 0 deg/s to 572.958 deg/s are");
+  EXPECT_EQ(refusal(who, 0, fast), "axis x: velocity 1145.92 deg/s is outside 0 deg/s to 572.958 deg/s");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveVelocity, -20.0)),
-            "axis x: velocity -1145.92 deg/s is not possible, -572.958 deg/s to 572.958 deg/s are");
-  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kSetOverride, 3.0)), "axis x: override 3 is not possible, 0 to 2 are");
+            "axis x: velocity -1145.92 deg/s is outside -572.958 deg/s to 572.958 deg/s");
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kSetOverride, 3.0)), "axis x: override 3 is outside 0 to 2");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, std::numeric_limits<double>::quiet_NaN())),
-            "axis x: target is not a number that can be");
+            "axis x: target is not a finite number");
   auto backwards = ask(AxisCommand::kMoveAbsolute, 1.0);
   backwards.acceleration = -1.0;
   EXPECT_THAT(refusal(who, 0, backwards), HasSubstr("acceleration -57.2958 deg/s^2 is not possible"));
@@ -99,7 +99,7 @@ TEST_F(AxisRequestsTest, RefusesPlacesBeyondTheSoftwareLimits) {
   axis_requests.open(*single);
   const auto who = caller("hand");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2.5)),
-            "axis x: position 143.239 deg is not possible, -57.2958 deg to 114.592 deg are (min_position, "
+            "axis x: position 143.239 deg is outside -57.2958 deg to 114.592 deg (min_position, "
             "max_position)");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2.0)), "");
   EXPECT_EQ(refusal(who, 1, ask(AxisCommand::kMoveAbsolute, 2.5)), "") << "the other one has none";
@@ -109,7 +109,7 @@ TEST_F(AxisRequestsTest, RefusesTorquesThatItCannotLead) {
   axis_requests.open(*single);
   const auto who = caller("hand");
   const auto* const without_gain =
-      "axis x: torques need velocity_gain or inertia in its [[axis]], by which its velocity is kept";
+      "axis x: torque control needs velocity_gain or inertia in the [[axis]] to limit the velocity";
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kTorque, 0.5)), without_gain);
   auto mode = ask(AxisCommand::kSetMode);
   mode.mode = 10;
@@ -117,7 +117,7 @@ TEST_F(AxisRequestsTest, RefusesTorquesThatItCannotLead) {
   configs[0].velocity_gain = 0.03;
   EXPECT_EQ(refusal(who, 0, mode), "");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kTorque, -100.0)),
-            "axis x: torque -100 Nm is not possible, -78.6408 Nm to 78.6408 Nm are");
+            "axis x: torque -100 Nm is outside -78.6408 Nm to 78.6408 Nm");
   auto fast = ask(AxisCommand::kTorque, 0.5);
   fast.velocity = 20.0;
   EXPECT_THAT(refusal(who, 0, fast), HasSubstr("velocity 1145.92 deg/s is not possible"));
@@ -182,8 +182,10 @@ TEST_F(AxisRequestsTest, WhatIsOneTooManyTakesNothing) {
   for (int i = 0; i < 1000 && refusal(caller("stream"), 0, ask(AxisCommand::kPower)).empty(); ++i) continue;
   auto hand = caller("hand");
   hand.take_over = true;
-  EXPECT_EQ(refusal(hand, 0, ask(AxisCommand::kPower)), "axis x: there are more requests than the cycle can take");
-  EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kPower)), "axis y: there are more requests than the cycle can take");
+  EXPECT_EQ(refusal(hand, 0, ask(AxisCommand::kPower)),
+            "axis x: too many requests: the request queue of the cycle is full");
+  EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kPower)),
+            "axis y: too many requests: the request queue of the cycle is full");
   EXPECT_EQ(axis_requests.status(0).owner, "stream");
   EXPECT_EQ(axis_requests.status(1).owner, "");
 }
@@ -228,14 +230,14 @@ TEST_F(AxisRequestsTest, RequestsOfProbesAndDrivesHaveSentences) {
                                   "hand: axis x: drive_move_velocity -57.2958 deg/s",
                                   "hand: axis x: drive_run 57.2958 deg/s", "hand: axis x: abort_trigger"));
   homing.distance = -1.5;
-  EXPECT_THAT(refusal(caller("hand"), 0, homing), HasSubstr("position -85.9437 deg is not possible, -57.2958 deg to"));
+  EXPECT_THAT(refusal(caller("hand"), 0, homing), HasSubstr("position -85.9437 deg is outside -57.2958 deg to"));
   EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveAbsolute, 2.5)),
               HasSubstr("position 143.239 deg is not possible"));
   for (const auto command : {AxisCommand::kDriveMoveVelocity, AxisCommand::kDriveRun}) {
     EXPECT_THAT(refusal(caller("hand"), 0, ask(command, 11.0)), HasSubstr("velocity 630.254 deg/s is not possible"));
   }
   probe.window_first = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a number that can be");
+  EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a finite number");
 }
 
 TEST_F(AxisRequestsTest, WhoIsNotHeardAnyMoreLosesHisAxes) {
@@ -250,7 +252,7 @@ TEST_F(AxisRequestsTest, WhoIsNotHeardAnyMoreLosesHisAxes) {
   EXPECT_THAT(told(), IsEmpty());
   clock.advance(milliseconds{100});
   axis_requests.watch();
-  EXPECT_THAT(told(), ElementsAre("axis x: hand is not heard any more: the axis stops"));
+  EXPECT_THAT(told(), ElementsAre("axis x: hand no longer renews its lease: the axis stops"));
   EXPECT_EQ(axis_requests.status(0).owner, "");
 }
 
@@ -280,7 +282,7 @@ TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   auto hand = caller("hand");
   hand.take_over = true;
   EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kMoveRelative, 1.0)),
-            "axis y: is moved by the path of this run, together with the others; a stop is all that can be asked");
+            "axis y: is moved by the path of this run, together with the other axes; only a stop can be requested");
   EXPECT_EQ(stops, 0);
   const auto stopped = axis_requests.submit(hand, 1, ask(AxisCommand::kHalt));
   ASSERT_TRUE(stopped);

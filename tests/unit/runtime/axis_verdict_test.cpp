@@ -46,10 +46,10 @@ TEST(AxisVerdict, AnAxisNearItsSetpointIsWell) {
 
 TEST(AxisVerdict, AnAxisFarFromItsSetpointIsNamedWithTheDistance) {
   EXPECT_EQ(verdict(ended(-31.0)),
-            "axis x: ended 31 rad away from its setpoint, 0.2 rad are tolerated "
-            "(position_tolerance): it did not follow its path");
+            "axis x: ended 31 rad away from its setpoint, position_tolerance is 0.2 rad: "
+            "it did not follow its path");
   EXPECT_THAT(verdict(ended(0.21)), HasSubstr("ended 0.21 rad"));
-  EXPECT_THAT(verdict(ended(0.8, 100.0)), HasSubstr("0.7 rad are tolerated"));
+  EXPECT_THAT(verdict(ended(0.8, 100.0)), HasSubstr("position_tolerance is 0.7 rad"));
   EXPECT_THAT(verdict(ended(std::numeric_limits<double>::quiet_NaN())), HasSubstr("ended nan rad"));
 }
 
@@ -72,7 +72,7 @@ TEST(AxisVerdict, RareExchangesAreGivenTheirTime) {
 TEST(AxisVerdict, TheToleranceIsTheUsers) {
   auto config = axis();
   config.position_tolerance = 0.01;
-  EXPECT_THAT(verdict(ended(0.02), config), HasSubstr("0.01 rad are tolerated"));
+  EXPECT_THAT(verdict(ended(0.02), config), HasSubstr("position_tolerance is 0.01 rad"));
   config.position_tolerance = 0.0;
   EXPECT_EQ(verdict(ended(31.0), config), "") << "the user does not want to know";
   config = axis();
@@ -88,7 +88,7 @@ TEST(AxisVerdict, IsInTheUnitOfTheAxisWithIncrementsOnRequest) {
   config.limits.max_velocity = 1.0;
   config.unit = trajectory::find_position_unit("mm");
   EXPECT_EQ(verdict(ended(-0.25), config),
-            "axis x: ended 250 mm away from its setpoint, 1 mm are tolerated (position_tolerance): it did not follow "
+            "axis x: ended 250 mm away from its setpoint, position_tolerance is 1 mm: it did not follow "
             "its path");
   EXPECT_THAT(verdict(ended(-0.25), config, milliseconds{1}, true),
               HasSubstr("ended 250 mm (250 increments) away from its setpoint, 1 mm are"));

@@ -126,9 +126,9 @@ TEST_F(BridgeSupervisorTest, ABridgeThatDiesIsStartedAgainAfterGrowingPauses) {
   make("abort,exit,exit,ready", {.first_pause = 20ms, .longest_pause = 50ms});
   ASSERT_TRUE(supervisor_->start());
   ASSERT_TRUE(serve_until([&] { return supervisor_->restarts() == 3 && supervisor_->running(); }));
-  EXPECT_THAT(said_, ElementsAre("telemetry: bridge stopped (signal 6), again in 0.02 s",
-                                 "telemetry: bridge stopped (status 3), again in 0.04 s",
-                                 "telemetry: bridge stopped (status 3), again in 0.05 s",
+  EXPECT_THAT(said_, ElementsAre("telemetry: bridge stopped (signal 6), restart in 0.02 s",
+                                 "telemetry: bridge stopped (status 3), restart in 0.04 s",
+                                 "telemetry: bridge stopped (status 3), restart in 0.05 s",
                                  HasSubstr("telemetry: bridge runs again (process ")));
   EXPECT_EQ(starts().size(), 4U);
 }
@@ -147,7 +147,7 @@ TEST_F(BridgeSupervisorTest, ABridgeWithoutASignOfLifeIsEnded) {
   make("ready,ready", {.first_pause = 10ms, .hang_limit = 50ms});
   ASSERT_TRUE(supervisor_->start());
   ASSERT_TRUE(serve_until([&] { return supervisor_->restarts() == 1; }));
-  EXPECT_EQ(said_.front(), "telemetry: bridge stopped (signal 9), again in 0.01 s");
+  EXPECT_EQ(said_.front(), "telemetry: bridge stopped (signal 9), restart in 0.01 s");
 }
 
 TEST_F(BridgeSupervisorTest, ABridgeThatDoesNotEndIsEndedWithForce) {
@@ -178,7 +178,7 @@ TEST_F(BridgeSupervisorTest, NonsenseInItsCountsIsLeftOutAndToldOnce) {
   make("garbage");
   ASSERT_TRUE(supervisor_->start());
   ASSERT_TRUE(serve_until([&] { return supervisor_->invalid_counts() > 5; }));
-  EXPECT_THAT(said_, ElementsAre("telemetry: the counts of the bridge cannot be, and are left out"));
+  EXPECT_THAT(said_, ElementsAre("telemetry: invalid counters from the bridge are ignored"));
   EXPECT_EQ(supervisor_->counts().published(), 0U);
   EXPECT_EQ(supervisor_->counts().dropped(), 0U);
   EXPECT_EQ(supervisor_->counts().next(), 0U);
@@ -233,7 +233,7 @@ TEST(HelperProgram, OfTheEnvironmentMustBeThere) {
   ::setenv("DRIVELINE_TEST_HELPER", "/nowhere/helper", 1);
   const auto named = find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER");
   ASSERT_FALSE(named);
-  EXPECT_EQ(describe(named.error()), "/nowhere/helper: is named by DRIVELINE_TEST_HELPER, but there is no such file");
+  EXPECT_EQ(describe(named.error()), "/nowhere/helper: is set by DRIVELINE_TEST_HELPER, but the file does not exist");
   ::unsetenv("DRIVELINE_TEST_HELPER");
   const auto beside = find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER");
   ASSERT_FALSE(beside);

@@ -61,7 +61,7 @@ class CommandDeskTest : public testing::Test, protected AxesForCommands {
 constexpr const char* kPanel = "dds panel (participant 010000000000000000000000)";
 
 TEST_F(CommandDeskTest, AsksForNothingWithoutALease) {
-  const auto* const sentence = "axis x: the lease is not, or no longer, the caller's; he must acquire the axis first";
+  const auto* const sentence = "axis x: the caller does not hold the lease of the axis; acquire the axis first";
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kEnable)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kJog, 7)), sentence);
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kRenew)), sentence);
@@ -70,7 +70,7 @@ TEST_F(CommandDeskTest, AsksForNothingWithoutALease) {
   const auto lease = acquire("panel", "x");
   EXPECT_EQ(refusal(command("panel", "x", CommandKind::kEnable, lease + 1)), sentence);
   EXPECT_EQ(refusal(command("panel", "y", CommandKind::kEnable, lease)),
-            "axis y: the lease is not, or no longer, the caller's; he must acquire the axis first");
+            "axis y: the caller does not hold the lease of the axis; acquire the axis first");
   EXPECT_EQ(static_cast<CommandResult>(ask(command("panel", "x", CommandKind::kEnable, lease)).result),
             CommandResult::kAccepted);
 }
@@ -105,7 +105,7 @@ TEST_F(CommandDeskTest, ALeaseThatIsNotRenewedEnds) {
   clock.advance(milliseconds{301});
   desk.poll();
   EXPECT_EQ(axis_requests.authority().owner_of(0), "");
-  EXPECT_THAT(told(), ElementsAre(std::string("axis x: ") + kPanel + " is not heard any more: the axis stops"));
+  EXPECT_THAT(told(), ElementsAre(std::string("axis x: ") + kPanel + " no longer renews its lease: the axis stops"));
   EXPECT_THAT(refusal(command("panel", "x", CommandKind::kRenew, lease)), HasSubstr("acquire the axis first"));
   EXPECT_NE(acquire("panel", "x"), lease);
 }
@@ -121,12 +121,12 @@ TEST_F(CommandDeskTest, RefusesWhatCannotBe) {
   const auto lease = acquire("panel", "x");
   auto record = command("panel", "x", CommandKind::kJog, lease);
   record.target = 20.0;
-  EXPECT_EQ(refusal(record), "axis x: velocity 1145.92 deg/s is not possible, -572.958 deg/s to 572.958 deg/s are");
+  EXPECT_EQ(refusal(record), "axis x: velocity 1145.92 deg/s is outside -572.958 deg/s to 572.958 deg/s");
   record.number = ++number;
   EXPECT_EQ(ask(record).lease, lease) << "it is his all the same";
   record = command("panel", "x", CommandKind::kMoveAbsolute, lease);
   record.target = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(refusal(record), "axis x: target is not a number that can be");
+  EXPECT_EQ(refusal(record), "axis x: target is not a finite number");
   record = command("panel", "x", CommandKind::kMoveAbsolute, lease);
   record.target = 5.0;
   EXPECT_THAT(refusal(record), HasSubstr("position 286.479 deg is not possible"));
@@ -137,13 +137,13 @@ TEST_F(CommandDeskTest, RefusesWhatCannotBe) {
   EXPECT_EQ(refusal(command("panel", "\x1b[2J", CommandKind::kAcquire)), "there is no axis \"?[2J\"");
   record = command("panel", "x", CommandKind::kAcquire);
   record.kind = 4711;
-  EXPECT_EQ(refusal(record), "there is no command of number 4711");
+  EXPECT_EQ(refusal(record), "there is no command with number 4711");
   record = command("panel", "x", CommandKind::kRenew, lease);
   record.number = 1;
-  EXPECT_THAT(refusal(record), StartsWith("number 1 is not above "));
+  EXPECT_THAT(refusal(record), StartsWith("number 1 must be above "));
   for (const char* name : {"", "a\nb", "\xC3\xA4"}) {
     EXPECT_EQ(refusal(command(name, "x", CommandKind::kAcquire)),
-              "the name of a client has 1 to 63 printable letters of ASCII");
+              "the name of a client must have 1 to 63 printable ASCII characters");
   }
 }
 
@@ -156,8 +156,8 @@ TEST_F(CommandDeskTest, TellsOfEachCommandButRenewals) {
   ask(command("panel", "x", CommandKind::kRelease, lease));
   const std::string who = kPanel;
   EXPECT_THAT(told(), ElementsAre(who + ": axis x: acquire", who + ": axis x: power on",
-                                  who + ": axis x: move_velocity 0 deg/s: refused: the lease is not, or no longer, "
-                                        "the caller's; he must acquire the axis first",
+                                  who + ": axis x: move_velocity 0 deg/s: refused: the caller does not hold the "
+                                        "lease of the axis; acquire the axis first",
                                   who + ": axis q: halt: refused: there is no axis \"q\"", who + ": axis x: release"));
 }
 
@@ -185,7 +185,7 @@ TEST_F(CommandDeskTest, EachStopHasALastAnswerHoweverManyThereAre) {
     const auto answer = ask(command("panel", "x", CommandKind::kHalt));
     const auto result = static_cast<CommandResult>(answer.result);
     accepted += result == CommandResult::kAccepted ? 1 : 0;
-    done += result == CommandResult::kDone && answer.text.view().starts_with("the axis is told to stop") ? 1 : 0;
+    done += result == CommandResult::kDone && answer.text.view().starts_with("the axis is commanded to stop") ? 1 : 0;
     // Other clients can still stop their axes.
     if (i % 10 == 0) clock.advance(milliseconds{1});
   }
@@ -200,7 +200,8 @@ TEST_F(CommandDeskTest, WithTheBridgeGoTheLeases) {
   desk.bridge_lost();
   EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   EXPECT_EQ(axis_requests.authority().owner_of(1), "");
-  EXPECT_THAT(told(), Contains(std::string(kPanel) + ": its bridge has stopped: its axes stop, and are free"));
+  EXPECT_THAT(told(), Contains(std::string(kPanel) +
+                               ": the bridge has stopped: the axes of this client stop, and their leases end"));
 }
 
 TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
@@ -208,7 +209,7 @@ TEST_F(CommandDeskTest, WhatAClientHasSaidToABridgeThatDiedCountsOnce) {
   EXPECT_NE(ask(acquired).lease, 0U);
   desk.bridge_lost();
   // As the client's middleware repeats it to the next bridge.
-  EXPECT_THAT(refusal(acquired), HasSubstr("is not above"));
+  EXPECT_THAT(refusal(acquired), HasSubstr("must be above"));
   EXPECT_EQ(axis_requests.authority().owner_of(0), "");
   acquire("other", "x", 2);
 }
@@ -239,8 +240,8 @@ TEST_F(CommandDeskTest, AFloodOfManyIsCountedAndNotTold) {
   desk.poll();
   const auto sentences = told();
   EXPECT_LE(sentences.size(), static_cast<std::size_t>(CommandDesk::kEventsAtOnce) + 1);
-  EXPECT_THAT(sentences, Contains("commands: more came than are told one by one: 0 accepted, 900 refused, 99000 not "
-                                  "looked at"));
+  EXPECT_THAT(sentences, Contains("commands: too many to report one by one: 0 accepted, 900 refused, 99000 "
+                                  "dropped unread"));
 }
 
 TEST_F(CommandDeskTest, GarbageMovesNothing) {
@@ -278,7 +279,7 @@ TEST_F(CommandDeskTest, KeepsABoundedNumberOfClients) {
   for (std::size_t i = 0; i < CommandDesk::kMaxClients; ++i) {
     refusal(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt, 0, static_cast<std::uint8_t>(i / 8)));
   }
-  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt, 0, 99)), "there are too many clients already");
+  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt, 0, 99)), "the maximum number of clients is reached");
   clock.advance(std::chrono::seconds{11});
   EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "there is no axis \"q\"");
 }
@@ -288,7 +289,7 @@ TEST_F(CommandDeskTest, OneParticipantKeepsNobodyOutByItsManyNames) {
     ask(command(("c" + std::to_string(i)).c_str(), "q", CommandKind::kHalt));
     clock.advance(milliseconds{20});
   }
-  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "there are too many clients already");
+  EXPECT_EQ(refusal(command("one more", "q", CommandKind::kHalt)), "the maximum number of clients is reached");
   EXPECT_EQ(refusal(command("panel", "q", CommandKind::kHalt, 0, 2)), "there is no axis \"q\"");
 }
 

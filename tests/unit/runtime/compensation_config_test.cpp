@@ -65,12 +65,13 @@ TEST_F(CompensationConfig, BadInputHasOneSentence) {
       {"backlash = -1\n", ":9: [axis 1] backlash: is -1, 0 to 1000 is expected"},
       {"backlash = 0.02\nbacklash_velocity = 251\n",
        ":10: [axis 1] backlash_velocity: is 251, 1e-09 to 250 is expected"},
-      {"backlash_velocity = 5\n", ":9: [axis 1] backlash_velocity: is of no use without compensation or backlash"},
-      {"compensate = \"homed\"\n", ":9: [axis 1] compensate: is of no use without compensation or backlash"},
+      {"backlash_velocity = 5\n", ":9: [axis 1] backlash_velocity: has no effect without compensation or backlash"},
+      {"compensate = \"homed\"\n", ":9: [axis 1] compensate: has no effect without compensation or backlash"},
       {"backlash = 0.02\ncompensate = \"never\"\n",
        ":10: [axis 1] compensate: is \"never\", one of \"always\", \"homed\" is expected"},
       {"backlash = 0.02\ncompensate = \"homed\"\n[path]\nfile = \"p.csv\"\n",
-       ":3: axis: \"x\" is compensated once it is homed, and axes of a [path] are not: compensate = \"always\" is "
+       ":3: axis: \"x\" is compensated only after homing, and axes of a [path] are not homed: compensate = \"always\" "
+       "is "
        "expected"},
   };
   for (const auto& [rest, wanted] : cases) EXPECT_EQ(sentence(rest), wanted);
@@ -78,7 +79,7 @@ TEST_F(CompensationConfig, BadInputHasOneSentence) {
   EXPECT_THAT(sentence("compensation = \"steep.csv\"\n"),
               testing::StartsWith(begin + path + "steep.csv:3: the correction has a slope of "));
   EXPECT_THAT(sentence("compensation = \"bent.csv\"\n"),
-              testing::StartsWith(begin + "bends so much that at max_velocity it takes "));
+              testing::StartsWith(begin + "is so curved that at max_velocity it needs "));
 }
 
 }  // namespace

@@ -65,17 +65,17 @@ TEST_F(CouplingConfigTest, RefusesWhatCannotBeWithFileAndLine) {
   const std::string x = "[[coupling]]\nslave = \"x\"\nmaster = ";
   EXPECT_THAT(refusal(x + "\"x\"\n"), HasSubstr(at(3) + "[coupling 1] master: \"x\" cannot be its own master"));
   EXPECT_THAT(refusal(x + "\"y\"\n[[coupling]]\nslave = \"y\"\nmaster = \"x\"\n"),
-              HasSubstr(at(6) + "[coupling 2] master: is coupled in a circle: y follows x follows y"));
-  EXPECT_THAT(refusal(x + "\"y\"\n[[coupling]]\nslave = \"x\"\nmaster = \"v\"\n"), HasSubstr("has a master already"));
+              HasSubstr(at(6) + "[coupling 2] master: is part of a coupling loop: y follows x follows y"));
+  EXPECT_THAT(refusal(x + "\"y\"\n[[coupling]]\nslave = \"x\"\nmaster = \"v\"\n"), HasSubstr("already has a master"));
   EXPECT_THAT(refusal(x + "\"z\"\n"), HasSubstr(at(3)));
   EXPECT_THAT(refusal("[[coupling]]\nslave = \"z\"\nmaster = \"x\"\n"), HasSubstr(at(2)));
   for (const std::string ratio : {"[0, 1]", "[1, 0]", "[nan, 1]", "[1]", "[1.5, 2]", "[1e20, 1]", "1"})
     EXPECT_THAT(refusal(x + "\"y\"\nratio = " + ratio + "\n"), HasSubstr(at(4) + "[coupling 1] ratio")) << ratio;
   EXPECT_THAT(refusal(x + "\"v\"\nmaster_value = \"actual\"\n"), HasSubstr("is virtual"));
-  EXPECT_THAT(refusal(kEncoder + x + "\"e\"\nmaster_value = \"actual\"\n"), HasSubstr("is of an axis"));
+  EXPECT_THAT(refusal(kEncoder + x + "\"e\"\nmaster_value = \"actual\"\n"), HasSubstr("is for axes"));
   EXPECT_THAT(refusal(x + "\"y\"\ncam = \"c\"\n"),
               HasSubstr(at(4) + "[coupling 1] cam: there is no [[cam]] named \"c\""));
-  EXPECT_THAT(refusal(x + "\"y\"\n[path]\nfile = \"p.csv\"\n"), HasSubstr("there must be no [path]"));
+  EXPECT_THAT(refusal(x + "\"y\"\n[path]\nfile = \"p.csv\"\n"), HasSubstr("remove [path]"));
 }
 
 TEST_F(CouplingConfigTest, RefusesCamsThatDoNotCloseAndEncodersThatCannotBeFollowed) {

@@ -44,7 +44,7 @@ TEST(DeviceRegistry, AKeyIsRegisteredOnce) {
   ASSERT_FALSE(twice);
   EXPECT_EQ(twice.error().kind, ErrorKind::kCall);
   EXPECT_EQ(describe(twice.error()),
-            "there is a family of devices \"acme\" already, known are \"msd\", \"servoone\", \"servoone_junior\", "
+            "the family of devices \"acme\" already exists, known are \"msd\", \"servoone\", \"servoone_junior\", "
             "\"generic\", \"acme\"");
   EXPECT_EQ(devices.add(std::make_shared<BrokenFamily>("msd")).error().kind, ErrorKind::kCall) << "nor a built-in one";
   EXPECT_EQ(devices.add(std::make_shared<BrokenFamily>("")).error().kind, ErrorKind::kCall);
@@ -95,14 +95,14 @@ TEST(DeviceRegistry, KeysOfAFamilyAreReadAndCheckedLikeOthers) {
               testing::StartsWith("cell.toml:3: [slave 1] start_increments: unknown key"))
       << "of a drive that has none";
   EXPECT_EQ(error("model = \"acme\"\nsii = \"x.bin\"\n"),
-            "cell.toml:3: [slave 1] model: goes with the simulated drive, not with sii");
+            "cell.toml:3: [slave 1] model: belongs to the simulated drive and cannot be used with sii");
 }
 
 TEST(DeviceRegistry, AGenericDeviceNeedsItsFile) {
   const auto config = parse_line_config("[[slave]]\nname = \"x\"\nmodel = \"generic\"\n", "cell.toml");
   ASSERT_FALSE(config);
   EXPECT_EQ(describe(config.error()),
-            "cell.toml:3: [slave 1] model: is \"generic\": esi or sii is expected beside it, the file of the device");
+            "cell.toml:3: [slave 1] model: is \"generic\": esi or sii, the file of the device, is expected as well");
 }
 
 TEST(DeviceRegistry, AFamilyThatMakesNothingIsAnErrorOfTheFile) {
@@ -110,7 +110,7 @@ TEST(DeviceRegistry, AFamilyThatMakesNothingIsAnErrorOfTheFile) {
   ASSERT_TRUE(devices.add(std::make_shared<BrokenFamily>("broken")));
   const auto config = parse_line_config("[[slave]]\nname = \"x\"\nmodel = \"broken\"\n", "cell.toml", devices);
   ASSERT_FALSE(config);
-  EXPECT_EQ(describe(config.error()), "cell.toml:3: [slave 1] model: the family \"broken\" has made no device of it");
+  EXPECT_EQ(describe(config.error()), "cell.toml:3: [slave 1] model: the family \"broken\" created no device from it");
 }
 
 }  // namespace

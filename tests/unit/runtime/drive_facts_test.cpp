@@ -66,8 +66,8 @@ TEST(DriveFacts, ScaleOfTheDriveCountsWhereTheDescriptionHasNone) {
   EXPECT_NEAR(axis.increments_per_unit * kTurn, 360000.0, 1e-6);
   facts.feed = DriveRatio{1, 2};
   EXPECT_EQ(take(axis, facts),
-            "axis x: by 6092h, 6091h and 608Fh a turn of its motor is 0.5 increments, 1 to 4294967295 are expected: "
-            "increments_per_revolution is needed");
+            "axis x: according to 6092h, 6091h and 608Fh a turn of its motor is 0.5 increments, 1 to 4294967295 are "
+            "expected: increments_per_revolution is needed");
 }
 
 TEST(DriveFacts, ScaleOfTheDescriptionCountsBeforeThatOfTheDriveAndThatIsTold) {
@@ -77,8 +77,8 @@ TEST(DriveFacts, ScaleOfTheDescriptionCountsBeforeThatOfTheDriveAndThatIsTold) {
   EXPECT_EQ(take(axis, facts), "");
   axis = rotary_axis(1048576.0, false);
   EXPECT_EQ(take(axis, facts),
-            "axis x: increments_per_revolution is 1048576, and by 6092h, 6091h and 608Fh of its drive a turn of the "
-            "motor is 360000; the line description counts");
+            "axis x: increments_per_revolution is 1048576, and objects 6092h, 6091h and 608Fh of its drive give "
+            "360000 increments per turn of the motor; driveline uses the line description");
   EXPECT_NEAR(axis.increments_per_unit * kTurn, 1048576.0, 1e-6);
 }
 
@@ -89,7 +89,8 @@ TEST(DriveFacts, ModeThatTheDriveLacksIsRefusedWithThoseThatItHas) {
   EXPECT_EQ(take(axis, facts), "");
   EXPECT_FALSE(axis.supported_modes) << "it does not tell";
   facts.supported_modes = 0x000000A1;
-  EXPECT_EQ(take(axis, facts), "axis x: its drive does not have the mode csv; by 6502h it has pp, hm, csp");
+  EXPECT_EQ(take(axis, facts),
+            "axis x: its drive does not support mode csv; according to 6502h it supports pp, hm, csp");
   axis.mode = Mode::kCyclicPosition;
   EXPECT_EQ(take(axis, facts), "");
   EXPECT_EQ(axis.supported_modes, 0xA1U);
@@ -104,7 +105,7 @@ TEST(DriveFacts, PolarityThatTurnsHalfOfItIsRefused) {
   }
   facts.polarity = 0x80;
   EXPECT_EQ(take(axis, facts),
-            "axis x: by 607Eh, which is 80h, its drive counts positions in another direction than velocities: both of "
+            "axis x: 607Eh of its drive is 80h, so it counts positions in another direction than velocities: both of "
             "bits 7 and 6 are expected, or none");
 }
 
@@ -112,9 +113,8 @@ TEST(DriveFacts, PolarityThatTurnsNoTorquesIsRefusedWhereTheseAreUsed) {
   DriveFacts facts;
   facts.polarity = 0xC0;
   const auto* const refusal =
-      "axis x: 607Eh of its drive, which is C0h, turns positions and velocities but not torques, which the master "
-      "would give it in the wrong direction: polarity = \"reversed\" in the [[axis]] turns all of them, with 607Eh at "
-      "0";
+      "axis x: 607Eh of its drive is C0h and reverses positions and velocities but not torques, so that torques would "
+      "have the wrong direction: polarity = \"reversed\" in the [[axis]] reverses all of them, with 607Eh = 0";
   auto axis = rotary_axis(1048576.0, true);
   axis.inertia = 3e-4;
   EXPECT_EQ(take(axis, facts), refusal);
@@ -211,8 +211,8 @@ TEST_F(DriveFactsOfALine, ScaleThatIsAnotherIsTold) {
   EXPECT_NEAR(report.axes.at(0).increments_per_unit, 1048576.0, 1e-6);
   EXPECT_THAT(
       events.told,
-      Contains("axis x: increments_per_revolution is 1048576, and by 6092h, 6091h and 608Fh of its drive a turn "
-               "of the motor is 65536; the line description counts"));
+      Contains("axis x: increments_per_revolution is 1048576, and objects 6092h, 6091h and 608Fh of its drive give "
+               "65536 increments per turn of the motor; driveline uses the line description"));
 }
 
 TEST_F(DriveFactsOfALine, FactorsThatTheLineDescriptionWritesAreThoseThatCount) {

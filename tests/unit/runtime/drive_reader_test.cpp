@@ -112,9 +112,9 @@ TEST(PlantKeys, ReferenceHasUnitDefaultAndRangeOfTheTable) {
 TEST(DriveReader, NumbersThatDoNotGoTogether) {
   EXPECT_EQ(error("[slave.plant]\nrated_torque_nm = 5\npeak_torque_nm = 4\n"),
             "line.toml:5: [slave 1.plant] peak_torque_nm: is 4, at least rated_torque_nm, 5, is expected");
-  EXPECT_EQ(error("[slave.plant.load]\nstiffness_nm_rad = 100\n"),
-            "line.toml:4: [slave 1.plant.load] stiffness_nm_rad: is that of a coupling, which needs inertia_kg_m2 of "
-            "the load behind it");
+  EXPECT_EQ(
+      error("[slave.plant.load]\nstiffness_nm_rad = 100\n"),
+      "line.toml:4: [slave 1.plant.load] stiffness_nm_rad: is for a coupling to a load: set inertia_kg_m2 of the load");
   EXPECT_EQ(error("[slave.plant.load]\nend_stop_min_rev = 2\nend_stop_max_rev = 1.5\n"),
             "line.toml:5: [slave 1.plant.load] end_stop_max_rev: is 1.5, more than end_stop_min_rev, 2, is expected");
   const auto config = parse("[slave.plant]\nrated_torque_nm = 20\n");
@@ -170,24 +170,27 @@ TEST(DriveReader, WrongSwitches) {
   const auto wrong = [](const std::string& keys) { return error("[[slave.switch]]\n" + keys); };
   EXPECT_THAT(wrong("input = \"ISD07\"\nto_rev = 1\n"),
               HasSubstr("line.toml:4: [slave 1.switch 1] input: \"ISD07\" is no input of the drive; there are ENPO, "));
-  EXPECT_THAT(wrong("input = \"DC_LINK\"\nto_rev = 1\n"), HasSubstr("input: is no terminal, which a switch needs"));
-  EXPECT_THAT(wrong("input = \"ISD00\"\n"), HasSubstr("from_rev or to_rev is missing: where is the switch?"));
+  EXPECT_THAT(wrong("input = \"DC_LINK\"\nto_rev = 1\n"),
+              HasSubstr("input: is not a terminal, but a switch needs one"));
+  EXPECT_THAT(wrong("input = \"ISD00\"\n"),
+              HasSubstr("from_rev or to_rev is missing: the position of the switch is expected"));
   EXPECT_THAT(wrong("input = \"ISD00\"\nfrom_rev = 2\nto_rev = 1\n"),
               HasSubstr("to_rev: is 1, more than from_rev, 2, is expected"));
 }
 
 TEST(DriveReader, WrongScripts) {
   const auto wrong = [](const std::string& keys) { return error("[[slave.input]]\nentry = \"ISD01\"\n" + keys); };
-  EXPECT_THAT(wrong("shape = \"ramp\"\nperiod_s = 1\n"), HasSubstr("line.toml:5: [slave 1.input 1] shape: is one for"));
+  EXPECT_THAT(wrong("shape = \"ramp\"\nperiod_s = 1\n"),
+              HasSubstr("line.toml:5: [slave 1.input 1] shape: is for numbers"));
   EXPECT_THAT(wrong("value = 2\n"), HasSubstr("entry: 2 does not fit ISD01, 0 or 1 is expected"));
   EXPECT_THAT(wrong("shape = \"steps\"\nvalues = [1]\n"), HasSubstr("at_ms: is missing, an array of numbers is"));
-  EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [5]\nvalues = [1]\n"), HasSubstr("at_ms: must begin with 0"));
+  EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [5]\nvalues = [1]\n"), HasSubstr("at_ms: must start with 0"));
   EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, 5]\nvalues = [1]\n"), HasSubstr("values: has 1 numbers, at_ms 2"));
-  EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, 5, 5]\nvalues = [1, 0, 1]\n"), HasSubstr("at_ms: 5 comes after 5"));
+  EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, 5, 5]\nvalues = [1, 0, 1]\n"), HasSubstr("at_ms: 5 follows 5"));
   EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, \"5\"]\nvalues = [1, 0]\n"), HasSubstr("at_ms: contains a string"));
-  EXPECT_THAT(wrong("value = 1\n[[slave.input]]\nentry = \"ISD01\"\nvalue = 0\n"), HasSubstr("has a script already"));
+  EXPECT_THAT(wrong("value = 1\n[[slave.input]]\nentry = \"ISD01\"\nvalue = 0\n"), HasSubstr("already has a script"));
   EXPECT_THAT(wrong("value = 1\n[[slave.switch]]\ninput = \"ISD01\"\nto_rev = 1\n"),
-              HasSubstr("entry: has a [[slave.switch]] already"));
+              HasSubstr("entry: already has a [[slave.switch]]"));
   EXPECT_THAT(error("[[slave.input]]\nentry = \"DC_LINK\"\nvalue = 2000\n"),
               HasSubstr("entry: 2000 does not fit DC_LINK, 0 to 1000 V is expected"));
 }

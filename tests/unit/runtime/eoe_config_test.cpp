@@ -61,7 +61,7 @@ TEST(EoeConfig, RefusesAddressesThatCannotWork) {
               HasSubstr("192.168.39.0/24 is the network of the drives' service"));
   EXPECT_THAT(with("address = \"192.168.1.1/16\"\n"),
               HasSubstr("192.168.39.0/24 is the network of the drives' service"));
-  EXPECT_THAT(with("address = \"192.168.37.1/24\"\n"), HasSubstr("\"x\" has 192.168.38.5: all slaves are hosts"));
+  EXPECT_THAT(with("address = \"192.168.37.1/24\"\n"), HasSubstr("\"x\" has 192.168.38.5: all slaves must be"));
   EXPECT_THAT(with("address = \"192.168.38.5/24\"\n"),
               HasSubstr("\"x\" has 192.168.38.5, which is the address of this"));
   EXPECT_THAT(with("address = \"192.168.38.1/24\"\ngateway = \"192.168.38.6\"\n"), HasSubstr("\"y\" has 192.168.38.6"));
@@ -77,7 +77,7 @@ TEST(EoeConfig, RefusesSlavesThatCannotBeTold) {
   const auto eoe = kEoe + "address = \"192.168.38.1/24\"\n";
   EXPECT_THAT(refusal(slave("x", "192.168.38.5") + slave("y", "192.168.38.5") + eoe),
               HasSubstr("ip: \"x\" has 192.168.38.5 already"));
-  EXPECT_THAT(refusal(slave("x", "192.168.38.255") + eoe), HasSubstr("all slaves are hosts of this network"));
+  EXPECT_THAT(refusal(slave("x", "192.168.38.255") + eoe), HasSubstr("all slaves must be in this network"));
   EXPECT_THAT(refusal(slave("x", "192.168.38") + eoe), HasSubstr("is \"192.168.38\", an IPv4 address"));
   EXPECT_THAT(refusal(slave("x", "") + eoe), HasSubstr("no [[slave]] has an ip"));
 }

@@ -44,30 +44,31 @@ std::string sentence(EventFacts facts, bool increments = false) {
 
 TEST(Event, ALeapIsInTheUnitOfTheAxis) {
   EXPECT_EQ(sentence(stopped(slide("mm"), Cause::kPositionLeap)),
-            "axis z: its actual position leapt by 12.5 mm within 2 ms, 1 mm are possible: not plausible; all axes "
-            "stopped within their limits");
+            "axis z: its actual position jumped by 12.5 mm within 2 ms, at most 1 mm are plausible: not "
+            "plausible; all axes stopped within their limits");
   EXPECT_EQ(
       sentence(stopped(slide("mm"), Cause::kPositionUnsteady), true),
-      "axis z: was not enabled, its actual position is not steady: it leapt by 12.5 mm (2500 increments) within 2 "
-      "ms, 1 mm are possible");
-  EXPECT_EQ(sentence(stopped(slide("none"), Cause::kPositionUnsteady)),
-            "axis z: was not enabled, its actual position is not steady: it leapt by 0.0125 m within 2 ms, 0.001 m are "
-            "possible");
+      "axis z: was not enabled, its actual position is not steady: it jumped by 12.5 mm (2500 increments) within 2 "
+      "ms, at most 1 mm are plausible");
+  EXPECT_EQ(
+      sentence(stopped(slide("none"), Cause::kPositionUnsteady)),
+      "axis z: was not enabled, its actual position is not steady: it jumped by 0.0125 m within 2 ms, at most 0.001 "
+      "m are plausible");
 }
 
 TEST(Event, AFollowingErrorIsInTheUnitOfTheAxis) {
   auto facts = stopped(slide("mm"), Cause::kFollowingError);
   facts.failure.following_error = -0.0035;
   EXPECT_EQ(sentence(facts),
-            "axis z: its following error was -3.5 mm, and beyond its window for too long (following_error_window): "
-            "blocked, overloaded, or sent too fast; all axes stopped within their limits");
+            "axis z: its following error was -3.5 mm, outside following_error_window for too long: axis "
+            "blocked, overloaded, or commanded too fast; all axes stopped within their limits");
 }
 
 TEST(Event, AStandstillIsInTheUnitOfTheAxis) {
   EXPECT_EQ(
       sentence(stopped(slide("um"), Cause::kPositionFrozen)),
-      "axis z: its actual position stood at 125000 um for 2 ms while it was sent 12500 um on: frozen, or the axis "
-      "is blocked; all axes stopped within their limits");
+      "axis z: its actual position stayed at 125000 um for 2 ms while its setpoint moved by 12500 um: frozen, or the "
+      "axis is blocked; all axes stopped within their limits");
 }
 
 TEST(Event, WhatTheMasterHasCausedSaysSo) {

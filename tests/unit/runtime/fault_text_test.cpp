@@ -57,17 +57,16 @@ TEST_F(FaultText, ACableIsNamedByItsPortOrByBothSlaves) {
   EXPECT_EQ(error_of("cable-break slave=x"), "\"cable-break\" needs either port or to");
   EXPECT_EQ(error_of("cable-break slave=x port=1 to=y"), "\"cable-break\" needs either port or to");
   EXPECT_EQ(error_of("cable-break slave=x to=z"), "there is no cable between \"x\" and \"z\"");
-  EXPECT_EQ(error_of("cable-break slave=z port=1"), "nothing is plugged into port 1 of \"z\"");
+  EXPECT_EQ(error_of("cable-break slave=z port=1"), "no cable is connected to port 1 of \"z\"");
 }
 
 TEST_F(FaultText, WhatIsWrongIsSaid) {
-  EXPECT_THAT(error_of(""), HasSubstr("is no kind of fault; there are drop, delay"));
-  EXPECT_THAT(error_of("dorp"), HasSubstr("\"dorp\" is no kind of fault"));
+  EXPECT_THAT(error_of(""), HasSubstr("is not a kind of fault; the kinds are drop, delay"));
+  EXPECT_THAT(error_of("dorp"), HasSubstr("\"dorp\" is not a kind of fault"));
   EXPECT_EQ(error_of("drop fast"), "\"fast\": KEY=VALUE is expected");
   EXPECT_EQ(error_of("drop speed=1"),
-            "\"speed\" is unknown; \"drop\" takes [way], [count], [chance], [seed], [for_ms]");
-  EXPECT_EQ(error_of("drop slave=x"),
-            "slave is nothing that \"drop\" takes; it takes [way], [count], [chance], [seed]");
+            "\"speed\" is unknown; the keys of \"drop\" are [way], [count], [chance], [seed], [for_ms]");
+  EXPECT_EQ(error_of("drop slave=x"), "slave is not a key of \"drop\"; its keys are [way], [count], [chance], [seed]");
   EXPECT_EQ(error_of("power-off"), "\"power-off\" needs slave: name or position of a slave");
   EXPECT_EQ(error_of("power-off slave=q"), "slave there is no slave \"q\" among the 3");
   EXPECT_EQ(error_of("power-off slave=3"), "slave there is no slave \"3\" among the 3");
@@ -160,9 +159,9 @@ TEST(FaultConfig, ErrorsNameFileAndLine) {
   };
   EXPECT_EQ(error_of("at_ms = 5\n"), "line.toml:3: [fault 1] kind: is missing, a string is expected");
   EXPECT_THAT(error_of("kind = \"dorp\"\n"),
-              HasSubstr("line.toml:4: [fault 1] kind: \"dorp\" is no kind of fault; there are drop, "));
+              HasSubstr("line.toml:4: [fault 1] kind: \"dorp\" is not a kind of fault; the kinds are drop, "));
   EXPECT_EQ(error_of("kind = \"drop\"\nslave = \"x\"\n"),
-            "line.toml:5: [fault 1] slave: is nothing that \"drop\" takes; it takes [way], [count], [chance], [seed]");
+            "line.toml:5: [fault 1] slave: is not a key of \"drop\"; its keys are [way], [count], [chance], [seed]");
   EXPECT_EQ(error_of("kind = \"power-off\"\nslave = \"q\"\n"),
             "line.toml:5: [fault 1] slave: there is no slave \"q\" among the 1");
   EXPECT_EQ(error_of("kind = \"power-off\"\nslave = true\n"),

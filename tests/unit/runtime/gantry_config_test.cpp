@@ -55,7 +55,7 @@ TEST(GantryConfig, BadInputHasOneSentence) {
       {"leader = \"y\"\nfollower = \"x2\"\nskew_limit = 1\n",
        "line.toml:18: [gantry 1] leader: there is no [[axis]] named \"y\""},
       {"leader = \"x1\"\nfollower = \"x1\"\nskew_limit = 1\n",
-       "line.toml:19: [gantry 1] follower: is \"x1\" like the leader: a gantry has two axes"},
+       "line.toml:19: [gantry 1] follower: is \"x1\", the same as the leader: a gantry needs two axes"},
       {kPair, "line.toml:17: [gantry 1] skew_limit: is missing, a number is expected"},
       {kPair + "skew_limit = 0\n", "line.toml:20: [gantry 1] skew_limit: is 0, 1e-09 to 1000000000 is expected"},
       {kPair + "skew_limit = 1\nskew_warning = 2\n", "line.toml:21: [gantry 1] skew_warning: is 2, 0 to 1 is expected"},
@@ -64,40 +64,39 @@ TEST(GantryConfig, BadInputHasOneSentence) {
       {kPair + "skew_limit = 1\nout_of_skew = \"ignore\"\n",
        "line.toml:21: [gantry 1] out_of_skew: is \"ignore\", one of \"refuse\", \"square\" is expected"},
       {kPair + "skew_limit = 1\n[[gantry]]\nleader = \"x2\"\nfollower = \"x1\"\nskew_limit = 1\n",
-       "line.toml:22: [gantry 2] leader: \"x2\" is in a [[gantry]] above already"},
+       "line.toml:22: [gantry 2] leader: \"x2\" is already in a [[gantry]] above"},
       {kPair + "skew_limit = 1\n[path]\nfile = \"p.csv\"\n",
-       "line.toml:17: [gantry 1]: is of axes that wait for requests: there must be no [path], which they would follow"},
+       "line.toml:17: [gantry 1]: needs axes that wait for requests: remove [path], which moves all axes"},
   };
   for (const auto& [keys, wanted] : cases) EXPECT_EQ(sentence_of(keys), wanted);
   const std::string keys = kPair + "skew_limit = 1\n";
   EXPECT_EQ(sentence_of(keys, kTwoAxes + "mode = \"csv\"\n"),
-            "line.toml:20: [gantry 1] follower: \"x2\" is in mode \"csv\", and the leader \"x1\" in \"csp\"");
+            "line.toml:20: [gantry 1] follower: \"x2\" is in mode \"csv\", but the leader \"x1\" in \"csp\"");
   EXPECT_EQ(sentence_of(keys, kTwoAxes + "min_position = 0\nmax_position = 100\n"),
             "line.toml:21: [gantry 1] follower: \"x2\" has min_position and max_position: those of the leader are "
             "expected alone");
   EXPECT_EQ(sentence_of(keys, kTwoAxes + "backlash = 0.1\ncompensate = \"homed\"\n"),
-            "line.toml:21: [gantry 1] follower: \"x2\" is compensated once it is homed, which a gantry does not do: "
+            "line.toml:21: [gantry 1] follower: \"x2\" is compensated only after homing, which a gantry does not do: "
             "compensate = \"always\" is expected");
-  EXPECT_EQ(sentence_of(keys, kTwoAxes + "[stream]\nsocket = \"/tmp/s\"\n"),
-            "line.toml:21: [gantry 1] follower: \"x2\" is one of the axes of [stream]: the leader is expected there "
-            "alone");
+  EXPECT_EQ(
+      sentence_of(keys, kTwoAxes + "[stream]\nsocket = \"/tmp/s\"\n"),
+      "line.toml:21: [gantry 1] follower: \"x2\" is one of the axes of [stream]: only the leader is expected there");
 }
 
 TEST(GantryConfig, SentencesHaveTheNumbers) {
   const auto config = gantry_of(kPair + "skew_limit = 1\n");
   ASSERT_TRUE(config);
   const auto axis = events::event_axis(config->axes[0]);
-  EXPECT_EQ(
-      describe(Event{events::AxisFailed{axis, ecat_master::AxisError::kSkew, 0, GantrySkew{-0.0012, 0.001}}}),
-      "axis x1: ErrorStop: its gantry was out of skew by -1.2 mm, up to 1 mm is possible; it stops with the other "
-      "axis of its gantry");
+  EXPECT_EQ(describe(Event{events::AxisFailed{axis, ecat_master::AxisError::kSkew, 0, GantrySkew{-0.0012, 0.001}}}),
+            "axis x1: ErrorStop: the skew of its gantry was -1.2 mm, the limit is 1 mm; it stops with the other "
+            "axis of its gantry");
   EXPECT_EQ(describe(Event{events::GantryAskew{axis, "x2", 0.0007, 0.0005, 0.001}}),
-            "gantry of x1 and x2: the skew is 0.7 mm, beyond the 0.5 mm of skew_warning; at 1 mm both stop");
+            "gantry of x1 and x2: the skew is 0.7 mm, above skew_warning = 0.5 mm; at 1 mm both axes stop");
   AxisRefusal refusal;
   refusal.why = AxisRefusal::Why::kByAxis;
   refusal.error = ecat_master::AxisError::kSkew;
   refusal.skew = GantrySkew{0.004, 0.001};
-  EXPECT_EQ(describe(axis, refusal), "axis x1: its gantry was out of skew by 4 mm, up to 1 mm is possible");
+  EXPECT_EQ(describe(axis, refusal), "axis x1: the skew of its gantry was 4 mm, the limit is 1 mm");
 }
 
 }  // namespace

@@ -200,12 +200,12 @@ TEST_F(GenericFamilyTest, WrongChoices) {
   EXPECT_THAT(error("esi = \"terminals.xml\"\n"),
               StartsWith("line.toml:3: [slave 1] esi: terminals.xml: several devices are there, one is to be chosen"));
   EXPECT_EQ(error("esi = \"terminals.xml\"\nsii = \"x.bin\"\n"),
-            "line.toml:4: [slave 1] sii: is there besides esi: a device has one source");
+            "line.toml:4: [slave 1] sii: is set together with esi: a device has one source");
   EXPECT_EQ(error(std::string(kAi2) + "model = \"msd\"\n"), "no error") << "the file is for the master alone then";
   EXPECT_EQ(error(std::string(kAi2) + "firmware = \"4.15-02\"\n"),
-            "line.toml:5: [slave 1] firmware: goes with the simulated drive, not with esi");
+            "line.toml:5: [slave 1] firmware: belongs to the simulated drive and cannot be used with esi");
   EXPECT_EQ(error(std::string(kAi2) + "[slave.plant]\ninertia_kg_m2 = 1.0\n"),
-            "line.toml:5: [slave 1] plant: goes with the simulated drive, not with esi");
+            "line.toml:5: [slave 1] plant: belongs to the simulated drive and cannot be used with esi");
   EXPECT_THAT(error(std::string(kAi2) + "colour = 1\n"), HasSubstr("colour: unknown key, expected one of: "));
   EXPECT_THAT(error("device = \"AI2\"\n"), HasSubstr("device: unknown key"));
 }

@@ -264,7 +264,7 @@ TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
       [&] { return ++looks > 10; },
       [&] {
         EXPECT_NEAR(line->groups().status(0).report->speed, 0.025, 1e-6) << "a quarter of max_feed";
-        EXPECT_EQ(refusal(ask(Verb::kOverride, 2.5)), "group plotter: override 2.5 is not possible, 0 to 2 are");
+        EXPECT_EQ(refusal(ask(Verb::kOverride, 2.5)), "group plotter: override 2.5 is outside 0 to 2");
         EXPECT_THAT(refusal(ask(Verb::kOverride, std::numeric_limits<double>::quiet_NaN())),
                     HasSubstr("override nan is not possible"));
         static_cast<void>(submit(ask(Verb::kOverride, 2.0)));
@@ -373,7 +373,7 @@ TEST_F(GroupByHand, WhoIsNotHeardAnyMoreStopsItOnThePath) {
   });
   EXPECT_EQ(failure_of(report), "");
   EXPECT_LT(beside(3.0, 4.0), kOnThePath);
-  EXPECT_THAT(hand.told, Contains("axis x: silent is not heard any more: the axis stops"));
+  EXPECT_THAT(hand.told, Contains("axis x: silent no longer renews its lease: the axis stops"));
 }
 
 TEST_F(GroupByHand, WhoLeavesTheMotionToItselfKeepsTheAxesUntilItIsOver) {
@@ -469,7 +469,7 @@ TEST_F(GroupByHand, APathThatWasStoppedIsNotGoneOnWithBesideIt) {
         EXPECT_FALSE(taken);
         if (!taken) {
           EXPECT_EQ(describe(line->groups().event_group(0), taken.error()),
-                    "group plotter: the path has ended before this move; it must begin anew");
+                    "group plotter: the path ended before this move; start a new path");
         }
         return true;
       },
@@ -486,7 +486,7 @@ TEST_F(GroupByHand, WhatCannotBeIsRefusedBeforeItMoves) {
       forget_the_way(),
       [&] {
         EXPECT_EQ(refusal(move_to(0.02, 0.051)),
-                  "group plotter: axis y: position 51 mm is not possible, -50 mm to 50 mm are (min_position, "
+                  "group plotter: axis y: position 51 mm is outside -50 mm to 50 mm (min_position, "
                   "max_position)");
         auto arc = move_to(0.03, 0.0);
         arc.move.path.kind = PathMove::Kind::kArc;

@@ -88,7 +88,7 @@ TEST_F(LineByHand, MovesOneAxisWhileTheOtherHoldsItsPlace) {
   EXPECT_NEAR(to - from, 1.5, 0.01);
   EXPECT_NEAR(other, 0.0, 0.01);
   EXPECT_THAT(hand.told, Contains("hand: axis x: move_relative by 85.9437 deg"));
-  EXPECT_THAT(hand.told, Contains("there is no [path]: the axes are enabled and hold the place where they stand"));
+  EXPECT_THAT(hand.told, Contains("there is no [path]: the axes are enabled and hold their positions"));
   EXPECT_EQ(hand.told.back(), "all in INIT");
 }
 
@@ -266,14 +266,14 @@ TEST_F(LineByHand, NoRequestLeavesTheSoftwareLimits) {
   };
   const std::vector<Step> steps{
       {ask(AxisCommand::kMoveAbsolute, 3.0 * turn),
-       "axis x: position 540 deg is not possible, -90 deg to 90 deg are (min_position, max_position)"},
+       "axis x: position 540 deg is outside -90 deg to 90 deg (min_position, max_position)"},
       {ask(AxisCommand::kMoveAbsolute, 0.25 * turn)},
       {ask(AxisCommand::kMoveRelative, 0.5 * turn),
-       "axis x: position 135 deg is not possible, -90 deg to 90 deg are (min_position, max_position)"},
+       "axis x: position 135 deg is outside -90 deg to 90 deg (min_position, max_position)"},
       {ask(AxisCommand::kMoveVelocity, 2.0)},
       {ask(AxisCommand::kSetPosition, 0.0)},
       {ask(AxisCommand::kMoveAbsolute, 0.1),
-       "axis x: position 5.72958 deg is not possible, -180 deg to 0 deg are (min_position, max_position)"},
+       "axis x: position 5.72958 deg is outside -180 deg to 0 deg (min_position, max_position)"},
   };
   std::size_t next = 0;
   std::uint64_t request = 0;
@@ -299,7 +299,7 @@ TEST_F(LineByHand, NoRequestLeavesTheSoftwareLimits) {
   EXPECT_EQ(next, steps.size());
   EXPECT_THAT(hand.told,
               Contains("hand: axis x: move_velocity 114.592 deg/s: failed: it would leave its software limits, "
-                       "-90 deg to 90 deg are possible"))
+                       "-90 deg to 90 deg"))
       << "it has come to rest there";
   EXPECT_GT(highest, 1.0);
 }
@@ -330,7 +330,7 @@ TEST_F(LineByHand, AxisThatFailsLeavesTheOthersAloneAndTheReportTells) {
   EXPECT_GT(failed, 0);
   EXPECT_GE(report.duration_s, 10.0) << "the run goes on";
   EXPECT_THAT(hand.told, Contains("axis y: ErrorStop: the drive is not there, or has left Operation enabled; it stops, "
-                                  "the others go on"));
+                                  "the other axes continue"));
   EXPECT_EQ(failure_of(report),
             "axis y: was in ErrorStop at the end: the drive is not there, or has left Operation enabled");
   EXPECT_THAT(hand.told, Contains("all in INIT"));

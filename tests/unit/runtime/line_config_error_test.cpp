@@ -59,10 +59,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_axis("coulomb_velocity = 0\n"),
                   ":6: [axis 1] coulomb_velocity: is 0, 1e-09 to 1000000 is expected"},
         WrongFile{one_axis("feed_mm_per_revolution = 5\npendulum = 1\n"),
-                  ":7: [axis 1] pendulum: is of a rotary axis, and feed_mm_per_revolution makes this one linear"},
+                  ":7: [axis 1] pendulum: is for rotary axes, but feed_mm_per_revolution makes this axis linear"},
         WrongFile{"[[slave]]\nname = \"x\"\nmodel = \"servoone\"\n[[axis]]\nname = \"x\"\ngravity = 1\n",
-                  ":4: [axis 1]: a feed-forward of friction or gravity is no use: \"x\" takes torque offsets with an "
-                  "interpolation only that driveline does not use (P 370 = 2)"},
+                  ":4: [axis 1]: feed-forward of friction or gravity has no effect: \"x\" accepts torque offsets only "
+                  "with an interpolation that driveline does not use (P 370 = 2)"},
         WrongFile{one_slave("[[slave.pdo]]\nindex = 0x1600\nentries = [\"0x6040:0:16\", \"0x607A:0:32\"]\n"
                             "[[slave.pdo]]\nindex = 0x1A00\nentries = [\"0x6041:0:16\", \"0x6064:0:32\"]\n"
                             "[[axis]]\nname = \"x\"\ngravity = 1\n"),
@@ -73,9 +73,9 @@ INSTANTIATE_TEST_SUITE_P(
     RangeOfAnAxis, LineConfigError,
     testing::Values(
         WrongFile{one_axis("min_position = -1\n"),
-                  ":6: [axis 1] min_position: stands without max_position: both ends are expected"},
+                  ":6: [axis 1] min_position: is set without max_position: both are expected"},
         WrongFile{one_axis("max_position = 1\n"),
-                  ":6: [axis 1] max_position: stands without min_position: both ends are expected"},
+                  ":6: [axis 1] max_position: is set without min_position: both are expected"},
         WrongFile{one_axis("unit = \"deg\"\nmin_position = 90\nmax_position = -90\n"),
                   ":8: [axis 1] max_position: is -90 deg, more than the 90 deg of min_position is expected"},
         WrongFile{one_axis("min_position = 0\nmax_position = 0\n"),
@@ -83,8 +83,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_axis("min_position = nan\nmax_position = 1\n"),
                   ":6: [axis 1] min_position: is nan, -1000000 to 1000000 is expected"},
         WrongFile{one_axis("modulo = 0\n"),
-                  ":6: [axis 1] modulo: needs increments_per_revolution: the drive is told the modulo before it has "
-                  "told its own"},
+                  ":6: [axis 1] modulo: needs increments_per_revolution: the modulo is written to the drive before its "
+                  "increments are read"},
         WrongFile{one_axis("increments_per_revolution = 1048576\nmodulo = 0\n"),
                   ":7: [axis 1] modulo: is 0, 1e-06 to 1000000 is expected"},
         WrongFile{one_axis("increments_per_revolution = 1048576\nmodulo = 6.28\n"),
@@ -94,10 +94,10 @@ INSTANTIATE_TEST_SUITE_P(
                   ":8: [axis 1] modulo: is 4.29497e+09 increments of the drive, 2 to 2147483647 are expected"},
         WrongFile{one_axis("unit = \"rev\"\nincrements_per_revolution = 1048576\nmin_position = 0\nmax_position = 1\n"
                            "modulo = 1\n"),
-                  ":10: [axis 1] modulo: is of an axis without ends, and min_position and max_position give it some"},
+                  ":10: [axis 1] modulo: is for axes without end positions, but min_position and max_position are set"},
         WrongFile{
             one_axis("unit = \"deg\"\nincrements_per_revolution = 1048576\nmodulo = 11.25\nmax_velocity = 24000\n"),
-            ":4: axis: \"x\" goes 3 deg from one exchange to the next at its max_velocity, and less than a "
+            ":4: axis: \"x\" moves 3 deg between two exchanges at its max_velocity, and less than a "
             "quarter of its modulo of 11.25 deg is expected"}));
 
 INSTANTIATE_TEST_SUITE_P(
@@ -110,12 +110,11 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     AxesThatWouldNeverMove, LineConfigError,
-    testing::Values(
-        WrongFile{one_axis("mode = \"cst\"\n"),
-                  ":4: [axis 1] velocity_gain: with mode \"cst\" it is needed, or inertia to take it from: without "
-                  "either the axis would never move"},
-        WrongFile{one_axis("mode = \"cst\"\ninertia = 3e-4\nvelocity_gain = 0\n"),
-                  ":8: [axis 1] velocity_gain: is 0: with mode \"cst\" the axis would never move"}));
+    testing::Values(WrongFile{one_axis("mode = \"cst\"\n"),
+                              ":4: [axis 1] velocity_gain: mode \"cst\" needs it, or inertia to calculate it: without "
+                              "either the axis would never move"},
+                    WrongFile{one_axis("mode = \"cst\"\ninertia = 3e-4\nvelocity_gain = 0\n"),
+                              ":8: [axis 1] velocity_gain: is 0: with mode \"cst\" the axis would never move"}));
 
 INSTANTIATE_TEST_SUITE_P(
     UnknownKey, LineConfigError,
@@ -196,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[bus]\ninterface2 = \"b\"\n"),
                   ":5: [bus] interface2: needs interface, the other end of the ring"},
         WrongFile{one_slave("[bus]\ninterface = \"a\"\ninterface2 = \"a\"\n"),
-                  ":6: [bus] interface2: is \"a\" like interface, a ring has two ends"},
+                  ":6: [bus] interface2: is \"a\", the same as interface: a ring needs two interfaces"},
         WrongFile{one_slave("[recovery]\naxes = \"go\"\n"),
                   ":5: [recovery] axes: is \"go\", one of \"stop\", \"hold\", \"continue\" is expected"},
         WrongFile{one_slave("[recovery]\ngive_up_s = -1\n"), ":5: [recovery] give_up_s: is -1, 0 to 86400 is expected"},
@@ -205,8 +204,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[bus]\nmax_lost_ms = 11000\n[line]\ncycle_us = 1000\n"),
                   ":5: [bus] max_lost_ms: is 11000, 1 to 10000 is expected"},
         WrongFile{one_slave("[bus]\nmax_lost_cycles = 8\nmax_lost_ms = 1\n"),
-                  ":6: [bus] max_lost_ms: stands beside max_lost_cycles: one of them is expected, they are the same "
-                  "limit"},
+                  ":6: [bus] max_lost_ms: is set together with max_lost_cycles: both are the same limit, only one is "
+                  "expected"},
         WrongFile{one_slave("[line]\nname = \"\"\n"), ":5: [line] name: must have 1 to 31 characters"},
         WrongFile{one_slave("[line]\nname = \"12345678901234567890123456789012\"\n"),
                   ":5: [line] name: must have 1 to 31 characters"},
@@ -233,9 +232,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[bus]\nlaunch_ahead_us = 32\n"),
                   ":5: [bus] launch_ahead_us: is 32, 1 to 31.25 is expected"},
         WrongFile{one_slave("[bus]\nport = \"xdp\"\nlaunch_ahead_us = 20\n"),
-                  ":6: [bus] launch_ahead_us: needs a packet socket: port = \"raw\" or \"auto\" is expected beside it"},
-        WrongFile{one_slave("[bus]\ninterface = \"a\"\ninterface2 = \"b\"\nlaunch_ahead_us = 20\n"),
-                  ":7: [bus] launch_ahead_us: stands beside interface2: the two ends of a ring send at once"},
+                  ":6: [bus] launch_ahead_us: needs a packet socket: set port = \"raw\" or \"auto\""},
+        WrongFile{
+            one_slave("[bus]\ninterface = \"a\"\ninterface2 = \"b\"\nlaunch_ahead_us = 20\n"),
+            ":7: [bus] launch_ahead_us: cannot be used with interface2: both ends of a ring send at the same time"},
         WrongFile{one_slave("[realtime]\nwake_ahead_us = 126\n"),
                   ":5: [realtime] wake_ahead_us: is 126, 0 to 31.25 is expected"},
         WrongFile{one_slave("[realtime]\nwake_ahead_us = \"aut\"\n"),
@@ -267,7 +267,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_axis("following_error_window = 0\n"),
                   ":6: [axis 1] following_error_window: is 0, 1e-09 to 1000000 is expected"},
         WrongFile{one_axis("following_error_timeout_ms = 5\n"),
-                  ":6: [axis 1] following_error_timeout_ms: is of no use without following_error_window"},
+                  ":6: [axis 1] following_error_timeout_ms: has no effect without following_error_window"},
         WrongFile{one_axis("max_velocity = 0\n"), ":6: [axis 1] max_velocity: is 0, 1e-06 to 1000000 is expected"},
         WrongFile{one_axis("max_acceleration = inf\n"),
                   ":6: [axis 1] max_acceleration: is inf, 1e-06 to 1000000000 is expected"},
@@ -293,13 +293,13 @@ INSTANTIATE_TEST_SUITE_P(
             one_slave("[telemetry]\npartition = \"press*\"\n"),
             ":5: [telemetry] partition: 1 to 63 letters, digits and signs but * ? [ ] \\ and blanks are expected"},
         WrongFile{one_slave("[telemetry]\ninterfaces = []\npeers = [\"plc.local\"]\n"),
-                  ":6: [telemetry] peers: \"plc.local\" is no IPv4 address such as 192.168.1.10"},
+                  ":6: [telemetry] peers: \"plc.local\" is not an IPv4 address such as 192.168.1.10"},
         WrongFile{one_slave("[telemetry]\npeers = [\"192.0.2.1\"]\n"),
-                  ":5: [telemetry] peers: 192.0.2.1 cannot be reached from 127.0.0.1, by which telemetry stays on this "
-                  "machine: name the interface that leads there in interfaces"},
+                  ":5: [telemetry] peers: 192.0.2.1 cannot be reached from 127.0.0.1, which keeps telemetry on this "
+                  "machine: name the interface that leads to it in interfaces"},
         WrongFile{one_slave("[telemetry]\ndiscovery_server = \"192.0.2.1:11811\"\n"),
-                  ":5: [telemetry] discovery_server: 192.0.2.1 cannot be reached from 127.0.0.1, by which telemetry "
-                  "stays on this machine: name the interface that leads there in interfaces"},
+                  ":5: [telemetry] discovery_server: 192.0.2.1 cannot be reached from 127.0.0.1, which keeps telemetry "
+                  "on this machine: name the interface that leads to it in interfaces"},
         WrongFile{one_slave("[telemetry]\ndiscovery_server = \"127.0.0.1\"\n"),
                   ":5: [telemetry] discovery_server: is \"127.0.0.1\", an IPv4 address and a port such as "
                   "192.168.1.10:11811 are expected"},
@@ -307,8 +307,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [telemetry] discovery_server: is \"127.0.0.1:65536\", an IPv4 address and a port such as "
                   "192.168.1.10:11811 are expected"},
         WrongFile{one_slave("[telemetry]\npeers = [\"127.0.0.1\"]\ndiscovery_server = \"127.0.0.1:11811\"\n"),
-                  ":5: [telemetry] peers: are not asked where a discovery_server tells who is there: leave one of them "
-                  "out"},
+                  ":5: [telemetry] peers: are not used with a discovery_server: remove one of the two keys"},
         WrongFile{one_slave("[telemetry]\nuser = \"nobody-has-this-name\"\n"),
                   ":5: [telemetry] user: there is no user \"nobody-has-this-name\" on this machine"},
         WrongFile{one_slave("[telemetry]\nuser = \"\"\n"),
@@ -316,16 +315,16 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[telemetry]\nuser = \"4294967295\"\n"),
                   ":5: [telemetry] user: there is no user \"4294967295\" on this machine"},
         WrongFile{one_slave("[telemetry]\nuser = \"root\"\n"),
-                  ":5: [telemetry] user: is \"root\", but what reads a network is not to be root: another user is "
-                  "expected"},
+                  ":5: [telemetry] user: is \"root\", but a process that reads from a network must not run as root: "
+                  "another user is expected"},
         WrongFile{one_slave("[telemetry]\nuser = \"0\"\n"),
-                  ":5: [telemetry] user: is \"0\", but what reads a network is not to be root: another user is "
-                  "expected"},
+                  ":5: [telemetry] user: is \"0\", but a process that reads from a network must not run as root: "
+                  "another user is expected"},
         WrongFile{one_slave("[telemetry]\nbridge = \"service\"\nuser = \"1000\"\n"),
-                  ":6: [telemetry] user: is for the bridge that run starts; with bridge = \"service\" the service says "
-                  "who it is"},
+                  ":6: [telemetry] user: is for the bridge that run starts; with bridge = \"service\" the service sets "
+                  "its own user"},
         WrongFile{one_slave("[telemetry]\nshared_memory = true\nsecurity = \"keys/line1\"\n"),
-                  ":5: [telemetry] shared_memory: has not been tried with DDS Security: leave it or security out"}));
+                  ":5: [telemetry] shared_memory: is not tested with DDS Security: remove it or security"}));
 
 INSTANTIATE_TEST_SUITE_P(
     TelemetryRates, LineConfigError,
@@ -346,10 +345,9 @@ INSTANTIATE_TEST_SUITE_P(
                   ":5: [telemetry.rates] event: \"change\" or \"off\" is expected"},
         WrongFile{one_slave("[telemetry.rates]\njoint_states = \"full\"\n"),
                   ":5: [telemetry.rates] joint_states: is a topic of ROS 2, which needs ros2 = true in [telemetry]"},
-        WrongFile{
-            one_slave("[telemetry]\ndecimation = 2\n[telemetry.rates]\naxis_telemetry = 4\n"),
-            ":5: [telemetry] decimation: is the rate of axis_telemetry, too, which [telemetry.rates] names: leave "
-            "one out"}));
+        WrongFile{one_slave("[telemetry]\ndecimation = 2\n[telemetry.rates]\naxis_telemetry = 4\n"),
+                  ":5: [telemetry] decimation: sets the rate of axis_telemetry, as does [telemetry.rates]: remove one "
+                  "of them"}));
 
 INSTANTIATE_TEST_SUITE_P(
     Missing, LineConfigError,
@@ -370,7 +368,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongFile{one_slave("[[slave]]\nname = \"y\"\n[[axis]]\nname = \"x\"\n[[axis]]\nname = \"x\"\nslave = \"y\"\n"),
                   ":9: [axis 2] name: axis name 'x' appears twice"},
         WrongFile{one_axis("[[axis]]\nname = \"y\"\nslave = \"x\"\n"),
-                  ":8: [axis 2] slave: \"x\" is driven by another axis already"},
+                  ":8: [axis 2] slave: \"x\" already belongs to another axis"},
         WrongFile{one_axis("[[axis]]\nname = \"y\"\n"), ":6: [axis 2] slave: there is no [[slave]] named \"y\""}));
 
 TEST(LineConfigErrors, SyntaxErrorTellsFileAndLine) {

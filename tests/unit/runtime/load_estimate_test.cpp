@@ -102,7 +102,7 @@ TEST(LoadEstimate, FiguresThatTheMotionDoesNotTellApartAreNamed) {
   settings.pendulum = true;
   const auto short_way = estimate_load(records({}, {0.2, 1.0, 100.0}), settings);
   ASSERT_FALSE(short_way);
-  EXPECT_THAT(describe(short_way.error()), HasSubstr("does not tell"));
+  EXPECT_THAT(describe(short_way.error()), HasSubstr("cannot be separated"));
   EXPECT_THAT(describe(short_way.error()), HasSubstr("is needed"));
   auto one_way = records({}, {10.0, 20.0, 800.0});
   std::erase_if(one_way, [](const LoadSample& sample) { return sample.time_s > 5.9; });
@@ -123,7 +123,8 @@ TEST(LoadEstimate, AnAxisThatHardlyMovesShowsNothing) {
 TEST(LoadEstimate, ADriveThatTellsNoTorqueIsNamedAsTheReason) {
   const auto load = estimate_load(records({0.0, 0.0, 0.0, 0.0}, {10.0, 80.0, 800.0}), {});
   ASSERT_FALSE(load);
-  EXPECT_EQ(describe(load.error()), "the drive tells no torque: its process data need 6077h (Torque actual value)");
+  EXPECT_EQ(describe(load.error()),
+            "the drive reports no torque: map 6077h (Torque actual value) into its process data");
 }
 
 TEST(LoadEstimate, LostRecordsAreNoticed) {
@@ -131,7 +132,7 @@ TEST(LoadEstimate, LostRecordsAreNoticed) {
   samples.erase(samples.begin() + 300, samples.begin() + 302);
   const auto load = estimate_load(samples, {});
   ASSERT_FALSE(load);
-  EXPECT_THAT(describe(load.error()), HasSubstr("records of the motion got lost"));
+  EXPECT_THAT(describe(load.error()), HasSubstr("records of the motion were lost"));
 }
 
 TEST(LoadEstimate, ATorqueAgainstTheAccelerationIsNoLoad) {
@@ -174,8 +175,8 @@ TEST(TestMotion, BeyondTheLimitsIsRefused) {
   EXPECT_EQ(refusal({10.0, 10.0, 1001.0}),
             "axis x: an acceleration of 1001 rad/s² is not within its limit of 1000 rad/s²");
   EXPECT_THAT(refusal({10.0, 0.0, 800.0}), HasSubstr("a velocity of 0 rad/s is not within"));
-  EXPECT_THAT(refusal({0.0, 10.0, 800.0}), HasSubstr("a way of 0 rad is not above 0 and below"));
-  EXPECT_THAT(refusal({10.0, 1e-3, 800.0}), HasSubstr("a shorter way or a higher velocity is needed"));
+  EXPECT_THAT(refusal({0.0, 10.0, 800.0}), HasSubstr("a distance of 0 rad is not above 0 and below"));
+  EXPECT_THAT(refusal({10.0, 1e-3, 800.0}), HasSubstr("a shorter distance or a higher velocity is needed"));
 }
 
 }  // namespace

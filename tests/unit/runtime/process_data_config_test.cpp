@@ -99,7 +99,7 @@ TEST(ProcessDataConfig, WrongValuesAreNamedWithTheirLine) {
   EXPECT_EQ(refused(group + "slaves = [\"z\"]\n"), "line.toml:9: [group 1] slaves: there is no [[slave]] named \"z\"");
   EXPECT_EQ(refused(group + "slaves = [\"a\", \"a\"]\n"), "line.toml:9: [group 1] slaves: \"a\" is there twice");
   EXPECT_EQ(refused(group + "slaves = [\"a\"]\n[[group]]\nname = \"h\"\nslaves = [\"a\"]\n"),
-            "line.toml:12: [group 2] slaves: \"a\" is in group \"g\" already");
+            "line.toml:12: [group 2] slaves: \"a\" is already in group \"g\");
   EXPECT_EQ(refused(group + "slaves = [\"a\"]\n[[group]]\nname = \"g\"\nslaves = [\"b\"]\n"),
             "line.toml:11: [group 2] name: \"g\" is there twice");
   EXPECT_EQ(refused(group + "slaves = [\"a\"]\ndivider = 0\n"),
@@ -110,7 +110,7 @@ TEST(ProcessDataConfig, WrongValuesAreNamedWithTheirLine) {
             "line.toml:10: [group 1] limit: unknown key, expected one of: divider, name, phase, slaves, "
             "zero_outputs_after");
   EXPECT_EQ(refused("[[group]]\nname = \"others\"\nslaves = [\"a\"]\n"),
-            "line.toml:7: group: \"others\" is the name of the slaves that no group names");
+            "line.toml:7: group: \"others\" is reserved for the slaves that are in no group");
   EXPECT_EQ(refused("[[copy]]\nfrom = \"a.In\"\n"), "line.toml:7: [copy 1] to: is missing, a string is expected");
   EXPECT_EQ(refused("[[copy]]\nfrom = \"z.In\"\nto = \"a.Out\"\n"),
             "line.toml:8: [copy 1] from: is \"z.In\", \"slave.object\" with the name of a [[slave]] is expected, for "
@@ -124,11 +124,11 @@ TEST(ProcessDataConfig, AxesAreNotLeftToCoast) {
   const std::string axis = "[[axis]]\nname = \"a\"\n[path]\nfile = \"p.csv\"\n";
   const std::string group = "[[group]]\nname = \"g\"\nslaves = [\"a\", \"b\"]\n";
   EXPECT_EQ(refused(axis + group + "zero_outputs_after = 4\n"),
-            "line.toml:14: [group 1] zero_outputs_after: \"a\" has an axis: it stops by [bus] max_lost_cycles, zeros "
-            "would let it coast");
+            "line.toml:14: [group 1] zero_outputs_after: \"a\" has an axis: [bus] max_lost_cycles stops it, zero "
+            "outputs would let it coast");
   EXPECT_EQ(refused(axis + "[bus]\nmax_lost_ms = 2\n" + group + "zero_outputs_after = 4\n"),
-            "line.toml:16: [group 1] zero_outputs_after: \"a\" has an axis: it stops by [bus] max_lost_ms, zeros would "
-            "let it coast");
+            "line.toml:16: [group 1] zero_outputs_after: \"a\" has an axis: [bus] max_lost_ms stops it, zero outputs "
+            "would let it coast");
   EXPECT_EQ(refused(axis + group + "zero_outputs_after = 0\n"), "") << "never, for all";
 }
 

@@ -117,7 +117,7 @@ TEST_F(RemoteStreamsTest, MoveTheAxesOfTheirLeases) {
   run(50ms);
   EXPECT_EQ(state(), StreamReportState::kOver);
   EXPECT_THAT(told.back(),
-              HasSubstr("the stream of dds panel (participant 01) is done, it has ended the session: 400"));
+              HasSubstr("the stream of dds panel (participant 01) has ended, it has ended the session: 400"));
   EXPECT_EQ(line.authority.owner_of(0), kPanel);
   // The next stream may restart.
   sent = 0;
@@ -127,7 +127,7 @@ TEST_F(RemoteStreamsTest, MoveTheAxesOfTheirLeases) {
 }
 
 TEST_F(RemoteStreamsTest, AreRefusedWithoutTheLeases) {
-  const auto* const sentence = "axis x: the lease is not, or no longer, the caller's; he must acquire the axis first";
+  const auto* const sentence = "axis x: the caller does not hold the lease of the axis; acquire the axis first";
   EXPECT_EQ(refusal(record({{"x", 7}})), sentence);
   const auto lease = acquire(0);
   EXPECT_EQ(refusal(record({{"x", lease}}), "dds other (participant 02)"), sentence) << "who has heard its number";
@@ -139,7 +139,9 @@ TEST_F(RemoteStreamsTest, AreRefusedWithoutTheLeases) {
   many.axis_count = 4'000'000'000U;
   EXPECT_EQ(refusal(many), "a stream has 1 to 16 axes, not 4000000000");
   EXPECT_FALSE(line.hub.full());
-  EXPECT_THAT(told.front(), HasSubstr("the stream of dds panel (participant 01) was sent away: axis x: the lease"));
+  EXPECT_THAT(
+      told.front(),
+      HasSubstr("the stream of dds panel (participant 01) was rejected: axis x: the caller does not hold the lease"));
   EXPECT_LE(told.size(), 2U) << "one a second";
   EXPECT_FALSE(take(record({{"x", lease}}, SetpointKind::kEnd))) << "there is none";
   streams.close();
@@ -213,7 +215,7 @@ TEST_F(RemoteStreamsTest, WhatIsRefusedIsToldWithAxisValueAndLimit) {
   auto other = at(record({{"y", axes.axes[0].lease}}), ++sent, 54ms, 0.1);
   take(other);
   run(20ms);
-  EXPECT_THAT(std::string(last.text.view()), HasSubstr("is of another number of axes"));
+  EXPECT_THAT(std::string(last.text.view()), HasSubstr("is for another number of axes"));
   EXPECT_EQ(last.refused, 4U);
 }
 

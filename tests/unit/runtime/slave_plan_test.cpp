@@ -131,23 +131,22 @@ TEST(SlavePlan, GroupsThatAreNoneAreRefused) {
       refused_group("[[slave]]\nname = \"a\"\n[[slave]]\nname = \"b\"\nhot_connect = \"a\"\n"),
       "line.toml:9: [slave 3] hot_connect: is \"a\", which is not the head of a group: hot_connect = true and alias "
       "or device_id of \"a\" are expected");
-  EXPECT_EQ(
-      refused_group("[[slave]]\nname = \"a\"\n[[slave]]\nname = \"b\"\nhot_connect = \"head\"\n"),
-      "line.toml:9: [slave 3] hot_connect: is \"head\", but \"a\" stands between them and is not in that group: the "
-      "slaves of a group follow each other");
+  EXPECT_EQ(refused_group("[[slave]]\nname = \"a\"\n[[slave]]\nname = \"b\"\nhot_connect = \"head\"\n"),
+            "line.toml:9: [slave 3] hot_connect: is \"head\", but \"a\" is between them and not in that group: the "
+            "slaves of a group must be adjacent");
   EXPECT_EQ(refused_group("[[slave]]\nname = \"a\"\nalias = 9\nhot_connect = \"head\"\n"),
-            "line.toml:8: [slave 2] hot_connect: names the head of its group, \"head\": that one's alias or device_id "
-            "finds both, its own cannot stand here");
+            "line.toml:8: [slave 2] hot_connect: names the head of its group, \"head\", which is identified by its own "
+            "alias or device_id: remove the key from this slave");
 }
 
 TEST(SlavePlan, WrongValuesAreNamedWithTheirLine) {
   EXPECT_EQ(refused("revision = \"newer\"\n"),
             "line.toml:3: [slave 1] revision: is \"newer\", expected a number, \">= number\" or \"any\"");
-  EXPECT_EQ(refused("hot_connect = true\n"),
-            "line.toml:3: [slave 1] hot_connect: needs alias or device_id, by which the slave is known wherever it is "
-            "plugged in");
+  EXPECT_EQ(
+      refused("hot_connect = true\n"),
+      "line.toml:3: [slave 1] hot_connect: needs alias or device_id to identify the slave wherever it is plugged in");
   EXPECT_EQ(refused("alias = 1\ndevice_id = 2\n"),
-            "line.toml:4: [slave 1] device_id: stands beside alias: one of them finds the slave");
+            "line.toml:4: [slave 1] device_id: is set together with alias: only one of them is expected");
   EXPECT_THAT(refused("alias = 0\n"), testing::StartsWith("line.toml:3: [slave 1] alias: "));
   EXPECT_THAT(refused("[slave.watchdog]\nprocess_data_ms = -1\n"),
               testing::StartsWith("line.toml:4: [slave 1.watchdog] process_data_ms: "));

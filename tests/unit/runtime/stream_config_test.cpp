@@ -61,7 +61,7 @@ TEST(StreamConfig, RefusesWhatCannotBe) {
   EXPECT_THAT(refusal("socket = \"\"\n"), HasSubstr("is empty, the path of a socket is expected"));
   EXPECT_THAT(refusal(kSocket + "axes = [\"z\"]\n"), HasSubstr("line.toml:11: [stream] axes: there is no [[axis]]"));
   EXPECT_THAT(refusal(kSocket + "axes = [\"x\", \"x\"]\n"), HasSubstr("axes: has \"x\" twice"));
-  EXPECT_THAT(refusal(kSocket + "axes = []\n"), HasSubstr("there is no axis to stream to"));
+  EXPECT_THAT(refusal(kSocket + "axes = []\n"), HasSubstr("no axis is left for streams"));
   EXPECT_THAT(refusal(kSocket + "interpolation = \"spline\"\n"), HasSubstr("interpolation"));
   EXPECT_THAT(refusal(kSocket + "keep_alive_ms = 5\n"), HasSubstr("keep_alive_ms"));
   EXPECT_THAT(refusal(kSocket + "delay_ms = 501\n"), HasSubstr("delay_ms"));

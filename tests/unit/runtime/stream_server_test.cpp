@@ -83,7 +83,7 @@ TEST(StreamServer, AnAxisHasOneClient) {
   line.run(1ms);
   line.poll();
   EXPECT_THAT(line.told.back(), HasSubstr("\"first\""));
-  EXPECT_THAT(line.told.back(), HasSubstr("its connection is gone: 0 setpoints; its axes are free"));
+  EXPECT_THAT(line.told.back(), HasSubstr("its connection is closed: 0 setpoints; its axes are free"));
   const auto again = line.client({.axes = {"x"}});
   EXPECT_EQ(again.axis_count(), 1U);
 }
@@ -141,9 +141,9 @@ TEST(StreamServer, NobodyStreamsToAxesThatAreMovedTogether) {
 
 TEST(StreamServer, RefusesWithASentence) {
   StreamLine line;
-  EXPECT_EQ(line.refusal({.axes = {"w"}}), "there is no axis \"w\" for streams, but x, y, z");
+  EXPECT_EQ(line.refusal({.axes = {"w"}}), "there is no axis \"w\" for streams, there are x, y, z");
   EXPECT_EQ(line.refusal({.axes = {"x", "x"}}), "axis x is named twice");
-  EXPECT_THAT(line.told.back(), HasSubstr("was sent away: there is no axis \"w\""));
+  EXPECT_THAT(line.told.back(), HasSubstr("was rejected: there is no axis \"w\""));
 }
 
 /// A hand-made client, for cases that the header does not support.
@@ -175,13 +175,13 @@ TEST(StreamServer, AnswersWhatIsNoGreeting) {
   const std::array<std::byte, 5000> bytes{};
   nonsense.send(bytes);
   line.poll();
-  EXPECT_EQ(nonsense.refusal(), "it has not said what it wants in the words of version 1");
+  EXPECT_EQ(nonsense.refusal(), "its first message is not a Hello of version 1");
   const RawClient newer(line.path);
   stream::Hello hello;
   hello.version = 2;
   newer.send(stream::to_bytes(hello));
   line.poll();
-  EXPECT_EQ(newer.refusal(), "it speaks version 2 of the stream, the line 1");
+  EXPECT_EQ(newer.refusal(), "it uses version 2 of the stream protocol, the line uses version 1");
   const RawClient many(line.path);
   hello.version = 1;
   hello.axis_count = 1'000'000;
@@ -207,12 +207,12 @@ TEST(StreamServer, OneWhoSaysNothingIsSentAway) {
     silent.push_back(std::make_unique<RawClient>(line.path));
     line.poll();
   }
-  EXPECT_EQ(silent.back()->refusal(), "too many programs connect at once");
-  EXPECT_EQ(line.refusal({.axes = {"x"}}), "too many programs connect at once")
+  EXPECT_EQ(silent.back()->refusal(), "too many clients connect at the same time");
+  EXPECT_EQ(line.refusal({.axes = {"x"}}), "too many clients connect at the same time")
       << "also said to one who speaks at once";
   std::this_thread::sleep_for(1100ms);
   line.poll();
-  EXPECT_EQ(silent.front()->refusal(), "it has not said what it wants");
+  EXPECT_EQ(silent.front()->refusal(), "it sent no Hello in time");
   EXPECT_EQ(line.client({.axes = {"x"}}).axis_count(), 1U);
 }
 

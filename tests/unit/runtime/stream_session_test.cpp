@@ -74,7 +74,7 @@ TEST(StreamSession, PausesWhenTheSetpointsAreUsedUpAndGoesOn) {
   line.run(10ms);
   EXPECT_EQ(line.axes.all[0].view.setpoint, held);
   line.poll();
-  EXPECT_THAT(line.told.back(), HasSubstr("are used up: its axes come to rest until there are more"));
+  EXPECT_THAT(line.told.back(), HasSubstr("has no setpoints left: its axes come to rest until more arrive"));
   // The next setpoints are a restart, at any time.
   for (int i = 0; i < 20; ++i) {
     EXPECT_TRUE(client.send(1h + i * 1ms, std::array{AxisTarget{held + 0.0005 * i}}));
@@ -237,7 +237,8 @@ TEST(StreamSession, CountsWhatItRefuses) {
   EXPECT_EQ(status->taken, 1U);
   line.poll();
   EXPECT_EQ(line.told.size(), 6U) << "one event for each reason";
-  EXPECT_THAT(line.told[1], HasSubstr("is not finite: axis x: position nan deg; its status counts them"));
+  EXPECT_THAT(line.told[1],
+              HasSubstr("is not finite: axis x: position nan deg; the status of the client counts such setpoints"));
 }
 
 TEST(StreamSession, TheFirstSetpointThatIsRefusedIsToldWithAxisValueAndLimit) {
@@ -253,10 +254,12 @@ TEST(StreamSession, TheFirstSetpointThatIsRefusedIsToldWithAxisValueAndLimit) {
   line.poll();
   line.poll();
   ASSERT_EQ(line.told.size(), 3U) << "the first one of each reason";
-  EXPECT_THAT(line.told[1], HasSubstr("too fast for an axis: axis y: velocity 630.254 deg/s, -572.958 deg/s to "
-                                      "572.958 deg/s are possible; its status counts them"));
-  EXPECT_THAT(line.told[2], HasSubstr("outside the range of an axis: axis x: position 5786.87 deg, -5729.58 deg to "
-                                      "5729.58 deg are possible; its status counts them"));
+  EXPECT_THAT(line.told[1],
+              HasSubstr("too fast for an axis: axis y: velocity 630.254 deg/s, allowed are -572.958 deg/s to "
+                        "572.958 deg/s; the status of the client counts such setpoints"));
+  EXPECT_THAT(line.told[2],
+              HasSubstr("outside the range of an axis: axis x: position 5786.87 deg, allowed are -5729.58 deg to "
+                        "5729.58 deg; the status of the client counts such setpoints"));
   EXPECT_EQ(client.status()->count(Refusal::kTooFast), 2U);
   EXPECT_EQ(client.status()->count(Refusal::kOutsideRange), 2U);
 }

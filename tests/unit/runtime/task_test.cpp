@@ -283,11 +283,11 @@ TEST_F(TaskTest, MisuseIsAnErrorWithItsFacts) {
               HasSubstr("no axis \"w\" to drive; the line has \"x\", \"y\""));
   EXPECT_THAT(refusal(line->add(one, {"one", {}, {"x", "x"}})), HasSubstr("driven by the task \"one\" already"));
   ASSERT_TRUE(line->add(one, {"one", {}, {"x"}})) << "nothing of the refused calls is left";
-  EXPECT_THAT(refusal(line->add(two, {"one", {}, {"y"}})), HasSubstr("there is a task \"one\" already"));
-  EXPECT_THAT(refusal(line->add(one, {"two", {}, {"y"}})), HasSubstr("added already, as \"one\""));
+  EXPECT_THAT(refusal(line->add(two, {"one", {}, {"y"}})), HasSubstr("the name \"one\" belongs to another task"));
+  EXPECT_THAT(refusal(line->add(one, {"two", {}, {"y"}})), HasSubstr("already added with the name \"one\""));
   EXPECT_THAT(refusal(line->add(two, {"two", {}, {"y", "x"}})), HasSubstr("axis \"x\" is driven by the task \"one\""));
   ecat_master::DrivenAxes source({1, 1}, 125e-6);
-  EXPECT_THAT(refusal(line->use(source)), HasSubstr("driven by a task"));
+  EXPECT_THAT(refusal(line->use(source)), HasSubstr("a task drives the axes"));
   static_cast<void>(run(*line, 0.05));
   EXPECT_THAT(refusal(line->add(two, {"two", {}, {"y"}})), HasSubstr("runs or has run"));
 }

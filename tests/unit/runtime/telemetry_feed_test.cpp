@@ -129,20 +129,21 @@ TEST(LineFeed, RefusesWhatHasNoRoom) {
     return description ? std::string{} : describe(description.error());
   };
   EXPECT_EQ(refusal(line_with_axes(snapshot::kMaxFeedAxes)), "");
-  EXPECT_THAT(refusal(line_with_axes(snapshot::kMaxFeedAxes + 1)), HasSubstr("513 axes are too many, 512 can be"));
+  EXPECT_THAT(refusal(line_with_axes(snapshot::kMaxFeedAxes + 1)),
+              HasSubstr("513 axes are too many, the limit is 512"));
   auto config = line_with_axes(1);
   config.telemetry.interfaces.assign(16, "127.0.0.1");
   EXPECT_EQ(refusal(config), "");
   config.telemetry.interfaces.assign(17, "127.0.0.1");
-  EXPECT_THAT(refusal(config), HasSubstr("17 interfaces are too many, up to 16"));
+  EXPECT_THAT(refusal(config), HasSubstr("17 interfaces are too many, the limit is 16"));
   config.telemetry.peers.assign(17, "127.0.0.1");
   config.telemetry.interfaces.clear();
-  EXPECT_THAT(refusal(config), HasSubstr("17 peers are too many, up to 16"));
+  EXPECT_THAT(refusal(config), HasSubstr("17 peers are too many, the limit is 16"));
   config.telemetry.peers.clear();
   config.telemetry.interfaces = {std::string(47, '1')};
   EXPECT_EQ(refusal(config), "");
   config.telemetry.interfaces = {std::string(48, '1')};
-  EXPECT_THAT(refusal(config), HasSubstr("no IPv4 address"));
+  EXPECT_THAT(refusal(config), HasSubstr("not an IPv4 address"));
 }
 
 TEST(LineFeed, HoldsAQuarterOfASecondAndNoMoreThan16Mib) {

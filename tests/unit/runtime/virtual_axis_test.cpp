@@ -56,7 +56,7 @@ TEST_F(VirtualAxisConfig, RefusesWhatCannotBe) {
               HasSubstr("line.toml:9: [virtual_axis 1] unit: is \"inch\""));
   EXPECT_THAT(refusal(kVirtual + kLimits + "slave = \"x\"\n"), HasSubstr("slave: unknown key"));
   EXPECT_THAT(refusal("[[virtual_axis]]\nname = \"x\"\n" + kLimits), HasSubstr("line.toml:6: [virtual_axis 1] name"));
-  EXPECT_THAT(refusal(kVirtual + kLimits + "[path]\nfile = \"p.csv\"\n"), HasSubstr("there must be no [path]"));
+  EXPECT_THAT(refusal(kVirtual + kLimits + "[path]\nfile = \"p.csv\"\n"), HasSubstr("remove [path]"));
 }
 
 /// Requests a motion of the virtual axis when the line is in operation.

@@ -191,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(
               ":7: [wiring]: the frame meets \"c\" where the file has \"b\": list the [[slave]] tables in the order of "
               "the frame, which leaves a slave at port 3 first, then 1, then 2"},
         Wrong{kCustom + cable("master", "a:0") + cable("a:1", "b:0"),
-              ":7: [wiring]: the frame never gets to \"c\": connect its port 0 to a slave in front of it"},
+              ":7: [wiring]: the frame never reaches \"c\": connect its port 0 to a slave upstream of it"},
         Wrong{"processing_ns = -5\n", ":7: [slave 3] processing_ns: is -5, 0 to 1000000 is expected"}));
 
 }  // namespace

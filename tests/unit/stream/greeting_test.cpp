@@ -87,7 +87,7 @@ TEST(StreamClient, SaysWhyThereIsNoConnection) {
   EXPECT_EQ(std::get<std::string>(Client::connect("/x", {})), "a client has 1 to 16 axes, not 0");
   const auto path = "/" + std::string(200, 'x');
   EXPECT_EQ(std::get<std::string>(Client::connect(path, {.axes = {"x"}})),
-            path + ": the path of a socket has 107 bytes at most");
+            path + ": the path of a socket must not exceed 107 bytes");
 }
 
 TEST(StreamWords, EveryReasonHasItsWords) {

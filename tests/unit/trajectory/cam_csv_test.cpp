@@ -46,9 +46,8 @@ TEST(CamBadInput, HasOneSentenceWithLineAndColumn) {
        "c.csv:1: the separator is a comma, and numbers have a decimal point: master[rad],slave[mm]"},
       {"0,0\n", "c.csv:1:1: column '0' must be a name and a unit such as master[rad]"},
       {"master[s],slave[mm]\n",
-       "c.csv:1:1: unknown unit 's' of column 'master'; expected rad, deg, rev, m, mm or um, for slopes by another "
-       "such "
-       "as mm/deg, for curvatures mm/deg^2"},
+       "c.csv:1:1: unknown unit 's' of column 'master'; expected rad, deg, rev, m, mm or um, for slopes a quotient "
+       "such as mm/deg, for curvatures mm/deg^2"},
       {"master[deg],x[mm]\n", "c.csv:1:13: column 'x[mm]' is unknown; a cam has master[...] and slave[...]"},
       {"master[deg/deg],slave[mm]\n",
        "c.csv:1:1: column 'master[deg/deg]' is unknown; a cam has master[...] and slave[...]"},
@@ -57,7 +56,7 @@ TEST(CamBadInput, HasOneSentenceWithLineAndColumn) {
       {"master[deg],slave[mm],slave[um]\n", "c.csv:1:23: the positions of the slave appear twice"},
       {"master[deg],slave[mm],slave[mm/mm]\n",
        "c.csv:1:23: the slopes of the slave must fit a slave in mm and a master in deg"},
-      {"master[deg],slave[mm],slave[mm/deg^2]\n", "c.csv:1:23: there are no slopes beside the curvatures of the slave"},
+      {"master[deg],slave[mm],slave[mm/deg^2]\n", "c.csv:1:23: the curvatures of the slave need slopes as well"},
       {head + "0,0,1\n",
        "c.csv:2: expected 2 fields as in the header, found 3; the separator is a comma, and numbers have a decimal "
        "point"},
@@ -65,8 +64,8 @@ TEST(CamBadInput, HasOneSentenceWithLineAndColumn) {
       {head + "0,1e999\n", "c.csv:2:3: '1e999' is beyond the range of a double"},
       {head + "0,1e13\n1,0\n",
        "c.csv:2: a value of the point is not finite, or beyond +-1e9 rad or m (derivatives: 1e12)"},
-      {head, "c.csv: a cam of 0 points cannot be: 2 to 1000000 are possible"},
-      {head + "0,0\n", "c.csv: a cam of 1 points cannot be: 2 to 1000000 are possible"},
+      {head, "c.csv: a cam of 0 points is not possible: 2 to 1000000 are expected"},
+      {head + "0,0\n", "c.csv: a cam of 1 points is not possible: 2 to 1000000 are expected"},
       {head + "0,0\n90,5\n90,6\n360,0\n", "c.csv:4: the master is at 90 deg twice in a row: a cam has one point there"},
       {head + "0,0\n90,5\n80,6\n360,0\n",
        "c.csv:4: the master goes back from 90 deg to 80 deg: its positions must rise"},
@@ -82,7 +81,7 @@ TEST(CamBadInput, DerivativesMustCloseWhereTheMethodUsesThem) {
       "c.csv:4: the cam does not close in velocity: it begins with the slope 0.5 mm/deg and ends with 0.25 mm/deg");
   EXPECT_EQ(complaint(open_velocity, CamMethod::kSpline), "");
   EXPECT_EQ(complaint(open_velocity, CamMethod::kCubic, CamKind::kOneShot),
-            "c.csv:2: a one-shot cam begins and ends at rest, and here its slope is 0.5 mm/deg");
+            "c.csv:2: a one-shot cam must start and end at rest, but its slope is 0.5 mm/deg");
   const std::string open_acceleration =
       "master[deg],slave[mm],slave[mm/deg],slave[mm/deg^2]\n0,0,0,0.5\n90,5,0,0\n360,2,0,0.25\n";
   EXPECT_EQ(complaint(open_acceleration, CamMethod::kQuintic, CamKind::kAdvancing),
@@ -90,12 +89,12 @@ TEST(CamBadInput, DerivativesMustCloseWhereTheMethodUsesThem) {
             "0.25 mm/deg^2");
   EXPECT_EQ(complaint(open_acceleration, CamMethod::kCubic, CamKind::kAdvancing), "");
   EXPECT_EQ(complaint(open_acceleration, CamMethod::kQuintic, CamKind::kOneShot),
-            "c.csv:2: a one-shot cam begins and ends at rest, and here its curvature is 0.5 mm/deg^2");
+            "c.csv:2: a one-shot cam must start and end at rest, but its curvature is 0.5 mm/deg^2");
 }
 
 TEST(CamBadInput, APeriodicSplineNeedsThreePoints) {
   const std::string two = "master[deg],slave[mm]\n0,0\n360,0\n";
-  EXPECT_EQ(complaint(two, CamMethod::kSpline), "c.csv: a cam of 2 points cannot be: 3 to 1000000 are possible");
+  EXPECT_EQ(complaint(two, CamMethod::kSpline), "c.csv: a cam of 2 points is not possible: 3 to 1000000 are expected");
   EXPECT_EQ(complaint(two, CamMethod::kSpline, CamKind::kOneShot), "");
 }
 

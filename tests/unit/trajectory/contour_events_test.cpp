@@ -258,14 +258,14 @@ TEST(ContourEventsBadInput, DwellsAndOutputsThatCannotBeAreRefused) {
   EXPECT_EQ(reason(with_outputs(line, {}, -1.0)), "the dwell is -1 s; it must be from 0 to 3600 s");
   EXPECT_EQ(reason(with_outputs(line, {}, std::nan(""))), "the dwell is nan s; it must be from 0 to 3600 s");
   EXPECT_EQ(reason(with_outputs(line, {change(0, 0.2)})),
-            "an output would change 0.2 m behind the begin of a move that is 0.1 m long");
+            "an output would change 0.2 m after the start of a move that is 0.1 m long");
   EXPECT_EQ(reason(with_outputs(line, {change(0, -0.2)})),
             "an output would change 0.2 m before the end of a move that is 0.1 m long");
   EXPECT_EQ(reason(with_outputs(line, {{{0, std::nan("")}, 0.0}})), "an output and its place must be numbers");
   EXPECT_EQ(reason(with_outputs(line, std::vector<MoveOutput>(65, change(0, kEnd)))),
-            "more than 64 outputs and dwells belong to one move");
+            "more than 64 outputs and dwells in one move");
   EXPECT_EQ(reason(with_outputs(line, std::vector<MoveOutput>(64, change(0, kEnd)))), "");
-  EXPECT_EQ(reason(with_outputs(line, {change(0, kEnd)})), "more than 64 outputs and dwells belong to one move");
+  EXPECT_EQ(reason(with_outputs(line, {change(0, kEnd)})), "more than 64 outputs and dwells in one move");
 }
 
 }  // namespace

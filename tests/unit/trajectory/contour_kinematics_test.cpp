@@ -182,7 +182,7 @@ TEST(ContourKinematicsBadInput, UnreachablePlacesAreRefusedBeforeAnythingMoves) 
 TEST(ContourKinematicsBadInput, ASingularPlaceBetweenTwoGoodOnesIsRefused) {
   const auto settings = scara_settings();
   const auto reason = refusal(settings, {0.1001, -0.3}, {line_to({0.1001, 0.31}, kFast, 0.0)});
-  EXPECT_NE(reason.find("singular place of the machine at (0.1001, "), std::string::npos) << reason;
+  EXPECT_NE(reason.find("singular position of the machine at (0.1001, "), std::string::npos) << reason;
   EXPECT_NE(reason.find("the arms would be stretched or folded there"), std::string::npos) << reason;
 }
 

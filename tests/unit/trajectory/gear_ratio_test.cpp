@@ -24,12 +24,14 @@ TEST(GearRatio, IsReducedAndCarriesItsSignAbove) {
 }
 
 TEST(GearRatio, RefusesWhatIsNoRatio) {
-  EXPECT_EQ(GearRatio::make(0, 3).error().message(), "a gear of 0 : 3 cannot be: both numbers must be other than 0");
-  EXPECT_EQ(GearRatio::make(1, 0).error().message(), "a gear of 1 : 0 cannot be: both numbers must be other than 0");
+  EXPECT_EQ(GearRatio::make(0, 3).error().message(),
+            "a gear ratio of 0 : 3 is not possible: both numbers must be other than 0");
+  EXPECT_EQ(GearRatio::make(1, 0).error().message(),
+            "a gear ratio of 1 : 0 is not possible: both numbers must be other than 0");
   EXPECT_EQ(GearRatio::make(kMaxGearNumber + 1, 1).error().message(),
-            "a gear of 2147483649 : 1 cannot be: both numbers must be within +-2147483648");
+            "a gear ratio of 2147483649 : 1 is not possible: both numbers must be within +-2147483648");
   EXPECT_EQ(GearRatio::make(1, INT64_MIN).error().message(),
-            "a gear of 1 : -9223372036854775808 cannot be: both numbers must be within +-2147483648");
+            "a gear ratio of 1 : -9223372036854775808 is not possible: both numbers must be within +-2147483648");
   EXPECT_TRUE(GearRatio::make(-kMaxGearNumber, kMaxGearNumber).has_value());
 }
 

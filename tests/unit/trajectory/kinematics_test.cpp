@@ -160,7 +160,7 @@ TEST(Kinematics, PlacesOutOfReachAndSingularOnesAreToldApart) {
   EXPECT_EQ(kind_at(flat, {0.0, 0.0, 0.3}).kind, Kind::kSingular);
   const RotaryDeltaKinematics narrow({0.2, 0.2, 0.001, 0.6});
   EXPECT_EQ(narrow.explain(kind_at(narrow, {0.0, 0.0, -0.6})),
-            "the rods would be in one plane there, and not hold the platform");
+            "the rods would be in one plane there and could not hold the platform");
 }
 
 TEST(Kinematics, LengthsThatAreNoneAreRefused) {

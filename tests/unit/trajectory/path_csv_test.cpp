@@ -146,7 +146,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "p.csv:1: the header has no time column; one column must be time[s], time[ms] or time[us]"},
         BadInput{"time[rad],x[rad]\n", "p.csv:1:1: the time column must be in s, ms or us, not in rad"},
         BadInput{"time[s],time[ms],x[rad]\n", "p.csv:1:9: the time column appears twice"},
-        BadInput{"time[s]\n0\n1\n", "p.csv:1: the header names no axis beside the time"},
+        BadInput{"time[s]\n0\n1\n", "p.csv:1: the header has a time column but no axis"},
         BadInput{"time[s],x[rad], x[mm]\n", "p.csv:1:17: axis name 'x' appears twice"},
         BadInput{"time[s],[rad]\n",
                  "p.csv:1:9: axis name '' must be 1 to 31 characters out of letters a to z and A to Z, digits and _-., "
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadInput{"time[s],x[rad],y[rad/s]\n", "p.csv:1:16: there are no positions for the velocities of axis 'y'"},
         BadInput{"time[s],x[rad/s]\n", "p.csv:1:9: there are no positions for the velocities of axis 'x'"},
-        BadInput{"time[s],x[rad],x[rad/s^2]\n", "p.csv:1:9: axis 'x' gives accelerations and no velocities"},
+        BadInput{"time[s],x[rad],x[rad/s^2]\n", "p.csv:1:9: axis 'x' has accelerations but no velocities"},
         BadInput{"time[s],x[rad],x[deg/s],x[rad/s]\n", "p.csv:1:25: the velocities of axis 'x' appear twice"},
         BadInput{"time[s],x[rad],x[mm/s]\n",
                  "p.csv:1:16: the velocities of axis 'x' must fit its positions in rad, not be in mm/s"},

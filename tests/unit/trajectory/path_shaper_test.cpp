@@ -112,7 +112,7 @@ TEST(PathShaper, RandomPathsAreSmoothAndWithinTheirTolerance) {
     const std::size_t axes = random.index(1, kMaxGroupAxes);
     const auto plan = test::random_moves(random, axes, 8, 0.2);
     if (const auto refused = refusal(axes, plan); !refused.empty()) {
-      ASSERT_TRUE(refused.find("turns back") != std::string::npos) << refused;
+      ASSERT_TRUE(refused.find("reverses") != std::string::npos) << refused;
       continue;
     }
     const auto pieces = shape(axes, plan);
@@ -275,8 +275,9 @@ TEST(PathShaperBadInput, IsRefusedWithASentence) {
   const auto reason = [](const PathMove& move, double first_tolerance = 1e-3) {
     return refusal(2, {{}, {line_to({1.0}, kAnyFeed, first_tolerance), move}});
   };
-  EXPECT_EQ(reason(line_to({0.0}, kAnyFeed, 0.0)),
-            "the path turns back where it begins, and such a corner cannot be rounded; a tolerance of 0 stops there");
+  EXPECT_EQ(
+      reason(line_to({0.0}, kAnyFeed, 0.0)),
+      "the path reverses where the move starts, and such a corner cannot be rounded; a tolerance of 0 stops there");
   EXPECT_EQ(reason(line_to({nan}, kAnyFeed, 0.0)), "the target of axis 1 is nan; positions lie within +-1e6 m or rad");
   EXPECT_EQ(reason(line_to({2.0, 0.0, 1.0}, kAnyFeed, 0.0)), "the target has a value for axis 3 of 2");
   EXPECT_EQ(reason(line_to({2.0}, 0.0, 0.0)), "the feed is 0; it must be above 0");
@@ -288,7 +289,7 @@ TEST(PathShaperBadInput, IsRefusedWithASentence) {
   auto open = arc_by({1.0}, 1.0, 0.5, 1.0, kAnyFeed, 0.0);
   open.target[1] += 0.01;
   EXPECT_EQ(reason(open).substr(0, 22), "the arc does not close");
-  EXPECT_EQ(reason(arc_by({1.0}, 1.0, 0.0, 1.0, kAnyFeed, 0.0)), "the arc begins at its own centre");
+  EXPECT_EQ(reason(arc_by({1.0}, 1.0, 0.0, 1.0, kAnyFeed, 0.0)), "the arc starts at its own centre");
   auto one_axis = arc_by({1.0}, 1.0, 0.5, 1.0, kAnyFeed, 0.0);
   one_axis.second_axis = 0;
   EXPECT_EQ(reason(one_axis), "an arc around a centre needs two different axes of the group");

@@ -94,7 +94,7 @@ TEST(PathBuilder, TakesDerivativesOfTheAxesThatGiveThem) {
   require(builder.add_axis({"x", AxisKind::kRotary, nullptr, true, true}));
   require(builder.add_axis({"y", AxisKind::kLinear, nullptr, false, false}));
   EXPECT_EQ(refusal(builder.add_axis({"z", AxisKind::kLinear, nullptr, false, true})),
-            "axis 'z' gives accelerations and no velocities");
+            "axis 'z' has accelerations but no velocities");
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const std::array two{1.0, kNan};  // y gives none: existing ones are left out
   const std::array positions{1.0, 2.0};

@@ -117,8 +117,8 @@ TEST(PositionCorrectionBadInput, HasOneSentenceWithItsPlace) {
   const std::pair<std::string, std::string> cases[] = {
       {"", "c.csv:1: the file has no header row such as position[mm],correction[um]"},
       {"position[mm]\n",
-       "c.csv:1: the header has 1 columns; it must be such as position[mm],correction[um], and may have backward[um] "
-       "behind these"},
+       "c.csv:1: the header has 1 columns; it must be such as position[mm],correction[um], optionally followed by "
+       "backward[um]"},
       {"position[mm];correction[um]\n",
        "c.csv:1: the separator is a comma, and numbers have a decimal point: position[mm],correction[um]"},
       {"place[mm],correction[um]\n",
@@ -135,7 +135,8 @@ TEST(PositionCorrectionBadInput, HasOneSentenceWithItsPlace) {
       {"position[mm],correction[um]\n0,0\n", "c.csv: there are 1 points, at least 2 are expected"},
       {"position[mm],correction[um]\n0,0\n5,1\n5,2\n", "c.csv:4: the position 5 mm follows 5 mm: positions must rise"},
       {"position[mm],correction[um]\n0,0\n10,0\n11,100\n12,0\n",
-       "c.csv:3: the correction has a slope of 0.153846 at 10 mm, at most 0.05 is expected: no screw is so wrong"},
+       "c.csv:3: the correction has a slope of 0.153846 at 10 mm, at most 0.05 is expected: no screw has such an "
+       "error"},
   };
   for (const auto& [text, sentence] : cases) {
     const auto table = parse_correction_csv(text, "c.csv");

@@ -46,8 +46,8 @@ tl::expected<void, PathError> check_points(const CamTable& table, CamMethod meth
   const std::size_t least = method == CamMethod::kSpline && kind != CamKind::kOneShot ? 3 : 2;
   if (points.size() < least || points.size() > kMaxCamPoints) {
     return refuse_cam(table, 0,
-                      "a cam of " + std::to_string(points.size()) + " points cannot be: " + std::to_string(least) +
-                          " to " + std::to_string(kMaxCamPoints) + " are possible");
+                      "a cam of " + std::to_string(points.size()) + " points is not possible: " +
+                          std::to_string(least) + " to " + std::to_string(kMaxCamPoints) + " are expected");
   }
   const auto& unit = unit_of(table.master_unit);
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -96,7 +96,7 @@ tl::expected<void, PathError> check_ends(const CamTable& table, CamKind kind, bo
     for (const auto* const point : {&first, &last}) {
       if (std::abs(value(*point)) <= tolerance) continue;
       return refuse_cam(table, point->line,
-                        "a one-shot cam begins and ends at rest, and here its " + what + "is " +
+                        "a one-shot cam must start and end at rest, but its " + what + "is " +
                             of_derivative(table, curvature, value(*point)));
     }
     return {};

@@ -85,7 +85,7 @@ class CamParser {
     const auto unit = find_cam_unit(unit_name);
     if (!unit) {
       return rows_.refuse(place, "unknown unit " + in_quotes(unit_name) + " of column " + in_quotes(name) +
-                                     "; expected rad, deg, rev, m, mm or um, for slopes by another such as mm/deg, "
+                                     "; expected rad, deg, rev, m, mm or um, for slopes a quotient such as mm/deg, "
                                      "for curvatures mm/deg^2");
     }
     const bool master = name == "master" && unit->by == nullptr;
@@ -123,7 +123,7 @@ class CamParser {
     table_.gives_slope = find(CamColumn::kSlope) != nullptr;
     table_.gives_curvature = find(CamColumn::kCurvature) != nullptr;
     if (!table_.gives_curvature || table_.gives_slope) return {};
-    return rows_.refuse(find(CamColumn::kCurvature)->place, "there are no slopes beside the curvatures of the slave");
+    return rows_.refuse(find(CamColumn::kCurvature)->place, "the curvatures of the slave need slopes as well");
   }
 
   tl::expected<void, PathError> read_row() {

@@ -34,7 +34,7 @@ class CorrectionParser {
     if (fields.size() < 2 || fields.size() > kCorrectionColumns.size()) {
       return rows_.refuse({rows_.line(), 0}, "the header has " + std::to_string(fields.size()) +
                                                  " columns; it must be such as " + std::string(kCorrectionHeader) +
-                                                 ", and may have backward[um] behind these");
+                                                 ", optionally followed by backward[um]");
     }
     for (std::size_t i = 0; i < fields.size(); ++i) {
       if (auto heading = read_heading(fields[i], i); !heading) return heading;

@@ -119,7 +119,7 @@ tl::expected<PositionCorrection, PathError> PositionCorrection::make(const std::
       if (!(std::abs(most.slope) <= kSteepest)) {
         return refuse(*table, points[i + 1].line,
                       "the correction has a slope of " + to_short_text(most.slope) + " at " + shown(most.at, *table) +
-                          ", at most " + to_short_text(kSteepest) + " is expected: no screw is so wrong");
+                          ", at most " + to_short_text(kSteepest) + " is expected: no screw has such an error");
       }
       bounds.slope = std::max(bounds.slope, std::abs(most.slope));
       bounds.curvature = std::max(bounds.curvature, most_curvature(**cam, begin, end));

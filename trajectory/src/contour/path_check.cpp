@@ -64,7 +64,7 @@ std::string PathCheck::sample_at(const PathPiece& piece, double length, Sample& 
   if (const auto fault = to_joints(settings_, tool, sample.joints); fault.kind != PoseFault::Kind::kNone) {
     const auto* const what = fault.kind == PoseFault::Kind::kUnreachable
                                  ? "the machine cannot reach "
-                                 : "the path leads to a singular place of the machine at ";
+                                 : "the path reaches a singular position of the machine at ";
     return what + place_text(settings_, tool.position) + ": " + settings_.kinematics->explain(fault);
   }
   for (std::size_t i = 0; i < settings_.axes; ++i) {

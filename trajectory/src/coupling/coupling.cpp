@@ -321,13 +321,13 @@ std::string_view to_text(CouplingRefusal refusal) noexcept {
     case CouplingRefusal::kNone:
       return "nothing is wrong";
     case CouplingRefusal::kNotFinite:
-      return "a state or a place is not a finite number";
+      return "a state or a position is not a finite number";
     case CouplingRefusal::kTooLate:
-      return "the master has already passed the place where the slave has to begin";
+      return "the master has already passed the position where the slave must start";
     case CouplingRefusal::kNoWay:
-      return "the slave cannot come to the place without turning round: it needs a distance of the master to begin at";
+      return "the slave cannot reach the position without reversing: give the master distance over which it starts";
     case CouplingRefusal::kTooSteep:
-      return "at the velocity of the master the slave would need more than its limits: the distance is too short";
+      return "the slave would exceed its limits at the velocity of the master: the distance is too short";
   }
   return "?";
 }

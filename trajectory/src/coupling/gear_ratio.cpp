@@ -12,8 +12,8 @@ bool is_gear_number(std::int64_t number) {
 }  // namespace
 
 std::string GearError::message() const {
-  const std::string what = "a gear of " + std::to_string(numerator) + " : " + std::to_string(denominator) +
-                           " cannot be: both numbers must be ";
+  const std::string what = "a gear ratio of " + std::to_string(numerator) + " : " + std::to_string(denominator) +
+                           " is not possible: both numbers must be ";
   return what + (numerator == 0 || denominator == 0 ? "other than 0" : "within +-2147483648");
 }
 

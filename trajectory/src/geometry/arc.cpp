@@ -46,7 +46,7 @@ tl::expected<CircularArc, PathMoveError> arc_around(const GroupVector& from, con
   const double chord_i = move.target[i] - from[i];
   const double chord_j = move.target[j] - from[j];
   const double chord = std::hypot(chord_i, chord_j);
-  if (!(radius > 0.0)) return bad_arc("the arc begins at its own centre");
+  if (!(radius > 0.0)) return bad_arc("the arc starts at its own centre");
   const bool whole = chord <= kSamePlace * radius;
   double shift = 0.0;
   if (!whole) {

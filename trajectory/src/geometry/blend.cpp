@@ -121,7 +121,7 @@ tl::expected<Blend, PathMoveError> blend(const PathPiece& before, const PathPiec
                                          double tolerance, double longest_cut) {
   if (joint.half_turn > kSharpestHalfTurn) {
     return tl::unexpected(PathMoveError{
-        "the path turns back where it begins, and such a corner cannot be rounded; a tolerance of 0 stops there"});
+        "the path reverses where the move starts, and such a corner cannot be rounded; a tolerance of 0 stops there"});
   }
   if (before.is_line() && behind.is_line()) return corner_of_lines(joint, tolerance, longest_cut);
   return corner_of_curves(before, behind, tolerance, longest_cut);

@@ -80,7 +80,7 @@ tl::expected<std::vector<PathEvent>, PathMoveError> events_of(const PathMove& mo
     constexpr double kLengthTolerance = 1e-9;
     if (!(place >= -kLengthTolerance && place <= length + kLengthTolerance)) {
       return bad_move("an output would change " + to_short_text(std::abs(at)) + " m " +
-                      (at < 0.0 ? "before the end" : "behind the begin") + " of a move that is " +
+                      (at < 0.0 ? "before the end" : "after the start") + " of a move that is " +
                       to_short_text(length) + " m long");
     }
     events.push_back({std::clamp(place, 0.0, length), change, 0.0});
@@ -91,7 +91,7 @@ tl::expected<std::vector<PathEvent>, PathMoveError> events_of(const PathMove& mo
 }
 
 tl::unexpected<PathMoveError> too_many_events() {
-  return bad_move("more than " + std::to_string(kMaxOutputsOfMove) + " outputs and dwells belong to one move");
+  return bad_move("more than " + std::to_string(kMaxOutputsOfMove) + " outputs and dwells in one move");
 }
 
 /// Appends pieces one after the other, with the events on them.
@@ -137,7 +137,7 @@ tl::expected<std::vector<PathPiece>, PathMoveError> spline_pieces(const GroupVec
   for (const auto& polynomial : point_spline(points)) {
     auto fitted = PathPiece::curve(polynomial);
     if (fitted.empty()) {
-      return bad_move("the spline stands still or turns back between two of its points; more even points help");
+      return bad_move("the spline stops or reverses between two of its points; use more evenly spaced points");
     }
     pieces.insert(pieces.end(), fitted.begin(), fitted.end());
   }
@@ -149,7 +149,7 @@ tl::expected<std::vector<PathPiece>, PathMoveError> spline_pieces(const GroupVec
 PathShaper::PathShaper(std::size_t axes, const GroupVector& start, const PathCheck* check)
     : axes_(axes), check_(check), target_(start) {
   if (axes == 0 || axes > kMaxGroupAxes) throw std::invalid_argument("a group has 1 to 8 axes");
-  if (const auto checked = check_place(start, axes, "the first place"); !checked) {
+  if (const auto checked = check_place(start, axes, "the first position"); !checked) {
     throw std::invalid_argument(checked.error().reason);
   }
 }

@@ -107,7 +107,8 @@ PoseFault DeltaKinematics::inverse(const PathGeometry& tool, PathGeometry& joint
 std::string DeltaKinematics::explain(const PoseFault& fault) const {
   const std::string chain = "chain " + std::to_string(fault.joint + 1);
   if (fault.kind == PoseFault::Kind::kUnreachable) return chain + " is too short or too long for it";
-  if (fault.joint == PoseFault::kAllJoints) return "the rods would be in one plane there, and not hold the platform";
+  if (fault.joint == PoseFault::kAllJoints)
+    return "the rods would be in one plane there and could not hold the platform";
   return "arm and rods of " + chain + " would be in line there";
 }
 

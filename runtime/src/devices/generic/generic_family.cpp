@@ -82,7 +82,7 @@ std::vector<std::string_view> GenericFamily::own_keys() const {
 std::shared_ptr<const SlaveDevice> GenericFamily::read(const DeviceTable& table) const {
   auto& reader = table.keys;
   if (!table.esi && !reader.has("sii")) {
-    reader.fail("model", fmt::format("is \"{}\": esi or sii is expected beside it, the file of the device", key()));
+    reader.fail("model", fmt::format("is \"{}\": esi or sii, the file of the device, is expected as well", key()));
   }
   FileDevice::Source source;
   source.file = table.directory / reader.text(table.esi ? "esi" : "sii");

@@ -152,7 +152,7 @@ void read_load(TomlReader reader, MsdParameters& parameters) {
   const auto& load = parameters.motor.load;
   for (const std::string_view key : {"stiffness_nm_rad", "damping_nm_s"}) {
     if (!reader.has(key) || load.inertia_kg_m2 > 0.0) continue;
-    reader.fail(key, "is that of a coupling, which needs inertia_kg_m2 of the load behind it");
+    reader.fail(key, "is for a coupling to a load: set inertia_kg_m2 of the load");
   }
   if (load.end_stop_min_rad >= load.end_stop_max_rad) {
     reader.fail("end_stop_max_rev",
@@ -197,7 +197,7 @@ std::size_t read_input_name(TomlReader& reader, std::string_view key) {
 MachineSwitch read_switch(TomlReader reader) {
   MachineSwitch result;
   const auto terminal = slaves::msd::input_terminal(read_input_name(reader, "input"));
-  if (!terminal) reader.fail("input", "is no terminal, which a switch needs");
+  if (!terminal) reader.fail("input", "is not a terminal, but a switch needs one");
   result.input = *terminal;
   constexpr double kEndless = std::numeric_limits<double>::infinity();
   const auto way = [&reader](std::string_view key, double fallback) {
@@ -206,7 +206,7 @@ MachineSwitch read_switch(TomlReader reader) {
   result.from_rad = way("from_rev", -kEndless);
   result.to_rad = way("to_rev", kEndless);
   if (std::isinf(result.from_rad) && std::isinf(result.to_rad)) {
-    reader.fail("", "from_rev or to_rev is missing: where is the switch?");
+    reader.fail("", "from_rev or to_rev is missing: the position of the switch is expected");
   }
   if (result.from_rad >= result.to_rad) {
     reader.fail("to_rev", fmt::format("is {}, more than from_rev, {}, is expected", result.to_rad / kRevolution,
@@ -221,16 +221,16 @@ ScriptedSignal read_input(TomlReader reader, const MsdParameters& parameters) {
   const auto input = read_input_name(reader, "entry");
   const auto same = [input](const ScriptedSignal& other) { return other.input == input; };
   if (std::any_of(parameters.inputs.begin(), parameters.inputs.end(), same)) {
-    reader.fail("entry", "has a script already");
+    reader.fail("entry", "already has a script");
   }
   const auto terminal = slaves::msd::input_terminal(input);
   const auto switched = [&terminal](const MachineSwitch& s) { return terminal == s.input; };
   if (std::any_of(parameters.switches.begin(), parameters.switches.end(), switched)) {
-    reader.fail("entry", "has a [[slave.switch]] already");
+    reader.fail("entry", "already has a [[slave.switch]]");
   }
   ScriptedSignal script{input, read_signal(reader)};
   if (!script.signal.jumps()) {
-    reader.fail("shape", "is one for numbers; an input of a drive takes \"constant\", \"toggle\" or \"steps\"");
+    reader.fail("shape", "is for numbers; \"constant\", \"toggle\" or \"steps\" is expected for an input of a drive");
   }
   for (const double value : {script.signal.smallest(), script.signal.largest()}) {
     const auto fits = slaves::msd::check_drive_input(input, value);

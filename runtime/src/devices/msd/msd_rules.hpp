@@ -34,7 +34,7 @@ class MsdRules : public DriveRules {
 class ServoOneRules final : public MsdRules {
  public:
   [[nodiscard]] std::string_view why_no_torque_offset() const noexcept override {
-    return "takes torque offsets with an interpolation only that driveline does not use (P 370 = 2)";
+    return "accepts torque offsets only with an interpolation that driveline does not use (P 370 = 2)";
   }
 };
 

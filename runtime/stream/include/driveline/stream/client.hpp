@@ -97,7 +97,7 @@ inline std::variant<Received, std::string> receive_answer(int socket, std::chron
   // A line that has disconnected may have sent the reason before: that message follows the error.
   if (length < 0 && errno == ECONNRESET) length = ::recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
   if (length < 0) return system_text("the line does not answer");
-  if (length == 0) return std::string{"the line has hung up"};
+  if (length == 0) return std::string{"the line has closed the connection"};
   Received received;
   for (const cmsghdr* part_of = CMSG_FIRSTHDR(&message); part_of != nullptr;
        part_of = CMSG_NXTHDR(&message, const_cast<cmsghdr*>(part_of))) {
@@ -110,11 +110,11 @@ inline std::variant<Received, std::string> receive_answer(int socket, std::chron
     }
   }
   const auto answer = from_bytes<Answer>(std::span<const std::byte>(bytes).first(static_cast<std::size_t>(length)));
-  if (!answer) return std::string{"what listens there is no line, or one of another version"};
+  if (!answer) return std::string{"the other end is not a line, or a line of another version"};
   received.answer = *answer;
   if (answer->accepted == 0) return std::string{answer->refusal.text()};
   if (answer->version != kVersion) {
-    return "the line speaks version " + std::to_string(answer->version) + " of the stream, this client " +
+    return "the line uses version " + std::to_string(answer->version) + " of the stream, this client " +
            std::to_string(kVersion);
   }
   return received;
@@ -140,7 +140,7 @@ class Client {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     if (socket_path.size() >= sizeof address.sun_path)
-      return socket_path + ": the path of a socket has 107 bytes at most";
+      return socket_path + ": the path of a socket must not exceed 107 bytes";
     std::copy(socket_path.begin(), socket_path.end(), address.sun_path);
     client_detail::Descriptor socket{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)};
     if (!socket.valid()) return system_text("no socket");

@@ -72,23 +72,23 @@ inline constexpr std::size_t kRefusals = 12;
     case Refusal::kOutOfOrder:
       return "out of order";
     case Refusal::kGap:
-      return "behind a gap";
+      return "after a gap";
     case Refusal::kLate:
       return "later than its time";
     case Refusal::kTooFarAhead:
       return "too far ahead";
     case Refusal::kTimeGap:
-      return "too long after the one before";
+      return "too long after the previous one";
     case Refusal::kAxisCount:
-      return "of another number of axes";
+      return "for another number of axes";
     case Refusal::kUnknownKind:
-      return "of no known kind";
+      return "of an unknown kind";
     case Refusal::kTooFast:
       return "too fast for an axis";
     case Refusal::kOutsideRange:
       return "outside the range of an axis";
     case Refusal::kImpossibleIndex:
-      return "lost by an impossible index";
+      return "lost through an invalid index";
   }
   return "refused";
 }
@@ -115,13 +115,13 @@ enum class EndReason : std::uint32_t {
 [[nodiscard]] constexpr std::string_view to_text(EndReason reason) noexcept {
   switch (reason) {
     case EndReason::kNone:
-      return "it goes on";
+      return "it continues";
     case EndReason::kEnded:
       return "it has ended the session";
     case EndReason::kSilent:
       return "it was silent for longer than the keep-alive time";
     case EndReason::kGone:
-      return "its connection is gone";
+      return "its connection is closed";
     case EndReason::kLine:
       return "the line ends";
   }
