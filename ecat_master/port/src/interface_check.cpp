@@ -38,21 +38,21 @@ RealtimeItem check_link(const InterfaceFacts& facts) {
   const std::string state = !facts.up ? "down" : facts.running ? "up" : "up, no carrier";
   auto item = fine("link", "up", state + (facts.driver.empty() ? "" : ", driver " + facts.driver));
   if (facts.running) return item;
-  return finding(std::move(item), Cost::kPrevents, "no frame leaves or arrives",
-                 facts.up ? "connect the first slave's input, and see that it has power"
-                          : "`ip link set dev " + facts.name + " up`");
+  return finding(
+      std::move(item), Cost::kPrevents, "no frame leaves or arrives",
+      facts.up ? "connect the first slave's input and check its supply" : "`ip link set dev " + facts.name + " up`");
 }
 
 RealtimeItem check_speed(const InterfaceFacts& facts) {
   // EtherCAT is 100BASE-TX, full duplex (ETG.1000.2); a link at another speed leads to a device that is not a slave.
-  auto item = fine("link speed", "100 Mbit/s, full duplex", "not told by the driver");
+  auto item = fine("link speed", "100 Mbit/s, full duplex", "not reported by the driver");
   if (!facts.speed_mbit_s || facts.driver.empty()) return item;
   const bool half = facts.full_duplex && !*facts.full_duplex;
   item.effective = std::to_string(*facts.speed_mbit_s) + " Mbit/s, " + (half ? "half" : "full") + " duplex";
   if (*facts.speed_mbit_s == 100 && !half) return item;
   return finding(std::move(item), Cost::kPeriods,
                  half ? "frames collide: EtherCAT sends and receives at the same time"
-                      : "it is no EtherCAT slave that is connected, or a switch stands in between",
+                      : "the connected device is not an EtherCAT slave, or a switch is in between",
                  "connect the first slave directly; `ethtool -s " + facts.name + " autoneg on`");
 }
 
@@ -60,13 +60,12 @@ RealtimeItem check_mtu(const InterfaceFacts& facts) {
   constexpr std::uint32_t kWholeFrame = 1500;
   auto item = fine("MTU", "1500 or more", std::to_string(facts.mtu));
   if (facts.mtu >= kWholeFrame) return item;
-  return finding(std::move(item), Cost::kPrevents,
-                 "the kernel refuses frames that are longer: a long line does not reach OP",
+  return finding(std::move(item), Cost::kPrevents, "the kernel refuses longer frames: a long line does not reach OP",
                  "`ip link set dev " + facts.name + " mtu 1500`");
 }
 
 RealtimeItem check_coalescing(const InterfaceFacts& facts) {
-  auto item = fine("interrupt coalescing", "off", facts.coalescing ? "off" : "not told by the driver");
+  auto item = fine("interrupt coalescing", "off", facts.coalescing ? "off" : "not reported by the driver");
   if (!facts.coalescing) return item;
   const auto& found = *facts.coalescing;
   if (found.rx_usecs == 0 && found.tx_usecs == 0 && !found.adaptive) return item;
@@ -75,29 +74,30 @@ RealtimeItem check_coalescing(const InterfaceFacts& facts) {
   // Some drivers report 1 us for "at once".
   if (found.rx_usecs <= 1 && found.tx_usecs <= 1 && !found.adaptive) return item;
   return finding(std::move(item), found.rx_usecs >= 50 || found.adaptive ? Cost::kPeriods : Cost::kMicroseconds,
-                 "every frame that comes back waits that long in the interface",
+                 "each returning frame is delayed by this time in the interface",
                  "`ethtool -C " + facts.name + " adaptive-rx off adaptive-tx off rx-usecs 0 tx-usecs 0`");
 }
 
 RealtimeItem check_offload(const InterfaceFacts& facts) {
-  auto item =
-      fine("receive offload", "off", facts.receive_offload ? on_off(*facts.receive_offload) : "not told by the driver");
+  auto item = fine("receive offload", "off",
+                   facts.receive_offload ? on_off(*facts.receive_offload) : "not reported by the driver");
   if (!facts.receive_offload.value_or(false)) return item;
   return finding(std::move(item), Cost::kMicroseconds,
-                 "the kernel looks whether a frame can be joined to others before it hands it on",
+                 "the kernel tries to merge each received frame with others before it delivers it",
                  "`ethtool -K " + facts.name + " gro off lro off`");
 }
 
 RealtimeItem check_energy_saving(const InterfaceFacts& facts) {
-  auto item =
-      fine("energy saving (EEE)", "off", facts.energy_saving ? on_off(*facts.energy_saving) : "not told by the driver");
+  auto item = fine("energy saving (EEE)", "off",
+                   facts.energy_saving ? on_off(*facts.energy_saving) : "not reported by the driver");
   if (!facts.energy_saving.value_or(false)) return item;
   return finding(std::move(item), Cost::kMicroseconds, "the link sleeps between frames and takes some 20 us to wake",
                  "`ethtool --set-eee " + facts.name + " eee off`");
 }
 
 RealtimeItem check_flow_control(const InterfaceFacts& facts) {
-  auto item = fine("flow control", "off", facts.flow_control ? on_off(*facts.flow_control) : "not told by the driver");
+  auto item =
+      fine("flow control", "off", facts.flow_control ? on_off(*facts.flow_control) : "not reported by the driver");
   if (!facts.flow_control.value_or(false)) return item;
   return finding(std::move(item), Cost::kMicroseconds, "a pause frame from the line would stop the master's sending",
                  "`ethtool -A " + facts.name + " autoneg off rx off tx off`");
@@ -109,7 +109,7 @@ RealtimeItem check_other_traffic(const InterfaceFacts& facts) {
   if (facts.ip_addresses.empty()) return item;
   return finding(
       std::move(item), Cost::kMicroseconds,
-      "the kernel sends ARP, IPv6 and DHCP frames onto the line, in front of the cycle's; slaves discard them",
+      "the kernel sends ARP, IPv6 and DHCP frames onto the line, ahead of the frames of the cycle; slaves discard them",
       "`sysctl -w net.ipv6.conf." + facts.name + ".disable_ipv6=1 && ip address flush dev " + facts.name +
           "`, and take the interface out of the network configuration");
 }
@@ -123,7 +123,7 @@ std::vector<RealtimeItem> inspect_interface(const InterfaceFacts& facts) {
 
 rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed) {
   auto item = fine("AF_XDP", needed ? "allowed" : "not requested", "allowed");
-  std::string consequence = "port = \"xdp\" is refused, with policy = \"degrade\" a packet socket takes its place";
+  std::string consequence = "port = \"xdp\" is refused; with policy = \"degrade\" a packet socket replaces it";
   std::string remedy = kGrantXdpCapabilities;
   const FileDescriptor socket{::socket(AF_XDP, SOCK_RAW | SOCK_CLOEXEC, 0)};
   if (!socket.valid()) {
@@ -135,7 +135,7 @@ rt::RealtimeItem inspect_xdp(const std::string& interface, bool needed) {
     item.effective = "XDP programs are refused";
   } else if (has_xdp_program(interface)) {
     item.effective = "an XDP program is attached to the interface";
-    remedy = "end the driveline that runs there, or `ip link set dev " + interface + " xdp off`";
+    remedy = "stop the driveline process that uses it, or `ip link set dev " + interface + " xdp off`";
   } else {
     return item;
   }

@@ -61,9 +61,9 @@ std::string why_not_attached(int error_number, std::size_t mtu) {
   switch (error_number) {
     case EBUSY:
     case EEXIST:
-      return "another XDP program is attached to the interface, maybe by another driveline; end it, see `ip link`";
+      return "another XDP program is attached to the interface, perhaps by another driveline; stop it; see `ip link`";
     case EOPNOTSUPP:
-      return "the driver runs no XDP programs";
+      return "the driver does not support XDP programs";
     case ENOSPC:
       return "the interface has fewer receive queues than its other end has transmit queues; see `ethtool -l`";
     case ERANGE:
@@ -74,7 +74,7 @@ std::string why_not_attached(int error_number, std::size_t mtu) {
         return "the driver refuses it, as many do with an MTU of " + std::to_string(mtu) +
                "; `ip link set dev IF mtu 1500`";
       }
-      return "the driver refuses it as it is set now; see the kernel's log";
+      return "the driver refuses it in its present configuration; see the kernel log";
     default:
       return error_text(error_number);
   }
@@ -92,12 +92,13 @@ std::string why(const XdpRefusal& refusal, std::size_t mtu) {
     case Step::kMemory:
       return why_no_memory(refusal.error_number);
     case Step::kBind:
-      if (refusal.error_number == EOPNOTSUPP || refusal.error_number == EINVAL) return "the driver has no zero copy";
+      if (refusal.error_number == EOPNOTSUPP || refusal.error_number == EINVAL)
+        return "the driver does not support zero copy";
       if (refusal.error_number == EBUSY) return "another AF_XDP socket has receive queue 0 of the interface";
       return why_no_memory(refusal.error_number);
     case Step::kProgram:
       if (refusal.error_number == EINVAL || refusal.error_number == ENOSYS)
-        return "this kernel does not take the XDP program (Linux 5.9 is needed)";
+        return "this kernel does not accept the XDP program (Linux 5.9 is needed)";
       return "the kernel refuses the XDP program: " + error_text(refusal.error_number);
     case Step::kAttach:
       break;
@@ -168,7 +169,7 @@ tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::open(const XdpConfig&
     if (port.error().code != PortErrorCode::kUnsupported || mode >= config.last) return port;
     steps_down.push_back(port.error().message);
   }
-  return failure(PortErrorCode::kUnsupported, "No mode of AF_XDP is left to be tried.");
+  return failure(PortErrorCode::kUnsupported, "No further AF_XDP mode is available.");
 }
 
 tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::try_mode(XdpMode mode, const std::string& interface,

@@ -26,7 +26,7 @@ class Usage(ProgramTest):
         result = self.run_program("run", "--config", config, "--virtual", "--duration", "0.1", "--no-telemetry")
         self.assertEqual((result.returncode, result.stdout), (1, ""))
         self.assertIn("slave 0 (x): the planned PDOs cannot be configured by the ESI file of", result.stderr)
-        self.assertIn("PDO 1600h is to be in sync manager 3, which carries no outputs", result.stderr)
+        self.assertIn("PDO 1600h is assigned to sync manager 3, which carries no outputs", result.stderr)
 
     AXIS = '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n{}[[axis]]\nname = "x"\n'
     BY_INDEX = "[[slave.pdo]]\nindex = 0x1600\n[[slave.pdo]]\nindex = 0x1A00\n"

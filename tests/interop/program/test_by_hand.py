@@ -196,10 +196,10 @@ class Script(ProgramTest):
         for script, wrong in (("x drive-run 60rpm\n", FREQUENCY), ("x drive-run 0.4rpm\n", line)):
             result = self.run_script(script, line=wrong)
             self.assertEqual(result.returncode, 1, result.stderr)
-            self.assertIn("moves.txt:1: axis x: 6042h of its drive cannot hold this velocity, by 604Ch",
+            self.assertIn("moves.txt:1: axis x: object 6042h of the drive cannot represent this velocity with the factor 604Ch",
                           result.stderr.splitlines()[-1])
         result = self.run_script("x drive-run 60rpm\n", line=LINE)
-        self.assertIn("axis x: it is not possible in this mode, or the process data lack", result.stderr.splitlines()[-1])
+        self.assertIn("axis x: the request is not possible in this mode, or the process data lack", result.stderr.splitlines()[-1])
 
     def test_round_table_goes_the_way_that_it_is_told(self):
         line = LINE.replace('name = "x"\nunit = "deg"', 'name = "x"\nunit = "deg"\nincrements_per_revolution = 1048576\nmodulo = 360', 1)
@@ -258,11 +258,11 @@ class Script(ProgramTest):
                 ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; 1, 2 or zero says which'),
                 ("x probe\n", LINE, 1, "axis x: the process data lack the touch probe: 60B8h, 60B9h, or the value of its edge"),
                 ("x probe 2\n", PROBING, 1, "axis x: the process data lack the touch probe"),
-                ("x abort-probe\n", PROBING, 1, "axis x: there is nothing that it could act on"),
-                ("x home-probe 10\n", PROBING, 1, "moves.txt:1: axis x: the touch probe has seen nothing within the distance"),
-                ("x drive-move 9 acceleration=7\n", PROBING, 1, "axis x: it is not possible in this mode, or the process data lack"),
+                ("x abort-probe\n", PROBING, 1, "axis x: there is no motion on which the request could act"),
+                ("x home-probe 10\n", PROBING, 1, "moves.txt:1: axis x: the touch probe detected no edge within the distance"),
+                ("x drive-move 9 acceleration=7\n", PROBING, 1, "axis x: the request is not possible in this mode, or the process data lack"),
                 ("x drive-jog 721\n", LINE, 1, "axis x: velocity 721 deg/s is not possible"),
-                ("x mode ip\n", LINE, 1, "axis x: it is not possible in this mode, or the process data lack")):
+                ("x mode ip\n", LINE, 1, "axis x: the request is not possible in this mode, or the process data lack")):
             with self.subTest(script=script):
                 result = self.run_script(script, line=line)
                 self.assertEqual(result.returncode, status, result.stderr)
@@ -282,7 +282,7 @@ class Script(ProgramTest):
         result = self.run_script("x jog 90\ny jog 90\nwait x\nsleep 4s\nx halt\nwait x\n", line=LINE + '[recovery]\naxes = "continue"\n'
                                  '[[fault]]\nat_ms = 1500\nkind = "power-off"\nslave = "y"\nfor_ms = 500\n')
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("moves.txt:2: axis y: the drive is not there, or has left Operation enabled", result.stderr.splitlines()[-1])
+        self.assertIn("moves.txt:2: axis y: the drive does not answer, or has left Operation enabled", result.stderr.splitlines()[-1])
         self.assertNotIn("axis x: ErrorStop", result.stderr)
 
     def test_axes_of_a_path_take_no_script(self):

@@ -14,7 +14,7 @@ LINE = EXAMPLES / "line8-dc.toml"
 POWER_OFF = '[[fault]]\nat_ms = 1500\nkind = "power-off"\nslave = "z"\n'
 
 NOT_LOCKED = (r"the cycle is not locked to the reference clock: its frames are -?\d+ ns off their phase on average and do not "
-              r"stay within \d+ ns of it(; single ones vary by \d+ ns)?; the limit is a hundredth of the cycle: choose a longer one \(\[line\] cycle_us\)")
+              r"stay within \d+ ns of it(; individual frames vary by \d+ ns)?; the limit is a hundredth of the cycle: choose a longer one \(\[line\] cycle_us\)")
 
 # A start time half of the clock's range ahead, SYNC0 activated: in all slaves, with one frame.
 FAR_START = """

@@ -98,7 +98,7 @@ class Script(ProgramTest):
         self.check_wrong(self.run_script(arm.format(0.5) + "arm move 450 0 0 0\nwait arm\n", line=scara_line()), 1,
                          "group arm: the path leads to a singular place of the machine at (0.59999, 0.00218163, 0, 0.00872665): the arms would be stretched or folded there")
         self.check_wrong(self.run_script(arm.format(-60) + "arm move 450 0 0 0\nwait arm\n", line=scara_line()), 1,
-                         "stands where the machine does not have it with its tool there")
+                         "is at a position that does not match the machine with its tool there")
         self.check_wrong(self.run_script(arm.format(60) + "arm move -450 50 0 0\nwait arm\n", line=scara_line()), 1, "group arm: axis shoulder would be at")
 
     def _result_line(self):

@@ -277,7 +277,7 @@ class InProcess(ProgramTest):
     def test_boot_is_for_slaves_that_have_it(self):
         self.assertEqual(self.tool("states", "-p", "1", "BOOT"), "   1  BOOT\n")
         result = self.run_program("states", "--config", EXAMPLES / "mixed.toml", "-p", "0", "BOOT")
-        self.check_refused(result, 1, "slave 0: has no mailbox for BOOT: its EEPROM names none for the bootstrap state")
+        self.check_refused(result, 1, "slave 0: has no mailbox for BOOT: its EEPROM defines none for the bootstrap state")
 
     def test_files_of_a_drive(self):
         file = self.directory / "set.txt"
@@ -374,7 +374,7 @@ class InProcess(ProgramTest):
                            "slave 0 has no mailbox")
 
     def test_diagnosis(self):
-        self.assertIn("nothing wrong is known", self.tool("diag"))
+        self.assertIn("no problem is known", self.tool("diag"))
         document = self.one_document(self.tool("diag", "--json"))
         self.assertEqual(document["places"], [])
         self.assertEqual([slave["answers"] for slave in document["slaves"]], [True] * 8)
@@ -569,7 +569,7 @@ class OnTheWire(WireTest):
         place = self.one_document(self.tool("diag", "--json"))["places"][0]
         self.assertEqual((place["kind"], place["slave"], place["port"], place["other"]), ("damaged_frames", 2, 0, 1))
         self.assertIn(place["sentence"], self.tool("diag", "--clear"))
-        self.assertIn("nothing wrong is known", self.tool("diag"))
+        self.assertIn("no problem is known", self.tool("diag"))
 
     def test_description_of_what_was_found_runs_unchanged(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

@@ -62,7 +62,7 @@ TEST(InterfaceCheck, WhatADriverDoesNotTellIsNoFinding) {
   veth.energy_saving.reset();
   veth.flow_control.reset();
   EXPECT_THAT(findings(veth), testing::IsEmpty());
-  EXPECT_EQ(item(veth, "interrupt coalescing").effective, "not told by the driver");
+  EXPECT_EQ(item(veth, "interrupt coalescing").effective, "not reported by the driver");
 }
 
 TEST(InterfaceCheck, ALinkThatIsDownPrevents) {

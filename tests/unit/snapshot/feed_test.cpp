@@ -435,7 +435,7 @@ TEST(Feed, ADescriptionThatCannotBeIsRefused) {
     const auto reader = FeedReader::open(region->descriptor(), feed.status_descriptor(), feed.cycles_descriptor(),
                                          feed.events_descriptor());
     ASSERT_FALSE(reader);
-    EXPECT_THAT(describe(reader.error()), HasSubstr("than there can be"));
+    EXPECT_THAT(describe(reader.error()), HasSubstr("too many axes"));
   }
 }
 

@@ -41,8 +41,8 @@ class FeedReader {
     }
     if (text->axes > kMaxFeedAxes || text->interfaces > kMaxFeedInterfaces || text->decimation == 0 ||
         text->slaves > kMaxFeedSlaves || text->peers > kMaxFeedPeers || text->discovery_port > 0xFFFF) {
-      return tl::unexpected(FeedError{
-          "description", "more axes, slaves, interfaces, peers or ports than there can be, or a decimation of 0"});
+      return tl::unexpected(
+          FeedError{"description", "too many axes, slaves, interfaces, peers or ports, or a decimation of 0"});
     }
     auto state = map("status", status, feed_status_layout());
     if (!state) return tl::unexpected(state.error());
