@@ -75,14 +75,14 @@ class Usage(ProgramTest):
         self.assertRegex(result.stderr, r"slots\.xml:\d+: a device with slots: modules are not read from ESI files")
 
     def test_command_line(self):
-        self.refused(2, [], "which command?", "--help")
+        self.refused(2, [], "a command is missing", "--help")
         self.refused(2, ["walk"], "walk")
         self.refused(2, ["run", "--quickly"], "--quickly", "--help")
-        self.refused(2, ["rnu"], "driveline: there is no command rnu; did you mean run?; driveline --help tells more")
+        self.refused(2, ["rnu"], "driveline: there is no command rnu; did you mean run?; driveline --help shows more")
         self.refused(2, ["run", "--confg", "x"], "driveline run: there is no option --confg; did you mean --config?; ")
         self.refused(2, ["esi", "shw"], "driveline esi: there is no command shw; did you mean show?; ")
         self.refused(2, ["run", LINE8], f"driveline run: {LINE8} was not expected; a line description is given as --config FILE; ")
-        self.refused(2, ["run", "--duration"], "driveline run: --duration needs a value; driveline run --help tells more")
+        self.refused(2, ["run", "--duration"], "driveline run: --duration needs a value; driveline run --help shows more")
         self.refused(2, ["run"], "--config FILE", "--iface NAME")
         self.refused(2, ["run", "--config"], "--config")
         self.refused(2, ["slaves"], "--config FILE", "--iface NAME")

@@ -125,9 +125,9 @@ class Script(ProgramTest):
 
     def test_errors_have_file_and_line_and_nothing_moves(self):
         for script, sentence in (("x move 90\n\nz move 90\n", 'moves.txt:3: there is no axis "z"'),
-                                 ("x mvoe 90\n", "moves.txt:1: axis x: it cannot \"mvoe\"; did you mean move?"),
+                                 ("x mvoe 90\n", "moves.txt:1: axis x: unknown request \"mvoe\"; did you mean move?"),
                                  ("x move 90mm\n", 'moves.txt:1: position "90mm"'),
-                                 ("# nothing\n", "moves.txt: there is no request in it")):
+                                 ("# nothing\n", "moves.txt: it contains no request")):
             with self.subTest(script=script):
                 self.check_refused(self.run_script(script), 2, sentence)
         self.check_refused(self.run_program("run", "--config", "line.toml", "--script", "none.txt", "--virtual"), 2, "none.txt")
@@ -255,7 +255,7 @@ class Script(ProgramTest):
                 ("x move by=80\nwait x\nx move by=11\n", limited, 1, "moves.txt:3: axis x: position 91 deg is not possible"),
                 ("x jog 90\nwait x\nsleep 3s\n", limited, 1, "moves.txt:1: axis x: it would leave its software limits, -90 deg to 90 deg"),
                 ("x torque 1\n", LINE, 1, "axis x: torques need velocity_gain or inertia"),
-                ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; 1, 2 or zero says which'),
+                ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; expected are 1, 2 or zero'),
                 ("x probe\n", LINE, 1, "axis x: the process data lack the touch probe: 60B8h, 60B9h, or the value of its edge"),
                 ("x probe 2\n", PROBING, 1, "axis x: the process data lack the touch probe"),
                 ("x abort-probe\n", PROBING, 1, "axis x: there is no motion on which the request could act"),
@@ -433,7 +433,7 @@ class Hand(ProgramTest):
         self.check_refused(self.axis("y", "torque", "100"), 1, "axis y: torque 100 Nm is not possible, -78.6408 Nm to 78.6408 Nm are")
         self.check_refused(self.axis("x", "torque", "0.3"), 1, "axis x: torques need velocity_gain or inertia")
         self.check_refused(self.axis("y", "torque", "0.3deg"), 2, 'has no unit "deg"')
-        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog, drive-jog, drive-run and torque")
+        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for is possible with jog, drive-jog, drive-run and torque")
         events = self.end(run)["events"]
         for words in ("axis y: home", "axis y: torque 0.5 Nm, velocity 180 deg/s"):
             self.assertTrue(any(event.endswith(words) for event in events), events)
@@ -466,7 +466,7 @@ class Hand(ProgramTest):
         homing = self.start("axis", "x", "home-probe", "2rev", "2", "--velocity", "20", log="home.log")
         self.assertEqual(homing.wait(PATIENCE_S), 1)
         self.assertIn("the process data lack the touch probe", self.text("home.log"))
-        self.check_refused(self.axis("x", "probe", "--from", "3"), 2, "from= and to= go together")
+        self.check_refused(self.axis("x", "probe", "--from", "3"), 2, "from= and to= must be given together")
         self.end(run)
 
     @undisturbed
@@ -491,7 +491,7 @@ class Hand(ProgramTest):
         self.assertEqual(self.axis("x", "mode", "ip").returncode, 0)
         self.assertEqual(self.status()["x"]["mode"], "ip")
         self.assertEqual(self.axis("x", "move", "--by", "10").returncode, 0)
-        self.check_refused(self.axis("x", "drive-jog", "1rpm", "--no-wait"), 2, "--no-wait does not go with drive-jog")
+        self.check_refused(self.axis("x", "drive-jog", "1rpm", "--no-wait"), 2, "--no-wait is not possible with drive-jog")
         self.end(run)
 
     @undisturbed
@@ -574,7 +574,7 @@ class Hand(ProgramTest):
         self.assertEqual(self.axis("y", "move", "--by", "1").returncode, 0, "each axis by itself")
         self.assertEqual(self.axis("x", "stop").returncode, 0)
         self.assertEqual(jog.wait(PATIENCE_S), 1)
-        self.assertIn("another request has ended this one", self.text("jog.log"))
+        self.assertIn("another request has replaced this one", self.text("jog.log"))
         self.check_refused(self.axis("x", "move", "1"), 1, "release-stop withdraws it")
         self.assertEqual(self.axis("x", "release-stop").returncode, 0)
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
@@ -632,8 +632,8 @@ class Hand(ProgramTest):
                   "try:\n    s.sendall(b'axis x move 1\\n')\nexcept OSError:\n    pass\n"
                   "print(s.recv(1000).decode())\n")
         said = subprocess.run([sys.executable, "-c", script, place], capture_output=True, text=True, timeout=PATIENCE_S, check=True)
-        self.assertIn("error: this line is another user's", said.stdout)
-        self.wait_for("the event", lambda: f"user {NOBODY}): refused: this line is another user's" in self.text("run.log"))
+        self.assertIn("error: the line belongs to another user", said.stdout)
+        self.wait_for("the event", lambda: f"user {NOBODY}): refused: the line belongs to another user" in self.text("run.log"))
         self.assertNotIn("move_absolute", self.text("run.log"))
         self.end(run)
 

@@ -146,7 +146,7 @@ class HostileClocks(WireTest):
         self.assertEqual(ptrace(interrupt, task, None, None), 0)
         os.waitpid(task, every_thread)
         line.send_signal(signal.SIGTERM)
-        self.wait_for("the sentence", lambda: "has not answered the stop" in self.text("line.log"))
+        self.wait_for("the sentence", lambda: "did not stop within" in self.text("line.log"))
         os.waitpid(task, every_thread)
         self.assertEqual(line.wait(PATIENCE_S), 1)
 
