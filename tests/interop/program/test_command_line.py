@@ -126,7 +126,7 @@ class Completion(ProgramTest):
         self.assertLessEqual(set(listed(run("--help").stdout)), names)
         self.assertIn("validate:Check an ESI file and list what the reader ignores", self.zsh("esi", ""))
         self.assertIn("(-t --type)-t[uint8 ... int64, float, double, string, raw ...; default\\: the type in the slave's "
-                      \"dictionary]:TYPE:(" , "\n".join(self.zsh("upload", "-"))[:100000])
+                      "dictionary]:TYPE:(" , "\n".join(self.zsh("upload", "-"))[:100000])
         self.assertIn(":STATE:(INIT PREOP SAFEOP BOOT)", "\n".join(self.zsh("states", "")))
         # _arguments counts from the last word of the command.
         self.assertEqual(self.zsh("sii", "read", "-")[-1], "at 2")
