@@ -283,7 +283,7 @@ class Jitter(ProgramTest):
         self.tool("cyclictest", "echo '000014 003990'")
         result = self.jitter()
         self.assertEqual(result.returncode, 1)
-        self.assertIn("cyclictest tells of 3990 latencies, not of the 4000 that it was asked for", result.stderr)
+        self.assertIn("cyclictest reports 3990 latencies instead of the 4000 requested", result.stderr)
 
 
 if __name__ == "__main__":
