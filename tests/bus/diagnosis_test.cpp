@@ -81,8 +81,9 @@ TEST_F(Diagnosis, NamesTheCableFromTheMaster) {
   start(2);
   ASSERT_TRUE(drives->line().inject({.kind = FaultKind::kDamage, .slave = 0, .port = 0, .count = 2}));
   operation->run(milliseconds{2});
-  EXPECT_THAT(places(), ElementsAre("slave 0, port 0: 2 damaged frames received: the cable between the master and slave "
-                                    "0, or the sender at its other end"));
+  EXPECT_THAT(places(),
+              ElementsAre("slave 0, port 0: 2 damaged frames received: the cable between the master and slave "
+                          "0, or the sender at its other end"));
 }
 
 TEST_F(Diagnosis, NamesTheBreakAndNotEverybodyBehindIt) {
