@@ -124,5 +124,5 @@ void measure(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return driveline::bench::run(argc, argv, "How well are the clocks of a line together?", measure);
+  return driveline::bench::run(argc, argv, "How well are the clocks of a line synchronized?", measure);
 }

@@ -219,7 +219,7 @@ void measure_all(const Options& options) {
   report.note(
       "tcp_echo_per_mib: a TCP echo of every drive at once, both ways at the same time, all drives together; against\n"
       "what fragments of 480 bytes, one a cycle in either mailbox, and the bytes that the cycle leaves would allow.\n"
-      "In process the cost of a cycle has the simulated drives in it, with the mails that they are at.");
+      "In process the cost of a cycle includes the simulated drives and their mailbox traffic.");
   report.print(options);
   if (!pair) throw Skipped("no virtual cable for the figures over a network interface");
 }

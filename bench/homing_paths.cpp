@@ -167,5 +167,5 @@ void measure(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return driveline::bench::run(argc, argv, "Which way does an axis go in each homing method?", measure);
+  return driveline::bench::run(argc, argv, "Which path does an axis follow in each homing method?", measure);
 }

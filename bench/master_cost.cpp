@@ -229,7 +229,7 @@ class MasterLoop {
       cycle();
       if (core_->bad_cycles() == 0 && core_->al_status().slaves != 0) return;
     }
-    throw std::runtime_error("the responder does not answer as it should");
+    throw std::runtime_error("the responder sends wrong answers");
   }
 
  private:

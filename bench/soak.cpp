@@ -193,8 +193,8 @@ std::unique_ptr<Soak> soak_for(double seconds) {
     soak->involuntary_switches = window.involuntary_switches - first.involuntary_switches;
     tell(window_s * i, seconds, window, mib);
     if (rig.motion().phase() != ecat_master::MotionPhase::kHolding) {
-      throw Disturbed(
-          fmt::format("the axes did not hold on after {:.0f} s: {}", window_s * i, to_text(rig.motion().phase())));
+      throw Disturbed(fmt::format("the axes did not hold their positions after {:.0f} s: {}", window_s * i,
+                                  to_text(rig.motion().phase())));
     }
   }
   cycling->stop();
@@ -237,7 +237,7 @@ void measure_all(const Options& options) {
   report.add({name, "involuntary_switches", "1", just(static_cast<double>(soak->involuntary_switches), cycles)});
   report.note(fmt::format(
       "{} axes that hold, enabled, on a line in the same process, every 125 us for {:.0f} s; {} windows, of which the\n"
-      "last third is compared with the first. whole_cycle has the simulated drives in it.",
+      "last third is compared with the first. whole_cycle includes the simulated drives.",
       kAxes, seconds, kWindows));
   report.print(options);
 }
@@ -245,5 +245,5 @@ void measure_all(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run(argc, argv, "Does a line run for hours as it does in its first minute?", measure_all);
+  return run(argc, argv, "Does a line run for hours as well as in its first minute?", measure_all);
 }

@@ -121,7 +121,7 @@ class Server {
     // The drives' time runs from their creation, so they must have caught up before a master starts.
     const auto patience = clock.now() + std::chrono::seconds{5};
     while (!ready_.load(std::memory_order_acquire)) {
-      if (clock.now() > patience) throw Disturbed("the drives take longer than the time that they live through");
+      if (clock.now() > patience) throw Disturbed("the simulated drives take longer than the time they simulate");
       clock.sleep_until(clock.now() + std::chrono::milliseconds{1});
     }
   }

@@ -17,7 +17,7 @@ void measure_all(const Options& options) {
   const auto failures = add_profile_figures(report, options);
   report.print(options);
   if (failures > 0) {
-    throw std::runtime_error(fmt::format("{} problems without a right profile", failures));
+    throw std::runtime_error(fmt::format("{} problems without a correct profile", failures));
   }
 }
 

@@ -62,7 +62,7 @@ std::string describe(const ecat_master::MotionFailure& failure) {
   if (failure.cause == Cause::kCommunication) return "no valid process data for too long";
   if (failure.cause == Cause::kMasterAway) return "the master was away for too long";
   return failure.cause == Cause::kEnableTimeout ? "was not enabled in time"
-                                                : "is not where it should be, or out of operation";
+                                                : "is outside its position window or out of operation";
 }
 
 }  // namespace

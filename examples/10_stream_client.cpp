@@ -81,8 +81,8 @@ int main(int count, char** arguments) {
     if (client.status()->state == stream::SessionState::kOver) break;
   }
   const auto status = client.status();
-  if (!status) return fail("the line has said nothing");
-  if (status->state != stream::SessionState::kOver) return fail("the line is gone");
+  if (!status) return fail("the line did not answer");
+  if (status->state != stream::SessionState::kOver) return fail("the line closed the connection");
   std::printf("%llu setpoints taken, %llu late, used up %llu times; %s\n",
               static_cast<unsigned long long>(status->taken),
               static_cast<unsigned long long>(status->count(stream::Refusal::kLate)),

@@ -51,8 +51,8 @@ std::vector<double> parse_cyclictest(std::string_view text, int loops) {
   }
   if (beyond > 0 && beyond <= loops) append(latencies_ns, largest_us, beyond);
   if (latencies_ns.size() != static_cast<std::size_t>(loops)) {
-    throw std::runtime_error(fmt::format("cyclictest tells of {} latencies, not of the {} that it was asked for",
-                                         latencies_ns.size(), loops));
+    throw std::runtime_error(
+        fmt::format("cyclictest reports {} latencies instead of the {} requested", latencies_ns.size(), loops));
   }
   return latencies_ns;
 }

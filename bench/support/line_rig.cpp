@@ -124,14 +124,14 @@ void LineRig::check() {
   if (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
     const auto failure = motion_->failure();
     throw Disturbed(
-        fmt::format("the axes left the path while it was measured: {}, cause {} (axis {}, status word 0x{:04X}, error "
+        fmt::format("the axes left the path during the measurement: {}, cause {} (axis {}, status word 0x{:04X}, error "
                     "code 0x{:04X})",
                     to_text(motion_->phase()), static_cast<int>(failure.cause), failure.axis, failure.status_word,
                     failure.error_code));
   }
   const auto& statistics = master_.core()->statistics();
   if (statistics.lost_frames + statistics.wkc_errors > 0) {
-    throw Disturbed(fmt::format("{} frames lost and {} working counters wrong while it was measured",
+    throw Disturbed(fmt::format("{} frames lost and {} wrong working counters during the measurement",
                                 statistics.lost_frames, statistics.wkc_errors));
   }
 }

@@ -13,7 +13,7 @@ int run(int argc, char** argv, const char* question, void (*measure)(const Optio
   Options options;
   CLI::App app{question};
   app.add_flag("--json", options.json, "Print one JSON document");
-  app.add_flag("--quick", options.quick, "A tenth of the measurements, to see that it works");
+  app.add_flag("--quick", options.quick, "A tenth of the measurements, as a functional check");
   app.add_option("--figures", options.figures, "Folder for curves instead of a report (dc, homing_paths)");
   app.add_option("--histogram", options.histogram, "File for the measured histogram (wake)");
   app.add_flag("--short", options.shorter,

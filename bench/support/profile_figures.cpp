@@ -167,7 +167,7 @@ class Planning {
     report.note(fmt::format("{}: slowest problem when repeated {:.0f} ns: {}", name, worst_ns_, worst_));
     if (failures_ > 0) {
       report.note(
-          fmt::format("{}: {} of {} without a right profile, the first: {}", name, failures_, problems_, failed_));
+          fmt::format("{}: {} of {} without a correct profile, the first: {}", name, failures_, problems_, failed_));
     }
   }
 

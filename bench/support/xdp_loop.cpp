@@ -70,7 +70,8 @@ void XdpLoop::map(int option, std::uint64_t page, std::size_t entry_bytes, Queue
   if (setsockopt(socket_.get(), SOL_XDP, option, &kSlots, sizeof kSlots) != 0) fail("a queue is refused");
   xdp_mmap_offsets offsets{};
   socklen_t size = sizeof offsets;
-  if (getsockopt(socket_.get(), SOL_XDP, XDP_MMAP_OFFSETS, &offsets, &size) != 0) fail("where are its queues");
+  if (getsockopt(socket_.get(), SOL_XDP, XDP_MMAP_OFFSETS, &offsets, &size) != 0)
+    fail("the offsets of its queues cannot be read");
   const auto& where = option == XDP_UMEM_FILL_RING         ? offsets.fr
                       : option == XDP_UMEM_COMPLETION_RING ? offsets.cr
                       : option == XDP_RX_RING              ? offsets.rx

@@ -8,9 +8,9 @@ std::string_view remedy(runtime::ErrorKind kind) {
   switch (kind) {
     case runtime::ErrorKind::kInterfaceBusy:
     case runtime::ErrorKind::kLineDriven:
-      return "; --force does it all the same";
+      return "; --force does it anyway";
     case runtime::ErrorKind::kFolderBusy:
-      return "; --output FOLDER names one of its own";
+      return "; --output FOLDER selects another folder";
     default:
       return "";
   }

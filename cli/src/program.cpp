@@ -66,7 +66,7 @@ std::string what_is_wrong(const CLI::App* program, const CLI::App* app, const CL
 std::string failure_message(const CLI::App* program, const CLI::Error& error) {
   const auto* app = program;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
-  return fmt::format("{}: {}; {} --help tells more\n", full_name(app), what_is_wrong(program, app, error),
+  return fmt::format("{}: {}; {} --help shows more\n", full_name(app), what_is_wrong(program, app, error),
                      full_name(app));
 }
 
@@ -194,7 +194,7 @@ int run_program(int argc, const char* const* argv) {
   for (const auto& command : built) {
     if (command.app->parsed()) return execute_command(command);
   }
-  progress("driveline: which command? driveline --help lists them");
+  progress("driveline: a command is missing; driveline --help lists the commands");
   return 2;
 }
 

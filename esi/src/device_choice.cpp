@@ -60,7 +60,7 @@ std::string describe(const DeviceChoiceError& error) {
     case DeviceChoiceError::Fault::kNoneFits:
       return fmt::format("there is no device{}, but {}", wanted(error.choice), listed(error.devices));
     case DeviceChoiceError::Fault::kSeveral:
-      return fmt::format("several devices{} are there, one is to be chosen by its type, name or product code: {}",
+      return fmt::format("the file has several devices{}; choose one by type, name or product code: {}",
                          wanted(error.choice), listed(error.devices));
   }
   return "the file describes no device";

@@ -39,7 +39,7 @@ class DictionaryReader {
       Object object = read_object(node);
       const std::uint16_t index = object.index;
       if (!objects.emplace(index, std::move(object)).second) {
-        context_.note(node, "the object is there twice; the first one counts");
+        context_.note(node, "the object exists twice; the first one is used");
       }
     }
     std::vector<Object> list;
@@ -205,7 +205,7 @@ class DictionaryReader {
     const auto negative = parse_number<std::int64_t>(text);
     const std::size_t size = (bit_length + 7U) / 8U;
     if ((!number && !negative) || size > sizeof(std::uint64_t)) {
-      context_.note(node, fmt::format("'{}' is no whole number; left out", text));
+      context_.note(node, fmt::format("'{}' is not a whole number; ignored", text));
       return {};
     }
     const auto bytes = wire::to_le_bytes(number ? *number : static_cast<std::uint64_t>(*negative));

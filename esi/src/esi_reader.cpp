@@ -87,7 +87,7 @@ class EsiReader {
       if (command.child("Index")) {
         device.init_commands.push_back(read_init_command(command));
       } else {
-        context_.note(command, "a start-up command without Index is passed over");
+        context_.note(command, "a start-up command without Index is ignored");
       }
     }
     for (const auto mode : node.child("Dc").children("OpMode")) device.dc_modes.push_back(read_dc_mode(mode));
@@ -149,7 +149,7 @@ class EsiReader {
     const bool upward = std::any_of(command.transitions.begin(), command.transitions.end(),
                                     [](const auto& name) { return name == "IP" || name == "PS" || name == "SO"; });
     if (!upward)
-      context_.note(node, "an InitCmd of none of the transitions IP, PS and SO: a master here never sends it");
+      context_.note(node, "an InitCmd for none of the transitions IP, PS and SO: this master never sends it");
     return command;
   }
 

@@ -12,7 +12,7 @@ std::string_view problem(SiiErrorCode code) {
     case SiiErrorCode::kNoHeader:
       return "the image is shorter than the fixed area";
     case SiiErrorCode::kNoEnd:
-      return "the image stops without an end category (0xFFFF)";
+      return "the image has no end category (0xFFFF)";
     case SiiErrorCode::kLongCategory:
       return "the category is longer than the image";
     case SiiErrorCode::kBadSize:
@@ -20,7 +20,7 @@ std::string_view problem(SiiErrorCode code) {
     case SiiErrorCode::kLongText:
       return "a string is longer than its category";
     case SiiErrorCode::kLongEntryList:
-      return "a PDO has more entries than its category holds";
+      return "a PDO has more entries than its category contains";
   }
   return "the image cannot be decoded";
 }

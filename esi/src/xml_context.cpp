@@ -68,7 +68,7 @@ std::string XmlContext::path_of(pugi::xml_node node) {
 
 void XmlContext::note(pugi::xml_node node, std::string text) {
   if (notes_.size() > kMaxNotes) return;
-  if (notes_.size() == kMaxNotes) text = "and more; further notes are left out";
+  if (notes_.size() == kMaxNotes) text = "and more; further notes are omitted";
   notes_.push_back({line_of(offset_of(node)), path_of(node), std::move(text)});
 }
 

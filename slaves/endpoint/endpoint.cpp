@@ -34,7 +34,7 @@ Outcome<void> Endpoint::set_up() {
   int type = 0;
   socklen_t size = sizeof type;
   if (::getsockopt(socket_.get(), SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {
-    return tl::unexpected(Failure{"the descriptor is no SOCK_SEQPACKET socket"});
+    return tl::unexpected(Failure{"the descriptor is not a SOCK_SEQPACKET socket"});
   }
   if (auto entered = enter_own_network(); !entered) return entered;
   auto wire = VirtualWire::open();

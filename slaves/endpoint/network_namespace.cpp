@@ -38,7 +38,7 @@ Outcome<void> keep_net_admin_alone() {
   header.version = _LINUX_CAPABILITY_VERSION_3;
   std::array<__user_cap_data_struct, 2> data{};
   data[0].effective = data[0].permitted = 1U << CAP_NET_ADMIN;
-  if (::syscall(SYS_capset, &header, data.data()) != 0) return failed("capabilities cannot be given up");
+  if (::syscall(SYS_capset, &header, data.data()) != 0) return failed("capabilities cannot be dropped");
   return {};
 }
 
@@ -50,7 +50,8 @@ Outcome<void> enter_own_network() {
   const unsigned group = ::getgid();
   if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) == 0) return map_to_root(user, group);
   return failed(
-      "the device's IP stack needs a network namespace: neither CAP_SYS_ADMIN is there nor are user namespaces allowed "
+      "the device's IP stack needs a network namespace: this process has no CAP_SYS_ADMIN, and user namespaces are not "
+      "allowed "
       "(kernel.unprivileged_userns_clone, user.max_user_namespaces)");
 }
 

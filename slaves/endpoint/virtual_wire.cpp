@@ -69,7 +69,7 @@ Outcome<void> take_up(int control, const char* name, int more_flags) {
   auto request = request_for(name);
   if (::ioctl(control, SIOCGIFFLAGS, &request) != 0) return failed(name);
   request.ifr_flags = static_cast<short>(request.ifr_flags | IFF_UP | more_flags);
-  if (::ioctl(control, SIOCSIFFLAGS, &request) != 0) return failed(std::string(name) + " cannot be taken up");
+  if (::ioctl(control, SIOCSIFFLAGS, &request) != 0) return failed(std::string(name) + " cannot be set up");
   return {};
 }
 

@@ -44,7 +44,7 @@ MHD_Result handle(void* state, MHD_Connection* connection, const char* url, cons
   if (path == "/state.json") {
     return answer(connection, MHD_HTTP_OK, state_json(*static_cast<const CockpitState*>(state)), "application/json");
   }
-  return answer(connection, MHD_HTTP_NOT_FOUND, "there are / and /state.json\n", "text/plain");
+  return answer(connection, MHD_HTTP_NOT_FOUND, "this server has / and /state.json\n", "text/plain");
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 struct ValueSentence {
-  std::string operator()(const SignalIsNoNumber& /*error*/) const { return "the entry is no number"; }
+  std::string operator()(const SignalIsNoNumber& /*error*/) const { return "the entry is not a number"; }
   std::string operator()(const SignalBeyondEntry& error) const {
     return fmt::format("{} does not fit the {} bits of the entry, {} to {} do", error.value, error.bits, error.lowest,
                        error.highest);
@@ -36,7 +36,7 @@ struct ValueSentence {
 
 std::string describe(const SignalNameError& error) {
   if (error.fault == SignalNameError::Fault::kAmbiguous) {
-    return fmt::format("is not the only one of that name; {}", listed(error.known));
+    return fmt::format("is not a unique name; {}", listed(error.known));
   }
   const auto* const direction = error.direction == SignalId::Direction::kInput ? "input" : "output";
   return fmt::format(

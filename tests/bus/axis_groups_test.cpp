@@ -60,11 +60,11 @@ std::string refusal_of(const std::vector<AxisGroupSettings>& configs, std::size_
 
 TEST(AxisGroups, ThatCannotBeAreRefusedWithASentence) {
   EXPECT_EQ(refusal_of({{"a", {0, 1}}, {"b", {2, 1}}}), "group 'b': axis 'axis1' is in group 'a' already");
-  EXPECT_EQ(refusal_of({{"a", {0, 0}}}), "group 'a': axis 'axis0' is in it twice");
-  EXPECT_EQ(refusal_of({{"a", {0, 7}}}), "group 'a': there is no axis of number 7");
+  EXPECT_EQ(refusal_of({{"a", {0, 0}}}), "group 'a': axis 'axis0' is listed twice");
+  EXPECT_EQ(refusal_of({{"a", {0, 7}}}), "group 'a': there is no axis with number 7");
   EXPECT_EQ(refusal_of({{"a", {}}}), "group 'a': it has no axes");
   EXPECT_EQ(refusal_of({{"", {0}}}), "a group needs a name");
-  EXPECT_EQ(refusal_of({{"a", {0}}, {"a", {1}}}), "group 'a': there is another one of that name");
+  EXPECT_EQ(refusal_of({{"a", {0}}, {"a", {1}}}), "group 'a': another group has this name");
   EXPECT_EQ(refusal_of({{"a", {0}, 100}}), "group 'a': the capacity must be a power of two from 256 to 1048576");
   EXPECT_EQ(refusal_of({{"a", {0}, 256, kNan}}), "group 'a': its jerk_time_s must be above 0");
   EXPECT_EQ(refusal_of({{"a", {0, 1}}, {"b", {2}}}), "");

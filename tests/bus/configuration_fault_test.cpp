@@ -131,7 +131,7 @@ TEST(SyncManagerSize, ThatDisagreesWithTheInputsIsNamedWithBothSizes) {
   ChangingPort port(drives.line(), shorten_sync_manager(3), {});
   LineOperation operation(drives, port);
   EXPECT_EQ(sentence(operation.to_safe_op()),
-            "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x001E (invalid input configuration); sync "
+            "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x001E (invalid input configuration); sync "
             "manager "
             "3 is set to 18 bytes, the slave's PDO mapping has 19");
 }
@@ -141,7 +141,7 @@ TEST(SyncManagerSize, ThatDisagreesWithTheOutputsIsNamedWithBothSizes) {
   ChangingPort port(drives.line(), shorten_sync_manager(2), {});
   LineOperation operation(drives, port);
   EXPECT_EQ(sentence(operation.to_safe_op()),
-            "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x001D (invalid output configuration); "
+            "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x001D (invalid output configuration); "
             "sync manager "
             "2 is set to 18 bytes, the slave's PDO mapping has 19");
 }
@@ -155,7 +155,7 @@ TEST(RefusedTransition, NamesFmmusThatAreNotAsTheyWereWritten) {
   drives.slave(0).al().refuse(AlState::kSafeOp, wire::AlStatusCode::kInvalidInputMapping);
   ASSERT_EQ(sentence(operation.master().scan()), "");
   EXPECT_EQ(everything_about(operation, operation.plans()),
-            "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x0024 (invalid input mapping); FMMU 1: "
+            "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x0024 (invalid input mapping); FMMU 1: "
             "length is 7 "
             "instead of 19; FMMU 1 maps 7 bytes of sync manager 3, which has 19");
 }
@@ -166,7 +166,7 @@ TEST(RefusedTransition, NamesEverySizeThatDisagrees) {
   LineOperation operation(drives, port);
   ASSERT_EQ(sentence(operation.master().scan()), "");
   EXPECT_EQ(everything_about(operation, operation.plans()),
-            "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x001E (invalid input configuration); sync "
+            "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x001E (invalid input configuration); sync "
             "manager "
             "3 is set to 18 bytes, the slave's PDO mapping has 19; sync manager 3: length is 18 instead of 19; FMMU 1 "
             "maps 19 bytes of sync manager 3, which has 18");
@@ -178,7 +178,7 @@ TEST(RefusedTransition, NamesPdosThatAreNotThePlannedOnes) {
   drives.slave(0).al().refuse(AlState::kSafeOp, wire::AlStatusCode::kInvalidOutputMapping);
   ASSERT_EQ(sentence(operation.master().scan()), "");
   EXPECT_EQ(everything_about(operation, operation.plans()),
-            "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x0025 (invalid output mapping)")
+            "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x0025 (invalid output mapping)")
       << "nothing disagrees, nothing is said";
   auto& slave = const_cast<ecat_master::ConfiguredSlave&>(operation.master().slaves()[0]);
   slave.plan.pdos.outputs.pop_back();
@@ -186,7 +186,7 @@ TEST(RefusedTransition, NamesPdosThatAreNotThePlannedOnes) {
                                             wire::AlStatusCode::kInvalidOutputMapping);
   ASSERT_FALSE(findings.empty());
   EXPECT_EQ(describe(findings[0]),
-            "the PDOs planned for sync manager 2 have 15 bytes, those that the slave has assigned 19");
+            "the PDOs planned for sync manager 2 have 15 bytes, the PDOs assigned by the slave have 19");
 }
 
 TEST(RefusedTransition, NamesTheWatchdogThatIsSwitchedOff) {
@@ -215,7 +215,7 @@ TEST(RefusedTransition, NamesMailboxesOfAnotherDevicesFile) {
   file.sync_managers[1].default_size = 64;
   plans[0].esi = std::make_shared<const esi::DeviceDescription>(file);
   const auto text = everything_about(operation, plans);
-  EXPECT_THAT(text, testing::StartsWith("slave 0: asked for PREOP, is in INIT + error, AL status code 0x0016"));
+  EXPECT_THAT(text, testing::StartsWith("slave 0: requested PREOP, is in INIT + error, AL status code 0x0016"));
   EXPECT_THAT(text, testing::HasSubstr("; sync manager 0: start address is 0x1E00 by the description file, 0x1"));
   EXPECT_THAT(text, testing::HasSubstr("; sync manager 1: length is 64 by the description file, "));
   // Without the file the configuration succeeds.
@@ -227,7 +227,7 @@ TEST(RefusedTransition, IsNamedAndMayBeRepeated) {
   LineOperation operation(drives);
   drives.slave(2).al().refuse(AlState::kSafeOp, wire::AlStatusCode::kNoValidInputs);
   EXPECT_EQ(sentence(operation.to_safe_op()),
-            "slave 2: asked for SAFEOP, is in PREOP + error, AL status code 0x0018 (no valid inputs available)");
+            "slave 2: requested SAFEOP, is in PREOP + error, AL status code 0x0018 (no valid inputs available)");
   drives.slave(2).al().clear_refusal();
   EXPECT_EQ(sentence(operation.master().configure(operation.plans())), "");
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));

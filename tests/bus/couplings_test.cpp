@@ -241,7 +241,7 @@ TEST(Couplings, ACircleOrASecondMasterIsRefusedWithASentence) {
   SingleLine line(1);
   const std::string first = "'" + line.axes().axes()[0].config().name + "'";
   EXPECT_EQ(refusal_of(1, {{0, 0}}), "couplings: axis " + first + " cannot be its own master");
-  EXPECT_EQ(refusal_of(1, {{0, 7}}), "couplings: an axis that there is not");
+  EXPECT_EQ(refusal_of(1, {{0, 7}}), "couplings: an axis that does not exist");
   EXPECT_NE(refusal_of(3, {{0, 1}, {1, 2}, {2, 0}}).find("are coupled in a circle"), std::string::npos);
   EXPECT_NE(refusal_of(3, {{0, 1}, {2, 0}, {1, 0}}).find("are coupled in a circle"), std::string::npos);
   EXPECT_NE(refusal_of(3, {{0, 1}, {0, 2}}).find("has two masters"), std::string::npos);

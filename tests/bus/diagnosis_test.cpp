@@ -53,7 +53,7 @@ TEST_F(Diagnosis, KnowsNothingWrongOfAHealthyLine) {
   EXPECT_EQ(found.groups[0].expected_working_counter, 12U);
   EXPECT_EQ(found.groups[0].lost_frames, 0U);
   const auto text = to_text(found);
-  EXPECT_THAT(text, HasSubstr("nothing wrong is known\n"));
+  EXPECT_THAT(text, HasSubstr("no problem is known\n"));
   EXPECT_THAT(text, HasSubstr("  3 (drive 3): OP\n"));
   EXPECT_THAT(text, HasSubstr("group 0: working counter 12 of 12"));
 }
@@ -62,8 +62,8 @@ TEST_F(Diagnosis, NamesTheCableThatDamagesFrames) {
   start(4);
   ASSERT_TRUE(drives->line().inject({.kind = FaultKind::kDamage, .slave = 2, .port = 0, .count = 6}));
   operation->run(milliseconds{2});
-  EXPECT_THAT(places(), ElementsAre("slave 2, port 0: 6 damaged frames came in: the cable between slave 1 and slave 2, "
-                                    "or the sender at its other end"));
+  EXPECT_THAT(places(), ElementsAre("slave 2, port 0: 6 damaged frames received: the cable between slave 1 and slave "
+                                    "2, or the sender at its other end"));
   EXPECT_EQ(diagnosis().groups[0].lost_frames, 6U);
   ASSERT_EQ(sentence(ecat_master::clear_error_counters(operation->master().bus())), "");
   EXPECT_THAT(places(), IsEmpty());
@@ -73,16 +73,17 @@ TEST_F(Diagnosis, NamesTheCableThatDamagesFramesOnTheirWayBack) {
   start(4);
   ASSERT_TRUE(drives->line().inject({.kind = FaultKind::kDamage, .slave = 0, .port = 1, .count = 3}));
   operation->run(milliseconds{2});
-  EXPECT_THAT(places(), ElementsAre("slave 0, port 1: 3 damaged frames came in: the cable between slave 1 and slave 0, "
-                                    "or the sender at its other end"));
+  EXPECT_THAT(places(), ElementsAre("slave 0, port 1: 3 damaged frames received: the cable between slave 1 and slave "
+                                    "0, or the sender at its other end"));
 }
 
 TEST_F(Diagnosis, NamesTheCableFromTheMaster) {
   start(2);
   ASSERT_TRUE(drives->line().inject({.kind = FaultKind::kDamage, .slave = 0, .port = 0, .count = 2}));
   operation->run(milliseconds{2});
-  EXPECT_THAT(places(), ElementsAre("slave 0, port 0: 2 damaged frames came in: the cable between the master and slave "
-                                    "0, or the sender at its other end"));
+  EXPECT_THAT(places(),
+              ElementsAre("slave 0, port 0: 2 damaged frames received: the cable between the master and slave "
+                          "0, or the sender at its other end"));
 }
 
 TEST_F(Diagnosis, NamesTheBreakAndNotEverybodyBehindIt) {
@@ -121,7 +122,7 @@ TEST_F(Diagnosis, TellsWhatHappenedAndWhen) {
   supervisor->poll();
   const auto found = diagnosis();
   EXPECT_THAT(places(), testing::Contains(HasSubstr("slave 0, port 1: no link")));
-  EXPECT_THAT(to_text(found), HasSubstr("s slave 1: does not answer any more\n"));
+  EXPECT_THAT(to_text(found), HasSubstr("s slave 1: no longer answers\n"));
   EXPECT_THAT(to_text(found), HasSubstr("s group 0: 1 frame(s) did not come back in their cycle\n"));
   EXPECT_THAT(to_text(found), HasSubstr("s group 0: working counter 3 of 6\n"));
   ASSERT_FALSE(found.events.empty());

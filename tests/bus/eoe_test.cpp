@@ -263,7 +263,7 @@ TEST(EoeOfALine, ASlaveWithoutEoeHasNoPort) {
   struct Nobody final : ecat_master::EoeReceiver {
     void receive(std::uint16_t /*position*/, std::span<const std::byte> /*frame*/) override {}
   } nobody;
-  EXPECT_EQ(sentence(master.open_eoe(0, nobody)), "slave 0: does not know EoE, its description says so");
+  EXPECT_EQ(sentence(master.open_eoe(0, nobody)), "slave 0: does not support EoE according to its description");
 }
 
 }  // namespace

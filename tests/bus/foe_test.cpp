@@ -124,16 +124,16 @@ TEST(FoeFirmware, WrongFilesAreRefusedByTheirCodesAndNothingIsLost) {
     Bytes content;
     const char* sentence;
   } cases[] = {
-      {"a.efw", bytes_of("this is a text"), "0x8010 (the file has no header): this is no firmware"},
-      {"a.efw", {}, "0x8010 (the file has no header): this is no firmware"},
+      {"a.efw", bytes_of("this is a text"), "0x8010 (the file has no header): this is not a firmware file"},
+      {"a.efw", {}, "0x8010 (the file has no header): this is not a firmware file"},
       {"a.efw", firmware(2000, Variant::kServoOne),
        "0x800D (firmware does not fit the hardware): the firmware is for another drive"},
       {"a.efw", damaged, "0x800C (checksum wrong): the firmware is damaged"},
       {"a.efw", longer, "0x8004 (illegal): the firmware is not as long as its header says"},
       {"a.efw", make_firmware(Variant::kMsd, {123, 0, 0}, {}),
        "0x8012 (file incompatible): the firmware is older than this drive"},
-      {"a.bin", firmware(2000), "0x8001 (not found): there are parameters.txt and *.efw"},
-      {"parameters.txt", firmware(2000), "0x8009 (not in bootstrap): there is firmware only"},
+      {"a.bin", firmware(2000), "0x8001 (not found): the drive has parameters.txt and accepts *.efw"},
+      {"parameters.txt", firmware(2000), "0x8009 (not in bootstrap): only firmware is accepted in BOOT"},
       {"a.efw", Bytes(DriveFiles::kMaxFirmware + 1), "0x8003 (disk full): at most 8388608 bytes"},
   };
   for (const auto& c : cases) {
@@ -162,7 +162,7 @@ TEST(FoeFirmware, IsNotTakenOutsideBoot) {
   FileLine line;
   line.to_pre_op();
   EXPECT_EQ(sentence(line.foe().write({"msd.efw", kPassword}, firmware(10))),
-            "slave 0: refused the file with FoE error 0x8008 (in bootstrap only): firmware is taken in BOOT");
+            "slave 0: refused the file with FoE error 0x8008 (in bootstrap only): firmware is accepted in BOOT only");
 }
 
 TEST(FoeParameters, GoThereAndBack) {

@@ -107,12 +107,12 @@ TEST(GroupMachine, WhatTheMachineCannotDoIsRefusedWithASentence) {
   EXPECT_NE(reason_of(line, line_to({0.7, 0.0, 0.0, from[3]}, 1.0)), "") << "out of reach";
   auto lit = line_to({from[0] - 0.05, from[1], 0.0, from[3]}, 1.0);
   lit.path.outputs = {{{1, 1.0}, 0.01}};
-  EXPECT_EQ(reason_of(line, lit), "the move changes outputs, and the group has none");
+  EXPECT_EQ(reason_of(line, lit), "the move changes outputs, but the group has none");
   lit.path.outputs.clear();
   EXPECT_EQ(line.finish_of_group(line.groups->move(0, lit)).phase, RequestPhase::kDone);
   line.expect_obedience();
   MachineLine other(scara, nullptr, -1.2);
-  EXPECT_EQ(reason_of(other, lit), "joint 1 stands where the machine does not have it with its tool there");
+  EXPECT_EQ(reason_of(other, lit), "joint 1 is at a position that does not match the machine with its tool there");
   EXPECT_EQ(other.group_state(), GroupState::kStandby);
 }
 

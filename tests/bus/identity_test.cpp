@@ -173,7 +173,7 @@ TEST(LineComparison, AnEepromThatCannotBeReadIsNoForeignDevice) {
   const auto compared = compare_line(expected, line, Topology{});
   EXPECT_THAT(compared.differences, testing::ElementsAre(Difference{Kind::kEeprom, 1, kNone, 1}));
   EXPECT_THAT(describe(compared, expected, line),
-              testing::ElementsAre("slave 1: EEPROM is blank, it holds nothing but 0xFF; \"b\" (slave 1: product "
+              testing::ElementsAre("slave 1: EEPROM is blank: all bytes are 0xFF; \"b\" (slave 1: product "
                                    "0x00000062) is planned there"));
   EXPECT_TRUE(to_error(compared.differences.front(), expected, line).is<ecat_master::facts::SiiBlank>());
 }
@@ -258,9 +258,10 @@ TEST(BadEeprom, WithAWrongChecksumIsNamedAndTheOthersAreFound) {
   Master master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(master.scan()), "");
   ASSERT_TRUE(master.slaves()[1].info.problem);
-  EXPECT_THAT(describe(*master.slaves()[1].info.problem),
-              testing::MatchesRegex("slave 1: EEPROM checksum is 0x[0-9A-F]{2}, 0x[0-9A-F]{2} would be right: the "
-                                    "slave does not use its content"));
+  EXPECT_THAT(
+      describe(*master.slaves()[1].info.problem),
+      testing::MatchesRegex(
+          "slave 1: EEPROM checksum is 0x[0-9A-F]{2}, 0x[0-9A-F]{2} is expected: the slave ignores the content"));
   EXPECT_EQ(master.slaves()[1].info.description.serial_number, 1001U) << "the content is shown all the same";
   EXPECT_FALSE(master.slaves()[0].info.problem);
   EXPECT_EQ(master.slaves()[2].info.description.serial_number, 1002U);
@@ -301,7 +302,7 @@ TEST(BadEeprom, ThatIsBlankIsNamed) {
   ASSERT_EQ(sentence(master.scan()), "");
   std::vector<ecat_master::SlavePlan> plans(2);
   for (auto& plan : plans) plan.vendor_id = 0x28;
-  EXPECT_EQ(sentence(master.configure(plans)), "slave 1: EEPROM is blank, it holds nothing but 0xFF");
+  EXPECT_EQ(sentence(master.configure(plans)), "slave 1: EEPROM is blank: all bytes are 0xFF");
 }
 
 TEST(BadEeprom, IsADifferenceOfItsOwnWhereverThePlanIsByAlias) {
@@ -329,7 +330,7 @@ TEST(BadEeprom, IsInTheDiagnosisAndSoAreDuplicateAliases) {
   ASSERT_EQ(sentence(diagnosis), "");
   EXPECT_THAT(diagnosis->problems,
               testing::ElementsAre(testing::StartsWith("slave 1: EEPROM checksum is 0x"),
-                                   "alias 77: slaves 0, 2 and 3 have it, it identifies none of them"));
+                                   "alias 77: slaves 0, 2 and 3 have it, it does not identify any of them"));
   for (const auto& problem : diagnosis->problems) {
     EXPECT_THAT(to_text(*diagnosis), testing::HasSubstr("  " + problem + "\n"));
   }
@@ -385,7 +386,7 @@ TEST(Bootstrap, IsRefusedToASlaveWithoutIt) {
   auto slave = master.slaves()[0].info;
   slave.description.bootstrap_rx_size = slave.description.bootstrap_tx_size = 0;
   EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), slave)),
-            "slave 0: has no mailbox for BOOT: its EEPROM names none for the bootstrap state");
+            "slave 0: has no mailbox for BOOT: its EEPROM defines none for the bootstrap state");
   EXPECT_EQ(drives.state(0), AlState::kInit);
 }
 

@@ -255,9 +255,9 @@ TEST_P(NamesOfTerminals, AreRefusedWithWhatThereIs) {
   EXPECT_EQ(describe(variables->entry<bool>("ioa.Set word").error()),
             "ioa.7010h:01 (Set word) has 16 bits from bit 0 of a byte on; the handle is for 1 bits");
   EXPECT_EQ(describe(variables->copy("ioa.Set word", "iob.Set word").error()),
-            "ioa.7010h:01 (Set word) cannot be copied from: it is an output");
+            "ioa.7010h:01 (Set word) cannot be the source of a copy: it is an output");
   EXPECT_EQ(describe(variables->copy("ioa.Actual word", "iob.Actual word").error()),
-            "iob.6010h:01 (Actual word) cannot be copied to: it is an input");
+            "iob.6010h:01 (Actual word) cannot be the target of a copy: it is an input");
   EXPECT_EQ(describe(variables->copy("ioa.Actual word", "iob.Set long").error()),
             "ioa.6010h:01 (Actual word) has 16 bits and iob.7010h:02 (Set long) has 32: they cannot be copied");
 }

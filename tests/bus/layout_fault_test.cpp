@@ -215,11 +215,11 @@ TEST_P(EveryLayoutRecovers, ADriveThatWasSwitchedOffAndTakesItsAxisBackOntoThePa
   drives.line().set_power(kLast, false);
   live(milliseconds{100});
   EXPECT_EQ(operation->motion().presence(kLast), AxisPresence::kMissing);
-  EXPECT_EQ(told(), "slave 5: does not answer any more\n");
+  EXPECT_EQ(told(), "slave 5: no longer answers\n");
   drives.line().set_power(kLast, true);
   ASSERT_TRUE(live_until([&] { return operation->motion().presence(kLast) == AxisPresence::kPresent; })) << told();
   live(milliseconds{50});
-  EXPECT_EQ(told(), "slave 5: does not answer any more\nslave 5: back in OP\n");
+  EXPECT_EQ(told(), "slave 5: no longer answers\nslave 5: back in OP\n");
   EXPECT_TRUE(drives.all_in(AlState::kOp));
   expect_undisturbed(kLast);
   EXPECT_NEAR(operation->motion().setpoints()[kLast].position, drives.drive(kLast).position_rad(), 0.02);

@@ -146,7 +146,7 @@ TEST(EepromWrite, PowerCutAtAnyWordIsNoticedAtTheNextStart) {
     plans[0].vendor_id = image.vendor_id;
     plans[0].product_code = image.product_code;
     constexpr auto* kSentence =
-        "slave 0: EEPROM checksum is 0x[0-9A-F]{2}, 0x[0-9A-F]{2} would be right: the slave does not use its content";
+        "slave 0: EEPROM checksum is 0x[0-9A-F]{2}, 0x[0-9A-F]{2} is expected: the slave ignores the content";
     EXPECT_THAT(sentence(master.configure(plans)), testing::MatchesRegex(kSentence)) << "after word " << cut;
     EXPECT_THAT(sentence(master.configure({})), testing::MatchesRegex(kSentence)) << "after word " << cut;
   }

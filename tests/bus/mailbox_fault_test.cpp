@@ -265,10 +265,9 @@ TEST(TwoMastersOnOneWire, EachTakesItsOwnFramesOnly) {
   EXPECT_EQ((*reports)[0].status.state, wire::AlState::kPreOp) << "an onlooker changes nothing";
   ASSERT_EQ(sentence(CoeClient(first.mailboxes(), 0).upload(0x1018, 1)), "");
   EXPECT_GT(second.exchange_statistics().frames_foreign, 0U);
-  EXPECT_THAT(
-      describe_traffic(second.exchange_statistics()),
-      testing::MatchesRegex("another EtherCAT master is on the wire: [0-9]+ of its frames have come in, the last "
-                            "one from ([0-9A-F]{2}:){5}[0-9A-F]{2}; two masters disturb each other"));
+  EXPECT_THAT(describe_traffic(second.exchange_statistics()),
+              testing::MatchesRegex("another EtherCAT master is on the wire: [0-9]+ of its frames were received, the "
+                                    "last one from ([0-9A-F]{2}:){5}[0-9A-F]{2}; two masters disturb each other"));
 }
 
 TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
@@ -292,8 +291,8 @@ TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
   ASSERT_EQ(supervisor.events(), 1U);
   EXPECT_THAT(
       what_happened(supervisor.history()[0]),
-      testing::MatchesRegex("another EtherCAT master is on the wire: [0-9]+ of its frames have come in, the last "
-                            "one from ([0-9A-F]{2}:){5}[0-9A-F]{2}, among them APRD to AL status \\(0x0130\\); two "
+      testing::MatchesRegex("another EtherCAT master is on the wire: [0-9]+ of its frames were received, the last one "
+                            "from ([0-9A-F]{2}:){5}[0-9A-F]{2}, among them APRD to AL status \\(0x0130\\); two "
                             "masters disturb each other"));
   // It sends all slaves to INIT.
   const auto init = wire::to_le_bytes(wire::AlControl{wire::AlState::kInit, false, false}.raw());
@@ -418,7 +417,7 @@ TEST(ForeignTraffic, BetweenAllFramesChangesNothing) {
   EXPECT_EQ(operation.statistics().lost_frames, 0U);
   EXPECT_GT(port.frames, 400U);
   EXPECT_THAT(describe_traffic(operation.master().exchange_statistics()),
-              testing::HasSubstr("frames that are not ours have come in"));
+              testing::HasSubstr("frames of unknown origin were received"));
   EXPECT_EQ(sentence(operation.master().shut_down()), "");
 }
 

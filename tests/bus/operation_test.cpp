@@ -334,7 +334,7 @@ TEST(SlowSlaves, AreNamedWhenTheyAreTooSlow) {
   drives.slave(1).al().set_transition_delay(std::chrono::seconds{1});
   operation.start_cycle();
   EXPECT_EQ(sentence(operation.master().go_operational()),
-            "slave 1: asked for OP, is in SAFEOP and did not change within 500 ms, AL status code 0x0000 (no error)");
+            "slave 1: requested OP, is in SAFEOP and did not change within 500 ms, AL status code 0x0000 (no error)");
 }
 
 /// The samples of a run, for a comparison of all bytes.

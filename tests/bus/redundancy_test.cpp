@@ -289,7 +289,7 @@ TEST_F(Ring, TheSupervisorTellsWhereItBroke) {
     told.push_back(text.substr(text.find(" s ") + 3));
   }
   const std::string closed = "the ring is closed again";
-  const std::string on = "; process data go on over both interfaces";
+  const std::string on = "; process data continue over both interfaces";
   EXPECT_THAT(told,
               testing::ElementsAre("the ring is broken between the primary interface and slave 0" + on, closed,
                                    "the ring is broken between slave 3 and slave 4" + on, closed,
@@ -314,7 +314,7 @@ TEST_F(Ring, TheSupervisorTellsWhoIsCutOff) {
     }
     return text;
   };
-  const std::string on = "; process data go on over both interfaces\n";
+  const std::string on = "; process data continue over both interfaces\n";
   EXPECT_EQ(told_after({{1, false}, {2, false}}),
             "the ring is broken between slave 0 and slave 3, slaves 1 to 2 are cut off" + on);
   EXPECT_EQ(told_after({{2, true}}), "the ring is broken between slave 0 and slave 2, slave 1 is cut off" + on);

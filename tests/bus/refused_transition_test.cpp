@@ -95,7 +95,7 @@ TEST(RefusedTransition, ThatJustDoesNotHappenHasTheSameFacts) {
   LineOperation operation(drives, RunOptions{.state_timeout = milliseconds{300}});
   drives.slave(1).al().set_transition_delay(std::chrono::seconds{60});
   EXPECT_EQ(sentence(operation.to_safe_op()),
-            "slave 1: asked for PREOP, is in INIT and did not change within 3000 ms, AL status code 0x0000 (no error)");
+            "slave 1: requested PREOP, is in INIT and did not change within 3000 ms, AL status code 0x0000 (no error)");
 }
 
 TEST(RefusedTransition, ToBootHasTheSameFacts) {
@@ -104,7 +104,7 @@ TEST(RefusedTransition, ToBootHasTheSameFacts) {
   ASSERT_EQ(sentence(master.scan()), "");
   drives.slave(1).al().refuse(AlState::kBootstrap, wire::AlStatusCode::kBootstrapNotSupported);
   EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), master.slaves()[1].info)),
-            "slave 1: asked for BOOT, is in INIT + error, AL status code 0x0013 (bootstrap not supported)");
+            "slave 1: requested BOOT, is in INIT + error, AL status code 0x0013 (bootstrap not supported)");
 }
 
 /// Runs `act` when sync manager 2 of the first slave is being set up.
@@ -135,7 +135,7 @@ TEST(RefusedTransition, NamesASyncManagerThatNobodyHasSetUp) {
                     {});
   LineOperation operation(drives, port);
   EXPECT_EQ(everything(operation),
-            "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x0017 (invalid sync manager "
+            "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x0017 (invalid sync manager "
             "configuration); sync "
             "manager 7: activation is on instead of off");
 }
@@ -147,7 +147,7 @@ TEST(RefusedTransition, NamesASyncManagerWithoutThreeBuffers) {
   LineOperation operation(drives, port);
   EXPECT_EQ(
       everything(operation),
-      "slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x0029 (free run needs three-buffer mode); sync "
+      "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x0029 (free run needs three-buffer mode); sync "
       "manager 2: control byte is 0x66 instead of 0x64");
 }
 
@@ -159,7 +159,7 @@ TEST(RefusedTransition, NamesASyncManagerInAnotherPlace) {
   LineOperation operation(drives, port);
   EXPECT_THAT(
       everything(operation),
-      testing::StartsWith("slave 0: asked for SAFEOP, is in PREOP + error, AL status code 0x001D (invalid output "
+      testing::StartsWith("slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x001D (invalid output "
                           "configuration); sync manager 2: start address is 0x1D00 instead of 0x1"));
 }
 

@@ -224,12 +224,14 @@ TEST(TopologyOfFacts, ClocksThatComeRoundChangeNothing) {
 TEST(TopologyOfFacts, TooManyOpenPortsAreAnErrorWithTheSlave) {
   // Two ports lead nowhere, which is neither a tree nor a ring.
   const std::vector<SlavePortFacts> line{facts({0, 1, 3}), facts({0, 1})};
-  EXPECT_EQ(sentence(build_topology(line)), "slave 1: its 2 open ports fit no tree of the slaves that answer");
+  EXPECT_EQ(sentence(build_topology(line)),
+            "slave 1: its 2 open ports do not match any tree of the slaves that answer");
 }
 
 TEST(TopologyOfFacts, TooFewOpenPortsAreAnErrorWithTheSlave) {
   const std::vector<SlavePortFacts> line{facts({0}), facts({0})};
-  EXPECT_EQ(sentence(build_topology(line)), "slave 1: its 1 open ports fit no tree of the slaves that answer");
+  EXPECT_EQ(sentence(build_topology(line)),
+            "slave 1: its 1 open ports do not match any tree of the slaves that answer");
 }
 
 TEST(TopologyOfFacts, NoSlavesNoTree) {

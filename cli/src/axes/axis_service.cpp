@@ -123,8 +123,8 @@ std::string AxisService::failure_of(const Client& client, std::size_t axis,
   if (progress.report.phase != RequestPhase::kAborted) return {};
   const auto owner = axis_requests_.status(axis).owner;
   if (!owner.empty() && owner != client.caller.name)
-    return fmt::format("axis {}: {} has taken it over", event_axis.name, owner);
-  return fmt::format("axis {}: another request has ended this one", event_axis.name);
+    return fmt::format("axis {}: {} has taken over its control", event_axis.name, owner);
+  return fmt::format("axis {}: another request has replaced this one", event_axis.name);
 }
 
 json AxisService::status(const std::vector<std::size_t>& axes) const {
@@ -141,8 +141,9 @@ void AxisService::disconnected(const CommandSender& sender) {
 }
 
 void AxisService::refused(const CommandSender& sender) {
-  axis_requests_.note(runtime::events::CallerRefused{
-      fmt::format("control socket (process {}, user {})", sender.process, sender.user), "this line is another user's"});
+  axis_requests_.note(
+      runtime::events::CallerRefused{fmt::format("control socket (process {}, user {})", sender.process, sender.user),
+                                     "the line belongs to another user"});
 }
 
 }  // namespace driveline::cli

@@ -127,11 +127,12 @@ class RequestReader {
       return misused(fmt::format("axis {}: {} needs {}", axis_.name, verb_.name, verb_.operand));
     }
     if (window_first_ != window_last_) {
-      return misused(fmt::format("axis {}: {}: from= and to= go together", axis_.name, verb_.name));
+      return misused(fmt::format("axis {}: {}: from= and to= must be given together", axis_.name, verb_.name));
     }
     const auto trigger = trigger_.trigger();
     if (!trigger) {
-      return misused(fmt::format("axis {}: {}: the zero pulse of an encoder has no edges", axis_.name, verb_.name));
+      return misused(
+          fmt::format("axis {}: {}: the zero pulse of an encoder has no edge to choose", axis_.name, verb_.name));
     }
     request_.trigger = *trigger;
     return request_;
@@ -151,10 +152,9 @@ class RequestReader {
 
   [[nodiscard]] Outcome<void> read_trigger(std::string_view word) {
     if (trigger_.read(word)) return {};
-    return misused(
-        fmt::format("axis {}: {}: \"{}\" was not expected; 1, 2 or zero says which touch probe, rising or "
-                    "falling which edge",
-                    axis_.name, verb_.name, word));
+    return misused(fmt::format(
+        "axis {}: {}: \"{}\" was not expected; expected are 1, 2 or zero (touch probe) and rising or falling (edge)",
+        axis_.name, verb_.name, word));
   }
 
   [[nodiscard]] Outcome<void> read_operand(std::string_view word) {
@@ -320,13 +320,14 @@ std::span<const std::string_view> axis_verbs() {
 
 Outcome<AxisRequest> parse_axis_request(const AxisConfig& axis, std::span<const std::string> words) {
   if (words.empty()) {
-    return misused(fmt::format("axis {}: what is it to do? {} are possible", axis.name, fmt::join(axis_verbs(), ", ")));
+    return misused(
+        fmt::format("axis {}: a request is missing; {} are possible", axis.name, fmt::join(axis_verbs(), ", ")));
   }
   const auto* const verb =
       std::find_if(kVerbs.begin(), kVerbs.end(), [&](const Verb& one) { return one.name == words[0]; });
   if (verb != kVerbs.end()) return RequestReader(axis, *verb).read(words.subspan(1));
   const auto meant = hint(words[0], axis_verbs());
-  return misused(fmt::format("axis {}: it cannot \"{}\"{}", axis.name, words[0],
+  return misused(fmt::format("axis {}: unknown request \"{}\"{}", axis.name, words[0],
                              meant.empty() ? fmt::format("; {} are possible", fmt::join(axis_verbs(), ", ")) : meant));
 }
 

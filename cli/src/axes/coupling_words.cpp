@@ -142,7 +142,7 @@ class OrderReader {
   [[nodiscard]] Outcome<void> take_distance(std::string_view value) {
     if (auto taken = take(order_.over, master_, Quantity::kPosition, value, "over"); !taken) return taken;
     if (!(order_.over > 0.0))
-      return wrong("over= is the distance of the master in which the slave gets there, above 0");
+      return wrong("over= is the distance of the master within which the slave synchronizes; it must be above 0");
     return {};
   }
 
@@ -165,7 +165,9 @@ class OrderReader {
     switch (order_.kind) {
       case Kind::kGearIn:
         if (order_.at.has_value() != to_)
-          return wrong("at=PLACE of the master and to=PLACE of the slave go together: there is to be synchronism");
+          return wrong(
+              "at=PLACE of the master and to=PLACE of the slave must be given together: they define the point of "
+              "synchronism");
         break;
       case Kind::kCamIn:
         if (!cam_) return wrong("the name of a cam is needed: the [[coupling]] has none");
@@ -178,15 +180,15 @@ class OrderReader {
       case Kind::kOut:
         return {};
     }
-    if (order_.over > 0.0 && !order_.at) return wrong("over= belongs to at=");
+    if (order_.over > 0.0 && !order_.at) return wrong("over= needs at=");
     return {};
   }
 
   [[nodiscard]] Outcome<void> check_kinds(const trajectory::Cam& cam) const {
-    if (order_.over > 0.0 && !order_.at) return wrong("over= belongs to at=");
+    if (order_.over > 0.0 && !order_.at) return wrong("over= needs at=");
     if (cam.master_kind() == master_.kind && cam.slave_kind() == slave_.kind) return {};
-    return wrong(fmt::format("cam \"{}\" is of another kind of axes: rotary and linear ones differ",
-                             plan_.cams[order_.cam].name));
+    return wrong(
+        fmt::format("cam \"{}\" does not fit these axes: rotary and linear axes differ", plan_.cams[order_.cam].name));
   }
 
   void set_limits() {

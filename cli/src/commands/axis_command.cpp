@@ -182,14 +182,14 @@ Outcome<int> order_axis(const AxisOptions& options) {
   std::optional<std::chrono::nanoseconds> duration;
   if (options.duration) {
     if (!endless(options.request))
-      return misused("--for goes with jog, drive-jog, drive-run and torque, which have no end of their own");
+      return misused("--for is possible with jog, drive-jog, drive-run and torque only, which do not end without it");
     const auto time = parse_time(*options.duration, "--for");
     if (!time) return tl::unexpected(time.error());
     duration = *time;
   }
   if (endless(options.request) && options.no_wait) {
     return misused(
-        fmt::format("--no-wait does not go with {}: the axis moves as long as this command runs", options.request));
+        fmt::format("--no-wait is not possible with {}: the axis moves as long as this command runs", options.request));
   }
   const auto path = find_control(options.control, options.config);
   if (!path) return tl::unexpected(path.error());
@@ -218,28 +218,29 @@ Execute prepare_axis(Arguments& to) {
               "drive-jog VELOCITY, drive-run VELOCITY, gear-in [N/M] [at=PLACE to=PLACE [over=DISTANCE]], gear-out, "
               "cam-in [CAM] [at=PLACE "
               "[over=DISTANCE]] [master=PLACE] [slave=PLACE], cam-out, phase OFFSET");
-  to.positional(&options->operands, Value::text("VALUE"), "With its unit, as 90deg; without: in that of the axis");
+  to.positional(&options->operands, Value::text("VALUE"),
+                "Value with unit, e.g. 90deg; without unit: in the unit of the axis");
   constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kHelp{{
-      {"--velocity", "Highest velocity, as 30deg/s; default: the limit of the axis"},
-      {"--acceleration", "Highest acceleration, as 100deg/s^2"},
-      {"--deceleration", "Highest deceleration; default: the acceleration"},
+      {"--velocity", "Maximum velocity, e.g. 30deg/s; default: the limit of the axis"},
+      {"--acceleration", "Maximum acceleration, e.g. 100deg/s^2"},
+      {"--deceleration", "Maximum deceleration; default: the acceleration"},
       {"--jerk", "Highest jerk"},
-      {"--by", "move, drive-move: by this distance from where the axis is to be now"},
-      {"--add", "move: by this distance from the end of the motion before"},
-      {"--superimpose", "move: by this distance on top of the motion under way"},
-      {"--buffer", "How the motion follows the one before: aborting, buffered, blending_low, ..."},
-      {"--direction", "move, of an axis with a modulo: shortest, positive or negative"},
-      {"--from", "probe: events count from this position on, up to --to"},
-      {"--to", "probe: the other end"},
-      {"--at", "home-probe: the place of the event is called so; default: 0"},
+      {"--by", "move, drive-move: by this distance from the commanded position"},
+      {"--add", "move: by this distance from the end of the previous motion"},
+      {"--superimpose", "move: by this distance superimposed on the motion in progress"},
+      {"--buffer", "How the motion follows the previous one: aborting, buffered, blending_low, ..."},
+      {"--direction", "move of a modulo axis: direction shortest, positive or negative"},
+      {"--from", "probe: start of the window in which events count"},
+      {"--to", "probe: end of the window in which events count"},
+      {"--at", "home-probe: position assigned to the event; default: 0"},
   }};
   for (std::size_t i = 0; i < kHelp.size(); ++i) {
     to.option(kHelp[i].first, &options->settings[i].value, Value::text("VALUE"), kHelp[i].second);
   }
   to.option("--for", &options->duration, Value::text("TIME"),
-            "jog, drive-jog, drive-run, torque: for so long; default: until Ctrl-C");
-  to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion, which goes on without this command");
-  to.flag("--take-over", options->take_over, "Also when somebody else commands the axis");
+            "jog, drive-jog, drive-run, torque: duration; default: until Ctrl-C");
+  to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion; it continues without this command");
+  to.flag("--take-over", options->take_over, "Take over the axis from another client");
   to.option("--config", &options->config, Value::file(), "Line description of the running line");
   to.option("--control", &options->control, Value::file("PATH"), "Socket of the running line");
   add_json_flag(to, options->json);

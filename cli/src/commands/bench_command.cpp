@@ -32,7 +32,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::string_view kWhereFrom =
-    "`cmake --build build` in a source tree makes the benchmark programs, --dir names their folder (build/bench)";
+    "build the benchmark programs with `cmake --build build` in a source tree, and name their folder with --dir "
+    "(build/bench)";
 
 struct Options {
   std::vector<std::string> names;
@@ -66,7 +67,8 @@ Outcome<std::vector<fs::path>> find_programs(const fs::path& directory) {
   if (error) {
     return misused(fmt::format("{}: {}; {}", directory.string(), error.message(), kWhereFrom));
   }
-  if (found.empty()) return misused(fmt::format("{}: no benchmark program in it; {}", directory.string(), kWhereFrom));
+  if (found.empty())
+    return misused(fmt::format("{}: contains no benchmark program; {}", directory.string(), kWhereFrom));
   std::sort(found.begin(), found.end());
   return found;
 }
@@ -100,7 +102,7 @@ struct Output {
 /// Runs a program, which shares stderr with this one. Error: a sentence.
 tl::expected<Output, std::string> output_of(const fs::path& program, Extent extent) {
   std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) return tl::unexpected(std::string("no pipe to read from"));
+  if (pipe(ends.data()) != 0) return tl::unexpected(std::string("no pipe could be created"));
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
@@ -125,7 +127,7 @@ tl::expected<Output, std::string> output_of(const fs::path& program, Extent exte
   int status = 0;
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFSIGNALED(status)) return tl::unexpected(fmt::format("was ended by signal {}", WTERMSIG(status)));
+  if (WIFSIGNALED(status)) return tl::unexpected(fmt::format("was terminated by signal {}", WTERMSIG(status)));
   const int code = WEXITSTATUS(status);
   if (code != 0 && code != kSkipped) return tl::unexpected(fmt::format("failed with status {}", code));
   return Output{std::move(text), code == kSkipped};
@@ -177,7 +179,7 @@ Outcome<std::vector<json>> read_bench_documents(const fs::path& where) {
         files.push_back(entry.path());
     }
     std::sort(files.begin(), files.end());
-    if (files.empty()) return misused(fmt::format("{}: no document of a benchmark in it", where.string()));
+    if (files.empty()) return misused(fmt::format("{}: contains no document of a benchmark", where.string()));
   } else {
     files.push_back(where);
   }
@@ -189,7 +191,8 @@ Outcome<std::vector<json>> read_bench_documents(const fs::path& where) {
     const bool has_all = content.is_object() && content.contains("benches") && content["benches"].is_array();
     for (const auto& part : has_all ? content["benches"] : json::array({content})) {
       auto document = parse_bench_document(part.dump(-1, ' ', false, json::error_handler_t::replace));
-      if (!document) return misused(fmt::format("{}: not of a benchmark: {}", file.string(), document.error()));
+      if (!document)
+        return misused(fmt::format("{}: not a document of a benchmark: {}", file.string(), document.error()));
       documents.push_back(std::move(*document));
     }
   }
@@ -239,7 +242,7 @@ Outcome<int> bench(const Options& options) {
       continue;
     }
     documents.push_back(*document);
-    if (output->skipped) progress("  {} could not measure all of it here", name);
+    if (output->skipped) progress("  {} could not measure everything on this machine", name);
     progress("  {:.0f} s", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   if (options.json) {
@@ -260,16 +263,15 @@ Execute prepare_bench(Arguments& to) {
   auto options = std::make_shared<Options>();
   to.option("--dir", &options->directory, Value::folder(),
             "Folder of the programs (default: bench beside this program)");
-  to.option(
-      "-o,--output", &options->output, Value::folder(),
-      "Write the documents, pictures and a report there: report.html holds everything, report.json all documents");
-  to.flag("--quick", options->quick, "A tenth of the measurements: to see that it works");
-  to.flag("--full", options->full, "All measurements of all programs: half an hour; named ones do so anyway");
+  to.option("-o,--output", &options->output, Value::folder(),
+            "Folder for documents, pictures and report: report.html contains everything, report.json all documents");
+  to.flag("--quick", options->quick, "Run a tenth of the measurements, as a functional check");
+  to.flag("--full", options->full, "Run all measurements of all programs: half an hour; default for named programs");
   to.flag("--compare", options->compare,
-          "Compare two runs that are named instead: report.json or its folder, the earlier one first");
+          "Compare the two named runs instead: report.json or its folder, the earlier run first");
   to.flag("--list", options->list, "List the programs instead of running them");
   to.flag("--json", options->json, "One JSON document on stdout");
-  to.positional(&options->names, Value::text("NAME"), "Which to run (default: all); with --compare two reports");
+  to.positional(&options->names, Value::text("NAME"), "Programs to run (default: all); with --compare two reports");
   return [options] { return bench(*options); };
 }
 

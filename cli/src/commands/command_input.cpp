@@ -96,9 +96,9 @@ std::optional<ucred> peer_of(int socket) {
 tl::unexpected<Failure> silent(const std::string& path, std::string_view listener, int socket,
                                std::chrono::milliseconds timeout) {
   const auto peer = peer_of(socket);
-  return failed(fmt::format("{}: no answer within {} ms; the {} that listens there{} is stopped or not yet at work",
-                            path, timeout.count(), listener,
-                            peer && peer->pid > 0 ? fmt::format(" (process {})", peer->pid) : ""));
+  return failed(fmt::format(
+      "{}: no answer within {} ms; the {} that listens there{} is stopped or has not started to work yet", path,
+      timeout.count(), listener, peer && peer->pid > 0 ? fmt::format(" (process {})", peer->pid) : ""));
 }
 
 /// The error for a failed attempt to connect; call it right after the attempt, while errno is valid.
@@ -126,7 +126,7 @@ Outcome<std::unique_ptr<CommandInput>> CommandInput::open(const std::string& pat
   if (::lstat(path.c_str(), &found) == 0) {
     if (!S_ISSOCK(found.st_mode) || listener_at(path)) {
       input->path_.clear();
-      return failed(fmt::format("{}: is there already; another name is expected", path));
+      return failed(fmt::format("{}: already exists; give another name", path));
     }
     ::unlink(path.c_str());
   }
@@ -205,7 +205,7 @@ void CommandInput::accept_clients(CommandExecutor& executor) {
     if (!socket.valid()) return;
     const auto peer = peer_of(socket.get());
     if (!peer || (peer->uid != 0 && peer->uid != ::geteuid())) {
-      static_cast<void>(write_all(socket.get(), "error: this line is another user's\n"));
+      static_cast<void>(write_all(socket.get(), "error: the line belongs to another user\n"));
       if (peer) executor.refused({0, peer->pid, peer->uid});
       continue;
     }

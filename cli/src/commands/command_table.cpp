@@ -12,7 +12,7 @@ constexpr std::string_view kFiles = "Files and the shell";
 constexpr std::string_view kMeasuring = "Measuring";
 
 constexpr std::array kCommands = {
-    Command{"run", "", kLine, "Take the line to OP and its axes along their path",
+    Command{"run", "", kLine, "Take the line to OP and move its axes along their path",
             "run --config examples/line8.toml --duration 5\n"
             "run --config examples/line8.toml --duration 5 --virtual --json\n"
             "run --config examples/by_hand.toml --script examples/moves.txt --virtual",
@@ -31,7 +31,8 @@ constexpr std::array kCommands = {
             "group plotter path contour.jsonl\n"
             "group plotter hold",
             prepare_group},
-    Command{"identify", "", kLine, "Move one axis to and fro, and find inertia, friction and weight of its load",
+    Command{"identify", "", kLine,
+            "Move one axis back and forth, and identify inertia, friction and weight of its load",
             "identify --config examples/line8.toml --virtual z --distance 20\n"
             "identify --config examples/vertical.toml --virtual z --distance 12 --json",
             prepare_identify},
@@ -44,7 +45,7 @@ constexpr std::array kCommands = {
             "simulate --config examples/line8-nic.toml --iface dl-line\n"
             "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",
             prepare_simulate},
-    Command{"fault", "", kLine, "Begin, end or list faults of the line that `simulate` serves",
+    Command{"fault", "", kLine, "Start, end or list faults of the line that `simulate` serves",
             "fault help\n"
             "fault --control line.socket cable-break slave=x to=y for_ms=500\n"
             "fault --control line.socket drop way=back chance=0.01 seed=7\n"
@@ -74,7 +75,7 @@ constexpr std::array kCommands = {
             "top --once\n"
             "top --domain 3 --interface all --period 0.2",
             prepare_top},
-    Command{"scan", "", kTools, "Show what is on the line, and write a line description of it",
+    Command{"scan", "", kTools, "Show the slaves on the line, and write a line description for them",
             "scan --config examples/line8.toml\n"
             "scan --iface eth1 --write line.toml\n"
             "scan --config examples/mixed.toml --write found.toml --move 0.5",
@@ -88,7 +89,7 @@ constexpr std::array kCommands = {
             "states --iface eth1\n"
             "states --config examples/line8.toml SAFEOP",
             prepare_states},
-    Command{"dc", "", kTools, "Bring the clocks together, watch them, and show how far apart they are",
+    Command{"dc", "", kTools, "Synchronize the clocks, observe them, and show their differences",
             "dc --config examples/line8-dc.toml\n"
             "dc --config examples/line8-dc.toml --virtual --output out\n"
             "dc --iface eth1 --duration 10 --json",
@@ -97,7 +98,7 @@ constexpr std::array kCommands = {
             "graph --config examples/line8.toml\n"
             "graph --config examples/line8.toml --tree",
             prepare_graph},
-    Command{"diag", "crc", kTools, "Tell what is wrong on the line, and where: states, links, error counters",
+    Command{"diag", "crc", kTools, "Diagnose the line: states, links, error counters, location of faults",
             "diag --config examples/line8.toml\n"
             "diag --config examples/line8.toml --json",
             prepare_diag},
@@ -106,7 +107,7 @@ constexpr std::array kCommands = {
             "drive --iface eth1 -p 2\n"
             "drive --iface eth1 -p 2 --json",
             prepare_drive},
-    Command{"rescan", "", kTools, "Find the slaves anew, all in INIT", "rescan --config examples/line8.toml",
+    Command{"rescan", "", kTools, "Search the slaves again and take all to INIT", "rescan --config examples/line8.toml",
             prepare_rescan},
     Command{"pdos", "", kTools, "List sync managers, PDOs and the objects mapped into them",
             "pdos --config examples/line8.toml -p 0\n"
@@ -149,16 +150,16 @@ constexpr std::array kCommands = {
             "eoe --iface eth1 -p 2 --json",
             prepare_eoe},
     Command{"reg", "", kTools, "Registers of the slave controllers", "", nullptr},
-    Command{"reg read", "reg_read", "", "Read a register, of several slaves if you like",
+    Command{"reg read", "reg_read", "", "Read a register of one or several slaves",
             "reg read --config examples/line8.toml -p 0 al_status\n"
             "reg read --config examples/line8.toml -p 0-3 0x0130 -t uint16\n"
             "reg read --config examples/line8.toml -p 1 0x0000 10",
             prepare_reg_read},
     Command{"reg write", "reg_write", "", "Write a register of one slave",
             "reg write --config examples/line8.toml -p 0 watchdog_divider 2498", prepare_reg_write},
-    Command{"reg list", "", "", "List the registers that have names", "reg list", prepare_reg_list},
+    Command{"reg list", "", "", "List the named registers", "reg list", prepare_reg_list},
     Command{"sii", "", kTools, "EEPROM of a slave (slave information interface)", "", nullptr},
-    Command{"sii read", "sii_read", "", "Read the EEPROM as an image, or print what it says",
+    Command{"sii read", "sii_read", "", "Read the EEPROM as an image, or print its content",
             "sii read --config examples/line8.toml -p 0 -v\n"
             "sii read --config examples/line8.toml -p 0 -o drive.sii",
             prepare_sii_read},
@@ -171,19 +172,18 @@ constexpr std::array kCommands = {
     Command{"esi", "", kFiles, "Device description files (ESI) and EEPROM images (SII)", "", nullptr},
     Command{"esi generate", "", "", "Write ESI files, SII images, EDS and object pages of the simulated drives",
             "esi generate out", prepare_esi_generate},
-    Command{"esi validate", "", "", "Check an ESI file and tell what was passed over",
+    Command{"esi validate", "", "", "Check an ESI file and list what the reader ignores",
             "esi validate esi/data/moog_msd.xml", prepare_esi_validate},
     Command{"esi show", "", "", "List the devices of an ESI file", "esi show esi/data/moog_msd.xml", prepare_esi_show},
-    Command{"doctor", "", kMeasuring,
-            "Tell what of this machine stands in the way of a punctual cycle, and what mends it",
+    Command{"doctor", "", kMeasuring, "Check whether this machine can run a punctual cycle, and print remedies",
             "doctor --iface eth1 --cpu 1\n"
             "doctor --config examples/line8-nic.toml --iface eth1 --json",
             prepare_doctor},
-    Command{"bench", "", kMeasuring, "Run the benchmarks and put their figures together, with pictures",
+    Command{"bench", "", kMeasuring, "Run the benchmarks and combine their figures into a report with pictures",
             "bench --list\n"
             "bench wake --quick --output out",
             prepare_bench},
-    Command{"completion", "", kFiles, "Print a script that lets the shell complete commands and options",
+    Command{"completion", "", kFiles, "Print a shell script for completion of commands and options",
             "completion bash > ~/.local/share/bash-completion/completions/driveline", prepare_completion},
     Command{"manual", "", kFiles, "Print the manual page of the program or of a command",
             "manual\n"

@@ -51,7 +51,7 @@ Outcome<void> make_control_folder() {
     return failed(fmt::format("{}: {}", folder.string(), std::strerror(errno)));
   }
   if (!S_ISDIR(found.st_mode) || found.st_uid != ::geteuid() || (found.st_mode & 0077) != 0) {
-    return failed(fmt::format("{}: is to be a folder of this user alone (mode 0700)", folder.string()));
+    return failed(fmt::format("{}: must be a folder that only this user can access (mode 0700)", folder.string()));
   }
   return {};
 }
@@ -77,17 +77,19 @@ Outcome<std::string> find_control(const std::string& control, const std::string&
     if (!read) return tl::unexpected(Failure(read.error()));
     const auto path = control_path(read->name);
     if (listener_at(path)) return path.string();
-    return failed(fmt::format("line \"{}\" does not run: nobody listens at {}", read->name, path.string()));
+    return failed(fmt::format("line \"{}\" does not run: no process listens at {}", read->name, path.string()));
   }
   const auto running = running_lines();
   if (running.size() == 1) return running.front().string();
   if (running.empty()) {
-    return failed(fmt::format("no line runs: nobody listens in {}; `driveline run` does, or at --control PATH",
-                              control_folder().string()));
+    return failed(
+        fmt::format("no line runs: no process listens in {}; `driveline run` listens there or at --control PATH",
+                    control_folder().string()));
   }
   std::vector<std::string> names;
   for (const auto& path : running) names.push_back(path.string());
-  return misused(fmt::format("which line? Give --config FILE or --control PATH; {} run", fmt::join(names, ", ")));
+  return misused(
+      fmt::format("several lines run: give --config FILE or --control PATH; {} run", fmt::join(names, ", ")));
 }
 
 std::string running_control(const std::string& config) {

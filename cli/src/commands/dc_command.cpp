@@ -96,7 +96,7 @@ class ClockSession {
       if (!configured) return tl::unexpected(configured.error());
       plan = std::move(*configured);
     }
-    progress("{} slaves found; measuring delays, setting offsets, learning speeds", master_.slaves().size());
+    progress("{} slaves found; measuring delays, setting offsets, determining clock rates", master_.slaves().size());
     master_.use_clocks(std::move(plan));
     if (!options_.operational) {
       if (auto done = master_.synchronise_clocks(); !done) return bus_failure(done.error());
@@ -255,8 +255,8 @@ class ClockSession {
     const double cycle_us = std::chrono::duration<double, std::micro>(period()).count();
     text += status_.locked
                 ? fmt::format(
-                      "\nthe cycle of {} us is locked to the reference clock, which runs {:+.2f} ppm against "
-                      "this machine; phase {:+.0f} ns\n",
+                      "\nthe cycle of {} us is locked to the reference clock, which runs {:+.2f} ppm relative to this "
+                      "machine; phase {:+.0f} ns\n",
                       cycle_us, ppm(), status_.mean_error_ns)
                 : fmt::format("\nthe cycle of {} us is NOT LOCKED to the reference clock, whose speed is not known\n",
                               cycle_us);
@@ -298,12 +298,13 @@ Outcome<int> show_clocks(const DcOptions& options) {
 Execute prepare_dc(Arguments& to) {
   auto options = std::make_shared<DcOptions>();
   add_bus_options(to, options->bus);
-  to.option("--duration", &options->duration, Value::text("TIME"), "Time to watch the clocks; default 3s");
+  to.option("--duration", &options->duration, Value::text("TIME"), "Duration of the observation; default: 3s");
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time");
-  to.option("--output", &options->output_directory, Value::folder(), "Write every clock's difference over time there");
+  to.option("--output", &options->output_directory, Value::folder(),
+            "Folder for the difference of each clock over time");
   to.flag("--op", options->operational,
-          "Take the line to OP, all outputs zero: the drives then tell how long before SYNC0 outputs come");
-  to.flag("--no-plots", options->no_plots, "Leave only the CSV file");
+          "Take the line to OP with all outputs zero: the drives then report how long before SYNC0 outputs arrive");
+  to.flag("--no-plots", options->no_plots, "Write only the CSV file");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return [options] { return show_clocks(*options); };

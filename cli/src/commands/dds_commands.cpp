@@ -58,10 +58,10 @@ struct DdsPlace {
   void declare(Arguments& to) {
     to.option("--domain", &domain, Value::text("N"), "DDS domain, [telemetry] domain of the line (default: 0)");
     to.option("--interface", &interfaces, Value::interface(),
-              "Look on this interface, by name or IPv4 address, or on all (default: this machine only)");
-    to.option("--peer", &peers, Value::text("ADDRESS"), "Machine that multicast does not reach, by IPv4 address");
+              "Search on this interface, by name or IPv4 address, or on all (default: this machine only)");
+    to.option("--peer", &peers, Value::text("ADDRESS"), "IPv4 address of a machine that multicast does not reach");
     to.option("--partition", &partition, Value::text("NAME"), "DDS partition (default: none)");
-    to.option("--security", &security, Value::folder(), "Take part by DDS Security, with the six files of this folder");
+    to.option("--security", &security, Value::folder(), "Use DDS Security with the six files of this folder");
   }
   void add_to(DdsWords& words) const {
     words.option("--domain", domain);
@@ -107,10 +107,9 @@ struct TopOptions {
 
 Execute prepare_echo(Arguments& to) {
   auto options = std::make_shared<EchoOptions>();
-  to.required(&options->topic, Value::text("TOPIC"),
-              "Name of the topic; what stands in front of its last / may be left out");
-  to.option("--count", &options->count, Value::text("N"), "End after so many samples");
-  to.option("--timeout", &options->timeout, Value::text("SECONDS"), "End when nothing comes for so long");
+  to.required(&options->topic, Value::text("TOPIC"), "Name of the topic; the part up to its last / may be omitted");
+  to.option("--count", &options->count, Value::text("N"), "End after this number of samples");
+  to.option("--timeout", &options->timeout, Value::text("SECONDS"), "End when no sample arrives for this time");
   to.flag("--json", options->json, "One JSON document per line for each sample");
   options->place.declare(to);
   return [options] {
@@ -130,10 +129,10 @@ Execute prepare_record(Arguments& to) {
   to.option("--topic", &options->topics, Value::text("TOPIC"),
             "Record this topic; may be given several times (default: all)");
   to.option("--duration", &options->duration, Value::text("SECONDS"),
-            "End so long after the first sample (default: Ctrl-C)");
+            "End this time after the first sample (default: Ctrl-C)");
   to.option("--timeout", &options->timeout, Value::text("SECONDS"),
-            "Give up when no line is there for so long (default: 10)");
-  to.flag("--force", options->force, "Also when the file exists, which is then overwritten");
+            "Fail if no line is found within this time (default: 10)");
+  to.flag("--force", options->force, "Overwrite an existing file");
   add_json_flag(to, options->json);
   options->place.declare(to);
   return [options] {
@@ -168,7 +167,7 @@ Execute prepare_top(Arguments& to) {
   to.flag("--once", options->once, "Print one page and end");
   to.option("--period", &options->period, Value::text("SECONDS"), "Time between two pages (default: 0.5)");
   to.option("--timeout", &options->timeout, Value::text("SECONDS"),
-            "Give up when no line is there for so long (default: 10)");
+            "Fail if no line is found within this time (default: 10)");
   options->place.declare(to);
   return [options] {
     DdsWords words("top");

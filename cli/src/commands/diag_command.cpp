@@ -54,9 +54,9 @@ Outcome<std::string> run_to_ask(const DiagOptions& options) {
     return running_control(options.bus.config);
   }
   if (of_bus || !options.bus.config.empty()) {
-    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
+    return misused("--control asks a `run` about its line; it cannot be combined with --config and --iface");
   }
-  if (options.clear) return misused("--clear writes to the slaves; it does not go with --control");
+  if (options.clear) return misused("--clear writes to the slaves; it cannot be combined with --control");
   return options.control;
 }
 
@@ -96,7 +96,7 @@ Execute prepare_diag(Arguments& to) {
   auto options = std::make_shared<DiagOptions>();
   add_bus_options(to, options->bus);
   to.option("--control", &options->control, Value::file("PATH"),
-            "Socket of a `run`: the line that it drives; default: that of the line in --config, or the only one");
+            "Socket of a `run` whose line is asked; default: socket of the line in --config, or the only socket");
   to.flag("--clear", options->clear, "Set the error counters to zero afterwards");
   add_json_flag(to, options->json);
   return [options] { return diagnose(*options); };

@@ -111,10 +111,9 @@ Outcome<int> examine(const DoctorOptions& options) {
     if (!patient->interface.empty()) document["interface"] = patient->interface;
     print_out("{}", json_text(document));
   } else {
-    print_out(
-        "{}, {}\n\n{}", cpu ? fmt::format("CPU {}", *cpu) : "any CPU (--cpu N looks at one)",
-        patient->interface.empty() ? "no interface (--iface NAME looks at one)" : "interface " + patient->interface,
-        machine_text(items));
+    print_out("{}, {}\n\n{}", cpu ? fmt::format("CPU {}", *cpu) : "any CPU (--cpu N checks one)",
+              patient->interface.empty() ? "no interface (--iface NAME checks one)" : "interface " + patient->interface,
+              machine_text(items));
   }
   const auto* const most = rt::most_important(items);
   return most != nullptr && most->cost == rt::Cost::kPrevents ? 1 : 0;

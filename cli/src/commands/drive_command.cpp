@@ -149,9 +149,8 @@ Execute prepare_drive(Arguments& to) {
   auto options = std::make_shared<DriveOptions>();
   add_bus_options(to, options->bus);
   options->selection.add_single(to);
-  to.option("--interval", &options->interval_ms, Value::text("MS"),
-            "Time between two looks, 50 to 60000 ms; default: 250");
-  to.flag("--once", options->once, "Print the page once, as without a terminal");
+  to.option("--interval", &options->interval_ms, Value::text("MS"), "Refresh interval, 50 to 60000 ms; default: 250");
+  to.flag("--once", options->once, "Print the page once; default without a terminal");
   to.flag("--acknowledge", options->acknowledge, "Acknowledge a fault of the drive first (P 153), then print once");
   add_json_flag(to, options->json);
   return [options] { return drive(*options); };

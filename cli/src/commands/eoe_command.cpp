@@ -39,7 +39,7 @@ Outcome<std::string> run_to_ask(const EoeOptions& options) {
     return running_control(options.bus.config);
   }
   if (of_bus || !options.bus.config.empty()) {
-    return misused("--control asks a `run` about its line; it does not go with --config and --iface");
+    return misused("--control asks a `run` about its line; it cannot be combined with --config and --iface");
   }
   return options.control;
 }
@@ -90,7 +90,7 @@ Execute prepare_eoe(Arguments& to) {
   add_bus_options(to, options->bus);
   options->selection.add(to);
   to.option("--control", &options->control, Value::file("PATH"),
-            "Socket of a `run`: ports and counters of the line that it drives; default: as for diag");
+            "Socket of a `run`, for ports and counters of its line; default: as for diag");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return [options] { return show_eoe(*options); };

@@ -112,7 +112,7 @@ Outcome<int> show_esi(const std::string& name) {
 }  // namespace
 
 Execute prepare_esi_generate(Arguments& to) {
-  return with_path(to, Value::folder("DIRECTORY"), "Where the files go; made when it is not there", generate_esi);
+  return with_path(to, Value::folder("DIRECTORY"), "Folder for the files; created if it does not exist", generate_esi);
 }
 
 Execute prepare_esi_validate(Arguments& to) {

@@ -155,7 +155,7 @@ Outcome<int> read_file(const FoeOptions& options) {
   const auto password = check(options);
   if (!password) return tl::unexpected(password.error());
   if (options.target.empty() && (options.json || isatty(STDOUT_FILENO) != 0)) {
-    return misused("what a file holds may be no text: give --output FILE, or redirect the output");
+    return misused("the file may be binary: give --output FILE, or redirect the output");
   }
   const auto transfer = transfer_file(options, [&](FoeClient client) {
     return client.start_read({options.source, *password});
@@ -192,7 +192,7 @@ std::shared_ptr<FoeOptions> add_foe_options(Arguments& to) {
   add_bus_options(to, options->bus);
   options->selection.add_single(to);
   to.option("--password", &options->password, Value::text("NUMBER"), "Password that the slave asks for, 32 bits");
-  to.flag("--boot", options->boot, "Take the slave to BOOT for it, and back to INIT, which restarts it");
+  to.flag("--boot", options->boot, "Take the slave to BOOT for the transfer, then to INIT, which restarts it");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return options;
@@ -203,15 +203,15 @@ std::shared_ptr<FoeOptions> add_foe_options(Arguments& to) {
 Execute prepare_foe_read(Arguments& to) {
   auto options = add_foe_options(to);
   to.option("-o,--output", &options->target, Value::file(), "Write it to this file, not to stdout");
-  to.required(&options->source, Value::text("NAME"), "Name of the file, as the slave calls it");
+  to.required(&options->source, Value::text("NAME"), "Name of the file on the slave");
   return [options] { return read_file(*options); };
 }
 
 Execute prepare_foe_write(Arguments& to) {
   auto options = add_foe_options(to);
   to.option("-o,--output", &options->target, Value::text("NAME"),
-            "Name of the file, as the slave calls it; default: that of FILE, without its folder");
-  to.required(&options->source, Value::file(), "What is written");
+            "Name of the file on the slave; default: name of FILE without its folder");
+  to.required(&options->source, Value::file(), "File whose content is written");
   return [options] { return write_file(*options); };
 }
 

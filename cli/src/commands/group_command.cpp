@@ -234,7 +234,7 @@ class GroupOrder {
     const auto now = steady_clock::now();
     if (now < next_tell_) return;
     next_tell_ = now + kTellAgain;
-    const auto part = path_.empty() ? "" : fmt::format(", {} of {} moves told", given_, path_.size());
+    const auto part = path_.empty() ? "" : fmt::format(", {} of {} moves sent", given_, path_.size());
     progress("{}{}", group_line(group), part);
   }
 
@@ -262,7 +262,7 @@ class GroupOrder {
 Outcome<int> order_group(const GroupOptions& options) {
   rt::catch_stop_signals();
   if (options.request == "path" && options.no_wait)
-    return misused("--no-wait does not go with path: the line is told of the path as it goes along it");
+    return misused("--no-wait is not possible with path: the moves are sent while the group follows the path");
   const auto control = find_control(options.control, options.config);
   if (!control) return tl::unexpected(control.error());
   auto connection = CommandConnection::open(*control, "run");
@@ -280,21 +280,22 @@ std::vector<std::string_view> group_request_names() {
 
 Execute prepare_group(Arguments& to) {
   auto options = std::make_shared<GroupOptions>();
-  to.required(&options->group, Value::text("NAME"), "Name of the group; status also of all");
+  to.required(&options->group, Value::text("NAME"), "Name of the group; for status also all");
   to.required(&options->request, Value::choice("REQUEST", group_request_names()),
               "status, enable, disable, reset, move POSITION..., move-by DISTANCE..., arc POSITION... via|center "
               "POSITION..., arc-by, path FILE, hold, resume, reverse, forward, override FACTOR, halt, stop, "
               "release-stop");
-  to.positional(&options->operands, Value::text("VALUE"),
-                "One for each axis, with its unit, as 90mm; without: in that of the axis; - leaves it where it is");
+  to.positional(
+      &options->operands, Value::text("VALUE"),
+      "One value per axis with unit, e.g. 90mm; without unit: in the unit of the axis; -: the axis does not move");
   to.option("--feed", &options->feed, Value::text("VALUE"),
-            "Speed along the path, as 100mm/s; default: max_feed of the group");
+            "Speed along the path, e.g. 100mm/s; default: max_feed of the group");
   to.option("--tolerance", &options->tolerance, Value::text("VALUE"),
-            "How far the path may leave the corner behind the move; default: that of the group");
+            "Maximum distance between the path and the corner at the end of the move; default: that of the group");
   to.option("--buffer", &options->buffer, Value::text("MODE"),
-            "How the motion follows the one before: aborting, buffered, blending");
-  to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion, which goes on without this command");
-  to.flag("--take-over", options->take_over, "Also when somebody else commands an axis of the group");
+            "How the motion follows the previous one: aborting, buffered, blending");
+  to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion; it continues without this command");
+  to.flag("--take-over", options->take_over, "Take over the axes of the group from another client");
   to.option("--config", &options->config, Value::file(), "Line description of the running line");
   to.option("--control", &options->control, Value::file("PATH"), "Socket of the running line");
   add_json_flag(to, options->json);

@@ -52,7 +52,7 @@ Outcome<double> parse_length(const std::string& text, std::string_view what, con
 
 /// Half the limits of the axis, unless the options specify others.
 Outcome<runtime::TestMotion> motion_of(const IdentifyOptions& options, const ecat_master::AxisConfig& axis) {
-  if (options.distance.empty()) return misused("how far may the axis move? Give --distance WAY, in its unit");
+  if (options.distance.empty()) return misused("the distance is missing: give --distance DISTANCE, in its unit");
   runtime::TestMotion motion{0.0, 0.5 * axis.limits.max_velocity, 0.5 * axis.limits.max_acceleration};
   const auto distance = parse_length(options.distance, "--distance", axis);
   if (!distance) return tl::unexpected(distance.error());
@@ -122,7 +122,8 @@ class IdentifyConsole final : public ConsoleObserver {
 };
 
 Outcome<std::unique_ptr<runtime::Line>> open_axis_line(const IdentifyOptions& options) {
-  if (options.bus.config.empty()) return misused("which axis of which line? Give --config FILE, which describes it");
+  if (options.bus.config.empty())
+    return misused("no line is selected: give --config FILE, which describes the line and its axes");
   if (options.bus.virtual_time && !options.bus.interface.empty())
     return misused("--virtual runs the simulated line in this process; a network interface has no virtual time");
   runtime::Line::Options to;
@@ -142,7 +143,7 @@ Outcome<std::vector<runtime::LoadSample>> record_motion(runtime::Line& line, con
   auto path = runtime::make_test_path(motion, axis);
   if (!path) return tl::unexpected(path.error());
   const auto& unit = ecat_master::position_unit(axis);
-  progress("axis {} moves {:.6g} {} to and fro for {:.1f} s, at most {:.6g} {}/s", axis.name,
+  progress("axis {} moves {:.6g} {} back and forth for {:.1f} s, at most {:.6g} {}/s", axis.name,
            unit.from_si(motion.distance), unit.name, path->duration_s(), unit.from_si(motion.velocity), unit.name);
   ecat_master::PathSource source(std::move(*path), std::span(&axis.limits, 1), ecat_master::LatePolicy::kStay);
   if (auto used = line.use(source); !used) return tl::unexpected(used.error());
@@ -198,15 +199,15 @@ Outcome<int> identify(const IdentifyOptions& options) {
 Execute prepare_identify(Arguments& to) {
   auto options = std::make_shared<IdentifyOptions>();
   add_bus_options(to, options->bus);
-  to.required(&options->axis, Value::text("AXIS"), "Name of the axis; the others get no power");
+  to.required(&options->axis, Value::text("AXIS"), "Name of the axis; the other axes stay switched off");
   to.option("--distance", &options->distance, Value::text("WAY"),
-            "How far it may move from where it stands, in its unit; negative: in negative direction");
+            "Maximum distance from the present position, in the unit of the axis; negative: in negative direction");
   to.option("--velocity", &options->velocity, Value::text("V"), "At most; default: half its limit");
   to.option("--acceleration", &options->acceleration, Value::text("A"), "At most; default: half its limit");
-  to.flag("--pendulum", options->pendulum, "Look for the torque of a pendulum as well");
+  to.flag("--pendulum", options->pendulum, "Identify the torque of a pendulum, too");
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and the picture");
-  to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
+  to.flag("--no-plots", options->no_plots, "Write only the CSV files");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);
   return [options] { return identify(*options); };

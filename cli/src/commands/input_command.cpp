@@ -24,7 +24,7 @@ Execute prepare_input(Arguments& to) {
   auto options = std::make_shared<InputOptions>();
   to.option("--control", &options->control, Value::file("PATH"), "Socket that `simulate --control` listens at");
   to.required(&options->words, Value::text("SLAVE"),
-              "Name or position of the slave, and inputs to set: INPUT=VALUE ...; without them all are shown");
+              "Name or position of the slave, and inputs to set: INPUT=VALUE ...; without inputs all are shown");
   return [options] { return input(*options); };
 }
 

@@ -48,7 +48,8 @@ CommandReply LineControl::execute(const CommandSender& sender, std::string_view 
   if (command.starts_with(kGroup)) return {groups_.execute(sender, command.substr(kGroup.size())), true, false};
   if (std::find(kQuestions.begin(), kQuestions.end(), command) == kQuestions.end()) {
     return {fmt::format(
-        "error: \"{}\" is no command of a running line; diag, eoe, diag json, eoe json, axis and group are", command)};
+        "error: \"{}\" is not a command of a running line; expected: diag, eoe, diag json, eoe json, axis or group",
+        command)};
   }
   const std::lock_guard guard(lock_);
   asked_.push_back({sender.connection, std::string(command)});

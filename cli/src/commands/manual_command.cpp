@@ -107,7 +107,7 @@ std::string list_of_commands(std::string_view group) {
 
 constexpr std::string_view kExitStatus =
     ".SH EXIT STATUS\n"
-    ".TP\n0\nDone; also after a signal that ended the command in order.\n"
+    ".TP\n0\nSuccess; also after a signal that ended the command normally.\n"
     ".TP\n1\nThe operation failed; the reason is the last line on standard error.\n"
     ".TP\n2\nThe command line, the line description or the path is wrong; nothing was opened.\n"
     ".TP\n3\n\\fBdriveline scan \\-\\-config\\fR: the line differs from its description.\n";
@@ -126,7 +126,7 @@ std::string page_of_program() {
   text += kExitStatus;
   text +=
       ".SH FILES\n.TP\n\\fI/etc/driveline/NAME.toml\\fR\nThe line description of the service \\fBdriveline@NAME\\fR.\n"
-      ".TP\n\\fI/run/driveline\\fR, \\fI$XDG_RUNTIME_DIR/driveline\\fR\nSockets at which running lines take "
+      ".TP\n\\fI/run/driveline\\fR, \\fI$XDG_RUNTIME_DIR/driveline\\fR\nSockets at which running lines accept "
       "requests.\n";
   return text;
 }
@@ -161,7 +161,7 @@ Outcome<int> write_all(const std::filesystem::path& folder) {
 
 Outcome<int> print_manual(const ManualOptions& options) {
   if (options.output) {
-    if (!options.words.empty()) return misused("--output writes the pages of all commands: name none");
+    if (!options.words.empty()) return misused("--output writes the pages of all commands: give no command");
     return write_all(*options.output);
   }
   if (options.words.empty()) {
@@ -174,7 +174,7 @@ Outcome<int> print_manual(const ManualOptions& options) {
     print_out("{}", page_of(command));
     return 0;
   }
-  return misused(fmt::format("there is no command \"{}\"; driveline --help lists them", name));
+  return misused(fmt::format("there is no command \"{}\"; driveline --help lists the commands", name));
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ struct PdosOptions {
 Outcome<int> show_image(const PdosOptions& options) {
   if (options.bus.config.empty()) return misused("--config FILE is missing: groups and process data of the line");
   if (options.only_sii || options.selection.positions || options.selection.alias) {
-    return misused("--image shows the whole line as it is configured: it goes with none of --sii, -p and -a");
+    return misused("--image shows the whole configured line: it cannot be combined with --sii, -p or -a");
   }
   auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
@@ -87,7 +87,7 @@ std::shared_ptr<PdosOptions> add_options(Arguments& to) {
   add_bus_options(to, options->bus);
   options->selection.add(to);
   add_force_flag(to, options->force);
-  to.flag("--sii", options->only_sii, "Only what the EEPROM says; the slaves stay in their state");
+  to.flag("--sii", options->only_sii, "Show only the content of the EEPROM; the slaves stay in their state");
   return options;
 }
 
@@ -95,7 +95,8 @@ std::shared_ptr<PdosOptions> add_options(Arguments& to) {
 
 Execute prepare_pdos(Arguments& to) {
   auto options = add_options(to);
-  to.flag("--image", options->image, "The process image that the line description makes of them; to SAFEOP and back");
+  to.flag("--image", options->image,
+          "Show the process image according to the line description; takes the line to SAFEOP and back");
   add_json_flag(to, options->json);
   return [options] { return list_pdos(*options); };
 }

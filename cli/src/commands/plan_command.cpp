@@ -100,7 +100,7 @@ std::string plan_text(const MoveFile& file, const PlannedMotion& motion) {
   const auto& unit = *file.coordinates.front().unit;
   std::string text = fmt::format("{} moves, {:.6g} {} long, {:.4f} s", file.moves.size(), unit.from_si(motion.length),
                                  unit.name, motion.duration_s);
-  text += motion.dwell_s > 0.0 ? fmt::format(", of which {:.4f} s at rest where moves say so\n", motion.dwell_s) : "\n";
+  text += motion.dwell_s > 0.0 ? fmt::format(", of which {:.4f} s of dwells\n", motion.dwell_s) : "\n";
   for (std::size_t i = 0; i < file.axes.size(); ++i) {
     text += file.axes[i].name;
     for (std::size_t k = 0; k < kQuantities.size(); ++k) {
@@ -182,8 +182,9 @@ Outcome<int> plan(const PlanOptions& options) {
 Execute prepare_plan(Arguments& to) {
   auto options = std::make_shared<PlanOptions>();
   to.required(&options->file, Value::file(), "Moves as JSON lines");
-  to.option("--override", &options->share, Value::text("PERCENT"), "Of the feed, up to 200; default: 100");
-  to.option("--picture", &options->picture, Value::file(), "Draw way and speed into this SVG file");
+  to.option("--override", &options->share, Value::text("PERCENT"),
+            "Override of the feed in percent, up to 200; default: 100");
+  to.option("--picture", &options->picture, Value::file(), "Draw path and speed into this SVG file");
   to.option("--samples", &options->samples, Value::file(), "Write the setpoints of every cycle into this CSV file");
   add_json_flag(to, options->json);
   return [options] { return plan(*options); };

@@ -78,7 +78,7 @@ std::string name_of(const RegisterAddress& at) {
 tl::unexpected<Failure> access_failure(const ecat_master::Error& error, const RegisterAddress& at, bool write) {
   if (!error.is<ecat_master::facts::WorkingCounter>()) return bus_failure(error);
   const bool refused = write && at.row != nullptr && at.row->ecat == wire::RegisterAccess::kRead;
-  return failed(fmt::format("slave {}: does not let the master {} {}{}", error.slave, write ? "write" : "read",
+  return failed(fmt::format("slave {}: does not allow the master to {} {}{}", error.slave, write ? "write" : "read",
                             name_of(at), refused ? ", which is read-only" : ""));
 }
 
@@ -86,7 +86,7 @@ Outcome<int> read_register(const RegOptions& options) {
   const auto access = parse_access(options);
   if (!access) return tl::unexpected(access.error());
   if (access->bytes == 0) {
-    return misused(fmt::format("{}: how many bytes? Give SIZE or --type", name_of(access->at)));
+    return misused(fmt::format("{}: the size is unknown: give SIZE or --type", name_of(access->at)));
   }
   auto line = LineView::open(options.bus);
   if (!line) return tl::unexpected(line.error());
@@ -144,7 +144,7 @@ std::shared_ptr<RegOptions> add_common(Arguments& to, bool write) {
     options->selection.add(to);
   }
   to.option("-t,--type", &options->type, Value::choice("TYPE", runtime::type_names()),
-            "Type of the value; default: unsigned, as wide as the register");
+            "Type of the value; default: unsigned, with the size of the register");
   add_json_flag(to, options->json);
   to.required(&options->address, Value::text("REGISTER"), "Address, e.g. 0x0130, or name, e.g. al_status or fmmu[1]");
   return options;
@@ -154,7 +154,7 @@ std::shared_ptr<RegOptions> add_common(Arguments& to, bool write) {
 
 Execute prepare_reg_read(Arguments& to) {
   auto options = add_common(to, false);
-  to.positional(&options->size, Value::text("SIZE"), "Bytes; default: those of the register or the type");
+  to.positional(&options->size, Value::text("SIZE"), "Number of bytes; default: size of the register or the type");
   return [options] { return read_register(*options); };
 }
 

@@ -130,10 +130,11 @@ Outcome<void> check_choice(std::string_view option, const std::string& name,
 Outcome<void> check(const RunOptions& options) {
   if (options.bus.config.empty() && options.bus.interface.empty()) {
     return misused(
-        "which bus? Give --config FILE with the axes and their path, or --iface NAME to exchange process data without "
+        "no bus is selected: give --config FILE with the axes and their path, or --iface NAME to exchange process data "
+        "without "
         "axes");
   }
-  if (options.telemetry && options.no_telemetry) return misused("--telemetry and --no-telemetry: which?");
+  if (options.telemetry && options.no_telemetry) return misused("--telemetry and --no-telemetry exclude each other");
   if (options.telemetry && options.bus.config.empty()) {
     return misused("--telemetry publishes what a line description names: it needs --config FILE");
   }
@@ -227,7 +228,7 @@ class RunConsole final : public ConsoleObserver {
 
   void tell_how_to_move() const {
     const auto& axis = line_.config().axes.front();
-    progress("`driveline axis {} move --by {}{}` moves an axis; driveline axis --help tells more", axis.name, 1,
+    progress("`driveline axis {} move --by {}{}` moves an axis; driveline axis --help shows more", axis.name, 1,
              ecat_master::position_unit(axis).name);
   }
 
@@ -273,7 +274,8 @@ class RunConsole final : public ConsoleObserver {
 /// `force`, because another run listens there (`force` takes over its line).
 Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& line, bool force) {
   if (auto made = make_control_folder(); !made) {
-    progress("no control socket, so no `driveline axis`: {}; --control PATH asks for another", made.error().text);
+    progress("no control socket, so no `driveline axis`: {}; choose another one with --control PATH",
+             made.error().text);
     return nullptr;
   }
   const auto path = control_path(line);
@@ -346,25 +348,26 @@ Execute prepare_run(Arguments& to) {
   auto options = std::make_shared<RunOptions>();
   add_bus_options(to, options->bus);
   to.option("--duration", &options->duration, Value::text("TIME"),
-            "Time in operation, as 10, 10s or 500ms; default: until the end of the path");
+            "Time in operation, e.g. 10, 10s or 500ms; default: until the end of the path");
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and plots");
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
   to.option("--trace", &options->trace, Value::file(),
-            "Write when the phases of the last cycles and of the worst ones began and ended, as JSON for Perfetto");
+            "Write start and end of the phases of the last and the worst cycles, as JSON for Perfetto");
   to.option("--control", &options->control, Value::file("PATH"),
             "Socket to listen at for `driveline axis`, `diag` and `eoe`; default: one named after the line, in "
             "$XDG_RUNTIME_DIR/driveline or /run/driveline");
   to.option("--script", &options->script, Value::file(), "Requests to the axes of a line without [path], one per line");
-  to.flag("--no-enable", options->no_enable, "Without [path]: leave the axes disabled until they are asked for");
+  to.flag("--no-enable", options->no_enable, "Without [path]: leave the axes disabled until a request enables them");
   to.option("--interpolation", &options->interpolation, Value::choice("METHOD", interpolation_names()),
-            "How the points of the path are joined, instead of [path] interpolation");
+            "Interpolation between the points of the path; replaces [path] interpolation");
   to.option("--mode", &options->mode, Value::choice("MODE", cyclic_mode_names()),
-            "Mode of operation of all axes, instead of their own in the description");
-  to.flag("--no-plots", options->no_plots, "Leave only the CSV files");
+            "Mode of operation of all axes; replaces the modes in the description");
+  to.flag("--no-plots", options->no_plots, "Write only the CSV files");
   to.flag("--increments", options->increments,
-          "Drive increments beside what is in the units of the axes: summary, CSV files, plots, faults");
-  to.flag("--telemetry", options->telemetry, "Publish over DDS, whatever the description says, or do not run");
+          "Show drive increments in addition to the units of the axes: summary, CSV files, plots, faults");
+  to.flag("--telemetry", options->telemetry,
+          "Publish over DDS even if the description disables it; fail if that is not possible");
   to.flag("--no-telemetry", options->no_telemetry, "Do not publish over DDS");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);

@@ -116,7 +116,7 @@ Outcome<std::optional<double>> parse_move(const ScanOptions& options) {
 Outcome<void> write_path(FoundLine& found, double turns, const std::filesystem::path& description) {
   const auto path = gentle_path(found, turns);
   if (path.empty()) {
-    progress("{}: there is no axis that could move", description.string());
+    progress("{}: the line has no axis that can move", description.string());
     return {};
   }
   found.path_file = description.stem().string() + ".path.csv";
@@ -143,7 +143,7 @@ Outcome<void> write_description(LineView& line, std::span<const SlaveView> views
     found.tree = ecat_master::to_tree_text(*topology, labels);
   }
   if (auto asked = ask_drives(line, found.slaves); !asked) {
-    progress("{}: without axes: the drives are not asked about their scaling: {}", file, asked.error().text);
+    progress("{}: without axes: the scaling of the drives is not read: {}", file, asked.error().text);
   }
   if (!found.interface) {
     if (auto kept = keep_images(found.slaves, file); !kept) return kept;
@@ -188,9 +188,9 @@ Outcome<int> scan(const ScanOptions& options) {
 Execute prepare_scan(Arguments& to) {
   auto options = std::make_shared<ScanOptions>();
   add_bus_options(to, options->bus);
-  to.option("--write", &options->write, Value::file(), "Write a line description of what was found");
+  to.option("--write", &options->write, Value::file(), "Write a line description of the slaves found");
   to.option("--move", &options->move, Value::text("REVOLUTIONS"),
-            "With --write: a path beside it, on which every axis turns so far and back");
+            "With --write: also write a path on which each axis makes this number of revolutions and returns");
   add_json_flag(to, options->json);
   return [options] { return scan(*options); };
 }

@@ -132,8 +132,8 @@ Outcome<int> download(const ObjectOptions& options) {
       dialogue->line->shared(dialogue->mailbox->slave().position)) {
     // A retry might write twice.
     return failed(
-        fmt::format("{}; the answer may have gone to the master that drives the slave: `upload` tells whether "
-                    "the value was written",
+        fmt::format("{}; the master that drives the slave may have received the answer: `upload` shows whether the "
+                    "value was written",
                     ecat_master::describe(done.error())));
   }
   if (!done) return object_failure(done.error(), options);
@@ -147,7 +147,7 @@ std::shared_ptr<ObjectOptions> add_object_options(Arguments& to) {
   add_bus_options(to, options->bus);
   options->selection.add_single(to);
   to.option("-t,--type", &options->type, Value::choice("TYPE", runtime::type_names()),
-            "uint8 ... int64, float, double, string, raw ...; default: what the slave's dictionary says");
+            "uint8 ... int64, float, double, string, raw ...; default: the type in the slave's dictionary");
   to.flag("--complete", options->complete, "The whole object, from SUBINDEX 0 or 1 on, as bytes");
   add_force_flag(to, options->force);
   add_json_flag(to, options->json);

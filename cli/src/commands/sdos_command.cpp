@@ -104,7 +104,7 @@ Outcome<int> list_objects(const SdosOptions& options) {
   if (options.json) print_out("{}", json_text({{"slaves", rows}}));
   if (incomplete == 0) return 0;
   // The command fails although it has printed the descriptions that could be read.
-  return failed(fmt::format("{} {} not described completely; the list says which", incomplete,
+  return failed(fmt::format("{} {} not described completely, as marked in the list", incomplete,
                             incomplete == 1 ? "object is" : "objects are"));
 }
 

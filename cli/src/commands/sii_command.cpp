@@ -79,7 +79,7 @@ std::string describe_image(const esi::SiiImage& sii) {
 Outcome<int> read_image(const SiiOptions& options) {
   const bool binary = !options.verbose && !options.json;
   if (binary && options.file.empty() && isatty(STDOUT_FILENO) != 0) {
-    return misused("an EEPROM image is no text: give --output FILE, redirect the output, or take -v");
+    return misused("an EEPROM image is binary: give --output FILE, redirect the output, or use -v");
   }
   auto chosen = choose(options, false);
   if (!chosen) return tl::unexpected(chosen.error());
@@ -111,24 +111,24 @@ Outcome<int> read_image(const SiiOptions& options) {
 Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, const std::string& file) {
   if (!image.checksum_valid()) {
     return failed(
-        fmt::format("{}: the checksum of the configuration area is wrong: the slave would not start with it; "
-                    "--force writes it all the same",
+        fmt::format("{}: the checksum of the configuration area is wrong: the slave would not start with this image; "
+                    "--force writes it anyway",
                     file));
   }
   const auto state = view.slave.al.status.state;
   if (state != wire::AlState::kInit && state != wire::AlState::kPreOp) {
     return failed(
         fmt::format("slave {} is in {}: EEPROMs are written in INIT or PREOP, `driveline states INIT` takes the "
-                    "line there; --force writes it all the same",
+                    "line there; --force writes it anyway",
                     view.slave.ref.position, wire::to_text(state)));
   }
   if (!view.sii) return {};  // the slave has no usable content that could be lost
   if (view.sii->vendor_id != image.vendor_id || view.sii->product_code != image.product_code) {
-    return failed(fmt::format(
-        "{}: is for vendor 0x{:08X}, product 0x{:08X}, slave {} is vendor 0x{:08X}, product 0x{:08X}; --force "
-        "writes it all the same",
-        file, image.vendor_id, image.product_code, view.slave.ref.position, view.sii->vendor_id,
-        view.sii->product_code));
+    return failed(
+        fmt::format("{}: is for vendor 0x{:08X}, product 0x{:08X}, slave {} is vendor 0x{:08X}, product 0x{:08X}; "
+                    "--force writes it anyway",
+                    file, image.vendor_id, image.product_code, view.slave.ref.position, view.sii->vendor_id,
+                    view.sii->product_code));
   }
   return {};
 }
@@ -137,7 +137,7 @@ Outcome<void> check_image(const esi::SiiImage& image, const SlaveView& view, con
 std::string save_previous(const ecat_master::SiiWriteFailure& failure, std::size_t position) {
   const auto file = fmt::format("sii-slave{}-before.bin", position);
   const auto saved = runtime::write_file(file, text_of(failure.previous));
-  return saved ? fmt::format("; what it held before is in {}", file) : "; " + runtime::describe(saved.error());
+  return saved ? fmt::format("; its previous content is in {}", file) : "; " + runtime::describe(saved.error());
 }
 
 /// Reports the progress of a write in steps of ten per cent, and stops it on a signal.
@@ -166,8 +166,8 @@ Outcome<int> finish_write(const tl::expected<ecat_master::SiiWriteReport, ecat_m
                                {"words_changed", written->words_changed},
                                {"words_unchanged", written->words_unchanged}}));
   } else {
-    print_out("slave {}: {} words changed, {} left as they were, all read back; in effect after the next power-on\n",
-              position, written->words_changed, written->words_unchanged);
+    print_out("slave {}: {} words changed, {} unchanged, all read back; in effect after the next power-on\n", position,
+              written->words_changed, written->words_unchanged);
   }
   return 0;
 }
@@ -201,7 +201,7 @@ Outcome<int> set_alias(const SiiOptions& options) {
   }
   for (const auto& other : chosen->line->slaves()) {
     if (*alias != 0 && other.alias == *alias && other.ref.position != slave.position) {
-      return failed(fmt::format("slave {} has the alias address {} already", other.ref.position, *alias));
+      return failed(fmt::format("slave {} already has the alias address {}", other.ref.position, *alias));
     }
   }
   return finish_write(ecat_master::write_alias(chosen->line->bus(), slave, static_cast<std::uint16_t>(*alias)), options,
@@ -232,9 +232,9 @@ Outcome<int> compare_image(const SiiOptions& options) {
     print_out("{}", json_text({{"slave", view.slave.ref.position}, {"differences", rows}}));
   } else {
     for (const auto& difference : differences) {
-      print_out("{}: {}, the file says {}\n", difference.what, difference.found, difference.planned);
+      print_out("{}: {}, in the file {}\n", difference.what, difference.found, difference.planned);
     }
-    if (differences.empty()) print_out("slave {}: as {} says\n", view.slave.ref.position, options.file);
+    if (differences.empty()) print_out("slave {}: matches {}\n", view.slave.ref.position, options.file);
   }
   if (differences.empty()) return 0;
   return failed(fmt::format("slave {}: {} difference{} from {}", view.slave.ref.position, differences.size(),
@@ -254,13 +254,13 @@ std::shared_ptr<SiiOptions> add_common(Arguments& to) {
 Execute prepare_sii_read(Arguments& to) {
   auto options = add_common(to);
   to.option("-o,--output", &options->file, Value::file(), "Write the image to this file, not to stdout");
-  to.flag("-v,--verbose", options->verbose, "Print what the image says, and its bytes by category");
+  to.flag("-v,--verbose", options->verbose, "Print the decoded image, and its bytes by category");
   return [options] { return read_image(*options); };
 }
 
 Execute prepare_sii_write(Arguments& to) {
   auto options = add_common(to);
-  to.flag("-f,--force", options->force, "Even when checksum or identity do not fit");
+  to.flag("-f,--force", options->force, "Write even if checksum or identity do not match");
   to.required(&options->file, Value::file(), "EEPROM image");
   return [options] { return write_image(*options); };
 }

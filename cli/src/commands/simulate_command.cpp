@@ -165,9 +165,8 @@ std::optional<int> cpu_of_the_line(const runtime::LineConfig& config) {
   const auto master = config.realtime.cpu;
   if (!config.simulation_cpu) return master ? rt::allowed_cpu_besides(*master) : std::nullopt;
   if (config.simulation_cpu == master) {
-    progress(
-        "[realtime] simulation_cpu is {}, as cpu is: where the master runs there as well, each keeps the other waiting",
-        *master);
+    progress("[realtime] simulation_cpu and cpu are both {}: a master on that CPU and the simulation delay each other",
+             *master);
   }
   return config.simulation_cpu;
 }
@@ -184,8 +183,8 @@ Outcome<std::unique_ptr<runtime::DriveNetworks>> start_networks(const runtime::L
 /// Ends the process without destroying the line, because the thread that serves it has not ended and still uses it.
 [[noreturn]] void end_without_the_line() {
   progress(
-      "driveline simulate: the thread that serves the line has not answered the stop for {} s; ended without it, what "
-      "masters have written into EEPROMs is not kept",
+      "driveline simulate: the thread that serves the line did not stop within {} s; the program ends without it, and "
+      "changes of EEPROMs by masters are not saved",
       kStopTimeout.count());
   std::fflush(nullptr);
   std::_Exit(1);
@@ -204,8 +203,8 @@ Outcome<int> simulate(const SimulateOptions& options) {
   const bool ring = config->wiring && config->wiring->master(slaves::MasterPort::kSecondary);
   if (!options.bus.interface2.empty() && !ring) {
     return misused(
-        fmt::format("--iface2 {}: the line of {} has one end only; [wiring] preset = \"ring\" leads the last "
-                    "slave back to a second interface",
+        fmt::format("--iface2 {}: the line of {} has only one end; [wiring] preset = \"ring\" connects the last slave "
+                    "to a second interface",
                     options.bus.interface2, bus.config));
   }
   rt::MonotonicClock clock;
@@ -234,7 +233,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
   if (!report) return failed(report.error().message());
   for (const auto& text : rt::to_lines(*report)) progress("  {}", text);
   if (options.busy_poll) tell_throttling();
-  progress("{} slaves on {}{}{}; Ctrl-C ends, \"help\" tells of faults", line->size(), bus.interface,
+  progress("{} slaves on {}{}{}; Ctrl-C ends the program, \"help\" lists the faults", line->size(), bus.interface,
            options.bus.interface2.empty() ? "" : " and ", options.bus.interface2);
 
   ConsoleCommands commands(console);
@@ -260,11 +259,12 @@ Execute prepare_simulate(Arguments& to) {
   auto options = std::make_shared<SimulateOptions>();
   to.option("--config", &options->bus.config, Value::file(), "Line description (TOML) with the slaves to simulate");
   to.option("--iface", &options->bus.interface, Value::interface(), "Network interface to serve the line on");
-  to.option("--iface2", &options->bus.interface2, Value::interface(), "Network interface for the far end of a ring");
-  to.flag("--busy-poll", options->busy_poll, "Spin for frames while a master cycles: faster answers for a whole CPU");
+  to.option("--iface2", &options->bus.interface2, Value::interface(), "Network interface for the other end of a ring");
+  to.flag("--busy-poll", options->busy_poll,
+          "Busy-wait for frames while a master cycles: faster answers, but a fully loaded CPU");
   to.option("--control", &options->control, Value::file("PATH"),
             "Socket to listen at for `driveline fault` and `driveline input`");
-  to.flag("--force", options->force, "Also on an interface that another process of this program works with");
+  to.flag("--force", options->force, "Use the interface even if another process of this program uses it");
   return [options] { return simulate(*options); };
 }
 

@@ -71,7 +71,7 @@ Execute prepare_slaves(Arguments& to) {
   auto options = std::make_shared<SlavesOptions>();
   add_bus_options(to, options->bus);
   options->selection.add(to);
-  to.flag("-v,--verbose", options->verbose, "Everything that is known about each slave");
+  to.flag("-v,--verbose", options->verbose, "Show all details of each slave");
   add_json_flag(to, options->json);
   return [options] { return list_slaves(*options); };
 }

@@ -117,7 +117,7 @@ Outcome<int> write_datum(const SoeOptions& options) {
   const auto attribute = (*slave)->ask([&] { return client.attribute(*datum); });
   if (!attribute) return bus_failure(attribute.error());
   if (options.execute && !attribute->command) {
-    return failed(fmt::format("{} is no procedure command", idn_text(datum->idn)));
+    return failed(fmt::format("{} is not a procedure command", idn_text(datum->idn)));
   }
   const auto value = options.execute ? std::vector<std::byte>{} : parse_soe_value(*options.value, *attribute);
   if (!value) return tl::unexpected(value.error());
@@ -181,7 +181,7 @@ Execute prepare_soe_read(Arguments& to) {
 
 Execute prepare_soe_write(Arguments& to) {
   auto options = add_soe_options(to);
-  to.flag("--execute", options->execute, "Execute it, a procedure command, and wait for its end");
+  to.flag("--execute", options->execute, "Execute the procedure command and wait for its end");
   to.required(&options->idn, Value::text("IDN"), kIdnHelp);
   to.positional(&options->value, Value::text("VALUE"), "Value; the elements of a list are separated by commas");
   return [options] { return write_datum(*options); };

@@ -47,8 +47,8 @@ Outcome<std::optional<AlState>> parse_state(const StatesOptions& options) {
   }
   if (target == AlState::kOp) {
     return misused(
-        "OP lives on cyclic process data, which end with this command: `run` takes the line there and keeps it, with "
-        "--iface alone, too");
+        "OP needs cyclic process data, which end with this command: use `run`, which keeps the line in OP, also with "
+        "--iface alone");
   }
   if (target == AlState::kBootstrap && !options.selection.chosen()) {
     return misused("BOOT is for single slaves: give -p N or -a ALIAS");
@@ -209,7 +209,7 @@ Outcome<void> must_not_disturb(LineView& line, std::span<const std::size_t> posi
   if (!options.selection.chosen()) return line.must_not_disturb(options.force, would);
   for (const auto position : positions) {
     if (options.force || line.slaves()[position].al.status.state != AlState::kOp) continue;
-    return failed(fmt::format("slave {} is in OP: a master drives it, and this would {}; --force does it all the same",
+    return failed(fmt::format("slave {} is in OP: a master drives it, and this would {}; --force does it anyway",
                               position, would));
   }
   return outcome(line.session().claim(options.force, would));

@@ -42,10 +42,10 @@ Outcome<std::vector<Range>> parse_positions(std::string_view text) {
 Outcome<void> check_bus_options(const runtime::BusOptions& bus) {
   if (bus.config.empty() && bus.interface.empty()) {
     return misused(
-        "which bus? Give --config FILE for the line described there, or --iface NAME for a network interface");
+        "no bus is selected: give --config FILE for the line described there, or --iface NAME for a network interface");
   }
   if (!bus.interface2.empty() && bus.interface2 == bus.interface)
-    return misused(fmt::format("--iface2 {}: is the first interface, too; a ring has two ends", bus.interface2));
+    return misused(fmt::format("--iface2 {}: is also the first interface; a ring has two ends", bus.interface2));
   return {};
 }
 
@@ -60,15 +60,15 @@ Outcome<std::unique_ptr<runtime::Session>> open_session(const runtime::BusOption
 void tell_what_ends(const runtime::Session& session) {
   if (session.config().interface) return;
   progress(
-      "the line is simulated in this process and ends with it: every command starts a new one, as its description "
-      "says; `driveline simulate` serves one that stays");
+      "the line is simulated in this process and ends with it: every command starts a new one according to its "
+      "description; `driveline simulate` serves one that persists");
 }
 
 void add_bus_options(Arguments& to, runtime::BusOptions& bus) {
   to.option("--config", &bus.config, Value::file(), "Line description (TOML)");
   to.option("--iface", &bus.interface, Value::interface(),
             "Network interface; replaces the simulated line of the file");
-  to.option("--iface2", &bus.interface2, Value::interface(), "Network interface at the far end of a ring");
+  to.option("--iface2", &bus.interface2, Value::interface(), "Network interface at the other end of a ring");
 }
 
 void add_json_flag(Arguments& to, bool& json) {
@@ -76,7 +76,7 @@ void add_json_flag(Arguments& to, bool& json) {
 }
 
 void add_force_flag(Arguments& to, bool& force) {
-  to.flag("--force", force, "Also when a master drives the line, which that disturbs");
+  to.flag("--force", force, "Proceed even if a master drives the line; this disturbs it");
 }
 
 Outcome<std::uint32_t> parse_number(std::string_view text, std::uint32_t maximum, std::string_view what) {
@@ -151,7 +151,7 @@ Outcome<std::vector<std::size_t>> SlaveSelection::select(std::span<const std::ui
 Outcome<std::size_t> SlaveSelection::select_one(std::span<const std::uint16_t> aliases, bool explicitly) const {
   if (!positions && !alias) {
     if (explicitly && aliases.size() > 1) {
-      return misused(fmt::format("which of the {} slaves? Give -p N or -a ALIAS", aliases.size()));
+      return misused(fmt::format("the line has {} slaves: give -p N or -a ALIAS", aliases.size()));
     }
     return std::size_t{0};
   }

@@ -32,14 +32,15 @@ std::string wrong_machine(const MoveFile& file, const PathGroup& group) {
   const auto& name = group.limits.group.name;
   const auto& own = group.limits.machine;
   if (!own && file.machine)
-    return fmt::format("the file has kinematics, and the moves of group {} are those of its axes", name);
+    return fmt::format("the file has kinematics, but the moves of group {} are moves of its axes", name);
   if (!own) return {};
   if (!file.machine)
-    return fmt::format("the file has no kinematics, and the moves of group {} are those of the tool of a {}", name,
+    return fmt::format("the file has no kinematics, but the moves of group {} are moves of the tool of a {}", name,
                        own->kind());
   const auto difference = own->difference_to(*file.machine);
-  return difference.empty() ? difference
-                            : fmt::format("the machine of the file is not that of group {}: {}", name, difference);
+  return difference.empty()
+             ? difference
+             : fmt::format("the machine of the file differs from that of group {}: {}", name, difference);
 }
 
 /// Why the outputs of the file do not match the group; empty: they do.
@@ -65,7 +66,7 @@ std::string wrong_axes(const MoveFile& file, const PathGroup& group) {
                        names_of(group));
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (file.axes[i].unit->kind == axes[i].unit.kind) continue;
-    return fmt::format("the unit of axis {} is {}, and on the line it is in {}", axes[i].name, file.axes[i].unit->name,
+    return fmt::format("the unit of axis {} is {}, but on the line it is in {}", axes[i].name, file.axes[i].unit->name,
                        axes[i].unit.name);
   }
   return {};
@@ -78,7 +79,7 @@ std::string wrong_start(const MoveFile& file, const PathGroup& group) {
     const double start = file.start.at(i);
     if (std::abs(start - group.place.at(i)) <= kSamePlace) continue;
     return fmt::format(
-        "the path starts at {} {:.6g} {}, and the group stands at {:.6g} {}; move it there, or leave start out",
+        "the path starts at {} {:.6g} {}, but the group is at {:.6g} {}; move the group there, or omit start",
         file.coordinates[i].name, unit.from_si(start), unit.name, unit.from_si(group.place.at(i)), unit.name);
   }
   return {};

@@ -127,8 +127,8 @@ void GroupService::update_request(std::size_t group, const Client& client, Reque
     } else if (phase == RequestPhase::kAborted) {
       const auto owner = groups_.status(group).owner;
       request.failure = !owner.empty() && owner != client.caller.name
-                            ? fmt::format("group {}: {} has taken it over", name, owner)
-                            : fmt::format("group {}: another request has ended this one", name);
+                            ? fmt::format("group {}: {} has taken over its control", name, owner)
+                            : fmt::format("group {}: another request has replaced this one", name);
     }
   }
 }

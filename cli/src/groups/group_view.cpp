@@ -99,7 +99,7 @@ void read_arc(const json& move, std::size_t axes, PathMove& path) {
     throw BadMove{"plane must be an array of two numbers of axes"};
   path.first_axis = (*plane)[0].get<std::size_t>();
   path.second_axis = (*plane)[1].get<std::size_t>();
-  if (path.first_axis >= axes || path.second_axis >= axes) throw BadMove{"plane names an axis that is not there"};
+  if (path.first_axis >= axes || path.second_axis >= axes) throw BadMove{"plane names an axis that does not exist"};
 }
 
 void read_outputs(const json& outputs, PathMove& path) {
@@ -121,7 +121,7 @@ PathMove move_in(const json& move, std::size_t axes) {
   PathMove path;
   if (move.contains("points")) {
     path.kind = PathMove::Kind::kSpline;
-    if (!move["points"].is_array() || move["points"].empty()) throw BadMove{"points must be an array of places"};
+    if (!move["points"].is_array() || move["points"].empty()) throw BadMove{"points must be an array of positions"};
     for (const auto& point : move["points"]) path.points.push_back(place_in(json{{"points", point}}, "points", axes));
   } else {
     path.target = place_in(move, "to", axes);
@@ -211,13 +211,14 @@ Outcome<PathGroup> path_group(const json& group) {
     for (const auto& coordinate : coordinates_of(group)) {
       const auto* unit = unit_of(coordinate);
       if (unit == nullptr || !coordinate.contains("setpoint"))
-        return failed("the tool is nowhere: the machine cannot be as its joints stand");
+        return failed(
+            "the tool has no position: the joints of the machine are in an impossible combination of positions");
       made.limits.group.coordinates.push_back(described(coordinate, *unit));
       made.place.push_back(unit->to_si(coordinate.at("setpoint").get<double>()));
     }
     if (group.contains("kinematics")) {
       auto machine = parse_machine(group.at("kinematics"));
-      if (!machine) return failed(fmt::format("the line tells of a machine that there is not: {}", machine.error()));
+      if (!machine) return failed(fmt::format("the line reports an unknown machine: {}", machine.error()));
       made.limits.machine = std::make_shared<const trajectory::Machine>(std::move(*machine));
     }
     for (const auto& output : group.value("outputs", json::array())) {
@@ -226,7 +227,7 @@ Outcome<PathGroup> path_group(const json& group) {
     }
     made.tolerance = made.limits.group.coordinates.at(0).unit.to_si(group.at("tolerance").get<double>());
   } catch (const std::exception& wrong) {
-    return failed(fmt::format("the line tells of its group what is not understood: {}", wrong.what()));
+    return failed(fmt::format("the report of the line about its group is not understood: {}", wrong.what()));
   }
   return made;
 }
@@ -276,7 +277,7 @@ std::string groups_table(const json& groups) {
     if (group.contains("kinematics")) row("joints", places_of(group.at("axes")));
     if (group.contains("speed")) {
       row("speed", fmt::format("{:.6g} {}/s", group.at("speed").get<double>(), unit));
-      row("way so far", fmt::format("{:.6g} {}", group.at("length").get<double>(), unit));
+      row("distance so far", fmt::format("{:.6g} {}", group.at("length").get<double>(), unit));
       row("override", fmt::format("{:.4g} %", 100.0 * group.at("override").get<double>()));
     }
     row("commanded by", text(group, "owner"));

@@ -86,10 +86,10 @@ class RequestReader {
   [[nodiscard]] Outcome<void> read_arc() {
     auto& path = request_.move.path;
     if (group_.config.axes.size() > trajectory::kMaxGroupAxes)
-      return refuse(fmt::format("groups of more than {} axes go straight", trajectory::kMaxGroupAxes));
+      return refuse(fmt::format("groups of more than {} axes support straight moves only", trajectory::kMaxGroupAxes));
     if (auto read = read_target(); !read) return read;
     if (words_.empty() || (words_[0] != "via" && words_[0] != "center")) {
-      return refuse("via and a point of the arc, or center and the centre of its circle, is expected");
+      return refuse("via with a point of the arc, or center with the centre of its circle, is expected");
     }
     const bool via = words_[0] == "via";
     path.kind = via ? PathMove::Kind::kArcVia : PathMove::Kind::kArc;
@@ -215,13 +215,14 @@ std::span<const std::string_view> group_verbs() {
 Outcome<ClientGroupRequest> parse_group_request(const NamedGroup& group, std::span<const std::string> words) {
   const auto& name = group.config.name;
   if (words.empty()) {
-    return misused(fmt::format("group {}: what is it to do? {} are possible", name, fmt::join(group_verbs(), ", ")));
+    return misused(
+        fmt::format("group {}: a request is missing; {} are possible", name, fmt::join(group_verbs(), ", ")));
   }
   const auto* const word =
       std::find_if(kWords.begin(), kWords.end(), [&](const Word& one) { return one.name == words[0]; });
   if (word != kWords.end()) return RequestReader(group, *word).read(words.subspan(1));
   const auto meant = hint(words[0], group_verbs());
-  return misused(fmt::format("group {}: it cannot \"{}\"{}", name, words[0],
+  return misused(fmt::format("group {}: unknown request \"{}\"{}", name, words[0],
                              meant.empty() ? fmt::format("; {} are possible", fmt::join(group_verbs(), ", ")) : meant));
 }
 

@@ -103,8 +103,8 @@ Outcome<void> DriveLink::read_registers(std::size_t position, DriveView& view) {
                                           [&slave](const auto& other) { return other.ref.station == slave.station; });
   if (slave.station == 0 || with_address > 1) {
     return failed(
-        fmt::format("slave {} has no station address of its own (0x{:04X}), and another master works with the "
-                    "line: it is left alone",
+        fmt::format("slave {} has no unique station address (0x{:04X}), and another master uses the line: the slave is "
+                    "not accessed",
                     position, slave.station));
   }
   const auto al = ecat_master::read_al_status(master_.bus(), std::span(&slave, 1));
@@ -119,9 +119,9 @@ Outcome<void> DriveLink::read_registers(std::size_t position, DriveView& view) {
   view.dl = wire::DlStatus::from_raw(*dl);
   if (!has_mailbox(view.al.status.state)) {
     attached_.erase(position);
-    return failed(fmt::format("slave {} is in {}, where it has no mailbox for CoE{}", position,
+    return failed(fmt::format("slave {} is in {}, in which it has no CoE mailbox{}", position,
                               wire::to_text(view.al.status.state),
-                              other_master_ ? "; another master works with the line and has to take it further" : ""));
+                              other_master_ ? "; another master uses the line and must change its state" : ""));
   }
   return {};
 }
@@ -131,7 +131,7 @@ Outcome<void> DriveLink::attach(std::size_t position) {
   const auto window = read_mailbox_window(master_.bus(), slave);
   if (!window) return tl::unexpected(window.error());
   if (!*window) {
-    return failed(fmt::format("slave {} has no mailbox: sync managers 0 and 1 are set up for none", position));
+    return failed(fmt::format("slave {} has no mailbox: sync managers 0 and 1 are not configured for one", position));
   }
   const auto known = attached_.find(position);
   if (known != attached_.end() && known->second == **window) return {};
@@ -186,11 +186,11 @@ Outcome<void> DriveLink::read(std::size_t position, DriveView& view) {
     if (row.object != DriveObject::kDeviceType) continue;
     const auto type = view.values.bits(row.object);
     if (!type || (*type & 0xFFFF) != kDriveProfile) {
-      return fail({1, type
-                          ? fmt::format("slave {} is no servo drive: its device type 1000h is 0x{:08X}, profile 402 in "
-                                        "the low word is expected",
-                                        position, *type)
-                          : fmt::format("slave {} is no servo drive: it has no device type, object 1000h", position)});
+      return fail(
+          {1, type ? fmt::format("slave {} is not a servo drive: its device type 1000h is 0x{:08X}, profile 402 in "
+                                 "the low word is expected",
+                                 position, *type)
+                   : fmt::format("slave {} is not a servo drive: it has no device type, object 1000h", position)});
     }
   }
   view.trouble.clear();
@@ -204,8 +204,8 @@ Outcome<void> DriveLink::acknowledge(std::size_t position) {
     if (done) return {};
     if (for_good(done.error())) {
       return failed(
-          fmt::format("slave {} has no parameter P 153 (2099h); bit 7 of its control word, which its master "
-                      "has, acknowledges faults",
+          fmt::format("slave {} has no parameter P 153 (2099h); only its master can acknowledge faults, with bit 7 of "
+                      "the control word",
                       position));
     }
     if (done.error().is<facts::SdoAbort>() || attempt == kAttempts) return bus_failure(done.error());

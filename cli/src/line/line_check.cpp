@@ -97,8 +97,8 @@ Outcome<LineCheck> check_line(LineView& line, std::span<const SlaveView> slaves)
   if (!identified) return tl::unexpected(identified.error());
   if (!*identified) {
     check.not_compared =
-        "not compared with the description, which knows slaves by their device ID: a line that is in operation is not "
-        "asked for those";
+        "not compared with the description, which identifies slaves by device ID: device IDs are not read from a line "
+        "in operation";
     return check;
   }
   // Without a topology, swapped cables cannot be found.

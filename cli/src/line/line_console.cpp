@@ -30,7 +30,7 @@ std::string_view trimmed(std::string_view text) {
 
 constexpr std::string_view kNoAnswer = "error: the line does not answer";
 constexpr std::string_view kCommands =
-    "Commands: a fault begins it; heal FAULT ends it, its place is enough; heal all; list: faults that are there; "
+    "Commands: FAULT starts a fault; heal FAULT ends it, its location is sufficient; heal all; list: active faults; "
     "input SLAVE: its inputs and outputs; input SLAVE INPUT=VALUE ... sets inputs; states; help; quit.\n";
 
 }  // namespace
@@ -119,8 +119,8 @@ std::string LineConsole::order(runtime::LineOrder wanted) {
   tell_events();
   if (answer->done) return "done";
   return wanted.verb == runtime::LineOrder::Verb::kHeal
-             ? "error: this fault is not there"
-             : fmt::format("error: not possible; at most {} faults can be there", slaves::LineFaults::kMaxActive);
+             ? "error: this fault is not active"
+             : fmt::format("error: not possible; at most {} faults can be active", slaves::LineFaults::kMaxActive);
 }
 
 std::string LineConsole::list() const {

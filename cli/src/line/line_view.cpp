@@ -176,9 +176,9 @@ Outcome<void> LineView::must_not_be_used(std::size_t position, bool force, std::
   if (force || (state != wire::AlState::kSafeOp && state != wire::AlState::kOp))
     return outcome(session_->claim(force, would));
   return failed(fmt::format(
-      "slave {} is in {}: a master drives it, and this would {}{}; --force does it all the same", position,
+      "slave {} is in {}: a master drives it, and this would {}{}; --force does it anyway", position,
       wire::to_text(state), would,
-      state == wire::AlState::kOp ? "" : "; `driveline states INIT` takes down a line that was left there"));
+      state == wire::AlState::kOp ? "" : "; `driveline states INIT` takes a line that was left in that state to INIT"));
 }
 
 Outcome<ecat_master::Topology> LineView::topology() {

@@ -33,10 +33,8 @@ bool has_mailbox(wire::AlState state) noexcept {
 Outcome<void> refuse_if_driven(std::span<const ecat_master::AlReport> states, bool force, std::string_view would) {
   for (std::size_t i = 0; i < states.size() && !force; ++i) {
     if (states[i].status.state != wire::AlState::kOp) continue;
-    return failed(
-        fmt::format("slave {} is in OP: a master drives the line, and this would {}; --force does it all the "
-                    "same",
-                    i, would));
+    return failed(fmt::format("slave {} is in OP: a master drives the line, and this would {}; --force does it anyway",
+                              i, would));
   }
   return {};
 }

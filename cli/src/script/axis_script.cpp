@@ -50,7 +50,7 @@ Outcome<AxisScript> AxisScript::parse(std::string_view text, const std::string& 
     step->line = line;
     script.steps_.push_back(std::move(*step));
   }
-  if (script.steps_.empty()) return misused(fmt::format("{}: there is no request in it", name));
+  if (script.steps_.empty()) return misused(fmt::format("{}: it contains no request", name));
   script.join_blended_moves();
   return script;
 }
@@ -214,7 +214,7 @@ Outcome<void> AxisScript::check_requests(const runtime::AxisRequests& axis_reque
     const auto axis = runtime::events::event_axis(axis_requests.axes()[made.axis]);
     if (progress.refusal) return fail(made.line, runtime::describe(axis, *progress.refusal));
     if (progress.report.phase == RequestPhase::kAborted && made.last)
-      return fail(made.line, fmt::format("axis {}: another request has ended this one", axis.name));
+      return fail(made.line, fmt::format("axis {}: another request has replaced this one", axis.name));
     const auto phase = progress.report.phase;
     made.over = progress.report.over() || phase == RequestPhase::kReached || phase == RequestPhase::kUnknown;
   }

@@ -87,9 +87,9 @@ std::optional<ScriptGroups::Trouble> ScriptGroups::check_made(const runtime::Gro
     if (progress.refusal)
       return Trouble{made.line, {1, runtime::describe(group_requests.event_group(made.group), *progress.refusal)}};
     if (phase == RequestPhase::kAborted) {
-      return Trouble{
-          made.line,
-          {1, fmt::format("group {}: another request has ended this one", group_requests.groups()[made.group].name)}};
+      return Trouble{made.line,
+                     {1, fmt::format("group {}: another request has replaced this one",
+                                     group_requests.groups()[made.group].name)}};
     }
   }
   made.over = made.given == made.moves.size() || !made.newest;

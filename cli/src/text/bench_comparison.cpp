@@ -134,7 +134,7 @@ std::string comparison_report(const json& comparison) {
   }
   if (!text.empty()) text += "\n";
   text += fmt::format("{:<12} {:<36} {:<42} {:>12} {:>12} {:<6} {:>7}  {}\n", "program", "case", "metric", "first",
-                      "second", "unit", "ratio", "against its floor, 95 % interval by turns");
+                      "second", "unit", "ratio", "relative to its floor, 95 % interval over rounds");
   for (const auto& row : comparison["rows"]) {
     text += fmt::format("{:<12} {:<36} {:<42} {:>12.1f} {:>12.1f} {:<6} {:>7}", row["bench"].get<std::string>(),
                         row["case"].get<std::string>(), row["metric"].get<std::string>(), row["first"].get<double>(),

@@ -163,7 +163,7 @@ BenchFigure roundtrip_figure(const json& document) {
   const auto bare = curves(figure, document, "bare_round_trip", "bare loop, ", index);
   if (ports.empty() || bare.empty()) return figure;
   figure.script = head("roundtrip", 360) +
-                  "set title 'there and back again, median'\nset xlabel 'bytes'\nset ylabel 'ns'\n"
+                  "set title 'round trip, median'\nset xlabel 'bytes'\nset ylabel 'ns'\n"
                   "set yrange [0:*]\nset xrange [0:1600]\nplot " +
                   ports + ", \\\n  " + bare + "\n";
   return figure;

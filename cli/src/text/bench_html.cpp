@@ -100,7 +100,7 @@ std::string aims_html(const std::vector<json>& documents) {
   }
   if (all == 0) return {};
   return fmt::format(
-      "<h2>What was aimed at</h2>\n<p>{} of {} met</p>\n<table>\n<tr><th>program</th><th>case</th><th>metric</th>"
+      "<h2>Targets</h2>\n<p>{} of {} met</p>\n<table>\n<tr><th>program</th><th>case</th><th>metric</th>"
       "<th class=\"figure\">p50</th><th>unit</th><th>aim</th><th>against: p50 (p99.9)</th></tr>\n{}</table>\n",
       met, all, rows);
 }
@@ -127,7 +127,7 @@ std::string bench_html(const std::vector<json>& documents, const std::map<std::s
     const auto bench = document["bench"].get<std::string>();
     text += fmt::format("<h2 id=\"{0}\">{0}</h2>\n", escaped(bench)) + environment_html(document["environment"]);
     if (document["results"].empty()) {
-      text += "<p>Skipped: it could not measure here.</p>\n";
+      text += "<p>Skipped: it could not measure on this machine.</p>\n";
       continue;
     }
     text +=

@@ -48,7 +48,7 @@ std::optional<std::string> histogram_problem(const json& row) {
   if (total != row["n"].get<std::uint64_t>())
     return fmt::format("a histogram holds {} measurements of {}", total, row["n"].dump());
   if (missed != histogram["missed"].get<std::uint64_t>())
-    return fmt::format("a histogram calls {} measurements missed, {} are", histogram["missed"].dump(), missed);
+    return fmt::format("a histogram reports {} missed measurements, but has {}", histogram["missed"].dump(), missed);
   return std::nullopt;
 }
 
@@ -104,7 +104,7 @@ std::string aims_text(const std::vector<json>& documents) {
     }
   }
   if (text.empty()) return text;
-  return "\n## What was aimed at\n\n| program | case | metric | p50 | aim | |\n|---|---|---|---:|---|---|\n" + text;
+  return "\n## Targets\n\n| program | case | metric | p50 | aim | |\n|---|---|---|---:|---|---|\n" + text;
 }
 
 std::string row_text(const json& row) {
@@ -171,7 +171,7 @@ BenchFigure cycle_figure(const json& document) {
   for (const auto* pace : {"back_to_back_", "paced_"}) figure.data += by_axes(document, pace, "master_part_per_axis");
   figure.script = std::string(kSvgTerminal) +
                   "set output 'cycle.svg'\n"
-                  "set title 'the part of the master in a cycle'\nset xlabel 'axes'\nset ylabel 'ns per axis'\n"
+                  "set title 'share of the master in a cycle'\nset xlabel 'axes'\nset ylabel 'ns per axis'\n"
                   "set grid\nset key outside right\nset logscale xy\nset xtics (1, 8, 32, 100)\nset xrange [0.8:125]\n"
                   "plot 150 with lines dt 3 lc 'gray' title 'aim: 150 ns', \\\n"
                   "  'cycle.dat' index 0 using 1:2 with linespoints lw 3 title 'back to back, median', \\\n"
@@ -249,7 +249,7 @@ std::string bench_report(const std::vector<json>& documents) {
                         where.value("virtual_machine", false) ? ", virtual machine" : "", where.value("compiler", "?"),
                         where.value("commit", "?"));
     if (document["results"].empty()) {
-      text += "Skipped: it could not measure here.\n";
+      text += "Skipped: it could not measure on this machine.\n";
       continue;
     }
     text += "| case | metric | unit | p50 | p99 | p99.9 | max | aim | against: p50 (p99.9) |\n";

@@ -246,11 +246,11 @@ std::string heading(const DriveView& view) {
   if (view.other_master) {
     const bool exchanging =
         view.al.status.state == wire::AlState::kSafeOp || view.al.status.state == wire::AlState::kOp;
-    text += fmt::format("{}: nothing is touched but the mailbox of the drive, which they share.\n",
+    text += fmt::format("{}: only the mailbox of the drive is used, which both share.\n",
                         exchanging ? "Another master works with this line"
-                                   : "A master has taken this line out of INIT and may be at work");
+                                   : "A master has taken this line out of INIT and may be active");
   }
-  if (!view.trouble.empty()) text += fmt::format("Values of before: {}\n", view.trouble);
+  if (!view.trouble.empty()) text += fmt::format("Previous values: {}\n", view.trouble);
   return text;
 }
 

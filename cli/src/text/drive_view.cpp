@@ -79,7 +79,7 @@ constexpr bool in_order() noexcept {
   }
   return true;
 }
-static_assert(in_order(), "a row is found by its number");
+static_assert(in_order(), "the object is used as index");
 
 constexpr const DriveObjectRow& row_of(DriveObject object) noexcept {
   return kObjects[static_cast<std::size_t>(object)];

@@ -110,9 +110,10 @@ tl::expected<Drawing, std::string> draw(const std::filesystem::path& directory, 
     std::filesystem::remove(file, ignored);
     if (drawing.problem) continue;
     drawing.problem =
-        runtime::fail(runtime::ErrorKind::kMachine,
-                      "could not be written to its end: the disk is full, or files may not get longer (ulimit -f)",
-                      file.string())
+        runtime::fail(
+            runtime::ErrorKind::kMachine,
+            "could not be written completely: the disk is full, or the file size limit is reached (ulimit -f)",
+            file.string())
             .value();
   }
   return drawing;

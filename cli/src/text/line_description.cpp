@@ -144,14 +144,14 @@ std::string obstacle(const FoundSlave& slave, const FoundLine& line) {
   if (modes.empty()) {
     return fmt::format("6502h is 0x{:08X}: it has none of the modes csp, csv and cst", *drive.supported_modes);
   }
-  if (modes.front() == "cst") return "cst is its only cyclic mode: velocity_gain is for you to choose";
+  if (modes.front() == "cst") return "cst is its only cyclic mode: choose velocity_gain";
   const auto increments = drive.increments_per_revolution;
-  if (!increments) return "it does not tell how positions are scaled (6091h, 6092h, 608Fh)";
+  if (!increments) return "it does not report the scaling of positions (6091h, 6092h, 608Fh)";
   if (*increments < 1.0 || *increments > runtime::kMaxIncrementsPerRevolution) {
     return fmt::format("by 6091h, 6092h, 608Fh it has {} increments per revolution, 1 to {} are expected", *increments,
                        runtime::kMaxIncrementsPerRevolution);
   }
-  if (simulated(line) && family_of(*slave.view.sii) == nullptr) return "no drive like that can be simulated";
+  if (simulated(line) && family_of(*slave.view.sii) == nullptr) return "a drive of this kind cannot be simulated";
   return {};
 }
 
@@ -195,18 +195,19 @@ std::string axes_lines(const FoundLine& line) {
   }
   if (text.empty()) return text;
   text =
-      "\n# CiA 402 drives, scaled as they say: rotary axes, in rad of the motor (`feed_mm_per_revolution` makes one\n"
+      "\n# CiA 402 drives with the scaling they report: rotary axes, in rad of the motor (`feed_mm_per_revolution` "
+      "makes one\n"
       "# linear). `max_acceleration`, of approaches and stops, is 2000 rad/s^2 unless said: no object has it.\n" +
       text;
   if (!line.path_file.empty()) {
     return text + fmt::format(
-                      "\n# From where the axes stand when they are enabled.\n[path]\nfile = \"{}\"\n"
+                      "\n# Relative to the positions at which the axes are enabled.\n[path]\nfile = \"{}\"\n"
                       "relative = true\n",
                       plain(line.path_file));
   }
   return text +
-         "\n# `run` switches the axes on; they hold the place where they stand until there is a path:\n"
-         "# [path]\n# file = \"path.csv\"\n# relative = true  # to that place\n";
+         "\n# `run` switches the axes on; they hold their positions until there is a path:\n"
+         "# [path]\n# file = \"path.csv\"\n# relative = true  # to these positions\n";
 }
 
 std::string comment(std::string_view lines) {
@@ -274,8 +275,8 @@ bool needs_image(const SlaveView& view) {
 Outcome<std::string> describe_line(const FoundLine& line) {
   std::string text = fmt::format(
       "# {} slaves as `driveline scan` found them. docs/command_line.md explains every key.\n"
-      "# `revision = \">= number\"` takes later ones as well; without `serial` another device of the kind may stand "
-      "in.\n",
+      "# `revision = \">= number\"` also accepts later revisions; without `serial` another device of this kind may "
+      "replace it.\n",
       line.slaves.size());
   if (!line.tree.empty()) text += "#\n# Connections of the slaves:\n" + comment(line.tree);
   text += "\n[line]\nname = \"line\"\ncycle_us = 1000\n";

@@ -38,7 +38,7 @@ std::string machine_text(const std::vector<rt::RealtimeItem>& items) {
       plain.remedy.clear();  // printed on a line of its own
       text += fmt::format("{:<9} {:<24} {}\n", word.text, item.name, rt::shortcoming(plain));
       if (!item.consequence.empty()) text += fmt::format("{:<9} costs: {}\n", "", item.consequence);
-      if (!item.remedy.empty()) text += fmt::format("{:<9} mend:  {}\n", "", item.remedy);
+      if (!item.remedy.empty()) text += fmt::format("{:<9} fix:   {}\n", "", item.remedy);
     }
   }
   for (const auto& item : items) {

@@ -150,7 +150,7 @@ class MoveReader {
     if (!names.is_array()) throw BadLine{"outputs of the first line is an array of names"};
     for (const auto& name : names) {
       if (!name.is_string() || !trajectory::check_axis_name(name.get<std::string>())) {
-        throw BadLine{fmt::format("{} is no name of an output: 1 to 31 letters, digits and _-.", name.dump())};
+        throw BadLine{fmt::format("{} is not a name of an output: 1 to 31 letters, digits and _-.", name.dump())};
       }
       file_.outputs.push_back(name.get<std::string>());
       if (std::count(file_.outputs.begin(), file_.outputs.end(), file_.outputs.back()) > 1) {
@@ -197,7 +197,7 @@ class MoveReader {
     if (!axis.contains("name") || !axis["name"].is_string()) throw BadLine{"an axis needs a name"};
     const auto name = axis["name"].get<std::string>();
     if (!trajectory::check_axis_name(name)) {
-      throw BadLine{fmt::format("\"{}\" is no name of an axis: 1 to 31 letters, digits and _-.", name)};
+      throw BadLine{fmt::format("\"{}\" is not a name of an axis: 1 to 31 letters, digits and _-.", name)};
     }
     for (const auto& other : file_.axes) {
       if (other.name == name) throw BadLine{fmt::format("there are two axes called \"{}\"", name)};
@@ -252,11 +252,11 @@ class MoveReader {
     refuse_unknown_keys(line, {"arc", "center", "via", "clockwise", "plane", "feed", "tolerance", "dwell", "outputs"});
     move.target = place_of(line["arc"], "arc", at_, false);
     if (line.contains("via") == line.contains("center")) {
-      throw BadLine{"an arc needs either its center or a point via which it goes"};
+      throw BadLine{"an arc needs either center or via, a point of the arc"};
     }
     if (line.contains("via")) {
       if (line.contains("clockwise") || line.contains("plane")) {
-        throw BadLine{"clockwise and plane belong to an arc around a center"};
+        throw BadLine{"clockwise and plane need an arc with center"};
       }
       move.kind = PathMove::Kind::kArcVia;
       move.via = place_of(line["via"], "via", at_, false);
@@ -346,7 +346,7 @@ tl::expected<MoveFile, std::string> parse_moves(const std::string& text, const s
     }
   }
   auto file = reader.take();
-  if (file.axes.empty()) return tl::unexpected(fmt::format("{}: there is no line that describes the axes", name));
+  if (file.axes.empty()) return tl::unexpected(fmt::format("{}: the line that describes the axes is missing", name));
   if (file.moves.empty()) return tl::unexpected(fmt::format("{}: there is no move", name));
   return file;
 }

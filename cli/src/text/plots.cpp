@@ -150,7 +150,7 @@ class AxisPlot {
   bool begun_ = false;
 };
 
-/// Column numbers of an axis in axes.csv: time, three columns per axis, their torques, least and greatest following
+/// Column numbers of an axis in axes.csv: time, three columns per axis, their torques, minimum and maximum following
 /// error of each, then the following errors and the demands of the drives that report them (Recorder).
 struct AxisColumns {
   std::size_t commanded;
@@ -164,7 +164,7 @@ AxisColumns columns_of(std::size_t axis, std::size_t axes) {
 /// Adds the range of the following error between the rows of the file, so that no maximum is lost.
 void add_error_band(AxisPlot& plot, const AxisColumns& columns) {
   plot.fill(columns.least, columns.least + 1, "with filledcurves lt 1 notitle");
-  plot.add(columns.least, "with lines lt 1 title 'least and greatest'");
+  plot.add(columns.least, "with lines lt 1 title 'minimum and maximum'");
   plot.add(columns.least + 1, "with lines lt 1 notitle");
 }
 

@@ -57,7 +57,7 @@ std::string_view ring_state(port::RingStatus::State state) {
 
 std::string ring_to_text(const runtime::RingReport& ring) {
   return fmt::format(
-      "\n  ring: {}; {} answers put together of two halves, {} halves stayed alone ({} waited for in vain)\n",
+      "\n  ring: {}; {} answers combined from two halves, {} halves stayed single ({} waits without result)\n",
       ring_state(ring.status.state), ring.merged, ring.halves, ring.late_halves);
 }
 
@@ -122,7 +122,7 @@ std::string telemetry_to_text(const std::optional<runtime::TelemetryReport>& tel
   if (!telemetry) return "\n  telemetry: off\n";
   auto text =
       fmt::format("\n  telemetry: {} axis samples published, {} dropped", telemetry->published, telemetry->dropped);
-  if (telemetry->restarts > 0) text += fmt::format(", bridge started again {} times", telemetry->restarts);
+  if (telemetry->restarts > 0) text += fmt::format(", bridge restarted {} times", telemetry->restarts);
   return text + "\n";
 }
 
@@ -138,8 +138,8 @@ nlohmann::json thread_to_json(const runtime::RunReport& report) {
 
 std::string thread_to_text(const rt::ThreadUsage& thread, std::chrono::nanoseconds wake_ahead) {
   return fmt::format(
-      "\n  thread of the cycle: {} page faults ({} from disk), {} context switches of its own, {} forced on it; "
-      "it woke {:.1f} us ahead\n",
+      "\n  thread of the cycle: {} page faults ({} from disk), {} voluntary context switches, {} involuntary; it woke "
+      "{:.1f} us ahead\n",
       thread.minor_faults + thread.major_faults, thread.major_faults, thread.voluntary_switches,
       thread.involuntary_switches, static_cast<double>(wake_ahead.count()) / 1000.0);
 }
@@ -318,7 +318,7 @@ std::string to_text(const runtime::RunReport& report) {
   for (const auto& event : events_of(report)) text += fmt::format("  {}\n", event);
   if (report.events_left_out > 0)
     text +=
-        fmt::format("  {} more events, between the first and the last ones, are not kept\n", report.events_left_out);
+        fmt::format("  {} more events between the first and the last ones are not stored\n", report.events_left_out);
   for (const auto& fault : faults_of(report)) text += fmt::format("  fault: {}\n", fault);
   for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());
   return text;

@@ -37,7 +37,7 @@ tl::expected<std::vector<SignalSetting>, std::string> parse_signal_settings(std:
   for (auto rest = trimmed(text); !rest.empty(); rest = trimmed(rest)) {
     const auto equals = rest.find('=');
     if (equals == std::string_view::npos) {
-      return tl::unexpected(fmt::format("\"{}\" is no setting, INPUT=VALUE is expected", rest));
+      return tl::unexpected(fmt::format("\"{}\" is not a setting, INPUT=VALUE is expected", rest));
     }
     const auto end = std::min(rest.find(' ', equals), rest.size());
     const auto setting = parse_one(trimmed(rest.substr(0, equals)), rest.substr(equals + 1, end - equals - 1), signals);

@@ -101,7 +101,7 @@ std::string sii_dump(std::span<const std::byte> image) {
   }
   if (at < word_count) {
     const bool ends = word(at) == kEnd;
-    show(at, word_count - at, ends ? "end, and what was read behind it" : "what is left; no category");
+    show(at, word_count - at, ends ? "end, and bytes read after it" : "remaining bytes without category");
   }
   return text;
 }

@@ -220,7 +220,7 @@ Outcome<std::vector<std::byte>> parse_soe_value(std::string_view text, const Soe
     while (part.starts_with(' ')) part.remove_prefix(1);
     const auto number = parse_element(part, attribute);
     if (!number) {
-      return misused(fmt::format("\"{}\" is no value of {} byte{}, {}", part, attribute.element_size(),
+      return misused(fmt::format("\"{}\" is not a value of {} byte{}, {}", part, attribute.element_size(),
                                  attribute.element_size() == 1 ? "" : "s", display_text(attribute.display)));
     }
     const auto bytes = wire::to_le_bytes(*number);

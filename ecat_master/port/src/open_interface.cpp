@@ -24,8 +24,8 @@ tl::expected<OpenInterface, PortError> open_interface(const std::string& interfa
   }
   if (has_xdp_program(interface)) {
     result.steps_down.push_back("An XDP program is attached to interface " + quoted(interface) +
-                                ", maybe by another driveline with port = \"xdp\": frames that it takes do not arrive "
-                                "here. End it, see `ip link show " +
+                                ", perhaps by another driveline with port = \"xdp\": frames that it receives do not "
+                                "arrive here. Stop it; see `ip link show " +
                                 interface + "`.");
   }
   auto port = RawSocketPort::open({.interface = interface}, clock);

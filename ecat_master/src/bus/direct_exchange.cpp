@@ -188,7 +188,8 @@ bool harmless_guest(std::span<const std::byte> frame) noexcept {
 
 std::string describe(const OtherMaster& other) {
   return fmt::format(
-      "another EtherCAT master is on the wire: {} of its frames have come in, the last one from {}, among them {}; two "
+      "another EtherCAT master is on the wire: {} of its frames were received, the last one from {}, among them {}; "
+      "two "
       "masters disturb each other",
       other.frames, mac_text(other.source), datagram_text(other));
 }
@@ -196,13 +197,13 @@ std::string describe(const OtherMaster& other) {
 std::string describe_traffic(const ExchangeStatistics& statistics) {
   if (statistics.frames_of_masters > 0) {
     return fmt::format(
-        "another EtherCAT master is on the wire: {} of its frames have come in, the last one from {}; two masters "
+        "another EtherCAT master is on the wire: {} of its frames were received, the last one from {}; two masters "
         "disturb "
         "each other",
         statistics.frames_of_masters, mac_text(statistics.other_master));
   }
   if (statistics.frames_foreign == 0) return {};
-  return fmt::format("{} frames that are not ours have come in: another master or other devices use the wire",
+  return fmt::format("{} frames of unknown origin were received: another master or other devices use the wire",
                      statistics.frames_foreign);
 }
 

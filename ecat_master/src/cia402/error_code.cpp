@@ -149,7 +149,7 @@ constexpr bool error_names_in_order() noexcept {
   }
   return true;
 }
-static_assert(error_names_in_order(), "error_name() searches by halves");
+static_assert(error_names_in_order(), "error_name() needs sorted rows");
 
 }  // namespace
 

@@ -19,7 +19,7 @@ struct MisfitSentence {
     return fmt::format("the entries of PDO {:04X}h cannot be changed: the device has no PDO configuration", pdo);
   }
   std::string operator()(const misfits::WrongSyncManager& facts) const {
-    return fmt::format("PDO {:04X}h is to be in sync manager {}, which carries no {}", pdo, facts.planned,
+    return fmt::format("PDO {:04X}h is assigned to sync manager {}, which carries no {}", pdo, facts.planned,
                        facts.output ? "outputs" : "inputs");
   }
   std::string operator()(const misfits::FixedSyncManager& facts) const {

@@ -128,10 +128,10 @@ struct VariableSentence {
                        facts.example.value_or("x.6041h:00, but no process data are mapped"));
   }
   std::string operator()(const variable_faults::Ambiguous& facts) const {
-    return fmt::format("'{}' is not one process variable: it may be {}", facts.name, listing(facts.candidates));
+    return fmt::format("'{}' is ambiguous: it may be {}", facts.name, listing(facts.candidates));
   }
   std::string operator()(const variable_faults::NameTaken& facts) const {
-    return fmt::format("'{}' is the name of {} already", facts.alias, facts.owner);
+    return fmt::format("'{}' is already the name of {}", facts.alias, facts.owner);
   }
   std::string operator()(const variable_faults::Unfit& facts) const {
     return fmt::format("{} has {} bits from bit {} of a byte on; the handle is for {} bits{}", facts.variable.text(),
@@ -139,10 +139,10 @@ struct VariableSentence {
                        facts.wanted_bits == 1 ? "" : " on a byte border");
   }
   std::string operator()(const variable_faults::NoSource& facts) const {
-    return fmt::format("{} cannot be copied from: it is an output", facts.variable.text());
+    return fmt::format("{} cannot be the source of a copy: it is an output", facts.variable.text());
   }
   std::string operator()(const variable_faults::NoTarget& facts) const {
-    return fmt::format("{} cannot be copied to: it is an input", facts.variable.text());
+    return fmt::format("{} cannot be the target of a copy: it is an input", facts.variable.text());
   }
   std::string operator()(const variable_faults::SizesDiffer& facts) const {
     return fmt::format("{} has {} bits and {} has {}: they cannot be copied", facts.from.text(), facts.from.bits,

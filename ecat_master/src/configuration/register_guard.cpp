@@ -233,7 +233,7 @@ std::string describe(const RegisterChange& change) {
   const auto& one = change.guarded;
   const int digits = 2 * one.size;
   const auto expected = fmt::format("0x{:0{}X}", one.expected, digits);
-  if (!change.found) return fmt::format("{} is not {} any more, as it was configured", place_of(one.address), expected);
+  if (!change.found) return fmt::format("{} is no longer {}, as configured", place_of(one.address), expected);
   return fmt::format("{} is 0x{:0{}X}, {} was configured", place_of(one.address), *change.found, digits, expected);
 }
 

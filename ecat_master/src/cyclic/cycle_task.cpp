@@ -24,7 +24,7 @@ std::uint64_t guarded_update(CycleTask& task, const TaskCycle& now) noexcept {
 }  // namespace
 
 void TaskSchedule::add(CycleTask& task, TaskTiming timing) {
-  if (timing.divider == 0) throw std::invalid_argument("task: the divider must be 1 at least");
+  if (timing.divider == 0) throw std::invalid_argument("task: the divider must be at least 1");
   if (timing.phase >= timing.divider) throw std::invalid_argument("task: the phase must be below the divider");
   entries_.push_back(std::make_unique<Entry>(Entry{&task, timing}));
 }

@@ -72,13 +72,13 @@ Motion::Motion(std::vector<Axis> axes, trajectory::Interpolator path, Settings s
     path_ = std::make_unique<PathSource>(std::move(path), limits_of(axes_), settings_.late,
                                          dead_times_of(axes_, settings_));
   }
-  if (!path_) throw std::invalid_argument("motion: the path must have one axis for each axis of the line");
+  if (!path_) throw std::invalid_argument("motion: the path must have exactly one axis per axis of the line");
   begin_with(*path_);
 }
 
 Motion::Motion(std::vector<Axis> axes, SetpointSource& source, Settings settings) : Motion(std::move(axes), settings) {
   if (source.axis_count() != axes_.size())
-    throw std::invalid_argument("motion: the source must move as many axes as there are");
+    throw std::invalid_argument("motion: the source must have as many axes as the line");
   begin_with(source);
 }
 

@@ -51,7 +51,7 @@ void add_slaves(std::string& text, const LineDiagnosis& diagnosis) {
 
 void add_exchange(std::string& text, const LineDiagnosis& diagnosis) {
   if (diagnosis.groups.empty()) return;
-  text += fmt::format("exchange: {} cycles, {} frames came too late, {} were not ours\n", diagnosis.cycles,
+  text += fmt::format("exchange: {} cycles, {} frames came too late, {} frames were foreign\n", diagnosis.cycles,
                       diagnosis.stale_frames, diagnosis.foreign_frames);
   for (std::size_t i = 0; i < diagnosis.groups.size(); ++i) {
     const auto& group = diagnosis.groups[i];
@@ -66,8 +66,9 @@ void add_exchange(std::string& text, const LineDiagnosis& diagnosis) {
 void add_guard(std::string& text, const LineDiagnosis& diagnosis) {
   if (!diagnosis.guard) return;
   const auto& guard = *diagnosis.guard;
-  text += fmt::format("registers: read back {} times, the last round of all slaves took {:.1f} ms; {} had changed\n",
-                      guard.looks, seconds(guard.last_round.count()) * 1e3, guard.changes);
+  text +=
+      fmt::format("registers: read back {} times, the last read-back of all slaves took {:.1f} ms; {} had changed\n",
+                  guard.looks, seconds(guard.last_round.count()) * 1e3, guard.changes);
 }
 
 void add_ring(std::string& text, const LineDiagnosis& diagnosis) {
@@ -75,7 +76,7 @@ void add_ring(std::string& text, const LineDiagnosis& diagnosis) {
   using State = port::RingStatus::State;
   const auto& ring = *diagnosis.ring;
   text += ring.state == State::kOpen
-              ? fmt::format("ring: open, {} slaves behind the primary interface and {} behind the secondary one\n",
+              ? fmt::format("ring: open, {} slaves at the primary interface and {} at the secondary interface\n",
                             ring.primary_slaves, ring.secondary_slaves)
               : fmt::format("ring: {}\n", ring.state == State::kClosed ? "closed" : "not known yet");
 }
@@ -85,7 +86,7 @@ void add_ring(std::string& text, const LineDiagnosis& diagnosis) {
 std::string describe(const FaultPlace& place) {
   switch (place.kind) {
     case FaultPlace::Kind::kDamagedFrames:
-      return fmt::format("slave {}, port {}: {} damaged frames came in: {}, or the sender at its other end",
+      return fmt::format("slave {}, port {}: {} damaged frames received: {}, or the sender at its other end",
                          place.slave, place.port, place.count, cable(place));
     case FaultPlace::Kind::kLostLink:
       return fmt::format("slave {}, port {}: the link was lost {} times: {}, or the supply of one of them", place.slave,
@@ -97,10 +98,11 @@ std::string describe(const FaultPlace& place) {
       return fmt::format("slave {}: does not answer to its address: it was restarted or replaced, or cannot be reached",
                          place.slave);
     case FaultPlace::Kind::kBadFrames:
-      return fmt::format("slave {}: {} frames made no sense to it: another sender on the wire?", place.slave,
-                         place.count);
+      return fmt::format(
+          "slave {}: {} frames were invalid for its processing unit; check for another sender on the wire", place.slave,
+          place.count);
     case FaultPlace::Kind::kPdi:
-      return fmt::format("slave {}: {} failed accesses by its own processor", place.slave, place.count);
+      return fmt::format("slave {}: {} failed accesses by its local processor", place.slave, place.count);
   }
   return "?";
 }
@@ -126,7 +128,7 @@ std::string describe(const CyclicEvent& event) {
 std::string to_text(const LineDiagnosis& diagnosis) {
   std::string text;
   if (diagnosis.places.empty() && diagnosis.problems.empty()) {
-    text += "nothing wrong is known\n";
+    text += "no problem is known\n";
   } else {
     text += "wrong\n";
     for (const auto& problem : diagnosis.problems) text += fmt::format("  {}\n", problem);
@@ -157,7 +159,7 @@ std::string to_text(const LineDiagnosis& diagnosis) {
     for (const auto& entry : entries) text += fmt::format("  {}\n", describe(entry));
   };
   list("what happened\n", diagnosis.events);
-  list("states as the process data told them\n", diagnosis.state_history);
+  list("states reported in the process data\n", diagnosis.state_history);
   list("exchange history\n", diagnosis.exchange_history);
   list("emergencies\n", diagnosis.emergencies);
   return text;

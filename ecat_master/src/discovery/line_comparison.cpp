@@ -392,7 +392,7 @@ std::string describe(const SharedAlias& duplicate) {
   for (std::size_t i = 1; i < duplicate.positions.size(); ++i) {
     slaves += fmt::format("{}{}", i + 1 == duplicate.positions.size() ? " and " : ", ", duplicate.positions[i]);
   }
-  return fmt::format("alias {}: slaves {} have it, it identifies none of them", duplicate.alias, slaves);
+  return fmt::format("alias {}: slaves {} have it, it does not identify any of them", duplicate.alias, slaves);
 }
 
 std::vector<std::string> describe_problems(std::span<const SlaveInfo> found) {

@@ -8,7 +8,7 @@ namespace {
 
 std::string how_uneven(const facts::NotLocked& facts) {
   if (facts.noise_ns == 0) return {};
-  return fmt::format("; single ones vary by {} ns", facts.noise_ns);
+  return fmt::format("; individual frames vary by {} ns", facts.noise_ns);
 }
 
 std::string why_not_locked(const facts::NotLocked& facts) {
@@ -22,7 +22,7 @@ std::string why_not_locked(const facts::NotLocked& facts) {
     case Cause::kNoReference:
       return "the reference clock does not answer";
     case Cause::kFrequencyLimit:
-      return fmt::format("it runs more than {:.0f} ppm away from the master's clock and cannot be disciplined",
+      return fmt::format("it runs more than {:.0f} ppm off the master's clock and cannot be disciplined",
                          dc::kMaxFrequencyPpm);
   }
   return "unknown cause";
@@ -31,7 +31,7 @@ std::string why_not_locked(const facts::NotLocked& facts) {
 }  // namespace
 
 std::string Sentence::operator()(const facts::NoClocks& /*facts*/) const {
-  return "no slave of the line has a distributed clock, but synchronisation to one is asked for";
+  return "no slave of the line has a distributed clock, but synchronisation to one is requested";
 }
 
 std::string Sentence::operator()(const facts::NoClock& /*facts*/) const {
@@ -43,7 +43,7 @@ std::string Sentence::operator()(const facts::ReferenceWithoutClock& /*facts*/) 
 }
 
 std::string Sentence::operator()(const facts::BeforeReference& facts) const {
-  return fmt::format("{}: frames pass it before the reference clock, slave {}, whose time it cannot follow", who(),
+  return fmt::format("{}: frames reach it before the reference clock, slave {}, so it cannot follow that clock", who(),
                      facts.reference);
 }
 
@@ -56,7 +56,7 @@ std::string Sentence::operator()(const facts::NotInPreOp& facts) const {
 }
 
 std::string Sentence::operator()(const facts::ContradictingDelays& facts) const {
-  return fmt::format("{}: less time passed at port {} than behind it; the receive times contradict each other", who(),
+  return fmt::format("{}: less time passed at port {} than after it; the receive times contradict each other", who(),
                      facts.port);
 }
 
@@ -115,7 +115,7 @@ std::string Sentence::operator()(const facts::Sync1Shift& facts) const {
 }
 
 std::string Sentence::operator()(const facts::NoCommonCycle& facts) const {
-  return fmt::format("{}: its cycle of {} ns and those of the others repeat together only after more than 4 s", who(),
+  return fmt::format("{}: its cycle of {} ns and those of the others have a common period of more than 4 s", who(),
                      facts.cycle.count());
 }
 

@@ -43,7 +43,7 @@ std::string describe(const Finding& f) {
       return fmt::format("sync manager {} is set to {} bytes, the slave's PDO mapping has {}", f.number, f.expected,
                          f.received);
     case Finding::Kind::kPlannedBytes:
-      return fmt::format("the PDOs planned for sync manager {} have {} bytes, those that the slave has assigned {}",
+      return fmt::format("the PDOs planned for sync manager {} have {} bytes, the PDOs assigned by the slave have {}",
                          f.number, f.expected, f.received);
     case Finding::Kind::kSyncManager:
     case Finding::Kind::kFmmu:

@@ -63,8 +63,9 @@ std::string Sentence::operator()(const facts::WorkingCounter& facts) const {
 }
 
 std::string Sentence::operator()(const facts::NoExchange& facts) const {
-  return fmt::format("no cyclic frame came back within the {} us that its cycle waits, in {} cycles; {} came later",
-                     facts.window.count() / 1000, facts.cycles, facts.late);
+  return fmt::format(
+      "no cyclic frame returned within the {} us of waiting per cycle, in {} cycles; {} frames came later",
+      facts.window.count() / 1000, facts.cycles, facts.late);
 }
 
 std::string Sentence::operator()(const facts::Cancelled& /*facts*/) const {
@@ -72,7 +73,7 @@ std::string Sentence::operator()(const facts::Cancelled& /*facts*/) const {
 }
 
 std::string Sentence::operator()(const facts::ExchangeFull& /*facts*/) const {
-  return "the way through the cycle is full of frames that were given up; the cycle may have stopped";
+  return "the queue to the cycle is full of abandoned frames; the cycle may have stopped";
 }
 
 std::string Sentence::operator()(const facts::NoSlaves& /*facts*/) const {
@@ -84,7 +85,7 @@ std::string Sentence::operator()(const facts::TooManySlaves& facts) const {
 }
 
 std::string Sentence::operator()(const facts::PortsFitNoTree& facts) const {
-  return fmt::format("{}: its {} open ports fit no tree of the slaves that answer", who(), facts.open_ports);
+  return fmt::format("{}: its {} open ports do not match any tree of the slaves that answer", who(), facts.open_ports);
 }
 
 std::string Sentence::operator()(const facts::IdentityMismatch& facts) const {
@@ -118,7 +119,7 @@ std::string Sentence::operator()(const facts::DuplicateAlias& facts) const {
 }
 
 std::string Sentence::operator()(const facts::PlaceUnknown& facts) const {
-  return fmt::format("{}: of {} that were missing {} came back, and neither wiring nor serial number tells which",
+  return fmt::format("{}: of {} missing slaves {} came back, and neither wiring nor serial number identifies them",
                      who(), facts.missing, facts.returned);
 }
 

@@ -27,11 +27,11 @@ std::string_view refusal_of(wire::EoeType service) {
     case wire::EoeType::kSetIpRequest:
       return "refused the IP parameters with";
     case wire::EoeType::kGetIpRequest:
-      return "does not tell its IP parameters,";
+      return "does not report its IP parameters,";
     case wire::EoeType::kSetFilterRequest:
       return "refused the address filter with";
     default:
-      return "does not tell its address filter,";
+      return "does not report its address filter,";
   }
 }
 
@@ -60,7 +60,7 @@ std::string Sentence::operator()(const facts::SiiContent& facts) const {
 }
 
 std::string Sentence::operator()(const facts::SiiBlank& /*facts*/) const {
-  return fmt::format("{}: EEPROM is blank, it holds nothing but 0xFF", who());
+  return fmt::format("{}: EEPROM is blank: all bytes are 0xFF", who());
 }
 
 std::string Sentence::operator()(const facts::SiiVerify& facts) const {
@@ -69,22 +69,22 @@ std::string Sentence::operator()(const facts::SiiVerify& facts) const {
 }
 
 std::string Sentence::operator()(const facts::SiiChecksum& facts) const {
-  return fmt::format("{}: EEPROM checksum is 0x{:02X}, 0x{:02X} would be right: the slave does not use its content",
-                     who(), facts.found, facts.right);
+  return fmt::format("{}: EEPROM checksum is 0x{:02X}, 0x{:02X} is expected: the slave ignores the content", who(),
+                     facts.found, facts.right);
 }
 
 std::string Sentence::operator()(const facts::StateRefused& facts) const {
   // The slave refuses without a code.
   const bool silent = facts.code == wire::AlStatusCode::kNoError;
   // A refusing slave sets the error flag; it may even be in the requested state.
-  return fmt::format("{}: asked for {}, is in {} + error, {}{}", who(), wire::to_text(facts.requested),
+  return fmt::format("{}: requested {}, is in {} + error, {}{}", who(), wire::to_text(facts.requested),
                      wire::to_text(facts.actual),
                      code_text(facts.code, silent ? "the slave gives no reason" : wire::to_text(facts.code)),
                      facts.finding ? "; " + describe(*facts.finding) : std::string{});
 }
 
 std::string Sentence::operator()(const facts::StateTimeout& facts) const {
-  return fmt::format("{}: asked for {}, is in {} and did not change within {} ms, {}", who(),
+  return fmt::format("{}: requested {}, is in {} and did not change within {} ms, {}", who(),
                      wire::to_text(facts.requested), wire::to_text(facts.actual), in_ms(facts.timeout),
                      code_text(facts.code, wire::to_text(facts.code)));
 }
@@ -95,7 +95,7 @@ std::string Sentence::operator()(const facts::NoMailbox& facts) const {
 }
 
 std::string Sentence::operator()(const facts::NoBootMailbox& /*facts*/) const {
-  return fmt::format("{}: has no mailbox for BOOT: its EEPROM names none for the bootstrap state", who());
+  return fmt::format("{}: has no mailbox for BOOT: its EEPROM defines none for the bootstrap state", who());
 }
 
 std::string Sentence::operator()(const facts::MailboxTimeout& facts) const {
@@ -131,15 +131,15 @@ std::string Sentence::operator()(const facts::FilePacket& facts) const {
 }
 
 std::string Sentence::operator()(const facts::FileSize& facts) const {
-  return fmt::format("{}: sends more of the file than the {} bytes that are taken", who(), facts.limit);
+  return fmt::format("{}: sends more than the {} bytes of the file that are accepted", who(), facts.limit);
 }
 
 std::string Sentence::operator()(const facts::FileBusy& facts) const {
-  return fmt::format("{}: was busy with the file for {} ms and has not moved on", who(), in_ms(facts.waited));
+  return fmt::format("{}: was busy with the file for {} ms without progress", who(), in_ms(facts.waited));
 }
 
 std::string Sentence::operator()(const facts::NoEoe& /*facts*/) const {
-  return fmt::format("{}: does not know EoE, its description says so", who());
+  return fmt::format("{}: does not support EoE according to its description", who());
 }
 
 std::string Sentence::operator()(const facts::EoeRefused& facts) const {
@@ -153,7 +153,7 @@ std::string Sentence::operator()(const facts::SoeRefused& facts) const {
 }
 
 std::string Sentence::operator()(const facts::SoeOther& facts) const {
-  return fmt::format("{}: was asked for {} and answered with {}", who(), datum_text(facts.asked),
+  return fmt::format("{}: request for {} was answered with {}", who(), datum_text(facts.asked),
                      datum_text(facts.answered));
 }
 
@@ -163,8 +163,7 @@ std::string Sentence::operator()(const facts::SoeFragments& facts) const {
 }
 
 std::string Sentence::operator()(const facts::SoeContent& facts) const {
-  return fmt::format("{}: the {} bytes of {} are not what its attribute says", who(), facts.bytes,
-                     datum_text(facts.datum));
+  return fmt::format("{}: the {} bytes of {} do not match its attribute", who(), facts.bytes, datum_text(facts.datum));
 }
 
 std::string Sentence::operator()(const facts::SoeCommandEnded& facts) const {
@@ -173,7 +172,7 @@ std::string Sentence::operator()(const facts::SoeCommandEnded& facts) const {
 }
 
 std::string Sentence::operator()(const facts::SoeCommandTimeout& facts) const {
-  return fmt::format("{}: the procedure command {} was not over within {} ms", who(), datum_text(facts.datum),
+  return fmt::format("{}: the procedure command {} did not end within {} ms", who(), datum_text(facts.datum),
                      in_ms(facts.timeout));
 }
 

@@ -44,7 +44,7 @@ void check(const SingleAxes& axes, const std::vector<AxisGroupSettings>& groups,
   if (group.name.empty()) throw std::invalid_argument("a group needs a name");
   const auto before = groups.begin() + static_cast<std::ptrdiff_t>(number);
   if (std::any_of(groups.begin(), before, [&group](const auto& other) { return other.name == group.name; }))
-    refuse(group, "there is another one of that name");
+    refuse(group, "another group has this name");
   if (group.axes.empty()) refuse(group, "it has no axes");
   if (group.axes.size() > AxisGroups::kMaxAxes)
     refuse(group, "it has " + std::to_string(group.axes.size()) + " axes; " + std::to_string(AxisGroups::kMaxAxes) +
@@ -52,9 +52,9 @@ void check(const SingleAxes& axes, const std::vector<AxisGroupSettings>& groups,
   if (!(group.jerk_time_s > 0.0)) refuse(group, "its jerk_time_s must be above 0");
   for (std::size_t i = 0; i < group.axes.size(); ++i) {
     const auto axis = group.axes[i];
-    if (axis >= axes.axes().size()) refuse(group, "there is no axis of number " + std::to_string(axis));
+    if (axis >= axes.axes().size()) refuse(group, "there is no axis with number " + std::to_string(axis));
     if (std::count(group.axes.begin(), group.axes.begin() + static_cast<std::ptrdiff_t>(i), axis) > 0)
-      refuse(group, quoted(axes, axis) + " is in it twice");
+      refuse(group, quoted(axes, axis) + " is listed twice");
     const auto other = std::find_if(groups.begin(), before, [axis](const auto& each) {
       return std::find(each.axes.begin(), each.axes.end(), axis) != each.axes.end();
     });
@@ -63,7 +63,7 @@ void check(const SingleAxes& axes, const std::vector<AxisGroupSettings>& groups,
     trajectory::ContourSettings alone;
     alone.limits[0] = limits_of(axes.axes()[axis].config(), group.jerk_time_s);
     if (const auto wrong = trajectory::check_settings(alone); !wrong.empty())
-      refuse(group, quoted(axes, axis) + " has limits that no path can be planned with: " + wrong);
+      refuse(group, quoted(axes, axis) + " has limits with which no path can be planned: " + wrong);
     if (axes.axis(axis).fed()) refuse(group, quoted(axes, axis) + " follows a gear, a cam or a stream already");
   }
 }

@@ -24,16 +24,17 @@ trajectory::GroupVector tool_at(const trajectory::ContourSettings& settings, std
   trajectory::PathGeometry tool;
   tool.position = joints;
   if (!settings.kinematics->forward(joints, tool.position))
-    throw std::invalid_argument("the joints of the machine stand where they cannot be together");
+    throw std::invalid_argument("the joints of the machine are in an impossible combination of positions");
   trajectory::PathGeometry back;
   back.position = joints;
   const auto fault = settings.kinematics->inverse(tool, back);
   if (fault.kind != trajectory::PoseFault::Kind::kNone)
-    throw std::invalid_argument("no path can begin where the tool stands: " + settings.kinematics->explain(fault));
+    throw std::invalid_argument("no path can start at the present position of the tool: " +
+                                settings.kinematics->explain(fault));
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (!(std::abs(back.position[i] - joints[i]) <= kSameJoint))
       throw std::invalid_argument("joint " + std::to_string(i + 1) +
-                                  " stands where the machine does not have it with its tool there");
+                                  " is at a position that does not match the machine with its tool there");
   }
   return tool.position;
 }
@@ -57,7 +58,7 @@ tl::expected<void, trajectory::PathMoveError> ContourPath::add(const GroupMove& 
     path.target = vector_of(move.target);
   }
   if (!path.outputs.empty() && outputs_ == nullptr)
-    return tl::unexpected(trajectory::PathMoveError{"the move changes outputs, and the group has none"});
+    return tl::unexpected(trajectory::PathMoveError{"the move changes outputs, but the group has none"});
   if (auto in_range = ranges_.move(planner_.target(), path, tolerance_before_); !in_range) return in_range;
   if (auto added = planner_.add(path); !added) return added;
   tolerance_before_ = path.tolerance;

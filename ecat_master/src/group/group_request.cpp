@@ -73,7 +73,7 @@ std::string_view to_text(GroupError error) noexcept {
     case GroupError::kOverLimit:
       return "an override lies within 0 and 2";
     case GroupError::kNothingToDo:
-      return "there is nothing that it could act on";
+      return "there is no motion on which the request could act";
     case GroupError::kBadMove:
       return "the move cannot be done";
     case GroupError::kAxisNotEnabled:
@@ -83,7 +83,7 @@ std::string_view to_text(GroupError error) noexcept {
     case GroupError::kAxisErrorStop:
       return "an axis is in ErrorStop and must be reset first";
     case GroupError::kAxisRefused:
-      return "an axis cannot be led now";
+      return "an axis cannot be commanded by the group now";
     case GroupError::kAxisFailed:
       return "an axis has failed";
     case GroupError::kAxisAsked:

@@ -44,10 +44,10 @@ tl::expected<void, trajectory::PathMoveError> LinePath::check(const GroupMove& m
   if (move.path.kind != trajectory::PathMove::Kind::kLine)
     return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) + " axes moves along lines only");
   if (move.path.dwell_s != 0.0 || !move.path.outputs.empty())
-    return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) + " axes has no dwells and outputs");
+    return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) + " axes has no dwells or outputs");
   if (move.path.tolerance > 0.0)
     return bad("a group of more than " + std::to_string(trajectory::kMaxGroupAxes) +
-               " axes stops between its moves: there is no corner to be rounded");
+               " axes stops between its moves: corners cannot be blended");
   if (move.target.size() != target_.size()) return tl::unexpected(wrong_count(move.target.size(), target_.size()));
   if (!(move.path.feed > 0.0)) return bad("the feed is " + std::to_string(move.path.feed) + "; it must be above 0");
   for (std::size_t i = 0; i < target_.size(); ++i) {

@@ -47,21 +47,21 @@ std::string what_happened(const LineEvent& event, std::string_view name) {
                          wire::to_text(event.state.state), event.state.error ? " with an error" : "",
                          static_cast<unsigned>(event.code), wire::to_text(event.code));
     case LineEvent::Kind::kGone:
-      return fmt::format("{}: does not answer any more", slave);
+      return fmt::format("{}: no longer answers", slave);
     case LineEvent::Kind::kRecovered:
       return fmt::format("{}: back in OP", slave);
     case LineEvent::Kind::kJoined:
-      return fmt::format("{}: has joined the line, is in OP", slave);
+      return fmt::format("{}: joined the line and is in OP", slave);
     case LineEvent::Kind::kRecoveryFailed:
       return fmt::format("{}: not brought back to OP: {}", slave, describe(event.error));
     case LineEvent::Kind::kRingBroken:
-      return fmt::format("the ring is broken {}; process data go on over both interfaces", ring_break(event));
+      return fmt::format("the ring is broken {}; process data continue over both interfaces", ring_break(event));
     case LineEvent::Kind::kRingClosed:
       return "the ring is closed again";
     case LineEvent::Kind::kOutputsZeroed:
       return fmt::format("group {}: outputs set to zero after {} bad exchanges in a row", event.slave, event.count);
     case LineEvent::Kind::kRegistersChanged:
-      return fmt::format("{}: {}{}; it has to be configured anew", slave, describe(event.change), others(event));
+      return fmt::format("{}: {}{}; it must be configured again", slave, describe(event.change), others(event));
     case LineEvent::Kind::kOtherMaster:
       return describe(event.other);
     case LineEvent::Kind::kRegistersRestored:

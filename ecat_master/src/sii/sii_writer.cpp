@@ -291,10 +291,9 @@ tl::expected<SiiWriteReport, SiiWriteFailure> write_alias(Bus& bus, SlaveRef sla
 std::string describe(const SiiWriteFailure& failure) {
   const auto reason = describe(failure.error);
   if (failure.words_written == 0) return reason + "; nothing has been written";
-  if (failure.left.empty()) return reason + "; what had been written is undone, the EEPROM holds what it held before";
+  if (failure.left.empty()) return reason + "; the words written were restored, the EEPROM has its previous content";
   return fmt::format(
-      "{}; {} words could not be restored and may hold anything: {}; the EEPROM is not usable until it has been "
-      "written again",
+      "{}; {} words could not be restored and may have any value: {}; the EEPROM is unusable until it is written again",
       reason, failure.left.size(), ranges(failure.left));
 }
 

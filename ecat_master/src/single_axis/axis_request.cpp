@@ -117,11 +117,11 @@ std::string_view to_text(AxisError error) noexcept {
     case AxisError::kBufferFull:
       return "too many motions are waiting";
     case AxisError::kNothingToDo:
-      return "there is nothing that it could act on";
+      return "there is no motion on which the request could act";
     case AxisError::kMode:
-      return "it is not possible in this mode, or the process data lack what the mode needs";
+      return "the request is not possible in this mode, or the process data lack objects that the mode needs";
     case AxisError::kNoSuchMode:
-      return "the drive does not have the mode that it needs (6502h)";
+      return "the drive does not support the required mode (6502h)";
     case AxisError::kNotAtRest:
       return "the axis is not at a standstill";
     case AxisError::kModeTimeout:
@@ -129,49 +129,49 @@ std::string_view to_text(AxisError error) noexcept {
     case AxisError::kEnableTimeout:
       return "the drive was not enabled in time";
     case AxisError::kResetTimeout:
-      return "the fault of the drive has not gone in time";
+      return "the fault of the drive did not clear in time";
     case AxisError::kFault:
       return "the drive reports a fault";
     case AxisError::kLost:
-      return "the drive is not there, or has left Operation enabled";
+      return "the drive does not answer, or has left Operation enabled";
     case AxisError::kMasterAway:
       return "the master was away for too long";
     case AxisError::kPosition:
-      return "the actual position cannot be true";
+      return "the actual position is implausible";
     case AxisError::kHoming:
-      return "the drive could not find its home";
+      return "the drive reported a homing error";
     case AxisError::kHomingTimeout:
-      return "the drive has not found its home in time";
+      return "the drive did not complete homing in time";
     case AxisError::kTooFast:
-      return "the axis got faster than its limit";
+      return "the axis exceeded its velocity limit";
     case AxisError::kFollowingError:
-      return "its following error was beyond its window for too long";
+      return "the following error was outside its window for too long";
     case AxisError::kFollowing:
-      return "the setpoints to follow cannot be";
+      return "the setpoints to follow are not feasible";
     case AxisError::kProbeObjects:
       return "the process data lack the touch probe: 60B8h, 60B9h, or the value of its edge (60BAh to 60BDh)";
     case AxisError::kProbe:
-      return "the drive does not switch its touch probe on";
+      return "the drive did not activate its touch probe";
     case AxisError::kNoEdge:
-      return "the touch probe has seen nothing within the distance";
+      return "the touch probe detected no edge within the distance";
     case AxisError::kNoTarget:
-      return "the drive has not taken its target";
+      return "the drive has not accepted its target";
     case AxisError::kDirection:
       return "a direction is for positions of an axis that has a modulo";
     case AxisError::kVelocityCount:
-      return "6042h of its drive cannot hold this velocity, by 604Ch";
+      return "object 6042h of the drive cannot represent this velocity with the factor 604Ch";
     case AxisError::kTargetTimeout:
       return "the drive has not reached its target in time";
     case AxisError::kInGroup:
-      return "the axis is led by its group, which must be disabled first";
+      return "the axis is commanded by its group, which must be disabled first";
     case AxisError::kGantryFollower:
       return "the axis is the follower of a gantry: its leader is commanded";
     case AxisError::kGantry:
-      return "a gantry cannot do it: each of its axes would go by itself";
+      return "a gantry does not support this request: each of its axes would move alone";
     case AxisError::kGantryPartner:
       return "the other axis of its gantry has failed";
     case AxisError::kSkew:
-      return "its gantry was out of skew";
+      return "the skew of its gantry exceeded the limit";
   }
   return "?";
 }

@@ -46,7 +46,7 @@ void check_pairs(const SingleAxes& axes, std::span<const Couplings::Pair> pairs)
     const auto master = pairs[i].master;
     const bool led_by_signal = pairs[i].signal != nullptr && master == Couplings::Pair::kNoAxis;
     if (slave >= axes.axes().size() || (master >= axes.axes().size() && !led_by_signal))
-      refuse("an axis that there is not");
+      refuse("an axis that does not exist");
     if (slave == master) refuse("axis " + quoted(axes, slave) + " cannot be its own master");
     for (std::size_t k = 0; k < i; ++k) {
       if (pairs[k].slave == slave) refuse("axis " + quoted(axes, slave) + " has two masters");

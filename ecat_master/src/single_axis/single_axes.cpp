@@ -63,10 +63,11 @@ SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
 SingleAxes::~SingleAxes() = default;
 
 void SingleAxes::add_feed(SetpointFeed& feed, std::vector<std::size_t> axes) {
-  if (axes.size() != feed.axis_count()) throw std::invalid_argument("single axes: a feed moves another number of axes");
+  if (axes.size() != feed.axis_count())
+    throw std::invalid_argument("single axes: the number of axes differs from that of the feed");
   for (std::size_t place = 0; place < axes.size(); ++place) {
     const auto axis = axes[place];
-    if (axis >= axes_.size()) throw std::invalid_argument("single axes: a feed for an axis that there is not");
+    if (axis >= axes_.size()) throw std::invalid_argument("single axes: a feed for an axis that does not exist");
     if (single_[axis].fed()) throw std::invalid_argument("single axes: an axis has a feed already");
     single_[axis].set_fed(feed.keeps_ranges());
     feed_of_[axis] = {&feed, place};
@@ -78,7 +79,7 @@ void SingleAxes::add_feed(SetpointFeed& feed, std::vector<std::size_t> axes) {
 void SingleAxes::add_gantry(const GantrySettings& settings) {
   const auto [leader, follower] = std::pair{settings.leader, settings.follower};
   if (leader >= axes_.size() || follower >= axes_.size() || leader == follower)
-    throw std::invalid_argument("single axes: a gantry is of two axes that there are");
+    throw std::invalid_argument("single axes: a gantry needs two existing axes");
   if (gantry_of(leader) || gantry_of(follower) || single_[follower].fed())
     throw std::invalid_argument("single axes: an axis is in a gantry, or has a feed, already");
   gantries_.push_back(std::make_unique<Gantry>(single_[leader], single_[follower], table_, settings, period_s_));

@@ -107,8 +107,8 @@ struct ModelSentence {
     return fmt::format("it has {} sync managers, a slave controller has at most {}", error.count, error.most);
   }
   std::string operator()(const SyncManagerBeyondMemory& error) const {
-    return fmt::format("sync manager {} from 0x{:04X} needs memory up to 0x{:X}, there is none above 0xFFFF",
-                       error.number, error.start_address, error.last_address);
+    return fmt::format("sync manager {} from 0x{:04X} needs memory up to 0x{:X}, memory ends at 0xFFFF", error.number,
+                       error.start_address, error.last_address);
   }
   std::string operator()(const TooManyEntries& error) const {
     return fmt::format("it has {} objects and entries, the limit is {}", error.count, error.most);

@@ -10,7 +10,7 @@ constexpr bool rows_are_in_order() noexcept {
   }
   return true;
 }
-static_assert(rows_are_in_order(), "fault_kind_row() finds a row by its number");
+static_assert(rows_are_in_order(), "fault_kind_row() uses the kind as index");
 
 }  // namespace
 

@@ -18,7 +18,7 @@ tl::unexpected<FileRefusal> refused(FoeError code, std::string text) {
 tl::unexpected<FileRefusal> refused(FirmwareError error) {
   switch (error) {
     case FirmwareError::kNoHeader:
-      return refused(FoeError::kNoFileHeader, "this is no firmware");
+      return refused(FoeError::kNoFileHeader, "this is not a firmware file");
     case FirmwareError::kProduct:
       return refused(FoeError::kWrongFirmware, "the firmware is for another drive");
     case FirmwareError::kTooOld:
@@ -36,11 +36,12 @@ FileAnswer<DriveFiles::Kind> DriveFiles::find(const FileRequest& request) const 
   if (password_ != 0 && request.password != password_) return refused(FoeError::kNoRights, "wrong password");
   const bool boot = request.state == AlState::kBootstrap;
   if (request.name.ends_with(kFirmwareSuffix)) {
-    if (!boot) return refused(FoeError::kBootstrapOnly, "firmware is taken in BOOT");
+    if (!boot) return refused(FoeError::kBootstrapOnly, "firmware is accepted in BOOT only");
     return Kind::kFirmware;
   }
-  if (request.name != kParameterSet) return refused(FoeError::kNotFound, "there are parameters.txt and *.efw");
-  if (boot) return refused(FoeError::kNotBootstrap, "there is firmware only");
+  if (request.name != kParameterSet)
+    return refused(FoeError::kNotFound, "the drive has parameters.txt and accepts *.efw");
+  if (boot) return refused(FoeError::kNotBootstrap, "only firmware is accepted in BOOT");
   return Kind::kParameterSet;
 }
 
@@ -58,7 +59,8 @@ FileAnswer<std::size_t> DriveFiles::open_file(const FileRequest& request) {
   if (!kind) return tl::unexpected(kind.error());
   if (core_->power_stage_on()) return refused(FoeError::kAccessDenied, "the power stage is on");
   if (*kind == Kind::kFirmware) return kMaxFirmware;
-  if (request.state != AlState::kPreOp) return refused(FoeError::kAccessDenied, "parameters are written in PREOP");
+  if (request.state != AlState::kPreOp)
+    return refused(FoeError::kAccessDenied, "parameters can be written in PREOP only");
   return kMaxParameterSet;
 }
 

@@ -62,7 +62,8 @@ constexpr std::array kModes = {
 /// Returns the row of a mapped object. Throws std::logic_error when this table and the dictionary disagree.
 const EntryRow& mapped_row(const DictionaryTable& table, const Mapped& mapped, std::uint16_t access) {
   const auto* row = table.find(mapped.index, mapped.subindex);
-  if (row == nullptr || (row->access & access) == 0) throw std::logic_error("the ESI maps what cannot be mapped");
+  if (row == nullptr || (row->access & access) == 0)
+    throw std::logic_error("the ESI maps an object that cannot be mapped");
   return *row;
 }
 

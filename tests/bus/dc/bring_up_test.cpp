@@ -404,7 +404,7 @@ TEST(ClockBringUp, BadPlansAreRefusedInOneSentence) {
   EXPECT_EQ(sentence(line.bring_up(plan)), "slave 17: is chosen as reference clock but has no distributed clock");
   plan.reference = 3;
   EXPECT_EQ(sentence(line.bring_up(plan)),
-            "slave 1: frames pass it before the reference clock, slave 3, whose time it cannot follow");
+            "slave 1: frames reach it before the reference clock, slave 3, so it cannot follow that clock");
   plan = good;
   plan.slaves[2].signals.sync0_cycle = microseconds{100};
   plan.slaves[2].base = microseconds{125};
@@ -422,7 +422,7 @@ TEST(ClockBringUp, ALineWithoutClocksIsRefused) {
   ClockLine line(specs);
   line.open();
   EXPECT_EQ(sentence(line.bring_up(line.plan())),
-            "no slave of the line has a distributed clock, but synchronisation to one is asked for");
+            "no slave of the line has a distributed clock, but synchronisation to one is requested");
 }
 
 TEST(ClockBringUp, MayBeRepeated) {

@@ -124,7 +124,7 @@ TEST_F(JoiningClock, PlanAgainstTheRulesIsNamedAndTheOthersGoOn) {
   start(std::move(plan));
   group.plug(Place::kB);
   live(std::chrono::seconds{2});
-  EXPECT_THAT(group.told(), testing::HasSubstr("slave 2: has joined the line, is in OP\n"));
+  EXPECT_THAT(group.told(), testing::HasSubstr("slave 2: joined the line and is in OP\n"));
   EXPECT_THAT(group.told(), testing::HasSubstr("slave 3: not brought back to OP: "));
   EXPECT_THAT(group.told(), testing::HasSubstr("375000"));
   expect_together({0, 3, 4});

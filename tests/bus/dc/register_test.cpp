@@ -68,7 +68,7 @@ TEST_F(ClockRegisters, AnOffsetOfAClockThatFollows) {
   EXPECT_THAT(told(),
               testing::MatchesRegex(
                   "slave 2: left OP, [^\n]*\nslave 2: system time offset .0x0920. is 0x[0-9A-F]*, 0x[0-9A-F]* was "
-                  "configured; it has to be configured anew\nslave 2: back in "
+                  "configured; it must be configured again\nslave 2: back in "
                   "OP\n"));
   expect_whole();
 }
@@ -105,10 +105,10 @@ TEST_F(ClockRegisters, SignalsThatWereSwitchedOff) {
     overwrite(slave, wire::reg::kDcActivation, 0);
     live(std::chrono::seconds{2});
     const auto who = "slave " + std::to_string(slave);
-    EXPECT_THAT(told(), testing::HasSubstr(who +
-                                           ": DC activation (0x0981) is 0x00, 0x03 was configured; it has "
-                                           "to be configured anew\n" +
-                                           who + ": back in OP\n"));
+    EXPECT_THAT(told(),
+                testing::HasSubstr(
+                    who + ": DC activation (0x0981) is 0x00, 0x03 was configured; it must be configured again\n" + who +
+                    ": back in OP\n"));
     expect_whole();
   }
 }

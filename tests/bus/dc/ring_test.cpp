@@ -64,7 +64,7 @@ TEST_F(ClockRing, BothPartsStayTogetherWhereverItBreaks) {
     EXPECT_LE(worst(seconds{3}), nanoseconds{60});
     std::vector<std::string> told;
     if (cable < kSlaves) {
-      told.push_back("the ring is open in front of slave " + std::to_string(cable) +
+      told.push_back("the ring is open before slave " + std::to_string(cable) +
                      ": the clocks from there on are led by the second interface");
     }
     EXPECT_EQ(run->events(), told);
@@ -96,7 +96,7 @@ TEST_F(ClockRing, ABreakInFrontOfTheReferenceClockLeavesItTheReference) {
   EXPECT_LE(worst(seconds{3}), nanoseconds{60});
   EXPECT_EQ(run->clocks().reference, 0);
   EXPECT_TRUE(run->status().locked);
-  EXPECT_THAT(run->events(), testing::Contains("the ring is open in front of slave 0: the clocks from there on are led "
+  EXPECT_THAT(run->events(), testing::Contains("the ring is open before slave 0: the clocks from there on are led "
                                                "by the second interface"));
   cut(0, false);
   EXPECT_LE(worst(seconds{2}), nanoseconds{60});

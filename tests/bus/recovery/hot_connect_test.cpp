@@ -96,7 +96,7 @@ TEST_F(HotConnected, JoinsByItsAlias) {
   EXPECT_EQ(told(), "");
   line->line().set_power(2, true);
   ASSERT_TRUE(live_until_it_is_there()) << told();
-  EXPECT_EQ(told(), "slave 2: has joined the line, is in OP\n");
+  EXPECT_EQ(told(), "slave 2: joined the line and is in OP\n");
   expect_complete();
   expect_undisturbed();
   EXPECT_EQ(sentence(master->shut_down()), "");
@@ -110,7 +110,7 @@ TEST_F(HotConnected, JoinsByItsDeviceId) {
   EXPECT_EQ(told(), "");
   line->line().set_power(2, true);
   ASSERT_TRUE(live_until_it_is_there()) << told();
-  EXPECT_EQ(told(), "slave 2: has joined the line, is in OP\n");
+  EXPECT_EQ(told(), "slave 2: joined the line and is in OP\n");
   expect_complete();
   expect_undisturbed();
 }

@@ -19,7 +19,7 @@ TEST(HotConnectGroup, AbsentAtTheStartJoinsWhole) {
   EXPECT_EQ(group.told(), "");
   group.plug(Place::kA);
   ASSERT_TRUE(group.live_until_in_op(Place::kA)) << group.told();
-  EXPECT_EQ(group.told(), "slave 2: has joined the line, is in OP\nslave 3: has joined the line, is in OP\n");
+  EXPECT_EQ(group.told(), "slave 2: joined the line and is in OP\nslave 3: joined the line and is in OP\n");
   EXPECT_TRUE(group.master.core()->slave_report(2).valid);
   EXPECT_TRUE(group.master.core()->slave_report(3).valid);
   EXPECT_EQ(group.master.slaves()[3].info.description.serial_number, 1002U) << "what it says, not one of its kind";
@@ -96,7 +96,7 @@ TEST(HotConnectGroup, AnotherDeviceBehindTheHeadIsNamedAndLeftAlone) {
   ASSERT_EQ(sentence(group.start()), "");
   group.plug(Place::kA);
   group.live(std::chrono::seconds{1});
-  EXPECT_THAT(group.told(), HasSubstr("slave 2: has joined the line, is in OP\n"));
+  EXPECT_THAT(group.told(), HasSubstr("slave 2: joined the line and is in OP\n"));
   EXPECT_THAT(group.told(), HasSubstr("slave 3: not brought back to OP: slave 3: product code is 0x"));
   EXPECT_EQ(group.line.slave(2).state(), AlState::kInit);
 }

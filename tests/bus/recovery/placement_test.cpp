@@ -118,7 +118,7 @@ class Placement : public testing::Test {
   }
   [[nodiscard]] std::string gone(std::initializer_list<int> which) const {
     std::string all;
-    for (const int slave : which) all += "slave " + std::to_string(slave) + ": does not answer any more\n";
+    for (const int slave : which) all += "slave " + std::to_string(slave) + ": no longer answers\n";
     return all;
   }
   /// Slaves `first` and `second` are off; the second returns at once, the first much later.
@@ -288,7 +288,7 @@ TEST_F(WithoutWiring, NobodyIsMovedWhenNothingTells) {
   live(milliseconds{50});
   power({2}, true);
   live(milliseconds{600});
-  const std::string doubt = ": of 2 that were missing 1 came back, and neither wiring nor serial number tells which\n";
+  const std::string doubt = ": of 2 missing slaves 1 came back, and neither wiring nor serial number identifies them\n";
   EXPECT_EQ(told(), gone({1, 2}) + "slave 1: not brought back to OP: slave 1" + doubt +
                         "slave 2: not brought back to OP: slave 2" + doubt);
   EXPECT_EQ(drives->state(2), AlState::kInit) << "not changed";

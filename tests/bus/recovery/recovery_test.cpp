@@ -100,12 +100,12 @@ TEST_F(Recovery, ADriveThatWasSwitchedOffAndOnIsConfiguredAnew) {
     }
     EXPECT_FALSE(supervisor->operational(3));
     EXPECT_EQ(operation->motion().axes()[3].inputs().state, snapshot::AxisState::kUnavailable);
-    EXPECT_EQ(told(), "slave 3: does not answer any more\n");
+    EXPECT_EQ(told(), "slave 3: no longer answers\n");
     drives->line().set_power(3, true);
     ASSERT_TRUE(wait_for_all(std::chrono::seconds{5})) << told();
   });
   EXPECT_EQ(told(),
-            "slave 3: does not answer any more\n"
+            "slave 3: no longer answers\n"
             "slave 3: back in OP\n");
   EXPECT_TRUE(drives->all_in(AlState::kOp));
   EXPECT_EQ(core().groups()[0].bad_cycles.load(), 0U);
@@ -141,8 +141,8 @@ TEST_F(Recovery, ACableThatIsPulledAndPluggedInAgain) {
     ASSERT_TRUE(wait_for_all(std::chrono::seconds{2})) << told();
   });
   EXPECT_EQ(told(),
-            "slave 2: does not answer any more\n"
-            "slave 3: does not answer any more\n"
+            "slave 2: no longer answers\n"
+            "slave 3: no longer answers\n"
             "slave 2: back in OP\n"
             "slave 3: back in OP\n");
 }
@@ -168,7 +168,7 @@ TEST_F(Recovery, ASlaveThatRefusesIsNamedWithItsReasonAndTriedAgain) {
   EXPECT_EQ(
       told(),
       "slave 1: left OP, is in SAFEOP, AL status code 0x0000 (no error)\n"
-      "slave 1: not brought back to OP: slave 1: asked for OP, is in SAFEOP + error, AL status code 0x002C (fatal "
+      "slave 1: not brought back to OP: slave 1: requested OP, is in SAFEOP + error, AL status code 0x002C (fatal "
       "synchronization error)\n");
 }
 
@@ -201,7 +201,7 @@ TEST_F(Recovery, AnotherDeviceInItsPlaceIsNamedAndLeftAlone) {
   rewrite(drives->slave(2), {{24, 0xEF}, {25, 0xBE}, {26, 0xAD}, {27, 0xDE}});
   drives->line().set_power(2, true);
   expect_undisturbed(2, [&] { EXPECT_FALSE(wait_for_all(milliseconds{500})); });
-  EXPECT_THAT(told(), testing::StartsWith("slave 2: does not answer any more\n"
+  EXPECT_THAT(told(), testing::StartsWith("slave 2: no longer answers\n"
                                           "slave 2: not brought back to OP: slave 2: revision is 0xDEADBEEF but 0x"));
   EXPECT_EQ(supervisor->history().size(), 2U) << "said once";
   EXPECT_EQ(drives->state(2), AlState::kInit);

@@ -125,7 +125,7 @@ TEST_P(OverwrittenRegister, IsNamedAndPutRight) {
   for (int i = 0; i < 4; ++i) supervisor->poll();
   live(std::chrono::seconds{1});
   std::string expected = "slave 2: " + std::string(param.sentence);
-  expected += param.leaves_op ? "; it has to be configured anew\nslave 2: back in OP\n" : "; written again\n";
+  expected += param.leaves_op ? "; it must be configured again\nslave 2: back in OP\n" : "; written again\n";
   EXPECT_EQ(told(), expected);
   EXPECT_EQ(supervisor->recoveries(), param.leaves_op ? 1U : 0U);
   expect_whole();
@@ -235,8 +235,8 @@ TEST_F(RegisterGuard, AWatchdogThatIsOffIsOnAgainWithTheSlaveThatFell) {
   operation->run(milliseconds{1});
   live(std::chrono::seconds{1});
   EXPECT_EQ(told(),
-            "slave 1: FMMU 0 (0x0600): activation is 0x00, 0x01 was configured (and 1 more); it has to be "
-            "configured anew\nslave 1: back in OP\n");
+            "slave 1: FMMU 0 (0x0600): activation is 0x00, 0x01 was configured (and 1 more); it must be configured "
+            "again\nslave 1: back in OP\n");
   expect_whole();
 }
 
@@ -280,8 +280,7 @@ TEST_F(RegisterGuard, WithoutRecoveryItIsNamedAndTheSlaveLeftAlone) {
   overwrite<std::uint8_t>(1, 0x0606, 1);
   live(milliseconds{50});
   EXPECT_EQ(told(),
-            "slave 1: FMMU 0 (0x0600): logical start bit is 0x01, 0x00 was configured; it has to be "
-            "configured anew\n");
+            "slave 1: FMMU 0 (0x0600): logical start bit is 0x01, 0x00 was configured; it must be configured again\n");
   EXPECT_EQ(drives->state(1), AlState::kOp);
 }
 
@@ -320,8 +319,10 @@ TEST_F(RegisterGuard, IsPartOfTheDiagnosis) {
   live(milliseconds{50});
   const auto diagnosis = diagnose(operation->master(), supervisor.get(), nullptr);
   ASSERT_TRUE(diagnosis);
-  EXPECT_THAT(to_text(*diagnosis), testing::ContainsRegex("registers: read back [0-9]+ times, the last round of all "
-                                                          "slaves took [0-9.]+ ms; 1 had changed\n"));
+  EXPECT_THAT(
+      to_text(*diagnosis),
+      testing::ContainsRegex(
+          "registers: read back [0-9]+ times, the last read-back of all slaves took [0-9.]+ ms; 1 had changed\n"));
   EXPECT_THAT(to_text(*diagnosis), testing::HasSubstr("watchdog time process data (0x0420) is 0x0007"));
 }
 

@@ -30,7 +30,7 @@ using slaves::PortId;
 using wire::AlState;
 
 std::string gone(std::size_t slave) {
-  return fmt::format("slave {}: does not answer any more", slave);
+  return fmt::format("slave {}: no longer answers", slave);
 }
 /// Stopped by the watchdog of its outputs (ETG.1000.6 Table 11).
 std::string starved(std::size_t slave) {
@@ -49,7 +49,7 @@ std::string ring_broken(const Reached& reach, std::size_t slaves) {
                           reach.secondary == 0 ? "the secondary interface" : fmt::format("slave {}", last));
   if (last - first == 1) text += fmt::format(", slave {} is cut off", first);
   if (last - first > 1) text += fmt::format(", slaves {} to {} are cut off", first, last - 1);
-  return text + "; process data go on over both interfaces";
+  return text + "; process data continue over both interfaces";
 }
 
 class WiredRun {
@@ -354,7 +354,7 @@ class WiredRun {
     static_cast<void>(operation_->master().bus().write(ref, wire::reg::kAlControl, value).has_value());
     demand(fmt::format("slave {}: left OP, is in SAFEOP, AL status code 0x0000 (no error)", slave));
     demand(fmt::format(
-        "slave {0}: not brought back to OP: slave {0}: asked for OP, is in SAFEOP + error, AL status code 0x002C "
+        "slave {0}: not brought back to OP: slave {0}: requested OP, is in SAFEOP + error, AL status code 0x002C "
         "(fatal synchronization error)",
         slave));
     live(milliseconds{150});

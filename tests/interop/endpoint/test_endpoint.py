@@ -209,7 +209,7 @@ class Refusals(unittest.TestCase):
         self.assertIn("usage", result.stderr)
         result = run(PROGRAM, "--socket", "0", stdin=subprocess.DEVNULL)
         self.assertEqual(result.returncode, 1)
-        self.assertIn("no SOCK_SEQPACKET socket", result.stderr)
+        self.assertIn("not a SOCK_SEQPACKET socket", result.stderr)
 
 
 def enter_own_network():

@@ -314,7 +314,8 @@ TEST_F(XdpOpening, StepsDownFromZeroCopyWithTheReason) {
   EXPECT_EQ((*port)->mode(), XdpMode::kNative);
   EXPECT_EQ((*port)->access_method(), "AF_XDP, native, copied");
   ASSERT_FALSE((*port)->steps_down().empty());
-  EXPECT_EQ((*port)->steps_down().front(), "No AF_XDP (zero copy) on interface 'xdp0': the driver has no zero copy.");
+  EXPECT_EQ((*port)->steps_down().front(),
+            "No AF_XDP (zero copy) on interface 'xdp0': the driver does not support zero copy.");
 }
 
 TEST_F(XdpOpening, StepsDownToGenericWhereTheDriverRefusesWithTheReason) {
@@ -378,7 +379,7 @@ TEST_F(XdpOpening, AutoTakesAPacketSocketWhereTheDriverCopiesAndSaysWhy) {
   ASSERT_TRUE(opened) << opened.error().message;
   EXPECT_EQ(opened->port->access_method(), "packet socket with a receive ring");
   ASSERT_EQ(opened->steps_down.size(), 1U);
-  EXPECT_THAT(opened->steps_down.front(), HasSubstr("no zero copy"));
+  EXPECT_THAT(opened->steps_down.front(), HasSubstr("does not support zero copy"));
   EXPECT_FALSE(program_there());
 }
 

@@ -26,7 +26,7 @@ class Usage(ProgramTest):
         result = self.run_program("run", "--config", config, "--virtual", "--duration", "0.1", "--no-telemetry")
         self.assertEqual((result.returncode, result.stdout), (1, ""))
         self.assertIn("slave 0 (x): the planned PDOs cannot be configured by the ESI file of", result.stderr)
-        self.assertIn("PDO 1600h is to be in sync manager 3, which carries no outputs", result.stderr)
+        self.assertIn("PDO 1600h is assigned to sync manager 3, which carries no outputs", result.stderr)
 
     AXIS = '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n{}[[axis]]\nname = "x"\n'
     BY_INDEX = "[[slave.pdo]]\nindex = 0x1600\n[[slave.pdo]]\nindex = 0x1A00\n"
@@ -75,14 +75,14 @@ class Usage(ProgramTest):
         self.assertRegex(result.stderr, r"slots\.xml:\d+: a device with slots: modules are not read from ESI files")
 
     def test_command_line(self):
-        self.refused(2, [], "which command?", "--help")
+        self.refused(2, [], "a command is missing", "--help")
         self.refused(2, ["walk"], "walk")
         self.refused(2, ["run", "--quickly"], "--quickly", "--help")
-        self.refused(2, ["rnu"], "driveline: there is no command rnu; did you mean run?; driveline --help tells more")
+        self.refused(2, ["rnu"], "driveline: there is no command rnu; did you mean run?; driveline --help shows more")
         self.refused(2, ["run", "--confg", "x"], "driveline run: there is no option --confg; did you mean --config?; ")
         self.refused(2, ["esi", "shw"], "driveline esi: there is no command shw; did you mean show?; ")
         self.refused(2, ["run", LINE8], f"driveline run: {LINE8} was not expected; a line description is given as --config FILE; ")
-        self.refused(2, ["run", "--duration"], "driveline run: --duration needs a value; driveline run --help tells more")
+        self.refused(2, ["run", "--duration"], "driveline run: --duration needs a value; driveline run --help shows more")
         self.refused(2, ["run"], "--config FILE", "--iface NAME")
         self.refused(2, ["run", "--config"], "--config")
         self.refused(2, ["slaves"], "--config FILE", "--iface NAME")

@@ -85,7 +85,7 @@ class Bench(ProgramTest):
         self.program_that_prints("wake", document("wake", "bare"))
         result = self.bench()
         self.assertEqual(result.returncode, 1)
-        self.assertIn("broken printed no JSON document; killed was ended by signal 9", result.stderr)
+        self.assertIn("broken printed no JSON document; killed was terminated by signal 9", result.stderr)
         self.assertIn("| bare |", result.stdout)
 
     def test_programs_with_the_names_of_commands(self):
@@ -101,9 +101,9 @@ class Bench(ProgramTest):
             self.program(name, f"echo '{json.dumps(document(name, *cases))}'\nexit 77")
         result = self.bench()
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("startup could not measure all of it here", result.stderr)
+        self.assertIn("startup could not measure everything on this machine", result.stderr)
         self.assertIn("| in_process |", result.stdout)
-        self.assertIn("Skipped: it could not measure here.", result.stdout)
+        self.assertIn("Skipped: it could not measure on this machine.", result.stdout)
         self.program("startup", "exit 77")
         result = self.bench("startup")
         self.assertEqual(result.returncode, 1)
@@ -283,7 +283,7 @@ class Jitter(ProgramTest):
         self.tool("cyclictest", "echo '000014 003990'")
         result = self.jitter()
         self.assertEqual(result.returncode, 1)
-        self.assertIn("cyclictest tells of 3990 latencies, not of the 4000 that it was asked for", result.stderr)
+        self.assertIn("cyclictest reports 3990 latencies instead of the 4000 requested", result.stderr)
 
 
 if __name__ == "__main__":

@@ -125,9 +125,9 @@ class Script(ProgramTest):
 
     def test_errors_have_file_and_line_and_nothing_moves(self):
         for script, sentence in (("x move 90\n\nz move 90\n", 'moves.txt:3: there is no axis "z"'),
-                                 ("x mvoe 90\n", "moves.txt:1: axis x: it cannot \"mvoe\"; did you mean move?"),
+                                 ("x mvoe 90\n", "moves.txt:1: axis x: unknown request \"mvoe\"; did you mean move?"),
                                  ("x move 90mm\n", 'moves.txt:1: position "90mm"'),
-                                 ("# nothing\n", "moves.txt: there is no request in it")):
+                                 ("# nothing\n", "moves.txt: it contains no request")):
             with self.subTest(script=script):
                 self.check_refused(self.run_script(script), 2, sentence)
         self.check_refused(self.run_program("run", "--config", "line.toml", "--script", "none.txt", "--virtual"), 2, "none.txt")
@@ -196,10 +196,10 @@ class Script(ProgramTest):
         for script, wrong in (("x drive-run 60rpm\n", FREQUENCY), ("x drive-run 0.4rpm\n", line)):
             result = self.run_script(script, line=wrong)
             self.assertEqual(result.returncode, 1, result.stderr)
-            self.assertIn("moves.txt:1: axis x: 6042h of its drive cannot hold this velocity, by 604Ch",
+            self.assertIn("moves.txt:1: axis x: object 6042h of the drive cannot represent this velocity with the factor 604Ch",
                           result.stderr.splitlines()[-1])
         result = self.run_script("x drive-run 60rpm\n", line=LINE)
-        self.assertIn("axis x: it is not possible in this mode, or the process data lack", result.stderr.splitlines()[-1])
+        self.assertIn("axis x: the request is not possible in this mode, or the process data lack", result.stderr.splitlines()[-1])
 
     def test_round_table_goes_the_way_that_it_is_told(self):
         line = LINE.replace('name = "x"\nunit = "deg"', 'name = "x"\nunit = "deg"\nincrements_per_revolution = 1048576\nmodulo = 360', 1)
@@ -255,14 +255,14 @@ class Script(ProgramTest):
                 ("x move by=80\nwait x\nx move by=11\n", limited, 1, "moves.txt:3: axis x: position 91 deg is not possible"),
                 ("x jog 90\nwait x\nsleep 3s\n", limited, 1, "moves.txt:1: axis x: it would leave its software limits, -90 deg to 90 deg"),
                 ("x torque 1\n", LINE, 1, "axis x: torque control needs velocity_gain or inertia"),
-                ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; 1, 2 or zero says which'),
+                ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; expected are 1, 2 or zero'),
                 ("x probe\n", LINE, 1, "axis x: the process data lack the touch probe: 60B8h, 60B9h, or the value of its edge"),
                 ("x probe 2\n", PROBING, 1, "axis x: the process data lack the touch probe"),
-                ("x abort-probe\n", PROBING, 1, "axis x: there is nothing that it could act on"),
-                ("x home-probe 10\n", PROBING, 1, "moves.txt:1: axis x: the touch probe has seen nothing within the distance"),
-                ("x drive-move 9 acceleration=7\n", PROBING, 1, "axis x: it is not possible in this mode, or the process data lack"),
+                ("x abort-probe\n", PROBING, 1, "axis x: there is no motion on which the request could act"),
+                ("x home-probe 10\n", PROBING, 1, "moves.txt:1: axis x: the touch probe detected no edge within the distance"),
+                ("x drive-move 9 acceleration=7\n", PROBING, 1, "axis x: the request is not possible in this mode, or the process data lack"),
                 ("x drive-jog 721\n", LINE, 1, "axis x: velocity 721 deg/s is not possible"),
-                ("x mode ip\n", LINE, 1, "axis x: it is not possible in this mode, or the process data lack")):
+                ("x mode ip\n", LINE, 1, "axis x: the request is not possible in this mode, or the process data lack")):
             with self.subTest(script=script):
                 result = self.run_script(script, line=line)
                 self.assertEqual(result.returncode, status, result.stderr)
@@ -282,7 +282,7 @@ class Script(ProgramTest):
         result = self.run_script("x jog 90\ny jog 90\nwait x\nsleep 4s\nx halt\nwait x\n", line=LINE + '[recovery]\naxes = "continue"\n'
                                  '[[fault]]\nat_ms = 1500\nkind = "power-off"\nslave = "y"\nfor_ms = 500\n')
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("moves.txt:2: axis y: the drive is not there, or has left Operation enabled", result.stderr.splitlines()[-1])
+        self.assertIn("moves.txt:2: axis y: the drive does not answer, or has left Operation enabled", result.stderr.splitlines()[-1])
         self.assertNotIn("axis x: ErrorStop", result.stderr)
 
     def test_axes_of_a_path_take_no_script(self):
@@ -433,7 +433,7 @@ class Hand(ProgramTest):
         self.check_refused(self.axis("y", "torque", "100"), 1, "axis y: torque 100 Nm is outside -78.6408 Nm to 78.6408 Nm")
         self.check_refused(self.axis("x", "torque", "0.3"), 1, "axis x: torque control needs velocity_gain or inertia")
         self.check_refused(self.axis("y", "torque", "0.3deg"), 2, 'has no unit "deg"')
-        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for goes with jog, drive-jog, drive-run and torque")
+        self.check_refused(self.axis("y", "home", "--for", "1s"), 2, "--for is possible with jog, drive-jog, drive-run and torque")
         events = self.end(run)["events"]
         for words in ("axis y: home", "axis y: torque 0.5 Nm, velocity 180 deg/s"):
             self.assertTrue(any(event.endswith(words) for event in events), events)
@@ -466,7 +466,7 @@ class Hand(ProgramTest):
         homing = self.start("axis", "x", "home-probe", "2rev", "2", "--velocity", "20", log="home.log")
         self.assertEqual(homing.wait(PATIENCE_S), 1)
         self.assertIn("the process data lack the touch probe", self.text("home.log"))
-        self.check_refused(self.axis("x", "probe", "--from", "3"), 2, "from= and to= go together")
+        self.check_refused(self.axis("x", "probe", "--from", "3"), 2, "from= and to= must be given together")
         self.end(run)
 
     @undisturbed
@@ -491,7 +491,7 @@ class Hand(ProgramTest):
         self.assertEqual(self.axis("x", "mode", "ip").returncode, 0)
         self.assertEqual(self.status()["x"]["mode"], "ip")
         self.assertEqual(self.axis("x", "move", "--by", "10").returncode, 0)
-        self.check_refused(self.axis("x", "drive-jog", "1rpm", "--no-wait"), 2, "--no-wait does not go with drive-jog")
+        self.check_refused(self.axis("x", "drive-jog", "1rpm", "--no-wait"), 2, "--no-wait is not possible with drive-jog")
         self.end(run)
 
     @undisturbed
@@ -574,7 +574,7 @@ class Hand(ProgramTest):
         self.assertEqual(self.axis("y", "move", "--by", "1").returncode, 0, "each axis by itself")
         self.assertEqual(self.axis("x", "stop").returncode, 0)
         self.assertEqual(jog.wait(PATIENCE_S), 1)
-        self.assertIn("another request has ended this one", self.text("jog.log"))
+        self.assertIn("another request has replaced this one", self.text("jog.log"))
         self.check_refused(self.axis("x", "move", "1"), 1, "release-stop withdraws it")
         self.assertEqual(self.axis("x", "release-stop").returncode, 0)
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
@@ -632,8 +632,8 @@ class Hand(ProgramTest):
                   "try:\n    s.sendall(b'axis x move 1\\n')\nexcept OSError:\n    pass\n"
                   "print(s.recv(1000).decode())\n")
         said = subprocess.run([sys.executable, "-c", script, place], capture_output=True, text=True, timeout=PATIENCE_S, check=True)
-        self.assertIn("error: this line is another user's", said.stdout)
-        self.wait_for("the event", lambda: f"user {NOBODY}): refused: this line is another user's" in self.text("run.log"))
+        self.assertIn("error: the line belongs to another user", said.stdout)
+        self.wait_for("the event", lambda: f"user {NOBODY}): refused: the line belongs to another user" in self.text("run.log"))
         self.assertNotIn("move_absolute", self.text("run.log"))
         self.end(run)
 

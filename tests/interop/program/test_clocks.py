@@ -14,7 +14,7 @@ LINE = EXAMPLES / "line8-dc.toml"
 POWER_OFF = '[[fault]]\nat_ms = 1500\nkind = "power-off"\nslave = "z"\n'
 
 NOT_LOCKED = (r"the cycle is not locked to the reference clock: its frames are -?\d+ ns off their phase on average and do not "
-              r"stay within \d+ ns of it(; single ones vary by \d+ ns)?; the limit is a hundredth of the cycle: choose a longer one \(\[line\] cycle_us\)")
+              r"stay within \d+ ns of it(; individual frames vary by \d+ ns)?; the limit is a hundredth of the cycle: choose a longer one \(\[line\] cycle_us\)")
 
 # A start time half of the clock's range ahead, SYNC0 activated: in all slaves, with one frame.
 FAR_START = """
@@ -146,7 +146,7 @@ class HostileClocks(WireTest):
         self.assertEqual(ptrace(interrupt, task, None, None), 0)
         os.waitpid(task, every_thread)
         line.send_signal(signal.SIGTERM)
-        self.wait_for("the sentence", lambda: "has not answered the stop" in self.text("line.log"))
+        self.wait_for("the sentence", lambda: "did not stop within" in self.text("line.log"))
         os.waitpid(task, every_thread)
         self.assertEqual(line.wait(PATIENCE_S), 1)
 

@@ -69,10 +69,10 @@ class Help(ProgramTest):
     def test_complaints_name_the_command_and_its_help(self):
         result = run("upload", "--config", "examples/line8.toml")
         self.assertEqual((result.returncode, result.stdout), (2, ""))
-        self.assertRegex(result.stderr, r"\Adriveline upload: .*INDEX.*driveline upload --help tells more\n\Z")
+        self.assertRegex(result.stderr, r"\Adriveline upload: .*INDEX.*driveline upload --help shows more\n\Z")
         result = run("esi", "show", "a.xml", "--colour")
         self.assertEqual((result.returncode, result.stdout), (2, ""))
-        self.assertRegex(result.stderr, r"\Adriveline esi show: .*--colour.*driveline esi show --help tells more\n\Z")
+        self.assertRegex(result.stderr, r"\Adriveline esi show: .*--colour.*driveline esi show --help shows more\n\Z")
 
 
 class Completion(ProgramTest):
@@ -124,9 +124,9 @@ class Completion(ProgramTest):
     def test_zsh(self):
         names = {line.split(":")[0] for line in self.zsh("")}
         self.assertLessEqual(set(listed(run("--help").stdout)), names)
-        self.assertIn("validate:Check an ESI file and tell what was passed over", self.zsh("esi", ""))
-        self.assertIn("(-t --type)-t[uint8 ... int64, float, double, string, raw ...; default\\: what the slave's "
-                      "dictionary says]:TYPE:(" , "\n".join(self.zsh("upload", "-"))[:100000])
+        self.assertIn("validate:Check an ESI file and list what the reader ignores", self.zsh("esi", ""))
+        self.assertIn("(-t --type)-t[uint8 ... int64, float, double, string, raw ...; default\\: the type in the slave's "
+                      "dictionary]:TYPE:(" , "\n".join(self.zsh("upload", "-"))[:100000])
         self.assertIn(":STATE:(INIT PREOP SAFEOP BOOT)", "\n".join(self.zsh("states", "")))
         # _arguments counts from the last word of the command.
         self.assertEqual(self.zsh("sii", "read", "-")[-1], "at 2")

@@ -102,7 +102,7 @@ class Gears(ProgramTest):
         for script, sentence in (("y gear-in\n", "moves.txt:1: axis y: gear-in: it has no master: a [[coupling]] with slave = \"y\""),
                                  ("x gear-in 0/3\n", "moves.txt:1: axis x: gear-in: "),
                                  ("x gear-in 1.5\n", "a ratio of whole numbers such as 3/2 is expected"),
-                                 ("x gear-in at=5deg\n", "at=PLACE of the master and to=PLACE of the slave go together"),
+                                 ("x gear-in at=5deg\n", "at=PLACE of the master and to=PLACE of the slave must be given together"),
                                  ("x gear-in at=5mm to=5\n", 'at "5mm"'),
                                  ("x gear-in vleocity=5\n", "did you mean velocity?"),
                                  ("x cam-in lift\n", "the line description has no [[cam]]"),

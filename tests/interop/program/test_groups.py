@@ -101,10 +101,10 @@ class Script(ProgramTest):
         self.write("tool.jsonl", HEAD.replace('"y"', '"y", "unit": "mm", "max_velocity": 800, "max_acceleration": 8000, "max_jerk": 400000}, {"name": "z"').replace(
             "]}\n", '], "kinematics": {"type": "cartesian", "unit": "mm"}, "tool": {"max_velocity": 1000}}\n') + '{"line": [1, 1, 1]}\n')
         result = self.run_script(ENABLE + "plotter path tool.jsonl\n")
-        self.assertIn("tool.jsonl:1: the file has kinematics, and the moves of group plotter are those of its axes", result.stderr.splitlines()[-1])
+        self.assertIn("tool.jsonl:1: the file has kinematics, but the moves of group plotter are moves of its axes", result.stderr.splitlines()[-1])
         self.write("start.jsonl", HEAD.replace("]}\n", '], "start": [5, 0]}\n') + '{"line": [1, 1]}\n')
         result = self.run_script(ENABLE + "plotter path start.jsonl\n")
-        self.assertIn("start.jsonl:1: the path starts at x 5 mm, and the group stands at 0 mm", result.stderr.splitlines()[-1])
+        self.assertIn("start.jsonl:1: the path starts at x 5 mm, but the group is at 0 mm", result.stderr.splitlines()[-1])
 
     def test_request_that_fails_ends_the_run_with_its_line(self):
         result = self.run_script("plotter move 1 2\n")
@@ -248,7 +248,7 @@ class Hand(ProgramTest):
         self.check_refused(self.group("move", "0", "0"), 1, "group plotter: axis x is commanded by control socket", f"process {moving.pid}")
         self.assertEqual(self.group("stop").returncode, 0)
         self.assertEqual(moving.wait(PATIENCE_S), 1)
-        self.assertIn("another request has ended this one", self.text("move.log"))
+        self.assertIn("another request has replaced this one", self.text("move.log"))
         self.check_refused(self.group("move", "0", "0"), 1, "release-stop withdraws it")
         self.assertEqual(self.group("release-stop").returncode, 0)
         moving = self.start("group", "plotter", "move", "390", "195", "--feed", "50", "--no-wait", log="move.log")

@@ -70,7 +70,7 @@ class OfTheLine(ProgramTest):
 
     def test_duplicate_alias_that_nobody_plans(self):
         self.line(slaves=(self.image("a.sii", alias=77), "", self.image("c.sii", alias=77)))
-        sentence = "alias 77: slaves 0 and 2 have it, it identifies none of them"
+        sentence = "alias 77: slaves 0 and 2 have it, it does not identify any of them"
         for command in (["slaves"], ["scan"], ["rescan"]):
             self.assertIn(sentence, self.run_program(*command, "--config", "line.toml").stderr.splitlines())
         self.assertIn("  " + sentence, self.run_program("diag", "--config", "line.toml").stdout.splitlines())
@@ -83,8 +83,7 @@ class OfTheLine(ProgramTest):
 
     def test_wrong_checksum(self):
         self.line(slaves=("", self.image("b.sii", good_checksum=False), ""))
-        self.everything_says(1, r"EEPROM checksum is 0x[0-9A-F]{2}, 0x[0-9A-F]{2} would be right: the slave does not "
-                                r"use its content")
+        self.everything_says(1, r"EEPROM checksum is 0x[0-9A-F]{2}, 0x[0-9A-F]{2} is expected: the slave ignores the content")
         details = self.run_program("sii", "read", "-p", "1", "-v", "--config", "line.toml")
         self.assertIn("checksum WRONG", details.stdout)
         self.assertRegex(details.stderr, r"(?m)^slave 1: EEPROM checksum is 0x")
@@ -96,7 +95,7 @@ class OfTheLine(ProgramTest):
     def test_blank_eeprom(self):
         (self.directory / "b.sii").write_bytes(b"\xff" * 2048)
         self.line(slaves=("", 'sii_file = "b.sii"', ""))
-        self.everything_says(1, "EEPROM is blank, it holds nothing but 0xFF")
+        self.everything_says(1, "EEPROM is blank: all bytes are 0xFF")
 
     def test_categories_that_lead_nowhere(self):
         image = self.image("b.sii")
@@ -226,10 +225,10 @@ class OfTheWire(WireTest):
     def test_foreign_frames_are_told_and_cost_nothing(self):
         self.start_line(EXAMPLES / "line8-nic.toml")
         noise = self.start_noise(NOISE, log="noise.log")
-        result = self.run_beside_noise("noise.log", "sii", "read", "-v", "-p", "3", "--iface", "dl-master", tells="frames that are not ours")
+        result = self.run_beside_noise("noise.log", "sii", "read", "-v", "-p", "3", "--iface", "dl-master", tells="frames of unknown origin")
         self.assertIn("Device name", result.stdout, result.stderr)
         self.assertIsNone(noise.poll())
-        self.assertTrue(re.search(r"(?m)^\d+ frames that are not ours have come in: another master or other devices use the wire$",
+        self.assertTrue(re.search(r"(?m)^\d+ frames of unknown origin were received: another master or other devices use the wire$",
                                   result.stderr), result.stderr)
 
 

@@ -98,7 +98,7 @@ class Script(ProgramTest):
         self.check_wrong(self.run_script(arm.format(0.5) + "arm move 450 0 0 0\nwait arm\n", line=scara_line()), 1,
                          "group arm: the path reaches a singular position of the machine at (0.59999, 0.00218163, 0, 0.00872665): the arms would be stretched or folded there")
         self.check_wrong(self.run_script(arm.format(-60) + "arm move 450 0 0 0\nwait arm\n", line=scara_line()), 1,
-                         "stands where the machine does not have it with its tool there")
+                         "is at a position that does not match the machine with its tool there")
         self.check_wrong(self.run_script(arm.format(60) + "arm move -450 50 0 0\nwait arm\n", line=scara_line()), 1, "group arm: axis shoulder would be at")
 
     def _result_line(self):
@@ -116,9 +116,9 @@ class Script(ProgramTest):
                 (head, '{"line": [0, 0, -570], "outputs": [{"name": "vacuum", "value": 2}]}\n',
                  "moves.jsonl:3: group robot: the value of vacuum is 2, a whole number from 0 to 1 is expected"),
                 (head.replace('"vacuum", "blow"', '"suck"'), "", 'moves.jsonl:1: group robot has no output "suck"; it has vacuum, blow'),
-                (head.replace('"rod": 600', '"rod": 610'), "", "moves.jsonl:1: the machine of the file is not that of group robot: rod is 610 mm, not 600 mm"),
+                (head.replace('"rod": 600', '"rod": 610'), "", "moves.jsonl:1: the machine of the file differs from that of group robot: rod is 610 mm, not 600 mm"),
                 (head.replace('"start": [0, 0, -560]', '"start": [5, 0, -560]'), "",
-                 "moves.jsonl:1: the path starts at x 5 mm, and the group stands at 0 mm; move it there, or leave start out")):
+                 "moves.jsonl:1: the path starts at x 5 mm, but the group is at 0 mm; move the group there, or omit start")):
             with self.subTest(sentence):
                 result = self.run_script(START + "robot path moves.jsonl\n", moves=first + '{"line": [0, 0, -561]}\n' + move)
                 self.check_wrong(result, 2, sentence)
@@ -127,7 +127,7 @@ class Script(ProgramTest):
         for key in ("kinematics", "outputs", "tool", "start"):
             del plain[key]
         self.check_wrong(self.run_script(START + "robot path moves.jsonl\n", moves=json.dumps(plain) + '\n{"line": [0, 0, 1]}\n'), 2,
-                         "moves.jsonl:1: the file has no kinematics, and the moves of group robot are those of the tool of a delta")
+                         "moves.jsonl:1: the file has no kinematics, but the moves of group robot are moves of the tool of a delta")
         without = DELTA[:DELTA.index("output = [")] + "[telemetry]\nenabled = false\n"
         self.check_wrong(self.run_script(START + "robot path moves.jsonl\n", line=without, moves="".join(MOVES)), 2,
                          "moves.jsonl:1: group robot has no outputs ([[axis_group.output]])")
@@ -201,7 +201,7 @@ class Hand(ProgramTest):
         self.assertLess(math.dist((x, y), (400, 0)), 1e-5)
         head["kinematics"]["elbow_left"] = False
         self.write("other.jsonl", json.dumps(head) + '\n{"line": [400, 100, 0, 0]}\n')
-        self.check_refused(self.group("path", "other.jsonl"), 2, "other.jsonl:1: the machine of the file is not that of group arm: elbow_left is false, not true")
+        self.check_refused(self.group("path", "other.jsonl"), 2, "other.jsonl:1: the machine of the file differs from that of group arm: elbow_left is false, not true")
         self.assertIn("joints        shoulder ", self.group("status").stdout)
         self.assertIn("group arm (scara: shoulder, elbow, lift, wrist): GroupStandby at x 400 mm, y ", self.run_program("diag").stdout)
         self.assertEqual(self.group("disable").returncode, 0)

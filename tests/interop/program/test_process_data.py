@@ -110,8 +110,7 @@ class BudgetInProcess(ProgramTest):
         # The delay to the first slave is in no receive time.
         result = self.run_line(1, '[wiring]\npreset = "line"\ncable_m = 10000\n')
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertRegex(last_line(result), r"no cyclic frame came back within the 93 us that its cycle waits, in \d+ cycles; "
-                                            r"\d+ came later")
+        self.assertRegex(last_line(result), r"no cyclic frame returned within the 93 us of waiting per cycle, in \d+ cycles; \d+ frames came later")
         self.assertNotIn("all in OP", result.stderr)
 
     def test_a_wire_that_would_be_too_slow_is_told(self):

@@ -37,12 +37,12 @@ class InThisProcess(ProgramTest):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertEqual(document["state"], "OP")
                 self.assertEqual(document["recoveries"], 1)
-                self.assertEqual(document["faults"], [f"slave {LAST} (v): does not answer any more",
+                self.assertEqual(document["faults"], [f"slave {LAST} (v): no longer answers",
                                                       f"axis v: unavailable; the others {others}"])
                 self.check_back(document, LAST)
                 for axis in document["axes"][:-1]:
                     self.assertEqual(axis["unavailable_cycles"], 0, axis)
-                self.assertIn(f"fault: slave {LAST} (v): does not answer any more", result.stderr)
+                self.assertIn(f"fault: slave {LAST} (v): no longer answers", result.stderr)
                 self.assertIn("axis v: back on the path", result.stderr)
                 with open(self.directory / "out/flight_recorder.csv", encoding="utf-8") as file:
                     rows = list(csv.DictReader(file))
@@ -52,7 +52,7 @@ class InThisProcess(ProgramTest):
     def test_by_default_a_lost_drive_ends_the_run(self):
         result, document = self.run_line(fault("power-off", 3000, slave='"v"', for_ms=700))
         self.assertEqual(result.returncode, 1)
-        self.assertIn(f"slave {LAST} (v): does not answer any more", document["faults"])
+        self.assertIn(f"slave {LAST} (v): no longer answers", document["faults"])
         self.assertEqual(document["state"], "INCOMPLETE")
         self.assertEqual(document["recoveries"], 0)
         self.assertLess(document["duration_s"], 4)
@@ -108,7 +108,7 @@ class InThisProcess(ProgramTest):
                 self.assertEqual((document["wkc_errors"], document["lost_frames"]), (0, 0))
                 events = "\n".join(document["events"])
                 self.assertIn(f"slave {LAST} (v): is not connected; it joins the line when it is connected", events)
-                for step in (f"slave {LAST} (v): has joined the line, is in OP", "axis v: back on the path"):
+                for step in (f"slave {LAST} (v): joined the line and is in OP", "axis v: back on the path"):
                     self.assertEqual(step in events, bool(for_ms), events)
                 for axis in document["axes"][:-1]:
                     self.assertEqual(axis["unavailable_cycles"], 0, axis)
@@ -128,8 +128,8 @@ class InThisProcess(ProgramTest):
         events = "\n".join(document["events"])
         for slave, name in ((LAST - 1, "u"), (LAST, "v")):
             for step in (f"slave {slave} ({name}): is not connected; it joins the line when it is connected",
-                         f"slave {slave} ({name}): has joined the line, is in OP", f"axis {name}: back on the path",
-                         f"slave {slave} ({name}): does not answer any more", f"slave {slave} ({name}): back in OP"):
+                         f"slave {slave} ({name}): joined the line and is in OP", f"axis {name}: back on the path",
+                         f"slave {slave} ({name}): no longer answers", f"slave {slave} ({name}): back in OP"):
                 self.assertIn(step, events)
         self.assertTrue(document["dc"]["locked"])
         # 60 ppm apart they would be 60 us off after a second.
@@ -163,7 +163,7 @@ class InThisProcess(ProgramTest):
                     head='[wiring]\npreset = "ring"', duration=4)
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertEqual(document["faults"], [f"the ring is broken between slave {at} and slave {at + 1}; "
-                                                      "process data go on over both interfaces"])
+                                                      "process data continue over both interfaces"])
                 self.assertIn("the ring is closed again", "\n".join(document["events"]))
                 self.assertEqual((document["lost_frames"], document["wkc_errors"]), (0, 0))
                 self.assertEqual({axis["unavailable_cycles"] for axis in document["axes"]}, {0})

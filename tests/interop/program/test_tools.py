@@ -108,7 +108,7 @@ class InProcess(ProgramTest):
                 (2, ["reg", "read", "0x9000"], ["0x9000", "--type"]),
                 (2, ["reg", "read", "colour"], ["colour", "reg list"]),
                 (2, ["reg", "read", "-t", "uint8", "0x0130", "2"], ["size 2", "uint8"]),
-                (2, ["reg", "write", "watchdog_divider", "1"], ["which of the 8 slaves", "-p N"]),
+                (2, ["reg", "write", "watchdog_divider", "1"], ["the line has 8 slaves", "-p N"]),
                 (1, ["reg", "write", "-p", "0", "al_status", "2"], ["slave 0", "AL status", "read-only"]),
                 (1, ["reg", "read", "-p", "8", "al_status"], ["no slave 8"]),
                 (1, ["slaves", "-a", "17"], ["alias address 17"]),
@@ -190,7 +190,7 @@ class InProcess(ProgramTest):
         (self.directory / "short.sii").write_bytes(good[:100])
         self.check_refused(self.run_program(*write, "short.sii"), 2, "short.sii")
         self.check_refused(self.run_program(*write, "none.sii"), 2, "none.sii")
-        self.check_refused(self.run_program("sii", "write", "--config", LINE8, "drive.sii"), 2, "which of the 8 slaves")
+        self.check_refused(self.run_program("sii", "write", "--config", LINE8, "drive.sii"), 2, "the line has 8 slaves")
         self.assertEqual(self.run_program(*write, "--force", "other.sii").returncode, 0)
 
     def test_objects(self):
@@ -277,7 +277,7 @@ class InProcess(ProgramTest):
     def test_boot_is_for_slaves_that_have_it(self):
         self.assertEqual(self.tool("states", "-p", "1", "BOOT"), "   1  BOOT\n")
         result = self.run_program("states", "--config", EXAMPLES / "mixed.toml", "-p", "0", "BOOT")
-        self.check_refused(result, 1, "slave 0: has no mailbox for BOOT: its EEPROM names none for the bootstrap state")
+        self.check_refused(result, 1, "slave 0: has no mailbox for BOOT: its EEPROM defines none for the bootstrap state")
 
     def test_files_of_a_drive(self):
         file = self.directory / "set.txt"
@@ -345,15 +345,15 @@ class InProcess(ProgramTest):
                 (2, ["read", "S-0-0001", "--drive", "8"], ["drive"]),
                 (2, ["write", "S-0-0100"], ["VALUE", "--execute"]),
                 (2, ["write", "S-0-0099", "3", "--execute"], ["VALUE", "--execute"]),
-                (2, ["write", "S-0-0100", "70000"], ['"70000" is no value of 2 bytes, unsigned']),
-                (2, ["write", "S-0-0100", "1,2"], ['"1,2" is no value of 2 bytes, unsigned']),
+                (2, ["write", "S-0-0100", "70000"], ['"70000" is not a value of 2 bytes, unsigned']),
+                (2, ["write", "S-0-0100", "1,2"], ['"1,2" is not a value of 2 bytes, unsigned']),
                 (1, ["read", "P-0-0001"], ["slave 1: refused P-0-0001 of drive 1 with SoE error 0x1001 (there is no such IDN)"]),
                 (1, ["list", "--drive", "2"], ["S-0-0017 of drive 2 with SoE error 0x800A (there is no such drive)"]),
                 (1, ["write", "S-0-0011", "0"], ["0x7004 (the value cannot be changed)"]),
                 (1, ["write", "S-0-0100", "0"], ["0x7006 (value below its minimum)"]),
                 (1, ["write", "S-0-0100", "10001"], ["0x7007 (value above its maximum)"]),
                 (1, ["write", "S-0-0142", "x" * 513], ["0x7003 (value too long)"]),
-                (1, ["write", "S-0-0100", "--execute"], ["S-0-0100 is no procedure command"])):
+                (1, ["write", "S-0-0100", "--execute"], ["S-0-0100 is not a procedure command"])):
             with self.subTest(arguments=arguments):
                 self.check_refused(self.run_program("soe", arguments[0], *line[:4], *line[4:] * ("--drive" not in arguments),
                                                     *arguments[1:]), status, *parts)
@@ -374,7 +374,7 @@ class InProcess(ProgramTest):
                            "slave 0 has no mailbox")
 
     def test_diagnosis(self):
-        self.assertIn("nothing wrong is known", self.tool("diag"))
+        self.assertIn("no problem is known", self.tool("diag"))
         document = self.one_document(self.tool("diag", "--json"))
         self.assertEqual(document["places"], [])
         self.assertEqual([slave["answers"] for slave in document["slaves"]], [True] * 8)
@@ -527,7 +527,7 @@ class OnTheWire(WireTest):
                 result = self.run_program(*arguments, "--iface", "dl-master")
                 self.assertEqual((result.returncode, result.stdout), (1, ""), result.stderr)
                 self.assertRegex(result.stderr, rf"process {holder.pid} \(python.* uses interface dl-master; this command would .*; "
-                                                "--force does it all the same\n$")
+                                                "--force does it anyway\n$")
         self.assertIn("Serial number", self.tool("slaves", "-v"), "looking is allowed")
         self.assertEqual(self.tool("states", "-p", "2", "PREOP", "--force"), "   2  PREOP\n")
         holder.kill()
@@ -569,7 +569,7 @@ class OnTheWire(WireTest):
         place = self.one_document(self.tool("diag", "--json"))["places"][0]
         self.assertEqual((place["kind"], place["slave"], place["port"], place["other"]), ("damaged_frames", 2, 0, 1))
         self.assertIn(place["sentence"], self.tool("diag", "--clear"))
-        self.assertIn("nothing wrong is known", self.tool("diag"))
+        self.assertIn("no problem is known", self.tool("diag"))
 
     def test_description_of_what_was_found_runs_unchanged(self):
         self.start_line(EXAMPLES / "line8-nic.toml")

@@ -62,7 +62,7 @@ class TwoProcesses(WireTest):
         cpu = max(os.sched_getaffinity(0))
         config = self.write_gentle_line(cycle_us=2000, realtime=f"cpu = {cpu}\nsimulation_cpu = {cpu}")
         line = self.start_line(config)
-        self.assertIn(f"simulation_cpu is {cpu}, as cpu is", self.text("line.log"))
+        self.assertIn(f"simulation_cpu and cpu are both {cpu}", self.text("line.log"))
         if not re.search("(?m)^  scheduler +ok", self.text("line.log")):
             self.skipTest("no real-time priority here")
         result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 0.5, "--no-plots")

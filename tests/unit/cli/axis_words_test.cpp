@@ -119,12 +119,14 @@ TEST(AxisWords, ATouchProbeHasAnInputAndAnEdge) {
   const auto window = read(rotary(), "probe 2 from=10 to=-20deg");
   EXPECT_DOUBLE_EQ(window.window_first, 10.0 * kDegree);
   EXPECT_DOUBLE_EQ(window.window_last, -20.0 * kDegree);
-  EXPECT_EQ(refusal(rotary(), "probe 3"),
-            "axis x: probe: \"3\" was not expected; 1, 2 or zero says which touch probe, rising or falling which edge");
+  EXPECT_EQ(
+      refusal(rotary(), "probe 3"),
+      "axis x: probe: \"3\" was not expected; expected are 1, 2 or zero (touch probe) and rising or falling (edge)");
   EXPECT_THAT(refusal(rotary(), "probe 1 2"), HasSubstr("probe: \"2\" was not expected"));
   EXPECT_THAT(refusal(rotary(), "probe rising falling"), HasSubstr("probe: \"falling\" was not expected"));
-  EXPECT_EQ(refusal(rotary(), "probe zero rising"), "axis x: probe: the zero pulse of an encoder has no edges");
-  EXPECT_EQ(refusal(rotary(), "probe from=1"), "axis x: probe: from= and to= go together");
+  EXPECT_EQ(refusal(rotary(), "probe zero rising"),
+            "axis x: probe: the zero pulse of an encoder has no edge to choose");
+  EXPECT_EQ(refusal(rotary(), "probe from=1"), "axis x: probe: from= and to= must be given together");
   EXPECT_EQ(refusal(rotary(), "probe velocity=1"), "axis x: probe: \"velocity=\" does not belong there");
   EXPECT_THAT(refusal(rotary(), "probe from=far to=1"), HasSubstr("from \"far\": a number is expected"));
   EXPECT_EQ(refusal(rotary(), "abort-probe 1"), "axis x: abort-probe: \"1\" was not expected");
@@ -178,12 +180,12 @@ TEST(AxisWords, DrivesMoveByThemselves) {
   EXPECT_EQ(refusal(rotary(), "drive-move"), "axis x: drive-move needs a position, or by=DISTANCE");
   EXPECT_EQ(refusal(rotary(), "drive-move 1 jerk=3"), "axis x: drive-move: \"jerk=\" does not belong there");
   EXPECT_EQ(refusal(rotary(), "drive-jog 1 velocity=3"), "axis x: drive-jog: \"velocity=\" does not belong there");
-  EXPECT_EQ(refusal(rotary(), "drive-mvoe 1"), "axis x: it cannot \"drive-mvoe\"; did you mean drive-move?");
+  EXPECT_EQ(refusal(rotary(), "drive-mvoe 1"), "axis x: unknown request \"drive-mvoe\"; did you mean drive-move?");
 }
 
 TEST(AxisWords, WrongOnesGetASentenceWithWhatWasMeant) {
-  EXPECT_EQ(refusal(rotary(), "mvoe 90"), "axis x: it cannot \"mvoe\"; did you mean move?");
-  EXPECT_THAT(refusal(rotary(), ""), HasSubstr("what is it to do? enable, disable"));
+  EXPECT_EQ(refusal(rotary(), "mvoe 90"), "axis x: unknown request \"mvoe\"; did you mean move?");
+  EXPECT_THAT(refusal(rotary(), ""), HasSubstr("a request is missing; enable, disable"));
   EXPECT_EQ(refusal(rotary(), "move"), "axis x: move needs a position, or by=DISTANCE");
   EXPECT_EQ(refusal(rotary(), "move far"), "position \"far\": a number is expected, as 10deg");
   EXPECT_EQ(refusal(rotary(), "move 90mm"),
@@ -229,7 +231,7 @@ TEST(AxisScript, ErrorsHaveFileAndLine) {
   EXPECT_THAT(wrong("x move 90mm"), HasSubstr("moves.txt:1: position \"90mm\""));
   EXPECT_THAT(wrong("sleep long"), HasSubstr("moves.txt:1: sleep \"long\""));
   EXPECT_THAT(wrong("wait"), HasSubstr("moves.txt:1: "));
-  EXPECT_EQ(wrong("# nothing\n"), "moves.txt: there is no request in it");
+  EXPECT_EQ(wrong("# nothing\n"), "moves.txt: it contains no request");
   EXPECT_TRUE(AxisScript::parse("all enable\nwait all # here\nx move 90; \n", "m", {axes}).error().status == 2);
   EXPECT_TRUE(AxisScript::parse("all enable\r\nwait all # here\nsleep 20ms", "m", {axes}));
 }

@@ -60,7 +60,7 @@ TEST(BenchHtml, WhatADocumentSaysIsShownAndNotRun) {
 TEST(BenchHtml, AProgramThatCouldNotMeasureSaysSo) {
   auto document = page_document("turnaround", "a");
   document["results"] = json::array();
-  EXPECT_THAT(bench_html({document}, {}), HasSubstr("<p>Skipped: it could not measure here.</p>"));
+  EXPECT_THAT(bench_html({document}, {}), HasSubstr("<p>Skipped: it could not measure on this machine.</p>"));
 }
 
 }  // namespace

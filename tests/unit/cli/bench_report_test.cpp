@@ -67,8 +67,8 @@ TEST(BenchDocument, AHistogramThatLeavesMeasurementsOutIsRefused) {
     return problem_of(document("jitter", {changed}).dump());
   };
   EXPECT_EQ(with("bins", json::parse("[[14, 4], [15, 5]]")), "a histogram holds 9 measurements of 10");
-  EXPECT_EQ(with("missed", 0), "a histogram calls 0 measurements missed, 1 are");
-  EXPECT_EQ(with("deadline_us", 400.0), "a histogram calls 1 measurements missed, 0 are");
+  EXPECT_EQ(with("missed", 0), "a histogram reports 0 missed measurements, but has 1");
+  EXPECT_EQ(with("deadline_us", 400.0), "a histogram reports 1 missed measurements, but has 0");
   for (const auto* bins : {"[[14, -4]]", "[[14]]", "[[1.5, 10]]", "[3]"}) {
     EXPECT_EQ(with("bins", json::parse(bins)), "a bin of a histogram is not [microsecond, count]") << bins;
   }
@@ -127,7 +127,7 @@ TEST(BenchReport, BeginsWithEverythingThatWasAimedAt) {
   missed["aim"] = "p50<=400";
   missed["met"] = false;
   const auto text = bench_report({document("drive", {row("1_drive", "cost", 1, 2), missed})});
-  EXPECT_THAT(text, testing::StartsWith("# Benchmarks\n\n## What was aimed at\n"));
+  EXPECT_THAT(text, testing::StartsWith("# Benchmarks\n\n## Targets\n"));
   EXPECT_THAT(text, HasSubstr("| drive | 100_drives | cost | 700.0 ns | p50<=400 | **missed** |\n"));
   EXPECT_THAT(text, Not(HasSubstr("| drive | 1_drive |")));
 }

@@ -190,7 +190,7 @@ TEST_F(CommandSocket, WhoeverListensAndDoesNotAnswerIsNotWaitedForForEver) {
   ASSERT_FALSE(answered);
   EXPECT_EQ(answered.error().status, 1);
   EXPECT_EQ(answered.error().text, path + ": no answer within 30 ms; the run that listens there (process " +
-                                       std::to_string(getpid()) + ") is stopped or not yet at work");
+                                       std::to_string(getpid()) + ") is stopped or has not started to work yet");
 }
 
 TEST_F(CommandSocket, WhereNoMoreClientsFitNobodyWaitsForEver) {

@@ -97,14 +97,14 @@ TEST_F(CouplingWords, WhatCannotBeIsASentence) {
   EXPECT_THAT(refusal(0, "gear-in 0/1"), HasSubstr("axis x: gear-in: "));
   EXPECT_THAT(refusal(0, "gear-in 1/0"), HasSubstr("axis x: gear-in: "));
   EXPECT_THAT(refusal(0, "gear-in nan"), HasSubstr("a ratio of whole numbers such as 3/2 is expected"));
-  EXPECT_THAT(refusal(0, "gear-in at=5"), HasSubstr("go together"));
-  EXPECT_THAT(refusal(0, "gear-in over=5"), HasSubstr("over= belongs to at="));
+  EXPECT_THAT(refusal(0, "gear-in at=5"), HasSubstr("must be given together"));
+  EXPECT_THAT(refusal(0, "gear-in over=5"), HasSubstr("over= needs at="));
   EXPECT_THAT(refusal(0, "gear-in at=5 to=5 over=-1"), HasSubstr("above 0"));
   EXPECT_THAT(refusal(0, "gear-in at=nan to=5"), HasSubstr("a number is expected"));
   EXPECT_THAT(refusal(0, "gear-in at=5deg to=5"), HasSubstr("deg"));
   EXPECT_THAT(refusal(0, "cam-in lfit"), HasSubstr("there is no cam \"lfit\", but lift"));
   EXPECT_THAT(refusal(0, "cam-in"), HasSubstr("the name of a cam is needed"));
-  EXPECT_THAT(refusal(2, "cam-in lift"), HasSubstr("is of another kind of axes"));
+  EXPECT_THAT(refusal(2, "cam-in lift"), HasSubstr("does not fit these axes"));
   EXPECT_THAT(refusal(0, "cam-out now"), HasSubstr("\"now\" was not expected"));
   EXPECT_THAT(refusal(0, "phase"), HasSubstr("an offset of the master, or by=DISTANCE, is needed"));
   EXPECT_THAT(refusal(0, "phase 5 velocity=0"), HasSubstr("velocity must be above 0"));

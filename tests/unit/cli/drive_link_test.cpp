@@ -139,7 +139,7 @@ TEST_F(DriveLinkTest, ASlaveInInitIsLeftToItsMaster) {
   ASSERT_TRUE(link);
   DriveView view;
   EXPECT_FALSE((*link)->read(0, view));
-  EXPECT_THAT(view.trouble, HasSubstr("slave 0 is in INIT, where it has no mailbox for CoE; another master"));
+  EXPECT_THAT(view.trouble, HasSubstr("slave 0 is in INIT, in which it has no CoE mailbox; another master"));
   EXPECT_EQ(states()[0], AlState::kInit);
   EXPECT_TRUE((*link)->read(1, view)) << "its neighbour can be looked at";
 }
@@ -195,7 +195,7 @@ TEST_F(DriveLinkTest, WhatIsNoDriveIsNamed) {
   const auto done = (*link)->read(2, view);
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().status, 1);
-  EXPECT_THAT(done.error().text, HasSubstr("slave 2 is no servo drive: its device type 1000h is 0x00001389"));
+  EXPECT_THAT(done.error().text, HasSubstr("slave 2 is not a servo drive: its device type 1000h is 0x00001389"));
 }
 
 TEST_F(DriveLinkTest, StationAddressesOfAnotherMasterAreNotTouched) {
@@ -207,7 +207,7 @@ TEST_F(DriveLinkTest, StationAddressesOfAnotherMasterAreNotTouched) {
   ASSERT_TRUE(link);
   DriveView view;
   EXPECT_FALSE((*link)->read(1, view));
-  EXPECT_THAT(view.trouble, HasSubstr("no station address of its own"));
+  EXPECT_THAT(view.trouble, HasSubstr("no unique station address"));
   EXPECT_TRUE((*link)->read(0, view)) << view.trouble;
   EXPECT_EQ(other_->bus().read(kept, wire::reg::kStationAddress).value(), kept.station);
   std::array<std::byte, 2> station{};

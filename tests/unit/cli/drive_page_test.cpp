@@ -147,10 +147,10 @@ TEST(DrivePage, SaysWhoElseIsThereAndThatValuesAreOld) {
   view.other_master = true;
   view.trouble = "slave 2 does not answer";
   const auto page = drive_page(view, 0ns);
-  EXPECT_THAT(page, HasSubstr("Another master works with this line: nothing is touched but the mailbox of the drive"));
+  EXPECT_THAT(page, HasSubstr("Another master works with this line: only the mailbox of the drive is used"));
   view.al.status.state = wire::AlState::kPreOp;
-  EXPECT_THAT(drive_page(view, 0ns), HasSubstr("A master has taken this line out of INIT and may be at work: nothing"));
-  EXPECT_THAT(page, HasSubstr("Values of before: slave 2 does not answer\n"));
+  EXPECT_THAT(drive_page(view, 0ns), HasSubstr("A master has taken this line out of INIT and may be active: nothing"));
+  EXPECT_THAT(page, HasSubstr("Previous values: slave 2 does not answer\n"));
 }
 
 TEST(DrivePage, JuniorHasItsBicolourLed) {

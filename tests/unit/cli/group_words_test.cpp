@@ -96,8 +96,8 @@ TEST_F(GroupWords, RequestsWithoutAPlace) {
 }
 
 TEST_F(GroupWords, MistakesAreToldInASentence) {
-  EXPECT_THAT(refusal(""), HasSubstr("group head: what is it to do? enable, disable, reset, move, "));
-  EXPECT_EQ(refusal("mvoe 1 2"), "group head: it cannot \"mvoe\"; did you mean move?");
+  EXPECT_THAT(refusal(""), HasSubstr("group head: a request is missing; enable, disable, reset, move, "));
+  EXPECT_EQ(refusal("mvoe 1 2"), "group head: unknown request \"mvoe\"; did you mean move?");
   EXPECT_EQ(refusal("move 1"), "group head: move: 2 positions are expected, of x, c; - leaves an axis where it is");
   EXPECT_EQ(refusal("move 1 2 3"), "group head: move: \"3\" was not expected");
   EXPECT_EQ(refusal("move 1 feed=2"),
@@ -110,7 +110,7 @@ TEST_F(GroupWords, MistakesAreToldInASentence) {
   EXPECT_EQ(refusal("move 1 2 buffer=blend"),
             "buffer \"blend\": aborting, buffered, blending are possible; did you mean blending?");
   EXPECT_EQ(refusal("arc 1 2"),
-            "group head: arc: via and a point of the arc, or center and the centre of its circle, is expected");
+            "group head: arc: via with a point of the arc, or center with the centre of its circle, is expected");
   EXPECT_EQ(refusal("arc 1 2 via 3"),
             "group head: arc: 2 positions are expected, of x, c; - leaves an axis where it is");
   EXPECT_EQ(refusal("arc 1 2 via 3 4 clockwise"), "group head: arc: \"clockwise\" was not expected");

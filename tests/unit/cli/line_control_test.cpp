@@ -64,7 +64,7 @@ TEST_F(ControlTest, FolderThatOthersCanReachIsRefused) {
   ::chmod((directory / "driveline").c_str(), 0755);
   const auto made = make_control_folder();
   ASSERT_FALSE(made);
-  EXPECT_THAT(made.error().text, HasSubstr("a folder of this user alone"));
+  EXPECT_THAT(made.error().text, HasSubstr("a folder that only this user can access"));
 }
 
 TEST_F(ControlTest, TheOnlyLineThatRunsNeedsNoName) {
@@ -80,7 +80,7 @@ TEST_F(ControlTest, TheOnlyLineThatRunsNeedsNoName) {
   const auto b = CommandInput::open(control_path("b"), CommandInput::Sources::kSocket);
   const auto two = find_control("", "");
   ASSERT_FALSE(two);
-  EXPECT_THAT(two.error().text, HasSubstr("which line?"));
+  EXPECT_THAT(two.error().text, HasSubstr("several lines run"));
   EXPECT_EQ(running_control(""), "");
   write(directory / "line.toml", "[line]\nname = \"b\"\n[[slave]]\nname = \"x\"\n");
   EXPECT_EQ(find_control("", directory / "line.toml").value(), control_path("b"));
@@ -145,7 +145,7 @@ TEST_F(LineControlTest, RequestsAreTakenRefusedAndTold) {
   EXPECT_THAT(moved.at("axes").at(0).at("owner").get<std::string>(),
               HasSubstr("(process " + std::to_string(getpid()) + ", user " + std::to_string(geteuid()) + ")"));
   const auto wrong = ask(client, "axis x mvoe 90deg");
-  EXPECT_EQ(wrong.at("error"), "axis x: it cannot \"mvoe\"; did you mean move?");
+  EXPECT_EQ(wrong.at("error"), "axis x: unknown request \"mvoe\"; did you mean move?");
   EXPECT_EQ(wrong.at("status"), 2);
   EXPECT_EQ(ask(client, "axis x").at("status"), 2);
   const auto progress = ask(client, "axis progress");
@@ -208,7 +208,7 @@ TEST_F(LineControlTest, QuestionsAreAnsweredByTheLineAndHoldUpNoStop) {
   auto second = connect();
   EXPECT_THAT(ask(second, "group plotter enable").at("error").get<std::string>(),
               HasSubstr("the line has no groups of axes"));
-  EXPECT_THAT(send_command(path, "quit", "run").value_or(""), HasSubstr("\"quit\" is no command of a running line"));
+  EXPECT_THAT(send_command(path, "quit", "run").value_or(""), HasSubstr("\"quit\" is not a command of a running line"));
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ TEST(LineDescription, DriveThatCannotBeAnAxisIsNamedWithTheReason) {
   for (const auto& [facts, reason] :
        {Case{{0x25U, 65536.0, 1.0, 300.0}, "6502h is 0x00000025: it has none of the modes csp, csv and cst"},
         Case{{1U << 9U, 65536.0, 1.0, 300.0}, "cst is its only cyclic mode"},
-        Case{{1U << 7U, std::nullopt, 1.0, 300.0}, "it does not tell how positions are scaled (6091h, 6092h, 608Fh)"},
+        Case{{1U << 7U, std::nullopt, 1.0, 300.0}, "it does not report the scaling of positions (6091h, 6092h, 608Fh)"},
         Case{{1U << 7U, 0.25, 1.0, 300.0}, "0.25 increments per revolution"}}) {
     const auto text = describe_line(one_drive(facts));
     ASSERT_TRUE(text);
@@ -131,7 +131,7 @@ TEST(LineDescription, DriveOfAnotherMakerIsAnAxisOnlyWhereItIsReal) {
   EXPECT_THAT(*describe_line(line), HasSubstr("# Not a drive of the kind that was tried"));
   line.interface.reset();
   EXPECT_TRUE(described(line).axes.empty());
-  EXPECT_THAT(*describe_line(line), HasSubstr("no drive like that can be simulated"));
+  EXPECT_THAT(*describe_line(line), HasSubstr("a drive of this kind cannot be simulated"));
 }
 
 TEST(LineDescription, PdosOfADriveOfAnotherMakerStandWithItsSlaveToBeTaken) {

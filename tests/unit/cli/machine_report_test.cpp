@@ -33,10 +33,10 @@ TEST(MachineReport, WhatCostsMostComesFirstAndWhatIsFineLast) {
   EXPECT_EQ(machine_text(sample()),
             "PREVENTS  raw sockets              refused instead of allowed (Operation not permitted)\n"
             "          costs: no frame can be sent\n"
-            "          mend:  run as root\n"
+            "          fix:   run as root\n"
             "SMALL     timer tick               ticks instead of stopped\n"
             "          costs: some us\n"
-            "          mend:  boot with nohz_full=1\n"
+            "          fix:   boot with nohz_full=1\n"
             "ok        scheduler                SCHED_FIFO 80\n");
 }
 

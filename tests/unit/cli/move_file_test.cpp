@@ -48,11 +48,11 @@ TEST(MoveFile, IsRefusedWithFileAndLine) {
   EXPECT_EQ(move_refusal(R"({"line": [1, "a"]})"), "f:2: line of axis y must be a number");
   EXPECT_EQ(move_refusal(R"({"line": [1, 2], "feet": 3})"),
             "f:2: there is no key \"feet\" here; did you mean \"feed\"?");
-  EXPECT_EQ(move_refusal(R"({"arc": [1, 2]})"), "f:2: an arc needs either its center or a point via which it goes");
+  EXPECT_EQ(move_refusal(R"({"arc": [1, 2]})"), "f:2: an arc needs either center or via, a point of the arc");
   EXPECT_EQ(move_refusal(R"({"arc": [1, 2], "center": [0, 0], "plane": ["x", "q"]})"), "f:2: there is no axis \"q\"");
   EXPECT_EQ(move_refusal(R"({"spline": []})"), "f:2: spline must be an array of at least one point");
   EXPECT_EQ(move_refusal(""), "f: there is no move");
-  EXPECT_EQ(parse_moves("", "f").error(), "f: there is no line that describes the axes");
+  EXPECT_EQ(parse_moves("", "f").error(), "f: the line that describes the axes is missing");
   const auto axis = [](const std::string& limits) {
     return parse_moves(R"({"axes": [{"name": "x", "unit": "mm", )" + limits + "}]}", "f").error();
   };

@@ -251,9 +251,10 @@ TEST_F(Plots, APictureThatIsCutOffIsToldAndNotLeft) {
   EXPECT_EQ(drawing->pictures,
             (std::map<std::string, std::filesystem::path>{{"jitter_plot", directory / "jitter.png"}}));
   ASSERT_TRUE(drawing->problem);
-  EXPECT_THAT(runtime::describe(*drawing->problem),
-              testing::EndsWith(".png: could not be written to its end: the disk is full, or files may not get longer "
-                                "(ulimit -f)"));
+  EXPECT_THAT(
+      runtime::describe(*drawing->problem),
+      testing::EndsWith(
+          ".png: could not be written completely: the disk is full, or the file size limit is reached (ulimit -f)"));
   EXPECT_FALSE(std::filesystem::exists(directory / "positions.png"));
 }
 

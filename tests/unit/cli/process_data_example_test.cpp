@@ -164,7 +164,7 @@ TEST_F(ProcessDataExample, RefusesWhatOnlyTheConfiguredLineCanTell) {
   };
   load(copy("inputs.Input", "outputs.7030:01"));
   EXPECT_THAT(refusal(),
-              HasSubstr(place("from") + "'inputs.Input' is not one process variable: it may be "
+              HasSubstr(place("from") + "'inputs.Input' is ambiguous: it may be "
                                         "inputs.6000h:01 (Channel 1/Input), inputs.6010h:01 (Channel 2/Input)"));
   load(copy("inputs.Channel 9/Input", "outputs.7030:01"));
   EXPECT_THAT(refusal(), HasSubstr(place("from") + "there is no process variable 'inputs.Channel 9/Input'; the slave "
@@ -178,7 +178,7 @@ TEST_F(ProcessDataExample, RefusesWhatOnlyTheConfiguredLineCanTell) {
                            "analogue.6000h:11 (Value) has 16 bits and outputs.7030h:01 (Output) has 1: they "
                            "cannot be copied");
   load(copy("outputs.7030:01", "outputs.7020:01"));
-  EXPECT_EQ(refusal(), place("to") + "outputs.7030h:01 (Output) cannot be copied from: it is an output");
+  EXPECT_EQ(refusal(), place("to") + "outputs.7030h:01 (Output) cannot be the source of a copy: it is an output");
 }
 
 TEST_F(ProcessDataExample, RefusesNamesOfNothing) {
@@ -187,7 +187,7 @@ TEST_F(ProcessDataExample, RefusesNamesOfNothing) {
   EXPECT_THAT(refusal(), HasSubstr("line.toml:70: [slave 3.names] horn: there is no process variable "
                                    "'outputs.7040:01'; the slave has outputs.7000h:01 (Channel 1/Output)"));
   config.slaves[kOutputs].names.back() = {"Lamp", "7010:01", "line.toml:70: [slave 3.names] Lamp"};
-  EXPECT_EQ(refusal(), "line.toml:70: [slave 3.names] Lamp: 'Lamp' is the name of outputs.7000h:01 (Output) already");
+  EXPECT_EQ(refusal(), "line.toml:70: [slave 3.names] Lamp: 'Lamp' is already the name of outputs.7000h:01 (Output)");
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ TEST(RunReport, TellsOfEventsThatWereNotKept) {
   EXPECT_THAT(to_text(report), Not(HasSubstr("not kept")));
   report.events_left_out = 17;
   EXPECT_EQ(to_json(report).at("events_left_out"), 17);
-  EXPECT_THAT(to_text(report), HasSubstr("  17 more events, between the first and the last ones, are not kept\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("  17 more events between the first and the last ones are not stored\n"));
 }
 
 TEST(RunReport, JsonOfNothingIsComplete) {
@@ -156,7 +156,7 @@ TEST(RunReport, TextHasTheFigures) {
   EXPECT_THAT(text, HasSubstr("  following error  slave        maximum             RMS\n"
                               "  x                    0       0.12 rad      0.0305 rad\n"
                               "  z                    3       0.008 mm        0.002 mm\n"));
-  EXPECT_THAT(text, HasSubstr("telemetry: 80000 axis samples published, 5 dropped, bridge started again 2 times\n"));
+  EXPECT_THAT(text, HasSubstr("telemetry: 80000 axis samples published, 5 dropped, bridge restarted 2 times\n"));
   EXPECT_THAT(text, HasSubstr("  fault: out/axes.csv: cannot be written: No space left on device\n"));
   EXPECT_THAT(text, HasSubstr("out/axes.csv\n"));
 }
@@ -174,9 +174,10 @@ TEST(RunReport, RingTellsHalvesThatWereLateFromTheOthers) {
   report.ring = {{port::RingStatus::State::kClosed}, 900, 5, 3};
   EXPECT_EQ(to_json(report)["ring"],
             json::parse(R"({"state": "closed", "merged": 900, "halves": 5, "late_halves": 3})"));
-  EXPECT_THAT(to_text(report),
-              HasSubstr("  ring: closed; 900 answers put together of two halves, 5 halves stayed alone (3 "
-                        "waited for in vain)\n"));
+  EXPECT_THAT(
+      to_text(report),
+      HasSubstr(
+          "  ring: closed; 900 answers combined from two halves, 5 halves stayed single (3 waits without result)\n"));
 }
 
 TEST(RunReport, TellsWhatItsInterfacesWereOpenedWithAndWhyWithNothingFaster) {
@@ -203,9 +204,8 @@ TEST(RunReport, TellsWhatTheKernelHasCountedOfTheThreadOfTheCycle) {
   report.wake_ahead = nanoseconds{14'230};
   EXPECT_EQ(to_json(report)["realtime_thread"], json::parse(R"({"minor_faults": 12, "major_faults": 1,
     "voluntary_switches": 40010, "involuntary_switches": 31, "wake_ahead_ns": 14230})"));
-  EXPECT_THAT(to_text(report),
-              HasSubstr("  thread of the cycle: 13 page faults (1 from disk), 40010 context switches of "
-                        "its own, 31 forced on it; it woke 14.2 us ahead\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("  thread of the cycle: 13 page faults (1 from disk), 40010 voluntary context "
+                                         "switches, 31 involuntary; it woke 14.2 us ahead\n"));
 }
 
 TEST(RunReport, TextSaysWhenTelemetryWasOff) {

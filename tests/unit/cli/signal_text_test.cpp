@@ -28,7 +28,7 @@ TEST(SignalText, SettingsComeInOrder) {
 }
 
 TEST(SignalText, WrongSettingsAreOneSentence) {
-  EXPECT_EQ(error("ENPO"), "\"ENPO\" is no setting, INPUT=VALUE is expected");
+  EXPECT_EQ(error("ENPO"), "\"ENPO\" is not a setting, INPUT=VALUE is expected");
   EXPECT_THAT(error("enpo=1"), HasSubstr("\"enpo\" is no input of the drive; there are ENPO, ISDSH, ISD00"));
   EXPECT_EQ(error("ENPO=1 ISD00=on"), "ISD00 is \"on\", a number is expected");
   EXPECT_EQ(error("ISD00=nan"), "ISD00 is \"nan\", a number is expected");

@@ -65,7 +65,7 @@ TEST(SoeText, WhatIsNoValueIsRefusedAsUsage) {
     ASSERT_FALSE(parsed) << text;
     EXPECT_EQ(parsed.error().status, 2);
   }
-  EXPECT_EQ(parse_soe_value("x", byte).error().text, "\"x\" is no value of 1 byte, unsigned");
+  EXPECT_EQ(parse_soe_value("x", byte).error().text, "\"x\" is not a value of 1 byte, unsigned");
   EXPECT_FALSE(parse_soe_value("1,,2", {.length_code = 0, .list = true}));
   EXPECT_FALSE(parse_soe_value("1,", {.length_code = 0, .list = true}));
 }

@@ -150,9 +150,9 @@ TEST(PdosOfAFile, AreCheckedAgainstWhatTheDeviceAllows) {
   EXPECT_EQ(refusal(device(), {}, {{0x1A00, {{0x6000, 1, 8}}, {}}, mandatory}),
             "PDO 1A00h is fixed: its entries cannot be changed");
   EXPECT_EQ(refusal(device(), {{0x1600, {}, 3}}, {mandatory}),
-            "PDO 1600h is to be in sync manager 3, which carries no outputs");
+            "PDO 1600h is assigned to sync manager 3, which carries no outputs");
   EXPECT_EQ(refusal(device(), {{0x1600, {}, 9}}, {mandatory}),
-            "PDO 1600h is to be in sync manager 9, which carries no outputs");
+            "PDO 1600h is assigned to sync manager 9, which carries no outputs");
   auto two = device();
   two.sync_managers.push_back(two.sync_managers.back());
   EXPECT_EQ(refusal(two, {}, {{0x1A00, {}, 4}, mandatory}),

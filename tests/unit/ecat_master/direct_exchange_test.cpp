@@ -301,7 +301,7 @@ TEST_F(DirectExchangeTest, CountsAndIgnoresWhatIsNotItsOwn) {
   EXPECT_EQ(exchange.statistics().frames_foreign, 4U);
   EXPECT_EQ(exchange.statistics().frames_of_masters, 1U);
   EXPECT_EQ(describe_traffic(exchange.statistics()),
-            "another EtherCAT master is on the wire: 1 of its frames have come in, the last one from "
+            "another EtherCAT master is on the wire: 1 of its frames were received, the last one from "
             "02:08:01:00:00:00; two masters disturb each other");
 }
 

@@ -449,7 +449,7 @@ TEST(EoeServices, NameARefusalWithItsReason) {
   EXPECT_EQ(sentence(ServiceBench(eoe(3, 1, 0x0201)).client.set_ip(kAll)),
             "slave 0: refused the IP parameters with EoE result 0x0201 (no IP support)");
   EXPECT_EQ(sentence(ServiceBench(eoe(7, 1, 0x0001)).client.get_ip()),
-            "slave 0: does not tell its IP parameters, EoE result 0x0001 (unspecified error)");
+            "slave 0: does not report its IP parameters, EoE result 0x0001 (unspecified error)");
   EXPECT_EQ(sentence(ServiceBench(eoe(7, 1, 0, hex("01000000 0102"))).client.get_ip()),
             "slave 0: sent a malformed mailbox");
 }
@@ -486,7 +486,7 @@ TEST(EoeServices, SetAndReadTheAddressFilter) {
   refused->begin(4, {200, 200});
   EXPECT_EQ(refused->receive(eoe(9, 1, 0x0401)), MailboxDialogue::Reaction::kDone);
   EXPECT_EQ(describe(refused->result().error()),
-            "slave 4: does not tell its address filter, EoE result 0x0401 (no filter support)");
+            "slave 4: does not report its address filter, EoE result 0x0401 (no filter support)");
 }
 
 TEST(EoeServices, NeedAMailboxThatTheyFitInto) {

@@ -119,7 +119,7 @@ TEST(FoeClient, GivesUpOnASlaveThatStaysBusyAndTellsIt) {
   FileBench bench;
   bench.answer({"0600 0000 0000", "0600 0000 0000", "0600 0000 0000", "0600 0000 0000"});
   EXPECT_EQ(bench.write("a", {.first_pause = milliseconds{10}, .busy_limit = milliseconds{50}}),
-            "slave 3: was busy with the file for 30 ms and has not moved on");
+            "slave 3: was busy with the file for 30 ms without progress");
   EXPECT_EQ(bench.told().back(), hex("0500 00800000"));
 }
 
@@ -163,7 +163,7 @@ TEST(FoeClient, PassesOverWhatComesTwiceAndWhatIsLate) {
 TEST(FoeClient, TakesNoMoreOfAFileThanItIsTold) {
   FileBench bench;
   bench.answer({"0300 01000000 61626364", "0300 02000000 61626364"});
-  EXPECT_EQ(bench.read({.largest = 7}), "slave 3: sends more of the file than the 7 bytes that are taken");
+  EXPECT_EQ(bench.read({.largest = 7}), "slave 3: sends more than the 7 bytes of the file that are accepted");
   EXPECT_EQ(bench.told().back(), hex("0500 03800000"));
 }
 

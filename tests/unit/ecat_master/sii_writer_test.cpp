@@ -202,10 +202,9 @@ TEST(SiiWriterFailure, WordThatReadsBackWrongIsFoundAndUndone) {
   EXPECT_EQ(std::get<facts::SiiVerify>(report.error().error.facts).word, 40);
   EXPECT_THAT(report.error().left, IsEmpty());
   EXPECT_EQ(eeprom.bytes(), before);
-  EXPECT_EQ(
-      describe(report.error()),
-      "slave 2: EEPROM word 0x0028 reads back as 0x1028 after 0x4A72 was written; what had been written is undone, "
-      "the EEPROM holds what it held before");
+  EXPECT_EQ(describe(report.error()),
+            "slave 2: EEPROM word 0x0028 reads back as 0x1028 after 0x4A72 was written; the words written were "
+            "restored, the EEPROM has its previous content");
 }
 
 TEST(SiiWriterFailure, SlaveThatFallsSilentLeavesAnInvalidChecksumAndAListOfWords) {

@@ -122,8 +122,8 @@ TEST(SoeClient, AFragmentCountThatDoesNotFitEndsTheTransfer) {
 TEST(SoeClient, AnAnswerAboutAnotherDatumOrDriveEndsTheTransfer) {
   SoeBench bench;
   bench.answer_each({"0240 1200 01", "2240 1100 01"});
-  EXPECT_EQ(bench.read(), "slave 3: was asked for S-0-0017 of drive 0 and answered with S-0-0018 of drive 0");
-  EXPECT_EQ(bench.read(), "slave 3: was asked for S-0-0017 of drive 0 and answered with S-0-0017 of drive 1");
+  EXPECT_EQ(bench.read(), "slave 3: request for S-0-0017 of drive 0 was answered with S-0-0018 of drive 0");
+  EXPECT_EQ(bench.read(), "slave 3: request for S-0-0017 of drive 0 was answered with S-0-0017 of drive 1");
   bench.answer({"2A40 0100 01", "0240 1100 01"});
   EXPECT_THAT(bench.read(), HasSubstr("answered with S-0-0017 of drive 1"));
 }
@@ -260,7 +260,7 @@ TEST(SoeClient, TheValueHasTheLengthOfItsAttribute) {
   EXPECT_EQ(bench.soe.value(kList).value(), hex("01020304"));
   bench.answer_each({"0204 1100 0100 2200", "0240 1100 0102"});
   EXPECT_EQ(describe(bench.soe.value(kList).error()),
-            "slave 3: the 2 bytes of S-0-0017 of drive 0 are not what its attribute says");
+            "slave 3: the 2 bytes of S-0-0017 of drive 0 do not match its attribute");
 }
 
 TEST(SoeClient, ListsAreReadAndWrittenBehindTheirHeader) {
@@ -311,7 +311,7 @@ TEST(SoeCommand, ThatIsNotOverInTimeIsCancelled) {
   SoeBench bench;
   for (const auto* mail : {"0440 6300", "0201 6300 0700", "0201 6300 0700", "0440 6300"}) bench.answer({mail});
   EXPECT_EQ(bench.execute({.limit = milliseconds{15}, .interval = milliseconds{10}}),
-            "slave 3: the procedure command S-0-0099 of drive 0 was not over within 15 ms");
+            "slave 3: the procedure command S-0-0099 of drive 0 did not end within 15 ms");
   EXPECT_EQ(bench.told().back(), hex("0340 6300 0000"));
 }
 

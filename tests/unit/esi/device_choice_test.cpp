@@ -55,8 +55,8 @@ TEST(DeviceChoice, SaysWhatIsThere) {
             "there is no device \"DO4\" with product code 0x00000108 of revision 0x00000003, but \"DI8\" (0x00000108, "
             "revision 0x00010000, 0x00020000), \"DO4\" (0x00000204, revision 0x00010000)");
   EXPECT_EQ(reason(all, {"", {}, 0x10000}),
-            "several devices of revision 0x00010000 are there, one is to be chosen by its type, name or product code: "
-            "\"DI8\" (0x00000108, revision 0x00010000), \"DO4\" (0x00000204, revision 0x00010000)");
+            "the file has several devices of revision 0x00010000; choose one by type, name or product code: \"DI8\" "
+            "(0x00000108, revision 0x00010000), \"DO4\" (0x00000204, revision 0x00010000)");
   EXPECT_EQ(reason({}, {}), "the file describes no device");
 }
 

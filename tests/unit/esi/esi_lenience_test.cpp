@@ -91,7 +91,7 @@ TEST(EsiLenience, NumbersWhereHexBinaryBelongs) {
   EXPECT_EQ(entry.maximum_hex, "");
   EXPECT_TRUE(entry.writable);
   ASSERT_EQ(file.notes.size(), 1U);
-  EXPECT_EQ(file.notes[0].text, "'so many' is no whole number; left out");
+  EXPECT_EQ(file.notes[0].text, "'so many' is not a whole number; ignored");
 }
 
 TEST(EsiLenience, EntriesLongerThanAByteCanCount) {

@@ -187,13 +187,12 @@ TEST(ReadEsi, NotesSayWhatWasLeftOut) {
   }
   const std::string devices = "EtherCATInfo/Descriptions/Devices/";
   EXPECT_THAT(
-      notes,
-      ElementsAre(
-          "18 " + devices + "Device[1]/Fmmu[3]: the use 'DynamicThing' is not known; taken as unused",
-          "28 " + devices + "Device[1]/RxPdo/Entry[3]/DataType: the type 'DT_VENDOR' is taken as a number of 16 bits",
-          "31 " + devices + "Device[1]/Mailbox/CoE/InitCmd: a start-up command without Index is passed over",
-          "34 " + devices + "Device[1]/Slots: slots are not read",
-          "75 EtherCATInfo/Descriptions/Modules: modules are not read"));
+      notes, ElementsAre("18 " + devices + "Device[1]/Fmmu[3]: the use 'DynamicThing' is not known; taken as unused",
+                         "28 " + devices +
+                             "Device[1]/RxPdo/Entry[3]/DataType: the type 'DT_VENDOR' is taken as a number of 16 bits",
+                         "31 " + devices + "Device[1]/Mailbox/CoE/InitCmd: a start-up command without Index is ignored",
+                         "34 " + devices + "Device[1]/Slots: slots are not read",
+                         "75 EtherCATInfo/Descriptions/Modules: modules are not read"));
 }
 
 TEST(ReadEsi, NotesAreLimited) {
@@ -353,7 +352,7 @@ TEST(ReadEsi, StartUpCommandWithoutIndexIsPassedOverAndWrongDataRefused) {
   ASSERT_TRUE(no_index);
   EXPECT_EQ(no_index->devices.at(0).init_commands.size(), 2U);
   ASSERT_EQ(no_index->notes.size(), 2U);
-  EXPECT_EQ(no_index->notes[0].text, "a start-up command without Index is passed over");
+  EXPECT_EQ(no_index->notes[0].text, "a start-up command without Index is ignored");
   text = kForMasters;
   text.replace(text.find("0a00"), 4, "0a0x");
   EXPECT_FALSE(read_esi(text, "d.xml"));

@@ -211,8 +211,9 @@ TEST(SiiErrors, ElementsOfACategory) {
 
 TEST(SiiErrors, AreSentencesWithThePlace) {
   const std::string text = to_text(error_of("3300 0800 001602FF00080000 4160000906100000"));
-  EXPECT_EQ(text,
-            "SII word 0x0046, category 51: a PDO has more entries than its category holds (16 bytes needed, 8 there)");
+  EXPECT_EQ(
+      text,
+      "SII word 0x0046, category 51: a PDO has more entries than its category contains (16 bytes needed, 8 there)");
   EXPECT_THAT(to_text(decode_sii({}).error()), HasSubstr("shorter than the fixed area"));
   EXPECT_THAT(to_text(error_of("", "")), HasSubstr("word 0x0040"));
 }

@@ -198,7 +198,7 @@ TEST_F(GenericFamilyTest, WrongChoices) {
               StartsWith("line.toml:4: [slave 1] device: terminals.xml: there is no device \"EL9999\", but \"AI2\" "
                          "(0x00000302, revision 0x00010000), \"BC100\" (0x00000100, revision 0x00010000, 0x00020000)"));
   EXPECT_THAT(error("esi = \"terminals.xml\"\n"),
-              StartsWith("line.toml:3: [slave 1] esi: terminals.xml: several devices are there, one is to be chosen"));
+              StartsWith("line.toml:3: [slave 1] esi: terminals.xml: the file has several devices; choose one"));
   EXPECT_EQ(error("esi = \"terminals.xml\"\nsii = \"x.bin\"\n"),
             "line.toml:4: [slave 1] sii: is set together with esi: a device has one source");
   EXPECT_EQ(error(std::string(kAi2) + "model = \"msd\"\n"), "no error") << "the file is for the master alone then";

@@ -329,10 +329,11 @@ TEST_F(LineByHand, AxisThatFailsLeavesTheOthersAloneAndTheReportTells) {
   const auto report = run();
   EXPECT_GT(failed, 0);
   EXPECT_GE(report.duration_s, 10.0) << "the run goes on";
-  EXPECT_THAT(hand.told, Contains("axis y: ErrorStop: the drive is not there, or has left Operation enabled; it stops, "
-                                  "the other axes continue"));
+  EXPECT_THAT(hand.told,
+              Contains("axis y: ErrorStop: the drive does not answer, or has left Operation enabled; it stops, "
+                       "the other axes continue"));
   EXPECT_EQ(failure_of(report),
-            "axis y: was in ErrorStop at the end: the drive is not there, or has left Operation enabled");
+            "axis y: was in ErrorStop at the end: the drive does not answer, or has left Operation enabled");
   EXPECT_THAT(hand.told, Contains("all in INIT"));
 }
 

@@ -194,7 +194,7 @@ TEST(DrainThread, StartsOnceAndStopsAsOftenAsAsked) {
   ASSERT_TRUE(drain.start());
   const auto again = drain.start();
   ASSERT_FALSE(again);
-  EXPECT_THAT(describe(again.error()), HasSubstr("started before"));
+  EXPECT_THAT(describe(again.error()), HasSubstr("already started"));
   drain.stop();
   drain.stop();
   EXPECT_FALSE(drain.start());

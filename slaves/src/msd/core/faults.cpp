@@ -12,7 +12,7 @@ constexpr bool faults_in_order() noexcept {
   }
   return true;
 }
-static_assert(faults_in_order(), "facts() finds a fault by its number");
+static_assert(faults_in_order(), "facts() uses the fault as index");
 
 constexpr std::uint8_t kGenericError = 0x01;
 

@@ -15,7 +15,7 @@ constexpr bool variants_in_order() noexcept {
   }
   return true;
 }
-static_assert(variants_in_order(), "facts() finds a variant by its number");
+static_assert(variants_in_order(), "facts() uses the variant as index");
 
 /// A difference of the ServoOne's dictionary from the common table.
 struct Difference {

@@ -99,7 +99,7 @@ TEST(StartTime, CyclesThatHardlyEverMeetAreRefused) {
   const auto common = common_cycle(slaves, microseconds{125});
   ASSERT_FALSE(common);
   EXPECT_EQ(describe(common.error()),
-            "slave 1: its cycle of 125001 ns and those of the others repeat together only after more than 4 s");
+            "slave 1: its cycle of 125001 ns and those of the others have a common period of more than 4 s");
 }
 
 TEST(StartTimeProperty, LiesInTheFutureOnTheGridAndNotFurtherThanNeeded) {
@@ -120,7 +120,7 @@ TEST(SyncSignals, CyclesThatRepeatTogetherInSomeCenturiesAreRefused) {
   const auto common = common_cycle(signals, nanoseconds{1});
   ASSERT_FALSE(common);
   EXPECT_EQ(describe(common.error()),
-            "slave 1: its cycle of 4294967291 ns and those of the others repeat together only after more than 4 s");
+            "slave 1: its cycle of 4294967291 ns and those of the others have a common period of more than 4 s");
 }
 
 TEST(SyncSignals, FactorsOfADescriptionDoNotOverflow) {

@@ -73,7 +73,7 @@ TEST(DeviceModel, SaysWhichInputsThereAre) {
       describe(model->find_input("Vlaue").error()),
       HasSubstr("is no input of the device; there are \"Channel 1/Underrange\" (6000:01), \"Channel 1/Overrange\""));
   EXPECT_EQ(describe(model->find_input("Value").error()),
-            "is not the only one of that name; there are \"Channel 1/Value\" (6000:11), \"Channel 2/Value\" (6010:11)");
+            "is not a unique name; there are \"Channel 1/Value\" (6000:11), \"Channel 2/Value\" (6010:11)");
   EXPECT_EQ(describe(model_of(example("DO4"))->find_input("Output").error()),
             "is no input of the device; the device has no inputs");
 }
@@ -105,7 +105,7 @@ TEST(DeviceModel, ChecksSignals) {
             "4 does not fit the 2 bits of the entry, 0 to 3 do");
   EXPECT_TRUE(check_signal(*limit, {Signal::Shape::kConstant, 3, 4, 1s})) << "a constant has one value";
   const auto mixed = model_of(example("MX4"));
-  EXPECT_EQ(describe(check_signal(**mixed->find_input("Text"), {}).error()), "the entry is no number");
+  EXPECT_EQ(describe(check_signal(**mixed->find_input("Text"), {}).error()), "the entry is not a number");
 }
 
 TEST(DeviceModel, RefusesWhatNoControllerHolds) {
@@ -116,7 +116,7 @@ TEST(DeviceModel, RefusesWhatNoControllerHolds) {
   device.sync_managers.resize(1);
   device.sync_managers[0] = {Use::kInputs, 0xFF00, 200, 0, 0, 0x20, true};
   EXPECT_EQ(describe(DeviceModel::create(device).error()),
-            "sync manager 0 from 0xFF00 needs memory up to 0x10157, there is none above 0xFFFF");
+            "sync manager 0 from 0xFF00 needs memory up to 0x10157, memory ends at 0xFFFF");
 }
 
 TEST(DeviceModel, GetsTheMemoryItsSyncManagersNeed) {

@@ -75,7 +75,7 @@ enum class GroupError : std::uint8_t {
   kAxisNotEnabled,  ///< an axis has no power
   kAxisMoves,       ///< an axis is not in Standstill
   kAxisErrorStop,   ///< an axis must be reset first
-  kAxisRefused,     ///< an axis cannot be led now, for example while it changes its mode
+  kAxisRefused,     ///< an axis cannot be commanded by the group now, for example while it changes its mode
   kAxisFailed,      ///< an axis has failed; details in GroupReport
   kAxisAsked,       ///< a request to an axis has stopped the group
   kResetFailed,     ///< an axis could not be reset

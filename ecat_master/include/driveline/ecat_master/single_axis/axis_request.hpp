@@ -21,7 +21,7 @@ enum class AxisCommand : std::uint8_t {
   kMoveAbsolute,      ///< MC_MoveAbsolute: to the position `target`
   kMoveRelative,      ///< MC_MoveRelative: by `target`, from the setpoint at its start
   kMoveAdditive,      ///< MC_MoveAdditive: by `target`, from the target of the previous motion
-  kMoveSuperimposed,  ///< MC_MoveSuperimposed: by `target`, on top of the motion under way
+  kMoveSuperimposed,  ///< MC_MoveSuperimposed: by `target`, superimposed on the motion in progress
   kMoveVelocity,      ///< MC_MoveVelocity: at the velocity `target`, until stopped
   kFollow,            ///< follows the setpoints of a SetpointFeed; `target` is not used
   kTorque,            ///< MC_TorqueControl: with the torque `target`, no faster than `velocity`

@@ -105,7 +105,7 @@ enum class MailboxErrorCode : std::uint16_t {
     case MailboxErrorCode::kInvalidSize:
       return "invalid size";
     case MailboxErrorCode::kServiceInWork:
-      return "service in work";
+      return "service in progress";
   }
   return "unknown mailbox error";
 }

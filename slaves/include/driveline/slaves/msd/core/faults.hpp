@@ -50,7 +50,7 @@ inline constexpr std::array kFaults = {
                "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
     FaultFacts{Fault::kInvalidConfiguration, 14, 4, 0xFF00, 0x10, false, "invalid configuration",
                "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
-    FaultFacts{Fault::kMissingOutputs, 14, 5, 0xFF00, 0x10, false, "no more process data on sync manager 2",
+    FaultFacts{Fault::kMissingOutputs, 14, 5, 0xFF00, 0x10, false, "process data on sync manager 2 stopped",
                "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
     FaultFacts{Fault::kLocalError, 14, 6, 0xFF00, 0x10, false, "local error: the slave left OP by itself",
                "MSD manual 5.6, 13.1 (FF00h); register bit ours"},
