@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (!options.problem.empty()) {
-    std::fprintf(stderr, "driveline-bridge: %s; see --help\n", options.problem.c_str());
+    std::fprintf(stderr, "driveline-bridge: %s; --help shows more\n", options.problem.c_str());
     return 2;
   }
   if (options.process >= 0) {

@@ -181,7 +181,7 @@ int run_program(int argc, const char* const* argv) {
   CLI::App app{"A real-time EtherCAT master for servo drive lines, and the drives to run it against", "driveline"};
   app.failure_message(failure_message);
   app.set_version_flag("--version", std::string(program_version()));
-  app.footer("driveline COMMAND --help tells the options of a command and shows examples.");
+  app.footer("driveline COMMAND --help shows the options of a command with examples.");
   // At most one command: words after a command are its arguments, even the name of another command (`bench dc`).
   app.require_subcommand(0, 1);
   std::deque<Built> built;

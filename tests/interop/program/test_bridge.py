@@ -427,7 +427,7 @@ class CommandLine(ProgramTest):
                                     (["--feed-fd", "x"], "needs the number of a descriptor"),
                                     (["--frequency", "5"], "there is no option --frequency")):
             with self.subTest(arguments=arguments):
-                self.check_refused(self.run_program(*arguments, program=BRIDGE), 2, sentence, "--help tells more")
+                self.check_refused(self.run_program(*arguments, program=BRIDGE), 2, sentence, "--help shows more")
         self.check_refused(self.run_program("--feed-fd", "0", program=BRIDGE), 1, "feed, description: ")
 
 
