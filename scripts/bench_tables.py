@@ -29,6 +29,9 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGES = ["README.md", "docs/benchmarks.md", "docs/distributed_clocks.md"]
 MARKED = re.compile(r"(<!-- table: (\S+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 ON_VIRTUAL_TIME = ["dc", "homing_paths"]
+# A minute in full: of this program the quick form is kept, too, and compared wherever all programs run in that form.
+LONG_ON_VIRTUAL_TIME = "dc"
+QUICK_RESULTS = "bench/results/quick"
 # Pictures that `driveline bench` draws, and what they are called in docs/figures.
 PICTURES = {"cycle.svg": "bench_cycle.svg", "master_cost.svg": "bench_master_cost.svg"}
 
@@ -111,14 +114,23 @@ def output_of(command):
     return done.stdout
 
 
-def changed_results(program, kept):
-    """Compares the present output of a program on virtual time with the one that was kept."""
-    now = json.loads(output_of([program, "--json"]))["results"]
+def changed_results(now, kept, folder):
+    """Compares the present document of a program on virtual time with the one that is kept in `folder`."""
     key = lambda row: (row["case"], row["metric"])
     before = {key(row): row for row in kept["results"]}
-    after = {key(row): row for row in now}
-    return [f"{program.name}: {' '.join(where)} gives {after.get(where)}, bench/results has {before.get(where)}"
+    after = {key(row): row for row in now["results"]}
+    return [f"{kept['bench']}: {' '.join(where)} gives {after.get(where)}, {folder} has {before.get(where)}"
             for where in sorted(before.keys() | after.keys()) if before.get(where) != after.get(where)]
+
+
+def changed_quick_results(root, measured):
+    """Compares the quick form in the folder `measured` with the one that is kept."""
+    name = f"{LONG_ON_VIRTUAL_TIME}.json"
+    try:
+        now, kept = (json.loads((folder / name).read_text(encoding="utf-8")) for folder in (measured, root / QUICK_RESULTS))
+    except (OSError, ValueError) as error:
+        raise Problem(f"the quick form of {LONG_ON_VIRTUAL_TIME} cannot be compared: {error}") from error
+    return changed_results(now, kept, QUICK_RESULTS)
 
 
 def changed_homing_pictures(program, root):
@@ -128,16 +140,21 @@ def changed_homing_pictures(program, root):
         drawn = sorted(Path(folder).glob("*.svg"))
         if not drawn:
             raise Problem("docs/figures/homing.py has drawn no picture")
+        output_of([sys.executable, "-B", ROOT / "docs/figures/compact.py", *drawn])
         return [f"docs/figures/{picture.name} is not what docs/figures/make.sh draws" for picture in drawn
                 if picture.read_bytes() != (root / "docs/figures" / picture.name).read_bytes()]
 
 
-def check(root, programs):
+def check(root, programs, full, measured):
     documents = read_documents(root / "bench/results")
     problems = check_pages(root, documents)
+    if measured:
+        problems += changed_quick_results(root, measured)
     if programs:
         for name in ON_VIRTUAL_TIME:
-            problems += changed_results(programs / name, documents[name])
+            if full or name != LONG_ON_VIRTUAL_TIME:
+                now = json.loads(output_of([programs / name, "--json"]))
+                problems += changed_results(now, documents[name], RESULTS)
         problems += changed_homing_pictures(programs / "homing_paths", root)
     if problems:
         raise Problem("\n".join([*problems, "create them again with `scripts/bench_tables.py --run dc homing_paths`"]))
@@ -206,6 +223,10 @@ def run(build, names, quick):
         for drawn, kept in PICTURES.items():
             if (Path(folder) / drawn).exists():
                 shutil.copy(Path(folder) / drawn, ROOT / "docs/figures" / kept)
+    if not names or LONG_ON_VIRTUAL_TIME in names:
+        say(f"{LONG_ON_VIRTUAL_TIME} in its quick form")
+        document = json.loads(output_of([build / "bench" / LONG_ON_VIRTUAL_TIME, "--quick", "--json"]))
+        (ROOT / QUICK_RESULTS / f"{LONG_ON_VIRTUAL_TIME}.json").write_text(kept_text(document), encoding="utf-8")
     say("drawing the pictures")
     call(["docs/figures/make.sh", build], stdout=subprocess.DEVNULL)
     write_pages(ROOT, read_documents(results))
@@ -219,15 +240,20 @@ def main():
     parser.add_argument("--quick", action="store_true", help="with --run: in their quick form, for a trial")
     parser.add_argument("--check", action="store_true", help="change nothing, fail if a table or picture is out of date")
     parser.add_argument("--programs", type=Path, metavar="FOLDER", help="with --check: folder of the programs")
+    parser.add_argument("--full", action="store_true", help=f"with --programs: also {LONG_ON_VIRTUAL_TIME}, a minute")
+    parser.add_argument("--measured", type=Path, metavar="FOLDER",
+                        help="with --check: folder of documents of the quick form, as scripts/bench_quick.py keeps them")
     parser.add_argument("--root", type=Path, default=ROOT, help=argparse.SUPPRESS)  # a tree of the tests
     options = parser.parse_args()
     if options.check and options.run is not None:
         parser.error("--check and --run cannot be used together")
-    if options.programs and not options.check:
-        parser.error("--programs needs --check")
+    if (options.programs or options.measured) and not options.check:
+        parser.error("--programs and --measured need --check")
+    if options.full and not options.programs:
+        parser.error("--full needs --programs")
     try:
         if options.check:
-            check(options.root, options.programs)
+            check(options.root, options.programs, options.full, options.measured)
         elif options.run is not None:
             run(ROOT / "build", options.run, options.quick)
         else:

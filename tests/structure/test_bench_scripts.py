@@ -186,14 +186,32 @@ class Tables(Folder):
         (self.folder / "docs/figures/homing_cam.svg").write_text("new", encoding="utf-8")
         self.prints("homing_paths", documents["homing_paths"])
         self.prints("dc", documents["dc"])
-        result = self.tables("--check", "--programs", self.folder)
+        result = self.tables("--check", "--programs", self.folder, "--full")
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.prints("dc", other)
         (self.folder / "docs/figures/homing_cam.svg").write_text("old", encoding="utf-8")
-        result = self.tables("--check", "--programs", self.folder)
+        result = self.tables("--check", "--programs", self.folder, "--full")
         self.assertEqual(result.returncode, 1)
         self.assertIn("dc: line_2 time_to_lock gives", result.stderr)
         self.assertIn("docs/figures/homing_cam.svg is not what", result.stderr)
+        result = self.tables("--check", "--programs", self.folder)
+        self.assertNotIn("dc: ", result.stderr)
+        self.assertIn("docs/figures/homing_cam.svg is not what", result.stderr)
+
+    def test_the_quick_form_on_virtual_time_must_give_the_same_now(self):
+        quick = json.loads((self.results / "quick/dc.json").read_text(encoding="utf-8"))
+        measured = self.folder / "measured"
+        measured.mkdir()
+        (measured / "dc.json").write_text(json.dumps(quick), encoding="utf-8")
+        self.assertEqual(self.tables("--check", "--measured", measured).returncode, 0)
+        quick["results"][3]["max"] += 1
+        (measured / "dc.json").write_text(json.dumps(quick), encoding="utf-8")
+        result = self.tables("--check", "--measured", measured)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn(f"dc: {quick['results'][3]['case']} {quick['results'][3]['metric']} gives", result.stderr)
+        result = self.tables("--check", "--measured", self.folder / "nowhere")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("the quick form of dc cannot be compared", result.stderr)
 
 
 if __name__ == "__main__":
