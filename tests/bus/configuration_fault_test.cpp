@@ -197,7 +197,7 @@ TEST(RefusedTransition, NamesTheWatchdogThatIsSwitchedOff) {
   plans[0].watchdog.process_data = 0;
   EXPECT_THAT(everything_about(operation, plans),
               testing::MatchesRegex(
-                  "slave 0: asked for SAFEOP, is in PREOP \\+ error, AL status code 0x001F .*; sync manager 2 "
+                  "slave 0: requested SAFEOP, is in PREOP \\+ error, AL status code 0x001F .*; sync manager 2 "
                   "triggers the watchdog, which is switched off"));
   plans = operation.plans();
   plans[0].watchdog = {0, 1, std::nullopt};

@@ -93,7 +93,7 @@ TEST_F(DescriptionFile, TimeLimitsAreThoseOfTheFileUnlessThePlanSaysOtherwise) {
   slow.al.transition_delay = milliseconds{100};
   make(
       "MX4", [](esi::DeviceDescription& device) { device.timeouts.to_safe_op_and_op = 50; }, slow);
-  EXPECT_THAT(configure(), testing::HasSubstr("asked for SAFEOP, is in PREOP and did not change within 50 ms"));
+  EXPECT_THAT(configure(), testing::HasSubstr("requested SAFEOP, is in PREOP and did not change within 50 ms"));
   plan.timeouts.to_safe_op = milliseconds{200};
   EXPECT_EQ(configure(), "");
 }

@@ -305,7 +305,7 @@ TEST_F(LineFault, ASlowTransitionIsWaitedForOrNamed) {
   operation->start_cycle();
   const auto done = operation->master().go_operational();
   ASSERT_FALSE(done);
-  EXPECT_THAT(sentence(done), HasSubstr("slave 1: asked for OP, is in SAFEOP"));
+  EXPECT_THAT(sentence(done), HasSubstr("slave 1: requested OP, is in SAFEOP"));
   ASSERT_TRUE(drives->line().heal({.kind = FaultKind::kSlowTransition, .slave = 1}));
   EXPECT_EQ(drives->slave(1).al().transition_delay(), nanoseconds{0}) << "as it was, not as the fault before had it";
 }
@@ -318,7 +318,7 @@ TEST_F(LineFault, ARefusedTransitionComesWithItsCode) {
                       .code = AlStatusCode::kDcInvalidSyncCycleTime}));
   const auto done = operation->to_safe_op();
   ASSERT_FALSE(done);
-  EXPECT_THAT(sentence(done), HasSubstr("slave 1: asked for SAFEOP"));
+  EXPECT_THAT(sentence(done), HasSubstr("slave 1: requested SAFEOP"));
   EXPECT_THAT(sentence(done), HasSubstr("0x0035"));
   ASSERT_TRUE(drives->line().heal({.kind = FaultKind::kRefuseTransition, .slave = 1}));
   EXPECT_EQ(sentence(operation->to_safe_op()), "");

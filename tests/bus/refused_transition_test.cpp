@@ -50,28 +50,28 @@ TEST_P(RefusedOnTheWay, IsTheSlaveBothStatesAndTheCode) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, RefusedOnTheWay,
-    testing::Values(Way{"ToPreOp", AlState::kPreOp, "asked for PREOP, is in INIT + error",
+    testing::Values(Way{"ToPreOp", AlState::kPreOp, "requested PREOP, is in INIT + error",
                         [](DriveLine&, LineOperation& operation, const std::function<void()>& refuse) {
                           refuse();
                           return sentence(operation.to_safe_op());
                         }},
-                    Way{"ToSafeOp", AlState::kSafeOp, "asked for SAFEOP, is in PREOP + error",
+                    Way{"ToSafeOp", AlState::kSafeOp, "requested SAFEOP, is in PREOP + error",
                         [](DriveLine&, LineOperation& operation, const std::function<void()>& refuse) {
                           refuse();
                           return sentence(operation.to_safe_op());
                         }},
-                    Way{"ToOp", AlState::kOp, "asked for OP, is in SAFEOP + error",
+                    Way{"ToOp", AlState::kOp, "requested OP, is in SAFEOP + error",
                         [](DriveLine&, LineOperation& operation, const std::function<void()>& refuse) {
                           refuse();
                           return sentence(operation.to_op());
                         }},
-                    Way{"DownToSafeOp", AlState::kSafeOp, "asked for SAFEOP, is in OP + error",
+                    Way{"DownToSafeOp", AlState::kSafeOp, "requested SAFEOP, is in OP + error",
                         [](DriveLine&, LineOperation& operation, const std::function<void()>& refuse) {
                           if (auto done = operation.to_op(); !done) return sentence(done);
                           refuse();
                           return sentence(operation.master().shut_down());
                         }},
-                    Way{"BackToOp", AlState::kOp, "asked for OP, is in SAFEOP + error",
+                    Way{"BackToOp", AlState::kOp, "requested OP, is in SAFEOP + error",
                         [](DriveLine& drives, LineOperation& operation, const std::function<void()>& refuse) {
                           if (auto done = operation.to_op(); !done) return sentence(done);
                           ecat_master::LineSupervisor supervisor(operation.master());

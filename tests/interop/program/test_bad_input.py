@@ -86,7 +86,7 @@ class Usage(ProgramTest):
         self.refused(2, ["run"], "--config FILE", "--iface NAME")
         self.refused(2, ["run", "--config"], "--config")
         self.refused(2, ["slaves"], "--config FILE", "--iface NAME")
-        self.refused(2, ["run", "--config", LINE8, "--telemetry", "--no-telemetry"], "--telemetry", "which?")
+        self.refused(2, ["run", "--config", LINE8, "--telemetry", "--no-telemetry"], "--telemetry and --no-telemetry exclude each other")
         self.refused(2, ["run", "--iface", "lo", "--telemetry"], "--config FILE")
         self.refused(2, ["simulate", "--config", LINE8], "driveline simulate: needs --iface NAME: where to serve the line")
         self.refused(2, ["simulate", "--iface", "lo"], "driveline simulate: needs --config FILE: the line to simulate")

@@ -249,10 +249,10 @@ class Script(ProgramTest):
                 ("x move nan\n", LINE, 2, 'moves.txt:1: position "nan": a number is expected'),
                 ("x move inf\n", LINE, 2, 'moves.txt:1: position "inf": a number is expected'),
                 ("x move 1e999\n", LINE, 2, 'moves.txt:1: position "1e999": a number is expected'),
-                ("x jog 10 acceleration=-5\n", LINE, 1, "axis x: acceleration -5 deg/s^2 is not possible"),
+                ("x jog 10 acceleration=-5\n", LINE, 1, "axis x: acceleration -5 deg/s^2 is outside"),
                 ("x override -1\n", LINE, 1, "axis x: override -1 is outside 0 to 2"),
                 ("x move 91\n", limited, 1, "axis x: position 91 deg is outside -90 deg to 90 deg"),
-                ("x move by=80\nwait x\nx move by=11\n", limited, 1, "moves.txt:3: axis x: position 91 deg is not possible"),
+                ("x move by=80\nwait x\nx move by=11\n", limited, 1, "moves.txt:3: axis x: position 91 deg is outside"),
                 ("x jog 90\nwait x\nsleep 3s\n", limited, 1, "moves.txt:1: axis x: it would leave its software limits, -90 deg to 90 deg"),
                 ("x torque 1\n", LINE, 1, "axis x: torque control needs velocity_gain or inertia"),
                 ("x probe 3\n", PROBING, 2, 'moves.txt:1: axis x: probe: "3" was not expected; expected are 1, 2 or zero'),
@@ -261,7 +261,7 @@ class Script(ProgramTest):
                 ("x abort-probe\n", PROBING, 1, "axis x: there is no motion on which the request could act"),
                 ("x home-probe 10\n", PROBING, 1, "moves.txt:1: axis x: the touch probe detected no edge within the distance"),
                 ("x drive-move 9 acceleration=7\n", PROBING, 1, "axis x: the request is not possible in this mode, or the process data lack"),
-                ("x drive-jog 721\n", LINE, 1, "axis x: velocity 721 deg/s is not possible"),
+                ("x drive-jog 721\n", LINE, 1, "axis x: velocity 721 deg/s is outside"),
                 ("x mode ip\n", LINE, 1, "axis x: the request is not possible in this mode, or the process data lack")):
             with self.subTest(script=script):
                 result = self.run_script(script, line=line)
@@ -399,7 +399,7 @@ class Hand(ProgramTest):
         for words, parts in ((("x", "mvoe", "1"), ("did you mean move",)), (("z", "move", "1"), ('no axis "z"',)),
                              (("x", "move", "1mm"), ('unit "mm"',)), (("x", "move"), ("needs a position",))):
             self.check_refused(self.axis(*words), 2, *parts)
-        self.check_refused(self.axis("x", "move", "1", "--velocity", "9999"), 1, "velocity 9999 deg/s is not possible")
+        self.check_refused(self.axis("x", "move", "1", "--velocity", "9999"), 1, "velocity 9999 deg/s is outside")
         homed = self.axis("x", "home")
         self.assertEqual(homed.returncode, 0, homed.stderr)
         events = self.end(run)["events"]
@@ -598,7 +598,7 @@ class Hand(ProgramTest):
         begin = self.status()["x"]["position"]
         self.assertEqual(self.axis("x", "move", "--by", "300deg", "--velocity", "200deg/s", "--no-wait").returncode, 0)
         self.wait_for("the place", lambda: abs(self.status()["x"]["position"] - begin - 300) < 2)
-        self.check_refused(self.axis("x", "jog", "1rpm", "--no-wait"), 2, "--no-wait does not go with jog")
+        self.check_refused(self.axis("x", "jog", "1rpm", "--no-wait"), 2, "--no-wait is not possible with jog")
         self.end(run)
 
     @undisturbed

@@ -90,7 +90,7 @@ class Gears(ProgramTest):
                 self.check_refused(self.run_script(ok + text, "x enable\n"), 2, f"line.toml:{line + place}: ")
                 self.check_refused(self.run_script(ok + text, "x enable\n"), 2, sentence)
         # What shows only once the process data are known.
-        for position, sentence in (("y.none", "y.none"), ("x.6064h", "it cannot be its own master"), ("y.607Ah", "is an output")):
+        for position, sentence in (("y.none", "y.none"), ("x.6064h", "an axis cannot be its own master"), ("y.607Ah", "is an output")):
             with self.subTest(position=position):
                 result = self.run_script(ok + encoder.format(position) + '[[coupling]]\nslave = "x"\nmaster = "wheel"\n', "x enable\n")
                 self.assertIn(result.returncode, (1, 2), result.stderr)

@@ -74,7 +74,7 @@ class Script(ProgramTest):
 
     def test_errors_have_file_and_line_and_nothing_moves(self):
         for script, moves, sentence in (
-                ("plotter mvoe 1 2\n", None, 'script.txt:1: group plotter: it cannot "mvoe"; did you mean move?'),
+                ("plotter mvoe 1 2\n", None, 'script.txt:1: group plotter: unknown request "mvoe"; did you mean move?'),
                 ("plotter move 1\n", None, "script.txt:1: group plotter: move: 2 positions are expected, of x, y"),
                 ("plotter move 1 2deg\n", None, 'script.txt:1: position "2deg": axis y has no unit "deg"'),
                 ("plotter path\n", None, 'script.txt:1: group plotter: path: one file of moves is expected'),
@@ -184,7 +184,7 @@ class Hand(ProgramTest):
         self.assertIn("GroupStandby", self.group("status").stdout)
         self.check_refused(self.run_program("axis", "x", "move", "1"), 1, "axis x: ")
         self.check_refused(self.group("move", "1"), 2, "2 positions are expected")
-        self.check_refused(self.group("move", "1", "500"), 1, "axis y: position 500 mm is not possible")
+        self.check_refused(self.group("move", "1", "500"), 1, "axis y: position 500 mm is outside")
         self.check_refused(self.group("override", "3"), 1, "override 3 is outside 0 to 2")
         self.check_refused(self.run_program("group", "garden", "status"), 2, 'there is no group "garden"')
         self.check_refused(self.group("path", "none.jsonl"), 2, "none.jsonl")

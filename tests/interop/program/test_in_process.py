@@ -189,7 +189,7 @@ class VirtualTime(ProgramTest):
         self.assertEqual(self.run_program("run", "--config", "line.toml", "--virtual", "--duration", "0.1", "--no-plots",
                                           "--no-telemetry").returncode, 0)
         for wrong, sentence in ((["--distance", "0.0001"], "needed"), (["--distance", "2", "--velocity", "31"], "its limit of 30 rev/s"),
-                                (["--distance", "far"], "a number is expected, in rev"), ([], "Give --distance")):
+                                (["--distance", "far"], "a number is expected, in rev"), ([], "give --distance")):
             result = self.run_program(*asked, *wrong)
             self.assertNotEqual(result.returncode, 0)
             self.assertIn(sentence, result.stderr)

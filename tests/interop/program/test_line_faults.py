@@ -129,7 +129,7 @@ class OfTheLine(ProgramTest):
 
     def test_missing_categories(self):
         self.line(slaves=("", "", self.image("c.sii", categories=False)))
-        self.says(r"slave 2: asked for PREOP, is in INIT \+ error, AL status code 0x0016 \(invalid mailbox configuration",
+        self.says(r"slave 2: requested PREOP, is in INIT \+ error, AL status code 0x0016 \(invalid mailbox configuration",
                   "upload", "-p", "2", "0x6041", "0")
         value = self.run_program("upload", "--config", "line.toml", "-p", "1", "-t", "uint16", "0x6041", "0")
         self.assertEqual(value.returncode, 0, value.stderr)
@@ -151,7 +151,7 @@ class OfTheLine(ProgramTest):
 
     def test_refused_state(self):
         self.line('[[fault]]\nkind = "refuse-transition"\nslave = "c"\nstate = "SAFEOP"\ncode = 0x1d\n')
-        self.says(r"slave 2: asked for SAFEOP, is in PREOP \+ error, AL status code 0x001D \(", "states", "SAFEOP")
+        self.says(r"slave 2: requested SAFEOP, is in PREOP \+ error, AL status code 0x001D \(", "states", "SAFEOP")
 
     def test_changed_identity(self):
         self.line(slaves=("", "revision = 1", ""))

@@ -79,7 +79,7 @@ class OnTheWire(WireTest):
         result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 1, "--no-plots",
                                   "--no-telemetry")
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertRegex(last_line(result), r"back after 1\d\d\.\d us \(\d+\.\d us of frames at 100 Mbit/s and 1\d\d\.\d us "
+        self.assertRegex(last_line(result), r"arrives after 1\d\d\.\d us \(\d+\.\d us of frames at 100 Mbit/s and 1\d\d\.\d us "
                                             r"through the line\), but a cycle of 125\.0 us waits 93\.8 us")
         self.assertEqual(result.stdout, "")
 
@@ -91,7 +91,7 @@ class OnTheWire(WireTest):
         result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 1, "--no-plots",
                                   "--no-telemetry")
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertRegex(last_line(result), r"back after (9[4-9]|1[01]\d)\.\d us .* waits 93\.8 us")
+        self.assertRegex(last_line(result), r"arrives after (9[4-9]|1[01]\d)\.\d us .* waits 93\.8 us")
         self.assertNotIn("all in OP", result.stderr)
 
 
@@ -104,7 +104,7 @@ class BudgetInProcess(ProgramTest):
     def test_a_line_that_is_longer_than_the_cycle_waits_is_refused(self):
         result = self.run_line(130)
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertRegex(last_line(result), r"back after 1\d\d\.\d us \(1\d\d\.\d us through the line\), but a cycle")
+        self.assertRegex(last_line(result), r"arrives after 1\d\d\.\d us \(1\d\d\.\d us through the line\), but a cycle")
 
     def test_frames_that_all_come_too_late_keep_the_line_in_safeop(self):
         # The delay to the first slave is in no receive time.

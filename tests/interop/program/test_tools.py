@@ -163,7 +163,7 @@ class InProcess(ProgramTest):
         self.assertEqual(self.one_document(self.tool("sii", "read", "-p", "1", "--json"))["serial_number"], 2)
 
     def test_eeprom_against_the_device_file(self):
-        self.assertIn("as ", self.tool("sii", "compare", "-p", "5", ESI_FILE))
+        self.assertIn("matches ", self.tool("sii", "compare", "-p", "5", ESI_FILE))
         changed = re.sub(r"(<Name[^>]*><!\[CDATA\[|<Name[^>]*>)MSD Servo", r"\1MSD Other", ESI_FILE.read_text())
         other = self.write("other.xml", changed)
         self.assertNotEqual(changed, ESI_FILE.read_text())

@@ -90,7 +90,7 @@ TEST_F(AxisRequestsTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
             "axis x: target is not a finite number");
   auto backwards = ask(AxisCommand::kMoveAbsolute, 1.0);
   backwards.acceleration = -1.0;
-  EXPECT_THAT(refusal(who, 0, backwards), HasSubstr("acceleration -57.2958 deg/s^2 is not possible"));
+  EXPECT_THAT(refusal(who, 0, backwards), HasSubstr("acceleration -57.2958 deg/s^2 is outside"));
   EXPECT_EQ(axis_requests.authority().owner_of(0), "") << "what is refused takes no axis";
 }
 
@@ -120,7 +120,7 @@ TEST_F(AxisRequestsTest, RefusesTorquesThatItCannotLead) {
             "axis x: torque -100 Nm is outside -78.6408 Nm to 78.6408 Nm");
   auto fast = ask(AxisCommand::kTorque, 0.5);
   fast.velocity = 20.0;
-  EXPECT_THAT(refusal(who, 0, fast), HasSubstr("velocity 1145.92 deg/s is not possible"));
+  EXPECT_THAT(refusal(who, 0, fast), HasSubstr("velocity 1145.92 deg/s is outside"));
   static_cast<void>(told());
   auto ramp = ask(AxisCommand::kTorque, 0.5);
   ramp.velocity = 1.0;
@@ -232,9 +232,9 @@ TEST_F(AxisRequestsTest, RequestsOfProbesAndDrivesHaveSentences) {
   homing.distance = -1.5;
   EXPECT_THAT(refusal(caller("hand"), 0, homing), HasSubstr("position -85.9437 deg is outside -57.2958 deg to"));
   EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveAbsolute, 2.5)),
-              HasSubstr("position 143.239 deg is not possible"));
+              HasSubstr("position 143.239 deg is outside"));
   for (const auto command : {AxisCommand::kDriveMoveVelocity, AxisCommand::kDriveRun}) {
-    EXPECT_THAT(refusal(caller("hand"), 0, ask(command, 11.0)), HasSubstr("velocity 630.254 deg/s is not possible"));
+    EXPECT_THAT(refusal(caller("hand"), 0, ask(command, 11.0)), HasSubstr("velocity 630.254 deg/s is outside"));
   }
   probe.window_first = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a finite number");

@@ -129,10 +129,10 @@ TEST_F(CommandDeskTest, RefusesWhatCannotBe) {
   EXPECT_EQ(refusal(record), "axis x: target is not a finite number");
   record = command("panel", "x", CommandKind::kMoveAbsolute, lease);
   record.target = 5.0;
-  EXPECT_THAT(refusal(record), HasSubstr("position 286.479 deg is not possible"));
+  EXPECT_THAT(refusal(record), HasSubstr("position 286.479 deg is outside"));
   record = command("panel", "x", CommandKind::kMoveAbsolute, lease);
   record.acceleration = -1.0;
-  EXPECT_THAT(refusal(record), HasSubstr("acceleration -57.2958 deg/s^2 is not possible"));
+  EXPECT_THAT(refusal(record), HasSubstr("acceleration -57.2958 deg/s^2 is outside"));
   EXPECT_EQ(refusal(command("panel", "q", CommandKind::kAcquire)), "there is no axis \"q\"");
   EXPECT_EQ(refusal(command("panel", "\x1b[2J", CommandKind::kAcquire)), "there is no axis \"?[2J\"");
   record = command("panel", "x", CommandKind::kAcquire);
