@@ -235,14 +235,12 @@ std::uint64_t AxisGroups::move_path(std::size_t group, std::span<const GroupMove
   const std::lock_guard lock(shared_->submit_mutex);
   auto& one = *groups_[group];
   if (one.planning.room() < moves.size()) return 0;
-  std::uint64_t first = 0;
+  const auto first = shared_->table.add(moves.size());
   for (std::size_t i = 0; i < moves.size(); ++i) {
     auto move = moves[i];
     if (i + 1 < moves.size()) move.continues = true;
     if (i > 0 && move.buffer == GroupBuffer::kAborting) move.buffer = GroupBuffer::kBlending;
-    const auto id = shared_->table.add();
-    if (first == 0) first = id;
-    one.planning.add(id, move, one.submitted);
+    one.planning.add(first + i, move, one.submitted);
   }
   return first;
 }
