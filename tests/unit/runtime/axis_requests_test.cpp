@@ -288,5 +288,26 @@ TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   EXPECT_TRUE(axis_requests.progress(1, *stopped).report.over());
 }
 
+/// Clients choose their names themselves.
+TEST_F(AxisRequestsTest, ANamesakeOfWhatMovesAllAxesGetsNone) {
+  axis_requests.occupy("path");
+  auto namesake = caller("path", milliseconds{500});
+  for (const auto command : {AxisCommand::kMoveRelative, AxisCommand::kPower, AxisCommand::kReleaseStop}) {
+    EXPECT_THAT(refusal(namesake, 0, ask(command, 1.0)), HasSubstr("is moved by the path of this run"));
+  }
+  const auto lease = axis_requests.acquire(namesake, 0);
+  ASSERT_FALSE(lease);
+  EXPECT_EQ(lease.error().why, AxisRefusal::Why::kMovedTogether);
+  axis_requests.give_back("path", 0);
+  axis_requests.release("path", 0);
+  axis_requests.leave("path", true);
+  clock.advance(milliseconds{1000});
+  axis_requests.watch();
+  EXPECT_EQ(axis_requests.status(0).owner, "path");
+  auto hand = caller("hand");
+  hand.take_over = true;
+  EXPECT_THAT(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), HasSubstr("is moved by the path of this run"));
+}
+
 }  // namespace
 }  // namespace driveline::runtime
