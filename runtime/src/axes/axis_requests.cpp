@@ -375,12 +375,11 @@ void AxisRequests::watch_leases() {
   }
 }
 
-/// Only a stop can end homing (PLCopen part 1, state diagram); the stop is released at once.
+/// Only a stop can end homing (PLCopen part 1, state diagram); the stop is released at once. An axis that is at rest
+/// gets the halt as well: it ends motions that are still queued.
 void AxisRequests::stop_axis(std::size_t axis) {
   if (single_ == nullptr || (groups_ != nullptr && groups_->bring_to_rest(axis))) return;
-  const auto state = single_->axis_report(axis).state;
-  if (state == PlcopenState::kDisabled || state == PlcopenState::kErrorStop || state == PlcopenState::kStopping) return;
-  if (state == PlcopenState::kHoming) {
+  if (single_->axis_report(axis).state == PlcopenState::kHoming) {
     static_cast<void>(single_->submit(axis, plain(AxisCommand::kStop)));
     static_cast<void>(single_->submit(axis, plain(AxisCommand::kReleaseStop)));
     return;
