@@ -10,6 +10,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "driveline/ecat_master/single_axis/couplings.hpp"
@@ -504,7 +505,8 @@ TEST(AxisGroups, AStopIsTakenInTheNextCycleWhateverWaits) {
     const auto first = line.groups->move(0, line_to({8.0, 6.0}));
     line.cycles(400);
     std::vector<std::uint64_t> moves;
-    for (double to = 0.0; line.groups->room(0) > 0; to += 0.01) moves.push_back(line.groups->move(0, line_to({to})));
+    while (line.groups->room(0) > 0)
+      moves.push_back(line.groups->move(0, line_to({0.01 * static_cast<double>(moves.size())})));
     EXPECT_EQ(moves.size(), AxisGroups::kMaxMoves);
     for (int i = 0; i < 10'000; ++i) static_cast<void>(line.submit_to_group(GroupCommand::kSetOverride, 1.0));
     ASSERT_EQ(line.submit_to_group(GroupCommand::kSetOverride, 1.0), 0U) << "the queue is full";
@@ -586,6 +588,34 @@ TEST(AxisGroups, ArePlannedByAThreadOfTheirOwn) {
     while (!line.groups->report(id).over()) line.SingleLine::cycle();
     EXPECT_EQ(line.group_phase(id), RequestPhase::kDone);
     EXPECT_LT(apart(line.place(), {to, -to}), kExact);
+  }
+  line.groups->stop_planning();
+  line.expect_obedience();
+}
+
+/// Cycle, planning and client are threads of their own.
+TEST(AxisGroups, AreStoppedWhileAThreadPlans) {
+  GroupLine line(2);
+  line.take_axes();
+  line.groups->start_planning();
+  for (int turn = 0; turn < 10; ++turn) {
+    std::vector<std::uint64_t> moves;
+    for (int i = 0; i < 20; ++i) {
+      auto move = line_to({0.1 * i, 0.05 * turn});
+      move.buffer = GroupBuffer::kBuffered;
+      moves.push_back(line.groups->move(0, move));
+    }
+    line.SingleLine::cycles(100);
+    std::uint64_t halted = 0;
+    std::thread client([&line, &halted] { halted = line.submit_to_group(GroupCommand::kHalt); });
+    line.SingleLine::cycles(20);
+    client.join();
+    moves.push_back(halted);
+    for (const auto id : moves) {
+      while (!line.groups->report(id).over()) line.SingleLine::cycle();
+    }
+    EXPECT_EQ(line.group_phase(halted), RequestPhase::kDone);
+    EXPECT_EQ(line.group_state(), GroupState::kStandby);
   }
   line.groups->stop_planning();
   line.expect_obedience();

@@ -189,7 +189,11 @@ TEST(SingleAxis, AnAxisThatRunsOnTakesNoReportFromAnother) {
   EXPECT_EQ(line.finish(conveyor, 400).phase, RequestPhase::kReached);
   for (auto last = conveyor; last + 1 < conveyor + ecat_master::RequestTable::kRemembered;) {
     const auto id = line.submit(request(AxisCommand::kSetOverride, 1.0), 1);
-    id == 0 ? line.cycle() : static_cast<void>(last = id);
+    if (id == 0) {
+      line.cycle();
+    } else {
+      last = id;
+    }
   }
   line.cycles(200);
   const auto next = line.submit(move(line.setpoint(1) + 0.1), 1);

@@ -3,8 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <array>
 #include <cstdint>
+#include <random>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -293,6 +294,80 @@ TEST(StopsOfAxes, ABufferedHaltWaitsForTheEndOfTheMotion) {
   EXPECT_EQ(line.phase(motion), RequestPhase::kAborted);
   EXPECT_EQ(line.phase(halt), RequestPhase::kAborted);
   EXPECT_EQ(line.phase(at_once), RequestPhase::kActive);
+}
+
+/// Random requests, more than the cycle takes: after a stop no motion that is older than it is under way.
+class AnyOrder {
+ public:
+  explicit AnyOrder(unsigned seed) : random_(seed) {}
+
+  void execute() {
+    for (int step = 0; step < 2000; ++step) {
+      const auto requests = random_() % 8 == 0 ? 40 : random_() % 4;
+      for (std::size_t i = 0; i < requests; ++i) ask(random_() % kAxes);
+      line_.cycles(1 + static_cast<int>(random_() % 3));
+      for (std::size_t axis = 0; axis < kAxes; ++axis) judge(axis, step);
+    }
+  }
+  [[nodiscard]] int under_way() const noexcept { return under_way_; }
+
+ private:
+  static constexpr std::size_t kAxes = 3;
+
+  void ask(std::size_t axis) {
+    switch (random_() % 12) {
+      case 0:
+        return stop(axis, Line::ask(AxisCommand::kHalt));
+      case 1:
+        return random_() % 4 == 0 ? stop(axis, Line::ask(AxisCommand::kStop)) : void();
+      case 2:
+        return random_() % 8 == 0 ? stop(axis, Line::off()) : void();
+      case 3:
+        return static_cast<void>(line_.submit(Line::ask(AxisCommand::kReleaseStop), axis));
+      case 4:
+        return static_cast<void>(line_.submit(Line::ask(AxisCommand::kPower), axis));
+      case 5:
+        return static_cast<void>(line_.submit(Line::ask(AxisCommand::kSetOverride, 1.0), axis));
+      case 6:
+        return move(axis, Line::ask(AxisCommand::kMoveVelocity, 5.0));
+      case 7:
+        return move(axis, Line::buffered(Line::ask(AxisCommand::kMoveRelative, -0.1)));
+      default:
+        return move(axis, Line::ask(AxisCommand::kMoveRelative, 0.1));
+    }
+  }
+  void stop(std::size_t axis, const AxisRequest& request) { last_stop_.at(axis) = line_.submit(request, axis); }
+  void move(std::size_t axis, const AxisRequest& request) {
+    if (const auto id = line_.submit(request, axis); id != 0) motions_.at(axis).push_back(id);
+  }
+  void judge(std::size_t axis, int step) {
+    const auto stop = last_stop_.at(axis);
+    const auto phase = stop == 0 ? RequestPhase::kUnknown : line_.phase(stop);
+    const bool accepted = phase != RequestPhase::kUnknown && phase != RequestPhase::kError;
+    EXPECT_NE(phase, RequestPhase::kWaiting) << "the next cycle takes it";
+    auto& motions = motions_.at(axis);
+    for (const auto id : motions) {
+      const auto now = line_.phase(id);
+      const bool moves = now == RequestPhase::kActive || now == RequestPhase::kReached;
+      under_way_ += moves ? 1 : 0;
+      EXPECT_FALSE(moves && accepted && id < stop) << "motion " << id << ", stop " << stop << ", step " << step;
+    }
+    std::erase_if(motions, [this](std::uint64_t id) { return line_.report(id).over(); });
+  }
+
+  Line line_{kAxes};
+  std::mt19937 random_;
+  std::array<std::uint64_t, kAxes> last_stop_{};
+  std::array<std::vector<std::uint64_t>, kAxes> motions_{};
+  int under_way_ = 0;
+};
+
+TEST(StopsOfAxes, NoOlderMotionIsUnderWayAfterAStopInAnyOrderOfRequests) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    AnyOrder any(seed);
+    any.execute();
+    EXPECT_GT(any.under_way(), 500) << "the axes hardly moved: nothing was judged";
+  }
 }
 
 TEST(StopsOfAxes, ARequestThatIsNotAcceptedTakesNoNumber) {

@@ -275,6 +275,15 @@ TEST_F(AxisRequestsTest, WhoGoesGivesHisAxesBack) {
   EXPECT_EQ(axis_requests.status(1).owner, "");
 }
 
+TEST_F(AxisRequestsTest, WhoGoesTakesAlongTheMotionsThatAreStillQueued) {
+  axis_requests.open(*single);
+  const auto moved = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
+  ASSERT_TRUE(moved);
+  axis_requests.leave("hand", true);
+  cycle();
+  EXPECT_EQ(single->report(*moved).phase, ecat_master::RequestPhase::kAborted);
+}
+
 TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   axis_requests.occupy("path");
   auto hand = caller("hand");

@@ -87,9 +87,9 @@ class AxisGroups {
   /// Submits a request to a group. Returns the number for report(); 0: no such group, or the queue is full.
   ///
   /// kStop, kHalt, kInterrupt and kDisable wait for nothing, neither for planning nor for other requests: the next
-  /// cycle takes them, and space for them never lacks. One that the cycle has not taken yet ends as aborted when
-  /// another one of its kind follows. Other requests are queued, and the cycle takes some of them at a time; one that
-  /// would resume motion, and that a later stop has overtaken in the queue, ends as aborted.
+  /// cycle takes them, and there is always room for them. If another request of the same kind follows before that, the
+  /// first ends as aborted. Other requests are queued, and the cycle takes some of them at a time. If a later stop
+  /// overtakes a queued request to resume motion, that request ends as aborted.
   [[nodiscard]] std::uint64_t submit(std::size_t group, const GroupRequest& request);
   /// Queues a move of a group. It is planned after the moves that were queued before it, and after the cycle has taken
   /// the requests that were submitted before it. Returns the number for report(); 0: no such group, or no room().

@@ -65,10 +65,10 @@ class SingleAxes final : public MotionControl {
   // Any thread.
   /// Submits a request to an axis. Returns the number for report(); 0: no such axis, or the queue is full.
   ///
-  /// A stop, a halt and a switch-off wait for nothing: the next cycle takes them, and space for them never lacks. One
-  /// that the cycle has not taken yet ends as aborted when another one of its kind follows. Other requests, and stops
-  /// and halts that are buffered, are queued; the cycle takes some of them at a time. A motion that a stop has
-  /// overtaken in the queue ends as aborted.
+  /// A stop, a halt and a switch-off wait for nothing: the next cycle takes them, and there is always room for them. If
+  /// another request of the same kind follows before that, the first ends as aborted. Other requests, and stops and
+  /// halts that are buffered, are queued; the cycle takes some of them at a time. If a later stop overtakes a queued
+  /// motion, the motion ends as aborted.
   [[nodiscard]] std::uint64_t submit(std::size_t axis, const AxisRequest& request) noexcept;
   /// Progress of a request.
   [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
