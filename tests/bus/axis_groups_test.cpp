@@ -10,6 +10,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "driveline/ecat_master/single_axis/couplings.hpp"
@@ -496,6 +497,88 @@ TEST(AxisGroups, AnAxisOfAGroupIsTheMasterOfAGear) {
   line.expect_obedience();
 }
 
+/// As many requests and moves as the queues take, while the axes move.
+TEST(AxisGroups, AStopIsTakenInTheNextCycleWhateverWaits) {
+  for (const bool of_axis : {false, true}) {
+    GroupLine line(2);
+    line.take_axes();
+    const auto first = line.groups->move(0, line_to({8.0, 6.0}));
+    line.cycles(400);
+    std::vector<std::uint64_t> moves;
+    while (line.groups->room(0) > 0)
+      moves.push_back(line.groups->move(0, line_to({0.01 * static_cast<double>(moves.size())})));
+    EXPECT_EQ(moves.size(), AxisGroups::kMaxMoves);
+    for (int i = 0; i < 10'000; ++i) static_cast<void>(line.submit_to_group(GroupCommand::kSetOverride, 1.0));
+    ASSERT_EQ(line.submit_to_group(GroupCommand::kSetOverride, 1.0), 0U) << "the queue is full";
+    const auto of_group = of_axis ? 0 : line.submit_to_group(GroupCommand::kStop);
+    if (of_axis) line.submit(request(AxisCommand::kStop), 1);
+    line.SingleLine::cycle();
+    ASSERT_EQ(line.group_state(), GroupState::kStopping);
+    line.cycles(1000);
+    if (!of_axis) {
+      EXPECT_EQ(line.group_phase(of_group), RequestPhase::kDone);
+    }
+    EXPECT_EQ(line.group_phase(first), RequestPhase::kAborted);
+    for (const auto id : moves) EXPECT_EQ(line.group_phase(id), RequestPhase::kAborted);
+    EXPECT_EQ(line.group_state(), GroupState::kStopping);
+    line.expect_obedience();
+  }
+}
+
+TEST(AxisGroups, WhatWouldResumeTheMotionDoesNotDoSoAfterALaterStop) {
+  GroupLine line(2);
+  line.take_axes();
+  ASSERT_NE(line.groups->move(0, line_to({8.0, 6.0})), 0U);
+  line.cycles(400);
+  ASSERT_EQ(line.ask_group(GroupCommand::kInterrupt).phase, RequestPhase::kDone);
+  const auto flood = [&line] {
+    for (int i = 0; i < 200; ++i) static_cast<void>(line.submit_to_group(GroupCommand::kSetOverride, 1.0));
+  };
+  flood();
+  const auto resumed = line.submit_to_group(GroupCommand::kContinue);
+  const auto held = line.submit_to_group(GroupCommand::kInterrupt);
+  line.cycles(100);
+  EXPECT_EQ(line.groups->report(held).error, GroupError::kNothingToDo) << "it is held already";
+  EXPECT_EQ(line.group_phase(resumed), RequestPhase::kAborted);
+  EXPECT_TRUE(line.groups->group_report(0).interrupted);
+  EXPECT_EQ(line.ask_group(GroupCommand::kStop).phase, RequestPhase::kDone);
+  flood();
+  const auto released = line.submit_to_group(GroupCommand::kReleaseStop);
+  const auto stopped = line.submit_to_group(GroupCommand::kStop);
+  line.cycles(100);
+  EXPECT_EQ(line.group_phase(released), RequestPhase::kDone);
+  EXPECT_EQ(line.group_phase(stopped), RequestPhase::kDone);
+  EXPECT_EQ(line.group_state(), GroupState::kStopping);
+  EXPECT_EQ(line.ask_group(GroupCommand::kReleaseStop).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask_group(GroupCommand::kDisable).phase, RequestPhase::kDone);
+  flood();
+  const auto enabled = line.submit_to_group(GroupCommand::kEnable);
+  const auto disabled = line.submit_to_group(GroupCommand::kDisable);
+  line.cycles(100);
+  EXPECT_EQ(line.group_phase(enabled), RequestPhase::kAborted);
+  EXPECT_EQ(line.group_phase(disabled), RequestPhase::kDone);
+  EXPECT_EQ(line.group_state(), GroupState::kDisabled);
+  line.expect_obedience();
+}
+
+TEST(AxisGroups, AMoveThatFollowsAStopOrAHaltIsPlannedAfterIt) {
+  GroupLine line(2);
+  line.take_axes();
+  const auto first = line.groups->move(0, line_to({8.0, 6.0}));
+  line.cycles(400);
+  const auto halted = line.submit_to_group(GroupCommand::kHalt);
+  const auto next = line.groups->move(0, line_to({1.0, 1.0}));
+  EXPECT_EQ(line.finish_of_group(next).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.group_phase(first), RequestPhase::kAborted);
+  EXPECT_EQ(line.group_phase(halted), RequestPhase::kDone);
+  EXPECT_LT(apart(line.place(), {1.0, 1.0}), kExact);
+  const auto stopped = line.submit_to_group(GroupCommand::kStop);
+  const auto refused = line.groups->move(0, line_to({2.0, 2.0}));
+  EXPECT_EQ(line.finish_of_group(refused).error, GroupError::kStopping);
+  EXPECT_EQ(line.group_phase(stopped), RequestPhase::kDone);
+  line.expect_obedience();
+}
+
 TEST(AxisGroups, ArePlannedByAThreadOfTheirOwn) {
   GroupLine line(2);
   line.take_axes();
@@ -505,6 +588,34 @@ TEST(AxisGroups, ArePlannedByAThreadOfTheirOwn) {
     while (!line.groups->report(id).over()) line.SingleLine::cycle();
     EXPECT_EQ(line.group_phase(id), RequestPhase::kDone);
     EXPECT_LT(apart(line.place(), {to, -to}), kExact);
+  }
+  line.groups->stop_planning();
+  line.expect_obedience();
+}
+
+/// Cycle, planning and client are threads of their own.
+TEST(AxisGroups, AreStoppedWhileAThreadPlans) {
+  GroupLine line(2);
+  line.take_axes();
+  line.groups->start_planning();
+  for (int turn = 0; turn < 10; ++turn) {
+    std::vector<std::uint64_t> moves;
+    for (int i = 0; i < 20; ++i) {
+      auto move = line_to({0.1 * i, 0.05 * turn});
+      move.buffer = GroupBuffer::kBuffered;
+      moves.push_back(line.groups->move(0, move));
+    }
+    line.SingleLine::cycles(100);
+    std::uint64_t halted = 0;
+    std::thread client([&line, &halted] { halted = line.submit_to_group(GroupCommand::kHalt); });
+    line.SingleLine::cycles(20);
+    client.join();
+    moves.push_back(halted);
+    for (const auto id : moves) {
+      while (!line.groups->report(id).over()) line.SingleLine::cycle();
+    }
+    EXPECT_EQ(line.group_phase(halted), RequestPhase::kDone);
+    EXPECT_EQ(line.group_state(), GroupState::kStandby);
   }
   line.groups->stop_planning();
   line.expect_obedience();

@@ -136,6 +136,18 @@ TEST(Gantry, AreEnabledAndSwitchedOffTogether) {
   line.expect_obedience();
 }
 
+TEST(Gantry, AMotionDoesNotBeginAfterALaterStopOfTheFollower) {
+  GantryLine line;
+  for (int i = 0; i < 40; ++i) line.submit(request(AxisCommand::kSetOverride, 1.0));
+  const auto older = line.submit(move(6.0, 30.0));
+  const auto halt = line.submit(request(AxisCommand::kHalt), kFollower);
+  line.cycles(40);
+  EXPECT_EQ(line.phase(older), RequestPhase::kAborted);
+  EXPECT_EQ(line.phase(halt), RequestPhase::kDone);
+  EXPECT_EQ(line.state(kLeader), PlcopenState::kStandstill);
+  line.expect_obedience();
+}
+
 TEST(Gantry, TheFollowerIsNotCommandedButMayBeStopped) {
   GantryLine line;
   for (const auto command :

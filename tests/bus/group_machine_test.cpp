@@ -2,11 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <future>
 #include <limits>
+#include <semaphore>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "driveline/trajectory/scara_kinematics.hpp"
@@ -33,7 +39,7 @@ class Noted final : public ecat_master::PathOutputs {
 /// Four axes that are the joints of a SCARA robot with its elbow to the left.
 class MachineLine : public GroupLine {
  public:
-  MachineLine(const ScaraKinematics& scara, Noted* outputs, double elbow)
+  MachineLine(const trajectory::Kinematics& scara, Noted* outputs, double elbow)
       : GroupLine(4, {config(scara, outputs)}), scara_(scara) {
     for (const auto& [axis, target] : {std::pair{0, 0.3}, std::pair{1, elbow}, std::pair{2, 0.0}, std::pair{3, 0.0}})
       EXPECT_EQ(ask(move(target), static_cast<std::size_t>(axis)).phase, RequestPhase::kDone);
@@ -51,14 +57,14 @@ class MachineLine : public GroupLine {
   }
 
  private:
-  static AxisGroupSettings config(const ScaraKinematics& scara, Noted* outputs) {
+  static AxisGroupSettings config(const trajectory::Kinematics& scara, Noted* outputs) {
     AxisGroupSettings made{"arm", {0, 1, 2, 3}};
     made.kinematics = &scara;
     made.tool.max_velocity = 3.0;
     made.outputs = outputs;
     return made;
   }
-  const ScaraKinematics& scara_;
+  const trajectory::Kinematics& scara_;
 };
 
 TEST(GroupMachine, ThePathIsThatOfTheToolAndTheLimitsAreThoseOfTheJoints) {
@@ -92,6 +98,76 @@ TEST(GroupMachine, ThePathIsThatOfTheToolAndTheLimitsAreThoseOfTheJoints) {
   EXPECT_EQ(line.finish_of_group(aborting).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(id), RequestPhase::kAborted);
   EXPECT_LT(apart(line.tool(), to), kOnPath);
+  line.expect_obedience();
+}
+
+/// A machine whose planning can be stopped in the middle.
+class HeldUpScara final : public trajectory::Kinematics {
+ public:
+  explicit HeldUpScara(const ScaraKinematics& scara) : scara_(scara) {}
+  [[nodiscard]] std::span<const trajectory::KinematicCoordinate> coordinates() const noexcept override {
+    return scara_.coordinates();
+  }
+  [[nodiscard]] std::span<const trajectory::KinematicCoordinate> joints() const noexcept override {
+    return scara_.joints();
+  }
+  [[nodiscard]] bool forward(const GroupVector& joints, GroupVector& tool) const noexcept override {
+    return scara_.forward(joints, tool);
+  }
+  [[nodiscard]] trajectory::PoseFault inverse(const trajectory::PathGeometry& tool,
+                                              trajectory::PathGeometry& joints) const noexcept override {
+    if (std::this_thread::get_id() == held_up.load() && !reached.exchange(true)) {
+      inside.release();
+      go_on.acquire();
+    }
+    return scara_.inverse(tool, joints);
+  }
+  [[nodiscard]] std::string explain(const trajectory::PoseFault& fault) const override { return scara_.explain(fault); }
+
+  std::atomic<std::thread::id> held_up{};  ///< the thread that is to be held up
+  mutable std::atomic<bool> reached{false};
+  mutable std::binary_semaphore inside{0};
+  mutable std::binary_semaphore go_on{0};
+
+ private:
+  const ScaraKinematics& scara_;
+};
+
+/// A path may take long to plan. Neither the client that stops the group, nor the cycle, waits for it.
+TEST(GroupMachine, AStopDoesNotWaitForThePlanningOfAPath) {
+  const ScaraKinematics scara({.upper_arm = 0.3, .forearm = 0.25, .elbow_left = true});
+  HeldUpScara machine(scara);
+  MachineLine line(machine, nullptr, 1.2);
+  const auto from = line.tool();
+  const auto first = line.groups->move(0, line_to({from[0] + 0.1, from[1] - 0.3, from[2], from[3]}, 0.5));
+  line.cycles(800);
+  ASSERT_EQ(line.group_state(), GroupState::kMoving);
+  auto next = line_to(from, 0.5);
+  next.buffer = GroupBuffer::kBuffered;
+  const auto second = line.groups->move(0, next);
+  std::thread planner([&] {
+    machine.held_up = std::this_thread::get_id();
+    line.groups->plan();
+  });
+  machine.inside.acquire();
+  auto stop = std::async(std::launch::async, [&line] {
+    const auto room = line.groups->room(0);
+    const auto id = line.submit_to_group(GroupCommand::kStop);
+    return room < AxisGroups::kMaxMoves && line.groups->refusal(id).empty() ? id : 0;
+  });
+  // Where a lock is shared, the thread returns only after the planner.
+  const bool returned = stop.wait_for(std::chrono::seconds{10}) == std::future_status::ready;
+  EXPECT_TRUE(returned);
+  if (returned) {
+    line.SingleLine::cycles(1);
+    EXPECT_EQ(line.group_state(), GroupState::kStopping);
+  }
+  machine.go_on.release();
+  planner.join();
+  EXPECT_EQ(line.finish_of_group(stop.get()).phase, RequestPhase::kDone);
+  line.cycles(10);
+  EXPECT_EQ(line.group_phase(first), RequestPhase::kAborted);
+  EXPECT_EQ(line.group_phase(second), RequestPhase::kAborted);
   line.expect_obedience();
 }
 

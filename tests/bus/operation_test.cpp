@@ -225,6 +225,27 @@ TEST(ShutDown, SwitchesTheDrivesOffAndTakesThemToInit) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_FALSE(drives.drive(i).fault()) << "an orderly end is no fault";
 }
 
+TEST(ShutDown, AStartInTheSameCycleDoesNotUndoTheStop) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  operation.run(milliseconds{100});
+  operation.motion().request_stop();
+  operation.motion().request_start();
+  operation.cycle();
+  EXPECT_EQ(operation.motion().phase(), MotionPhase::kStopping);
+  ASSERT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
+  operation.motion().request_start();
+  operation.motion().request_stop();
+  operation.cycle();
+  EXPECT_EQ(operation.motion().phase(), MotionPhase::kIdle) << "the stop came later";
+  operation.motion().request_stop();
+  operation.motion().request_start();
+  operation.cycle();
+  EXPECT_EQ(operation.motion().phase(), MotionPhase::kEnabling) << "there was nothing to stop";
+}
+
 TEST(ShutDown, BrakesOnARampInsteadOfStoppingDead) {
   DriveLine drives(1);
   LineOperation operation(drives);

@@ -98,16 +98,19 @@ TEST(WaitingMotions, ThatAreBlendedPassTheEndTogetherAndArePlannedFourInACycle) 
   many.line.expect_obedience();
 }
 
-TEST(WaitingMotions, AStopFindsRoomBesideThem) {
+TEST(WaitingMotions, RequestsAndAStopFindRoomBesideThem) {
   ManyAxes many(kMany);
   const auto first = many.ask_all(0.5, 10.0);
   many.ask_all(0.0, 20.0, BufferMode::kBuffered);
   many.finish(first);
   const auto last = kMany - 1;
-  for (const double factor : {0.9, 1.0}) many.line.submit(request(AxisCommand::kSetOverride, factor), last);
+  std::vector<std::uint64_t> asked;
+  for (const double factor : {0.9, 1.0, 0.9, 1.0})
+    asked.push_back(many.line.submit(request(AxisCommand::kSetOverride, factor), last));
   const auto stop = many.line.submit(request(AxisCommand::kStop), last);
-  many.line.cycles(2);
+  many.line.cycle();
   EXPECT_EQ(many.line.state(last), PlcopenState::kStopping) << "others have waited for longer";
+  EXPECT_EQ(many.in_phase(asked, RequestPhase::kDone), 2U) << "half of the plans are theirs";
   EXPECT_EQ(many.line.finish(stop).phase, RequestPhase::kDone);
   many.line.expect_obedience();
 }

@@ -150,9 +150,10 @@ void CyclicCore::begin(const rt::CycleStart& start) noexcept {
 
 /// Runs before the absence is reported: if the report ends the counting, the late cycle still counts.
 void CyclicCore::take_counting() noexcept {
-  const bool wanted = counting_wanted_.load(std::memory_order_acquire);
-  if (wanted == counting_) return;
-  counting_ = wanted;
+  const auto switched = count_switched_.load(std::memory_order_acquire);
+  if (switched == count_seen_) return;
+  count_seen_ = switched;
+  counting_ = counts(switched);
   if (!counting_) return;
   statistics_ = CycleStatistics{};
   if (settings_.trace != nullptr) settings_.trace->clear();

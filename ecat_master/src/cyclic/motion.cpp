@@ -175,28 +175,34 @@ void Motion::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
 
 void Motion::obey(std::int64_t cycle) noexcept {
   take_source(cycle);
-  const auto command = command_.exchange(Command::kNone, std::memory_order_acq_rel);
-  if (command == Command::kStart && phase_ == MotionPhase::kIdle) {
-    failure_ = {};
-    for (std::size_t i = 0; i < axes_.size(); ++i) {
-      set_presence(i, AxisPresence::kPresent, cycle);
-      anchors_[i].reset();
-      arrests_[i] = {};
-    }
-    rewind_source();
-    tell_path_late();
-    enter(MotionPhase::kEnabling, cycle);
-  } else if (command == Command::kStop) {
-    if (phase_ == MotionPhase::kEnabling) {
-      // Without power a braking axis would coast again.
-      bool moves = false;
-      for (std::size_t i = 0; i < axes_.size(); ++i) moves = moves || arresting(i);
-      enter(moves ? MotionPhase::kQuickStop : MotionPhase::kDisabling, cycle);
-    }
-    if (powered() && phase_ != MotionPhase::kStopping) {
-      plan_stop();
-      enter(MotionPhase::kStopping, cycle);
-    }
+  const auto commands = commands_.exchange(0, std::memory_order_acq_rel);
+  if ((commands & kStop) != 0) stop(cycle);
+  if ((commands & kStart) != 0) start(cycle);
+}
+
+void Motion::start(std::int64_t cycle) noexcept {
+  if (phase_ != MotionPhase::kIdle) return;
+  failure_ = {};
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    set_presence(i, AxisPresence::kPresent, cycle);
+    anchors_[i].reset();
+    arrests_[i] = {};
+  }
+  rewind_source();
+  tell_path_late();
+  enter(MotionPhase::kEnabling, cycle);
+}
+
+void Motion::stop(std::int64_t cycle) noexcept {
+  if (phase_ == MotionPhase::kEnabling) {
+    // Without power a braking axis would coast again.
+    bool moves = false;
+    for (std::size_t i = 0; i < axes_.size(); ++i) moves = moves || arresting(i);
+    enter(moves ? MotionPhase::kQuickStop : MotionPhase::kDisabling, cycle);
+  }
+  if (powered() && phase_ != MotionPhase::kStopping) {
+    plan_stop();
+    enter(MotionPhase::kStopping, cycle);
   }
 }
 

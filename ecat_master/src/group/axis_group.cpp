@@ -28,8 +28,18 @@ AxisGroup::AxisGroup(SingleAxes& axes, std::vector<std::size_t> members, GroupRe
       requests_(kRequests),
       returned_(kReturned) {}
 
-bool AxisGroup::submit(std::uint64_t id, const GroupRequest& request) noexcept {
-  return requests_.try_push({id, request});
+std::uint64_t AxisGroup::submit(const GroupRequest& request) noexcept {
+  if (const auto kind = group_stop(request.command)) {
+    const auto id = table_.add();
+    const auto replaced = stops_.put(0, *kind, {id, request});
+    table_.set_if_waiting(replaced, {RequestPhase::kAborted, GroupError::kNone, 0});
+    return id;
+  }
+  if (requests_.size() >= requests_.capacity()) return 0;
+  const auto id = table_.add();
+  requests_.try_push({id, request});
+  ++queued_;
+  return id;
 }
 
 GroupPath* AxisGroup::take_back() noexcept {
@@ -69,6 +79,7 @@ void AxisGroup::begin_cycle() noexcept {
   judge_path();
   judge_rest();
   judge_reset();
+  take_stops();
   take_requests();
   take_path();
   publish();
@@ -265,6 +276,7 @@ void AxisGroup::publish() noexcept {
   // the resulting state.
   shared_state_.store(state_, std::memory_order_release);
   taken_.store(taken_now_, std::memory_order_release);
+  stops_taken_.store(stops_.puts_taken(), std::memory_order_release);
 }
 
 }  // namespace driveline::ecat_master

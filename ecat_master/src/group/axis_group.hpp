@@ -15,6 +15,7 @@
 #include "driveline/rt/triple_buffer.hpp"
 #include "group_path.hpp"
 #include "group_request_table.hpp"
+#include "group_stops.hpp"
 
 namespace driveline::ecat_master {
 
@@ -38,11 +39,25 @@ class AxisGroup final : public SetpointFeed {
   /// To be called before the cycle starts; `axes` and `table` must outlive this object.
   AxisGroup(SingleAxes& axes, std::vector<std::size_t> members, GroupRequestTable& table);
 
+  /// Numbers of requests: those in the queue, and those in the lane of stops.
+  struct Count {
+    std::uint64_t queued = 0;
+    std::uint64_t stops = 0;
+  };
+
+  // Functions for submitting threads, one at a time.
+  /// Submits a request and returns its number; 0: the queue is full. A stop, a halt, an interrupt and a disable are
+  /// taken by the next cycle, whatever is queued.
+  [[nodiscard]] std::uint64_t submit(const GroupRequest& request) noexcept;
+  /// Number of requests that have been submitted.
+  [[nodiscard]] Count submitted() const noexcept { return {queued_, stops_.puts()}; }
+
   // Functions for planning, one thread at a time.
-  /// Returns false if the queue is full.
-  [[nodiscard]] bool submit(std::uint64_t id, const GroupRequest& request) noexcept;
-  /// Number of requests that have been taken.
-  [[nodiscard]] std::uint64_t taken() const noexcept { return taken_.load(std::memory_order_acquire); }
+  /// Whether the cycle has taken this many requests.
+  [[nodiscard]] bool has_taken(const Count& count) const noexcept {
+    return taken_.load(std::memory_order_acquire) >= count.queued &&
+           stops_taken_.load(std::memory_order_acquire) >= count.stops;
+  }
   /// Offers a path to the cycle, one at a time; take_back() returns it when the axes have left it.
   void offer(GroupPath* path) noexcept { offered_.store(path, std::memory_order_release); }
   /// Returns a path that the axes have left; null: none.
@@ -79,8 +94,10 @@ class AxisGroup final : public SetpointFeed {
   };
 
   void take_path() noexcept;
+  void take_stops() noexcept;
   void take_requests() noexcept;
   void take(std::uint64_t id, const GroupRequest& request) noexcept;
+  [[nodiscard]] bool overtaken(const NumberedGroupRequest& request) noexcept;
   [[nodiscard]] GroupError refusal(const GroupRequest& request) const noexcept;
   void take_enable(std::uint64_t id) noexcept;
   void take_stop(std::uint64_t id) noexcept;
@@ -130,7 +147,7 @@ class AxisGroup final : public SetpointFeed {
   GroupPath::Place place_{};
   std::uint64_t completed_ = 0;    ///< completed() of the path before its last step
   std::uint64_t active_move_ = 0;  ///< moves with smaller numbers have been reported as active
-  std::uint64_t taken_now_ = 0;    ///< number of requests taken
+  std::uint64_t taken_now_ = 0;    ///< number of requests taken from the queue
   std::uint64_t at_end_for_ = 0;   ///< cycles at the end of the planned path
   Standing standing_{};
   GroupError error_ = GroupError::kNone;
@@ -146,11 +163,14 @@ class AxisGroup final : public SetpointFeed {
   std::uint64_t reset_request_ = 0;
 
   rt::SpscRing<NumberedGroupRequest> requests_;
+  std::uint64_t queued_ = 0;  ///< requests put into requests_; used by submitting threads
+  GroupStopLane stops_{1};
   rt::SpscRing<GroupPath*> returned_;
   rt::TripleBuffer<Standing> standings_{};
   std::atomic<GroupPath*> offered_{nullptr};
   std::atomic<std::uint64_t> abort_for_{0};
   std::atomic<std::uint64_t> taken_{0};
+  std::atomic<std::uint64_t> stops_taken_{0};
   std::atomic<std::uint64_t> dropped_below_{0};
   std::atomic<std::uint64_t> ended_epoch_{0};
   std::atomic<std::uint64_t> cycles_at_end_{0};

@@ -24,12 +24,28 @@ void AxisGroup::begin(std::uint64_t& place, std::uint64_t id) noexcept {
   table_.set(id, {RequestPhase::kActive, GroupError::kNone, 0});
 }
 
+/// Takes all stops, in the order of their numbers: they cost no planning.
+void AxisGroup::take_stops() noexcept {
+  stops_.take_all([this](std::size_t, const GroupStopLane::Stop& stop, bool) noexcept { take(stop.id, stop.request); });
+}
+
 void AxisGroup::take_requests() noexcept {
   NumberedGroupRequest request;
   for (std::size_t i = 0; i < kRequestsPerCycle && requests_.try_pop(request); ++i) {
-    take(request.id, request.request);
+    if (!overtaken(request)) take(request.id, request.request);
     ++taken_now_;
   }
+}
+
+/// Ends a queued request that a later stop has overtaken, and would have ended in the order of the requests.
+bool AxisGroup::overtaken(const NumberedGroupRequest& request) noexcept {
+  const auto command = request.request.command;
+  const auto weakest = ended_by(command);
+  if (!weakest || request.id > stops_.taken_from(0, *weakest)) return false;
+  // The release of an earlier stop must not release this one; it has been done all the same.
+  const bool release = command == GroupCommand::kReleaseStop;
+  table_.set(request.id, {release ? RequestPhase::kDone : RequestPhase::kAborted, GroupError::kNone, 0});
+  return true;
 }
 
 GroupError AxisGroup::refusal(const GroupRequest& request) const noexcept {

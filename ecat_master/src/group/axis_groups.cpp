@@ -1,6 +1,7 @@
 #include "driveline/ecat_master/group/axis_groups.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <optional>
@@ -112,13 +113,16 @@ RangeCheck limit_joints(trajectory::ContourSettings& settings, const RangeCheck&
 
 }  // namespace
 
-/// Data shared by all groups.
+/// Data shared by all groups. Planning never holds `queue_mutex`, so no submitting thread waits for it; the cycle locks
+/// neither.
 struct AxisGroups::Shared {
   GroupRequestTable table;
-  mutable std::mutex submit_mutex;  ///< serialises submitting threads and planning; the cycle never locks it
-  std::deque<std::pair<std::uint64_t, std::string>> sentences;
+  mutable std::mutex queue_mutex;  ///< serialises submitting threads, for the time of a copy
+  std::mutex plan_mutex;           ///< serialises planning threads
+  std::deque<std::pair<std::uint64_t, std::string>> sentences;  ///< with queue_mutex
 
   void keep(std::uint64_t request, std::string reason) {
+    const std::lock_guard lock(queue_mutex);
     if (sentences.size() == kSentences) sentences.pop_front();
     sentences.emplace_back(request, std::move(reason));
   }
@@ -129,16 +133,40 @@ class AxisGroups::Group {
  public:
   Group(SingleAxes& axes, const AxisGroupSettings& config, std::chrono::nanoseconds period, Shared& shared)
       : cycle(axes, config.axes, shared.table),
-        planning(cycle, shared.table,
-                 static_cast<std::uint64_t>(kGraceSeconds / std::chrono::duration<double>(period).count()),
-                 make_path(axes, config, period),
-                 [&shared](std::uint64_t request, std::string reason) { shared.keep(request, std::move(reason)); }) {
+        shared_(shared),
+        planning_(cycle, shared.table,
+                  static_cast<std::uint64_t>(kGraceSeconds / std::chrono::duration<double>(period).count()),
+                  make_path(axes, config, period),
+                  [&shared](std::uint64_t request, std::string reason) { shared.keep(request, std::move(reason)); }) {
     axes.add_feed(cycle, config.axes);
   }
 
+  /// Number of moves that can be queued.
+  [[nodiscard]] std::size_t room() const noexcept {
+    return kMaxMoves - std::min(kMaxMoves, moves_.load(std::memory_order_relaxed));
+  }
+  /// Queues all moves and returns the number of the first; 0: there is no room.
+  [[nodiscard]] std::uint64_t queue(std::vector<GroupMove> moves) {
+    const std::lock_guard lock(shared_.queue_mutex);
+    if (room() < moves.size()) return 0;
+    const auto first = shared_.table.add(moves.size());
+    const auto behind = cycle.submitted();
+    for (std::size_t i = 0; i < moves.size(); ++i) queue_.push_back({first + i, behind, std::move(moves[i])});
+    moves_.fetch_add(moves.size(), std::memory_order_relaxed);
+    return first;
+  }
+  /// Called by planning, one thread at a time.
+  void plan() {
+    {
+      const std::lock_guard lock(shared_.queue_mutex);
+      planning_.add(queue_);
+    }
+    const auto before = planning_.waiting();
+    planning_.plan();
+    moves_.fetch_sub(before - planning_.waiting(), std::memory_order_relaxed);
+  }
+
   AxisGroup cycle;
-  GroupPlanning planning;
-  std::uint64_t submitted = 0;  ///< number of requests submitted to the cycle
 
  private:
   static GroupPlanning::MakePath make_path(const SingleAxes& axes, const AxisGroupSettings& config,
@@ -170,6 +198,11 @@ class AxisGroups::Group {
                                            outputs);
     };
   }
+
+  Shared& shared_;
+  GroupPlanning planning_;
+  std::deque<QueuedMove> queue_{};     ///< moves on their way to planning, with Shared::queue_mutex
+  std::atomic<std::size_t> moves_{0};  ///< moves in queue_ and in planning_
 };
 
 /// Thread that calls plan() periodically.
@@ -213,44 +246,26 @@ AxisGroups::~AxisGroups() = default;
 
 std::uint64_t AxisGroups::submit(std::size_t group, const GroupRequest& request) {
   if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->submit_mutex);
-  const auto id = shared_->table.add();
-  if (!groups_[group]->cycle.submit(id, request)) return 0;
-  ++groups_[group]->submitted;
-  return id;
+  const std::lock_guard lock(shared_->queue_mutex);
+  return groups_[group]->cycle.submit(request);
 }
 
 std::uint64_t AxisGroups::move(std::size_t group, const GroupMove& move) {
-  if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->submit_mutex);
-  auto& one = *groups_[group];
-  if (one.planning.room() == 0) return 0;
-  const auto id = shared_->table.add();
-  one.planning.add(id, move, one.submitted);
-  return id;
+  return group < groups_.size() ? groups_[group]->queue({move}) : 0;
 }
 
 std::uint64_t AxisGroups::move_path(std::size_t group, std::span<const GroupMove> moves) {
   if (group >= groups_.size() || moves.empty()) return 0;
-  const std::lock_guard lock(shared_->submit_mutex);
-  auto& one = *groups_[group];
-  if (one.planning.room() < moves.size()) return 0;
-  std::uint64_t first = 0;
-  for (std::size_t i = 0; i < moves.size(); ++i) {
-    auto move = moves[i];
-    if (i + 1 < moves.size()) move.continues = true;
-    if (i > 0 && move.buffer == GroupBuffer::kAborting) move.buffer = GroupBuffer::kBlending;
-    const auto id = shared_->table.add();
-    if (first == 0) first = id;
-    one.planning.add(id, move, one.submitted);
+  std::vector<GroupMove> path(moves.begin(), moves.end());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (i + 1 < path.size()) path[i].continues = true;
+    if (i > 0 && path[i].buffer == GroupBuffer::kAborting) path[i].buffer = GroupBuffer::kBlending;
   }
-  return first;
+  return groups_[group]->queue(std::move(path));
 }
 
 std::size_t AxisGroups::room(std::size_t group) const {
-  if (group >= groups_.size()) return 0;
-  const std::lock_guard lock(shared_->submit_mutex);
-  return groups_[group]->planning.room();
+  return group < groups_.size() ? groups_[group]->room() : 0;
 }
 
 GroupRequestReport AxisGroups::report(std::uint64_t request) const noexcept {
@@ -258,7 +273,7 @@ GroupRequestReport AxisGroups::report(std::uint64_t request) const noexcept {
 }
 
 std::string AxisGroups::refusal(std::uint64_t request) const {
-  const std::lock_guard lock(shared_->submit_mutex);
+  const std::lock_guard lock(shared_->queue_mutex);
   const auto found = std::find_if(shared_->sentences.begin(), shared_->sentences.end(),
                                   [request](const auto& each) { return each.first == request; });
   return found == shared_->sentences.end() ? std::string{} : found->second;
@@ -269,8 +284,8 @@ GroupReport AxisGroups::group_report(std::size_t group) const noexcept {
 }
 
 void AxisGroups::plan() {
-  const std::lock_guard lock(shared_->submit_mutex);
-  for (auto& group : groups_) group->planning.plan();
+  const std::lock_guard lock(shared_->plan_mutex);
+  for (auto& group : groups_) group->plan();
 }
 
 void AxisGroups::start_planning(std::chrono::milliseconds interval) {

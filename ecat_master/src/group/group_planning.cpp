@@ -1,6 +1,7 @@
 #include "group_planning.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -14,12 +15,9 @@ GroupPlanning::GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::ui
       make_path_(std::move(make_path)),
       refuse_(std::move(refuse)) {}
 
-std::size_t GroupPlanning::room() const noexcept {
-  return AxisGroups::kMaxMoves - std::min(AxisGroups::kMaxMoves, waiting_.size());
-}
-
-void GroupPlanning::add(std::uint64_t id, const GroupMove& move, std::uint64_t requests) {
-  waiting_.push_back({id, requests, move});
+void GroupPlanning::add(std::deque<QueuedMove>& moves) {
+  std::move(moves.begin(), moves.end(), std::back_inserter(waiting_));
+  moves.clear();
 }
 
 void GroupPlanning::plan() {
@@ -30,7 +28,7 @@ void GroupPlanning::plan() {
   if (!hand_over()) return;
   while (true) {
     drop_aborted();
-    if (waiting_.empty() || waiting_.front().behind > group_.taken()) break;
+    if (waiting_.empty() || !group_.has_taken(waiting_.front().behind)) break;
     leave_ended_path();
     if (refuse_by_state()) continue;
     if (!ready_for(waiting_.front()) || !add_next()) return;
@@ -92,7 +90,7 @@ bool GroupPlanning::refuse_by_state() {
 }
 
 /// Whether there is a path to which the move can be added.
-bool GroupPlanning::ready_for(const Waiting& next) {
+bool GroupPlanning::ready_for(const QueuedMove& next) {
   if (path_ != nullptr && next.move.buffer == GroupBuffer::kAborting && !path_->idle()) {
     group_.abort_for(next.id);
     return false;
@@ -139,8 +137,9 @@ bool GroupPlanning::add_next() {
 /// Refuses the next move, and aborts the moves that follow it, because they would start elsewhere.
 void GroupPlanning::refuse_next(std::string reason) {
   const auto id = waiting_.front().id;
-  table_.set(id, {RequestPhase::kError, GroupError::kBadMove, 0});
+  // Store the reason before the error, so that a reader of the error finds it.
   refuse_(id, std::move(reason));
+  table_.set(id, {RequestPhase::kError, GroupError::kBadMove, 0});
   waiting_.pop_front();
   while (!waiting_.empty() && waiting_.front().move.buffer != GroupBuffer::kAborting) {
     table_.set(waiting_.front().id, {RequestPhase::kAborted, GroupError::kBadMove, 0});

@@ -17,8 +17,14 @@
 
 namespace driveline::ecat_master {
 
-/// Moves of a group outside the cycle: the queue, planning, and the exchange of paths with the cycle. For one thread at
-/// a time.
+/// A move that waits to be planned.
+struct QueuedMove {
+  std::uint64_t id = 0;       ///< number of its request
+  AxisGroup::Count behind{};  ///< requests to the group that come first
+  GroupMove move{};           ///< the move
+};
+
+/// Moves of a group outside the cycle: planning, and the exchange of paths with the cycle. For one thread at a time.
 class GroupPlanning {
  public:
   /// Makes a path that starts at the given standstill; may throw std::invalid_argument.
@@ -31,25 +37,19 @@ class GroupPlanning {
   GroupPlanning(AxisGroup& group, GroupRequestTable& table, std::uint64_t grace_cycles, MakePath make_path,
                 Refuse refuse);
 
-  /// Number of moves that can be added.
-  [[nodiscard]] std::size_t room() const noexcept;
-  /// Adds a move after all moves added before and after `requests` requests to the group. room() must be above 0.
-  void add(std::uint64_t id, const GroupMove& move, std::uint64_t requests);
+  /// Number of moves that wait to be planned.
+  [[nodiscard]] std::size_t waiting() const noexcept { return waiting_.size(); }
+  /// Takes moves out of a queue, after all moves taken before.
+  void add(std::deque<QueuedMove>& moves);
   /// Plans moves as far as the path has space.
   void plan();
 
  private:
-  struct Waiting {
-    std::uint64_t id;
-    std::uint64_t behind;  ///< number of requests to the group that come first
-    GroupMove move;
-  };
-
   void leave_ended_path();
   void take_paths_back();
   void drop_aborted();
   [[nodiscard]] bool refuse_by_state();
-  [[nodiscard]] bool ready_for(const Waiting& next);
+  [[nodiscard]] bool ready_for(const QueuedMove& next);
   [[nodiscard]] bool begin_path();
   [[nodiscard]] bool add_next();
   void refuse_next(std::string reason);
@@ -62,7 +62,7 @@ class GroupPlanning {
   std::uint64_t grace_cycles_;
   MakePath make_path_;
   Refuse refuse_;
-  std::deque<Waiting> waiting_;
+  std::deque<QueuedMove> waiting_;
   std::vector<std::unique_ptr<GroupPath>> paths_;  ///< paths that the cycle may still use; the last one gets the moves
   GroupPath* path_ = nullptr;                      ///< null: the next move starts a path
   std::uint64_t used_epoch_ = 0;                   ///< epoch of the last path

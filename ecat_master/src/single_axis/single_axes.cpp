@@ -5,17 +5,19 @@
 #include <stdexcept>
 #include <utility>
 
+#include "single_axis/axis_stops.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
 /// Capacity of the request queue to the cycle.
 constexpr std::size_t kRequests = 512;
-/// Part of it that is reserved for stops, so that other requests cannot block them.
-constexpr std::size_t kRoomForStops = 256;
+/// Part of it that is reserved for requests that end a stop, so that other requests cannot block them.
+constexpr std::size_t kRoomForReleases = 256;
 /// Motions planned per cycle, at some microseconds each: those of requests, and motions that waited for the end of
-/// other motions.
+/// other motions. Those of the lane of stops come in addition, one per axis at most.
 constexpr std::size_t kPlansPerCycle = 4;
-/// Part of them that is reserved for requests, such as stops, however many motions wait.
+/// Part of them that is reserved for requests, however many motions wait.
 constexpr std::size_t kPlansForRequests = 2;
 
 void check(const Axis& axis) {
@@ -46,12 +48,18 @@ struct SingleAxes::Shared {
   std::atomic<double> position_offset{0.0};
 };
 
+struct SingleAxes::Stops {
+  explicit Stops(std::size_t axes) : lane(axes) {}
+  AxisStopLane lane;
+};
+
 SingleAxes::SingleAxes(std::vector<Axis> axes, Settings settings)
     : axes_(std::move(axes)),
       period_s_(std::chrono::duration<double>(settings.period).count()),
       setpoints_(axes_.size()),
       led_(axes_.size()),
       requests_(kRequests),
+      stops_(std::make_unique<Stops>(axes_.size())),
       shared_(std::make_unique<Shared[]>(axes_.size())),
       feed_of_(axes_.size()) {
   for (auto& axis : axes_) {
@@ -92,6 +100,12 @@ std::optional<std::size_t> SingleAxes::gantry_of(std::size_t axis) const noexcep
   return std::nullopt;
 }
 
+/// The axis that takes the motions of this one: the leader of its gantry, or itself.
+std::size_t SingleAxes::leader_of(std::size_t axis) const noexcept {
+  const auto gantry = gantry_of(axis);
+  return gantry ? gantries_[*gantry]->settings().leader : axis;
+}
+
 /// Hands a request to the axis itself, or to the gantry that it belongs to.
 void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept {
   const auto gantry = gantry_of(axis);
@@ -101,9 +115,21 @@ void SingleAxes::hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& 
 std::uint64_t SingleAxes::submit(std::size_t axis, const AxisRequest& request) noexcept {
   const std::lock_guard lock(submit_mutex_);
   if (axis >= axes_.size()) return 0;
-  if (!stops_or_releases(request.command) && requests_.size() >= kRequests - kRoomForStops) return 0;
+  if (axis_stop(request)) return submit_stop(axis, request);
+  const auto reserved = request.command == AxisCommand::kReleaseStop ? 0 : kRoomForReleases;
+  if (requests_.size() >= kRequests - reserved) return 0;
   const auto id = table_.add();
-  return requests_.try_push({id, static_cast<std::uint32_t>(axis), request}) ? id : 0;
+  requests_.try_push({id, static_cast<std::uint32_t>(axis), request});
+  return id;
+}
+
+/// A stop of the follower of a gantry is one of its leader, so that it overtakes the motions of the pair.
+std::uint64_t SingleAxes::submit_stop(std::size_t axis, const AxisRequest& request) noexcept {
+  const auto id = table_.add();
+  const auto kind = *axis_stop(request);
+  const auto replaced = stops_->lane.put(kind == AxisStop::kPowerOff ? axis : leader_of(axis), kind, {id, request});
+  table_.set_if_waiting(replaced, {RequestPhase::kAborted, AxisError::kNone});
+  return id;
 }
 
 std::uint64_t SingleAxes::submit_in_cycle(std::size_t axis, const AxisRequest& request) noexcept {
@@ -116,6 +142,24 @@ std::uint64_t SingleAxes::submit_in_cycle(std::size_t axis, const AxisRequest& r
 void SingleAxes::take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept {
   const auto& [feed, place] = feed_of_[axis];
   if (feed == nullptr || !feed->take(place, request, asked)) hand_on(axis, request, asked);
+}
+
+void SingleAxes::take_stops() noexcept {
+  stops_->lane.take_all([this](std::size_t axis, const auto& stop, bool superseded) noexcept {
+    if (superseded) return table_.set(stop.id, {RequestPhase::kAborted, AxisError::kNone});
+    take(axis, stop.id, stop.request);
+  });
+}
+
+/// Ends a queued request that a later stop has overtaken, and would have ended in the order of the requests.
+bool SingleAxes::overtaken(const NumberedRequest& request) noexcept {
+  const auto command = request.request.command;
+  const auto weakest = ended_by(command);
+  if (!weakest || request.id > stops_->lane.taken_from(request.axis, *weakest)) return false;
+  // The release of an earlier stop must not release this one; it has been done all the same.
+  const bool release = command == AxisCommand::kReleaseStop;
+  table_.set(request.id, {release ? RequestPhase::kDone : RequestPhase::kAborted, AxisError::kNone});
+  return true;
 }
 
 std::uint64_t SingleAxes::follow_in_cycle(std::size_t axis) noexcept {
@@ -197,10 +241,12 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
 void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   for (auto& one : single_) one.begin_cycle(cycle, took_);
   for (auto& gantry : gantries_) gantry->watch();
+  take_stops();
   const auto planned = plan_waiting(kPlansPerCycle - std::min(requests_.size(), kPlansForRequests));
   NumberedRequest request;
-  for (auto i = planned; i < kPlansPerCycle && requests_.try_pop(request); ++i)
-    take(request.axis, request.id, request.request);
+  for (auto i = planned; i < kPlansPerCycle && requests_.try_pop(request); ++i) {
+    if (!overtaken(request)) take(request.axis, request.id, request.request);
+  }
   for (auto& each : feeds_) each.feed->begin_cycle();
   advance();
   for (std::size_t i = 0; i < axes_.size(); ++i) {

@@ -18,7 +18,9 @@ std::uint64_t first_number() {
 std::optional<LeaseRefusal> AxisAuthority::obstacle(std::size_t axis, const LeaseTerms& terms) const {
   const auto& lease = leases_.at(axis);
   const bool foreign = !lease.owner.empty() && lease.owner != terms.owner;
-  if (!foreign || (terms.take_over && !lease.firm)) return std::nullopt;
+  // A caller that merely has the name of the source that moves all axes is not that source.
+  const bool namesake = lease.firm && !terms.firm;
+  if (!(foreign || namesake) || (terms.take_over && !lease.firm)) return std::nullopt;
   return LeaseRefusal{lease.owner, lease.firm};
 }
 
@@ -53,14 +55,15 @@ void AxisAuthority::prolong(std::string_view owner, std::optional<std::chrono::n
 
 void AxisAuthority::release(std::size_t axis, std::string_view owner) {
   const std::lock_guard guard(lock_);
-  if (leases_.at(axis).owner == owner) end(axis, LeaseChange::Kind::kReleased);
+  const auto& lease = leases_.at(axis);
+  if (lease.owner == owner && !lease.firm) end(axis, LeaseChange::Kind::kReleased);
 }
 
 std::vector<std::size_t> AxisAuthority::release_all(std::string_view owner) {
   const std::lock_guard guard(lock_);
   std::vector<std::size_t> released;
   for (std::size_t axis = 0; axis < leases_.size(); ++axis) {
-    if (leases_[axis].owner != owner) continue;
+    if (leases_[axis].owner != owner || leases_[axis].firm) continue;
     end(axis, LeaseChange::Kind::kReleased);
     released.push_back(axis);
   }

@@ -188,6 +188,8 @@ AxisRequests::Submitted AxisRequests::try_to_submit(const AxisCaller& caller, st
   }
   const auto report = single_ != nullptr ? single_->axis_report(axis) : ecat_master::AxisReport{};
   if (auto wrong = check_request(axes_[axis], report, request)) return tl::unexpected(std::move(*wrong));
+  // Also for a caller with the name of the source that moves them: there are no single axes to ask.
+  if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
   const auto access = permission(caller, axis, request.command);
   if (!access) return tl::unexpected(access.error());
   const auto number = single_->submit(axis, request);
@@ -219,7 +221,6 @@ AxisRequests::Permission AxisRequests::permission(const AxisCaller& caller, std:
 /// Any caller may switch a touch probe off; only a caller with `take_over` may replace the probe of another caller.
 AxisRequests::Permission AxisRequests::probe_permission(const AxisCaller& caller, std::size_t axis,
                                                         AxisCommand command) const {
-  if (together_) return refused(Why::kMovedTogether, authority_.owner_of(axis));
   if (command == AxisCommand::kAbortTrigger || caller.take_over) return Access::kOpen;
   for (const auto& pending : pending_) {
     const bool his = pending.caller.name == caller.name;
@@ -374,12 +375,11 @@ void AxisRequests::watch_leases() {
   }
 }
 
-/// Only a stop can end homing (PLCopen part 1, state diagram); the stop is released at once.
+/// Only a stop can end homing (PLCopen part 1, state diagram); the stop is released at once. An axis that is at rest
+/// gets the halt as well: it ends motions that are still queued.
 void AxisRequests::stop_axis(std::size_t axis) {
   if (single_ == nullptr || (groups_ != nullptr && groups_->bring_to_rest(axis))) return;
-  const auto state = single_->axis_report(axis).state;
-  if (state == PlcopenState::kDisabled || state == PlcopenState::kErrorStop || state == PlcopenState::kStopping) return;
-  if (state == PlcopenState::kHoming) {
+  if (single_->axis_report(axis).state == PlcopenState::kHoming) {
     static_cast<void>(single_->submit(axis, plain(AxisCommand::kStop)));
     static_cast<void>(single_->submit(axis, plain(AxisCommand::kReleaseStop)));
     return;

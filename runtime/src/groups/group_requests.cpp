@@ -103,10 +103,20 @@ GroupMove absolute(GroupMove move, const std::vector<double>& from) {
 struct GroupRequests::Group {
   /// Position at the end of the accepted requests; none: unknown while the group comes to rest.
   std::optional<std::vector<double>> place;
-  bool halted = false;  ///< halted by this object since its last move
+  bool halted = false;     ///< halted by this object since its last move
+  std::uint64_t ends = 0;  ///< number of requests that have ended its path, or would have
   /// Caller that sends a path, and the number of its newest move; empty: none.
   std::string path_of{};
   std::uint64_t newest = 0;
+};
+
+/// Moves on trial, with all that their check needs, so that it runs without the lock.
+struct GroupRequests::MoveCheck {
+  MoveLimits limits;
+  std::size_t axes = 0;
+  std::optional<std::vector<double>> place;  ///< position at the end of the moves that were found right; none: unknown
+  bool rests = false;                        ///< the group was at rest, without moves in progress
+  std::uint64_t ends = 0;                    ///< value of Group::ends when the check started
 };
 
 GroupRequests::GroupRequests(const std::vector<AxisGroupConfig>& groups, AxisRequests& axes)
@@ -132,6 +142,7 @@ void GroupRequests::close() {
   running_ = nullptr;
   single_ = nullptr;
   pending_.clear();
+  for (auto& group : groups_) ++group->ends;
 }
 
 std::vector<EventFacts> GroupRequests::take_events() {
@@ -156,9 +167,11 @@ events::EventGroup GroupRequests::event_group(std::size_t group) const {
 
 tl::expected<std::uint64_t, GroupRefusal> GroupRequests::submit(const AxisCaller& caller, std::size_t group,
                                                                 const ClientGroupRequest& request) {
-  const std::lock_guard guard(lock_);
   if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
-  auto submitted = try_to_submit(caller, group, request);
+  Guard checking(moves_lock_, std::defer_lock);
+  if (request.verb == Verb::kMove) checking.lock();
+  Guard guard(lock_);
+  auto submitted = try_to_submit(caller, group, request, guard);
   events::GroupRequested asked{caller.name, event_group(group), request, {}};
   if (!submitted) asked.refusal = submitted.error();
   if (!caller.quiet) events_.emplace_back(std::move(asked));
@@ -166,7 +179,8 @@ tl::expected<std::uint64_t, GroupRefusal> GroupRequests::submit(const AxisCaller
 }
 
 tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_submit(const AxisCaller& caller, std::size_t group,
-                                                                       const ClientGroupRequest& request) {
+                                                                       const ClientGroupRequest& request,
+                                                                       Guard& guard) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
   if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
   constexpr double kMaxShare = 2.0;
@@ -178,22 +192,19 @@ tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_submit(const Axi
   if (!stops(request.verb)) {
     if (auto refused = take(caller, group)) return tl::unexpected(std::move(*refused));
   }
-  auto submitted = request.verb == Verb::kMove ? try_to_move(group, request)
+  auto submitted = request.verb == Verb::kMove ? try_to_move(group, request, guard)
                                                : tl::expected<std::uint64_t, GroupRefusal>(running_->submit(
                                                      group, {command_of(request.verb), request.share}));
   if (!submitted) return submitted;
   if (*submitted == 0) return tl::unexpected(refuse(Why::kTooMany));
-  if (ends_path(request.verb)) {
-    groups_[group]->place.reset();
-    groups_[group]->path_of.clear();
-  }
+  if (ends_path(request.verb)) end_path(group);
   pending_.push_back({*submitted, *submitted, group, caller, request});
   return submitted;
 }
 
-/// Submits the move of a request.
+/// Submits the move of a request. Releases the lock while the move is checked.
 tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_move(std::size_t group,
-                                                                     const ClientGroupRequest& request) {
+                                                                     const ClientGroupRequest& request, Guard& guard) {
   find_place(group);
   auto move = request.move;
   const auto& place = groups_[group]->place;
@@ -204,8 +215,12 @@ tl::expected<std::uint64_t, GroupRefusal> GroupRequests::try_to_move(std::size_t
   }
   auto& feed = move.path.feed;
   if (feed == 0.0 || feed > configs_[group].max_feed) feed = configs_[group].max_feed;
-  if (auto wrong = check_move(group, move, move.buffer != GroupBuffer::kAborting))
-    return tl::unexpected(std::move(*wrong));
+  auto check = begin_check(group);
+  guard.unlock();
+  auto wrong = check_move(check, move, move.buffer != GroupBuffer::kAborting);
+  guard.lock();
+  if (!wrong) wrong = end_check(group, check);
+  if (wrong) return tl::unexpected(std::move(*wrong));
   groups_[group]->path_of.clear();
   return running_->move(group, move);
 }
@@ -261,34 +276,47 @@ MoveLimits GroupRequests::limits_of(std::size_t group) const {
   return limits;
 }
 
-/// Checks a move as far as its start is known. `goes_on`: it starts at the end of the preceding move.
-GroupRequests::Refused GroupRequests::check_move(std::size_t group, const GroupMove& move, bool goes_on) {
-  auto& state = *groups_[group];
-  const auto axes = configs_[group].axes.size();
-  const bool known = state.place && (goes_on || rests(group));
-  state.halted = false;
-  const auto limits = limits_of(group);
-  if (auto wrong = check_outputs(limits, move.path)) return wrong;
+GroupRequests::MoveCheck GroupRequests::begin_check(std::size_t group) const {
+  const auto& state = *groups_[group];
+  return {limits_of(group), configs_[group].axes.size(), state.place, rests(group), state.ends};
+}
+
+/// Checks a move as far as its start is known. `goes_on`: it starts at the end of the preceding move. Called without
+/// the lock: it may take as long as planning.
+GroupRequests::Refused GroupRequests::check_move(MoveCheck& check, const GroupMove& move, bool goes_on) {
+  const bool known = check.place && (goes_on || check.rests);
+  if (auto wrong = check_outputs(check.limits, move.path)) return wrong;
   if (move.relative && !known) {
-    state.place.reset();
+    check.place.reset();
     return std::nullopt;
   }
-  const auto there = absolute(move, state.place.value_or(std::vector<double>(axes)));
-  if (known && axes <= trajectory::kMaxGroupAxes) {
+  const auto there = absolute(move, check.place.value_or(std::vector<double>(check.axes)));
+  if (known && check.axes <= trajectory::kMaxGroupAxes) {
     trajectory::GroupVector from{};
-    std::copy(state.place->begin(), state.place->end(), from.begin());
-    if (auto wrong = check_group_move(limits, from, there.path)) return wrong;
+    std::copy(check.place->begin(), check.place->end(), from.begin());
+    if (auto wrong = check_group_move(check.limits, from, there.path)) return wrong;
   }
-  state.place = coordinates(there, axes);
+  check.place = coordinates(there, check.axes);
+  return std::nullopt;
+}
+
+/// Takes the result of a check over, unless the group was stopped meanwhile: its moves would start elsewhere.
+GroupRequests::Refused GroupRequests::end_check(std::size_t group, const MoveCheck& check) {
+  auto& state = *groups_[group];
+  if (running_ == nullptr) return refuse(Why::kNotRunning);
+  if (state.ends != check.ends) return bad_move("the group was stopped before the move was accepted");
+  state.place = check.place;
+  state.halted = false;
   return std::nullopt;
 }
 
 tl::expected<TakenMoves, GroupRefusal> GroupRequests::add_moves(const AxisCaller& caller, std::size_t group,
                                                                 std::span<const PathMove> moves, bool begins,
                                                                 bool ends) {
-  const std::lock_guard guard(lock_);
   if (group >= groups_.size()) return tl::unexpected(refuse(Why::kNotRunning));
-  auto taken = try_to_add(caller, group, moves, begins, ends);
+  const std::lock_guard checking(moves_lock_);
+  Guard guard(lock_);
+  auto taken = try_to_add(caller, group, moves, begins, ends, guard);
   if (begins || !taken) {
     events::GroupPathBegun begun{caller.name, event_group(group), {}};
     if (!taken) begun.refusal = taken.error();
@@ -297,9 +325,10 @@ tl::expected<TakenMoves, GroupRefusal> GroupRequests::add_moves(const AxisCaller
   return taken;
 }
 
+/// Releases the lock while the moves are checked.
 tl::expected<TakenMoves, GroupRefusal> GroupRequests::try_to_add(const AxisCaller& caller, std::size_t group,
                                                                  std::span<const PathMove> moves, bool begins,
-                                                                 bool ends) {
+                                                                 bool ends, Guard& guard) {
   if (auto moved = moved_together(group)) return tl::unexpected(std::move(*moved));
   if (running_ == nullptr) return tl::unexpected(refuse(Why::kNotRunning));
   if (auto refused = take(caller, group)) return tl::unexpected(std::move(*refused));
@@ -311,6 +340,8 @@ tl::expected<TakenMoves, GroupRefusal> GroupRequests::try_to_add(const AxisCalle
   const auto count = std::min(moves.size(), running_->room(group));
   std::vector<GroupMove> next;
   Refused wrong;
+  auto check = begin_check(group);
+  guard.unlock();
   for (const auto& path : moves.subspan(0, count)) {
     GroupMove move;
     move.path = path;
@@ -318,10 +349,12 @@ tl::expected<TakenMoves, GroupRefusal> GroupRequests::try_to_add(const AxisCalle
     const bool first = begins && next.empty();
     move.buffer = first ? GroupBuffer::kAborting : GroupBuffer::kBlending;
     move.continues = !(ends && next.size() + 1 == moves.size());
-    wrong = check_move(group, move, !first);
+    wrong = check_move(check, move, !first);
     if (wrong) break;
     next.push_back(std::move(move));
   }
+  guard.lock();
+  if (auto ended = end_check(group, check)) return tl::unexpected(std::move(*ended));
   if (next.empty()) {
     if (wrong) return tl::unexpected(std::move(*wrong));
     return TakenMoves{};
@@ -450,12 +483,21 @@ void GroupRequests::release(const std::string& caller, std::size_t group) {
   for (const auto axis : configs_.at(group).axes) axis_requests_.authority().release(axis, caller);
 }
 
+/// Forgets the path of a group that is to come to rest, and lets moves that are being checked be refused.
+void GroupRequests::end_path(std::size_t group) {
+  auto& state = *groups_[group];
+  ++state.ends;
+  state.place.reset();
+  state.path_of.clear();
+}
+
 void GroupRequests::halt(std::size_t group) {
-  if (running_ == nullptr || groups_[group]->halted) return;
+  if (running_ == nullptr) return;
+  ++groups_[group]->ends;
+  if (groups_[group]->halted) return;
   if (running_->group_report(group).state != GroupState::kMoving && rests(group)) return;
   groups_[group]->halted = true;
-  groups_[group]->place.reset();
-  groups_[group]->path_of.clear();
+  end_path(group);
   static_cast<void>(running_->submit(group, {GroupCommand::kHalt, 0.0}));
 }
 

@@ -83,6 +83,24 @@ class ReceiveWaitTest : public testing::Test {
   nanoseconds longest{};  ///< cycle
 };
 
+/// Counting that is switched off and on between two cycles starts anew.
+TEST_F(ReceiveWaitTest, CountsAnewEvenIfNoCycleSawTheCountingEnd) {
+  make(ReceiveStrategy::kSpin);
+  run(20);
+  ASSERT_EQ(seen().cycles, 20U);
+  core->count(true);
+  run(1);
+  ASSERT_EQ(seen().cycles, 21U) << "it was on already";
+  core->count(false);
+  core->count(true);
+  run(3);
+  EXPECT_EQ(seen().cycles, 3U);
+  core->count(true);
+  core->count(false);
+  run(2);
+  EXPECT_EQ(seen().cycles, 3U) << "off";
+}
+
 TEST_F(ReceiveWaitTest, SleepsUntilShortlyBeforeItsAnswer) {
   make(ReceiveStrategy::kSleep);
   run(20);

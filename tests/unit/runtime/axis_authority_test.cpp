@@ -132,6 +132,22 @@ TEST(AxisAuthority, NobodyTakesOverFromWhatMovesTheAxesForGood) {
   EXPECT_TRUE(refused.error().firm);
 }
 
+TEST(AxisAuthority, ANamesakeNeitherChangesNorEndsAFirmLease) {
+  AxisAuthority authority(1);
+  auto path = terms("path");
+  path.firm = true;
+  const auto number = authority.take(0, path);
+  ASSERT_TRUE(number);
+  const auto refused = authority.take(0, terms("path", nanoseconds{100}));
+  ASSERT_FALSE(refused);
+  EXPECT_TRUE(refused.error().firm);
+  authority.release(0, "path");
+  EXPECT_THAT(authority.release_all("path"), IsEmpty());
+  EXPECT_THAT(authority.losses(nanoseconds{100}), IsEmpty());
+  EXPECT_TRUE(authority.goes_on(0, *number));
+  EXPECT_EQ(authority.take(0, path).value(), *number) << "the source itself keeps its lease";
+}
+
 TEST(AxisAuthority, EachLeaseHasANumberOfItsOwn) {
   AxisAuthority authority(2);
   EXPECT_FALSE(authority.goes_on(0, 0)) << "nobody's";

@@ -277,6 +277,15 @@ TEST_F(AxisRequestsTest, WhoGoesGivesHisAxesBack) {
   EXPECT_EQ(axis_requests.status(1).owner, "");
 }
 
+TEST_F(AxisRequestsTest, WhoGoesTakesAlongTheMotionsThatAreStillQueued) {
+  axis_requests.open(*single);
+  const auto moved = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
+  ASSERT_TRUE(moved);
+  axis_requests.leave("hand", true);
+  cycle();
+  EXPECT_EQ(single->report(*moved).phase, ecat_master::RequestPhase::kAborted);
+}
+
 TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   axis_requests.occupy("path");
   auto hand = caller("hand");
@@ -288,6 +297,27 @@ TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   ASSERT_TRUE(stopped);
   EXPECT_EQ(stops, 1);
   EXPECT_TRUE(axis_requests.progress(1, *stopped).report.over());
+}
+
+/// Clients choose their names themselves.
+TEST_F(AxisRequestsTest, ANamesakeOfWhatMovesAllAxesGetsNone) {
+  axis_requests.occupy("path");
+  auto namesake = caller("path", milliseconds{500});
+  for (const auto command : {AxisCommand::kMoveRelative, AxisCommand::kPower, AxisCommand::kReleaseStop}) {
+    EXPECT_THAT(refusal(namesake, 0, ask(command, 1.0)), HasSubstr("is moved by the path of this run"));
+  }
+  const auto lease = axis_requests.acquire(namesake, 0);
+  ASSERT_FALSE(lease);
+  EXPECT_EQ(lease.error().why, AxisRefusal::Why::kMovedTogether);
+  axis_requests.give_back("path", 0);
+  axis_requests.release("path", 0);
+  axis_requests.leave("path", true);
+  clock.advance(milliseconds{1000});
+  axis_requests.watch();
+  EXPECT_EQ(axis_requests.status(0).owner, "path");
+  auto hand = caller("hand");
+  hand.take_over = true;
+  EXPECT_THAT(refusal(hand, 0, ask(AxisCommand::kMoveRelative, 1.0)), HasSubstr("is moved by the path of this run"));
 }
 
 }  // namespace

@@ -106,8 +106,13 @@ class CyclicCore {
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
 
   // Functions for any thread, \rtsafe.
-  /// Switches the statistics on (default) or off from the next cycle on; switching them on resets them.
-  void count(bool on) noexcept { counting_wanted_.store(on, std::memory_order_release); }
+  /// Switches the statistics on (default) or off from the next cycle on; switching them on resets them, also if they
+  /// were switched off and on between two cycles.
+  void count(bool on) noexcept {
+    auto switched = count_switched_.load(std::memory_order_relaxed);
+    while (counts(switched) != on && !count_switched_.compare_exchange_weak(switched, switched + 1)) {
+    }
+  }
   /// Cycles so far, counted or not.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_shared_.load(std::memory_order_acquire); }
   /// Consecutive cycles whose process data were not all valid.
@@ -192,6 +197,7 @@ class CyclicCore {
   [[nodiscard]] std::span<const bool> due_slaves() noexcept;
   void take_recovery_requests() noexcept;
   void take_counting() noexcept;
+  [[nodiscard]] static constexpr bool counts(std::uint64_t switched) noexcept { return (switched & 1U) != 0; }
   void note_absence(const rt::CycleStart& start) noexcept;
   [[nodiscard]] bool zeroed(const CyclicFrame& frame) const noexcept;
   void send(std::chrono::nanoseconds grid) noexcept;
@@ -247,6 +253,7 @@ class CyclicCore {
   ReceiveWait receive_wait_;
   CycleStatistics statistics_;
   bool counting_ = true;
+  std::uint64_t count_seen_ = 1;  ///< value of count_switched_ in the last cycle
   std::uint64_t cycle_number_ = 0;
   std::uint64_t cycles_ = 0;
   std::uint32_t sequence_ = kFirstSequence;
@@ -266,7 +273,7 @@ class CyclicCore {
   std::atomic<std::uint64_t> other_source_{0};       ///< source address of the other master, first byte lowest
   std::atomic<std::uint64_t> other_datagram_{0};     ///< weight, command, ADP and ADO
   std::atomic<std::uint32_t> recovery_requests_{0};  ///< number of set_recovering() calls; wraps around
-  std::atomic<bool> counting_wanted_{true};
+  std::atomic<std::uint64_t> count_switched_{1};     ///< number of times that count() changed; odd: on
   std::atomic<std::uint64_t> cycles_shared_{0};
   std::atomic<std::uint32_t> bad_cycles_{0};
   std::atomic<std::uint32_t> al_status_shared_{0};

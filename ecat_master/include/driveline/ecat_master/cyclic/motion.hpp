@@ -126,10 +126,11 @@ class Motion final : public MotionControl {
   Motion(std::vector<Axis> axes, SetpointSource& source, Settings settings);
 
   // Commands, for any thread.
-  /// Enables all axes (resetting faults first) and follows the path.
-  void request_start() noexcept { command_.store(Command::kStart, std::memory_order_release); }
-  /// Brings all axes to standstill, then switches them off.
-  void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
+  /// Enables all axes (resetting faults first) and follows the path. Ignored while they are not switched off. \rtsafe
+  void request_start() noexcept { commands_.fetch_or(kStart, std::memory_order_release); }
+  /// Brings all axes to standstill, then switches them off. A start that the cycle has not taken yet is withdrawn; a
+  /// later start does not withdraw the stop. \rtsafe
+  void request_stop() noexcept { commands_.store(kStop, std::memory_order_release); }
   /// Changes to another source, which must outlive the motion, at standstill and without stopping the cycle: at the
   /// next start, or at once if the axes hold the end of the previous source; then they approach its start. Error: the
   /// reason of the refusal; nothing has changed then. If another thread starts the motion at the same time, the start
@@ -166,7 +167,9 @@ class Motion final : public MotionControl {
   /// Constructs a motion without a source.
   Motion(std::vector<Axis> axes, Settings settings);
 
-  enum class Command : std::uint8_t { kNone, kStart, kStop };
+  // Commands that the cycle has not taken yet. Both: the start came after the stop.
+  static constexpr unsigned kStart = 1;
+  static constexpr unsigned kStop = 2;
 
   /// State of an axis that is or was unavailable.
   struct Absence {
@@ -201,6 +204,8 @@ class Motion final : public MotionControl {
   /// The same, counted in periods for which setpoints were generated.
   [[nodiscard]] double given_s() const noexcept { return seconds(given_ - phase_given_); }
   void obey(std::int64_t cycle) noexcept;
+  void start(std::int64_t cycle) noexcept;
+  void stop(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
   void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
   void judge_positions(std::int64_t cycle) noexcept;
@@ -291,7 +296,7 @@ class Motion final : public MotionControl {
   bool powered_ = false;  ///< the drives get setpoints in this phase
   std::int64_t phase_start_ = 0;
   MotionFailure failure_;
-  std::atomic<Command> command_{Command::kNone};
+  std::atomic<unsigned> commands_{0};
   std::atomic<MotionPhase> phase_shared_{MotionPhase::kIdle};
   std::atomic<std::int64_t> path_late_shared_{0};
   std::atomic<SetpointSource*> next_source_{nullptr};

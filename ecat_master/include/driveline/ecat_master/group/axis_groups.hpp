@@ -84,10 +84,15 @@ class AxisGroups {
   // Functions for any thread except that of the cycle.
   /// The configurations given to the constructor.
   [[nodiscard]] const std::vector<AxisGroupSettings>& groups() const noexcept { return configs_; }
-  /// Queues a request to a group; the next cycle takes it. Returns the number for report(); 0: no such group, or the
-  /// queue is full.
+  /// Submits a request to a group. Returns the number for report(); 0: no such group, or the queue is full.
+  ///
+  /// kStop, kHalt, kInterrupt and kDisable wait for nothing, neither for planning nor for other requests: the next
+  /// cycle takes them, and there is always room for them. If another request of the same kind follows before that, the
+  /// first ends as aborted. Other requests are queued, and the cycle takes some of them at a time. If a later stop
+  /// overtakes a queued request to resume motion, that request ends as aborted.
   [[nodiscard]] std::uint64_t submit(std::size_t group, const GroupRequest& request);
-  /// Queues a move of a group, as submit(). Moves and requests are taken in the order in which they were queued.
+  /// Queues a move of a group. It is planned after the moves that were queued before it, and after the cycle has taken
+  /// the requests that were submitted before it. Returns the number for report(); 0: no such group, or no room().
   [[nodiscard]] std::uint64_t move(std::size_t group, const GroupMove& move);
   /// Queues several moves as one path: all of them, or none, then 0. Returns the number of the first move; the others
   /// have consecutive numbers. Every move except the last continues (GroupMove::continues), and every move except the
@@ -105,7 +110,7 @@ class AxisGroups {
   [[nodiscard]] GroupReport group_report(std::size_t group) const noexcept;
 
   /// Plans the queued moves as far as the paths have space; to be called every few milliseconds, by one thread or
-  /// several. Allocates, and may block on submitting threads.
+  /// several. Allocates. Threads that submit requests do not wait for it.
   void plan();
   /// Starts a thread of this object that calls plan() until this object is destroyed or stop_planning() is called.
   void start_planning(std::chrono::milliseconds interval = std::chrono::milliseconds{1});

@@ -88,9 +88,7 @@ struct GroupRequestReport {
   std::size_t axis = 0;                  ///< number of the axis on the line, if the error concerns an axis
 
   /// Whether the request has ended. \rtsafe
-  [[nodiscard]] constexpr bool over() const noexcept {
-    return phase == RequestPhase::kDone || phase == RequestPhase::kAborted || phase == RequestPhase::kError;
-  }
+  [[nodiscard]] constexpr bool over() const noexcept { return is_over(phase); }
 };
 
 /// State of a group as seen by other threads.

@@ -39,8 +39,7 @@ enum class AxisCommand : std::uint8_t {
   kDriveRun,  ///< at the velocity `target`, until stopped, along the ramp of the drive (velocity mode: U/f operation)
 };
 
-/// Whether the command brings an axis to rest or ends a stop: any client may send it, and the queue reserves space for
-/// it. \rtsafe
+/// Whether the command brings an axis to rest or ends a stop: any client may send it. \rtsafe
 [[nodiscard]] constexpr bool stops_or_releases(AxisCommand command) noexcept {
   return command == AxisCommand::kHalt || command == AxisCommand::kStop || command == AxisCommand::kReleaseStop;
 }
@@ -120,6 +119,11 @@ enum class RequestPhase : std::uint8_t {
   kAborted,  ///< CommandAborted: ended by another request, or by a failure of the axis
   kError,    ///< Error, with a reason; it moved nothing, or its motion has stopped
 };
+
+/// Whether a request in this phase has ended. \rtsafe
+[[nodiscard]] constexpr bool is_over(RequestPhase phase) noexcept {
+  return phase == RequestPhase::kDone || phase == RequestPhase::kAborted || phase == RequestPhase::kError;
+}
 
 /// Reason why a request was refused, or why an axis is in ErrorStop.
 enum class AxisError : std::uint8_t {

@@ -63,8 +63,12 @@ class SingleAxes final : public MotionControl {
   void add_signal(MasterSignal& signal) { signals_.push_back(&signal); }
 
   // Any thread.
-  /// Queues a request to an axis; the next cycle takes it. Returns the number for report(); 0: no such axis, or the
-  /// queue is full. Halts and stops have reserved space.
+  /// Submits a request to an axis. Returns the number for report(); 0: no such axis, or the queue is full.
+  ///
+  /// A stop, a halt and a switch-off wait for nothing: the next cycle takes them, and there is always room for them. If
+  /// another request of the same kind follows before that, the first ends as aborted. Other requests, and stops and
+  /// halts that are buffered, are queued; the cycle takes some of them at a time. If a later stop overtakes a queued
+  /// motion, the motion ends as aborted.
   [[nodiscard]] std::uint64_t submit(std::size_t axis, const AxisRequest& request) noexcept;
   /// Progress of a request.
   [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
@@ -106,6 +110,8 @@ class SingleAxes final : public MotionControl {
  private:
   /// AxisReport for other threads.
   struct Shared;
+  /// The lane of stops.
+  struct Stops;
   struct Feed {
     SetpointFeed* feed = nullptr;
     std::vector<std::size_t> axes{};
@@ -120,6 +126,10 @@ class SingleAxes final : public MotionControl {
   };
 
   void take(std::size_t axis, std::uint64_t request, const AxisRequest& asked) noexcept;
+  [[nodiscard]] std::uint64_t submit_stop(std::size_t axis, const AxisRequest& request) noexcept;
+  [[nodiscard]] std::size_t leader_of(std::size_t axis) const noexcept;
+  void take_stops() noexcept;
+  [[nodiscard]] bool overtaken(const NumberedRequest& request) noexcept;
   void hand_on(std::size_t axis, std::uint64_t id, const AxisRequest& request) noexcept;
   [[nodiscard]] std::size_t plan_waiting(std::size_t most) noexcept;
   void advance() noexcept;
@@ -134,8 +144,9 @@ class SingleAxes final : public MotionControl {
   std::vector<trajectory::AxisSetpoint> setpoints_;
   std::vector<char> led_;  ///< led by a feed in this cycle
   RequestTable table_;
-  std::mutex submit_mutex_;  ///< serialises submitting threads; the cycle never locks it
+  std::mutex submit_mutex_;  ///< serialises submitting threads, for the time of a copy; the cycle never locks it
   rt::SpscRing<NumberedRequest> requests_;
+  std::unique_ptr<Stops> stops_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;
   std::vector<FeedPlace> feed_of_;  ///< by axis number

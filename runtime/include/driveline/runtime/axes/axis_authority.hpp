@@ -21,7 +21,9 @@ struct LeaseTerms {
   /// End of the lease unless it is prolonged, on the clock of the callers; none: it lasts until it is released.
   std::optional<std::chrono::nanoseconds> until{};
   bool take_over = false;  ///< takes the axis even from another owner, which gets a LeaseLoss
-  bool firm = false;       ///< cannot be taken over: for a source that moves the axes throughout the run
+  /// For a source that moves the axes throughout the run: cannot be taken over, and neither released nor changed by a
+  /// caller of the same name.
+  bool firm = false;
 };
 
 /// A lease that ended without a release by its owner.
@@ -71,9 +73,9 @@ class AxisAuthority {
   [[nodiscard]] tl::expected<void, LeaseRefusal> check(std::size_t axis, const LeaseTerms& terms) const;
   /// Sets the end of all leases of `owner` that have an end; none: they no longer end by time.
   void prolong(std::string_view owner, std::optional<std::chrono::nanoseconds> until);
-  /// Releases the axis; does nothing if `owner` does not own it.
+  /// Releases the axis; does nothing if `owner` does not own it, or owns it by a firm lease.
   void release(std::size_t axis, std::string_view owner);
-  /// Releases all axes of `owner`. Returns their numbers.
+  /// Releases all axes of `owner` except those with a firm lease. Returns their numbers.
   std::vector<std::size_t> release_all(std::string_view owner);
 
   /// Ends the leases that were not prolonged in time. Returns all losses since the last call.

@@ -74,7 +74,7 @@ class GroupGuard {
 ///
 /// The first request takes a lease and leave() releases it. An axis of another owner is taken over once it has accepted
 /// the request; after a refusal the axis and its motion stay with that owner. Any thread except the cycle's; uses a
-/// lock.
+/// lock, which is never held while a path is checked or planned, so that a stop does not wait for that.
 class AxisRequests {
  public:
   /// `stop_all` ends the run in an orderly way. `axes` and `clock`, which measures keep-alive times, must outlive it.

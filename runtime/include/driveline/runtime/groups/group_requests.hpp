@@ -48,7 +48,8 @@ struct TakenMoves {
 /// Interface for requests to the axis groups of a running line, next to the AxisRequests of its single axes. A request
 /// to a group needs the leases of all its axes, and takes them; any client may send a halt, a stop or a hold. The group
 /// of an owner that is silent, or that leaves without letting its motion finish, comes to rest on its path. Any thread
-/// except the cycle's; uses a lock.
+/// except the cycle's; uses locks, but no stop waits for the check of a move or for its planning. Moves that are being
+/// checked when a stop comes are refused.
 class GroupRequests final : private GroupGuard {
  public:
   /// `axes` must outlive it, and other threads must not use `axes` during construction and destruction. `groups` must
@@ -97,6 +98,8 @@ class GroupRequests final : private GroupGuard {
 
  private:
   struct Group;
+  struct MoveCheck;
+  using Guard = std::unique_lock<std::mutex>;  ///< of lock_
   /// A request, or consecutive moves, that were not over at the last watch().
   struct Pending {
     std::uint64_t number = 0;  ///< first number that is not over
@@ -110,12 +113,13 @@ class GroupRequests final : private GroupGuard {
   bool bring_to_rest(std::size_t axis) override;
   [[nodiscard]] bool waits_for(const std::string& caller) override;
   [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_submit(const AxisCaller& caller, std::size_t group,
-                                                                        const ClientGroupRequest& request);
+                                                                        const ClientGroupRequest& request,
+                                                                        Guard& guard);
   [[nodiscard]] tl::expected<std::uint64_t, GroupRefusal> try_to_move(std::size_t group,
-                                                                      const ClientGroupRequest& request);
+                                                                      const ClientGroupRequest& request, Guard& guard);
   [[nodiscard]] tl::expected<TakenMoves, GroupRefusal> try_to_add(const AxisCaller& caller, std::size_t group,
                                                                   std::span<const trajectory::PathMove> moves,
-                                                                  bool begins, bool ends);
+                                                                  bool begins, bool ends, Guard& guard);
   [[nodiscard]] Refused take(const AxisCaller& caller, std::size_t group);
   [[nodiscard]] Refused foreign(const AxisCaller& caller, std::size_t axis) const;
   [[nodiscard]] bool broken(std::size_t group, const AxisCaller& caller) const;
@@ -128,12 +132,16 @@ class GroupRequests final : private GroupGuard {
   [[nodiscard]] std::vector<double> place_of(std::size_t group) const;
   [[nodiscard]] bool rests(std::size_t group) const;
   void find_place(std::size_t group);
-  [[nodiscard]] Refused check_move(std::size_t group, const ecat_master::GroupMove& move, bool goes_on);
+  [[nodiscard]] MoveCheck begin_check(std::size_t group) const;
+  [[nodiscard]] static Refused check_move(MoveCheck& check, const ecat_master::GroupMove& move, bool goes_on);
+  [[nodiscard]] Refused end_check(std::size_t group, const MoveCheck& check);
+  void end_path(std::size_t group);
   void halt(std::size_t group);
 
   const std::vector<AxisGroupConfig>& configs_;
   AxisRequests& axis_requests_;
-  mutable std::mutex lock_;
+  std::mutex moves_lock_;    ///< serialises callers with moves, which check them without lock_; locked before lock_
+  mutable std::mutex lock_;  ///< never held while moves are checked or planned
   ecat_master::AxisGroups* running_ = nullptr;
   ecat_master::SingleAxes* single_ = nullptr;
   std::vector<std::unique_ptr<Group>> groups_;
