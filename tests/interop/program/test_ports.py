@@ -50,7 +50,7 @@ class Ports(WireTest):
         interface, = document["interfaces"]
         self.assertEqual(interface["name"], "dl-master")
         self.assertEqual(interface["port"], "AF_XDP, native, copied")
-        self.assertIn("No AF_XDP (zero copy) on interface 'dl-master': the driver has no zero copy.", interface["steps_down"])
+        self.assertIn("No AF_XDP (zero copy) on interface 'dl-master': the driver does not support zero copy.", interface["steps_down"])
         for step in interface["steps_down"]:
             self.assertIn(step, result.stderr)
         self.assertIn("dl-master: AF_XDP, native, copied", result.stderr)
