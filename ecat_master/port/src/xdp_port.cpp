@@ -92,7 +92,8 @@ std::string why(const XdpRefusal& refusal, std::size_t mtu) {
     case Step::kMemory:
       return why_no_memory(refusal.error_number);
     case Step::kBind:
-      if (refusal.error_number == EOPNOTSUPP || refusal.error_number == EINVAL) return "the driver has no zero copy";
+      if (refusal.error_number == EOPNOTSUPP || refusal.error_number == EINVAL)
+        return "the driver does not support zero copy";
       if (refusal.error_number == EBUSY) return "another AF_XDP socket uses receive queue 0 of the interface";
       return why_no_memory(refusal.error_number);
     case Step::kProgram:

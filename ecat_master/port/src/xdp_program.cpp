@@ -8,9 +8,11 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <thread>
 
 #include "driveline/wire/ethernet.hpp"
 
@@ -129,13 +131,18 @@ FileDescriptor load_program(int map) noexcept {
   return FileDescriptor{bpf(BPF_PROG_LOAD, attributes)};
 }
 
+/// Retries for three seconds: the kernel detaches the program of a closed port later, when its work queues get to it.
 FileDescriptor link_program(int program, int interface_index, bool generic) noexcept {
   bpf_attr attributes{};
   attributes.link_create.prog_fd = static_cast<std::uint32_t>(program);
   attributes.link_create.target_ifindex = static_cast<std::uint32_t>(interface_index);
   attributes.link_create.attach_type = BPF_XDP;
   attributes.link_create.flags = generic ? XDP_FLAGS_SKB_MODE : XDP_FLAGS_DRV_MODE;
-  return FileDescriptor{bpf(BPF_LINK_CREATE, attributes)};
+  for (int attempt = 0;; ++attempt) {
+    FileDescriptor link{bpf(BPF_LINK_CREATE, attributes)};
+    if (link.valid() || errno != EBUSY || attempt == 300) return link;
+    std::this_thread::sleep_for(std::chrono::milliseconds{10});
+  }
 }
 
 }  // namespace

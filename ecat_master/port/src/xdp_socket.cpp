@@ -52,11 +52,11 @@ bool wants_call(const XdpQueue& queue) noexcept {
   return (std::atomic_ref<std::uint32_t>(flags).load(std::memory_order_relaxed) & XDP_RING_NEED_WAKEUP) != 0;
 }
 
-/// Retries, because the kernel frees the queue of a closed socket a little later.
+/// Retries for three seconds: the kernel frees the queue of a closed socket later, when its work queues get to it.
 bool bind_patiently(int socket, const sockaddr_xdp& address) noexcept {
   for (int attempt = 0;; ++attempt) {
     if (bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return true;
-    if (errno != EBUSY || attempt == 100) return false;
+    if (errno != EBUSY || attempt == 300) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds{10});
   }
 }

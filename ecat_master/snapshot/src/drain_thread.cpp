@@ -35,7 +35,7 @@ void become_normal_thread() {
 
 std::string describe(const DrainStartError& error) {
   return error.cause ? "Cannot start the telemetry thread: " + error.cause.message() + "."
-                     : "The telemetry thread was started before; it can be started only once.";
+                     : "The telemetry thread was already started; it can be started only once.";
 }
 
 DrainThread::DrainThread(rt::SpscRing<LineSample>& lines, rt::SpscRing<AxisSample>& axes,

@@ -361,6 +361,10 @@ TEST_F(XdpOpening, WithoutPrivilegeNamesTheRemedyAndAutoTakesAPacketSocket) {
   EXPECT_EQ(fallen->steps_down.front(), missing.message);
 }
 
+TEST_F(XdpOpening, OpensAgainAtOnceAfterItWasClosed) {
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(open(XdpMode::kNative)) << i;
+}
+
 TEST_F(XdpOpening, OneProgramAtATimeAndTheOtherIsTold) {
   const auto first = open(XdpMode::kNative);
   const auto second = XdpPort::open({.interface = "xdp0"}, clock);

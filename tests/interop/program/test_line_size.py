@@ -64,7 +64,7 @@ class FaultsWhileServed(WireTest):
     def test_commands_that_are_wrong(self):
         line = self.start_controlled(self.config())
         for words, parts in ((["dorp"], ["not a kind of fault", "drop"]), (["power-off", "slave=q"], ["\"q\""]),
-                             (["heal", "drop"], ["not there"]), (["cable-break", "slave=a", "port=1"], ["port 1"]),
+                             (["heal", "drop"], ["this fault is not active"]), (["cable-break", "slave=a", "port=1"], ["port 1"]),
                              (["drop", "chance=2"], ["chance", "0 to 1"])):
             with self.subTest(words=words):
                 self.check_refused(self.fault(*words), 1, *parts)
