@@ -55,6 +55,8 @@ struct ForbiddenCalls;
 struct ForeignTraffic;
 struct GantryAskew;
 struct GatewayUp;
+struct GatewayWritten;
+struct GatewayWriteRefused;
 struct GroupFailed;
 struct GroupPathBegun;
 struct GroupRequestFailed;
@@ -119,13 +121,14 @@ using EventKinds = EventKindList<
     events::AxesStopped, events::AxesNotOff, events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint,
     events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded,
     events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp,
-    events::AxisRequested, events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost,
-    events::AxisFailed, events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested,
-    events::GroupPathBegun, events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp,
-    events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved,
-    events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
-    events::InvalidBridgeCounts, events::CommandsOpen, events::CommandAnswered, events::CommandsSummary,
-    events::CommanderLost, events::InvalidCommands>;
+    events::GatewayWritten, events::GatewayWriteRefused, events::AxisRequested, events::AxisRequestFailed,
+    events::AxisProbed, events::CallerRefused, events::AxisLeaseLost, events::AxisFailed, events::AxisNotReset,
+    events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
+    events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
+    events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
+    events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark, events::InvalidBridgeCounts,
+    events::CommandsOpen, events::CommandAnswered, events::CommandsSummary, events::CommanderLost,
+    events::InvalidCommands>;
 
 /// A type that is a kind of event.
 template <typename Kind>
@@ -134,7 +137,7 @@ concept EventKind = EventKinds::number_of<Kind>()
 
 /// The facts of an event: a value of one of the EventKinds, which does not change any more. Copies share it.
 ///
-/// Not a std::variant: each source that moves or destroys one of 76 kinds would compile the code for all of them.
+/// Not a std::variant: each source that moves or destroys one of 78 kinds would compile the code for all of them.
 class EventFacts {
  public:
   /// Allocates: not for the cycle.
