@@ -98,6 +98,7 @@ class EventSentence {
 
   // telemetry_sentences.cpp
   std::string operator()(const events::TelemetryOff& facts) const;
+  std::string operator()(const events::BridgeStill& facts) const;
   std::string operator()(const events::BridgeStopped& facts) const;
   std::string operator()(const events::BridgeBack& facts) const;
   std::string operator()(const events::BridgeRemark& facts) const;

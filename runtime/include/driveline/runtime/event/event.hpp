@@ -29,6 +29,7 @@ struct AxisRequested;
 struct AxisRestored;
 struct BridgeBack;
 struct BridgeRemark;
+struct BridgeStill;
 struct BridgeStopped;
 struct BusFailed;
 struct CallerRefused;
@@ -55,8 +56,8 @@ struct ForbiddenCalls;
 struct ForeignTraffic;
 struct GantryAskew;
 struct GatewayUp;
-struct GatewayWritten;
 struct GatewayWriteRefused;
+struct GatewayWritten;
 struct GroupFailed;
 struct GroupPathBegun;
 struct GroupRequestFailed;
@@ -126,9 +127,9 @@ using EventKinds = EventKindList<
     events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
     events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
     events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
-    events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark, events::InvalidBridgeCounts,
-    events::CommandsOpen, events::CommandAnswered, events::CommandsSummary, events::CommanderLost,
-    events::InvalidCommands>;
+    events::TelemetryOff, events::BridgeStill, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
+    events::InvalidBridgeCounts, events::CommandsOpen, events::CommandAnswered, events::CommandsSummary,
+    events::CommanderLost, events::InvalidCommands>;
 
 /// A type that is a kind of event.
 template <typename Kind>
@@ -137,7 +138,7 @@ concept EventKind = EventKinds::number_of<Kind>()
 
 /// The facts of an event: a value of one of the EventKinds, which does not change any more. Copies share it.
 ///
-/// Not a std::variant: each source that moves or destroys one of 78 kinds would compile the code for all of them.
+/// Not a std::variant: each source that moves or destroys one of 79 kinds would compile the code for all of them.
 class EventFacts {
  public:
   /// Allocates: not for the cycle.
