@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +8,10 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <system_error>
 
 #include "client.hpp"
+#include "driveline/rt/output_place.hpp"
 #include "recorded.hpp"
 #include "text.hpp"
 
@@ -268,6 +271,26 @@ Outcome<void> run_gnuplot(const std::string& script) {
                                      : "gnuplot cannot draw the plot");
 }
 
+Outcome<void> draw(const Picture& picture, const std::string& output) {
+  const auto cannot = [&](std::error_code error) {
+    return failed(fmt::format("{}: {}", output, rt::describe_output_error(output, error)));
+  };
+  const auto place = rt::OutputPlace::find(output);
+  if (!place) return cannot(place.error());
+  // Opened here, because gnuplot continues when it cannot write. It stays open, so that the reader of a pipe does not
+  // see an end before gnuplot writes.
+  const auto file = place->open();
+  if (!file) return cannot(file.error());
+  auto drawn = run_gnuplot(picture.script(place->written()));
+  ::close(*file);
+  if (!drawn) {
+    place->discard();
+    return drawn;
+  }
+  if (const auto error = place->complete()) return cannot(error);
+  return {};
+}
+
 }  // namespace
 
 Outcome<int> plot(const Options& options) {
@@ -286,10 +309,7 @@ Outcome<int> plot(const Options& options) {
   if (output.starts_with('|')) output.insert(0, "./");  // gnuplot would start a program
   std::error_code ignored;
   if (std::filesystem::equivalent(output, name, ignored)) return misused(fmt::format("{}: is the recording", output));
-  // Check here: gnuplot continues when it cannot write.
-  auto* const file = std::fopen(output.c_str(), "w");
-  if (file == nullptr || std::fclose(file) != 0) return failed(fmt::format("{}: cannot be written", output));
-  if (auto done = run_gnuplot(Picture(std::move(*chosen), curves.events()).script(output)); !done) {
+  if (auto done = draw(Picture(std::move(*chosen), curves.events()), output); !done) {
     return tl::unexpected(done.error());
   }
   if (auto told = print(visible(output) + '\n'); !told) return tl::unexpected(told.error());

@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace driveline::bridge::clients {
@@ -23,41 +25,45 @@ tl::unexpected<Failure> exists(const std::string& name) {
 }  // namespace
 
 Outcome<RecordingFile> RecordingFile::create(const std::string& name, bool force) {
-  const auto cannot_be = [&] { return failed(fmt::format("{}: cannot be written: {}", name, std::strerror(errno))); };
-  struct stat status = {};
-  const bool there = ::stat(name.c_str(), &status) == 0;
-  if (there && !force) return exists(name);
-  // A pipe or a device is written to directly.
-  const bool in_place = there && !S_ISREG(status.st_mode);
-  auto part = in_place ? std::string{} : name + ".part";
-  const int file = ::open(in_place ? name.c_str() : part.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (file < 0) return cannot_be();
+  const auto cannot_be = [&](std::error_code error) {
+    return failed(fmt::format("{}: {}", name, rt::describe_output_error(name, error)));
+  };
+  std::error_code ignored;
+  if (!force && std::filesystem::exists(name, ignored)) return exists(name);
+  auto place = rt::OutputPlace::find(name, ".part");
+  if (!place) return cannot_be(place.error());
+  const auto file = place->open(0);
+  if (!file) return cannot_be(file.error());
   // A file left behind by a killed recorder is not locked. A locked file belongs to a running recorder and stays.
-  if (!in_place && ::flock(file, LOCK_EX | LOCK_NB) != 0) {
-    ::close(file);
+  if (!place->in_place() && ::flock(*file, LOCK_EX | LOCK_NB) != 0) {
+    ::close(*file);
     return failed(fmt::format("{}: another recorder is writing it", name));
   }
-  RecordingFile made(name, std::move(part), file, force);
-  if (!in_place && ::ftruncate(file, 0) != 0) return cannot_be();
+  const bool partial = !place->in_place();
+  RecordingFile made(name, std::move(*place), *file, force);
+  if (partial && ::ftruncate(*file, 0) != 0) return cannot_be({errno, std::generic_category()});
   return made;
 }
 
 Outcome<void> RecordingFile::take_place() {
-  if (part_.empty()) return {};
-  int done = ::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, name_.c_str(), force_ ? 0U : RENAME_NOREPLACE);
+  if (!partial_) return {};
+  const auto* from = place_.written().c_str();
+  const auto* to = place_.file().c_str();
+  int done = ::renameat2(AT_FDCWD, from, AT_FDCWD, to, force_ ? 0U : RENAME_NOREPLACE);
   // Some file systems do not support the flag.
   if (done != 0 && errno == EINVAL && !force_) {
-    done = ::access(name_.c_str(), F_OK) == 0 ? (errno = EEXIST, -1) : ::rename(part_.c_str(), name_.c_str());
+    done = ::access(to, F_OK) == 0 ? (errno = EEXIST, -1) : ::rename(from, to);
   }
   if (done != 0 && errno == EEXIST) return exists(name_);
   if (done != 0) return failed(fmt::format("{}: cannot be written: {}", name_, std::strerror(errno)));
-  part_.clear();
+  partial_ = false;
   return {};
 }
 
 RecordingFile::RecordingFile(RecordingFile&& other) noexcept
     : name_(std::move(other.name_)),
-      part_(std::exchange(other.part_, {})),
+      place_(std::move(other.place_)),
+      partial_(std::exchange(other.partial_, false)),
       file_(std::exchange(other.file_, -1)),
       force_(other.force_),
       size_(other.size_) {}
@@ -83,8 +89,7 @@ Outcome<void> RecordingFile::finish(const std::vector<std::uint8_t>& piece) {
 }
 
 void RecordingFile::remove() noexcept {
-  if (!part_.empty()) ::unlink(part_.c_str());
-  part_.clear();
+  if (std::exchange(partial_, false)) place_.discard();
 }
 
 Outcome<void> RecordingFile::reserve(std::uint64_t bytes) {

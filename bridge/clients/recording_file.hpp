@@ -6,13 +6,14 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "driveline/rt/output_place.hpp"
 #include "options.hpp"
 
 namespace driveline::bridge::clients {
 
 /// A growing file that always consists of complete pieces: a piece that does not fit is removed again, and the space
 /// for the end of the file is reserved on the disk from the start. Until take_place() its name ends in `.part`, so that
-/// an existing file of the final name is not lost if nothing is recorded.
+/// an existing file of the final name is not lost if nothing is recorded. A device or a pipe is written in place.
 class RecordingFile {
  public:
   /// Creates the file. Failure: it exists and `force` is not set (status 2), another recorder is writing it, or it
@@ -38,14 +39,15 @@ class RecordingFile {
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
 
  private:
-  RecordingFile(std::string name, std::string part, int file, bool force)
-      : name_(std::move(name)), part_(std::move(part)), file_(file), force_(force) {}
+  RecordingFile(std::string name, rt::OutputPlace place, int file, bool force)
+      : name_(std::move(name)), place_(std::move(place)), partial_(!place_.in_place()), file_(file), force_(force) {}
   [[nodiscard]] Outcome<void> reserve(std::uint64_t bytes);
   [[nodiscard]] Outcome<void> write(const std::vector<std::uint8_t>& piece);
   [[nodiscard]] tl::unexpected<Failure> cannot(int error) const;
 
   std::string name_;
-  std::string part_;  ///< temporary name until take_place(); empty: the file has its final name
+  rt::OutputPlace place_;
+  bool partial_ = false;  ///< the file has its partial name until take_place()
   int file_ = -1;
   bool force_ = false;
   std::uint64_t size_ = 0;

@@ -37,7 +37,8 @@ void write_header(std::span<std::uint64_t> words, const SharedLayout& layout) {
 
 }  // namespace
 
-tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::string& name, SharedLayout layout) {
+tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::string& name, SharedLayout layout,
+                                                                   SharedSealing sealing) {
   const SharedBadCapacity bad{.capacity = layout.capacity, .record_bytes = layout.record_bytes};
   if (layout.capacity == 0 || layout.capacity > kMaxSharedBytes || layout.record_bytes == 0) {
     return Failure{bad};
@@ -60,7 +61,7 @@ tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::st
     return Failure{*failed};
   }
   write_header(region.words(), layout);
-  if (::fcntl(descriptor, F_ADD_SEALS, shared_detail::seals_of(layout.form)) != 0) {
+  if (::fcntl(descriptor, F_ADD_SEALS, shared_detail::seals_of(layout.form, sealing)) != 0) {
     return Failure{call_failed("fcntl(F_ADD_SEALS)")};
   }
   return region;
@@ -72,6 +73,21 @@ tl::expected<SharedRegion, SharedRegionError> SharedRegion::open(int descriptor,
     return Failure{*error};
   }
   return SharedRegion{std::move(std::get<SharedMapping>(opened))};
+}
+
+tl::expected<void, SharedRegionError> SharedRegion::close_to_writers() {
+  if (::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_FUTURE_WRITE | F_SEAL_SEAL) != 0) {
+    return Failure{call_failed("fcntl(F_ADD_SEALS)")};
+  }
+  if (::fallocate(descriptor_, 0, 0, static_cast<off_t>(words().size_bytes())) != 0) {
+    return Failure{call_failed("fallocate")};
+  }
+  // A write that changes nothing maps a page that was returned; the peer may be writing at the same time.
+  const auto page_words = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) / sizeof(std::uint64_t);
+  for (std::size_t at = 0; at < words().size(); at += page_words) {
+    std::atomic_ref{words()[at]}.fetch_or(0, std::memory_order_relaxed);
+  }
+  return {};
 }
 
 SharedRegion::~SharedRegion() {

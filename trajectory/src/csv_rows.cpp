@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t";
 constexpr std::size_t kMaxFileBytes = std::size_t{128} << 20;
+constexpr std::size_t kMaxFileLines = 1'000'000;
 
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
@@ -114,6 +115,10 @@ tl::expected<std::string, PathError> read_csv_text(const std::filesystem::path& 
   }
   if (std::ferror(stream.get()) != 0) {
     return unreadable();
+  }
+  // Before any row is parsed, so that the refusal does not take seconds.
+  if (static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) > kMaxFileLines) {
+    return refuse("has more than " + std::to_string(kMaxFileLines) + " lines");
   }
   return text;
 }

@@ -55,7 +55,7 @@ class CsvRows {
   std::vector<CsvField> fields_;
 };
 
-/// Reads a text file of at most 128 MiB.
+/// Reads a text file of at most 128 MiB and 1,000,000 lines.
 [[nodiscard]] tl::expected<std::string, PathError> read_csv_text(const std::filesystem::path& file);
 
 }  // namespace driveline::trajectory

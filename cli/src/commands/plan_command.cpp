@@ -3,13 +3,12 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
+#include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/trajectory/contour_follower.hpp"
 #include "driveline/trajectory/contour_planner.hpp"
@@ -155,10 +154,10 @@ Outcome<double> share_of(const std::optional<std::string>& text) {
 Outcome<int> plan(const PlanOptions& options) {
   const auto share = share_of(options.share);
   if (!share) return tl::unexpected(share.error());
-  std::ifstream stream(options.file, std::ios::binary);
-  std::stringstream text;
-  if (!stream || !(text << stream.rdbuf())) return misused(fmt::format("{} cannot be read, or is empty", options.file));
-  const auto file = parse_moves(text.str(), options.file);
+  const auto text = runtime::read_input_lines(options.file);
+  if (!text) return tl::unexpected(Failure(text.error()));
+  if (text->empty()) return misused(fmt::format("{}: is empty", options.file));
+  const auto file = parse_moves(*text, options.file);
   if (!file) return misused(file.error());
   if (const auto refusal = refusal_of(*file, options.file); !refusal.empty()) return misused(refusal);
   std::optional<PlanSamples> samples;

@@ -152,7 +152,7 @@ Outcome<std::vector<FileMove>> parse_group_path(const std::string& text, const s
 }
 
 Outcome<std::vector<FileMove>> read_group_path(const std::filesystem::path& file, const PathGroup& group) {
-  const auto text = runtime::read_input_file(file);
+  const auto text = runtime::read_input_lines(file);
   if (!text) return tl::unexpected(Failure(text.error()));
   return parse_group_path(*text, file.string(), group);
 }

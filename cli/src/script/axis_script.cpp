@@ -33,7 +33,7 @@ tl::unexpected<Failure> AxisScript::fail(std::size_t line, const std::string& re
 AxisScript::AxisScript(std::string name) : name_(std::move(name)), groups_(std::string(kScript)) {}
 
 Outcome<AxisScript> AxisScript::read(const std::filesystem::path& file, const Names& names) {
-  const auto text = runtime::read_input_file(file);
+  const auto text = runtime::read_input_lines(file);
   if (!text) return tl::unexpected(Failure(text.error()));
   return parse(*text, file.string(), names);
 }

@@ -40,8 +40,11 @@ std::string last_line(int end) {
   return line.find_first_not_of(" \t^") == std::string::npos ? last : line;
 }
 
-/// Whether a PNG file is complete: it ends with the type and the checksum of its last chunk (ISO/IEC 15948, 11.2.5).
+/// Whether a PNG file is complete: it ends with the type and the checksum of its last chunk (ISO/IEC 15948, 11.2.5). A
+/// device or a pipe, which gnuplot writes in place, counts as complete: there is nothing to check.
 bool is_whole(const std::filesystem::path& picture) {
+  std::error_code ignored;
+  if (std::filesystem::is_other(picture, ignored)) return true;
   constexpr std::string_view kEnd("IEND\xAE\x42\x60\x82", 8);
   std::ifstream stream(picture, std::ios::binary);
   if (!stream.seekg(-static_cast<std::streamoff>(kEnd.size()), std::ios::end)) return false;

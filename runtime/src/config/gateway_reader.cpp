@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "config/machine_user.hpp"
 #include "driveline/runtime/eoe/ip_network.hpp"
 
 namespace driveline::runtime {
@@ -26,6 +27,19 @@ wire::MailboxType protocol_of(const TomlReader& reader, const std::string& name)
   reader.fail("protocols", fmt::format("has \"{}\", known are \"aoe\", \"coe\", \"foe\", \"soe\" and \"voe\"", name));
 }
 
+wire::IpV4Address address_of(const TomlReader& reader, const char* key, const std::string& text,
+                             std::string_view whose) {
+  const auto address = parse_ip(text);
+  if (!address) reader.fail(key, fmt::format("is \"{}\", an IPv4 address of {} is expected", text, whose));
+  return *address;
+}
+
+uid_t writer_of(const TomlReader& reader, const std::string& name) {
+  const auto found = find_user(name);
+  if (!found) reader.fail("write_users", fmt::format("there is no user \"{}\" on this machine", name));
+  return found->user;
+}
+
 std::size_t slave_of(const TomlReader& reader, const std::string& name, const std::vector<SlaveConfig>& slaves) {
   const auto found = std::find_if(slaves.begin(), slaves.end(), [&](const auto& slave) { return slave.name == name; });
   if (found == slaves.end()) reader.fail("slaves", fmt::format("there is no [[slave]] named \"{}\"", name));
@@ -38,16 +52,16 @@ GatewayConfig read_gateway(TomlReader reader, const std::vector<SlaveConfig>& sl
   GatewayConfig gateway;
   auto& settings = gateway.settings;
   if (reader.has("address")) {
-    const auto text = reader.text("address");
-    const auto address = parse_ip(text);
-    if (!address) reader.fail("address", fmt::format("is \"{}\", an IPv4 address of this machine is expected", text));
-    settings.address = *address;
+    settings.address = address_of(reader, "address", reader.text("address"), "this machine");
   }
   settings.port = static_cast<std::uint16_t>(reader.integer_or("port", settings.port, 1, 65535));
   if (reader.has("protocols")) {
     settings.protocols.clear();
     for (const auto& name : reader.texts_or("protocols", {})) settings.protocols.push_back(protocol_of(reader, name));
   }
+  for (const auto& name : reader.texts_or("write_users", {})) settings.write_users.push_back(writer_of(reader, name));
+  for (const auto& text : reader.texts_or("write_addresses", {}))
+    settings.write_addresses.push_back(address_of(reader, "write_addresses", text, "a client"));
   std::vector<std::string> names;
   for (const auto& slave : slaves) names.push_back(slave.name);
   for (const auto& name : reader.texts_or("slaves", names)) gateway.slaves.push_back(slave_of(reader, name, slaves));

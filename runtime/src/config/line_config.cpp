@@ -44,6 +44,10 @@ using std::chrono::nanoseconds;
 
 /// Most slaves per master: the cyclic frames of more axes do not fit into a useful cycle.
 constexpr std::size_t kMaxSlaves = 256;
+/// Most [[...]] tables of one name other than [[slave]]. Names are compared in pairs, which takes seconds for more.
+constexpr std::size_t kMaxTables = 10'000;
+/// Longest text of a description: 256 slaves with 32 KiB each.
+constexpr std::size_t kMaxDescriptionBytes = std::size_t{8} << 20;
 /// Longest name in the telemetry records.
 constexpr std::size_t kMaxName = 31;
 /// Longest delay of a slave; a longer one would use up the cycle.
@@ -425,9 +429,20 @@ void read_recovery(TomlReader reader, RecoveryConfig& recovery) {
   reader.finish();
 }
 
+/// Refuses more tables than a line can have before they are read, which would take seconds.
+void check_table_counts(const TomlReader& root, const toml::table& table) {
+  for (const auto& [key, node] : table) {
+    const auto* tables = node.as_array();
+    const auto limit = key.str() == "slave" ? kMaxSlaves : kMaxTables;
+    if (tables == nullptr || tables->size() <= limit) continue;
+    root.fail(key.str(), fmt::format("there are {}, the limit is {}", tables->size(), limit));
+  }
+}
+
 LineConfig read_config(const toml::table& table, const std::filesystem::path& file, const DeviceRegistry& devices,
                        std::optional<ecat_master::cia402::Mode> mode) {
   auto root = read_toml_table(table, file.string());
+  check_table_counts(root, table);
   LineConfig config;
   config.devices = devices;
   read_line(root.table("line"), config);
@@ -438,8 +453,6 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
     config.slaves.push_back(read_slave(std::move(reader), config, files));
   }
   if (config.slaves.empty()) root.fail("", "there is no [[slave]]");
-  if (config.slaves.size() > kMaxSlaves)
-    root.fail("slave", fmt::format("there are {}, the limit is {}", config.slaves.size(), kMaxSlaves));
   read_simulation(root, config);
   if (root.has("eoe")) {
     read_eoe(root.table("eoe"), config);
@@ -498,6 +511,10 @@ const DriveRules& drive_rules(const LineConfig& config, const SlaveConfig& slave
 
 Result<LineConfig> parse_line_config(std::string_view text, const std::filesystem::path& name,
                                      const DeviceRegistry& devices, std::optional<ecat_master::cia402::Mode> mode) {
+  if (text.size() > kMaxDescriptionBytes) {
+    return fail_file(name,
+                     fmt::format("is larger than {} MiB, the limit of a line description", kMaxDescriptionBytes >> 20));
+  }
   if (const auto line = too_deep_line(text)) {
     return fail_file(
         name, fmt::format("keys or values are more than {} levels deep; a line description needs four", kMaxTomlDepth),

@@ -85,6 +85,8 @@ class EventSentence {
   std::string operator()(const events::EoeUp& facts) const;
   std::string operator()(const events::EoeAddressRefused& facts) const;
   std::string operator()(const events::GatewayUp& facts) const;
+  std::string operator()(const events::GatewayWritten& facts) const;
+  std::string operator()(const events::GatewayWriteRefused& facts) const;
 
   // stream_sentences.cpp
   std::string operator()(const events::StreamUp& facts) const;
@@ -96,6 +98,7 @@ class EventSentence {
 
   // telemetry_sentences.cpp
   std::string operator()(const events::TelemetryOff& facts) const;
+  std::string operator()(const events::BridgeStill& facts) const;
   std::string operator()(const events::BridgeStopped& facts) const;
   std::string operator()(const events::BridgeBack& facts) const;
   std::string operator()(const events::BridgeRemark& facts) const;

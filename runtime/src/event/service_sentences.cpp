@@ -17,7 +17,20 @@ std::string EventSentence::operator()(const events::EoeAddressRefused& facts) co
 }
 
 std::string EventSentence::operator()(const events::GatewayUp& facts) const {
-  return fmt::format("mailbox gateway at {}:{}, UDP and TCP", to_text(facts.address), facts.port);
+  return fmt::format("mailbox gateway at {}:{}, UDP and TCP{}", to_text(facts.address), facts.port,
+                     facts.read_only ? ", read-only" : "");
+}
+
+std::string EventSentence::operator()(const events::GatewayWritten& facts) const {
+  return fmt::format("mailbox gateway: {} writes {} of {}", facts.client, facts.what,
+                     slave_text(facts.slave, facts.name));
+}
+
+std::string EventSentence::operator()(const events::GatewayWriteRefused& facts) const {
+  return fmt::format(
+      "mailbox gateway: {} may not write {} of {}: write_users or write_addresses in [gateway] permits it; further "
+      "refusals are only counted",
+      facts.client, facts.what, slave_text(facts.slave, facts.name));
 }
 
 }  // namespace driveline::runtime

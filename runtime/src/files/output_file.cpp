@@ -1,50 +1,62 @@
 #include "driveline/runtime/files/output_file.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
 namespace driveline::runtime {
+namespace {
 
-std::filesystem::path partial_name(const std::filesystem::path& file) {
-  auto partial = file;
-  partial += ".partial";
-  return partial;
+/// Opens the place for writing and returns the descriptor; -1: failed, the reason is in `error`.
+int open_place(const tl::expected<rt::OutputPlace, std::error_code>& place, std::error_code& error) {
+  const auto file = place ? place->open() : tl::unexpected(place.error());
+  if (!file) error = file.error();
+  return file.value_or(-1);
 }
 
-Result<void> complete_file(const std::filesystem::path& file) {
-  const auto partial = partial_name(file);
-  std::error_code error;
-  std::filesystem::rename(partial, file, error);
-  if (!error) return {};
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
-  return fail(ErrorKind::kMachine, fmt::format("cannot be written: {}", error.message()), file.string());
+Result<void> failed(const std::filesystem::path& file, std::error_code error) {
+  return fail(ErrorKind::kMachine, rt::describe_output_error(file, error), file.string());
 }
+
+}  // namespace
 
 OutputFile::OutputFile(std::filesystem::path file)
-    : file_(std::move(file)), stream_(partial_name(file_), std::ios::binary | std::ios::trunc) {
-  if (!stream_) open_error_ = errno;
+    : file_(std::move(file)),
+      place_(rt::OutputPlace::find(file_)),
+      buffer_(open_place(place_, open_error_), std::ios::out | std::ios::binary),
+      stream_(&buffer_) {
+  if (!buffer_.is_open()) stream_.setstate(std::ios::badbit);
 }
 
 OutputFile::~OutputFile() {
-  if (!stream_.is_open()) return;
-  stream_.close();
-  std::error_code ignored;
-  std::filesystem::remove(partial_name(file_), ignored);
+  if (is_open()) discard();
+}
+
+Result<void> OutputFile::problem() const {
+  if (open_error_) return failed(file_, open_error_);
+  return {};
 }
 
 Result<void> OutputFile::complete() {
-  stream_.close();  // retries the pending write
-  if (stream_) return complete_file(file_);
-  auto reason = fmt::format("cannot be written: {}", std::strerror(open_error_ != 0 ? open_error_ : errno));
-  std::error_code ignored;
-  std::filesystem::remove(partial_name(file_), ignored);
-  return fail(ErrorKind::kMachine, std::move(reason), file_.string());
+  if (open_error_) return failed(file_, open_error_);
+  const int earlier = std::exchange(errno, 0);
+  // This retries a write that failed earlier, except one that was too large for the buffer.
+  const bool closed = buffer_.close() != nullptr;
+  if (!closed || !stream_) {
+    const int reason = errno != 0 ? errno : earlier;
+    const std::error_code error(reason != 0 ? reason : EIO, std::generic_category());
+    place_->discard();
+    return failed(file_, error);
+  }
+  if (const auto error = place_->complete()) return failed(file_, error);
+  return {};
+}
+
+void OutputFile::discard() noexcept {
+  buffer_.close();
+  if (place_ && !open_error_) place_->discard();
 }
 
 Result<void> write_file(const std::filesystem::path& file, std::string_view content) {

@@ -28,6 +28,13 @@ std::vector<std::byte> encode_gateway_mail(const GatewayMail& mail) {
   return bytes;
 }
 
+GatewayMail mailbox_error(wire::MailboxHeader header, wire::MailboxErrorCode code) {
+  header.type = wire::MailboxType::kError;
+  GatewayMail mail{header, std::vector<std::byte>(wire::MailboxErrorReply::kSize)};
+  wire::MailboxErrorReply{code}.encode(std::span(mail.service).first<wire::MailboxErrorReply::kSize>());
+  return mail;
+}
+
 std::optional<GatewayMail> GatewayStream::next() {
   if (broken_ || bytes_.size() < kGatewayHeader) return std::nullopt;
   const auto length = gateway_mail_length(bytes_);

@@ -30,6 +30,8 @@ inline constexpr std::size_t kLongestGatewayMail = 0x7FF;
 [[nodiscard]] std::optional<GatewayMail> decode_gateway_mail(std::span<const std::byte> mail);
 /// Returns the bytes of the EtherCAT header and the mailbox message.
 [[nodiscard]] std::vector<std::byte> encode_gateway_mail(const GatewayMail& mail);
+/// Returns a mailbox error as the answer to a message with this header.
+[[nodiscard]] GatewayMail mailbox_error(wire::MailboxHeader header, wire::MailboxErrorCode code);
 
 /// Extracts mailbox messages from the bytes of a TCP client, which arrive in arbitrary pieces.
 class GatewayStream {
@@ -38,6 +40,8 @@ class GatewayStream {
   void push(std::span<const std::byte> bytes) { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
   /// Returns the next message; none: it is not complete yet, or the stream is broken().
   [[nodiscard]] std::optional<GatewayMail> next();
+  /// Whether no part of a message has been received.
+  [[nodiscard]] bool empty() const noexcept { return bytes_.empty(); }
   /// Whether invalid bytes were received, so that the start of the next message is unknown.
   [[nodiscard]] bool broken() const noexcept { return broken_; }
 

@@ -7,17 +7,21 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <span>
 #include <thread>
+#include <utility>
 
 #include "driveline/ecat_master/mailbox/mail_exchange.hpp"
 #include "driveline/wire/coe.hpp"
 #include "driveline/wire/foe.hpp"
+#include "gateway/gateway_access.hpp"
 #include "gateway/gateway_frame.hpp"
 #include "gateway/gateway_sockets.hpp"
+#include "gateway/tcp_user.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -34,6 +38,8 @@ constexpr std::size_t kMaxTcpClients = 16;
 /// too.
 constexpr std::size_t kMaxUnderWay = 4;
 constexpr std::size_t kMaxRequests = 64;
+/// Most changes that wait for take_writes(). Further ones are refused, so that none is missing among the events.
+constexpr std::size_t kMaxWrites = 256;
 
 bool is_sdo_abort(std::span<const std::byte> service) {
   constexpr std::byte kAbort{0x80};  // in the command byte, ETG.1000.6 Table 40
@@ -59,15 +65,26 @@ class MailboxGateway::Service {
     for (const auto& client : clients_) all.push_back(client->figures);
     return all;
   }
+  void stop() {
+    thread_.request_stop();
+    if (thread_.joinable()) thread_.join();
+  }
+  [[nodiscard]] std::vector<GatewayWrite> take_writes() {
+    const std::scoped_lock lock(mutex_);
+    return std::exchange(writes_, {});
+  }
 
  private:
+  using SteadyClock = std::chrono::steady_clock;
   struct Client {
     GatewayClient figures;
     sockaddr_in address{};
-    port::FileDescriptor socket;     ///< for a TCP client
-    bool tcp = false;                ///< stays true when its socket is closed
-    GatewayStream received;          ///< for a TCP client
-    std::vector<std::byte> waiting;  ///< for a TCP client: answers that it has not read yet
+    port::FileDescriptor socket;      ///< for a TCP client
+    bool tcp = false;                 ///< stays true when its socket is closed
+    bool may_write = false;           ///< may change parameters and files of slaves
+    SteadyClock::time_point heard{};  ///< last message, answer, or start of an incomplete message
+    GatewayStream received;           ///< for a TCP client
+    std::vector<std::byte> waiting;   ///< for a TCP client: answers that it has not read yet
     /// Station addresses of the slaves that have sent the client the last packet of a file.
     std::set<std::uint16_t> files_read;
   };
@@ -80,6 +97,7 @@ class MailboxGateway::Service {
   void serve(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       wait_for_clients();
+      drop_incomplete();
       if (requests_.empty()) continue;
       engine_.drive();
       hand_out_answers();
@@ -101,6 +119,7 @@ class MailboxGateway::Service {
     if (watched[0].revents != 0) receive_datagrams();
     if (watched[1].revents != 0) accept_client();
     for (std::size_t i = 0; i < connected.size(); ++i) {
+      if (!connected[i]->socket.valid()) continue;  // dropped for the new client
       if ((watched[i + 2].revents & POLLOUT) != 0) send_waiting(*connected[i]);
       if ((watched[i + 2].revents & ~POLLOUT) != 0) receive_stream(connected[i]);
     }
@@ -140,6 +159,11 @@ class MailboxGateway::Service {
     client->tcp = socket.valid();
     client->figures.name = fmt::format("{} {}", client->tcp ? "tcp" : "udp", to_text(from));
     client->address = from;
+    client->heard = SteadyClock::now();
+    // Reading the table of all connections is worth it only when users may write.
+    const bool ask_user = client->tcp && !settings_.write_users.empty();
+    client->may_write =
+        may_write(from, ask_user ? user_of_connection(socket.get()) : std::optional<uid_t>{}, settings_);
     client->socket = std::move(socket);
     // Drop the oldest client without a connection; there is one, because there are fewer connections than clients.
     if (clients_.size() == kMaxClients) {
@@ -158,7 +182,35 @@ class MailboxGateway::Service {
     if (!socket.valid()) return;
     const auto connected =
         std::count_if(clients_.begin(), clients_.end(), [](const auto& one) { return one->socket.valid(); });
-    if (static_cast<std::size_t>(connected) < kMaxTcpClients) static_cast<void>(add_client(from, std::move(socket)));
+    if (static_cast<std::size_t>(connected) < kMaxTcpClients || drop_silent_client())
+      static_cast<void>(add_client(from, std::move(socket)));
+  }
+
+  /// Disconnects the TCP client that has been silent for the longest time, and at least as long as the settings say.
+  /// Precondition: there is a TCP client. Returns false if all of them are active.
+  bool drop_silent_client() {
+    const auto silent = std::min_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
+      return a->socket.valid() != b->socket.valid() ? a->socket.valid() : a->heard < b->heard;
+    });
+    if (SteadyClock::now() - (*silent)->heard < settings_.silence) return false;
+    disconnect(**silent);
+    return true;
+  }
+
+  /// Disconnects the TCP clients that do not complete a message.
+  void drop_incomplete() {
+    const std::scoped_lock lock(mutex_);
+    const auto now = SteadyClock::now();
+    for (const auto& client : clients_) {
+      if (!client->socket.valid() || client->received.empty() || now - client->heard < settings_.silence) continue;
+      ++client->figures.malformed;
+      disconnect(*client);
+    }
+  }
+
+  static void disconnect(Client& client) {
+    client.socket = {};
+    client.waiting.clear();
   }
 
   void receive_stream(const std::shared_ptr<Client>& client) {
@@ -169,6 +221,7 @@ class MailboxGateway::Service {
       client->socket = {};
       return;
     }
+    if (client->received.empty()) client->heard = SteadyClock::now();
     client->received.push(std::span(buffer).first(static_cast<std::size_t>(length)));
     while (auto mail = client->received.next()) take(client, std::move(*mail));
     if (!client->received.broken()) return;
@@ -178,6 +231,7 @@ class MailboxGateway::Service {
 
   void take(const std::shared_ptr<Client>& client, GatewayMail mail) {
     ++client->figures.requests;
+    client->heard = SteadyClock::now();
     const auto& header = mail.header;
     const auto allowed = std::find(settings_.protocols.begin(), settings_.protocols.end(), header.type);
     if (allowed == settings_.protocols.end()) {
@@ -190,6 +244,7 @@ class MailboxGateway::Service {
       refuse(client, header, MailboxErrorCode::kInvalidHeader);
       return;
     }
+    if (!admit_change(client, mail, slave->position)) return;
     const auto under_way = std::count_if(requests_.begin(), requests_.end(),
                                          [&](const auto& request) { return request.client == client; });
     if (static_cast<std::size_t>(under_way) >= kMaxUnderWay || requests_.size() >= kMaxRequests) {
@@ -201,6 +256,28 @@ class MailboxGateway::Service {
     auto exchange = std::make_shared<ecat_master::MailExchange>(header.type, std::move(mail.service), timeout);
     engine_.submit(slave->position, exchange);
     requests_.push_back({client, header, std::move(exchange)});
+  }
+
+  /// Whether the message may pass: it changes nothing, or its client may change slaves.
+  bool admit_change(const std::shared_ptr<Client>& client, const GatewayMail& mail, std::uint16_t slave) {
+    auto change = change_of(mail);
+    if (!change) return true;
+    if (!client->may_write) {
+      ++client->figures.refused;
+      send(*client, refusal_of(mail));
+      // One event is enough: any local process could fill the list of events otherwise.
+      if (!std::exchange(refusal_told_, true)) {
+        writes_.push_back({client->figures.name, slave, std::move(change->what), true});
+      }
+      return false;
+    }
+    if (change->continued) return true;
+    if (writes_.size() >= kMaxWrites) {
+      refuse(client, mail.header, MailboxErrorCode::kServiceInWork);
+      return false;
+    }
+    writes_.push_back({client->figures.name, slave, std::move(change->what), false});
+    return true;
   }
 
   /// Whether the slave does not answer the message: waiting for an answer would block its mailbox for other clients.
@@ -258,16 +335,14 @@ class MailboxGateway::Service {
     }
   }
 
-  void refuse(const std::shared_ptr<Client>& client, wire::MailboxHeader header, MailboxErrorCode code) {
+  void refuse(const std::shared_ptr<Client>& client, const wire::MailboxHeader& header, MailboxErrorCode code) {
     ++client->figures.refused;
-    header.type = MailboxType::kError;
-    GatewayMail mail{header, std::vector<std::byte>(wire::MailboxErrorReply::kSize)};
-    wire::MailboxErrorReply{code}.encode(std::span(mail.service).first<wire::MailboxErrorReply::kSize>());
-    send(*client, mail);
+    send(*client, mailbox_error(header, code));
   }
 
   void send(Client& client, const GatewayMail& mail) {
     const auto bytes = encode_gateway_mail(mail);
+    client.heard = SteadyClock::now();
     if (client.tcp) {
       client.waiting.insert(client.waiting.end(), bytes.begin(), bytes.end());
       send_waiting(client);
@@ -291,9 +366,11 @@ class MailboxGateway::Service {
   GatewaySettings settings_;
   GatewaySockets sockets_;
   std::vector<Request> requests_;  ///< used only by the thread
-  mutable std::mutex mutex_;       ///< protects the clients' figures and the list of clients
+  mutable std::mutex mutex_;       ///< protects the clients' figures, the list of clients and the changes
   std::vector<std::shared_ptr<Client>> clients_;
-  std::jthread thread_;  ///< last member, so that it ends before the others are destroyed
+  std::vector<GatewayWrite> writes_;  ///< for take_writes()
+  bool refusal_told_ = false;         ///< take_writes() has the first refused change
+  std::jthread thread_;               ///< last member, so that it ends before the others are destroyed
 };
 
 Result<std::unique_ptr<MailboxGateway>> MailboxGateway::open(ecat_master::MailboxEngine& engine,
@@ -315,6 +392,14 @@ std::uint16_t MailboxGateway::port() const noexcept {
 
 std::vector<GatewayClient> MailboxGateway::clients() const {
   return service_->clients();
+}
+
+void MailboxGateway::stop() {
+  service_->stop();
+}
+
+std::vector<GatewayWrite> MailboxGateway::take_writes() {
+  return service_->take_writes();
 }
 
 }  // namespace driveline::runtime

@@ -294,7 +294,7 @@ bool LineRun::poll() {
   if (over) master_.core()->count(false);
   for (auto& change : exchange_group_watch_.poll(*master_.core())) progress(std::move(change));
   if (auto recorded = fault_records_->poll()) progress(std::move(*recorded));
-  for (auto& refused : services_.poll()) note(std::move(refused), Severity::kFault);
+  note_services();
   const bool goes_on = watch_->poll();
   state_ = watch_->state();
   if (!goes_on || stop_requested()) return false;
@@ -307,6 +307,13 @@ bool LineRun::poll() {
   if (!settings_.duration_s && motion_ && motion_->done()) return false;
   tell_progress();
   return true;
+}
+
+void LineRun::note_services() {
+  for (auto& event : services_.poll()) {
+    const auto severity = event.is<events::EoeAddressRefused>() ? Severity::kFault : Severity::kNotice;
+    note(std::move(event), severity);
+  }
 }
 
 void LineRun::tell_progress() {
@@ -382,6 +389,7 @@ void LineRun::stop_motion() {
 void LineRun::take_down() {
   settings_.axis_requests->close();
   services_.stop();
+  note_services();
   tell_traffic();
   if (feed_) feed_->set_state(snapshot::LineState::kDown);
   const auto down = master_.shut_down();

@@ -108,6 +108,7 @@ class LineRun {
   void leave_nothing_behind();
   void pass(std::chrono::nanoseconds duration);
   void note_requests();
+  void note_services();
   void note_streams();
   void note_telemetry();
   void tell_slaves(bool now);

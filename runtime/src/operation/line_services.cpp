@@ -1,5 +1,7 @@
 #include "operation/line_services.hpp"
 
+#include <utility>
+
 #include "driveline/runtime/event.hpp"
 
 namespace driveline::runtime {
@@ -65,7 +67,10 @@ Result<void> LineServices::start_eoe(ecat_master::Master& master) {
 Result<void> LineServices::start_gateway(ecat_master::Master& master) {
   std::vector<ecat_master::SlaveRef> slaves;
   for (const auto number : config_.gateway->slaves) {
-    if (const auto position = master.position_of(number)) slaves.push_back(master.slaves()[*position].info.ref);
+    const auto position = master.position_of(number);
+    if (!position) continue;
+    slaves.push_back(master.slaves()[*position].info.ref);
+    gateway_names_[slaves.back().position] = config_.slaves[number].name;
   }
   auto opened = MailboxGateway::open(master.mailboxes(), std::move(slaves), config_.gateway->settings);
   if (!opened) return tl::unexpected(opened.error());
@@ -88,12 +93,17 @@ std::vector<EventFacts> LineServices::offers() const {
     up.routes = route_commands(*config_.eoe);
     all.emplace_back(std::move(up));
   }
-  if (gateway_) all.emplace_back(events::GatewayUp{config_.gateway->settings.address, gateway_->port()});
+  if (gateway_) {
+    const auto& settings = config_.gateway->settings;
+    const bool read_only = settings.write_users.empty() && settings.write_addresses.empty();
+    all.emplace_back(events::GatewayUp{settings.address, gateway_->port(), read_only});
+  }
   return all;
 }
 
 std::vector<EventFacts> LineServices::poll() {
-  std::vector<EventFacts> all;
+  take_gateway_writes();
+  auto all = std::exchange(gateway_events_, {});
   if (!tunnel_) return all;
   for (const auto& refusal : tunnel_->take_refusals()) {
     all.emplace_back(events::EoeAddressRefused{refusal.host.position, refusal.host.name, *refusal.host.parameters.ip,
@@ -102,9 +112,25 @@ std::vector<EventFacts> LineServices::poll() {
   return all;
 }
 
+void LineServices::take_gateway_writes() {
+  if (!gateway_) return;
+  for (auto& write : gateway_->take_writes()) {
+    auto& name = gateway_names_[write.slave];
+    if (write.refused) {
+      gateway_events_.emplace_back(
+          events::GatewayWriteRefused{std::move(write.client), write.slave, name, std::move(write.what)});
+    } else {
+      gateway_events_.emplace_back(
+          events::GatewayWritten{std::move(write.client), write.slave, name, std::move(write.what)});
+    }
+  }
+}
+
 void LineServices::stop() {
   last_eoe_ = eoe();
+  if (gateway_) gateway_->stop();
   last_clients_ = clients();
+  take_gateway_writes();
   gateway_.reset();
   tunnel_.reset();
 }

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "driveline/ecat_master/master.hpp"
@@ -30,7 +32,8 @@ class LineServices {
   [[nodiscard]] Result<void> start(ecat_master::Master& master);
   /// Returns the services available since start(), as events.
   [[nodiscard]] std::vector<EventFacts> offers() const;
-  /// Returns the faults since the last call.
+  /// Returns the events since the last call, also those before stop(): addresses that slaves have refused, and changes
+  /// by clients of the gateway.
   [[nodiscard]] std::vector<EventFacts> poll();
   /// Ends all services except the network stacks of simulated drives, which end with this object, when the line is
   /// idle. The reports below remain available.
@@ -44,12 +47,16 @@ class LineServices {
  private:
   [[nodiscard]] Result<void> start_eoe(ecat_master::Master& master);
   [[nodiscard]] Result<void> start_gateway(ecat_master::Master& master);
+  /// Collects the changes by clients of the gateway as events.
+  void take_gateway_writes();
 
   const LineConfig& config_;
   std::unique_ptr<DriveNetworks> networks_;  ///< for a line in this process
   std::unique_ptr<TapDevice> tap_;           ///< held until the tunnel takes it over
   std::unique_ptr<EthernetTunnel> tunnel_;
   std::unique_ptr<MailboxGateway> gateway_;
+  std::map<std::size_t, std::string> gateway_names_;  ///< name of each slave that the gateway serves, by position
+  std::vector<EventFacts> gateway_events_;            ///< for poll()
   std::optional<EoeReport> last_eoe_;
   std::vector<GatewayClient> last_clients_;
 };

@@ -2,12 +2,8 @@
 
 #include <fmt/format.h>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <iterator>
-
-#include "driveline/runtime/files/output_file.hpp"
 
 namespace driveline::runtime {
 
@@ -27,20 +23,15 @@ void Recorder::Extremes::add(double value) noexcept {
   greatest = std::fmax(greatest, value);
 }
 
-Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
+Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, const std::optional<std::filesystem::path>& csv,
                    std::uint64_t every, bool increments, bool compensated)
-    : errors_(axes.size()),
-      csv_(std::move(csv)),
-      every_(every),
-      increments_(increments),
-      compensated_(compensated),
-      extremes_(axes.size()) {
+    : errors_(axes.size()), every_(every), increments_(increments), compensated_(compensated), extremes_(axes.size()) {
   for (const auto& axis : axes) {
     columns_.push_back({axis.name, axis.linear(), &ecat_master::position_unit(axis), axis.increments_per_unit});
   }
-  if (!csv_) return;
-  stream_.open(partial_name(*csv_), std::ios::trunc);
-  if (!stream_) note_problem("cannot be written");
+  if (!csv) return;
+  csv_.emplace(*csv);
+  if (auto opened = csv_->problem(); !opened) problem_ = opened.error();
 }
 
 double Recorder::path_error(const snapshot::AxisSample& sample) const noexcept {
@@ -50,9 +41,10 @@ double Recorder::path_error(const snapshot::AxisSample& sample) const noexcept {
 /// Writes three columns for each axis first, then the less important ones. The first row shows which drives report a
 /// following error and a position demand.
 void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
-  stream_ << "time[s]";
-  const auto head = [this](const Column& column, std::string_view figure, std::string_view unit) {
-    stream_ << fmt::format(",{}_{}[{}]", column.axis, figure, unit);
+  auto& stream = csv_->stream();
+  stream << "time[s]";
+  const auto head = [&stream](const Column& column, std::string_view figure, std::string_view unit) {
+    stream << fmt::format(",{}_{}[{}]", column.axis, figure, unit);
   };
   for (const auto& column : columns_) {
     for (const auto* figure : {"target", "actual", "following_error"}) head(column, figure, column.unit->name);
@@ -75,7 +67,7 @@ void Recorder::write_header(const std::vector<snapshot::AxisSample>& row) {
     if (!increments_) break;
     for (const auto* figure : {"target", "actual", "following_error"}) head(column, figure, "increments");
   }
-  stream_ << '\n';
+  stream << '\n';
 }
 
 void Recorder::lines(std::span<const snapshot::LineSample>) {}
@@ -155,37 +147,17 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
         row[i].following_error * scale);
   }
   text.push_back('\n');
-  stream_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  csv_->stream().write(text.data(), static_cast<std::streamsize>(text.size()));
   ++rows_;
 }
 
 void Recorder::finish(const snapshot::DrainCounters&) {
-  if (!stream_.is_open()) return;
+  if (!csv_ || !csv_->is_open()) return;
   // Also write the cycles after the last row if one of them could contain the peak.
   const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });
   if (more && !last_row_.empty()) take_row(last_row_);
-  if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return drop_file();
-  stream_.close();
-  if (!stream_) {
-    note_problem("could not be written completely");
-    return drop_file();
-  }
-  if (auto completed = complete_file(*csv_); !completed) problem_ = completed.error();
-}
-
-/// Stores the error of the last system call.
-void Recorder::note_problem(std::string_view what) {
-  problem_ = fail(ErrorKind::kMachine, fmt::format("{}: {}", what, std::strerror(errno)), csv_->string()).value();
-}
-
-void Recorder::drop_file() {
-  stream_.close();
-  std::error_code ignored;
-  std::filesystem::remove(partial_name(*csv_), ignored);
-}
-
-Recorder::~Recorder() {
-  if (stream_.is_open()) drop_file();
+  if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return csv_->discard();
+  if (auto completed = csv_->complete(); !completed) problem_ = completed.error();
 }
 
 }  // namespace driveline::runtime

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <string>
@@ -12,6 +11,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/error.hpp"
+#include "driveline/runtime/files/output_file.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
 
 namespace driveline::runtime {
@@ -48,10 +48,10 @@ class Recorder final : public snapshot::SampleConsumer {
   /// `csv`: output file; none: no file. `every`: one row per `every` cycles. `increments`: adds drive increments after
   /// the columns in the units of the axes. `compensated`: setpoints lead the path by the dead times, so that the
   /// setpoint that a drive has followed is that of the path at this instant.
-  Recorder(const std::vector<ecat_master::AxisConfig>& axes, std::optional<std::filesystem::path> csv,
+  Recorder(const std::vector<ecat_master::AxisConfig>& axes, const std::optional<std::filesystem::path>& csv,
            std::uint64_t every, bool increments = false, bool compensated = false);
   /// Removes an unfinished file.
-  ~Recorder() override;
+  ~Recorder() override = default;
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
@@ -81,8 +81,6 @@ class Recorder final : public snapshot::SampleConsumer {
 
  private:
   [[nodiscard]] double path_error(const snapshot::AxisSample& sample) const noexcept;
-  void drop_file();
-  void note_problem(std::string_view what);
   void add_to_row(const snapshot::AxisSample& sample);
   void write_header(const std::vector<snapshot::AxisSample>& row);
   void take_row(const std::vector<snapshot::AxisSample>& row);
@@ -103,11 +101,10 @@ class Recorder final : public snapshot::SampleConsumer {
   };
   std::vector<FollowingError> errors_;
   std::vector<Column> columns_;
-  std::optional<std::filesystem::path> csv_;
+  std::optional<OutputFile> csv_;
   std::uint64_t every_;
   bool increments_;
   bool compensated_;
-  std::ofstream stream_;
   std::vector<snapshot::AxisSample> row_;
   std::vector<snapshot::AxisSample> last_row_;  ///< complete, from a cycle after the last row of the file
   std::vector<Extremes> extremes_;              ///< indexed by axis

@@ -19,6 +19,8 @@ using stream::EndReason;
 constexpr std::size_t kMaxVisitors = 8;
 /// Time-out for the Hello of a connected client.
 constexpr auto kHelloTimeout = std::chrono::seconds{1};
+/// Time-out for the confirmation that a client has mapped its memory. Until then it has no axis.
+constexpr auto kMappedTimeout = std::chrono::seconds{5};
 /// Interval between two events about refused clients.
 constexpr auto kRefusalInterval = std::chrono::seconds{1};
 
@@ -61,6 +63,7 @@ events::StreamUp StreamServer::offer() const {
 
 std::vector<Event> StreamServer::poll() {
   if (socket_) let_in();
+  hear_newcomers();
   hear_visitors();
   look_after_clients();
   return std::exchange(events_, {});
@@ -69,6 +72,7 @@ std::vector<Event> StreamServer::poll() {
 void StreamServer::close() {
   socket_.reset();
   visitors_.clear();
+  newcomers_.clear();
   for (auto& client : clients_) client->session->request_end(EndReason::kLine);
 }
 
@@ -86,7 +90,7 @@ void StreamServer::let_in() {
     Visitor visitor{std::move(socket), std::move(*peer), steady_clock::now()};
     if (!may_stream(visitor.socket.get(), visitor.peer, config_.allowed)) {
       refuse(visitor, fmt::format("user {} may not stream to this line", visitor.peer.user));
-    } else if (visitors_.size() == kMaxVisitors) {
+    } else if (visitors_.size() + newcomers_.size() >= kMaxVisitors) {
       refuse(visitor, "too many clients connect at the same time");
     } else {
       visitors_.push_back(std::move(visitor));
@@ -128,13 +132,60 @@ void StreamServer::greet(Visitor& visitor, const stream::Hello& hello) {
     refuse(visitor, members.error().reason);
     return;
   }
-  auto session = make_session(hello, visitor.peer, *members);
+  LeaseTerms terms;
+  terms.owner = describe(visitor.peer);
+  terms.take_over = hello.take_over == 1;
+  if (auto free = check(*members, terms); !free) {
+    refuse(visitor, free.error().reason);
+    return;
+  }
+  auto session = StreamSession::make(std::move(*members), hello.power == 1, config_.settings, period_, authority_,
+                                     rt::SharedSealing::kSizeOnly);
   if (!session) {
-    for (const auto& member : *members) release(visitor.peer, member.axis, member.lease);
     refuse(visitor, session.error().reason);
     return;
   }
-  accept(visitor, std::move(*session));
+  const std::array descriptors{(*session)->setpoints().descriptor(), (*session)->status().descriptor()};
+  // If the client has disconnected, its closed connection shows that later.
+  static_cast<void>(send_answer(visitor.socket.get(), acceptance(**session), descriptors));
+  visitor.since = steady_clock::now();
+  newcomers_.push_back({std::move(visitor), std::move(*session), std::move(terms)});
+}
+
+void StreamServer::hear_newcomers() {
+  std::erase_if(newcomers_, [this](Newcomer& newcomer) { return hear(newcomer); });
+}
+
+/// Processes the message of a newcomer. Returns true if no further message is expected.
+bool StreamServer::hear(Newcomer& newcomer) {
+  auto& visitor = newcomer.visitor;
+  const auto message = receive_message(visitor.socket.get());
+  if (message.closed) return true;
+  if (message.bytes.empty() && steady_clock::now() - visitor.since < kMappedTimeout) return false;
+  if (stream::from_bytes<stream::Mapped>(message.bytes)) {
+    begin(newcomer);
+  } else {
+    refuse(visitor, "it has not confirmed that it has mapped its memory");
+  }
+  return true;
+}
+
+/// Gives a client its axes, and its session to the cycle.
+void StreamServer::begin(Newcomer& newcomer) {
+  auto& [visitor, session, terms] = newcomer;
+  if (auto admitted = admit(*session, terms); !admitted) {
+    for (std::size_t i = 0; i < session->members().size(); ++i) {
+      release(visitor.peer, session->members()[i].axis, session->lease(i));
+    }
+    refuse(visitor, admitted.error().reason);
+    return;
+  }
+  static_cast<void>(send_answer(visitor.socket.get(), acceptance(*session), {}));
+  std::vector<StreamAxis> axes;
+  for (const auto& member : session->members()) axes.push_back(offered(member.axis));
+  SessionWatch watch(visitor.peer, std::move(axes), *session);
+  watch.tell_begin(note_);
+  clients_.push_back(std::make_unique<Client>(Client{std::move(visitor.socket), std::move(session), std::move(watch)}));
 }
 
 Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::Hello& hello) const {
@@ -159,38 +210,32 @@ Result<std::vector<StreamSession::Member>> StreamServer::choose(const stream::He
   return members;
 }
 
-/// Makes a session in the cycle, with a lease for each of its axes. Takes no axis over before it is clear that the
-/// session can be made. After an error, `members` contain the leases that were taken.
-Result<std::unique_ptr<StreamSession>> StreamServer::make_session(const stream::Hello& hello, const StreamPeer& peer,
-                                                                  std::vector<StreamSession::Member>& members) {
-  LeaseTerms terms;
-  terms.owner = describe(peer);
-  terms.take_over = hello.take_over == 1;
-  for (const auto& member : members) {
-    if (auto free = check(member, terms); !free) return tl::unexpected(free.error());
-  }
-  if (hub_.full()) return fail(ErrorKind::kMachine, "the maximum number of stream clients is reached");
-  auto session = StreamSession::make(members, hello.power == 1, config_.settings, period_, authority_);
-  if (!session) return session;
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    auto& member = members[i];
+/// Takes a lease for each axis of the session, and adds the session to the cycle. Takes no axis over before it is clear
+/// that the session can begin. After an error, the session has the leases that were taken.
+Result<void> StreamServer::admit(StreamSession& session, const LeaseTerms& terms) {
+  if (auto free = check(session.members(), terms); !free) return free;
+  if (auto closed = session.close_to_writers(); !closed) return closed;
+  for (std::size_t i = 0; i < session.members().size(); ++i) {
+    const auto& member = session.members()[i];
     const bool moved = !authority_.owner_of(member.axis).empty();
     const auto taken = authority_.take(member.axis, terms);
     if (!taken) return tl::unexpected(refusal_of(member, taken.error()));
-    member.lease = *taken;
-    (*session)->give(i, *taken);
-    if (moved) (*session)->halt_first(i);
+    session.give(i, *taken);
+    if (moved) session.halt_first(i);
   }
-  if (!hub_.add(**session)) return fail(ErrorKind::kMachine, "the maximum number of stream clients is reached");
-  return session;
+  if (!hub_.add(session)) return fail(ErrorKind::kMachine, "the maximum number of stream clients is reached");
+  return {};
 }
 
-Result<void> StreamServer::check(const StreamSession::Member& member, const LeaseTerms& terms) const {
-  const auto owner = authority_.owner_of(member.axis);
-  // One process may have several clients of the same name; they must not share an axis.
-  if (owner == terms.owner) return tl::unexpected(refusal_of(member, {owner}));
-  if (const auto free = authority_.check(member.axis, terms); !free)
-    return tl::unexpected(refusal_of(member, free.error()));
+Result<void> StreamServer::check(std::span<const StreamSession::Member> members, const LeaseTerms& terms) const {
+  for (const auto& member : members) {
+    const auto owner = authority_.owner_of(member.axis);
+    // One process may have several clients of the same name; they must not share an axis.
+    if (owner == terms.owner) return tl::unexpected(refusal_of(member, {owner}));
+    if (const auto free = authority_.check(member.axis, terms); !free)
+      return tl::unexpected(refusal_of(member, free.error()));
+  }
+  if (hub_.full()) return fail(ErrorKind::kMachine, "the maximum number of stream clients is reached");
   return {};
 }
 
@@ -205,24 +250,15 @@ const StreamAxis& StreamServer::offered(std::size_t axis) const {
   return *std::find_if(axes_.begin(), axes_.end(), [&](const auto& one) { return one.axis == axis; });
 }
 
-void StreamServer::accept(Visitor& visitor, std::unique_ptr<StreamSession> session) {
+stream::Answer StreamServer::acceptance(const StreamSession& session) const {
   stream::Answer answer;
   answer.accepted = 1;
   answer.period_ns = period_.count();
   answer.keep_alive_ns = config_.settings.keep_alive.count();
   answer.longest_ahead_ns = std::chrono::nanoseconds{StreamSession::kLongestAhead}.count();
   answer.records_per_cycle = StreamSession::kRecordsPerCycle;
-  std::vector<StreamAxis> axes;
-  for (std::size_t i = 0; i < session->members().size(); ++i) {
-    answer.bounds[i] = session->members()[i].bounds;
-    axes.push_back(offered(session->members()[i].axis));
-  }
-  const std::array descriptors{session->setpoints().descriptor(), session->status().descriptor()};
-  // If the client has disconnected, its closed connection shows that later.
-  static_cast<void>(send_answer(visitor.socket.get(), answer, descriptors));
-  SessionWatch watch(visitor.peer, std::move(axes), *session);
-  watch.tell_begin(note_);
-  clients_.push_back(std::make_unique<Client>(Client{std::move(visitor.socket), std::move(session), std::move(watch)}));
+  for (std::size_t i = 0; i < session.members().size(); ++i) answer.bounds[i] = session.members()[i].bounds;
+  return answer;
 }
 
 void StreamServer::refuse(Visitor& visitor, const std::string& reason) {

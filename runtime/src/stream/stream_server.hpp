@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,7 +43,7 @@ class StreamServer {
   /// Ends all sessions, and accepts no further clients; poll() reports when they are over.
   void close();
   /// Whether there are no sessions.
-  [[nodiscard]] bool idle() const noexcept { return clients_.empty(); }
+  [[nodiscard]] bool idle() const noexcept { return clients_.empty() && newcomers_.empty(); }
   /// Returns socket and axes.
   [[nodiscard]] events::StreamUp offer() const;
 
@@ -54,6 +55,12 @@ class StreamServer {
     port::FileDescriptor socket;
     StreamPeer peer;
     Instant since;
+  };
+  /// A client that has received its memory and has not confirmed yet that it has mapped it. It has no axis yet.
+  struct Newcomer {
+    Visitor visitor;
+    std::unique_ptr<StreamSession> session;
+    LeaseTerms terms;
   };
   struct Client {
     port::FileDescriptor socket;
@@ -68,12 +75,14 @@ class StreamServer {
   void hear_visitors();
   [[nodiscard]] bool hear(Visitor& visitor);
   void greet(Visitor& visitor, const stream::Hello& hello);
+  void hear_newcomers();
+  [[nodiscard]] bool hear(Newcomer& newcomer);
+  void begin(Newcomer& newcomer);
   [[nodiscard]] Result<std::vector<StreamSession::Member>> choose(const stream::Hello& hello) const;
-  [[nodiscard]] Result<void> check(const StreamSession::Member& member, const LeaseTerms& terms) const;
+  [[nodiscard]] Result<void> check(std::span<const StreamSession::Member> members, const LeaseTerms& terms) const;
   [[nodiscard]] Error refusal_of(const StreamSession::Member& member, const LeaseRefusal& owned) const;
-  [[nodiscard]] Result<std::unique_ptr<StreamSession>> make_session(const stream::Hello& hello, const StreamPeer& peer,
-                                                                    std::vector<StreamSession::Member>& members);
-  void accept(Visitor& visitor, std::unique_ptr<StreamSession> session);
+  [[nodiscard]] Result<void> admit(StreamSession& session, const LeaseTerms& terms);
+  [[nodiscard]] stream::Answer acceptance(const StreamSession& session) const;
   void refuse(Visitor& visitor, const std::string& reason);
   void look_after_clients();
   void lease_again(Client& client);
@@ -88,6 +97,7 @@ class StreamServer {
   std::chrono::nanoseconds period_;
   std::optional<StreamSocket> socket_;
   std::vector<Visitor> visitors_;
+  std::vector<Newcomer> newcomers_;
   std::vector<std::unique_ptr<Client>> clients_;
   std::vector<Event> events_;
   SessionWatch::Note note_{[this](EventFacts facts, Severity severity) { note(std::move(facts), severity); }};

@@ -80,8 +80,8 @@ bool can_follow(MotionState state) noexcept {
 Result<std::unique_ptr<StreamSession>> StreamSession::make(std::vector<Member> members, bool power,
                                                            const ClientStreamSettings& settings,
                                                            std::chrono::nanoseconds period,
-                                                           const AxisAuthority& authority) {
-  auto ring = rt::SharedRegion::create("driveline-setpoints", stream::setpoint_ring(kRingRecords));
+                                                           const AxisAuthority& authority, rt::SharedSealing sealing) {
+  auto ring = rt::SharedRegion::create("driveline-setpoints", stream::setpoint_ring(kRingRecords), sealing);
   if (!ring) return fail(ErrorKind::kMachine, describe(ring.error()));
   auto broadcast = rt::SharedRegion::create("driveline-status", stream::status_broadcast(kStatusRecords));
   if (!broadcast) return fail(ErrorKind::kMachine, describe(broadcast.error()));
@@ -107,6 +107,11 @@ StreamSession::StreamSession(std::vector<Member> members, bool power, const Clie
       setpoints_(members_.size()),
       positions_(members_.size()) {
   for (std::size_t i = 0; i < members_.size(); ++i) give(i, members_[i].lease);
+}
+
+Result<void> StreamSession::close_to_writers() {
+  if (auto closed = ring_.close_to_writers(); !closed) return fail(ErrorKind::kMachine, describe(closed.error()));
+  return {};
 }
 
 void StreamSession::give(std::size_t member, std::uint64_t lease) noexcept {

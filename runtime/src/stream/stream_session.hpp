@@ -52,11 +52,11 @@ class StreamSession {
     bool halt = false;        ///< another client has moved the axis: bring it to rest before it follows
   };
 
-  /// `authority` must outlive it. Error (kMachine): no shared memory.
-  [[nodiscard]] static Result<std::unique_ptr<StreamSession>> make(std::vector<Member> members, bool power,
-                                                                   const ClientStreamSettings& settings,
-                                                                   std::chrono::nanoseconds period,
-                                                                   const AxisAuthority& authority);
+  /// `authority` must outlive it. `sealing` of the memory that the client writes: kSizeOnly for another process, whose
+  /// session begins after close_to_writers(). Error (kMachine): no shared memory.
+  [[nodiscard]] static Result<std::unique_ptr<StreamSession>> make(
+      std::vector<Member> members, bool power, const ClientStreamSettings& settings, std::chrono::nanoseconds period,
+      const AxisAuthority& authority, rt::SharedSealing sealing = rt::SharedSealing::kComplete);
   StreamSession(const StreamSession&) = delete;
   StreamSession& operator=(const StreamSession&) = delete;
 
@@ -67,6 +67,10 @@ class StreamSession {
   [[nodiscard]] const rt::SharedRegion& setpoints() const noexcept { return ring_; }
   /// Returns the memory that the client and the owner read.
   [[nodiscard]] const rt::SharedRegion& status() const noexcept { return broadcast_; }
+  /// Seals the memory that the client writes, so that it cannot delay the cycle by page faults. Call when the client
+  /// has mapped it and before the session belongs to the cycle. Error (kMachine): the client has sealed it, or there is
+  /// not enough memory.
+  [[nodiscard]] Result<void> close_to_writers();
   /// Requests the end of the session from the cycle; only the first reason has effect.
   void request_end(stream::EndReason reason) noexcept;
   /// Whether the session may command the axis: its lease is valid.

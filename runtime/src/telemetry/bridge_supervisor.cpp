@@ -48,6 +48,7 @@ Result<void> BridgeSupervisor::spawn(Clock::time_point now) {
   counts_.begin(feed_.written());
   reason_.clear();
   running_ = false;
+  still_ = false;
   invalid_counts_reported_ = false;
   beats_ = 0;
   alive_at_ = now;
@@ -88,9 +89,9 @@ Result<void> BridgeSupervisor::start() {
   while (process_.valid() && !running_ && now < limit) {
     pollfd waiting{process_.descriptor(), POLLIN, 0};
     static_cast<void>(::poll(&waiting, 1, kStartPollMs));
-    take_messages();
-    if (!reason_.empty()) return refused();
     now = Clock::now();
+    take_messages(now);
+    if (!reason_.empty()) return refused();
     if (const auto status = process_.reap()) ended(describe_end(*status), now);
   }
   return {};
@@ -121,8 +122,9 @@ void BridgeSupervisor::serve(Clock::time_point now) {
     if (const auto started = spawn(now); !started) ended(started.error().reason, now);
     return;
   }
-  take_messages();
+  take_messages(now);
   update_counts(now);
+  report_stillness(now);
   if (const auto status = process_.reap()) {
     ended(describe_end(*status), now);
     return;
@@ -130,7 +132,7 @@ void BridgeSupervisor::serve(Clock::time_point now) {
   if (now - alive_at_ > settings_.hang_limit) process_.kill();
 }
 
-void BridgeSupervisor::take_messages() {
+void BridgeSupervisor::take_messages(Clock::time_point now) {
   std::array<std::byte, kLongestMessage> room;
   for (int i = 0; i < kMessagesAtOnce; ++i) {
     std::size_t length = 0;
@@ -139,6 +141,7 @@ void BridgeSupervisor::take_messages() {
     if (message[0] == std::byte{kFailed}) reason_ = printable(message.subspan(1));
     if (message[0] != std::byte{kReady} || running_) continue;
     running_ = true;
+    alive_at_ = now;
     if (restarts_ > 0) events_.emplace_back(events::BridgeBack{process_.id()});
     if (message.size() > 1) events_.emplace_back(events::BridgeRemark{printable(message.subspan(1))});
   }
@@ -152,13 +155,23 @@ void BridgeSupervisor::update_counts(Clock::time_point now) {
   }
   if (std::exchange(beats_, counts_.beats()) == counts_.beats()) return;
   alive_at_ = now;
+  if (std::exchange(still_, false)) events_.emplace_back(events::BridgeBack{process_.id()});
   if (now - started_at_ > settings_.proven) pause_.reset();
+}
+
+/// Reports a bridge that has published and shows no sign of life any more.
+void BridgeSupervisor::report_stillness(Clock::time_point now) {
+  const bool published = by_service() ? beats_ > 0 : running_;
+  if (!published || still_ || now - alive_at_ <= settings_.still_limit) return;
+  still_ = true;
+  events_.emplace_back(events::BridgeStill{process_.id(), settings_.still_limit});
 }
 
 /// Checks a bridge of a service. Its counts continue where those of the previous one ended.
 void BridgeSupervisor::poll_guest(Clock::time_point now) {
   update_counts(now);
   running_ = beats_ > 0 && now - alive_at_ < kGone;
+  report_stillness(now);
 }
 
 /// Waits until the bridge of a service has published the remaining records; it ends itself.

@@ -34,6 +34,7 @@ class BridgeSupervisor {
     std::chrono::milliseconds first_pause{100};  ///< pause before the first restart, doubled each time
     std::chrono::milliseconds longest_pause{10'000};
     std::chrono::milliseconds proven{30'000};      ///< a bridge that has run for this long has the first pause again
+    std::chrono::milliseconds still_limit{3000};   ///< a bridge without a sign of life for this long is reported
     std::chrono::milliseconds hang_limit{10'000};  ///< a bridge without a sign of life for this long is killed
     std::chrono::milliseconds start_limit{5000};   ///< time-out of start()
   };
@@ -77,8 +78,9 @@ class BridgeSupervisor {
   [[nodiscard]] bool by_service() const noexcept { return settings_.program.empty(); }
   [[nodiscard]] Result<void> spawn(Clock::time_point now);
   [[nodiscard]] tl::unexpected<Error> refused() const;
-  void take_messages();
+  void take_messages(Clock::time_point now);
   void update_counts(Clock::time_point now);
+  void report_stillness(Clock::time_point now);
   void poll_guest(Clock::time_point now);
   void await_guest();
   void ended(const std::string& how, Clock::time_point now);
@@ -92,6 +94,7 @@ class BridgeSupervisor {
   std::vector<EventFacts> events_;
   std::string reason_;                    ///< reason of a failure in the words of the bridge
   bool running_ = false;                  ///< the bridge has reported that it publishes
+  bool still_ = false;                    ///< the bridge was reported to stand still
   bool invalid_counts_reported_ = false;  ///< impossible counts of the present bridge were reported
   std::uint64_t restarts_ = 0;
   std::uint64_t invalid_counts_ = 0;

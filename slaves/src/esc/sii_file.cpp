@@ -1,12 +1,13 @@
 #include "driveline/slaves/esc/sii_file.hpp"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <system_error>
+
+#include "driveline/rt/output_place.hpp"
 
 namespace driveline::slaves {
 
@@ -86,20 +87,22 @@ tl::expected<bool, SiiFileError> SiiFile::save(const SiiInterface& sii) {
 }
 
 tl::expected<void, SiiFileError> SiiFile::replace(std::span<const std::byte> content) const {
-  auto partial = path_;
-  partial += ".partial";
   const auto fail = [&](std::error_code cause) {
-    std::error_code ignored;
-    std::filesystem::remove(partial, ignored);
     return tl::unexpected(SiiFileError{.fault = Fault::kUnwritable, .file = path_, .cause = cause});
   };
+  const auto place = rt::OutputPlace::find(path_);
+  if (!place) return fail(place.error());
   {
-    const Descriptor file(::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-    if (file.get() < 0 || !write_all(file.get(), content) || ::fsync(file.get()) != 0) return fail(last_error());
+    const auto opened = place->open();
+    if (!opened) return fail(opened.error());
+    const Descriptor file(*opened);
+    if (!write_all(file.get(), content) || ::fsync(file.get()) != 0) {
+      const auto cause = last_error();
+      place->discard();
+      return fail(cause);
+    }
   }
-  std::error_code error;
-  std::filesystem::rename(partial, path_, error);
-  if (error) return fail(error);
+  if (const auto error = place->complete()) return fail(error);
   return {};
 }
 

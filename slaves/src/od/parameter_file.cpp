@@ -1,6 +1,5 @@
 #include "driveline/slaves/od/parameter_file.hpp"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -9,6 +8,8 @@
 #include <cstring>
 #include <fstream>
 #include <vector>
+
+#include "driveline/rt/output_place.hpp"
 
 namespace driveline::slaves {
 namespace {
@@ -144,10 +145,8 @@ tl::unexpected<ParameterFileError> system_error(std::string_view what) {
   return wrong(std::string(what) + ": " + std::strerror(errno));
 }
 
-/// Writes the text to the disk and waits until it is stored; returns the reason when that fails.
-Result write_through(const std::string& path, std::string_view text) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file < 0) return system_error("cannot be opened for writing");
+/// Writes the text to the disk, waits until it is stored, and closes the file; returns the reason when that fails.
+Result write_through(int file, std::string_view text) {
   while (!text.empty()) {
     const auto written = ::write(file, text.data(), text.size());
     if (written < 0) {
@@ -204,17 +203,16 @@ Result read_parameters(std::string_view text, ObjectDictionary& dictionary) {
 }
 
 Result save_parameter_file(const std::string& path, const ObjectDictionary& dictionary) {
-  const std::string partial = path + ".partial";
-  auto written = write_through(partial, write_parameters(dictionary));
+  const auto place = rt::OutputPlace::find(path);
+  if (!place) return wrong(rt::describe_output_error(path, place.error()));
+  const auto file = place->open();
+  if (!file) return wrong("cannot be opened for writing: " + file.error().message());
+  auto written = write_through(*file, write_parameters(dictionary));
   if (!written) {
-    ::unlink(partial.c_str());
+    place->discard();
     return written;
   }
-  if (std::rename(partial.c_str(), path.c_str()) != 0) {
-    const auto error = system_error("cannot be replaced");
-    ::unlink(partial.c_str());
-    return error;
-  }
+  if (const auto error = place->complete()) return wrong("cannot be replaced: " + error.message());
   return {};
 }
 

@@ -260,11 +260,14 @@ class Hostile(ProgramTest):
         # Sanitizers reserve terabytes of addresses.
         limit = {} if SANITIZED else {"preexec_fn": self.limit(resource.RLIMIT_AS, 2 << 30)}
         image = self.write("line.toml", '[[slave]]\nname = "x"\nsii = "/dev/zero"\n')
+        path = self.write("path.toml", '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n[path]\nfile = "/dev/zero"\n')
         device = self.write("device.toml", '[[slave]]\nname = "x"\nesi = "/dev/zero"\n')
         for arguments, place in ((["slaves", "--config", "/dev/zero"], "/dev/zero"),
                                  (["slaves", "--config", device], "device.toml:3: [slave 1] esi: /dev/zero"),
                                  (["slaves", "--config", image], "line.toml:3: [slave 1] sii: /dev/zero"),
                                  (["esi", "validate", "/dev/zero"], "/dev/zero"),
+                                 (["plan", "/dev/zero"], "/dev/zero"),
+                                 (["run", "--config", path], "/dev/zero"),
                                  (["sii", "write", "--config", LINE8, "-p", "0", "/dev/zero"], "/dev/zero")):
             with self.subTest(arguments=arguments):
                 self.check_refused(self.run_program(*arguments, **limit), 2, f"{place}: is larger than 128 MiB")

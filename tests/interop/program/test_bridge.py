@@ -202,6 +202,18 @@ class ABridge(BridgeTest):
         self.assertGreater(document["telemetry"]["dropped"], 1000 * (len(AXES) + 1))
         self.assertEqual(document["telemetry"]["restarts"], 0)
 
+    def test_that_stands_still_for_good_is_told_and_replaced(self):
+        run = self.start_run()
+        bridge = self.wait_for_bridge(run)
+        self.receive()
+        os.kill(bridge, signal.SIGSTOP)
+        self.wait_for_sentence(run, f"telemetry: bridge does not respond (process {bridge}): no sign of life for 3 s")
+        self.wait_for_sentence(run, "telemetry: bridge stopped (signal 9), restart in 0.1 s")
+        self.wait_for_sentence(run, "telemetry: bridge runs again (process ")
+        self.assertNotEqual(self.wait_for_bridge(run, bridge), bridge)
+        self.receive()
+        self.assertEqual(self.end_run(run)["telemetry"]["restarts"], 1)
+
     def test_that_stands_still_at_the_end_is_ended_with_force(self):
         run = self.start_run()
         bridge = self.wait_for_bridge(run)

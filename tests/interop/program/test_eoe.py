@@ -50,6 +50,15 @@ tool.settimeout(30)
 tool.sendto(bytes.fromhex("1050 0a00 0110 00 33 0020 40 1810 01 00000000"), ("127.0.0.1", 34980))
 print(tool.recv(2000)[14:18].hex())
 """
+# Quick stop deceleration (6085h) = 1; the answer's command and data.
+WRITE_OVER_GATEWAY = """
+import socket
+tool = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+tool.settimeout(30)
+tool.sendto(bytes.fromhex("1050 0a00 0110 00 33 0020 23 8560 00 01000000"), ("127.0.0.1", 34980))
+answer = tool.recv(2000)
+print(answer[10:11].hex(), answer[14:18].hex())
+"""
 
 
 def description(drives, interface="", cycle_us=1000, tail=""):
@@ -185,6 +194,26 @@ class InProcess(EoeTest):
         self.assertEqual(asked.stdout.strip(), "28000000", "the vendor, little endian")
         client, = self.end_run(run)["gateway"]
         self.assertEqual((client["requests"], client["answers"], client["refused"]), (1, 1, 0))
+
+    def write_over_gateway(self, table):
+        """What a download over the gateway is answered with, and the events of the run."""
+        self.write("line.toml", description(1).replace("[telemetry]", f"[gateway]\n{table}\n[telemetry]"))
+        run = self.start_run("line.toml")
+        self.wait_for("gateway", lambda: "mailbox gateway at 127.0.0.1:34980" in self.text("run.log"), run)
+        subprocess.run([*self.prefix, "ip", "link", "set", "lo", "up"], check=True, timeout=PATIENCE_S)
+        asked = self.run_program("-c", WRITE_OVER_GATEWAY, program=sys.executable)
+        self.assertEqual(asked.returncode, 0, asked.stderr)
+        return asked.stdout.strip(), "\n".join(self.end_run(run)["events"])
+
+    def test_the_gateway_is_read_only(self):
+        answer, events = self.write_over_gateway("")
+        self.assertEqual(answer, "80 21000008", "an SDO abort: local control")
+        self.assertRegex(events, r"mailbox gateway: udp [0-9.:]+ may not write 6085h:0 = 0x00000001 of slave 0 \(d0\)")
+
+    def test_a_named_address_writes_over_the_gateway(self):
+        answer, events = self.write_over_gateway('write_addresses = ["127.0.0.1"]')
+        self.assertEqual(answer[:2], "60", "the drive has accepted it")
+        self.assertRegex(events, r"mailbox gateway: udp [0-9.:]+ writes 6085h:0 = 0x00000001 of slave 0 \(d0\)")
 
     def test_virtual_time_is_refused(self):
         result = self.run_program("run", "--config", self.write("line.toml", description(1)), "--virtual")

@@ -211,11 +211,12 @@ class Plan(ProgramTest):
     def test_a_folder_that_is_not_there_and_a_full_disk(self):
         result = self.run_program("plan", CONTOUR, "--samples", "nowhere/samples.csv")
         self.check_refused(result, 1, "nowhere/samples.csv", "No such file")
-        os.symlink("/dev/full", self.directory / "samples.csv.partial")
+        os.symlink("/dev/full", self.directory / "samples.csv")
         result = self.run_program("plan", CONTOUR, "--samples", "samples.csv")
         self.check_refused(result, 1, "samples.csv", "No space left")
-        self.assertFalse((self.directory / "samples.csv").exists())
-        self.assertTrue(pathlib.Path("/dev/full").exists())
+        self.assertEqual(self.files(), ["samples.csv"])
+        self.assertTrue((self.directory / "samples.csv").is_symlink())
+        self.assertTrue(pathlib.Path("/dev/full").is_char_device())
 
     def test_overrides_that_are_none(self):
         for share in ("0", "-5", "200.1", "nan", "fast"):

@@ -113,6 +113,18 @@ TEST_F(ClientFiles, AnOldRecordingIsThereUntilThereIsSomethingToRecord) {
   EXPECT_EQ(content("run.mcap"), "new!");
 }
 
+TEST_F(ClientFiles, ALinkToARecordingStays) {
+  write("target.mcap", "old");
+  std::filesystem::create_symlink("target.mcap", folder / "run.mcap");
+  auto file = RecordingFile::create(path("run.mcap"), true);
+  ASSERT_TRUE(file);
+  ASSERT_TRUE(file->take_place());
+  ASSERT_TRUE(file->finish({'n', 'e', 'w'}));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "run.mcap"));
+  EXPECT_EQ(content("target.mcap"), "new");
+  EXPECT_FALSE(std::filesystem::exists(folder / "target.mcap.part"));
+}
+
 TEST_F(ClientFiles, AFileThatHasComeMeanwhileIsNotOverwritten) {
   auto file = RecordingFile::create(path("run.mcap"), false);
   ASSERT_TRUE(file);

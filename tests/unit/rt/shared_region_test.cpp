@@ -6,10 +6,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "shared_support.hpp"
@@ -159,6 +161,55 @@ TEST(SharedRegionTest, NobodyElseCanWriteIntoABroadcast) {
     return 0;
   }};
   EXPECT_EQ(peer.wait_for_end(), 0);
+}
+
+/// Whether all pages of the region are allocated and mapped in this process.
+bool is_resident(const SharedRegion& region) {
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pagemap{std::fopen("/proc/self/pagemap", "rb"), std::fclose};
+  const auto first = reinterpret_cast<std::uintptr_t>(region.words().data()) / page;
+  std::vector<std::uint64_t> entries(region.words().size_bytes() / page);
+  if (std::fseek(pagemap.get(), static_cast<long>(first * sizeof(std::uint64_t)), SEEK_SET) != 0) return false;
+  if (std::fread(entries.data(), sizeof(std::uint64_t), entries.size(), pagemap.get()) != entries.size()) return false;
+  return std::all_of(entries.begin(), entries.end(), [](std::uint64_t entry) { return entry >> 63 == 1; });
+}
+
+TEST(SharedRegionTest, AWriterCannotReturnPagesOnceItIsClosed) {
+  auto created = SharedRegion::create("driveline-test", ring_of_records(1000), SharedSealing::kSizeOnly);
+  ASSERT_TRUE(created) << describe(created.error());
+  auto& made = *created;
+  const auto bytes = static_cast<off_t>(made.words().size_bytes());
+  EXPECT_FALSE(SharedRegion::open(made.descriptor(), ring_of_records())) << "nobody takes it for complete";
+  auto opened = SharedMapping::open(made.descriptor(), ring_of_records(), SharedSealing::kSizeOnly);
+  ASSERT_TRUE(std::holds_alternative<SharedMapping>(opened));
+  auto& peer = std::get<SharedMapping>(opened);
+  const auto punch = [&] {
+    return ::fallocate(made.descriptor(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, bytes);
+  };
+  ASSERT_EQ(punch(), 0);
+  EXPECT_FALSE(is_resident(made));
+  const auto closed = made.close_to_writers();
+  ASSERT_TRUE(closed) << describe(closed.error());
+  EXPECT_TRUE(is_resident(made)) << "the pages are back before the cycle accesses them";
+  EXPECT_EQ(punch(), -1);
+  EXPECT_EQ(errno, EPERM);
+  EXPECT_EQ(::madvise(peer.words().data(), peer.words().size_bytes(), MADV_REMOVE), -1);
+  EXPECT_EQ(errno, EPERM);
+  EXPECT_TRUE(is_resident(made));
+  SharedRingWriter<Record> writer{peer};
+  SharedRingReader<Record> reader{made};
+  Record record;
+  EXPECT_TRUE(writer.try_push(test::record_of(7)));
+  EXPECT_TRUE(reader.try_pop(record) && record.number == 7) << "its mapping still writes";
+}
+
+TEST(SharedRegionTest, APeerThatSealsTheRegionItselfIsNoticed) {
+  auto made = SharedRegion::create("driveline-test", ring_of_records(4), SharedSealing::kSizeOnly);
+  ASSERT_TRUE(made) << describe(made.error());
+  ASSERT_EQ(::fcntl(made->descriptor(), F_ADD_SEALS, F_SEAL_SEAL), 0);
+  const auto closed = made->close_to_writers();
+  ASSERT_FALSE(closed);
+  EXPECT_EQ(describe(closed.error()), "shared region: fcntl(F_ADD_SEALS): Operation not permitted");
 }
 
 TEST(SharedRegionTest, RefusesWhatIsNoSharedMemory) {

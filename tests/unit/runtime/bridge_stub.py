@@ -3,7 +3,7 @@
 again and again. `ready`: says that it publishes and waits for its end; `exit`: ends with status 3; `abort`: by signal 6 when
 it has said so; `fail`: says why it cannot; `remark`: publishes and says
 so with a remark; `silent`: says nothing and takes no notice of its end; `garbage`: writes nonsense
-into the region for its counts; `count`: tells counts."""
+into the region for its counts; `count`: tells counts; `beat`: publishes and shows signs of life until its end."""
 import mmap
 import os
 import signal
@@ -45,6 +45,16 @@ try:
     line.send(b"Ras \x1b[31mnever\n" if word == "remark" else b"R")
 except BrokenPipeError:
     sys.exit(0)  # the test is over
+if word == "beat":
+    counts = mmap.mmap(8, 4096)
+    line.settimeout(0.001)
+    for beat in range(1, sys.maxsize):
+        counts[RECORD:RECORD + 8] = struct.pack("<Q", beat)
+        try:
+            if not line.recv(1):
+                sys.exit(0)
+        except TimeoutError:
+            pass
 if word == "abort":
     time.sleep(0.05)
     signal.signal(signal.SIGABRT, signal.SIG_DFL)

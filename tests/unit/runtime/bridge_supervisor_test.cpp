@@ -150,6 +150,33 @@ TEST_F(BridgeSupervisorTest, ABridgeWithoutASignOfLifeIsEnded) {
   EXPECT_EQ(said_.front(), "telemetry: bridge stopped (signal 9), restart in 0.01 s");
 }
 
+TEST_F(BridgeSupervisorTest, ABridgeThatStandsStillIsToldAndSoIsThatItGoesOn) {
+  make("beat", {.still_limit = 50ms, .hang_limit = 1h});
+  ASSERT_TRUE(supervisor_->start());
+  ASSERT_TRUE(serve_until([&] { return supervisor_->counts().beats() > 0; }));
+  const auto last_says = [&](const char* text) {
+    return serve_until([&] { return !said_.empty() && said_.back().find(text) != std::string::npos; });
+  };
+  ASSERT_EQ(::kill(supervisor_->process(), SIGSTOP), 0);
+  ASSERT_TRUE(last_says("telemetry: bridge does not respond (process "));
+  EXPECT_THAT(said_.back(), HasSubstr("): no sign of life for 0.05 s, its samples are lost"));
+  ASSERT_EQ(::kill(supervisor_->process(), SIGCONT), 0);
+  EXPECT_TRUE(last_says("telemetry: bridge runs again (process "));
+  EXPECT_EQ(supervisor_->restarts(), 0U);
+}
+
+TEST_F(BridgeSupervisorTest, ABridgeThatStandsStillForLongIsReplaced) {
+  make("beat", {.first_pause = 10ms, .still_limit = 10ms, .hang_limit = 200ms});
+  ASSERT_TRUE(supervisor_->start());
+  ASSERT_TRUE(serve_until([&] { return supervisor_->counts().beats() > 0; }));
+  const auto stopped = supervisor_->process();
+  ASSERT_EQ(::kill(stopped, SIGSTOP), 0);
+  ASSERT_TRUE(serve_until([&] { return supervisor_->restarts() > 0 && supervisor_->running(); }));
+  EXPECT_NE(supervisor_->process(), stopped);
+  EXPECT_NE(::kill(stopped, 0), 0) << "it is gone";
+  EXPECT_THAT(said_, testing::Contains("telemetry: bridge stopped (signal 9), restart in 0.01 s"));
+}
+
 TEST_F(BridgeSupervisorTest, ABridgeThatDoesNotEndIsEndedWithForce) {
   make("silent", {.start_limit = 50ms});
   ASSERT_TRUE(supervisor_->start());

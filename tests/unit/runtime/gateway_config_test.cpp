@@ -43,7 +43,22 @@ TEST(GatewayConfig, TakesAddressPortProtocolsAndSlaves) {
   EXPECT_THAT(config->gateway->slaves, ElementsAre(1U));
 }
 
+TEST(GatewayConfig, ClientsOnlyReadUnlessUsersOrAddressesMayWrite) {
+  const auto usual = read("");
+  ASSERT_TRUE(usual) << describe(usual.error());
+  EXPECT_THAT(usual->gateway->settings.write_users, testing::IsEmpty());
+  EXPECT_THAT(usual->gateway->settings.write_addresses, testing::IsEmpty());
+  const auto config = read("write_users = [\"root\", \"1234\"]\nwrite_addresses = [\"192.168.40.7\"]\n");
+  ASSERT_TRUE(config) << describe(config.error());
+  EXPECT_THAT(config->gateway->settings.write_users, ElementsAre(0U, 1234U));
+  EXPECT_THAT(config->gateway->settings.write_addresses, ElementsAre(wire::IpV4Address{192, 168, 40, 7}));
+}
+
 TEST(GatewayConfig, RefusesWhatCannotBe) {
+  EXPECT_THAT(refusal("write_users = [\"no such user\"]\n"),
+              HasSubstr("line.toml:6: [gateway] write_users: there is no user \"no such user\" on this machine"));
+  EXPECT_THAT(refusal("write_addresses = [\"tool\"]\n"),
+              HasSubstr("write_addresses: is \"tool\", an IPv4 address of a client is expected"));
   EXPECT_THAT(
       refusal("address = \"localhost\"\n"),
       HasSubstr("line.toml:6: [gateway] address: is \"localhost\", an IPv4 address of this machine is expected"));

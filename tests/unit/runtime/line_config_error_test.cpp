@@ -386,6 +386,26 @@ TEST(LineConfigErrors, TooManySlaves) {
   EXPECT_EQ(describe(config.error()), "line.toml:1: slave: there are 257, the limit is 256");
 }
 
+/// Reading each of them first would take seconds; the error of the last one shows that none is read.
+TEST(LineConfigLimits, TooManyTablesAreRefusedBeforeTheyAreRead) {
+  std::string slaves;
+  for (int i = 0; i < 70'000; ++i) slaves += "[[slave]]\nname = \"s" + std::to_string(i) + "\"\n";
+  const auto many_slaves = parse_line_config(slaves + "wrong = 1\n", "line.toml");
+  ASSERT_FALSE(many_slaves);
+  EXPECT_EQ(describe(many_slaves.error()), "line.toml:1: slave: there are 70000, the limit is 256");
+  std::string axes = "[[slave]]\nname = \"x\"\n";
+  for (int i = 0; i < 10'001; ++i) axes += "[[axis]]\nwrong = 1\n";
+  const auto many_axes = parse_line_config(axes, "line.toml");
+  ASSERT_FALSE(many_axes);
+  EXPECT_EQ(describe(many_axes.error()), "line.toml:3: axis: there are 10001, the limit is 10000");
+}
+
+TEST(LineConfigLimits, ATextThatIsTooLongIsNotParsed) {
+  const auto config = parse_line_config("wrong" + std::string(std::size_t{8} << 20, ' '), "line.toml");
+  ASSERT_FALSE(config);
+  EXPECT_EQ(describe(config.error()), "line.toml: is larger than 8 MiB, the limit of a line description");
+}
+
 /// `text` repeated `count` times.
 std::string times(std::size_t count, std::string_view text) {
   std::string result;

@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstring>
+#include <optional>
+#include <sstream>
 #include <string>
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
@@ -14,6 +17,7 @@
 #include "driveline/runtime/gateway/mailbox_gateway.hpp"
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
+#include "gateway/tcp_user.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -61,6 +65,16 @@ Bytes mail(int station, int type, const Bytes& service) {
 const Bytes kUploadVendor = {0x00, 0x20, 0x40, 0x18, 0x10, 0x01, 0, 0, 0, 0};
 constexpr int kStation = 0x1001;
 constexpr int kCoe = 3;
+constexpr int kFoe = 4;
+constexpr int kSoe = 5;
+/// Quick stop deceleration (6085h) = 1: after it, a drive hardly brakes.
+const Bytes kDownload = {0x00, 0x20, 0x23, 0x85, 0x60, 0x00, 1, 0, 0, 0};
+/// Every client on this machine may write.
+GatewaySettings writable() {
+  GatewaySettings settings;
+  settings.write_addresses = {{127, 0, 0, 1}};
+  return settings;
+}
 
 class Gateway : public testing::Test {
  protected:
@@ -186,7 +200,7 @@ TEST_F(Gateway, RefusesWithAMailboxError) {
 
 /// No simulated drive knows VoE: its own refusal is returned.
 TEST_F(Gateway, HandsOutTheRefusalOfTheSlave) {
-  open();
+  open(writable());
   const auto answer = ask(mail(kStation, 15, {0xAA, 0, 0, 0, 1, 0}));
   ASSERT_THAT(answer, SizeIs(12));
   EXPECT_EQ(answer[7] & 0x0F, 0);
@@ -212,6 +226,140 @@ TEST_F(Gateway, GarbageIsCountedAndHarmsNobody) {
   std::uint64_t malformed = 0;
   for (const auto& client : gateway_->clients()) malformed += client.malformed;
   EXPECT_EQ(malformed, 6U);
+}
+
+TEST_F(Gateway, OnlyReadsForAClientThatIsNotNamed) {
+  open();
+  const auto before = master_->mailboxes().statistics(0).sent;
+  // The answers: an SDO abort "because of local control" with the object, a FoE error "no rights", a SoE error
+  // "protected value", and a mailbox error "service not supported".
+  EXPECT_EQ(ask(mail(kStation, kCoe, kDownload)),
+            mail(kStation, kCoe, {0x00, 0x20, 0x80, 0x85, 0x60, 0x00, 0x21, 0x00, 0x00, 0x08}));
+  EXPECT_EQ(ask(mail(kStation, kCoe, {0x00, 0x20, 0x21, 0x85, 0x60, 0x00, 4, 0, 0, 0, 1, 0, 0, 0})),
+            mail(kStation, kCoe, {0x00, 0x20, 0x80, 0x85, 0x60, 0x00, 0x21, 0x00, 0x00, 0x08}));
+  EXPECT_THAT(ask(mail(kStation, kCoe, {0x00, 0x20, 0x01, 1, 0, 0, 0, 0, 0, 0})), SizeIs(18)) << "a segment";
+  const auto file = ask(mail(kStation, kFoe, {2, 0, 0, 0, 0, 0, 'a'}));
+  ASSERT_GE(file.size(), 14U);
+  EXPECT_EQ(Bytes(file.begin() + 8, file.begin() + 14), (Bytes{5, 0, 0x0A, 0x80, 0, 0}));
+  EXPECT_EQ(ask(mail(kStation, kSoe, {3, 0x40, 47, 0, 1, 0})), mail(kStation, kSoe, {0x14, 0x40, 47, 0, 0x05, 0x70}));
+  EXPECT_EQ(ask(mail(kStation, 15, {0xAA, 0, 0, 0, 1, 0})), mail(kStation, 0, {1, 0, 4, 0}));
+  EXPECT_EQ(master_->mailboxes().statistics(0).sent, before) << "nothing has reached the slave";
+  const auto writes = gateway_->take_writes();
+  ASSERT_THAT(writes, SizeIs(1)) << "refusals do not fill the list of events";
+  EXPECT_TRUE(writes[0].refused);
+  EXPECT_EQ(writes[0].what, "6085h:0 = 0x00000001");
+  EXPECT_THAT(ask(mail(kStation, kCoe, kUploadVendor)), SizeIs(18)) << "reading stays possible";
+}
+
+TEST_F(Gateway, EachDownloadOfANamedClientIsReported) {
+  open(writable());
+  const auto answer = ask(mail(kStation, kCoe, kDownload));
+  ASSERT_THAT(answer, SizeIs(18));
+  EXPECT_EQ(answer[10], 0x60) << "the drive has accepted it";
+  EXPECT_THAT(ask(mail(kStation, kCoe, {0x00, 0x20, 0x2B, 0x5E, 0x60, 0x00, 2, 0, 0, 0})), SizeIs(18));
+  EXPECT_THAT(ask(mail(kStation, kCoe, kUploadVendor)), SizeIs(18));
+  const auto writes = gateway_->take_writes();
+  ASSERT_THAT(writes, SizeIs(2));
+  EXPECT_FALSE(writes[0].refused);
+  EXPECT_EQ(writes[0].slave, 0);
+  EXPECT_THAT(writes[0].client, testing::StartsWith("udp 127.0.0.1:"));
+  EXPECT_EQ(writes[0].what, "6085h:0 = 0x00000001");
+  EXPECT_EQ(writes[1].what, "605Eh:0 = 0x0002");
+  EXPECT_THAT(gateway_->take_writes(), testing::IsEmpty());
+}
+
+/// The user is known for TCP only: a datagram may come from a process that has ended by now.
+TEST_F(Gateway, ANamedUserWritesOverTcp) {
+  GatewaySettings settings;
+  settings.write_users = {::geteuid()};
+  open(settings);
+  const Tool tcp(SOCK_STREAM, gateway_->port());
+  tcp.send(mail(kStation, kCoe, kDownload));
+  const auto answer = tcp.receive();
+  ASSERT_THAT(answer, SizeIs(18));
+  EXPECT_EQ(answer[10], 0x60);
+  EXPECT_EQ(ask(mail(kStation, kCoe, kDownload))[10], 0x80) << "over UDP";
+}
+
+TEST_F(Gateway, AnotherUserDoesNotWriteOverTcp) {
+  GatewaySettings settings;
+  settings.write_users = {::geteuid() + 1};
+  open(settings);
+  const Tool tcp(SOCK_STREAM, gateway_->port());
+  tcp.send(mail(kStation, kCoe, kDownload));
+  const auto answer = tcp.receive();
+  ASSERT_THAT(answer, SizeIs(18));
+  EXPECT_EQ(answer[10], 0x80);
+}
+
+sockaddr_in end_at(std::uint32_t address, std::uint16_t port) {
+  sockaddr_in end{};
+  end.sin_family = AF_INET;
+  end.sin_addr.s_addr = htonl(address);
+  end.sin_port = htons(port);
+  return end;
+}
+
+/// Rows as Linux prints them on a little-endian machine.
+TEST(GatewayUsers, AreThoseOfEstablishedConnections) {
+  const auto client = end_at(INADDR_LOOPBACK, 40112);
+  const auto server = end_at(INADDR_LOOPBACK, 34980);
+  const auto user_in = [&](const std::string& rows) {
+    std::istringstream table("  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid\n" +
+                             rows);
+    return find_tcp_user(table, client, server);
+  };
+  const std::string rest = " 00000000:00000000 00:00000000 00000000 ";
+  EXPECT_EQ(user_in("   0: 0100007F:88A4 0100007F:9CB0 01" + rest +
+                    " 0 0 1 1\n"
+                    "   1: 0100007F:9CB0 0100007F:88A4 01" +
+                    rest + " 1000 0 2 1\n"),
+            std::optional<uid_t>(1000));
+  EXPECT_EQ(user_in("   1: 0100007F:9CB0 0100007F:88A4 04" + rest + " 0 0 2 1\n"), std::nullopt) << "closed by its end";
+  EXPECT_EQ(user_in("   1: 0100007F:9CB1 0100007F:88A4 01" + rest + " 1000 0 2 1\n"), std::nullopt) << "another port";
+  EXPECT_EQ(user_in("   1: 0000000000000000FFFF00000100007F:9CB0 0000000000000000FFFF00000100007F:88A4 01" + rest +
+                    " 1001 0 2 1\n"),
+            std::optional<uid_t>(1001));
+  EXPECT_EQ(user_in("garbage\n\n"), std::nullopt);
+}
+
+TEST_F(Gateway, SilentClientsDoNotShutOthersOut) {
+  GatewaySettings settings;
+  settings.silence = std::chrono::nanoseconds{0};
+  open(settings);
+  std::vector<std::unique_ptr<Tool>> silent;
+  for (int i = 0; i < 16; ++i) silent.push_back(std::make_unique<Tool>(SOCK_STREAM, gateway_->port()));
+  const Tool fresh(SOCK_STREAM, gateway_->port());
+  fresh.send(mail(kStation, kCoe, kUploadVendor));
+  EXPECT_THAT(fresh.receive(), SizeIs(18));
+}
+
+TEST_F(Gateway, AClientThatDoesNotCompleteItsMailIsDisconnected) {
+  GatewaySettings settings;
+  settings.silence = std::chrono::nanoseconds{0};
+  open(settings);
+  const Tool tool(SOCK_STREAM, gateway_->port());
+  tool.send({0x10});
+  EXPECT_EQ(tool.receive(), Bytes{});
+  const auto clients = gateway_->clients();
+  ASSERT_THAT(clients, SizeIs(1));
+  EXPECT_EQ(clients[0].malformed, 1U);
+}
+
+TEST_F(Gateway, AnActiveClientKeepsItsPlace) {
+  GatewaySettings settings;
+  settings.silence = std::chrono::hours{1};
+  open(settings);
+  std::vector<std::unique_ptr<Tool>> tools;
+  for (int i = 0; i < 16; ++i) {
+    tools.push_back(std::make_unique<Tool>(SOCK_STREAM, gateway_->port()));
+    tools.back()->send(mail(kStation, kCoe, kUploadVendor));
+    ASSERT_THAT(tools.back()->receive(), SizeIs(18));
+  }
+  const Tool fresh(SOCK_STREAM, gateway_->port());
+  EXPECT_EQ(fresh.receive(), Bytes{}) << "there is no place";
+  tools[0]->send(mail(kStation, kCoe, kUploadVendor));
+  EXPECT_THAT(tools[0]->receive(), SizeIs(18));
 }
 
 /// Each datagram comes from another client; the slave is silent, so all requests stay in flight.
@@ -245,7 +393,6 @@ TEST_F(Gateway, OwnTransfersGoOnBesideIt) {
 
 /// Reads a file like a tool, up to the acknowledge of the last packet; returns the number of packets.
 int read_file(const Tool& tool, const std::string& name) {
-  constexpr int kFoe = 4;
   Bytes request = {1, 0, 0, 0, 0, 0};
   request.insert(request.end(), name.begin(), name.end());
   tool.send(mail(kStation, kFoe, request));

@@ -175,15 +175,15 @@ TEST(StreamServer, AnswersWhatIsNoGreeting) {
   const std::array<std::byte, 5000> bytes{};
   nonsense.send(bytes);
   line.poll();
-  EXPECT_EQ(nonsense.refusal(), "its first message is not a Hello of version 1");
+  EXPECT_EQ(nonsense.refusal(), "its first message is not a Hello of version 2");
   const RawClient newer(line.path);
   stream::Hello hello;
-  hello.version = 2;
+  hello.version = 3;
   newer.send(stream::to_bytes(hello));
   line.poll();
-  EXPECT_EQ(newer.refusal(), "it uses version 2 of the stream protocol, the line uses version 1");
+  EXPECT_EQ(newer.refusal(), "it uses version 3 of the stream protocol, the line uses version 2");
   const RawClient many(line.path);
-  hello.version = 1;
+  hello.version = stream::kVersion;
   hello.axis_count = 1'000'000;
   many.send(stream::to_bytes(hello));
   line.poll();
@@ -198,6 +198,49 @@ TEST(StreamServer, AnswersWhatIsNoGreeting) {
     line.poll();
   }
   EXPECT_TRUE(line.server->idle());
+}
+
+TEST(StreamServer, OneWhoDoesNotConfirmItsMemoryHasTakenNothing) {
+  StreamLine line;
+  stream::Hello hello;
+  hello.axis_count = 1;
+  hello.take_over = 1;
+  hello.axes[0].set("x");
+  ASSERT_TRUE(line.take(0, "hand"));
+  const RawClient client(line.path);
+  client.send(stream::to_bytes(hello));
+  line.poll();
+  EXPECT_EQ(client.refusal(), "") << "accepted so far";
+  line.run(1ms);
+  line.poll();
+  EXPECT_EQ(line.authority.owner_of(0), "hand");
+  client.send(stream::to_bytes(hello));
+  line.poll();
+  EXPECT_EQ(client.refusal(), "it has not confirmed that it has mapped its memory");
+  EXPECT_EQ(line.authority.owner_of(0), "hand");
+  EXPECT_TRUE(line.server->idle());
+}
+
+/// Two clients are accepted for one axis as long as neither has confirmed its memory: the first to do so has it.
+TEST(StreamServer, TheFirstToConfirmItsMemoryHasTheAxis) {
+  StreamLine line;
+  stream::Hello hello;
+  hello.axis_count = 1;
+  hello.axes[0].set("x");
+  const RawClient first(line.path);
+  const RawClient second(line.path);
+  first.send(stream::to_bytes(hello));
+  second.send(stream::to_bytes(hello));
+  line.poll();
+  EXPECT_EQ(first.refusal(), "");
+  EXPECT_EQ(second.refusal(), "");
+  second.send(stream::to_bytes(stream::Mapped{}));
+  line.poll();
+  EXPECT_EQ(second.refusal(), "");
+  EXPECT_NE(line.authority.owner_of(0), "");
+  first.send(stream::to_bytes(stream::Mapped{}));
+  line.poll();
+  EXPECT_THAT(first.refusal(), HasSubstr("axis x: is commanded by stream client"));
 }
 
 TEST(StreamServer, OneWhoSaysNothingIsSentAway) {

@@ -1,7 +1,10 @@
 // The handling of a stream's setpoints, axes and memory.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -282,7 +285,8 @@ TEST(StreamSession, TakesABoundedNumberOfRecordsInACycle) {
 /// The ring of an admitted client, as a hostile one uses it.
 class Hostile {
  public:
-  explicit Hostile(const std::string& path, StreamLine& line) : socket_(::socket(AF_UNIX, SOCK_SEQPACKET, 0)) {
+  Hostile(const std::string& path, StreamLine& line, bool punch_first = false)
+      : socket_(::socket(AF_UNIX, SOCK_SEQPACKET, 0)) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::copy(path.begin(), path.end(), address.sun_path);
@@ -296,18 +300,50 @@ class Hostile {
     line.poll();
     auto received = stream::client_detail::receive_answer(socket_.get(), 1s);
     auto& answer = std::get<stream::client_detail::Received>(received);
-    auto opened = rt::SharedMapping::open(answer.descriptors[0].get(), stream::setpoint_ring());
+    ring = std::move(answer.descriptors[0]);
+    auto opened = rt::SharedMapping::open(ring.get(), stream::setpoint_ring(), rt::SharedSealing::kSizeOnly);
     memory.emplace(std::move(std::get<rt::SharedMapping>(opened)));
-    EXPECT_EQ(::ftruncate(answer.descriptors[0].get(), 0), -1) << "the size is sealed";
+    EXPECT_EQ(::ftruncate(ring.get(), 0), -1) << "the size is sealed";
+    if (punch_first) {
+      EXPECT_TRUE(punch()) << "the line cannot prevent it before the client has mapped its memory";
+    }
     auto status = rt::SharedMapping::open(answer.descriptors[1].get(), stream::status_broadcast());
     broadcast.emplace(std::move(std::get<rt::SharedMapping>(status)));
+    const auto mapped = stream::to_bytes(stream::Mapped{});
+    EXPECT_GT(::send(socket_.get(), mapped.data(), mapped.size(), 0), 0);
+    line.poll();
+    const auto begun = stream::client_detail::receive_answer(socket_.get(), 1s);
+    EXPECT_TRUE(std::holds_alternative<stream::client_detail::Received>(begun));
   }
+  /// Returns the memory of the ring to the system. False: not permitted.
+  [[nodiscard]] bool punch() const {
+    return ::fallocate(ring.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, size()) == 0;
+  }
+  [[nodiscard]] off_t size() const { return static_cast<off_t>(memory->words().size_bytes()); }
+  stream::client_detail::Descriptor ring{};
   std::optional<rt::SharedMapping> memory;
   std::optional<rt::SharedMapping> broadcast;
 
  private:
   port::FileDescriptor socket_;
 };
+
+/// A page that was returned to the system would delay the cycle by a page fault at the next access.
+TEST(StreamSession, AClientCannotReturnTheMemoryOfItsRing) {
+  StreamLine line;
+  const Hostile hostile(line.path, line, true);
+  struct stat status = {};
+  ASSERT_EQ(::fstat(hostile.ring.get(), &status), 0);
+  EXPECT_EQ(status.st_blocks * 512, hostile.size()) << "what the client had returned is allocated again";
+  const auto is_refused = [](int result) { return result == -1 && errno == EPERM; };
+  EXPECT_FALSE(hostile.punch());
+  const auto words = hostile.memory->words();
+  EXPECT_TRUE(is_refused(::madvise(words.data(), words.size_bytes(), MADV_REMOVE)));
+  EXPECT_EQ(::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, hostile.ring.get(), 0), MAP_FAILED);
+  EXPECT_TRUE(is_refused(::fcntl(hostile.ring.get(), F_ADD_SEALS, F_SEAL_WRITE)));
+  ASSERT_EQ(::fstat(hostile.ring.get(), &status), 0);
+  EXPECT_EQ(status.st_blocks * 512, hostile.size());
+}
 
 TEST(StreamSession, SurvivesAnythingInItsMemory) {
   StreamLine line;

@@ -29,7 +29,7 @@ Hello some_hello() {
 
 // A client compiled a year ago must still be understood, or refused by its version: no offset may change.
 TEST(StreamLayout, StaysWhatItIsInThisVersion) {
-  EXPECT_EQ(kVersion, 1U);
+  EXPECT_EQ(kVersion, 2U);
   EXPECT_EQ(sizeof(SetpointRecord), 24U + 24U * kMaxAxes);
   EXPECT_EQ(offsetof(SetpointRecord, kind), 8U);
   EXPECT_EQ(offsetof(SetpointRecord, time_ns), 16U);
@@ -40,6 +40,8 @@ TEST(StreamLayout, StaysWhatItIsInThisVersion) {
   EXPECT_EQ(offsetof(StatusRecord, axes), 168U);
   EXPECT_EQ(sizeof(Hello), 24U + kNameBytes * (1U + kMaxAxes));
   EXPECT_EQ(offsetof(Hello, version), 8U);
+  EXPECT_EQ(sizeof(Mapped), 16U);
+  EXPECT_EQ(offsetof(Mapped, version), 8U);
   EXPECT_EQ(offsetof(Answer, version), 8U);
   EXPECT_EQ(offsetof(Answer, accepted), 12U);
   EXPECT_EQ(offsetof(Answer, refusal), 48U);

@@ -282,6 +282,19 @@ TEST(LoadPath, ReadsAFileAndNamesItInErrors) {
   EXPECT_EQ(bad.error().message(), file + ":3:3: 'z' is not a number");
 }
 
+TEST(LoadPath, AFileWithTooManyRowsIsRefusedBeforeItIsParsed) {
+  const std::string file = testing::TempDir() + "driveline_long_path_test.csv";
+  // Its second row is wrong, too, which only a parser would find.
+  std::ofstream(file, std::ios::binary) << "time[s],x[rad]\nwrong\n" + std::string(1'000'000, '\n');
+  const auto path = load_path(file);
+  std::ofstream(file, std::ios::binary) << "time[s],x[rad]\n0,1\n1,2\n" + std::string(999'997, '\n');
+  const auto longest = load_path(file);
+  std::remove(file.c_str());
+  ASSERT_FALSE(path);
+  EXPECT_EQ(path.error().message(), file + ": has more than 1000000 lines");
+  EXPECT_TRUE(longest) << longest.error().message();
+}
+
 TEST(LoadPath, SaysWhyAFileCannotBeRead) {
   EXPECT_EQ(load_path("/nonexistent/p.csv").error().message(),
             "/nonexistent/p.csv: cannot be read: No such file or directory");

@@ -14,6 +14,14 @@ enum class SharedForm : std::uint32_t {
   kBroadcast = 2,  ///< SharedBroadcastWriter to SharedBroadcastReader; only the creating process can write
 };
 
+/// Whether the seals of a region are complete.
+enum class SharedSealing : std::uint8_t {
+  kComplete,  ///< the size is fixed, and nothing can be sealed any more
+  /// The size is fixed. The creating process adds the other seals when its peer has mapped the region
+  /// (SharedRegion::close_to_writers()).
+  kSizeOnly,
+};
+
 /// What the two sides of a region must agree on.
 struct SharedLayout {
   SharedForm form = SharedForm::kRing;  ///< ring or broadcast

@@ -46,8 +46,9 @@ inline std::uint64_t bytes_of(const SharedLayout& layout) {
   return (words * sizeof(std::uint64_t) + page - 1) / page * page;
 }
 
-inline unsigned seals_of(SharedForm form) {
+inline unsigned seals_of(SharedForm form, SharedSealing sealing) {
   constexpr unsigned kFixedSize = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL;
+  if (sealing == SharedSealing::kSizeOnly) return kFixedSize & ~unsigned{F_SEAL_SEAL};
   return form == SharedForm::kBroadcast ? kFixedSize | F_SEAL_FUTURE_WRITE : kFixedSize;
 }
 
@@ -90,16 +91,17 @@ inline std::variant<SharedLayout, SharedRegionError> read_header(std::span<std::
 /// for programs that take part without linking this library.
 ///
 /// The peer can write every byte of a ring. open() reads the header once; the handles keep their own indexes and check
-/// those of the peer. Seals do not prevent a peer with write access from returning pages to the system (fallocate(2)
-/// with FALLOC_FL_PUNCH_HOLE); the next access then causes a page fault and reads zeros.
+/// those of the peer. A peer with write access can return pages to the system (fallocate(2) with FALLOC_FL_PUNCH_HOLE);
+/// the next access then causes a page fault and reads zeros. SharedRegion::close_to_writers() prevents that.
 class SharedMapping {
  public:
   /// Maps a region that another process created (SharedRegion::create()). `descriptor` remains the caller's and may be
   /// closed afterwards. A broadcast is mapped read-only. A region whose layout differs from `wanted`, or whose seals
-  /// are missing, is refused. Not for the cycle.
-  [[nodiscard]] static std::variant<SharedMapping, SharedRegionError> open(int descriptor, const SharedLayout& wanted) {
+  /// are missing, is refused. `sealing`: the seals that it must have. Not for the cycle.
+  [[nodiscard]] static std::variant<SharedMapping, SharedRegionError> open(
+      int descriptor, const SharedLayout& wanted, SharedSealing sealing = SharedSealing::kComplete) {
     // Check the seals first: size and content then cannot change between check and use.
-    if (auto missing = shared_detail::check_seals(descriptor, shared_detail::seals_of(wanted.form))) {
+    if (auto missing = shared_detail::check_seals(descriptor, shared_detail::seals_of(wanted.form, sealing))) {
       return *missing;
     }
     SharedMapping mapping{wanted, false};

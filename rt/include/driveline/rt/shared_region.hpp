@@ -24,8 +24,14 @@ namespace driveline::rt {
 class SharedRegion : public SharedMapping {
  public:
   /// Creates a region of `layout`. `name` only appears in /proc. The descriptor is closed on exec.
-  [[nodiscard]] static tl::expected<SharedRegion, SharedRegionError> create(const std::string& name,
-                                                                            SharedLayout layout);
+  [[nodiscard]] static tl::expected<SharedRegion, SharedRegionError> create(
+      const std::string& name, SharedLayout layout, SharedSealing sealing = SharedSealing::kComplete);
+
+  /// Seals a region of kSizeOnly after its peer has mapped it: mappings that exist can still write, but no process can
+  /// map it for writing any more, nor return pages to the system. Then allocates and maps the pages that the peer may
+  /// have returned before, so that an access never faults. Error: the peer has sealed the region, or the memory is
+  /// exhausted. Not for the cycle.
+  [[nodiscard]] tl::expected<void, SharedRegionError> close_to_writers();
 
   /// Same as SharedMapping::open().
   [[nodiscard]] static tl::expected<SharedRegion, SharedRegionError> open(int descriptor, const SharedLayout& wanted);

@@ -59,7 +59,7 @@ struct CamTable {
 /// rev, m, mm or um. A third column, `slave[mm/deg]`, gives the slope at every point, a fourth one, `slave[mm/deg^2]`,
 /// the curvature. Otherwise the format is that of a path (parse_path_csv). `name` is the file name in errors.
 [[nodiscard]] tl::expected<CamTable, PathError> parse_cam_csv(std::string_view text, std::string_view name);
-/// Reads and parses a CSV file of at most 128 MiB.
+/// Reads and parses a CSV file of at most 128 MiB and 1,000,000 lines.
 [[nodiscard]] tl::expected<CamTable, PathError> load_cam_table(const std::filesystem::path& file);
 
 /// Position of the slave as a function of the position of the master. Created by make() and therefore always valid.

@@ -133,7 +133,7 @@ class PathBuilder {
 /// Like parse_path_csv(), but the time column may be missing; points are then a millisecond apart.
 [[nodiscard]] tl::expected<Path, PathError> parse_points_csv(std::string_view text, std::string_view name);
 
-/// Reads and parses a CSV file of at most 128 MiB.
+/// Reads and parses a CSV file of at most 128 MiB and 1,000,000 lines.
 [[nodiscard]] tl::expected<Path, PathError> load_path(const std::filesystem::path& file);
 /// Like load_path(), but with parse_points_csv().
 [[nodiscard]] tl::expected<Path, PathError> load_points(const std::filesystem::path& file);

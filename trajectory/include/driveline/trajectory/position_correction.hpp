@@ -35,7 +35,7 @@ struct CorrectionTable {
 /// (parse_path_csv). `name` is the file name in errors.
 [[nodiscard]] tl::expected<CorrectionTable, PathError> parse_correction_csv(std::string_view text,
                                                                             std::string_view name);
-/// Reads and parses a CSV file of at most 128 MiB.
+/// Reads and parses a CSV file of at most 128 MiB and 1,000,000 lines.
 [[nodiscard]] tl::expected<CorrectionTable, PathError> load_correction_table(const std::filesystem::path& file);
 
 /// Maps the position of an axis to the position of its drive: corrects the pitch error and the backlash of the

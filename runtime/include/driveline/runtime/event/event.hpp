@@ -29,6 +29,7 @@ struct AxisRequested;
 struct AxisRestored;
 struct BridgeBack;
 struct BridgeRemark;
+struct BridgeStill;
 struct BridgeStopped;
 struct BusFailed;
 struct CallerRefused;
@@ -55,6 +56,8 @@ struct ForbiddenCalls;
 struct ForeignTraffic;
 struct GantryAskew;
 struct GatewayUp;
+struct GatewayWriteRefused;
+struct GatewayWritten;
 struct GroupFailed;
 struct GroupPathBegun;
 struct GroupRequestFailed;
@@ -119,11 +122,12 @@ using EventKinds = EventKindList<
     events::AxesStopped, events::AxesNotOff, events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint,
     events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded,
     events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp,
-    events::AxisRequested, events::AxisRequestFailed, events::AxisProbed, events::CallerRefused, events::AxisLeaseLost,
-    events::AxisFailed, events::AxisNotReset, events::AxisRestored, events::GantryAskew, events::GroupRequested,
-    events::GroupPathBegun, events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp,
-    events::StreamClientCame, events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved,
-    events::StreamClientLeft, events::TelemetryOff, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
+    events::GatewayWritten, events::GatewayWriteRefused, events::AxisRequested, events::AxisRequestFailed,
+    events::AxisProbed, events::CallerRefused, events::AxisLeaseLost, events::AxisFailed, events::AxisNotReset,
+    events::AxisRestored, events::GantryAskew, events::GroupRequested, events::GroupPathBegun,
+    events::GroupRequestFailed, events::GroupFailed, events::GroupRestored, events::StreamUp, events::StreamClientCame,
+    events::StreamClientRefused, events::StreamSetpointRefused, events::StreamStarved, events::StreamClientLeft,
+    events::TelemetryOff, events::BridgeStill, events::BridgeStopped, events::BridgeBack, events::BridgeRemark,
     events::InvalidBridgeCounts, events::CommandsOpen, events::CommandAnswered, events::CommandsSummary,
     events::CommanderLost, events::InvalidCommands>;
 
@@ -134,7 +138,7 @@ concept EventKind = EventKinds::number_of<Kind>()
 
 /// The facts of an event: a value of one of the EventKinds, which does not change any more. Copies share it.
 ///
-/// Not a std::variant: each source that moves or destroys one of 76 kinds would compile the code for all of them.
+/// Not a std::variant: each source that moves or destroys one of 79 kinds would compile the code for all of them.
 class EventFacts {
  public:
   /// Allocates: not for the cycle.

@@ -34,6 +34,21 @@ struct EoeAddressRefused {
 struct GatewayUp {
   wire::IpV4Address address{};  ///< local address
   std::uint16_t port = 0;       ///< UDP and TCP port
+  bool read_only = true;        ///< no client may change parameters and files of slaves
+};
+/// A client of the mailbox gateway changes a parameter or a file of a slave.
+struct GatewayWritten {
+  std::string client;       ///< "tcp 127.0.0.1:40112"
+  std::uint16_t slave = 0;  ///< position
+  std::string name;         ///< name as configured
+  std::string what;         ///< "607Dh:1 = 0x80000000", "file firmware.bin", "S-0-0047"
+};
+/// The first change of a slave that the mailbox gateway has refused, because its client may only read.
+struct GatewayWriteRefused {
+  std::string client;       ///< "udp 127.0.0.1:40112"
+  std::uint16_t slave = 0;  ///< position
+  std::string name;         ///< name as configured
+  std::string what;         ///< as in GatewayWritten
 };
 
 }  // namespace driveline::runtime::events

@@ -17,9 +17,14 @@ struct BridgeStopped {
   std::string reason;                 ///< reason in the words of the bridge; may be empty
   std::chrono::milliseconds pause{};  ///< time until the restart
 };
+/// The bridge shows no sign of life, as after SIGSTOP; its samples are lost.
+struct BridgeStill {
+  std::int32_t process = 0;             ///< process of the bridge; 0: that of a service
+  std::chrono::milliseconds silence{};  ///< time since the last sign of life, at least
+};
 /// The bridge runs again.
 struct BridgeBack {
-  std::int32_t process = 0;  ///< process of the bridge
+  std::int32_t process = 0;  ///< process of the bridge; 0: that of a service
 };
 /// The bridge publishes, and has sent a remark.
 struct BridgeRemark {

@@ -130,7 +130,8 @@ inline std::variant<Received, std::string> receive_answer(int socket, std::chron
 ///     auto& client = std::get<stream::Client>(connected);
 class Client {
  public:
-  /// Requests axes from a line. Returns a sentence if the line refuses, or does not answer within `timeout`.
+  /// Requests axes from a line. Returns a sentence if the line refuses, or does not answer each of the two messages
+  /// within `timeout`.
   [[nodiscard]] static std::variant<Client, std::string> connect(
       const std::string& socket_path, const Wish& wish, std::chrono::milliseconds timeout = std::chrono::seconds{2}) {
     using client_detail::system_text;
@@ -160,7 +161,7 @@ class Client {
     static_cast<void>(::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL));
     auto received = client_detail::receive_answer(socket.get(), timeout);
     if (auto* refusal = std::get_if<std::string>(&received)) return std::move(*refusal);
-    return open(std::move(socket), *std::get_if<client_detail::Received>(&received), hello.axis_count);
+    return open(std::move(socket), *std::get_if<client_detail::Received>(&received), hello.axis_count, timeout);
   }
 
   /// Returns the answer of the line: period, keep-alive time, bounds of the axes.
@@ -217,11 +218,15 @@ class Client {
 
  private:
   static std::variant<Client, std::string> open(client_detail::Descriptor socket, client_detail::Received& received,
-                                                std::size_t axis_count) {
-    auto ring = rt::SharedMapping::open(received.descriptors[0].get(), setpoint_ring());
+                                                std::size_t axis_count, std::chrono::milliseconds timeout) {
+    auto ring = rt::SharedMapping::open(received.descriptors[0].get(), setpoint_ring(), rt::SharedSealing::kSizeOnly);
     if (const auto* wrong = std::get_if<rt::SharedRegionError>(&ring)) return describe(*wrong);
     auto broadcast = rt::SharedMapping::open(received.descriptors[1].get(), status_broadcast());
     if (const auto* wrong = std::get_if<rt::SharedRegionError>(&broadcast)) return describe(*wrong);
+    const auto mapped = to_bytes(Mapped{});
+    static_cast<void>(::send(socket.get(), mapped.data(), mapped.size(), MSG_NOSIGNAL));
+    auto begun = client_detail::receive_answer(socket.get(), timeout);
+    if (auto* refusal = std::get_if<std::string>(&begun)) return std::move(*refusal);
     try {
       return Client{std::move(socket), received.answer, axis_count, std::move(*std::get_if<rt::SharedMapping>(&ring)),
                     std::move(*std::get_if<rt::SharedMapping>(&broadcast))};

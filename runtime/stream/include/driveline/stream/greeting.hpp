@@ -11,7 +11,8 @@
 
 #include "driveline/stream/records.hpp"
 
-/// The two messages over the Unix socket (SOCK_SEQPACKET) of a running line that precede the records.
+/// The messages over the Unix socket (SOCK_SEQPACKET) of a running line that precede the records: Hello, Answer,
+/// Mapped, and a second Answer.
 namespace driveline::stream {
 
 /// Text of fixed size, terminated by a zero.
@@ -31,12 +32,12 @@ struct FixedText {
   }
 };
 
-/// First bytes of both messages ("drvlnstr" in memory).
+/// First bytes of all messages ("drvlnstr" in memory).
 inline constexpr std::uint64_t kGreetingMagic = 0x7274'736E'6C76'7264;
 /// Longest name of an axis or a client, including the zero.
 inline constexpr std::size_t kNameBytes = 64;
 
-/// Message from the client, sent once.
+/// First message from the client.
 struct Hello {
   std::uint64_t magic = kGreetingMagic;                ///< kGreetingMagic
   std::uint32_t version = kVersion;                    ///< version of the sender
@@ -47,6 +48,14 @@ struct Hello {
   std::array<FixedText<kNameBytes>, kMaxAxes> axes{};  ///< names in the line description
 };
 
+/// Second message from the client: it has mapped the memory. Only then can the line seal the memory against its return
+/// to the system, by which the client would delay the cycle.
+struct Mapped {
+  std::uint64_t magic = kGreetingMagic;  ///< kGreetingMagic
+  std::uint32_t version = kVersion;      ///< version of the sender
+  std::uint32_t reserved = 0;            ///< 0
+};
+
 /// Limits of an axis.
 struct AxisBounds {
   double lowest = 0.0;            ///< lowest position as the drive counts, rad or m
@@ -55,7 +64,8 @@ struct AxisBounds {
   double max_acceleration = 0.0;  ///< rad/s^2 or m/s^2; setpoints beyond it are followed as fast as it permits
 };
 
-/// Message from the line. If it accepts, two descriptors are attached (SCM_RIGHTS): ring, then broadcast.
+/// Message from the line, after the Hello and again after Mapped. If the first one accepts, two descriptors are
+/// attached (SCM_RIGHTS): ring, then broadcast. The second one begins the session.
 struct Answer {
   std::uint64_t magic = kGreetingMagic;       ///< kGreetingMagic
   std::uint32_t version = kVersion;           ///< version of the sender

@@ -14,7 +14,7 @@
 namespace driveline::stream {
 
 /// Version of greeting and records; both ends must have the same.
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;
 /// Most axes per client.
 inline constexpr std::size_t kMaxAxes = 16;
 
