@@ -136,6 +136,7 @@ const PdoConfiguration& axis_pdo_configuration() {
 
 Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
+      divider_(std::max(place.divider, 1U)),
       possible_modes_(possible_modes(config_, pdos)),
       mode_(config_.mode),
       wanted_(config_.mode),

@@ -538,9 +538,18 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   ecat_master::publish(*motion_, line, *rings_.axes);
 }
 
-/// Triggers the recorder when the motion has failed, or when process data have been bad for kBadCycles cycles.
+/// Whether the process data of a group have now been bad for so many exchanges that the recorder is triggered.
+bool CyclicCore::turned_bad_for_long() const noexcept {
+  constexpr std::uint32_t kBadExchanges = 8;
+  if (!uneven_) return bad_cycles_.load(std::memory_order_relaxed) == kBadExchanges;
+  for (std::size_t i = 0; i < group_count_; ++i) {
+    if (tallies_[i].due && groups_[i].bad_cycles.load(std::memory_order_relaxed) == kBadExchanges) return true;
+  }
+  return false;
+}
+
+/// Triggers the recorder when the motion has failed, or when process data have been bad for long.
 void CyclicCore::record(const snapshot::LineSample& line) noexcept {
-  constexpr std::uint32_t kBadCycles = 8;
   std::span<const Axis> axes;
   if (motion_ != nullptr) {
     axes = motion_->axes();
@@ -548,7 +557,7 @@ void CyclicCore::record(const snapshot::LineSample& line) noexcept {
     if (failed && !failure_recorded_) settings_.recorder->trigger();
     failure_recorded_ = failed;
   }
-  if (bad_cycles_.load(std::memory_order_relaxed) == kBadCycles) settings_.recorder->trigger();
+  if (turned_bad_for_long()) settings_.recorder->trigger();
   settings_.recorder->record(line, axes);
 }
 

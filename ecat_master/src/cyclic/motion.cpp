@@ -97,11 +97,13 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
-      bad_cycles_(axes_.size()),
+      bad_exchanges_(axes_.size()),
       arrests_(axes_.size()),
       exchanged_(axes_.size()),
       seen_(axes_.size()) {
+  const LostLimit lost{settings_.bad_cycle_limit, settings_.bad_time_limit};
   for (const auto& axis : axes_) {
+    lost_limits_.push_back(lost.exchanges_of(axis.divider(), settings_.period));
     position_watches_.emplace_back(axis.config(), settings_.period);
     coast_watches_.emplace_back(axis.config(), seconds(1));
     following_watches_.emplace_back(axis.config(), settings_.period);
@@ -117,7 +119,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    supplies_[i].given = {axes_[i].config(), seconds(1)};
+    supplies_[i].given = {axes_[i].config(), seconds(1), axes_[i].divider()};
     most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
   }
   set_ranges();
@@ -152,13 +154,15 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     const bool ok = alone || valid[slave];
     const bool now = alone || fresh.empty() || fresh[slave];
     exchanged_[i] = static_cast<char>(ok && now);
-    if (now) seen_[i] = static_cast<char>(ok);
-    bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
-    // Single bad cycles are bridged with the inputs of the last good cycle.
-    if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
+    if (now) {
+      seen_[i] = static_cast<char>(ok);
+      bad_exchanges_[i] = ok ? 0 : bad_exchanges_[i] + 1;
+    }
+    // Single bad exchanges are bridged with the inputs of the last good one.
+    if (ok || lost(i)) axes_[i].read_inputs(image, ok, now);
     const bool in_op = alone || operational[slave];
     if (ok && !in_op) axes_[i].set_unavailable();
-    supplies_[i].given.set_reached(ok && in_op);
+    supplies_[i].given.set_reached(ok && in_op, now);
   }
 }
 
@@ -213,14 +217,19 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
     if (absences_[axis].presence == AxisPresence::kMissing || absences_[axis].presence == AxisPresence::kEnabling)
       return;
   }
-  if (bad_cycles_[axis] >= settings_.bad_cycle_limit) {
-    const bool all_lost = std::all_of(bad_cycles_.begin(), bad_cycles_.end(),
-                                      [this](std::uint32_t bad) { return bad >= settings_.bad_cycle_limit; });
-    return fail(all_lost ? Cause::kCommunication : Cause::kAxisLost, axis, cycle);
-  }
+  if (lost(axis)) return fail(all_lost_with(axis) ? Cause::kCommunication : Cause::kAxisLost, axis, cycle);
   if (axes_[axis].fault() || axes_[axis].reports_fault()) return fail(Cause::kAxisFault, axis, cycle);
   if (!axes_[axis].enabled()) return fail(Cause::kAxisLost, axis, cycle);
   watch_following(axis, cycle);
+}
+
+/// Whether all axes have been without valid process data for as long as this one may be, whatever their dividers.
+bool Motion::all_lost_with(std::size_t axis) const noexcept {
+  const auto allowed = std::uint64_t{lost_limits_[axis]} * axes_[axis].divider();
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (std::uint64_t{bad_exchanges_[i]} * axes_[i].divider() < allowed) return false;
+  }
+  return true;
 }
 
 /// During a stop a following error does not matter any more.

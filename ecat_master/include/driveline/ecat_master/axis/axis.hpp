@@ -256,6 +256,8 @@ class Axis {
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
   /// Whether the process data contain all objects that the mode needs (missing_objects()). \rtsafe
   [[nodiscard]] bool complete() const noexcept { return possible(mode_); }
+  /// Number of cycles from one exchange with the drive to the next, at least 1. \rtsafe
+  [[nodiscard]] std::uint32_t divider() const noexcept { return divider_; }
   /// Inputs of the last cycle. \rtsafe
   [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
   /// The setpoint that the drive followed when it measured the actual position, minus that position; rad or m. 0 while
@@ -326,6 +328,7 @@ class Axis {
   void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
+  std::uint32_t divider_;         ///< the drive is exchanged in every n-th cycle
   std::uint32_t possible_modes_;  ///< bit n: all objects of mode n are mapped
   cia402::Mode mode_;             ///< mode commanded to the drive, or about to be
   cia402::Mode wanted_;           ///< requested mode; differs from mode_ while a change waits

@@ -218,6 +218,7 @@ class CyclicCore {
                                                  std::chrono::nanoseconds cost) const noexcept;
   void publish(const rt::CycleStart& start, std::chrono::nanoseconds cost) noexcept;
   void record(const snapshot::LineSample& line) noexcept;
+  [[nodiscard]] bool turned_bad_for_long() const noexcept;
   [[nodiscard]] bool all_received() const noexcept { return awaited_ == 0; }
 
   port::Port& port_;

@@ -11,6 +11,7 @@
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/coast_watch.hpp"
 #include "driveline/ecat_master/cyclic/following_error_watch.hpp"
+#include "driveline/ecat_master/cyclic/lost_limit.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
@@ -50,7 +51,7 @@ struct MotionFailure {
     kAxisLost,
     kCommunication,
     kEnableTimeout,
-    kMasterAway,        ///< the master missed more periods than bad_cycle_limit
+    kMasterAway,        ///< the master missed more exchanges than bad_cycle_limit
     kPositionLeap,      ///< the actual position jumped; details in `position`, as for the next two
     kPositionFrozen,    ///< the actual position is unchanged while the axis is commanded to move
     kPositionUnsteady,  ///< the actual position kept jumping, so the axis could not be enabled
@@ -104,10 +105,11 @@ class Motion final : public MotionControl {
     bool repeat = false;                                               ///< restart at the end of the path
     /// The path starts at the positions at which the axes are enabled: its first point is mapped to them.
     bool relative = false;
-    /// Consecutive cycles without valid process data of an axis after which all axes are stopped, and periods that the
-    /// master itself may miss. The drives' own watchdog is the second line of defence.
+    /// Consecutive exchanges without valid process data of an axis after which all axes are stopped, and exchanges that
+    /// the master itself may miss (LostLimit). For a drive that is exchanged in every cycle these are cycles.
     std::uint32_t bad_cycle_limit = 8;
-    LatePolicy late = LatePolicy::kStay;  ///< behaviour of a path that is late
+    std::chrono::nanoseconds bad_time_limit{0};  ///< the same limit as a time (LostLimit::time); 0: none
+    LatePolicy late = LatePolicy::kStay;         ///< behaviour of a path that is late
     /// The setpoints of a path lead it by the dead time of each axis (dead_time_cycles(), PathLeads). A source of the
     /// caller looks ahead on its own, as far as it can.
     bool compensate_dead_time = false;
@@ -246,6 +248,9 @@ class Motion final : public MotionControl {
   [[nodiscard]] bool must_wait() const noexcept;
   [[nodiscard]] bool powered() const noexcept { return powered_; }
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
+  [[nodiscard]] bool lost(std::size_t axis) const noexcept { return bad_exchanges_[axis] >= lost_limits_[axis]; }
+  [[nodiscard]] bool all_lost_with(std::size_t axis) const noexcept;
+  [[nodiscard]] bool too_long(std::size_t axis, std::int64_t missed) const noexcept;
   [[nodiscard]] bool brakes(std::size_t axis, std::int64_t cycle) const noexcept;
   [[nodiscard]] bool tolerated(std::size_t axis) const noexcept {
     return axes_[axis].config().on_loss != LossPolicy::kStop;
@@ -279,7 +284,8 @@ class Motion final : public MotionControl {
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
-  std::vector<std::uint32_t> bad_cycles_;
+  std::vector<std::uint32_t> lost_limits_;    ///< LostLimit::exchanges_of(), by axis
+  std::vector<std::uint32_t> bad_exchanges_;  ///< consecutive exchanges without valid process data, by axis
   std::vector<Arrest> arrests_;
   std::vector<PositionWatch> position_watches_;
   std::vector<CoastWatch> coast_watches_;
