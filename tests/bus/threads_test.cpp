@@ -165,6 +165,24 @@ TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
   EXPECT_FALSE(operation.axis_samples.empty());
 }
 
+/// A thread that waits for a slave knows nothing of the start of the cycle, nor of its end.
+TEST(CycleInItsThread, IsStartedAndEndedWhileOthersReadTheTime) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  auto& exchange = operation.master().bus().exchange();
+  std::jthread reader([&](const std::stop_token& stop) {
+    for (auto before = exchange.now(); !stop.stop_requested();) {
+      const auto now = exchange.now();
+      EXPECT_GE(now, before);
+      before = now;
+    }
+  });
+  operation.start_cycle([&](CyclicCore& core) { return std::make_unique<ThreadRunner>(core, drives.clock); });
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  EXPECT_EQ(sentence(operation.master().shut_down()), "");
+}
+
 /// The network behind a drive: returns the last received frame. Used only by the thread of the cycle.
 struct Mirror final : slaves::EthernetLink {
   bool send(std::span<const std::byte> frame) noexcept override {
