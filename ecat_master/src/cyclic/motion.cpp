@@ -181,7 +181,7 @@ void Motion::obey(std::int64_t cycle) noexcept {
   take_source(cycle);
   const auto command = command_.exchange(Command::kNone, std::memory_order_acq_rel);
   if (command == Command::kStart && phase_ == MotionPhase::kIdle) {
-    failure_ = {};
+    set_failure({});
     for (std::size_t i = 0; i < axes_.size(); ++i) {
       set_presence(i, AxisPresence::kPresent, cycle);
       anchors_[i].reset();
@@ -191,12 +191,7 @@ void Motion::obey(std::int64_t cycle) noexcept {
     tell_path_late();
     enter(MotionPhase::kEnabling, cycle);
   } else if (command == Command::kStop) {
-    if (phase_ == MotionPhase::kEnabling) {
-      // Without power a braking axis would coast again.
-      bool moves = false;
-      for (std::size_t i = 0; i < axes_.size(); ++i) moves = moves || arresting(i);
-      enter(moves ? MotionPhase::kQuickStop : MotionPhase::kDisabling, cycle);
-    }
+    if (phase_ == MotionPhase::kEnabling) abandon_enabling(cycle);
     if (powered() && phase_ != MotionPhase::kStopping) {
       plan_stop();
       enter(MotionPhase::kStopping, cycle);
@@ -237,22 +232,28 @@ void Motion::watch_following(std::size_t axis, std::int64_t cycle) noexcept {
   const double error = axes_[axis].following_error();
   if (!following_watches_[axis].judge(cycle, error, phase_ != MotionPhase::kStopping)) return;
   const auto& inputs = axes_[axis].inputs();
-  failure_ = {MotionFailure::Cause::kFollowingError,
-              static_cast<std::uint16_t>(axis),
-              inputs.status_word,
-              inputs.error_code,
-              {},
-              error};
+  set_failure({MotionFailure::Cause::kFollowingError,
+               static_cast<std::uint16_t>(axis),
+               inputs.status_word,
+               inputs.error_code,
+               {},
+               error});
   plan_stop();
   enter(MotionPhase::kStopping, cycle);
 }
 
-void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept {
+/// A failure is published before the phase that it causes.
+void Motion::set_failure(const MotionFailure& failure) noexcept {
+  failure_ = failure;
+  failure_shared_.write(failure);
+}
+
+void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle, double reaches) noexcept {
   const auto& inputs = axes_[axis].inputs();
   // The first failure counts; more may follow until standstill.
   if (failure_.cause == MotionFailure::Cause::kNone) {
-    failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code,
-                position_watches_[axis].unsteady()};
+    set_failure({cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code,
+                 position_watches_[axis].unsteady(), 0.0, reaches});
   }
   enter(MotionPhase::kQuickStop, cycle);
 }

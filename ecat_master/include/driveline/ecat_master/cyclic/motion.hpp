@@ -18,6 +18,7 @@
 #include "driveline/ecat_master/cyclic/return_motion.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
+#include "driveline/rt/published_value.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_extent.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
@@ -147,8 +148,8 @@ class Motion final : public MotionControl {
   [[nodiscard]] AxisPresence presence(std::size_t axis) const noexcept {
     return presence_shared_[axis].load(std::memory_order_acquire);
   }
-  /// The first failure since the last start; complete once phase() is kQuickStop, kDisabling or kIdle.
-  [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
+  /// The first failure since the last start, always complete; it precedes the phase that it causes. Not for the cycle.
+  [[nodiscard]] MotionFailure failure() const noexcept { return failure_shared_.read(); }
 
   // Functions for the cycle. \rtsafe
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
@@ -204,7 +205,9 @@ class Motion final : public MotionControl {
   [[nodiscard]] double given_s() const noexcept { return seconds(given_ - phase_given_); }
   void obey(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
-  void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
+  void set_failure(const MotionFailure& failure) noexcept;
+  void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle, double reaches = 0.0) noexcept;
+  void abandon_enabling(std::int64_t cycle) noexcept;
   void judge_positions(std::int64_t cycle) noexcept;
   void forget_place(std::size_t axis) noexcept;
   void stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept;
@@ -296,7 +299,8 @@ class Motion final : public MotionControl {
   MotionPhase phase_ = MotionPhase::kIdle;
   bool powered_ = false;  ///< the drives get setpoints in this phase
   std::int64_t phase_start_ = 0;
-  MotionFailure failure_;
+  MotionFailure failure_;  ///< changed by set_failure() only
+  rt::PublishedValue<MotionFailure> failure_shared_;
   std::atomic<Command> command_{Command::kNone};
   std::atomic<MotionPhase> phase_shared_{MotionPhase::kIdle};
   std::atomic<std::int64_t> path_late_shared_{0};
