@@ -203,6 +203,25 @@ TEST(LateMotion, AnExchangeThatIsHeldUpIsAnAbsenceAndNoLeapOfTheAxis) {
   EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kMasterAway);
 }
 
+/// Lines of busy machines allow gaps after whose first periods the drives have slowed down.
+TEST(LateMotion, BridgesGapsAsLongAsTheLineAllows) {
+  auto options = LateLine::fast_path();
+  options.max_lost_cycles = 400;
+  for (const int periods : {9, 64, 65, 80, 200}) {
+    for (const int kind : {0, 1, 2}) {
+      SCOPED_TRACE(testing::Message() << periods << " periods, kind " << kind);
+      LateLine line(options, 2);
+      line.cycles(400);
+      const auto before = line.operation.motion().path_late();
+      kind == 0 ? line.stall(periods) : line.lose(periods, kind == 1);
+      EXPECT_GE(line.operation.motion().path_late() - before, periods * kLatePeriod);
+      line.cycles(4000);
+      EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
+      line.expect_obedience();
+    }
+  }
+}
+
 TEST(LateMotion, IsStoppedByTheDrivesAfterTooLongAnAbsence) {
   LateLine line;
   line.cycles(400);

@@ -259,12 +259,17 @@ void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cyc
 }
 
 void Motion::advance(std::int64_t cycle) noexcept {
-  if (!powered()) return advance_powerless(cycle);
+  if (!powered()) {
+    held_up_ = 0;
+    return advance_powerless(cycle);
+  }
   if (path_must_wait_for_setpoints()) {
     fall_behind(1);
+    ++held_up_;
     for (std::size_t i = 0; i < axes_.size(); ++i) bridge(i);
     return;
   }
+  held_up_ = 0;
   ++given_;
   switch (phase_) {
     case MotionPhase::kApproach: {

@@ -35,7 +35,7 @@ void Motion::bridge(std::size_t axis) noexcept {
     setpoints_[axis] = axes_[axis].held();
     return;
   }
-  setpoints_[axis] = supply.given.bridge();
+  setpoints_[axis] = supply.given.bridge(held_up_);
   supply.beside_path = true;
   supply.return_motion.reset();
 }

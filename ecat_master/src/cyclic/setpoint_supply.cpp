@@ -89,7 +89,8 @@ void SetpointSupply::skip(std::int64_t missed, cia402::Mode mode) noexcept {
   expect_from_coast();
 }
 
-trajectory::AxisSetpoint SetpointSupply::bridge() const noexcept {
+trajectory::AxisSetpoint SetpointSupply::bridge(std::uint32_t held_up) const noexcept {
+  if (reached_ && held_up > kBridgedPeriods * divider_) return brake();
   if (by_exchanges()) return bridge_to_exchange();
   const double most = max_acceleration_ * period_s_;
   const double top = std::max(max_velocity_, std::abs(sent_velocity_));
@@ -110,6 +111,14 @@ trajectory::AxisSetpoint SetpointSupply::bridge_to_exchange() const noexcept {
   const double velocity = std::clamp((later.position() - sent_) / (left * period_s_),
                                      std::max(offered_velocity_ - most, -top), std::min(offered_velocity_ + most, top));
   return {sent_ + velocity * period_s_, velocity, 0.0};
+}
+
+/// Slows the axis down from the last setpoint, to rest.
+trajectory::AxisSetpoint SetpointSupply::brake() const noexcept {
+  const double change = std::min(std::abs(sent_velocity_), max_acceleration_ * period_s_);
+  const double velocity = sent_velocity_ - std::copysign(change, sent_velocity_);
+  const double acceleration = by_torque() ? (velocity - sent_velocity_) / period_s_ : 0.0;
+  return {sent_ + velocity * period_s_, velocity, acceleration};
 }
 
 /// Acceleration that results from a held torque.

@@ -159,11 +159,12 @@ void SingleAxis::fail(AxisError error) noexcept {
   if (power_ != Power::kOff && power_ != Power::kDisabling) enter(Power::kQuickStop);
 }
 
-void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
+void SingleAxis::advance(const trajectory::AxisSetpoint* fed, bool waits) noexcept {
   advance_reset();
   advance_mode();
   advance_probe();
-  if (powered()) return advance_motion(fed);
+  held_up_ = waits ? held_up_ + 1 : 0;
+  if (powered()) return advance_motion(fed, waits);
   advance_powerless();
 }
 

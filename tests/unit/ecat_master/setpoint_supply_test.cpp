@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -46,6 +47,24 @@ TEST(SetpointSupply, ADriveThatHoldsItsVelocityIsToldTheSameAgain) {
   EXPECT_DOUBLE_EQ(supply.bridge().velocity, supply.sent_velocity());
   EXPECT_DOUBLE_EQ(supply.bridge().acceleration, 0.0);
   EXPECT_FALSE(supply.by_torque());
+}
+
+/// It waits for another axis, whose drive slows down after eight periods as well.
+TEST(SetpointSupply, AnAxisThatIsHeldUpIsBrakedAfterAsManyPeriodsAsOthersBridge) {
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    SetpointSupply supply(supplied(mode), kSupplyPeriod);
+    supply.start_from({0.0, 10.0, 0.0});
+    double velocity = 10.0;
+    for (std::uint32_t held_up = 1; held_up <= 100; ++held_up) {
+      const auto next = supply.bridge(held_up);
+      if (held_up > 8) velocity = std::max(velocity - 1000.0 * kSupplyPeriod, 0.0);
+      ASSERT_NEAR(next.velocity, velocity, 1e-6) << "cycle " << held_up;
+      ASSERT_NEAR(next.position - supply.sent(), velocity * kSupplyPeriod, 1e-9);
+      supply.set_reached(true);
+      supply.note(next, mode);
+    }
+    EXPECT_EQ(velocity, 0.0);
+  }
 }
 
 /// Setpoints at 10 rad/s, accelerating with 600 rad/s^2, for a drive that is exchanged in every eighth cycle; the

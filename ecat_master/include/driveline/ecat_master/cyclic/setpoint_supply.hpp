@@ -39,7 +39,10 @@ class SetpointSupply {
   /// velocity that the drive holds, or the acceleration of the torque that it holds: whether the drive received the
   /// last setpoint or the one before, it is one step away, and the loops see the actual position. For a drive that is
   /// exchanged in every n-th cycle, a step is that between two exchanges, because it sees no setpoint in between.
-  [[nodiscard]] trajectory::AxisSetpoint bridge() const noexcept;
+  ///
+  /// `held_up`: consecutive cycles, this one included, in which the drive got its setpoints but the motion waits for
+  /// other axes. After as many as other drives bridge, this one is braked as they brake.
+  [[nodiscard]] trajectory::AxisSetpoint bridge(std::uint32_t held_up = 0) const noexcept;
 
   /// The last setpoint sent, rad or m.
   [[nodiscard]] double sent() const noexcept { return sent_; }
@@ -54,6 +57,7 @@ class SetpointSupply {
   void note_exchange() noexcept;
   void expect_from_coast() noexcept;
   [[nodiscard]] trajectory::AxisSetpoint bridge_to_exchange() const noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint brake() const noexcept;
   /// Whether the drive follows positions and sees only some of them.
   [[nodiscard]] bool by_exchanges() const noexcept;
   [[nodiscard]] double held_acceleration() const noexcept;

@@ -125,6 +125,7 @@ class SingleAxes final : public MotionControl {
   void advance() noexcept;
   void advance(Feed& feed) noexcept;
   [[nodiscard]] static bool followed(const Feed& feed) noexcept;
+  [[nodiscard]] bool all_reached(const Feed& feed) const noexcept;
   void publish(std::size_t axis) noexcept;
 
   std::vector<Axis> axes_;

@@ -95,8 +95,11 @@ class SingleAxis {
   }
   /// Whether the axis follows its feed.
   [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
+  /// Whether the drive got the setpoint of its last exchange.
+  [[nodiscard]] bool reached() const noexcept { return supply_.reached(); }
   /// Computes the setpoint of this cycle. `fed`: setpoint of the feed; null: the feed has ended, or is not followed.
-  void advance(const trajectory::AxisSetpoint* fed) noexcept;
+  /// `waits`: the feed waits for other axes, and `fed` is still the previous setpoint (SetpointFeed::waits()).
+  void advance(const trajectory::AxisSetpoint* fed, bool waits = false) noexcept;
   /// Writes control word, mode and targets of this cycle.
   void write_outputs(std::span<std::byte> image) noexcept;
   /// See MotionControl::resume().
@@ -225,7 +228,7 @@ class SingleAxis {
                                                     const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
   [[nodiscard]] double most_acceleration() const noexcept;
-  void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
+  void advance_motion(const trajectory::AxisSetpoint* fed, bool waits) noexcept;
   void bridge() noexcept;
   [[nodiscard]] bool superimpose(std::uint64_t id, const AxisRequest& request) noexcept;
   [[nodiscard]] double velocity_on_top(const AxisRequest& request) const noexcept;
@@ -378,6 +381,7 @@ class SingleAxis {
   std::uint32_t cycles_at_rest_ = 0;  ///< cycles at rest in Power::kResting
   bool exchanged_ = false;            ///< the position is from this cycle
   bool seen_ = false;                 ///< the last exchange that was due succeeded
+  std::uint32_t held_up_ = 0;         ///< consecutive cycles in which the feed has waited for other axes
   bool beside_ = false;               ///< after a gap, until setpoint_ is back at the generator
   bool fed_ = false;                  ///< set by set_fed()
   bool fed_in_range_ = false;         ///< set by set_fed()
