@@ -390,7 +390,7 @@ void Axis::skip(std::int64_t periods) noexcept {
   if (pending_) change_->skip(periods - 1, mode_);
   if (compensation_) compensation_->skip(periods);
   const double step = setpoints_.whole_cycles() > 0 ? setpoints_.ago(0) - setpoints_.ago(1) : 0.0;
-  for (std::int64_t period = 1; period < periods; ++period) setpoints_.push(setpoints_.ago(0) + step);
+  setpoints_.extrapolate(periods - 1, step);
 }
 
 Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexcept {

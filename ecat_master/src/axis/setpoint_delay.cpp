@@ -33,6 +33,14 @@ void SetpointHistory::push(double position) noexcept {
   filled_ = std::min(filled_ + 1, positions_.size());
 }
 
+void SetpointHistory::extrapolate(std::int64_t cycles, double step) noexcept {
+  if (cycles <= 0) return;
+  // Older ones than the history holds would be overwritten.
+  const auto kept = std::min(cycles, static_cast<std::int64_t>(positions_.size()));
+  double position = ago(0) + static_cast<double>(cycles - kept) * step;
+  for (std::int64_t cycle = 0; cycle < kept; ++cycle) push(position += step);
+}
+
 double SetpointHistory::ago(std::size_t cycles) const noexcept {
   const auto age = std::min(cycles, std::max<std::size_t>(filled_, 1) - 1);
   return positions_[newest_ >= age ? newest_ - age : newest_ + positions_.size() - age];

@@ -33,6 +33,8 @@ class SetpointHistory {
 
   /// Adds the setpoint of this cycle.
   void push(double position) noexcept;
+  /// Adds `cycles` setpoints, each `step` after the one before; their number costs no time.
+  void extrapolate(std::int64_t cycles, double step) noexcept;
   /// The setpoint that the actual position of this cycle belongs to, `delay_cycles` old: interpolated linearly between
   /// two cycles; the oldest one until the history is long enough.
   [[nodiscard]] double followed() const noexcept;

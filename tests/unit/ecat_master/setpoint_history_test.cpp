@@ -1,0 +1,28 @@
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "driveline/ecat_master/axis/setpoint_delay.hpp"
+
+namespace driveline::ecat_master {
+namespace {
+
+/// 10,000 cycles are the longest gap that a line description allows.
+TEST(SetpointHistory, ExtrapolatesAsIfTheSetpointsHadBeenAddedOneByOne) {
+  for (const double delay : {0.0, 1.0, 3.3, 17.9}) {
+    for (const std::int64_t cycles : {0, 1, 2, 5, 19, 20, 10'000}) {
+      SetpointHistory pushed(delay);
+      pushed.push(1.0);
+      pushed.push(1.5);
+      auto extrapolated = pushed;
+      for (std::int64_t cycle = 0; cycle < cycles; ++cycle) pushed.push(pushed.ago(0) + 0.25);
+      extrapolated.extrapolate(cycles, 0.25);
+      EXPECT_DOUBLE_EQ(extrapolated.followed(), pushed.followed()) << delay << ", " << cycles;
+      for (std::size_t ago = 0; ago < pushed.whole_cycles() + 2; ++ago)
+        EXPECT_DOUBLE_EQ(extrapolated.ago(ago), pushed.ago(ago)) << delay << ", " << cycles;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace driveline::ecat_master
