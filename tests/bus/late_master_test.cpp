@@ -46,6 +46,22 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(operation.line_samples[0].wake_latency_ns, late.count()) << "so it goes to DDS and the flight recorder";
 }
 
+/// As for a supervising thread that is faster than the cycle.
+TEST(LateMaster, CountingThatIsRestartedBetweenTwoCyclesStartsAnew) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  operation.run(milliseconds{2});
+  ASSERT_GT(operation.statistics().cycles, 16U);
+  operation.master().core()->count(false);
+  operation.master().core()->count(true);
+  operation.cycle();
+  EXPECT_EQ(operation.statistics().cycles, 1U);
+  operation.master().core()->count(true);
+  operation.cycle();
+  EXPECT_EQ(operation.statistics().cycles, 2U) << "it was on already";
+}
+
 /// Ends the counting as soon as an absence is reported, before the late cycle is over, as a supervising thread may do.
 class EndsCountingAtOnce final : public ecat_master::CycleTask {
  public:

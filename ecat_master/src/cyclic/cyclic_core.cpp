@@ -147,11 +147,19 @@ void CyclicCore::begin(const rt::CycleStart& start) noexcept {
   if (start.missed > 0) note_absence(start);
 }
 
+void CyclicCore::count(bool on) noexcept {
+  auto changes = counting_changes_.load(std::memory_order_relaxed);
+  while ((changes % 2 != 0) != on &&
+         !counting_changes_.compare_exchange_weak(changes, changes + 1, std::memory_order_release)) {
+  }
+}
+
 /// Runs before the absence is reported: if the report ends the counting, the late cycle still counts.
 void CyclicCore::take_counting() noexcept {
-  const bool wanted = counting_wanted_.load(std::memory_order_acquire);
-  if (wanted == counting_) return;
-  counting_ = wanted;
+  const auto changes = counting_changes_.load(std::memory_order_acquire);
+  if (changes == counting_changes_seen_) return;
+  counting_changes_seen_ = changes;
+  counting_ = changes % 2 != 0;
   if (!counting_) return;
   statistics_ = CycleStatistics{};
   if (settings_.trace != nullptr) settings_.trace->clear();

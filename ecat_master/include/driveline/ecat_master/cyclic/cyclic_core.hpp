@@ -109,8 +109,9 @@ class CyclicCore {
   [[nodiscard]] const Settings& settings() const noexcept { return settings_; }
 
   // Functions for any thread, \rtsafe.
-  /// Switches the statistics on (default) or off from the next cycle on; switching them on resets them.
-  void count(bool on) noexcept { counting_wanted_.store(on, std::memory_order_release); }
+  /// Switches the statistics on (default) or off from the next cycle on; switching them on after they were off resets
+  /// them, even if no cycle has run in between.
+  void count(bool on) noexcept;
   /// Cycles so far, counted or not.
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_shared_.load(std::memory_order_acquire); }
   /// Consecutive cycles whose process data were not all valid.
@@ -259,6 +260,7 @@ class CyclicCore {
   ReceiveWait receive_wait_;
   CycleStatistics statistics_;
   bool counting_ = true;
+  std::uint32_t counting_changes_seen_ = 1;
   std::uint64_t cycle_number_ = 0;
   std::uint64_t cycles_ = 0;
   std::uint32_t sequence_ = kFirstSequence;
@@ -283,7 +285,8 @@ class CyclicCore {
   std::atomic<std::uint64_t> other_source_{0};       ///< source address of the other master, first byte lowest
   std::atomic<std::uint64_t> other_datagram_{0};     ///< weight, command, ADP and ADO
   std::atomic<std::uint32_t> recovery_requests_{0};  ///< number of set_recovering() calls; wraps around
-  std::atomic<bool> counting_wanted_{true};
+  /// Number of times that count() has changed the counting, plus 1; odd: on. So the cycle misses no change.
+  std::atomic<std::uint32_t> counting_changes_{1};
   std::atomic<std::uint64_t> cycles_shared_{0};
   std::atomic<std::uint32_t> bad_cycles_{0};
   std::atomic<std::uint32_t> al_status_shared_{0};
