@@ -287,9 +287,13 @@ void Axis::simulate_drive() noexcept {
   inputs_.velocity = targets_.velocity;
 }
 
-void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
+void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh,
+                       std::chrono::nanoseconds late) noexcept {
   if (config_.is_virtual()) return simulate_drive();
   fresh_ = valid && fresh;
+  // Less than this share of a period is jitter: it matters less than the control step in which the drive measures.
+  constexpr int kJitterShare = 16;
+  late_cycles_ = kJitterShare * late > config_.period ? std::chrono::duration<double>(late) / config_.period : 0.0;
   if (!valid) {
     inputs_.state = snapshot::AxisState::kUnavailable;
     return;
@@ -533,11 +537,13 @@ void Axis::compare(bool moving) noexcept {
   fresh_ = false;
 }
 
-/// Loops that the master closes compare with the setpoint of the same cycle.
+/// The setpoint of the instant at which the drive measured its position. Loops that the master closes compare with the
+/// setpoint of the same cycle.
 double Axis::followed_setpoint() const noexcept {
   if (pending_) return change_->reference_position();
-  if (by_positions(mode_)) return setpoints_.followed();
-  return cyclic(mode_) ? targets_.position : inputs_.position;
+  if (by_positions(mode_)) return late_cycles_ > 0.0 ? setpoints_.followed_later(late_cycles_) : setpoints_.followed();
+  if (!cyclic(mode_)) return inputs_.position;
+  return late_cycles_ > 0.0 ? setpoints_.continued(late_cycles_) : targets_.position;
 }
 
 /// The sums of targets and offsets are valid in the mode of the drive, and in every mode during a mode change.

@@ -46,6 +46,18 @@ double SetpointHistory::ago(std::size_t cycles) const noexcept {
   return positions_[newest_ >= age ? newest_ - age : newest_ + positions_.size() - age];
 }
 
+double SetpointHistory::continued(double later_cycles) const noexcept {
+  return ago(0) + later_cycles * (ago(0) - ago(1));
+}
+
+double SetpointHistory::followed_later(double later_cycles) const noexcept {
+  const double age = static_cast<double>(whole_) + part_ - later_cycles;
+  if (age <= 0.0) return continued(-age);
+  const double whole = std::floor(age);
+  const double later = ago(static_cast<std::size_t>(whole));
+  return later + (age - whole) * (ago(static_cast<std::size_t>(whole) + 1) - later);
+}
+
 double SetpointHistory::followed() const noexcept {
   const double later = ago(whole_);
   return later + part_ * (ago(whole_ + 1) - later);

@@ -87,7 +87,7 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
   if (motion_ != nullptr) {
     motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves(),
-                         exchanged_at_ - start.wake);
+                         exchanged_at_ - start.wake, sent_at_ - start.grid);
   }
   mark(CyclePhase::kInputs);
   if (settings_.tasks != nullptr) settings_.tasks->begin(start);
@@ -258,8 +258,8 @@ void CyclicCore::send(nanoseconds grid) noexcept {
     if (!prepared_ || zero != frame.outputs_are_zero()) frame.prepare(image_, zero);
     // A frame that could not be sent is counted as lost at the end of the cycle.
     static_cast<void>(frame.send(port_, FrameTag{settings_.instance, ++sequence_}));
-    ++awaited_;
-    if (first) sent_at_ = port_.last_send_time();
+    // The first frame is due less often than others if its group is.
+    if (++awaited_ == 1) sent_at_ = port_.last_send_time();
   }
   prepared_ = false;
   // A late wake-up must not turn an answer in flight into a lost frame: wait for at least half the window.

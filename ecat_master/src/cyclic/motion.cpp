@@ -145,8 +145,8 @@ double Motion::seconds(std::int64_t cycles) const noexcept {
 }
 
 void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
-                         std::span<const bool> operational, std::span<const bool> fresh,
-                         std::chrono::nanoseconds took) noexcept {
+                         std::span<const bool> operational, std::span<const bool> fresh, std::chrono::nanoseconds took,
+                         std::chrono::nanoseconds late) noexcept {
   exchange_took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto slave = axes_[i].config().slave;
@@ -159,7 +159,7 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
       bad_exchanges_[i] = ok ? 0 : bad_exchanges_[i] + 1;
     }
     // Single bad exchanges are bridged with the inputs of the last good one.
-    if (ok || lost(i)) axes_[i].read_inputs(image, ok, now);
+    if (ok || lost(i)) axes_[i].read_inputs(image, ok, now, late);
     const bool in_op = alone || operational[slave];
     if (ok && !in_op) axes_[i].set_unavailable();
     supplies_[i].given.set_reached(ok && in_op, now);

@@ -179,7 +179,7 @@ void SingleAxes::publish(std::size_t axis) noexcept {
 
 void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
                              std::span<const bool> operational, std::span<const bool> fresh,
-                             std::chrono::nanoseconds took) noexcept {
+                             std::chrono::nanoseconds took, std::chrono::nanoseconds late) noexcept {
   took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto slave = axes_[i].config().slave;
@@ -188,7 +188,7 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
       single_[i].read_inputs(image, true, true, true);
       continue;
     }
-    single_[i].read_inputs(image, valid[slave], operational[slave], fresh.empty() || fresh[slave]);
+    single_[i].read_inputs(image, valid[slave], operational[slave], fresh.empty() || fresh[slave], late);
   }
   for (auto* const signal : signals_) signal->read_inputs(image, valid, fresh);
 }

@@ -29,14 +29,15 @@ SingleAxis::SingleAxis(Axis& axis, RequestTable& table, const Settings& settings
       lost_limit_(
           LostLimit{settings.bad_cycle_limit, settings.bad_time_limit}.exchanges_of(axis.divider(), settings.period)) {}
 
-void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept {
+void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh,
+                             std::chrono::nanoseconds late) noexcept {
   exchanged_ = valid && fresh;
   if (fresh) {
     seen_ = valid;
     bad_exchanges_ = valid ? 0 : bad_exchanges_ + 1;
   }
   // Single bad exchanges are bridged with the inputs of the last good one.
-  if (valid || lost()) axis_->read_inputs(image, valid, fresh);
+  if (valid || lost()) axis_->read_inputs(image, valid, fresh, late);
   if (valid && !operational) axis_->set_unavailable();
   supply_.set_reached(valid && operational, fresh);
 }

@@ -24,5 +24,17 @@ TEST(SetpointHistory, ExtrapolatesAsIfTheSetpointsHadBeenAddedOneByOne) {
   }
 }
 
+TEST(SetpointHistory, KnowsWhatIsFollowedWhenAPositionIsMeasuredLater) {
+  for (const double delay : {0.0, 1.0, 2.5, 3.0}) {
+    SetpointHistory history(delay);
+    for (int i = 0; i < 10; ++i) history.push(2.0 * i);
+    EXPECT_DOUBLE_EQ(history.followed_later(0.0), history.followed()) << delay;
+    for (const double later : {0.25, 0.75, 1.0, 2.6}) {
+      EXPECT_DOUBLE_EQ(history.followed_later(later), history.followed() + 2.0 * later) << delay << ", " << later;
+      EXPECT_DOUBLE_EQ(history.continued(later), 18.0 + 2.0 * later);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace driveline::ecat_master

@@ -153,7 +153,8 @@ class Motion final : public MotionControl {
 
   // Functions for the cycle. \rtsafe
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
-                   std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {}) noexcept override;
+                   std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {},
+                   std::chrono::nanoseconds late = {}) noexcept override;
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept override;
   AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept override;
   /// Delay of the path. Any thread.

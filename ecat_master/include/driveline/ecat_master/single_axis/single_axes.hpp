@@ -94,7 +94,8 @@ class SingleAxes final : public MotionControl {
   /// One axis, for tasks of the cycle.
   [[nodiscard]] const SingleAxis& axis(std::size_t number) const noexcept { return single_[number]; }
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
-                   std::span<const bool> fresh, std::chrono::nanoseconds took) noexcept override;
+                   std::span<const bool> fresh, std::chrono::nanoseconds took,
+                   std::chrono::nanoseconds late = {}) noexcept override;
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept override;
   AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept override;
   [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept override { return {}; }

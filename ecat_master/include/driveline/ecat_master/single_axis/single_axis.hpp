@@ -52,7 +52,8 @@ class SingleAxis {
   SingleAxis(Axis& axis, RequestTable& table, const Settings& settings);
 
   /// See MotionControl::read_inputs(); for this axis.
-  void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept;
+  void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh,
+                   std::chrono::nanoseconds late = {}) noexcept;
   /// Evaluates the effect of the last setpoint and the state of the drive. `took`: duration of the exchange.
   void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
   /// Whether a motion needs planning; doing that in a later cycle only delays it.
