@@ -175,6 +175,28 @@ TEST(LateMotion, DemandOfTheDriveObeysTheLimitsWhateverIsLate) {
   }
 }
 
+/// Of a thread that is faster than the cycle, or of two threads.
+TEST(LateMotion, AStopIsObeyedThoughAStartFollowsInTheSameCycle) {
+  LateLine line;
+  auto& motion = line.operation.motion();
+  line.cycles(400);
+  motion.request_stop();
+  motion.request_start();
+  line.cycle();
+  EXPECT_EQ(motion.phase(), MotionPhase::kStopping);
+  for (int i = 0; i < 8000 && motion.phase() != MotionPhase::kIdle; ++i) line.cycle();
+  ASSERT_EQ(motion.phase(), MotionPhase::kIdle) << "a moving line is not started";
+  line.expect_obedience();
+  motion.request_stop();
+  motion.request_start();
+  line.cycle();
+  EXPECT_EQ(motion.phase(), MotionPhase::kEnabling) << "nothing was to be stopped";
+  motion.request_start();
+  motion.request_stop();
+  line.cycle();
+  EXPECT_EQ(motion.phase(), MotionPhase::kDisabling) << "the last request is the stop";
+}
+
 TEST(LateMotion, StopsWithinTheLimitsAfterAGapOnTheWay) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);

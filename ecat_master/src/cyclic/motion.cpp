@@ -177,26 +177,41 @@ void Motion::update(std::int64_t cycle, std::span<std::byte> image) noexcept {
   }
 }
 
+void Motion::request_start() noexcept {
+  auto before = command_.load(std::memory_order_relaxed);
+  const auto after = [&before] {
+    return before == Command::kStop || before == Command::kStopThenStart ? Command::kStopThenStart : Command::kStart;
+  };
+  while (!command_.compare_exchange_weak(before, after(), std::memory_order_release, std::memory_order_relaxed)) {
+  }
+}
+
 void Motion::obey(std::int64_t cycle) noexcept {
   take_source(cycle);
   const auto command = command_.exchange(Command::kNone, std::memory_order_acq_rel);
-  if (command == Command::kStart && phase_ == MotionPhase::kIdle) {
-    set_failure({});
-    for (std::size_t i = 0; i < axes_.size(); ++i) {
-      set_presence(i, AxisPresence::kPresent, cycle);
-      anchors_[i].reset();
-      arrests_[i] = {};
-    }
-    rewind_source();
-    tell_path_late();
-    enter(MotionPhase::kEnabling, cycle);
-  } else if (command == Command::kStop) {
-    if (phase_ == MotionPhase::kEnabling) abandon_enabling(cycle);
-    if (powered() && phase_ != MotionPhase::kStopping) {
-      plan_stop();
-      enter(MotionPhase::kStopping, cycle);
-    }
+  if (command == Command::kNone) return;
+  if (command != Command::kStart) stop(cycle);
+  if (command != Command::kStop) start(cycle);
+}
+
+void Motion::start(std::int64_t cycle) noexcept {
+  if (phase_ != MotionPhase::kIdle) return;
+  set_failure({});
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    set_presence(i, AxisPresence::kPresent, cycle);
+    anchors_[i].reset();
+    arrests_[i] = {};
   }
+  rewind_source();
+  tell_path_late();
+  enter(MotionPhase::kEnabling, cycle);
+}
+
+void Motion::stop(std::int64_t cycle) noexcept {
+  if (phase_ == MotionPhase::kEnabling) abandon_enabling(cycle);
+  if (!powered() || phase_ == MotionPhase::kStopping) return;
+  plan_stop();
+  enter(MotionPhase::kStopping, cycle);
 }
 
 /// Checks for axes that cannot continue.

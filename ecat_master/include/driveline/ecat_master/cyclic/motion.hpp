@@ -130,8 +130,8 @@ class Motion final : public MotionControl {
 
   // Commands, for any thread.
   /// Enables all axes (resetting faults first) and follows the path.
-  void request_start() noexcept { command_.store(Command::kStart, std::memory_order_release); }
-  /// Brings all axes to standstill, then switches them off.
+  void request_start() noexcept;
+  /// Brings all axes to standstill, then switches them off. A start that is requested afterwards does not replace it.
   void request_stop() noexcept { command_.store(Command::kStop, std::memory_order_release); }
   /// Changes to another source, which must outlive the motion, at standstill and without stopping the cycle: at the
   /// next start, or at once if the axes hold the end of the previous source; then they approach its start. Error: the
@@ -170,7 +170,7 @@ class Motion final : public MotionControl {
   /// Constructs a motion without a source.
   Motion(std::vector<Axis> axes, Settings settings);
 
-  enum class Command : std::uint8_t { kNone, kStart, kStop };
+  enum class Command : std::uint8_t { kNone, kStart, kStop, kStopThenStart };
 
   /// State of an axis that is or was unavailable.
   struct Absence {
@@ -205,6 +205,8 @@ class Motion final : public MotionControl {
   /// The same, counted in periods for which setpoints were generated.
   [[nodiscard]] double given_s() const noexcept { return seconds(given_ - phase_given_); }
   void obey(std::int64_t cycle) noexcept;
+  void start(std::int64_t cycle) noexcept;
+  void stop(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
   void set_failure(const MotionFailure& failure) noexcept;
   void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle, double reaches = 0.0) noexcept;
