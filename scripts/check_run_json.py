@@ -22,6 +22,7 @@ CONTRACT = {
     "wkc_errors": int,
     "lost_frames": int,
     "late_frames": int,
+    "flooded_cycles": int,
     "longest_absence_ns": int,
     "longest_absence_at_s": OPTIONAL,
     "path_late_ns": int,

@@ -220,5 +220,30 @@ TEST(CoastingPath, IsNotSwitchedOffByAStopWhileItIsBraked) {
   EXPECT_EQ(line.finding(), "");
 }
 
+/// The position of the other axis, which stands, leaps meanwhile.
+TEST(CoastingPath, IsNotSwitchedOffByALeapWhileItIsBraked) {
+  CoastingLine line;
+  line.cycles(400);
+  for (int i = 0; i < 3000 && std::abs(line.velocity()) < 20.0; ++i) line.watched_cycle();
+  line.fail_and_start();
+  auto& other = line.drives.drive(1);
+  for (int i = 0; i < 3000 && !(line.drives.drive(0).power_on() && other.power_on()); ++i) line.watched_cycle();
+  for (int i = 0; i < 10; ++i) line.watched_cycle();
+  ASSERT_EQ(line.phase(), MotionPhase::kEnabling);
+  ASSERT_GT(std::abs(line.velocity()), 8.0);
+  const auto leap = other.signals().find_signal(slaves::SignalId::Direction::kInput, "POSITION_ERROR");
+  ASSERT_TRUE(leap);
+  other.signals().set_signal(leap->number, 2e6);
+  for (int i = 0; i < 4; ++i) line.watched_cycle();
+  EXPECT_EQ(line.phase(), MotionPhase::kQuickStop);
+  EXPECT_EQ(line.operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kPositionLeap);
+  EXPECT_EQ(line.operation.motion().failure().axis, 1);
+  for (int i = 0; i < 8000 && line.phase() != MotionPhase::kIdle; ++i) {
+    line.watched_cycle();
+    ASSERT_TRUE(line.drives.drive(0).power_on() || std::abs(line.velocity()) < 1.0) << "it coasts again";
+  }
+  EXPECT_EQ(line.phase(), MotionPhase::kIdle);
+}
+
 }  // namespace
 }  // namespace driveline::bus_test

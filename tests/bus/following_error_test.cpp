@@ -82,6 +82,29 @@ TEST(FollowingError, IsKnownWithoutTheObjectOfTheDrive) {
   EXPECT_NEAR(largest(samples, &AxisSample::following_error), told, 0.1 * told);
 }
 
+/// The thread wakes up late within its period, so the position is nearly a period younger than usual.
+TEST(FollowingError, OfALateFrameIsThatOfTheInstantOfItsPosition) {
+  constexpr auto kPeriod = milliseconds{1};
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity}) {
+    DriveLine drives(1);
+    LineOperation operation(drives, RunOptions{.period = kPeriod, .mode = mode, .amplitude_rad = kAmplitudeRad});
+    ASSERT_EQ(sentence(operation.to_motion()), "");
+    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    operation.run(milliseconds{100});
+    operation.cycle();
+    const auto on_time = operation.axis_samples.back();
+    const auto now = drives.clock.now();
+    drives.leave_alone(now / kPeriod * kPeriod + kPeriod + microseconds{800} - now);
+    operation.cycle();
+    const auto late = operation.axis_samples.back();
+    EXPECT_EQ(operation.statistics().missed_periods, 0U);
+    EXPECT_EQ(late.cycle, on_time.cycle + 1);
+    const double way = late.actual_position - on_time.actual_position;
+    EXPECT_GT(way, 10e-3) << to_text(mode) << ": there is something to see, 7.8 mrad per period";
+    EXPECT_NEAR(late.following_error, on_time.following_error, 1e-3) << to_text(mode);
+  }
+}
+
 class FollowingErrorOfTheLoop : public testing::TestWithParam<Mode> {};
 
 TEST_P(FollowingErrorOfTheLoop, IsSetpointMinusActualPosition) {

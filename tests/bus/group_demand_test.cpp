@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -347,11 +348,11 @@ TEST(GroupDemand, ALostAxisStopsTheOthersOnThePath) {
   line.judges[1].expect_obedience();
 }
 
-// Frames are lost and periods missed at any time. The drives continue at their present velocity, and so does the path:
-// it is left by the change of direction and speed of the axes meanwhile, until they have returned with the remaining
-// acceleration. Without gaps the error is kOnPath.
+// Frames are lost and periods missed at any time. The drives continue at their present velocity, and the path waits: it
+// is left by no more than their distance meanwhile, until they have returned with the remaining acceleration. Without
+// gaps the error is kOnPath.
 TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
-  constexpr double kNear = 5e-3;
+  constexpr double kNear = 60.0 * 8 * 125e-6;  // the highest feed, rad/s, in the longest gap
   for (const unsigned seed : {99U, 102U, 104U, 105U}) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
@@ -393,6 +394,60 @@ TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
     cycles(400);
     EXPECT_LT(apart(demands(line, PointsOfPath::kAxes), path.end()), kOnPath);
     line.expect_obedience();
+  }
+}
+
+// Time along the path is the time for which all its axes got their setpoints, as on the path of a line.
+TEST(GroupDemand, APathWaitsForSetpointsThatAreLostAndPeriodsThatAreMissed) {
+  constexpr double kFeed = 20.0;
+  constexpr double kStep = kFeed * 125e-6;
+  GroupLine line(2);
+  line.take_axes();
+  ASSERT_NE(line.groups->move(0, line_to({20.0, 10.0}, kFeed)), 0U);
+  line.cycles(1200);
+  const auto steps_during = [&line](const std::function<void()>& disturb) {
+    const double before = line.groups->group_report(0).length;
+    line.cycles(50);
+    disturb();
+    line.cycles(50);
+    return (line.groups->group_report(0).length - before) / kStep;
+  };
+  EXPECT_NEAR(steps_during([] {}), 100.0, 0.1);
+  for (bool* const way : {&line.lose_out, &line.lose_back}) {
+    const auto lose = [&] {
+      *way = true;
+      line.cycles(5);
+      *way = false;
+    };
+    EXPECT_NEAR(steps_during(lose), 100.0, 0.1) << "in 105 cycles";
+  }
+  EXPECT_NEAR(steps_during([&line] { line.stall(5); }), 101.0, 0.1) << "in 101 cycles and 5 missed periods";
+  line.expect_obedience();
+}
+
+TEST(GroupDemand, APathBridgesGapsAsLongAsTheLineAllows) {
+  auto options = single_options();
+  options.max_lost_cycles = 400;
+  for (const int periods : {9, 64, 65, 80, 200}) {
+    for (const int kind : {0, 1, 2}) {
+      SCOPED_TRACE(testing::Message() << periods << " periods, kind " << kind);
+      GroupLine line(2, {}, options);
+      line.take_axes();
+      const auto id = line.groups->move(0, line_to({12.0, 6.0}, 30.0));
+      line.cycles(800);
+      if (kind == 0) {
+        line.stall(periods);
+      } else {
+        auto& way = kind == 1 ? line.lose_out : line.lose_back;
+        way = true;
+        line.cycles(periods);
+        way = false;
+      }
+      EXPECT_EQ(line.finish_of_group(id).phase, RequestPhase::kDone);
+      line.cycles(400);
+      EXPECT_LT(apart(line.place(), {12.0, 6.0}), kOnPath);
+      line.expect_obedience();
+    }
   }
 }
 

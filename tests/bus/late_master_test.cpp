@@ -46,6 +46,22 @@ TEST(LateMaster, CountsItsWholeAbsence) {
   EXPECT_EQ(operation.line_samples[0].wake_latency_ns, late.count()) << "so it goes to DDS and the flight recorder";
 }
 
+/// As for a supervising thread that is faster than the cycle.
+TEST(LateMaster, CountingThatIsRestartedBetweenTwoCyclesStartsAnew) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  operation.run(milliseconds{2});
+  ASSERT_GT(operation.statistics().cycles, 16U);
+  operation.master().core()->count(false);
+  operation.master().core()->count(true);
+  operation.cycle();
+  EXPECT_EQ(operation.statistics().cycles, 1U);
+  operation.master().core()->count(true);
+  operation.cycle();
+  EXPECT_EQ(operation.statistics().cycles, 2U) << "it was on already";
+}
+
 /// Ends the counting as soon as an absence is reported, before the late cycle is over, as a supervising thread may do.
 class EndsCountingAtOnce final : public ecat_master::CycleTask {
  public:
@@ -159,6 +175,28 @@ TEST(LateMotion, DemandOfTheDriveObeysTheLimitsWhateverIsLate) {
   }
 }
 
+/// Of a thread that is faster than the cycle, or of two threads.
+TEST(LateMotion, AStopIsObeyedThoughAStartFollowsInTheSameCycle) {
+  LateLine line;
+  auto& motion = line.operation.motion();
+  line.cycles(400);
+  motion.request_stop();
+  motion.request_start();
+  line.cycle();
+  EXPECT_EQ(motion.phase(), MotionPhase::kStopping);
+  for (int i = 0; i < 8000 && motion.phase() != MotionPhase::kIdle; ++i) line.cycle();
+  ASSERT_EQ(motion.phase(), MotionPhase::kIdle) << "a moving line is not started";
+  line.expect_obedience();
+  motion.request_stop();
+  motion.request_start();
+  line.cycle();
+  EXPECT_EQ(motion.phase(), MotionPhase::kEnabling) << "nothing was to be stopped";
+  motion.request_start();
+  motion.request_stop();
+  line.cycle();
+  EXPECT_EQ(motion.phase(), MotionPhase::kDisabling) << "the last request is the stop";
+}
+
 TEST(LateMotion, StopsWithinTheLimitsAfterAGapOnTheWay) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
@@ -201,6 +239,25 @@ TEST(LateMotion, AnExchangeThatIsHeldUpIsAnAbsenceAndNoLeapOfTheAxis) {
   EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
   line.cycle();
   EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kMasterAway);
+}
+
+/// Lines of busy machines allow gaps after whose first periods the drives have slowed down.
+TEST(LateMotion, BridgesGapsAsLongAsTheLineAllows) {
+  auto options = LateLine::fast_path();
+  options.max_lost_cycles = 400;
+  for (const int periods : {9, 64, 65, 80, 200}) {
+    for (const int kind : {0, 1, 2}) {
+      SCOPED_TRACE(testing::Message() << periods << " periods, kind " << kind);
+      LateLine line(options, 2);
+      line.cycles(400);
+      const auto before = line.operation.motion().path_late();
+      kind == 0 ? line.stall(periods) : line.lose(periods, kind == 1);
+      EXPECT_GE(line.operation.motion().path_late() - before, periods * kLatePeriod);
+      line.cycles(4000);
+      EXPECT_EQ(line.operation.motion().failure().cause, MotionFailure::Cause::kNone);
+      line.expect_obedience();
+    }
+  }
 }
 
 TEST(LateMotion, IsStoppedByTheDrivesAfterTooLongAnAbsence) {

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
 #include <bit>
+#include <span>
+#include <string>
 
 #include "drive_line.hpp"
 #include "fault_ports.hpp"
@@ -10,6 +12,7 @@ namespace {
 
 using ecat_master::CoeClient;
 using ecat_master::Master;
+using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using wire::AlState;
 using Direction = LossyPort::Direction;
@@ -223,6 +226,82 @@ TEST(LateFrames, OfAcyclicWorkAreNotTakenForTheAnswerToTheRepetition) {
   EXPECT_EQ(whole_way(drives, port), "");
   EXPECT_GT(port.delayed(), 50U);
 }
+
+/// Whether the frame carries process data.
+bool carries_process_data(std::span<const std::byte> frame) {
+  auto cursor = wire::DatagramCursor::open(frame);
+  while (cursor && !cursor->done()) {
+    const auto datagram = cursor->next();
+    if (!datagram) return false;
+    if (wire::is_logical(datagram->header.command)) return true;
+  }
+  return false;
+}
+
+class LostExchanges : public testing::TestWithParam<std::uint32_t> {
+ protected:
+  [[nodiscard]] RunOptions options() const {
+    RunOptions options;
+    options.layout.groups = {{GetParam(), 0, 0}};
+    return options;
+  }
+  /// Loses this number of exchanges and runs on for 10 ms.
+  void lose(LineOperation& operation, int exchanges) {
+    left = exchanges;
+    operation.run(GetParam() * exchanges * microseconds{125} + milliseconds{10});
+    EXPECT_EQ(left, 0);
+  }
+
+  int left = 0;
+  DriveLine drives{1};
+  LossyPort port{drives.line(), Direction::kOut,
+                 [this](auto, auto frame) { return left > 0 && carries_process_data(frame) && left-- > 0; }};
+};
+
+TEST_P(LostExchanges, AreBridgedUpToTheLimitWhateverTheCyclesBetweenThem) {
+  LineOperation operation(drives, port, options());
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  operation.run(milliseconds{50});
+  for (const int exchanges : {1, 7}) {
+    lose(operation, exchanges);
+    EXPECT_EQ(operation.motion().phase(), MotionPhase::kFollowing) << exchanges;
+    EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kNone) << exchanges;
+  }
+}
+
+TEST_P(LostExchanges, BeyondTheLimitStopTheAxes) {
+  LineOperation operation(drives, port, options());
+  ASSERT_EQ(sentence(operation.to_motion()), "");
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  operation.run(milliseconds{50});
+  lose(operation, 8);
+  EXPECT_NE(operation.motion().phase(), MotionPhase::kFollowing);
+  EXPECT_EQ(operation.motion().failure().cause, MotionFailure::Cause::kCommunication);
+}
+
+TEST_P(LostExchanges, AreCountedForASingleAxisAsWell) {
+  auto single = options();
+  single.single_axes = true;
+  LineOperation operation(drives, port, single);
+  ASSERT_EQ(sentence(operation.to_op()), "");
+  auto& axes = operation.single_axes();
+  ecat_master::AxisRequest request;
+  request.command = ecat_master::AxisCommand::kPower;
+  request.on = true;
+  static_cast<void>(axes.submit(0, request));
+  operation.run(std::chrono::seconds{1});
+  ASSERT_EQ(axes.axis_report(0).state, ecat_master::PlcopenState::kStandstill);
+  for (const int exchanges : {1, 7}) {
+    lose(operation, exchanges);
+    EXPECT_EQ(axes.axis_report(0).error, ecat_master::AxisError::kNone) << exchanges;
+  }
+  lose(operation, 8);
+  EXPECT_EQ(axes.axis_report(0).error, ecat_master::AxisError::kLost);
+}
+
+INSTANTIATE_TEST_SUITE_P(Dividers, LostExchanges, testing::Values(1U, 2U, 8U, 16U),
+                         [](const auto& row) { return "Divider" + std::to_string(row.param); });
 
 }  // namespace
 }  // namespace driveline::bus_test

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <memory>
 #include <span>
 #include <thread>
@@ -163,6 +164,55 @@ TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
   EXPECT_EQ(operation.statistics().lost_frames, 0U);
   EXPECT_FALSE(operation.axis_samples.empty());
+}
+
+/// The path leaves the software limits, so each start fails when the axes have been enabled.
+TEST(CycleInItsThread, AFailureIsCompleteForThoseWhoReadItMeanwhile) {
+  using ecat_master::MotionFailure;
+  DriveLine drives(1);
+  RunOptions options;
+  options.software_limits = trajectory::PositionRange{-0.5, 0.5};
+  LineOperation operation(drives, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle([&](CyclicCore& core) { return std::make_unique<ThreadRunner>(core, drives.clock); });
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  auto& motion = operation.motion();
+  std::atomic<int> incomplete{0};
+  std::jthread reader([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      const auto failure = motion.failure();
+      if (failure.cause == MotionFailure::Cause::kOutsideRange && std::abs(failure.reaches) <= 0.5) ++incomplete;
+      if (failure.cause == MotionFailure::Cause::kNone && std::abs(failure.reaches) > 0.0) ++incomplete;
+    }
+  });
+  for (int start = 0; start < 3; ++start) {
+    motion.request_start();
+    operation.run(milliseconds{1});
+    EXPECT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{5}));
+    EXPECT_EQ(motion.failure().cause, MotionFailure::Cause::kOutsideRange);
+  }
+  reader.request_stop();
+  reader.join();
+  EXPECT_EQ(incomplete.load(), 0);
+  operation.master().runner()->stop();
+}
+
+/// A thread that waits for a slave knows nothing of the start of the cycle, nor of its end.
+TEST(CycleInItsThread, IsStartedAndEndedWhileOthersReadTheTime) {
+  DriveLine drives(1);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  auto& exchange = operation.master().bus().exchange();
+  std::jthread reader([&](const std::stop_token& stop) {
+    for (auto before = exchange.now(); !stop.stop_requested();) {
+      const auto now = exchange.now();
+      EXPECT_GE(now, before);
+      before = now;
+    }
+  });
+  operation.start_cycle([&](CyclicCore& core) { return std::make_unique<ThreadRunner>(core, drives.clock); });
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  EXPECT_EQ(sentence(operation.master().shut_down()), "");
 }
 
 /// The network behind a drive: returns the last received frame. Used only by the thread of the cycle.

@@ -10,7 +10,7 @@ from check_run_json import CONTRACT, shape_errors, value_errors  # noqa: E402  (
 LATENCY = {"p50": 10, "p99": 20, "p999": 30.5, "max": 40}
 HEALTHY = {
     "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0, "cycles": 39990, "missed_periods": 10,
-    "wkc_errors": 0, "lost_frames": 0, "late_frames": 0,
+    "wkc_errors": 0, "lost_frames": 0, "late_frames": 0, "flooded_cycles": 0,
     "longest_absence_ns": 0, "longest_absence_at_s": None, "path_late_ns": 0, "wake_latency_ns": LATENCY, "cycle_cost_ns": LATENCY, "round_trip_ns": LATENCY,
     "realtime_thread": {"minor_faults": 0, "major_faults": 0, "voluntary_switches": 39990, "involuntary_switches": 3, "wake_ahead_ns": 14000},
     "dc": {"locked": True, "difference_ns": {"p50": 1, "p99": 2, "max": 3}},

@@ -239,6 +239,7 @@ nlohmann::json to_json(const runtime::RunReport& report) {
                              {"wkc_errors", statistics.wkc_errors},
                              {"lost_frames", statistics.lost_frames},
                              {"late_frames", statistics.late_frames},
+                             {"flooded_cycles", statistics.flooded_cycles},
                              {"longest_absence_ns", statistics.longest_absence.count()},
                              {"longest_absence_at_s", absence_at(report)},
                              {"path_late_ns", report.path_late.count()},
@@ -281,6 +282,8 @@ std::string to_text(const runtime::RunReport& report) {
   // Frames that arrived after their deadline were not lost on the wire.
   if (statistics.late_frames > 0) text += fmt::format(" ({} of them came late)", statistics.late_frames);
   text += "\n";
+  if (statistics.flooded_cycles > 0)
+    text += fmt::format("  flooded cycles {:>10}   (too many frames of other senders)\n", statistics.flooded_cycles);
   if (const auto longest = statistics.longest_absence; longest.count() > 0) {
     text += fmt::format("  longest absence {:>9.1f} ms, at {:.3f} s\n", static_cast<double>(longest.count()) / 1e6,
                         report.longest_absence_at_s);

@@ -7,7 +7,7 @@
 namespace driveline::port {
 
 tl::expected<OpenInterface, PortError> open_interface(const std::string& interface, PortChoice choice,
-                                                      bool may_fall_back, const rt::Clock& clock) {
+                                                      bool may_fall_back, rt::Clock& clock) {
   OpenInterface result;
   if (choice != PortChoice::kRaw) {
     // In copy mode AF_XDP is no faster than a receive ring, and the XDP program hides the frames from all other
@@ -49,7 +49,7 @@ tl::expected<OpenInterface, PortError> try_launch_times(const std::string& inter
 
 tl::expected<OpenInterface, PortError> open_launching_interface(const std::string& interface,
                                                                 std::chrono::nanoseconds early, bool may_fall_back,
-                                                                const rt::Clock& clock) {
+                                                                rt::Clock& clock) {
   auto launching = try_launch_times(interface, early, clock);
   if (launching || !may_fall_back) return launching;
   auto fallen = open_interface(interface, PortChoice::kRaw, false, clock);

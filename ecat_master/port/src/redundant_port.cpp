@@ -210,13 +210,18 @@ std::optional<ReceivedFrame> RedundantPort::receive() noexcept {
 }
 
 bool RedundantPort::poll() noexcept {
-  while (const auto frame = secondary_.receive()) {
-    if (accept(*frame, Side::kSecondary)) return true;
+  return poll(secondary_, Side::kSecondary) || poll(primary_, Side::kPrimary) || hand_over_late_half();
+}
+
+/// Takes frames of one side until one is ready to be handed over, or there are none. More frames than can be in flight
+/// wait for the next call, so that the caller can look at its deadline.
+bool RedundantPort::poll(Port& port, Side side) noexcept {
+  for (std::size_t taken = 0; taken < kMaxInFlight; ++taken) {
+    const auto frame = port.receive();
+    if (!frame) return false;
+    if (accept(*frame, side)) return true;
   }
-  while (const auto frame = primary_.receive()) {
-    if (accept(*frame, Side::kPrimary)) return true;
-  }
-  return hand_over_late_half();
+  return false;
 }
 
 /// Returns true when a frame is ready to be handed over.

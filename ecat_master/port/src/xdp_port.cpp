@@ -151,7 +151,7 @@ const char* to_text(XdpMode mode) noexcept {
   return "generic, copied";
 }
 
-tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::open(const XdpConfig& config, const rt::Clock& clock) {
+tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::open(const XdpConfig& config, rt::Clock& clock) {
   std::vector<std::string> steps_down;
   for (const auto mode : {XdpMode::kZeroCopy, XdpMode::kNative, XdpMode::kGeneric}) {
     if (mode < config.first) continue;
@@ -173,7 +173,7 @@ tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::open(const XdpConfig&
 }
 
 tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::try_mode(XdpMode mode, const std::string& interface,
-                                                                    const rt::Clock& clock) {
+                                                                    rt::Clock& clock) {
   const auto found = find_usable_interface(interface);
   if (!found) return tl::unexpected(found.error());
   FileDescriptor asking{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
@@ -195,7 +195,7 @@ tl::expected<std::unique_ptr<XdpPort>, PortError> XdpPort::try_mode(XdpMode mode
 }
 
 XdpPort::XdpPort(std::unique_ptr<XdpSocket> socket, std::unique_ptr<XdpProgram> program, FileDescriptor asking,
-                 std::string interface, int index, const rt::Clock& clock) noexcept
+                 std::string interface, int index, rt::Clock& clock) noexcept
     : socket_{std::move(socket)},
       program_{std::move(program)},
       asking_{std::move(asking)},
@@ -269,7 +269,7 @@ bool XdpPort::wait_readable(nanoseconds deadline) noexcept {
       int error_number = 0;
       socklen_t size = sizeof error_number;
       if (getsockopt(socket_->descriptor(), SOL_SOCKET, SO_ERROR, &error_number, &size) != 0) return false;
-      std::this_thread::sleep_for(std::min(remaining, nanoseconds{std::chrono::milliseconds{1}}));
+      clock_.sleep_until(clock_.now() + std::min(remaining, nanoseconds{std::chrono::milliseconds{1}}));
     } else if (ready < 0 && errno != EINTR) {
       return false;
     }

@@ -136,6 +136,7 @@ const PdoConfiguration& axis_pdo_configuration() {
 
 Axis::Axis(AxisConfig config, const ProcessDataPlace& place, const PdoConfiguration& pdos)
     : config_(std::move(config)),
+      divider_(std::max(place.divider, 1U)),
       possible_modes_(possible_modes(config_, pdos)),
       mode_(config_.mode),
       wanted_(config_.mode),
@@ -286,9 +287,13 @@ void Axis::simulate_drive() noexcept {
   inputs_.velocity = targets_.velocity;
 }
 
-void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh) noexcept {
+void Axis::read_inputs(std::span<const std::byte> image, bool valid, bool fresh,
+                       std::chrono::nanoseconds late) noexcept {
   if (config_.is_virtual()) return simulate_drive();
   fresh_ = valid && fresh;
+  // Less than this share of a period is jitter: it matters less than the control step in which the drive measures.
+  constexpr int kJitterShare = 16;
+  late_cycles_ = kJitterShare * late > config_.period ? std::chrono::duration<double>(late) / config_.period : 0.0;
   if (!valid) {
     inputs_.state = snapshot::AxisState::kUnavailable;
     return;
@@ -389,7 +394,7 @@ void Axis::skip(std::int64_t periods) noexcept {
   if (pending_) change_->skip(periods - 1, mode_);
   if (compensation_) compensation_->skip(periods);
   const double step = setpoints_.whole_cycles() > 0 ? setpoints_.ago(0) - setpoints_.ago(1) : 0.0;
-  for (std::int64_t period = 1; period < periods; ++period) setpoints_.push(setpoints_.ago(0) + step);
+  setpoints_.extrapolate(periods - 1, step);
 }
 
 Axis::Targets Axis::targets_for(const trajectory::AxisSetpoint& setpoint) noexcept {
@@ -532,11 +537,13 @@ void Axis::compare(bool moving) noexcept {
   fresh_ = false;
 }
 
-/// Loops that the master closes compare with the setpoint of the same cycle.
+/// The setpoint of the instant at which the drive measured its position. Loops that the master closes compare with the
+/// setpoint of the same cycle.
 double Axis::followed_setpoint() const noexcept {
   if (pending_) return change_->reference_position();
-  if (by_positions(mode_)) return setpoints_.followed();
-  return cyclic(mode_) ? targets_.position : inputs_.position;
+  if (by_positions(mode_)) return late_cycles_ > 0.0 ? setpoints_.followed_later(late_cycles_) : setpoints_.followed();
+  if (!cyclic(mode_)) return inputs_.position;
+  return late_cycles_ > 0.0 ? setpoints_.continued(late_cycles_) : targets_.position;
 }
 
 /// The sums of targets and offsets are valid in the mode of the drive, and in every mode during a mode change.

@@ -144,7 +144,11 @@ void AxisCompensation::rest() noexcept {
 }
 
 void AxisCompensation::skip(std::int64_t periods) noexcept {
-  for (std::int64_t period = 1; period < periods; ++period) step();
+  // Only the last ones remain in the history.
+  const auto steps = std::max<std::int64_t>(periods - 1, 0);
+  const auto kept = std::min(steps, static_cast<std::int64_t>(sides_.whole_cycles()) + 2);
+  if (turning_) elapsed_s_ += period_s_ * static_cast<double>(steps - kept);
+  for (std::int64_t period = 0; period < kept; ++period) step();
 }
 
 }  // namespace driveline::ecat_master

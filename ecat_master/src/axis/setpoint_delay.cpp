@@ -33,9 +33,29 @@ void SetpointHistory::push(double position) noexcept {
   filled_ = std::min(filled_ + 1, positions_.size());
 }
 
+void SetpointHistory::extrapolate(std::int64_t cycles, double step) noexcept {
+  if (cycles <= 0) return;
+  // Older ones than the history holds would be overwritten.
+  const auto kept = std::min(cycles, static_cast<std::int64_t>(positions_.size()));
+  double position = ago(0) + static_cast<double>(cycles - kept) * step;
+  for (std::int64_t cycle = 0; cycle < kept; ++cycle) push(position += step);
+}
+
 double SetpointHistory::ago(std::size_t cycles) const noexcept {
   const auto age = std::min(cycles, std::max<std::size_t>(filled_, 1) - 1);
   return positions_[newest_ >= age ? newest_ - age : newest_ + positions_.size() - age];
+}
+
+double SetpointHistory::continued(double later_cycles) const noexcept {
+  return ago(0) + later_cycles * (ago(0) - ago(1));
+}
+
+double SetpointHistory::followed_later(double later_cycles) const noexcept {
+  const double age = static_cast<double>(whole_) + part_ - later_cycles;
+  if (age <= 0.0) return continued(-age);
+  const double whole = std::floor(age);
+  const double later = ago(static_cast<std::size_t>(whole));
+  return later + (age - whole) * (ago(static_cast<std::size_t>(whole) + 1) - later);
 }
 
 double SetpointHistory::followed() const noexcept {

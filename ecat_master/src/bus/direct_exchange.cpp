@@ -114,31 +114,39 @@ void DirectExchange::collect(std::span<Request> requests) {
   auto open = [this] {
     return std::any_of(flights_.begin(), flights_.end(), [](const Flight& f) { return f.pending; });
   };
-  while (open()) {
+  for (std::uint32_t unexpected = 0; open();) {
     if (const auto frame = port_.receive()) {
-      accept(requests, frame->bytes);
+      if (accept(requests, frame->bytes)) continue;
+      if (++unexpected < kMostUnexpected && clock_.now() < deadline) continue;
+      ++statistics_.floods;
+      break;
     } else if (clock_.now() >= deadline || !port_.wait_readable(deadline)) {
       break;
     }
   }
 }
 
-void DirectExchange::accept(std::span<Request> requests, std::span<const std::byte> frame) {
+/// Returns whether the frame is an answer that was awaited.
+bool DirectExchange::accept(std::span<Request> requests, std::span<const std::byte> frame) {
   const auto ethernet = wire::EthernetHeader::decode(frame);
-  if (!ethernet || FrameTag::from_mac(ethernet->source).instance != instance_) return note_foreign(frame);
+  if (!ethernet || FrameTag::from_mac(ethernet->source).instance != instance_) {
+    note_foreign(frame);
+    return false;
+  }
   const auto sequence = FrameTag::from_mac(ethernet->source).sequence;
   const auto flight = std::find_if(flights_.begin(), flights_.end(),
                                    [&](const Flight& f) { return f.pending && f.sequence == sequence; });
   if (flight == flights_.end()) {
     ++statistics_.frames_stale;
-    return;
+    return false;
   }
   if (!match_answers(requests.subspan(flight->first, flight->last - flight->first), frame)) {
     ++statistics_.frames_foreign;
-    return;
+    return false;
   }
   flight->pending = false;
   ++statistics_.frames_received;
+  return true;
 }
 
 void DirectExchange::note_foreign(std::span<const std::byte> frame) {

@@ -76,8 +76,7 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   begin(start);
   send(start.grid);
   mark(CyclePhase::kSend);
-  // A late wake-up must not turn an answer in flight into a lost frame: wait for at least half the window.
-  receive(std::max(start.grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2));
+  receive();
   mark(CyclePhase::kReceive);
   evaluate(start);
   grid_shift_ = {};
@@ -88,7 +87,7 @@ void CyclicCore::cycle(const rt::CycleStart& start) noexcept {
   const std::span<const bool> valid(slave_valid_.get(), conditions_.size());
   if (motion_ != nullptr) {
     motion_->read_inputs(image_.inputs(), valid, {slave_operational_.get(), conditions_.size()}, due_slaves(),
-                         exchanged_at_ - start.wake);
+                         exchanged_at_ - start.wake, sent_at_ - start.grid);
   }
   mark(CyclePhase::kInputs);
   if (settings_.tasks != nullptr) settings_.tasks->begin(start);
@@ -199,9 +198,11 @@ nanoseconds CyclicCore::first_grid(nanoseconds earliest) const noexcept {
 
 void CyclicCore::tally(const rt::CycleStart& start, nanoseconds cost) noexcept {
   cycles_shared_.store(++cycles_, std::memory_order_release);
+  if (flooded_) flooded_cycles_.add();
   if (!counting_) return;
   statistics_.cycles += 1;
   statistics_.missed_periods += missed_now_;
+  if (flooded_) ++statistics_.flooded_cycles;
   const auto late = start.late(settings_.period);
   rt::record_lateness(statistics_.wake_latency, late, start.missed, settings_.period);
   if (start.missed > 0 && late > statistics_.longest_absence) {
@@ -238,6 +239,8 @@ void CyclicCore::prepare() noexcept {
 /// Sends the frames at the instant of the cycle, or at once if that has passed.
 void CyclicCore::send(nanoseconds grid) noexcept {
   awaited_ = 0;
+  unexpected_ = unexpected_late_ = 0;
+  flooded_ = false;
   received_at_ = {};
   port_.hold_until(grid);
   for (auto& frame : frames_) {
@@ -248,10 +251,12 @@ void CyclicCore::send(nanoseconds grid) noexcept {
     if (!prepared_ || zero != frame.outputs_are_zero()) frame.prepare(image_, zero);
     // A frame that could not be sent is counted as lost at the end of the cycle.
     static_cast<void>(frame.send(port_, FrameTag{settings_.instance, ++sequence_}));
-    ++awaited_;
-    if (first) sent_at_ = port_.last_send_time();
+    // The first frame is due less often than others if its group is.
+    if (++awaited_ == 1) sent_at_ = port_.last_send_time();
   }
   prepared_ = false;
+  // A late wake-up must not turn an answer in flight into a lost frame: wait for at least half the window.
+  deadline_ = std::max(grid + settings_.receive_window, sent_at_ + settings_.receive_window / 2);
   take_what_is_back();
   sequence_ = acyclic_.send_due(port_, FrameTag{settings_.instance, sequence_}).sequence;
 }
@@ -261,31 +266,31 @@ void CyclicCore::send(nanoseconds grid) noexcept {
 void CyclicCore::take_what_is_back() noexcept {
   while (acyclic_.awaits_round()) {
     const auto frame = port_.receive();
-    if (!frame) return;
-    dispatch(*frame);
+    if (!frame || !take(*frame)) return;
   }
 }
 
 /// Polls the port until all cyclic frames are back or the deadline has passed. Later frames in the queue wait for the
 /// next cycle unless an acyclic answer is expected, because another poll costs a system call.
-void CyclicCore::receive(nanoseconds deadline) noexcept {
+void CyclicCore::receive() noexcept {
   auto yielded_at = sent_at_;
-  const bool slept = sleep_towards_answers(deadline);
+  const bool slept = sleep_towards_answers();
   bool waited = false;
   // Poll once more after the deadline: a thread that was suspended meanwhile then finds the frames that have arrived.
   for (bool expired = false;;) {
     if (const auto frame = port_.receive()) {
-      dispatch(*frame);
+      const bool more = take(*frame);
       exchanged_at_ = frame->time;
+      if (!more) break;
       if (acyclic_.in_flight() || !all_received()) continue;
       break;
     }
     exchanged_at_ = clock_.now();
     if (expired || all_received()) break;
-    expired = exchanged_at_ >= deadline;
+    expired = exchanged_at_ >= deadline_;
     if (expired) continue;
     waited = true;
-    wait_on(deadline, yielded_at);
+    wait_on(yielded_at);
   }
   if (settings_.receive != ReceiveStrategy::kSleep || !all_received()) return;
   receive_wait_.returned(received_at_ - sent_at_);
@@ -293,19 +298,19 @@ void CyclicCore::receive(nanoseconds deadline) noexcept {
 }
 
 /// Returns whether it has slept.
-bool CyclicCore::sleep_towards_answers(nanoseconds deadline) noexcept {
+bool CyclicCore::sleep_towards_answers() noexcept {
   if (settings_.receive != ReceiveStrategy::kSleep || all_received()) return false;
   const auto wake_at = receive_wait_.wake_at(sent_at_);
-  if (!wake_at || *wake_at >= deadline || *wake_at <= clock_.now()) return false;
+  if (!wake_at || *wake_at >= deadline_ || *wake_at <= clock_.now()) return false;
   clock_.sleep_until(*wake_at);
   receive_wait_.woke(*wake_at, clock_.now());
   return true;
 }
 
 /// One step of the wait for frames.
-void CyclicCore::wait_on(nanoseconds deadline, nanoseconds& yielded_at) noexcept {
+void CyclicCore::wait_on(nanoseconds& yielded_at) noexcept {
   if (settings_.receive == ReceiveStrategy::kBlock) {
-    static_cast<void>(port_.wait_readable(deadline));
+    static_cast<void>(port_.wait_readable(deadline_));
     return;
   }
   // A simulated line on the same CPU, or the receiving thread of the kernel, answers only when it is scheduled.
@@ -317,25 +322,38 @@ void CyclicCore::wait_on(nanoseconds deadline, nanoseconds& yielded_at) noexcept
   }
 }
 
-void CyclicCore::dispatch(const port::ReceivedFrame& frame) noexcept {
+/// Handles a frame; false: receive no more in this cycle. Only an unexpected frame costs a look at the clock, as there
+/// are no more expected ones than were sent.
+bool CyclicCore::take(const port::ReceivedFrame& frame) noexcept {
+  if (dispatch(frame)) return true;
+  ++unexpected_;
+  if (clock_.now() >= deadline_) ++unexpected_late_;
+  const auto late_limit = kMostUnexpectedLate + frames_.size();
+  flooded_ = unexpected_ >= kMostUnexpected || unexpected_late_ >= late_limit;
+  return !flooded_;
+}
+
+/// Returns whether the frame was expected.
+bool CyclicCore::dispatch(const port::ReceivedFrame& frame) noexcept {
   const bool complete = frame.bytes.size() >= wire::EthernetHeader::kSize;
   const auto tag = complete ? FrameTag::of(frame.bytes) : FrameTag{};
   if (!complete || tag.instance != settings_.instance) {
     note_foreign(frame.bytes);
-    return;
+    return false;
   }
   for (auto& cyclic : frames_) {
     if (cyclic.accept(frame.bytes, tag, image_, conditions_)) {
       received_at_ = frame.time;
       --awaited_;
-      return;
+      return true;
     }
   }
-  if (acyclic_.accept(frame.bytes, tag)) return;
+  if (acyclic_.accept(frame.bytes, tag)) return true;
   stale_frames_.add();
-  if (!counting_) return;
+  if (!counting_) return false;
   ++statistics_.stale_frames;
   if (was_missing(tag.sequence)) ++statistics_.late_frames;
+  return false;
 }
 
 void CyclicCore::note_foreign(std::span<const std::byte> frame) noexcept {
@@ -539,9 +557,18 @@ void CyclicCore::publish(const rt::CycleStart& start, nanoseconds cost) noexcept
   ecat_master::publish(*motion_, line, *rings_.axes);
 }
 
-/// Triggers the recorder when the motion has failed, or when process data have been bad for kBadCycles cycles.
+/// Whether the process data of a group have now been bad for so many exchanges that the recorder is triggered.
+bool CyclicCore::turned_bad_for_long() const noexcept {
+  constexpr std::uint32_t kBadExchanges = 8;
+  if (!uneven_) return bad_cycles_.load(std::memory_order_relaxed) == kBadExchanges;
+  for (std::size_t i = 0; i < group_count_; ++i) {
+    if (tallies_[i].due && groups_[i].bad_cycles.load(std::memory_order_relaxed) == kBadExchanges) return true;
+  }
+  return false;
+}
+
+/// Triggers the recorder when the motion has failed, or when process data have been bad for long.
 void CyclicCore::record(const snapshot::LineSample& line) noexcept {
-  constexpr std::uint32_t kBadCycles = 8;
   std::span<const Axis> axes;
   if (motion_ != nullptr) {
     axes = motion_->axes();
@@ -549,7 +576,7 @@ void CyclicCore::record(const snapshot::LineSample& line) noexcept {
     if (failed && !failure_recorded_) settings_.recorder->trigger();
     failure_recorded_ = failed;
   }
-  if (bad_cycles_.load(std::memory_order_relaxed) == kBadCycles) settings_.recorder->trigger();
+  if (turned_bad_for_long()) settings_.recorder->trigger();
   settings_.recorder->record(line, axes);
 }
 

@@ -97,11 +97,13 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
       supplies_(axes_.size()),
       absences_(axes_.size()),
       presence_shared_(std::make_unique<std::atomic<AxisPresence>[]>(axes_.size())),
-      bad_cycles_(axes_.size()),
+      bad_exchanges_(axes_.size()),
       arrests_(axes_.size()),
       exchanged_(axes_.size()),
       seen_(axes_.size()) {
+  const LostLimit lost{settings_.bad_cycle_limit, settings_.bad_time_limit};
   for (const auto& axis : axes_) {
+    lost_limits_.push_back(lost.exchanges_of(axis.divider(), settings_.period));
     position_watches_.emplace_back(axis.config(), settings_.period);
     coast_watches_.emplace_back(axis.config(), seconds(1));
     following_watches_.emplace_back(axis.config(), settings_.period);
@@ -117,7 +119,7 @@ Motion::Motion(std::vector<Axis> axes, Settings settings)
     if (!axis.complete()) throw std::invalid_argument("motion: the process data of an axis lack what its mode needs");
   }
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    supplies_[i].given = {axes_[i].config(), seconds(1)};
+    supplies_[i].given = {axes_[i].config(), seconds(1), axes_[i].divider()};
     most_[i] = kStepMargin * axes_[i].config().limits.max_velocity;
   }
   set_ranges();
@@ -143,8 +145,8 @@ double Motion::seconds(std::int64_t cycles) const noexcept {
 }
 
 void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
-                         std::span<const bool> operational, std::span<const bool> fresh,
-                         std::chrono::nanoseconds took) noexcept {
+                         std::span<const bool> operational, std::span<const bool> fresh, std::chrono::nanoseconds took,
+                         std::chrono::nanoseconds late) noexcept {
   exchange_took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto slave = axes_[i].config().slave;
@@ -152,13 +154,15 @@ void Motion::read_inputs(std::span<const std::byte> image, std::span<const bool>
     const bool ok = alone || valid[slave];
     const bool now = alone || fresh.empty() || fresh[slave];
     exchanged_[i] = static_cast<char>(ok && now);
-    if (now) seen_[i] = static_cast<char>(ok);
-    bad_cycles_[i] = ok ? 0 : bad_cycles_[i] + 1;
-    // Single bad cycles are bridged with the inputs of the last good cycle.
-    if (ok || bad_cycles_[i] >= settings_.bad_cycle_limit) axes_[i].read_inputs(image, ok, now);
+    if (now) {
+      seen_[i] = static_cast<char>(ok);
+      bad_exchanges_[i] = ok ? 0 : bad_exchanges_[i] + 1;
+    }
+    // Single bad exchanges are bridged with the inputs of the last good one.
+    if (ok || lost(i)) axes_[i].read_inputs(image, ok, now, late);
     const bool in_op = alone || operational[slave];
     if (ok && !in_op) axes_[i].set_unavailable();
-    supplies_[i].given.set_reached(ok && in_op);
+    supplies_[i].given.set_reached(ok && in_op, now);
   }
 }
 
@@ -182,7 +186,7 @@ void Motion::obey(std::int64_t cycle) noexcept {
 
 void Motion::start(std::int64_t cycle) noexcept {
   if (phase_ != MotionPhase::kIdle) return;
-  failure_ = {};
+  set_failure({});
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     set_presence(i, AxisPresence::kPresent, cycle);
     anchors_[i].reset();
@@ -194,16 +198,10 @@ void Motion::start(std::int64_t cycle) noexcept {
 }
 
 void Motion::stop(std::int64_t cycle) noexcept {
-  if (phase_ == MotionPhase::kEnabling) {
-    // Without power a braking axis would coast again.
-    bool moves = false;
-    for (std::size_t i = 0; i < axes_.size(); ++i) moves = moves || arresting(i);
-    enter(moves ? MotionPhase::kQuickStop : MotionPhase::kDisabling, cycle);
-  }
-  if (powered() && phase_ != MotionPhase::kStopping) {
-    plan_stop();
-    enter(MotionPhase::kStopping, cycle);
-  }
+  if (phase_ == MotionPhase::kEnabling) abandon_enabling(cycle);
+  if (!powered() || phase_ == MotionPhase::kStopping) return;
+  plan_stop();
+  enter(MotionPhase::kStopping, cycle);
 }
 
 /// Checks for axes that cannot continue.
@@ -219,14 +217,19 @@ void Motion::watch_axis(std::size_t axis, std::int64_t cycle) noexcept {
     if (absences_[axis].presence == AxisPresence::kMissing || absences_[axis].presence == AxisPresence::kEnabling)
       return;
   }
-  if (bad_cycles_[axis] >= settings_.bad_cycle_limit) {
-    const bool all_lost = std::all_of(bad_cycles_.begin(), bad_cycles_.end(),
-                                      [this](std::uint32_t bad) { return bad >= settings_.bad_cycle_limit; });
-    return fail(all_lost ? Cause::kCommunication : Cause::kAxisLost, axis, cycle);
-  }
+  if (lost(axis)) return fail(all_lost_with(axis) ? Cause::kCommunication : Cause::kAxisLost, axis, cycle);
   if (axes_[axis].fault() || axes_[axis].reports_fault()) return fail(Cause::kAxisFault, axis, cycle);
   if (!axes_[axis].enabled()) return fail(Cause::kAxisLost, axis, cycle);
   watch_following(axis, cycle);
+}
+
+/// Whether all axes have been without valid process data for as long as this one may be, whatever their dividers.
+bool Motion::all_lost_with(std::size_t axis) const noexcept {
+  const auto allowed = std::uint64_t{lost_limits_[axis]} * axes_[axis].divider();
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (std::uint64_t{bad_exchanges_[i]} * axes_[i].divider() < allowed) return false;
+  }
+  return true;
 }
 
 /// During a stop a following error does not matter any more.
@@ -234,33 +237,44 @@ void Motion::watch_following(std::size_t axis, std::int64_t cycle) noexcept {
   const double error = axes_[axis].following_error();
   if (!following_watches_[axis].judge(cycle, error, phase_ != MotionPhase::kStopping)) return;
   const auto& inputs = axes_[axis].inputs();
-  failure_ = {MotionFailure::Cause::kFollowingError,
-              static_cast<std::uint16_t>(axis),
-              inputs.status_word,
-              inputs.error_code,
-              {},
-              error};
+  set_failure({MotionFailure::Cause::kFollowingError,
+               static_cast<std::uint16_t>(axis),
+               inputs.status_word,
+               inputs.error_code,
+               {},
+               error});
   plan_stop();
   enter(MotionPhase::kStopping, cycle);
 }
 
-void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept {
+/// A failure is published before the phase that it causes.
+void Motion::set_failure(const MotionFailure& failure) noexcept {
+  failure_ = failure;
+  failure_shared_.write(failure);
+}
+
+void Motion::fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle, double reaches) noexcept {
   const auto& inputs = axes_[axis].inputs();
   // The first failure counts; more may follow until standstill.
   if (failure_.cause == MotionFailure::Cause::kNone) {
-    failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code,
-                position_watches_[axis].unsteady()};
+    set_failure({cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code,
+                 position_watches_[axis].unsteady(), 0.0, reaches});
   }
   enter(MotionPhase::kQuickStop, cycle);
 }
 
 void Motion::advance(std::int64_t cycle) noexcept {
-  if (!powered()) return advance_powerless(cycle);
+  if (!powered()) {
+    held_up_ = 0;
+    return advance_powerless(cycle);
+  }
   if (path_must_wait_for_setpoints()) {
     fall_behind(1);
+    ++held_up_;
     for (std::size_t i = 0; i < axes_.size(); ++i) bridge(i);
     return;
   }
+  held_up_ = 0;
   ++given_;
   switch (phase_) {
     case MotionPhase::kApproach: {

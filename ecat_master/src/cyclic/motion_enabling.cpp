@@ -46,6 +46,13 @@ bool Motion::arrest(std::size_t axis) noexcept {
   return !arresting(axis);
 }
 
+/// Ends the enabling. Without power an axis that is being braked would coast again, so its drive stops it.
+void Motion::abandon_enabling(std::int64_t cycle) noexcept {
+  bool braked = false;
+  for (std::size_t i = 0; i < axes_.size(); ++i) braked = braked || arresting(i);
+  enter(braked ? MotionPhase::kQuickStop : MotionPhase::kDisabling, cycle);
+}
+
 /// Whether the axis is still being braked.
 bool Motion::arresting(std::size_t axis) const noexcept {
   const auto& [stop, given] = arrests_[axis];

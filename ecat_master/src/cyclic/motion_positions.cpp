@@ -42,8 +42,8 @@ void Motion::stop_for(const PositionFinding& finding, std::size_t axis, std::int
   setpoints_[axis].velocity += axes_[axis].disable_position_loop();
   const auto& inputs = axes_[axis].inputs();
   const auto cause = finding.kind == PositionFinding::Kind::kLeap ? Cause::kPositionLeap : Cause::kPositionFrozen;
-  failure_ = {cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code, finding};
-  if (phase_ == MotionPhase::kEnabling) return enter(MotionPhase::kDisabling, cycle);
+  set_failure({cause, static_cast<std::uint16_t>(axis), inputs.status_word, inputs.error_code, finding});
+  if (phase_ == MotionPhase::kEnabling) return abandon_enabling(cycle);
   plan_stop();
   enter(MotionPhase::kStopping, cycle);
 }

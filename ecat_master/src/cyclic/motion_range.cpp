@@ -28,9 +28,7 @@ bool Motion::begins_in_range(std::size_t axis, std::int64_t cycle) noexcept {
   const double highest = path ? extents_[axis].highest + anchor : source_start_[axis].position;
   const bool below = lowest < reaches_[axis].lowest;
   if (!below && highest <= reaches_[axis].highest) return true;
-  const bool first = failure_.cause == MotionFailure::Cause::kNone;
-  fail(MotionFailure::Cause::kOutsideRange, axis, cycle);
-  if (first) failure_.reaches = below ? lowest : highest;
+  fail(MotionFailure::Cause::kOutsideRange, axis, cycle, below ? lowest : highest);
   return false;
 }
 

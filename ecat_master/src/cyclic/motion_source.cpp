@@ -63,8 +63,8 @@ bool Motion::check_setpoints(std::int64_t cycle) noexcept {
     const auto cause = judge_setpoint(i);
     if (cause == MotionFailure::Cause::kNone) continue;
     const auto& inputs = axes_[i].inputs();
-    failure_ = {cause, static_cast<std::uint16_t>(i), inputs.status_word, inputs.error_code, {}};
-    if (cause == MotionFailure::Cause::kOutsideRange) failure_.reaches = reach(i);
+    const double reaches = cause == MotionFailure::Cause::kOutsideRange ? reach(i) : 0.0;
+    set_failure({cause, static_cast<std::uint16_t>(i), inputs.status_word, inputs.error_code, {}, 0.0, reaches});
     plan_stop();
     enter(MotionPhase::kStopping, cycle);
     // The setpoint of this cycle is already the first of the stop.

@@ -35,7 +35,7 @@ void Motion::bridge(std::size_t axis) noexcept {
     setpoints_[axis] = axes_[axis].held();
     return;
   }
-  setpoints_[axis] = supply.given.bridge();
+  setpoints_[axis] = supply.given.bridge(held_up_);
   supply.beside_path = true;
   supply.return_motion.reset();
 }
@@ -80,16 +80,24 @@ void Motion::tell_path_late() noexcept {
   path_late_shared_.store(std::llround(source_->behind_s() * 1e9), std::memory_order_relaxed);
 }
 
+/// Whether an absence of the master is so long that the position of the drive cannot be predicted.
+bool Motion::too_long(std::size_t axis, std::int64_t missed) const noexcept {
+  return missed > std::int64_t{lost_limits_[axis]} * axes_[axis].divider();
+}
+
 AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
   bool moving = powered();
-  for (std::size_t i = 0; i < axes_.size(); ++i) moving = moving || arresting(i);
-  const bool too_long = missed > settings_.bad_cycle_limit;
+  bool bridged = false;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    moving = moving || arresting(i);
+    bridged = bridged || !too_long(i, missed);
+  }
   // A coasting axis kept moving: enable it only after its position was read again, else extrapolate its motion.
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (axes_[i].stays_on()) continue;
     seen_[i] = 0;
     axes_[i].coast_on(seconds(missed));
-    if (too_long && coast_watches_[i].coasts()) forget_place(i);
+    if (too_long(i, missed) && coast_watches_[i].coasts()) forget_place(i);
     if (phase_ == MotionPhase::kEnabling) setpoints_[i] = axes_[i].held();
   }
   if (!moving) {
@@ -97,11 +105,13 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
       axes_[i].write_outputs(image, goal(i), reset_due(i, cycle), setpoints_[i]);
     return AbsenceEffect::kNone;
   }
-  if (!too_long) fall_behind(missed);
+  if (bridged) fall_behind(missed);
+  auto effect = AbsenceEffect::kBridged;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (!powered() && !arresting(i)) continue;
-    if (too_long) {
+    if (too_long(i, missed)) {
       give_up(i, cycle);
+      effect = AbsenceEffect::kStopped;
       continue;
     }
     supplies_[i].given.skip(missed, axes_[i].mode_in_force());
@@ -111,7 +121,7 @@ AbsenceEffect Motion::resume(std::int64_t cycle, std::int64_t missed, std::span<
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     axes_[i].write_outputs(image, goal(i), reset_due(i, cycle), setpoints_[i]);
   }
-  return too_long ? AbsenceEffect::kStopped : AbsenceEffect::kBridged;
+  return effect;
 }
 
 /// The position of the drive cannot be predicted any more, so it stops on its own. An axis with a loss policy is

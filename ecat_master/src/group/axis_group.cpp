@@ -12,8 +12,6 @@ constexpr std::size_t kRequests = 256;
 constexpr std::size_t kReturned = 8;
 /// Maximum number of moves settled in one cycle.
 constexpr int kSettledPerCycle = 128;
-/// Maximum number of skipped periods; an axis does not survive a longer gap.
-constexpr std::int64_t kMaxSkipped = 64;
 
 }  // namespace
 
@@ -105,11 +103,6 @@ void AxisGroup::step() noexcept {
   if (path_ == nullptr) return;
   completed_ = path_->completed();
   place_ = path_->step(setpoints_);
-}
-
-/// Without new setpoints the drives continue along the path at their last velocity, so the path advances, too.
-void AxisGroup::skip(std::int64_t missed) noexcept {
-  for (std::int64_t i = 0; i < std::min(missed, kMaxSkipped) && leads(); ++i) step();
 }
 
 void AxisGroup::take_path() noexcept {

@@ -83,7 +83,7 @@ class AxisGroup final : public SetpointFeed {
   void join(std::size_t axis, const trajectory::AxisSetpoint& from) noexcept override;
   void leave(std::size_t axis) noexcept override;
   [[nodiscard]] bool next(double period_s, std::span<trajectory::AxisSetpoint> setpoints) noexcept override;
-  void skip(std::int64_t missed) noexcept override;
+  [[nodiscard]] bool waits() const noexcept override { return path_ != nullptr && leads(); }
   [[nodiscard]] bool keeps_ranges() const noexcept override { return true; }
 
  private:

@@ -122,6 +122,7 @@ class ProcessImage::Builder {
     const bool overlapped = settings_.layout == ImageLayout::kOverlapped;
     const std::size_t data = overlapped ? std::max(out, in) : out + in;
     place.group = demand.group;
+    place.divider = image_.groups_[demand.group].divider;
     if (data + status == 0) return {};
     if (data + status > kMaxDatagramBytes)
       return tl::unexpected(

@@ -224,7 +224,7 @@ void SingleAxes::publish(std::size_t axis) noexcept {
 
 void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
                              std::span<const bool> operational, std::span<const bool> fresh,
-                             std::chrono::nanoseconds took) noexcept {
+                             std::chrono::nanoseconds took, std::chrono::nanoseconds late) noexcept {
   took_ = took;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const auto slave = axes_[i].config().slave;
@@ -233,7 +233,7 @@ void SingleAxes::read_inputs(std::span<const std::byte> image, std::span<const b
       single_[i].read_inputs(image, true, true, true);
       continue;
     }
-    single_[i].read_inputs(image, valid[slave], operational[slave], fresh.empty() || fresh[slave]);
+    single_[i].read_inputs(image, valid[slave], operational[slave], fresh.empty() || fresh[slave], late);
   }
   for (auto* const signal : signals_) signal->read_inputs(image, valid, fresh);
 }
@@ -304,18 +304,24 @@ bool SingleAxes::followed(const Feed& feed) noexcept {
 
 void SingleAxes::advance(Feed& feed) noexcept {
   if (!followed(feed)) return;
-  const bool goes_on = feed.feed->next(period_s_, feed.setpoints);
+  const bool waits = feed.feed->waits() && !all_reached(feed);
+  const bool goes_on = waits || feed.feed->next(period_s_, feed.setpoints);
   for (std::size_t i = 0; i < feed.axes.size(); ++i) {
     if (feed.joined[i] == 0) continue;
-    single_[feed.axes[i]].advance(goes_on ? &feed.setpoints[i] : nullptr);
+    single_[feed.axes[i]].advance(goes_on ? &feed.setpoints[i] : nullptr, waits);
   }
+}
+
+/// Whether all axes that follow the feed got their last setpoints.
+bool SingleAxes::all_reached(const Feed& feed) const noexcept {
+  for (std::size_t i = 0; i < feed.axes.size(); ++i) {
+    if (feed.joined[i] != 0 && !single_[feed.axes[i]].reached()) return false;
+  }
+  return true;
 }
 
 AbsenceEffect SingleAxes::resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept {
   auto effect = AbsenceEffect::kNone;
-  for (auto& each : feeds_) {
-    if (followed(each)) each.feed->skip(missed);
-  }
   for (auto* const signal : signals_) signal->skip(missed);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     effect = std::max(effect, single_[i].resume(cycle, missed));

@@ -25,16 +25,21 @@ SingleAxis::SingleAxis(Axis& axis, RequestTable& table, const Settings& settings
       watch_(axis.config(), settings.period),
       following_watch_(axis.config(), settings.period),
       coast_(axis.config(), period_s_),
-      supply_(axis.config(), period_s_) {}
+      supply_(axis.config(), period_s_, axis.divider()),
+      lost_limit_(
+          LostLimit{settings.bad_cycle_limit, settings.bad_time_limit}.exchanges_of(axis.divider(), settings.period)) {}
 
-void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept {
+void SingleAxis::read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh,
+                             std::chrono::nanoseconds late) noexcept {
   exchanged_ = valid && fresh;
-  if (fresh) seen_ = valid;
-  bad_cycles_ = valid ? 0 : bad_cycles_ + 1;
-  // Single bad cycles are bridged with the inputs of the last good cycle.
-  if (valid || bad_cycles_ >= settings_.bad_cycle_limit) axis_->read_inputs(image, valid, fresh);
+  if (fresh) {
+    seen_ = valid;
+    bad_exchanges_ = valid ? 0 : bad_exchanges_ + 1;
+  }
+  // Single bad exchanges are bridged with the inputs of the last good one.
+  if (valid || lost()) axis_->read_inputs(image, valid, fresh, late);
   if (valid && !operational) axis_->set_unavailable();
-  supply_.set_reached(valid && operational);
+  supply_.set_reached(valid && operational, fresh);
 }
 
 void SingleAxis::begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept {
@@ -130,7 +135,7 @@ void SingleAxis::watch_enabling() noexcept {
 }
 
 void SingleAxis::watch_power() noexcept {
-  if (bad_cycles_ >= settings_.bad_cycle_limit) return fail(AxisError::kLost);
+  if (lost()) return fail(AxisError::kLost);
   if (axis_->fault() || axis_->reports_fault())
     return fail(homing_has_failed() ? AxisError::kHoming : AxisError::kFault);
   if (!axis_->enabled()) return fail(AxisError::kLost);
@@ -155,11 +160,12 @@ void SingleAxis::fail(AxisError error) noexcept {
   if (power_ != Power::kOff && power_ != Power::kDisabling) enter(Power::kQuickStop);
 }
 
-void SingleAxis::advance(const trajectory::AxisSetpoint* fed) noexcept {
+void SingleAxis::advance(const trajectory::AxisSetpoint* fed, bool waits) noexcept {
   advance_reset();
   advance_mode();
   advance_probe();
-  if (powered()) return advance_motion(fed);
+  held_up_ = waits ? held_up_ + 1 : 0;
+  if (powered()) return advance_motion(fed, waits);
   advance_powerless();
 }
 
@@ -289,11 +295,11 @@ AbsenceEffect SingleAxis::resume(std::int64_t cycle, std::int64_t missed) noexce
     // A coasting axis kept moving: enable it only after its position was read again, else extrapolate its motion.
     seen_ = false;
     axis_->coast_on(static_cast<double>(missed) * period_s_);
-    if (missed > settings_.bad_cycle_limit && coast_.coasts()) forget_place();
+    if (too_long(missed) && coast_.coasts()) forget_place();
     if (!axis_->stays_on()) setpoint_ = axis_->held();
     return AbsenceEffect::kNone;
   }
-  if (missed > settings_.bad_cycle_limit) {
+  if (too_long(missed)) {
     fail(AxisError::kMasterAway);
     return AbsenceEffect::kStopped;
   }

@@ -254,15 +254,15 @@ bool SingleAxis::plan_position(const Move& move) noexcept {
 }
 
 /// Computes the setpoint of this cycle. Time does not advance for a setpoint that may not have reached the drive: the
-/// motion waits, and the axis returns to it within its limits.
-void SingleAxis::advance_motion(const AxisSetpoint* fed) noexcept {
+/// motion waits, and the axis returns to it within its limits. The path of several axes waits for each of them.
+void SingleAxis::advance_motion(const AxisSetpoint* fed, bool waits) noexcept {
   if (by_drive_ != ByDrive::kNone) return advance_by_drive();
   if (search_ != Search::kNone) advance_search();
   if (torque_ == Torque::kEntering) enter_torque();
   if (torque_ == Torque::kLed) return advance_torque();
-  if (!supply_.reached()) {
-    // A feed does not wait.
-    if (follows() && usable(fed)) static_cast<void>(rejoin_.step(fed_to(*fed), period_s_));
+  if (!supply_.reached() || waits) {
+    // Other feeds than a path do not wait.
+    if (!waits && follows() && usable(fed)) static_cast<void>(rejoin_.step(fed_to(*fed), period_s_));
     return bridge();
   }
   if (beside_ && !return_motion_) {
@@ -298,7 +298,7 @@ void SingleAxis::tell_reached() noexcept {
 }
 
 void SingleAxis::bridge() noexcept {
-  setpoint_ = supply_.bridge();
+  setpoint_ = supply_.bridge(held_up_);
   step_velocity_ = setpoint_.velocity;
   beside_ = true;
   return_motion_.reset();

@@ -165,12 +165,22 @@ std::vector<ecat_master::Axis> make_axes(const LineConfig& config, const ecat_ma
   return axes;
 }
 
+namespace {
+
+/// Returns the limit of lost exchanges as a time; 0: the file gives it as a number.
+std::chrono::nanoseconds lost_time(const LineConfig& config) {
+  return config.max_lost_ms ? config.max_lost_cycles * config.period : std::chrono::nanoseconds{0};
+}
+
+}  // namespace
+
 ecat_master::Motion::Settings motion_settings(const LineConfig& config) {
   ecat_master::Motion::Settings settings;
   settings.period = config.period;
   settings.repeat = config.path && config.path->repeat;
   settings.relative = !config.path || config.path->relative;
   settings.bad_cycle_limit = config.max_lost_cycles;
+  settings.bad_time_limit = lost_time(config);
   if (config.path) settings.late = config.path->late;
   settings.compensate_dead_time = compensates_dead_time(config);
   return settings;
@@ -180,6 +190,7 @@ ecat_master::SingleAxes::Settings single_axis_settings(const LineConfig& config)
   ecat_master::SingleAxes::Settings settings;
   settings.period = config.period;
   settings.bad_cycle_limit = config.max_lost_cycles;
+  settings.bad_time_limit = lost_time(config);
   return settings;
 }
 

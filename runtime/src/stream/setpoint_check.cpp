@@ -10,8 +10,8 @@ namespace {
 using stream::Refusal;
 using Figure = SetpointFault::Figure;
 
-/// Times beyond this (146 years) are invalid; differences of valid times do not overflow.
-constexpr std::int64_t kLatestNs = std::int64_t{1} << 62;
+/// Times beyond this (73 years) are invalid; differences of valid times, and sums with a delay, do not overflow.
+constexpr std::int64_t kLatestNs = std::int64_t{1} << 61;
 /// Factor by which a limit may be exceeded by rounding.
 constexpr double kRounding = 1.0 + 1e-9;
 

@@ -91,6 +91,7 @@ void DriveLine::leave_alone(nanoseconds duration) {
 runtime::LineConfig LineOperation::describe(std::size_t drives, const RunOptions& options) {
   runtime::LineConfig config;
   config.period = options.period;
+  config.max_lost_cycles = options.max_lost_cycles;
   config.recovery.axes = options.on_loss;
   auto& path = config.path.emplace();
   path.repeat = options.repeat;
@@ -181,6 +182,7 @@ ecat_master::MotionControl& LineOperation::make_motion() {
     for (const auto& config : options_.virtual_axes) axes.emplace_back(config);
     ecat_master::SingleAxes::Settings settings;
     settings.period = options_.period;
+    settings.bad_cycle_limit = options_.max_lost_cycles;
     settings.enable_timeout = options_.enable_timeout;
     settings.homing_timeout = options_.homing_timeout;
     settings.target_timeout = options_.target_timeout;

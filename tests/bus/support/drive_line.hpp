@@ -71,6 +71,7 @@ struct RunOptions {
   std::function<std::vector<ecat_master::ProcessDataCopy>(const ecat_master::Master&)> copies{};
   ecat_master::LossPolicy on_loss = ecat_master::LossPolicy::kStop;  ///< loss policy of every axis
   ecat_master::LatePolicy late = ecat_master::LatePolicy::kStay;     ///< late policy of the path
+  std::uint32_t max_lost_cycles = 8;                                 ///< LineConfig::max_lost_cycles
   std::vector<ecat_master::StartupSdo> startup{};                    ///< start-up SDOs of every drive, after its own
   bool plan_serials = false;                      ///< the plan names the serial number of every drive
   std::optional<double> setpoint_delay_cycles{};  ///< setpoint delay of every axis

@@ -29,6 +29,7 @@ runtime::RunReport report_of_a_run() {
   statistics.wkc_errors = 3;
   statistics.lost_frames = 4;
   statistics.late_frames = 3;
+  statistics.flooded_cycles = 6;
   statistics.longest_absence = nanoseconds{1'375'000};
   report.longest_absence_at_s = 0.85;
   report.path_late = std::chrono::milliseconds{2};
@@ -64,7 +65,7 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
                                    "dc", "axes", "telemetry", "faults", "files",
                                    // Added since:
                                    "events", "recoveries", "late_frames", "round_trip_modelled", "longest_absence_ns",
-                                   "longest_absence_at_s", "path_late_ns", "realtime_thread"));
+                                   "longest_absence_at_s", "path_late_ns", "realtime_thread", "flooded_cycles"));
   for (const auto* times : {"wake_latency_ns", "cycle_cost_ns", "round_trip_ns"}) {
     EXPECT_THAT(keys(document[times]), UnorderedElementsAre("p50", "p99", "p999", "max"));
   }
@@ -79,7 +80,7 @@ TEST(RunReport, JsonHasTheFigures) {
   EXPECT_EQ(to_json(report_of_a_run()), json::parse(R"({
     "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0,
     "cycles": 39990, "missed_periods": 10, "wkc_errors": 3, "lost_frames": 4,
-    "late_frames": 3, "longest_absence_ns": 1375000, "longest_absence_at_s": 0.85, "path_late_ns": 2000000,
+    "late_frames": 3, "flooded_cycles": 6, "longest_absence_ns": 1375000, "longest_absence_at_s": 0.85, "path_late_ns": 2000000,
     "wake_latency_ns": {"p50": 50, "p99": 99, "p999": 100, "max": 100},
     "cycle_cost_ns": {"p50": 8000, "p99": 8000, "p999": 8000, "max": 8000},
     "round_trip_ns": {"p50": 60, "p99": 60, "p999": 60, "max": 60}, "round_trip_modelled": false, "realtime_thread": null,
@@ -149,6 +150,7 @@ TEST(RunReport, TextHasTheFigures) {
   EXPECT_THAT(text, HasSubstr("  missed periods         10\n"));
   EXPECT_THAT(text, HasSubstr("  WKC errors              3\n"));
   EXPECT_THAT(text, HasSubstr("  lost frames             4 (3 of them came late)\n"));
+  EXPECT_THAT(text, HasSubstr("  flooded cycles          6   (too many frames of other senders)\n"));
   EXPECT_THAT(text, HasSubstr("  longest absence       1.4 ms, at 0.850 s\n"));
   EXPECT_THAT(text, HasSubstr("  path late             2.0 ms\n"));
   EXPECT_THAT(text, HasSubstr("  wake-up latency             0.1      0.1      0.1      0.1\n"));

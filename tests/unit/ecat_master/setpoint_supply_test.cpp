@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -43,6 +47,88 @@ TEST(SetpointSupply, ADriveThatHoldsItsVelocityIsToldTheSameAgain) {
   EXPECT_DOUBLE_EQ(supply.bridge().velocity, supply.sent_velocity());
   EXPECT_DOUBLE_EQ(supply.bridge().acceleration, 0.0);
   EXPECT_FALSE(supply.by_torque());
+}
+
+/// It waits for another axis, whose drive slows down after eight periods as well.
+TEST(SetpointSupply, AnAxisThatIsHeldUpIsBrakedAfterAsManyPeriodsAsOthersBridge) {
+  for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
+    SetpointSupply supply(supplied(mode), kSupplyPeriod);
+    supply.start_from({0.0, 10.0, 0.0});
+    double velocity = 10.0;
+    for (std::uint32_t held_up = 1; held_up <= 100; ++held_up) {
+      const auto next = supply.bridge(held_up);
+      if (held_up > 8) velocity = std::max(velocity - 1000.0 * kSupplyPeriod, 0.0);
+      ASSERT_NEAR(next.velocity, velocity, 1e-6) << "cycle " << held_up;
+      ASSERT_NEAR(next.position - supply.sent(), velocity * kSupplyPeriod, 1e-9);
+      supply.set_reached(true);
+      supply.note(next, mode);
+    }
+    EXPECT_EQ(velocity, 0.0);
+  }
+}
+
+/// Setpoints at 10 rad/s, accelerating with 600 rad/s^2, for a drive that is exchanged in every eighth cycle; the
+/// answer to the last exchange is missing.
+struct RareExchanges {
+  static constexpr int kDivider = 8;
+  static constexpr double kInterval = kDivider * kSupplyPeriod;
+
+  explicit RareExchanges(double acceleration) : supply(supplied(Mode::kCyclicPosition), kSupplyPeriod, kDivider) {
+    supply.start_from({0.0, 10.0, 0.0});
+    double velocity = 10.0;
+    for (int i = 0; i <= 3 * kDivider; ++i) {
+      supply.set_reached(i < 3 * kDivider, i % kDivider == 0);
+      velocity += acceleration * kSupplyPeriod;
+      position += velocity * kSupplyPeriod;
+      supply.note({position, velocity, acceleration}, Mode::kCyclicPosition);
+      if (i % kDivider == 0) exchanged.push_back(position);
+    }
+  }
+  /// Bridges until the next exchange and returns the setpoint that it carries.
+  double next_exchange() {
+    auto at = supply.bridge();
+    for (int i = 1; i < kDivider; ++i) {
+      supply.set_reached(false, false);
+      supply.note(at, Mode::kCyclicPosition);
+      at = supply.bridge();
+    }
+    supply.set_reached(false, true);
+    supply.note(at, Mode::kCyclicPosition);
+    return at.position;
+  }
+
+  SetpointSupply supply;
+  double position = 0.0;
+  std::vector<double> exchanged;  ///< positions carried by the exchanges, the lost one included
+};
+
+TEST(SetpointSupply, ADriveThatIsExchangedRarelyBridgesAsManyExchanges) {
+  RareExchanges rare(0.0);
+  for (int exchange = 1; exchange < 8; ++exchange) {
+    const double expected = rare.position + 10.0 * RareExchanges::kInterval * exchange;
+    EXPECT_NEAR(rare.next_exchange(), expected, 1e-9) << "exchange " << exchange;
+  }
+}
+
+/// The drive may have the last setpoint or only the one before; from both it moves evenly on.
+TEST(SetpointSupply, BetweenRareExchangesTheStepIsWithinTheLimitsWhicheverSetpointWasLost) {
+  RareExchanges rare(600.0);
+  const auto& sent = rare.exchanged;
+  const double without_last = sent[2] + 2.0 * (sent[2] - sent[1]);
+  const double with_last = sent[3] + (sent[3] - sent[2]);
+  const double most = 1000.0 * RareExchanges::kInterval * RareExchanges::kInterval;
+  const double next = rare.next_exchange();
+  EXPECT_LE(std::abs(next - without_last), 1.001 * most);
+  EXPECT_LE(std::abs(next - with_last), 1.001 * most);
+}
+
+/// A missed period between two exchanges costs the drive no setpoint.
+TEST(SetpointSupply, MissedPeriodsBetweenRareExchangesLeaveTheDriveOnItsWay) {
+  RareExchanges rare(0.0);
+  rare.supply.skip(3, Mode::kCyclicPosition);
+  const auto next = rare.supply.bridge();
+  EXPECT_NEAR(rare.supply.sent(), rare.position + 3 * 10.0 * kSupplyPeriod, 1e-9);
+  EXPECT_NEAR(next.velocity, 10.0, 1e-6);
 }
 
 /// A coasting axis that gets its position after missed periods.

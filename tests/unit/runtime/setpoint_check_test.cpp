@@ -59,6 +59,17 @@ TEST(SetpointCheck, TakesWhatFollowsTheLast) {
   }
 }
 
+/// The undefined-behaviour sanitizer checks the difference of both times.
+TEST(SetpointCheck, TimesAtBothEndsOfTheRangeDoNotOverflow) {
+  constexpr std::int64_t kEnd = std::int64_t{1} << 61;
+  auto check = make_check();
+  const auto first = setpoint(1, -kEnd);
+  EXPECT_TRUE(check.judge(first, nullptr).taken);
+  EXPECT_TRUE(check.judge(setpoint(2, kEnd), &first).taken);
+  for (const std::int64_t time_ns : {kEnd + 1, 2 * (kEnd - 1) + 2, -kEnd - 1, -2 * kEnd})
+    EXPECT_EQ(make_check().judge(setpoint(1, time_ns), nullptr).remark, Refusal::kTooFarAhead) << time_ns;
+}
+
 TEST(SetpointCheck, NumbersAndTimesRise) {
   EXPECT_EQ(refusal_of(setpoint(2, kMs)), std::nullopt);
   EXPECT_EQ(refusal_of(setpoint(1, kMs)), Refusal::kDuplicate);

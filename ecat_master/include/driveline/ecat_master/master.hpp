@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -173,32 +174,35 @@ class Master {
   Result<void> shut_down();
 
  private:
-  /// Sends requests directly or through the cycle, whichever is currently possible. Serialises the threads that use it.
+  /// Sends requests directly or through the cycle, whichever is currently possible. Serialises the threads that use it;
+  /// pauses of several threads overlap. A target that was replaced must exist until its pauses have ended.
   class SwitchedExchange final : public DatagramExchange {
    public:
     explicit SwitchedExchange(DatagramExchange& direct) noexcept : target_(&direct) {}
     void use(DatagramExchange& target) {
       const std::scoped_lock lock(mutex_);
-      target_ = &target;
+      target_.store(&target, std::memory_order_release);
     }
     [[nodiscard]] Result<void> exchange(std::span<Request> requests) override {
       const std::scoped_lock lock(mutex_);
-      return target_->exchange(requests);
+      return target().exchange(requests);
     }
     [[nodiscard]] bool relays() const noexcept override {
       const std::scoped_lock lock(mutex_);
-      return target_->relays();
+      return target().relays();
     }
     [[nodiscard]] Result<void> relay(const Relay& relay) override {
       const std::scoped_lock lock(mutex_);
-      return target_->relay(relay);
+      return target().relay(relay);
     }
-    void pause(std::chrono::nanoseconds duration) override { target_->pause(duration); }
-    [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return target_->now(); }
+    void pause(std::chrono::nanoseconds duration) override { target().pause(duration); }
+    [[nodiscard]] std::chrono::nanoseconds now() const noexcept override { return target().now(); }
 
    private:
+    [[nodiscard]] DatagramExchange& target() const noexcept { return *target_.load(std::memory_order_acquire); }
+
     mutable std::mutex mutex_;
-    DatagramExchange* target_;
+    std::atomic<DatagramExchange*> target_;
   };
 
   void drop_absent();

@@ -164,8 +164,10 @@ class Axis {
   ~Axis();
 
   /// Decodes the inputs. `valid` false: the slave exchanged no valid process data in this cycle. `fresh` false: the
-  /// exchange group of the slave was not due, and the inputs are those of an earlier cycle.
-  void read_inputs(std::span<const std::byte> image, bool valid, bool fresh = true) noexcept;
+  /// exchange group of the slave was not due, and the inputs are those of an earlier cycle. `late`: time by which the
+  /// frame left after the grid instant, so that the drive measured its values later.
+  void read_inputs(std::span<const std::byte> image, bool valid, bool fresh = true,
+                   std::chrono::nanoseconds late = {}) noexcept;
 
   /// Marks the axis as unavailable until the next read_inputs(): its slave has left OP and ignores its outputs.
   void set_unavailable() noexcept { inputs_.state = snapshot::AxisState::kUnavailable; }
@@ -256,10 +258,13 @@ class Axis {
   [[nodiscard]] const AxisConfig& config() const noexcept { return config_; }
   /// Whether the process data contain all objects that the mode needs (missing_objects()). \rtsafe
   [[nodiscard]] bool complete() const noexcept { return possible(mode_); }
+  /// Number of cycles from one exchange with the drive to the next, at least 1. \rtsafe
+  [[nodiscard]] std::uint32_t divider() const noexcept { return divider_; }
   /// Inputs of the last cycle. \rtsafe
   [[nodiscard]] const AxisInputs& inputs() const noexcept { return inputs_; }
-  /// The setpoint that the drive followed when it measured the actual position, minus that position; rad or m. 0 while
-  /// it follows none. Updated by write_outputs(). \rtsafe
+  /// The setpoint that the drive followed when it measured the actual position, minus that position; rad or m. Both are
+  /// of the instant at which the frame passed the drive, also when the frame was late. 0 while it follows none. Updated
+  /// by write_outputs(). \rtsafe
   [[nodiscard]] double following_error() const noexcept { return following_error_; }
   /// Whether the axis is in Operation enabled and, if 6061h is mapped, in mode() or changing to it. \rtsafe
   [[nodiscard]] bool enabled() const noexcept {
@@ -326,6 +331,7 @@ class Axis {
   void count(std::int32_t increments) noexcept;
 
   AxisConfig config_;
+  std::uint32_t divider_;         ///< the drive is exchanged in every n-th cycle
   std::uint32_t possible_modes_;  ///< bit n: all objects of mode n are mapped
   cia402::Mode mode_;             ///< mode commanded to the drive, or about to be
   cia402::Mode wanted_;           ///< requested mode; differs from mode_ while a change waits
@@ -345,6 +351,7 @@ class Axis {
   SetpointHistory setpoints_;
   SetpointHistory feeds_;       ///< torques of the feed-forward, Nm or N
   bool fresh_ = false;          ///< the inputs are from this cycle
+  double late_cycles_ = 0.0;    ///< lateness of their frame, in cycles
   std::optional<double> hold_;  ///< position set by hold_at()
   double hold_velocity_ = 0.0;  ///< velocity set by hold_at()
   bool trusted_ = true;         ///< false after disable_position_loop()

@@ -33,9 +33,16 @@ class SetpointHistory {
 
   /// Adds the setpoint of this cycle.
   void push(double position) noexcept;
+  /// Adds `cycles` setpoints, each `step` after the one before; their number costs no time.
+  void extrapolate(std::int64_t cycles, double step) noexcept;
   /// The setpoint that the actual position of this cycle belongs to, `delay_cycles` old: interpolated linearly between
   /// two cycles; the oldest one until the history is long enough.
   [[nodiscard]] double followed() const noexcept;
+  /// The setpoint of an actual position that was measured `later_cycles` after its usual time (0 or more): that much
+  /// younger than followed(), beyond the newest one at the last velocity.
+  [[nodiscard]] double followed_later(double later_cycles) const noexcept;
+  /// The setpoint `later_cycles` after the newest one, at the last velocity.
+  [[nodiscard]] double continued(double later_cycles) const noexcept;
   /// The setpoint that is `cycles` older than the last one; up to whole_cycles() + 1.
   [[nodiscard]] double ago(std::size_t cycles) const noexcept;
   /// Whole cycles of the delay.

@@ -61,6 +61,7 @@ struct ExchangeStatistics {
   std::uint64_t frames_lost = 0;        ///< frames without an answer in time, repeated or abandoned
   std::uint64_t frames_stale = 0;       ///< frames that arrived twice or after they were abandoned
   std::uint64_t frames_foreign = 0;     ///< foreign or damaged frames; without those of a harmless_guest()
+  std::uint64_t floods = 0;             ///< waits for answers that were ended by too many other frames
   std::uint64_t frames_of_masters = 0;  ///< number of these that are EtherCAT frames of another sender
   wire::MacAddress other_master{};      ///< source address of the last such frame
 };

@@ -16,6 +16,8 @@ class DirectExchange final : public DatagramExchange {
  public:
   /// Most frames in flight: more would overrun the receive buffers of network cards and sockets.
   static constexpr std::size_t kMaxInFlight = 24;
+  /// Most other frames that are taken while answers are awaited; the time-out may end the wait before.
+  static constexpr std::uint32_t kMostUnexpected = 10'000;
 
   /// Time-out and retries of frames.
   struct Settings {
@@ -57,7 +59,7 @@ class DirectExchange final : public DatagramExchange {
   [[nodiscard]] Result<std::size_t> send_frame(std::span<Request> requests, std::size_t first);
   [[nodiscard]] std::chrono::nanoseconds timeout() const noexcept;
   void collect(std::span<Request> requests);
-  void accept(std::span<Request> requests, std::span<const std::byte> frame);
+  [[nodiscard]] bool accept(std::span<Request> requests, std::span<const std::byte> frame);
   [[nodiscard]] FrameTag next_tag() noexcept;
   void note_foreign(std::span<const std::byte> frame);
 

@@ -33,6 +33,9 @@ struct CycleStatistics {
   std::uint64_t late_frames = 0;     ///< lost_frames that came back in one of the next cycles
   std::uint64_t stale_frames = 0;  ///< frames that were no longer expected: late ones, duplicates, late acyclic answers
   std::uint64_t foreign_frames = 0;  ///< frames of other senders
+  /// Cycles that received no further because too many frames came that they did not expect: answers of the line may
+  /// have waited behind them.
+  std::uint64_t flooded_cycles = 0;
   /// Time from the instant at which a cycle was due until it started, with every missed instant
   /// (rt::record_lateness()).
   rt::Histogram wake_latency;
@@ -150,6 +153,9 @@ class CyclicCore {
   /// Frames of other senders since the cycle started; see stale_frames().
   [[nodiscard]] std::uint64_t foreign_frames() const noexcept { return foreign_frames_.value(); }
 
+  /// Cycles since the cycle started that received no further; see CycleStatistics::flooded_cycles.
+  [[nodiscard]] std::uint64_t flooded_cycles() const noexcept { return flooded_cycles_.value(); }
+
   /// EtherCAT frames of another master since the cycle started.
   [[nodiscard]] OtherMaster other_master() const noexcept;
 
@@ -168,6 +174,10 @@ class CyclicCore {
   [[nodiscard]] ProcessImage& image() noexcept { return image_; }
 
  private:
+  /// Unexpected frames that a cycle takes in all, and after its deadline, there besides one for each of its own frames:
+  /// an answer that has arrived during a suspension of the thread may be behind those of the cycle before.
+  static constexpr std::uint32_t kMostUnexpected = 256;
+  static constexpr std::uint32_t kMostUnexpectedLate = 8;
   /// First sequence number, far from those of frames sent before the cycle started.
   static constexpr std::uint32_t kFirstSequence = 0x8000'0000;
 
@@ -202,10 +212,11 @@ class CyclicCore {
   [[nodiscard]] bool zeroed(const CyclicFrame& frame) const noexcept;
   void send(std::chrono::nanoseconds grid) noexcept;
   void take_what_is_back() noexcept;
-  void receive(std::chrono::nanoseconds deadline) noexcept;
-  [[nodiscard]] bool sleep_towards_answers(std::chrono::nanoseconds deadline) noexcept;
-  void wait_on(std::chrono::nanoseconds deadline, std::chrono::nanoseconds& yielded_at) noexcept;
-  void dispatch(const port::ReceivedFrame& frame) noexcept;
+  void receive() noexcept;
+  [[nodiscard]] bool sleep_towards_answers() noexcept;
+  void wait_on(std::chrono::nanoseconds& yielded_at) noexcept;
+  [[nodiscard]] bool take(const port::ReceivedFrame& frame) noexcept;
+  [[nodiscard]] bool dispatch(const port::ReceivedFrame& frame) noexcept;
   void note_foreign(std::span<const std::byte> frame) noexcept;
   void run_tasks(TaskTiming::Order order, const rt::CycleStart& start) noexcept;
   void remember_missing(std::uint32_t sequence) noexcept;
@@ -224,6 +235,7 @@ class CyclicCore {
                                                  std::chrono::nanoseconds cost) const noexcept;
   void publish(const rt::CycleStart& start, std::chrono::nanoseconds cost) noexcept;
   void record(const snapshot::LineSample& line) noexcept;
+  [[nodiscard]] bool turned_bad_for_long() const noexcept;
   [[nodiscard]] bool all_received() const noexcept { return awaited_ == 0; }
 
   port::Port& port_;
@@ -261,6 +273,10 @@ class CyclicCore {
   std::array<std::uint32_t, 64> missing_{};
   std::size_t next_missing_ = 0;
   std::chrono::nanoseconds sent_at_{};
+  std::chrono::nanoseconds deadline_{};  ///< until which answers are awaited in this cycle
+  std::uint32_t unexpected_ = 0;         ///< unexpected frames in this cycle
+  std::uint32_t unexpected_late_ = 0;    ///< those of them that were taken after the deadline
+  bool flooded_ = false;                 ///< CycleStatistics::flooded_cycles counts this cycle
   std::chrono::nanoseconds received_at_{};
   std::chrono::nanoseconds exchanged_at_{};
   std::chrono::nanoseconds grid_shift_{};
@@ -269,6 +285,7 @@ class CyclicCore {
   bool failure_recorded_ = false;
   port::Counter stale_frames_;
   port::Counter foreign_frames_;
+  port::Counter flooded_cycles_;
   port::Counter frames_of_masters_;
   std::atomic<std::uint64_t> other_source_{0};       ///< source address of the other master, first byte lowest
   std::atomic<std::uint64_t> other_datagram_{0};     ///< weight, command, ADP and ADO

@@ -11,12 +11,14 @@
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/coast_watch.hpp"
 #include "driveline/ecat_master/cyclic/following_error_watch.hpp"
+#include "driveline/ecat_master/cyclic/lost_limit.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/motion_control.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/return_motion.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_source.hpp"
 #include "driveline/ecat_master/cyclic/setpoint_supply.hpp"
+#include "driveline/rt/published_value.hpp"
 #include "driveline/trajectory/interpolator.hpp"
 #include "driveline/trajectory/path_extent.hpp"
 #include "driveline/trajectory/start_ramp.hpp"
@@ -50,7 +52,7 @@ struct MotionFailure {
     kAxisLost,
     kCommunication,
     kEnableTimeout,
-    kMasterAway,        ///< the master missed more periods than bad_cycle_limit
+    kMasterAway,        ///< the master missed more exchanges than bad_cycle_limit
     kPositionLeap,      ///< the actual position jumped; details in `position`, as for the next two
     kPositionFrozen,    ///< the actual position is unchanged while the axis is commanded to move
     kPositionUnsteady,  ///< the actual position kept jumping, so the axis could not be enabled
@@ -104,10 +106,11 @@ class Motion final : public MotionControl {
     bool repeat = false;                                               ///< restart at the end of the path
     /// The path starts at the positions at which the axes are enabled: its first point is mapped to them.
     bool relative = false;
-    /// Consecutive cycles without valid process data of an axis after which all axes are stopped, and periods that the
-    /// master itself may miss. The drives' own watchdog is the second line of defence.
+    /// Consecutive exchanges without valid process data of an axis after which all axes are stopped, and exchanges that
+    /// the master itself may miss (LostLimit). For a drive that is exchanged in every cycle these are cycles.
     std::uint32_t bad_cycle_limit = 8;
-    LatePolicy late = LatePolicy::kStay;  ///< behaviour of a path that is late
+    std::chrono::nanoseconds bad_time_limit{0};  ///< the same limit as a time (LostLimit::time); 0: none
+    LatePolicy late = LatePolicy::kStay;         ///< behaviour of a path that is late
     /// The setpoints of a path lead it by the dead time of each axis (dead_time_cycles(), PathLeads). A source of the
     /// caller looks ahead on its own, as far as it can.
     bool compensate_dead_time = false;
@@ -146,12 +149,13 @@ class Motion final : public MotionControl {
   [[nodiscard]] AxisPresence presence(std::size_t axis) const noexcept {
     return presence_shared_[axis].load(std::memory_order_acquire);
   }
-  /// The first failure since the last start; complete once phase() is kQuickStop, kDisabling or kIdle.
-  [[nodiscard]] MotionFailure failure() const noexcept { return failure_; }
+  /// The first failure since the last start, always complete; it precedes the phase that it causes. Not for the cycle.
+  [[nodiscard]] MotionFailure failure() const noexcept { return failure_shared_.read(); }
 
   // Functions for the cycle. \rtsafe
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
-                   std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {}) noexcept override;
+                   std::span<const bool> fresh = {}, std::chrono::nanoseconds took = {},
+                   std::chrono::nanoseconds late = {}) noexcept override;
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept override;
   AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept override;
   /// Delay of the path. Any thread.
@@ -207,7 +211,9 @@ class Motion final : public MotionControl {
   void start(std::int64_t cycle) noexcept;
   void stop(std::int64_t cycle) noexcept;
   void watch(std::int64_t cycle) noexcept;
-  void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle) noexcept;
+  void set_failure(const MotionFailure& failure) noexcept;
+  void fail(MotionFailure::Cause cause, std::size_t axis, std::int64_t cycle, double reaches = 0.0) noexcept;
+  void abandon_enabling(std::int64_t cycle) noexcept;
   void judge_positions(std::int64_t cycle) noexcept;
   void forget_place(std::size_t axis) noexcept;
   void stop_for(const PositionFinding& finding, std::size_t axis, std::int64_t cycle) noexcept;
@@ -251,6 +257,9 @@ class Motion final : public MotionControl {
   [[nodiscard]] bool must_wait() const noexcept;
   [[nodiscard]] bool powered() const noexcept { return powered_; }
   [[nodiscard]] bool unavailable(std::size_t axis) const noexcept;
+  [[nodiscard]] bool lost(std::size_t axis) const noexcept { return bad_exchanges_[axis] >= lost_limits_[axis]; }
+  [[nodiscard]] bool all_lost_with(std::size_t axis) const noexcept;
+  [[nodiscard]] bool too_long(std::size_t axis, std::int64_t missed) const noexcept;
   [[nodiscard]] bool brakes(std::size_t axis, std::int64_t cycle) const noexcept;
   [[nodiscard]] bool tolerated(std::size_t axis) const noexcept {
     return axes_[axis].config().on_loss != LossPolicy::kStop;
@@ -281,10 +290,12 @@ class Motion final : public MotionControl {
   std::int64_t path_begin_ = 0;                  ///< start of the path, in given periods
   std::int64_t given_ = 0;                       ///< periods since the start for which setpoints were generated
   std::int64_t phase_given_ = 0;                 ///< value of given_ when the phase started
+  std::uint32_t held_up_ = 0;                    ///< consecutive periods in which all waited for the setpoints of one
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;
-  std::vector<std::uint32_t> bad_cycles_;
+  std::vector<std::uint32_t> lost_limits_;    ///< LostLimit::exchanges_of(), by axis
+  std::vector<std::uint32_t> bad_exchanges_;  ///< consecutive exchanges without valid process data, by axis
   std::vector<Arrest> arrests_;
   std::vector<PositionWatch> position_watches_;
   std::vector<CoastWatch> coast_watches_;
@@ -295,7 +306,8 @@ class Motion final : public MotionControl {
   MotionPhase phase_ = MotionPhase::kIdle;
   bool powered_ = false;  ///< the drives get setpoints in this phase
   std::int64_t phase_start_ = 0;
-  MotionFailure failure_;
+  MotionFailure failure_;  ///< changed by set_failure() only
+  rt::PublishedValue<MotionFailure> failure_shared_;
   std::atomic<unsigned> commands_{0};
   std::atomic<MotionPhase> phase_shared_{MotionPhase::kIdle};
   std::atomic<std::int64_t> path_late_shared_{0};

@@ -20,10 +20,10 @@ class MotionControl {
   /// Reads the inputs of all axes. Arguments by slave position: `valid`: its process data are valid; `operational`: it
   /// also takes its outputs, otherwise the axis is unavailable; `fresh`: its inputs are from this cycle, not from an
   /// earlier one in which its group was due (empty: all are fresh). `took`: time from the start of the cycle to the
-  /// arrival of the inputs.
+  /// arrival of the inputs. `late`: time by which the frames left after the grid instant; 0 or less: on time.
   virtual void read_inputs(std::span<const std::byte> image, std::span<const bool> valid,
                            std::span<const bool> operational, std::span<const bool> fresh,
-                           std::chrono::nanoseconds took) noexcept = 0;
+                           std::chrono::nanoseconds took, std::chrono::nanoseconds late = {}) noexcept = 0;
   /// Advances the setpoints to grid cycle `cycle` and writes all outputs.
   virtual void update(std::int64_t cycle, std::span<std::byte> image) noexcept = 0;
   /// To be called before the outputs of grid cycle `cycle` are sent if `missed` periods before it were skipped:

@@ -13,12 +13,17 @@ namespace driveline::ecat_master {
 class SetpointSupply {
  public:
   SetpointSupply() = default;
-  /// `period_s`: cycle time.
-  SetpointSupply(const AxisConfig& axis, double period_s);
+  /// `period_s`: cycle time. `divider`: the drive is exchanged in every n-th cycle.
+  SetpointSupply(const AxisConfig& axis, double period_s, std::uint32_t divider = 1);
 
-  /// Sets whether the drive took the outputs of this cycle, according to its working counter.
-  void set_reached(bool reached) noexcept { reached_ = reached; }
-  /// Value of set_reached() in this cycle.
+  /// Sets whether the drive took the outputs of its last exchange, according to its working counter. `due`: that
+  /// exchange was in this cycle.
+  void set_reached(bool reached, bool due = true) noexcept {
+    reached_ = reached;
+    due_ = due;
+  }
+  /// Value of set_reached() in this cycle. A drive that is not exchanged in this cycle still lacks the setpoint of a
+  /// failed exchange.
   [[nodiscard]] bool reached() const noexcept { return reached_; }
 
   /// To be called once per cycle, after set_reached(): the setpoint that was sent, and the mode of the drive.
@@ -32,8 +37,12 @@ class SetpointSupply {
   /// has reached without it. If only the answer was lost, the drive has followed the last setpoint; the step from that
   /// one is within the limits, too. If the master closes the loops, it continues from the last sent setpoint, with the
   /// velocity that the drive holds, or the acceleration of the torque that it holds: whether the drive received the
-  /// last setpoint or the one before, it is one step away, and the loops see the actual position.
-  [[nodiscard]] trajectory::AxisSetpoint bridge() const noexcept;
+  /// last setpoint or the one before, it is one step away, and the loops see the actual position. For a drive that is
+  /// exchanged in every n-th cycle, a step is that between two exchanges, because it sees no setpoint in between.
+  ///
+  /// `held_up`: consecutive cycles, this one included, in which the drive got its setpoints but the motion waits for
+  /// other axes. After as many as other drives bridge, this one is braked as they brake.
+  [[nodiscard]] trajectory::AxisSetpoint bridge(std::uint32_t held_up = 0) const noexcept;
 
   /// The last setpoint sent, rad or m.
   [[nodiscard]] double sent() const noexcept { return sent_; }
@@ -45,6 +54,12 @@ class SetpointSupply {
 
  private:
   void set_mode(cia402::Mode mode) noexcept;
+  void note_exchange() noexcept;
+  void expect_from_coast() noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint bridge_to_exchange() const noexcept;
+  [[nodiscard]] trajectory::AxisSetpoint brake() const noexcept;
+  /// Whether the drive follows positions and sees only some of them.
+  [[nodiscard]] bool by_exchanges() const noexcept;
   [[nodiscard]] double held_acceleration() const noexcept;
 
   cia402::Mode mode_ = cia402::Mode::kCyclicPosition;
@@ -56,6 +71,11 @@ class SetpointSupply {
   double sent_velocity_ = 0.0;
   double sent_acceleration_ = 0.0;
   bool reached_ = true;
+  bool due_ = true;
+  std::uint32_t divider_ = 1;
+  std::uint32_t since_ = 0;        ///< cycles since the drive was last due
+  double offered_ = 0.0;           ///< position sent in that exchange, rad or m
+  double offered_velocity_ = 0.0;  ///< velocity of the step between the last two exchanges, rad/s or m/s
 };
 
 }  // namespace driveline::ecat_master

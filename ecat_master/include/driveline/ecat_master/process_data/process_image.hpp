@@ -87,6 +87,7 @@ struct ProcessDataPlace {
   std::size_t al_status_offset =
       kNone;  ///< offset of the input byte with the low byte of the AL status (register 0x0130)
   std::size_t mailbox_offset = kNone;  ///< offset of the input byte with the status of the mailbox sync manager
+  std::uint32_t divider = 1;           ///< divider of its group: it is exchanged in every n-th cycle
 };
 
 /// A contiguous part of the image that one datagram carries.

@@ -14,6 +14,10 @@ namespace driveline::ecat_master {
 /// not at the position of the feed moves there by a motion of its own (trajectory::Rejoin), so a jump of the feed
 /// causes no jump of the axis.
 ///
+/// Time passes for a feed in one of two ways (waits()). A path waits: time along it is the time for which all its axes
+/// got their setpoints, without missed periods and lost frames, as for all motions that the master plans. A feed that
+/// follows something outside, such as another axis or a client, does not wait, and its axes catch up.
+///
 /// All functions are called by the cycle thread: \rtsafe.
 class SetpointFeed {
  public:
@@ -26,8 +30,8 @@ class SetpointFeed {
   /// An axis no longer follows: another motion has replaced the feed, or the axis has failed.
   virtual void leave(std::size_t axis) noexcept = 0;
   /// Sets the setpoints of all its axes, in request positions (AxisCommand::kSetPosition). Called once per cycle while
-  /// an axis follows, `period_s` after the previous call. Returns false when the setpoints have ended; then the axes
-  /// come to rest, and their requests are done.
+  /// an axis follows, unless it waits(); they are for `period_s` after the previous ones. Returns false when the
+  /// setpoints have ended; then the axes come to rest, and their requests are done.
   [[nodiscard]] virtual bool next(double period_s, std::span<trajectory::AxisSetpoint> setpoints) noexcept = 0;
 
   /// Called once per cycle, whether an axis follows or not, after the requests of the cycle have been taken. The feed
@@ -39,8 +43,9 @@ class SetpointFeed {
                                   const AxisRequest& /*asked*/) noexcept {
     return false;
   }
-  /// Called while an axis follows: periods passed without a cycle, in which the drives continued on their own.
-  virtual void skip(std::int64_t /*missed*/) noexcept {}
+  /// Whether next() must not be called in a cycle in which one of the following axes did not get its last setpoint. All
+  /// of them then continue from where they are.
+  [[nodiscard]] virtual bool waits() const noexcept { return false; }
   /// Whether the setpoints never lead an axis out of its software limits, nor to where it cannot stop before them; such
   /// axes are not stopped in anticipation of leaving them.
   [[nodiscard]] virtual bool keeps_ranges() const noexcept { return false; }

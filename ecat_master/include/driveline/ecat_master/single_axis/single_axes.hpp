@@ -98,7 +98,8 @@ class SingleAxes final : public MotionControl {
   /// One axis, for tasks of the cycle.
   [[nodiscard]] const SingleAxis& axis(std::size_t number) const noexcept { return single_[number]; }
   void read_inputs(std::span<const std::byte> image, std::span<const bool> valid, std::span<const bool> operational,
-                   std::span<const bool> fresh, std::chrono::nanoseconds took) noexcept override;
+                   std::span<const bool> fresh, std::chrono::nanoseconds took,
+                   std::chrono::nanoseconds late = {}) noexcept override;
   void update(std::int64_t cycle, std::span<std::byte> image) noexcept override;
   AbsenceEffect resume(std::int64_t cycle, std::int64_t missed, std::span<std::byte> image) noexcept override;
   [[nodiscard]] std::chrono::nanoseconds path_late() const noexcept override { return {}; }
@@ -135,6 +136,7 @@ class SingleAxes final : public MotionControl {
   void advance() noexcept;
   void advance(Feed& feed) noexcept;
   [[nodiscard]] static bool followed(const Feed& feed) noexcept;
+  [[nodiscard]] bool all_reached(const Feed& feed) const noexcept;
   void publish(std::size_t axis) noexcept;
 
   std::vector<Axis> axes_;

@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/axis/axis.hpp"
 #include "driveline/ecat_master/cyclic/coast_watch.hpp"
 #include "driveline/ecat_master/cyclic/following_error_watch.hpp"
+#include "driveline/ecat_master/cyclic/lost_limit.hpp"
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/ecat_master/cyclic/position_watch.hpp"
 #include "driveline/ecat_master/cyclic/return_motion.hpp"
@@ -32,9 +33,10 @@ class SingleAxis {
   /// Settings of all axes.
   struct Settings {
     std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< cycle time
-    /// Number of consecutive cycles without valid process data after which the axis is stopped, and of periods that the
-    /// master itself may miss.
+    /// Consecutive exchanges without valid process data after which the axis is stopped, and exchanges that the master
+    /// itself may miss (LostLimit). For a drive that is exchanged in every cycle these are cycles.
     std::uint32_t bad_cycle_limit = 8;
+    std::chrono::nanoseconds bad_time_limit{0};  ///< the same limit as a time (LostLimit::time); 0: none
     std::chrono::nanoseconds enable_timeout = std::chrono::seconds{2};   ///< until Operation enabled
     std::chrono::nanoseconds quick_stop_time = std::chrono::seconds{2};  ///< for the drive's own quick stop
     std::chrono::nanoseconds reset_timeout = std::chrono::seconds{2};    ///< until the fault is cleared
@@ -50,7 +52,8 @@ class SingleAxis {
   SingleAxis(Axis& axis, RequestTable& table, const Settings& settings);
 
   /// See MotionControl::read_inputs(); for this axis.
-  void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh) noexcept;
+  void read_inputs(std::span<const std::byte> image, bool valid, bool operational, bool fresh,
+                   std::chrono::nanoseconds late = {}) noexcept;
   /// Evaluates the effect of the last setpoint and the state of the drive. `took`: duration of the exchange.
   void begin_cycle(std::int64_t cycle, std::chrono::nanoseconds took) noexcept;
   /// Whether a motion needs planning; doing that in a later cycle only delays it.
@@ -93,8 +96,11 @@ class SingleAxis {
   }
   /// Whether the axis follows its feed.
   [[nodiscard]] bool follows() const noexcept { return active_ && active_->request.command == AxisCommand::kFollow; }
+  /// Whether the drive got the setpoint of its last exchange.
+  [[nodiscard]] bool reached() const noexcept { return supply_.reached(); }
   /// Computes the setpoint of this cycle. `fed`: setpoint of the feed; null: the feed has ended, or is not followed.
-  void advance(const trajectory::AxisSetpoint* fed) noexcept;
+  /// `waits`: the feed waits for other axes, and `fed` is still the previous setpoint (SetpointFeed::waits()).
+  void advance(const trajectory::AxisSetpoint* fed, bool waits = false) noexcept;
   /// Writes control word, mode and targets of this cycle.
   void write_outputs(std::span<std::byte> image) noexcept;
   /// See MotionControl::resume().
@@ -223,7 +229,7 @@ class SingleAxis {
                                                     const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
   [[nodiscard]] double most_acceleration() const noexcept;
-  void advance_motion(const trajectory::AxisSetpoint* fed) noexcept;
+  void advance_motion(const trajectory::AxisSetpoint* fed, bool waits) noexcept;
   void bridge() noexcept;
   [[nodiscard]] bool superimpose(std::uint64_t id, const AxisRequest& request) noexcept;
   [[nodiscard]] double velocity_on_top(const AxisRequest& request) const noexcept;
@@ -319,6 +325,10 @@ class SingleAxis {
   void enter(Power power) noexcept;
   [[nodiscard]] bool powered() const noexcept { return power_ == Power::kOn || power_ == Power::kResting; }
   [[nodiscard]] bool off() const noexcept;
+  [[nodiscard]] bool lost() const noexcept { return bad_exchanges_ >= lost_limit_; }
+  [[nodiscard]] bool too_long(std::int64_t missed) const noexcept {
+    return missed > std::int64_t{lost_limit_} * axis_->divider();
+  }
   [[nodiscard]] bool exceeded(std::int64_t since, std::chrono::nanoseconds limit) const noexcept;
   [[nodiscard]] cia402::Goal goal() const noexcept;
 
@@ -367,10 +377,12 @@ class SingleAxis {
   double acceleration_ = 0.0;      ///< measured acceleration, filtered
   double velocity_before_ = 0.0;   ///< measured velocity of the previous exchange
   double too_fast_s_ = 0.0;
-  std::uint32_t bad_cycles_ = 0;
+  std::uint32_t lost_limit_;          ///< LostLimit::exchanges_of() of the axis
+  std::uint32_t bad_exchanges_ = 0;   ///< consecutive exchanges without valid process data
   std::uint32_t cycles_at_rest_ = 0;  ///< cycles at rest in Power::kResting
   bool exchanged_ = false;            ///< the position is from this cycle
   bool seen_ = false;                 ///< the last exchange that was due succeeded
+  std::uint32_t held_up_ = 0;         ///< consecutive cycles in which the feed has waited for other axes
   bool beside_ = false;               ///< after a gap, until setpoint_ is back at the generator
   bool fed_ = false;                  ///< set by set_fed()
   bool fed_in_range_ = false;         ///< set by set_fed()

@@ -44,7 +44,7 @@ struct OpenInterface {
 /// back to a packet socket and reports why; else that is an error. `clock` must outlive the port. Needs CAP_NET_RAW,
 /// for AF_XDP also CAP_BPF and CAP_NET_ADMIN. Errors: those of RawSocketPort::open() and XdpPort::open().
 [[nodiscard]] tl::expected<OpenInterface, PortError> open_interface(const std::string& interface, PortChoice choice,
-                                                                    bool may_fall_back, const rt::Clock& clock);
+                                                                    bool may_fall_back, rt::Clock& clock);
 
 /// Opens a packet socket whose frames leave at launch times (RawSocketConfig::launch_times); the caller hands each
 /// frame over by `early` before its launch time. `may_fall_back`: where there are no launch times, or `etf` needs
@@ -52,7 +52,6 @@ struct OpenInterface {
 /// find_launch_times().
 [[nodiscard]] tl::expected<OpenInterface, PortError> open_launching_interface(const std::string& interface,
                                                                               std::chrono::nanoseconds early,
-                                                                              bool may_fall_back,
-                                                                              const rt::Clock& clock);
+                                                                              bool may_fall_back, rt::Clock& clock);
 
 }  // namespace driveline::port

@@ -119,6 +119,7 @@ class RedundantPort final : public Port {
   [[nodiscard]] Flight& new_flight(std::span<const std::byte> frame) noexcept;
   [[nodiscard]] Flight* find(std::span<const std::byte> frame) noexcept;
   [[nodiscard]] bool poll() noexcept;
+  [[nodiscard]] bool poll(Port& port, Side side) noexcept;
   [[nodiscard]] bool accept(const ReceivedFrame& frame, Side arrived) noexcept;
   [[nodiscard]] bool take_half(Flight& flight, const ReceivedFrame& frame, Side copy) noexcept;
   [[nodiscard]] bool hand_over_late_half() noexcept;

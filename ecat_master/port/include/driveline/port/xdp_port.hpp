@@ -67,7 +67,7 @@ class XdpPort final : public InterfacePort {
   /// and Linux 5.9. `clock` must outlive the port. Errors: those of RawSocketPort::open(), kSystem also if another
   /// program or socket uses the interface, and kUnsupported with the reason of the last mode.
   [[nodiscard]] static tl::expected<std::unique_ptr<XdpPort>, PortError> open(const XdpConfig& config,
-                                                                              const rt::Clock& clock);
+                                                                              rt::Clock& clock);
 
   XdpPort(const XdpPort&) = delete;
   XdpPort& operator=(const XdpPort&) = delete;
@@ -99,11 +99,11 @@ class XdpPort final : public InterfacePort {
 
  private:
   XdpPort(std::unique_ptr<XdpSocket> socket, std::unique_ptr<XdpProgram> program, FileDescriptor asking,
-          std::string interface, int index, const rt::Clock& clock) noexcept;
+          std::string interface, int index, rt::Clock& clock) noexcept;
 
   [[nodiscard]] static tl::expected<std::unique_ptr<XdpPort>, PortError> try_mode(XdpMode mode,
                                                                                   const std::string& interface,
-                                                                                  const rt::Clock& clock);
+                                                                                  rt::Clock& clock);
   void wait_for_link() const;
   [[nodiscard]] SendStatus classify_failure(int error_number) const noexcept;
 
@@ -116,7 +116,7 @@ class XdpPort final : public InterfacePort {
   std::size_t longest_ = kMaxFrameBytes;  ///< longest frame by the MTU, in bytes
   XdpMode mode_ = XdpMode::kGeneric;
   std::vector<std::string> steps_down_;
-  const rt::Clock& clock_;
+  rt::Clock& clock_;
   std::chrono::nanoseconds last_send_time_{};
 
   Counter sent_;
