@@ -122,7 +122,7 @@ TEST(DrivePage, OfAnMsdWithFaultWarningInputsAndUnits) {
 TEST(DrivePage, FlashesLikeTheDrive) {
   const auto digits = [](const DriveView& view, std::chrono::nanoseconds time) {
     const auto page = drive_page(view, time);
-    const auto row = page.find("|", page.find("+-----------+") + 13);
+    const auto row = page.find('|', page.find("+-----------+") + 13);
     return page.substr(row, page.find("+-----------+", row) - row);
   };
   const auto faulty = faulty_msd();
