@@ -100,6 +100,11 @@ constexpr int kAllowedOnFiles[] = {
     SCMP_SYS(linkat), SCMP_SYS(unlinkat),  SCMP_SYS(link),   SCMP_SYS(unlink),
 };
 
+constexpr std::uint64_t kSocketFamilies[] = {AF_INET, AF_NETLINK};
+/// For sockets; and for a log that may be a terminal, where TIOCSTI would inject input.
+constexpr std::uint64_t kIoctlRequests[] = {TCGETS,       FIONBIO,     FIONREAD,    SIOCGIFCONF,
+                                            SIOCGIFFLAGS, SIOCGIFADDR, SIOCGIFINDEX};
+
 /// Calls that never occur by mistake: they end the process.
 constexpr int kFatal[] = {SCMP_SYS(execve),
                           SCMP_SYS(execveat),
@@ -162,12 +167,8 @@ Filter make_filter(bool shared_memory) {
   filter.allow_if(SCMP_SYS(clone), 0, CLONE_THREAD, CLONE_THREAD);
   filter.allow_if(SCMP_SYS(mmap), 2, PROT_EXEC, 0);
   filter.allow_if(SCMP_SYS(mprotect), 2, PROT_EXEC, 0);
-  for (const std::uint64_t family : {AF_INET, AF_NETLINK}) filter.allow_if(SCMP_SYS(socket), 0, kLower, family);
-  // For sockets; and for a log that may be a terminal, where TIOCSTI would inject input.
-  for (const std::uint64_t request :
-       {TCGETS, FIONBIO, FIONREAD, SIOCGIFCONF, SIOCGIFFLAGS, SIOCGIFADDR, SIOCGIFINDEX}) {
-    filter.allow_if(SCMP_SYS(ioctl), 1, kLower, request);
-  }
+  for (const std::uint64_t family : kSocketFamilies) filter.allow_if(SCMP_SYS(socket), 0, kLower, family);
+  for (const std::uint64_t request : kIoctlRequests) filter.allow_if(SCMP_SYS(ioctl), 1, kLower, request);
   filter.allow_if(SCMP_SYS(prlimit64), 0, kLower, 0);  // only its own limits
   filter.allow_if(SCMP_SYS(tgkill), 0, kLower, self);
   filter.allow_if(SCMP_SYS(kill), 0, kLower, self);

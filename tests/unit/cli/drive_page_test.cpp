@@ -122,7 +122,7 @@ TEST(DrivePage, OfAnMsdWithFaultWarningInputsAndUnits) {
 TEST(DrivePage, FlashesLikeTheDrive) {
   const auto digits = [](const DriveView& view, std::chrono::nanoseconds time) {
     const auto page = drive_page(view, time);
-    const auto row = page.find("|", page.find("+-----------+") + 13);
+    const auto row = page.find('|', page.find("+-----------+") + 13);
     return page.substr(row, page.find("+-----------+", row) - row);
   };
   const auto faulty = faulty_msd();
@@ -149,7 +149,8 @@ TEST(DrivePage, SaysWhoElseIsThereAndThatValuesAreOld) {
   const auto page = drive_page(view, 0ns);
   EXPECT_THAT(page, HasSubstr("Another master works with this line: only the mailbox of the drive is used"));
   view.al.status.state = wire::AlState::kPreOp;
-  EXPECT_THAT(drive_page(view, 0ns), HasSubstr("A master has taken this line out of INIT and may be active: nothing"));
+  EXPECT_THAT(drive_page(view, 0ns),
+              HasSubstr("A master has taken this line out of INIT and may be active: only the mailbox"));
   EXPECT_THAT(page, HasSubstr("Previous values: slave 2 does not answer\n"));
 }
 

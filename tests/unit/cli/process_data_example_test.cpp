@@ -170,7 +170,7 @@ TEST_F(ProcessDataExample, RefusesWhatOnlyTheConfiguredLineCanTell) {
   EXPECT_THAT(refusal(), HasSubstr(place("from") + "there is no process variable 'inputs.Channel 9/Input'; the slave "
                                                    "has inputs.6000h:01 (Channel 1/Input)"));
   load(copy("inputs.6030:01", "outputs.lamp"));
-  EXPECT_EQ(refusal(), place("to") + "\"outputs.lamp\" is already written by the copy from \"inputs.Channel 1/Input\");
+  EXPECT_EQ(refusal(), place("to") + "\"outputs.lamp\" is already written by the copy from \"inputs.Channel 1/Input\"");
   load(copy("analogue.Channel 1/Value", "x.target_torque"));
   EXPECT_EQ(refusal(), place("to") + "x.6071h:00 (Target torque) is written by the axis \"x\"");
   load(copy("analogue.Channel 1/Value", "outputs.7030:01"));

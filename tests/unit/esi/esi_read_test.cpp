@@ -204,7 +204,7 @@ TEST(ReadEsi, NotesAreLimited) {
   const auto file = read_esi(text, "f.xml");
   ASSERT_TRUE(file);
   EXPECT_EQ(file->notes.size(), 201U);
-  EXPECT_THAT(file->notes.back().text, HasSubstr("left out"));
+  EXPECT_THAT(file->notes.back().text, HasSubstr("further notes are omitted"));
 }
 
 TEST(ReadEsi, SmallestFile) {

@@ -140,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "[axis_group 1] axes: there is no [[axis]] named \"tunr\"; did you mean \"turn\"?"},
         WrongGroup{"[[axis_group]]\nname = \"g\"\naxes = [\"x\", \"x\"]\n", 3, "[axis_group 1] axes: has \"x\" twice"},
         WrongGroup{kPlain + "[[axis_group]]\nname = \"h\"\naxes = [\"z\", \"y\"]\n", 6,
-                   "[axis_group 2] axes: \"y\" is already in group \"g\"},
+                   "[axis_group 2] axes: \"y\" is already in group \"g\""},
         WrongGroup{kPlain + "max_feed = 0\n", 4, "[axis_group 1] max_feed: is 0, 0.001 to 1000000000 is expected"},
         WrongGroup{kPlain + "max_feed = nan\n", 4, "[axis_group 1] max_feed: is nan, 0.001 to 1000000000 is expected"},
         WrongGroup{kPlain + "tolerance = -1\n", 4, "[axis_group 1] tolerance: is -1, 0 to 1000000 is expected"},

@@ -91,7 +91,7 @@ TEST(AxisVerdict, IsInTheUnitOfTheAxisWithIncrementsOnRequest) {
             "axis x: ended 250 mm away from its setpoint, position_tolerance is 1 mm: it did not follow "
             "its path");
   EXPECT_THAT(verdict(ended(-0.25), config, milliseconds{1}, true),
-              HasSubstr("ended 250 mm (250 increments) away from its setpoint, 1 mm are"));
+              HasSubstr("ended 250 mm (250 increments) away from its setpoint, position_tolerance is 1 mm"));
 }
 
 TEST(AxisVerdict, AnAxisThatNeverWasEnabledIsNamedWithItsState) {

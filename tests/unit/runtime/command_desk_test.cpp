@@ -219,7 +219,8 @@ TEST_F(CommandDeskTest, AFloodOfOneClientIsRefusedAndLeavesOthersAlone) {
   told();
   std::size_t refused = 0;
   for (int i = 0; i < 900; ++i) {
-    refused += ask(command("flood", "y", CommandKind::kJog, 1, 9)).text.view().starts_with("too many: ") ? 1 : 0;
+    refused +=
+        ask(command("flood", "y", CommandKind::kJog, 1, 9)).text.view().starts_with("too many commands: ") ? 1 : 0;
   }
   EXPECT_EQ(refused, 900 - static_cast<std::size_t>(CommandDesk::kClientAtOnce));
   EXPECT_EQ(ask(command("panel", "x", CommandKind::kRenew, lease)).lease, lease);

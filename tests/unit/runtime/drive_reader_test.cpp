@@ -185,7 +185,8 @@ TEST(DriveReader, WrongScripts) {
   EXPECT_THAT(wrong("value = 2\n"), HasSubstr("entry: 2 does not fit ISD01, 0 or 1 is expected"));
   EXPECT_THAT(wrong("shape = \"steps\"\nvalues = [1]\n"), HasSubstr("at_ms: is missing, an array of numbers is"));
   EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [5]\nvalues = [1]\n"), HasSubstr("at_ms: must start with 0"));
-  EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, 5]\nvalues = [1]\n"), HasSubstr("values: has 1 numbers, at_ms 2"));
+  EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, 5]\nvalues = [1]\n"),
+              HasSubstr("values: has 1 numbers, at_ms has 2"));
   EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, 5, 5]\nvalues = [1, 0, 1]\n"), HasSubstr("at_ms: 5 follows 5"));
   EXPECT_THAT(wrong("shape = \"steps\"\nat_ms = [0, \"5\"]\nvalues = [1, 0]\n"), HasSubstr("at_ms: contains a string"));
   EXPECT_THAT(wrong("value = 1\n[[slave.input]]\nentry = \"ISD01\"\nvalue = 0\n"), HasSubstr("already has a script"));

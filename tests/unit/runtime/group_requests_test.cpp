@@ -266,7 +266,7 @@ TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
         EXPECT_NEAR(line->groups().status(0).report->speed, 0.025, 1e-6) << "a quarter of max_feed";
         EXPECT_EQ(refusal(ask(Verb::kOverride, 2.5)), "group plotter: override 2.5 is outside 0 to 2");
         EXPECT_THAT(refusal(ask(Verb::kOverride, std::numeric_limits<double>::quiet_NaN())),
-                    HasSubstr("override nan is not possible"));
+                    HasSubstr("override nan is outside 0 to 2"));
         static_cast<void>(submit(ask(Verb::kOverride, 2.0)));
         return true;
       },

@@ -99,7 +99,7 @@ TEST(ProcessDataConfig, WrongValuesAreNamedWithTheirLine) {
   EXPECT_EQ(refused(group + "slaves = [\"z\"]\n"), "line.toml:9: [group 1] slaves: there is no [[slave]] named \"z\"");
   EXPECT_EQ(refused(group + "slaves = [\"a\", \"a\"]\n"), "line.toml:9: [group 1] slaves: \"a\" is there twice");
   EXPECT_EQ(refused(group + "slaves = [\"a\"]\n[[group]]\nname = \"h\"\nslaves = [\"a\"]\n"),
-            "line.toml:12: [group 2] slaves: \"a\" is already in group \"g\");
+            "line.toml:12: [group 2] slaves: \"a\" is already in group \"g\"");
   EXPECT_EQ(refused(group + "slaves = [\"a\"]\n[[group]]\nname = \"g\"\nslaves = [\"b\"]\n"),
             "line.toml:11: [group 2] name: \"g\" is there twice");
   EXPECT_EQ(refused(group + "slaves = [\"a\"]\ndivider = 0\n"),

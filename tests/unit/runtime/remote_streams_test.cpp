@@ -203,8 +203,9 @@ TEST_F(RemoteStreamsTest, WhatIsRefusedIsToldWithAxisValueAndLimit) {
   swing_for(axes, 50);
   EXPECT_TRUE(take(at(axes, ++sent, 51ms, 101.0)));
   run(20ms);
-  EXPECT_THAT(std::string(last.text.view()),
-              HasSubstr("outside the range of an axis: axis x: position 5786.87 deg, -5729.58 deg to 5729.58 deg"));
+  EXPECT_THAT(
+      std::string(last.text.view()),
+      HasSubstr("outside the range of an axis: axis x: position 5786.87 deg, allowed are -5729.58 deg to 5729.58 deg"));
   EXPECT_EQ(last.refused, 1U);
   EXPECT_TRUE(take(at(axes, ++sent, 52ms, 0.1, -11.0)));
   run(20ms);

@@ -277,7 +277,7 @@ TEST_F(TaskTest, MisuseIsAnErrorWithItsFacts) {
   Pull one;
   Pull two;
   EXPECT_THAT(refusal(line->add(one, {"", {}, {}})), HasSubstr("needs a name"));
-  EXPECT_THAT(refusal(line->add(one, {"one", {0, 0}, {}})), HasSubstr("divider 0"));
+  EXPECT_THAT(refusal(line->add(one, {"one", {0, 0}, {}})), HasSubstr("the divider is 0; 1 (every cycle) or more"));
   EXPECT_THAT(refusal(line->add(one, {"one", {4, 4}, {}})), HasSubstr("phase 4 of a divider of 4; 0 to 3"));
   EXPECT_THAT(refusal(line->add(one, {"one", {}, {"w"}})),
               HasSubstr("no axis \"w\" to drive; the line has \"x\", \"y\""));
