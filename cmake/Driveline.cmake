@@ -10,6 +10,8 @@ find_program(DRIVELINE_CCACHE ccache)
 if(DRIVELINE_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${DRIVELINE_CCACHE})
 endif()
+# So does __FILE__, which the assertions of the tests contain.
+add_compile_options(-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=)
 
 # Warnings are errors in our own code; generated and third-party code does not link this target.
 add_library(driveline_warnings INTERFACE)
@@ -35,6 +37,7 @@ option(DRIVELINE_UNITY "Compile sources in groups" ON)
 set(DRIVELINE_GROUP_BYTES 130000) # of source text: more is slow to compile again, less reads headers too often
 function(driveline_group_sources target)
   get_target_property(sources ${target} SOURCES)
+  list(FILTER sources EXCLUDE REGEX "^\\$<") # objects of another target
   set(folders)
   foreach(source IN LISTS sources)
     cmake_path(GET source PARENT_PATH folder)
@@ -70,13 +73,14 @@ function(driveline_optimise target level)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O${level}>)
 endfunction()
 
-# driveline_room(<name> [INTERNAL] [COMPONENT <name>] [SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
+# driveline_room(<name> [INTERNAL] [COMPONENT <name>] [SOURCES ...] [COLD_SOURCES ...] [LINK ...] [PRIVATE_LINK ...])
 # Declares the library driveline_<name> (alias driveline::<name>) of the current folder: headers in
 # include/driveline/<name>/, implementation in the listed sources. Without sources it is header-only. It is installed
 # with its headers, for find_package(driveline), unless it is INTERNAL; with COMPONENT only for
 # find_package(driveline COMPONENTS <name>), because it needs packages that the other rooms do not.
+# COLD_SOURCES: sources of which the cycle runs nothing; release builds compile them with -O1.
 function(driveline_room name)
-  cmake_parse_arguments(ARG "INTERNAL" "COMPONENT" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  cmake_parse_arguments(ARG "INTERNAL" "COMPONENT" "SOURCES;COLD_SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   set(target driveline_${name})
   set(headers $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
   if(ARG_SOURCES)
@@ -86,6 +90,14 @@ function(driveline_room name)
     cmake_language(EVAL CODE "cmake_language(DEFER CALL driveline_group_sources ${target})")
     target_link_libraries(${target} PUBLIC ${ARG_LINK}
                                     PRIVATE ${ARG_PRIVATE_LINK} $<BUILD_INTERFACE:driveline_warnings>)
+    if(ARG_COLD_SOURCES)
+      add_library(${target}_cold OBJECT ${ARG_COLD_SOURCES})
+      target_include_directories(${target}_cold PRIVATE include src)
+      target_link_libraries(${target}_cold PRIVATE ${ARG_LINK} ${ARG_PRIVATE_LINK} driveline_warnings)
+      driveline_optimise(${target}_cold 1)
+      driveline_group_sources(${target}_cold)
+      target_sources(${target} PRIVATE $<TARGET_OBJECTS:${target}_cold>)
+    endif()
   else()
     add_library(${target} INTERFACE)
     target_include_directories(${target} INTERFACE ${headers})
@@ -116,6 +128,9 @@ function(driveline_test name)
   add_executable(${name} ${ARG_SOURCES} ${ARG_ALONE})
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${DRIVELINE_UNITY} UNITY_BUILD_BATCH_SIZE 10)
   driveline_optimise(${name} 1)
+  if(DRIVELINE_SANITIZE) # clang takes half of its time for the optimisation of assertions
+    target_compile_options(${name} PRIVATE -O0)
+  endif()
   if(ARG_ALONE)
     set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
