@@ -221,12 +221,12 @@ Result<std::vector<SlavePortFacts>> read_port_facts(Bus& bus, std::size_t count,
   if (auto done = bus.broadcast_write(wire::reg::kReceiveTimePort.at(0), latch); !done)
     return tl::unexpected(done.error());
 
-  struct Answers {
+  struct PortAnswers {
     std::array<std::byte, 2> features{};
     std::array<std::byte, 2> dl_status{};
     std::array<std::byte, 4 * kSlavePorts> times{};
   };
-  std::vector<Answers> answers(count);
+  std::vector<PortAnswers> answers(count);
   std::vector<Request> requests;
   for (std::size_t i = 0; i < count; ++i) {
     requests.push_back(request_of(i, wire::reg::kFeatures.address, answers[i].features));
