@@ -198,7 +198,7 @@ TEST(FoeClient, ASlaveThatAnswersWithoutEndDoesNotKeepATransferOpen) {
       {"0000 00000000", malformed, malformed},
       {"0700 00000000", malformed, malformed},
   };
-  const FileSettings settings{.timeout = milliseconds{300},
+  const FileSettings settings{.timeout = milliseconds{30},
                               .first_pause = milliseconds{5},
                               .longest_pause = milliseconds{40},
                               .busy_limit = milliseconds{100}};
@@ -213,7 +213,7 @@ TEST(FoeClient, ASlaveThatAnswersWithoutEndDoesNotKeepATransferOpen) {
 }
 
 TEST(FoeClient, RepetitionsInTheMiddleOfAFileDoNotKeepItOpen) {
-  const FileSettings settings{.timeout = milliseconds{300}};
+  const FileSettings settings{.timeout = milliseconds{30}};
   FileBench bench;
   bench.answer({"0300 01000000 61626364"});
   bench.slave.endless = [&bench] { return bench.mail("0300 01000000 61626364"); };

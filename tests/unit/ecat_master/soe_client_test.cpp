@@ -239,9 +239,11 @@ TEST(SoeClient, AnswersOfTheWrongKindWithoutEndEndInTheTimeout) {
   for (const auto* service : {"0140 1100 01", "0340 1100 01", "0440 1100", "0501 1100 0300",
                               "0600 0000 30810A0102030405", "0040 1100 01", "0740 1100 01"}) {
     SoeBench bench;
+    MailboxWindow window{ScriptedMailbox::kOut, SoeBench::kMailbox, ScriptedMailbox::kIn, SoeBench::kMailbox};
+    window.timeouts.response = milliseconds{40};
+    bench.mailbox.engine().open({3, 0x1004}, window);
     bench.slave.endless = [&bench, service] { return bench.mail(service); };
-    EXPECT_EQ(bench.outcome(*bench.soe.start_read(kList, SoeElement::kValue)),
-              "slave 3: no mailbox reply within 2000 ms")
+    EXPECT_EQ(bench.outcome(*bench.soe.start_read(kList, SoeElement::kValue)), "slave 3: no mailbox reply within 40 ms")
         << service;
   }
 }
