@@ -12,6 +12,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <thread>
 
 #include "console.hpp"
 
@@ -23,6 +24,9 @@ namespace {
 
 /// Large enough for a piece of a path with many moves, bytes.
 constexpr std::size_t kLongestCommand = std::size_t{64} << 10;
+constexpr std::string_view kNoDescriptor = "error: no file descriptor is left for another client (ulimit -n)\n";
+/// Pause of the loop that polls the sockets when a client can neither be accepted nor turned away.
+constexpr std::chrono::milliseconds kDescriptorPause{10};
 
 tl::expected<sockaddr_un, Failure> address_of(const std::string& path) {
   sockaddr_un address{};
@@ -202,7 +206,10 @@ bool CommandInput::make_room() {
 void CommandInput::accept_clients(CommandExecutor& executor) {
   for (;;) {
     FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
-    if (!socket.valid()) return;
+    if (!socket.valid()) {
+      if (!reserve_.turn_away(listener_.get(), kNoDescriptor)) std::this_thread::sleep_for(kDescriptorPause);
+      return;
+    }
     const auto peer = peer_of(socket.get());
     if (!peer || (peer->uid != 0 && peer->uid != ::geteuid())) {
       static_cast<void>(write_all(socket.get(), "error: the line belongs to another user\n"));
