@@ -88,6 +88,12 @@ bool timed_out() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
 }
 
+/// Sends a command. Returns whether there may be an answer: also when the other end has closed the connection without
+/// waiting for the command, because it has then said why.
+bool send_line(int socket, std::string_view command) {
+  return write_all(socket, fmt::format("{}\n", command)) || errno == EPIPE || errno == ECONNRESET;
+}
+
 /// Credentials of the process at the other end of a local socket.
 std::optional<ucred> peer_of(int socket) {
   ucred peer{};
@@ -302,7 +308,7 @@ Outcome<CommandConnection> CommandConnection::open(const std::string& path, std:
 Outcome<std::string> CommandConnection::ask(std::string_view command) {
   std::string answer;
   std::array<char, 512> buffer;
-  if (write_all(socket_.get(), fmt::format("{}\n", command))) {
+  if (send_line(socket_.get(), command)) {
     while (!answer.ends_with('\n')) {
       const auto count = receive_some(socket_.get(), buffer);
       if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerTimeout);
@@ -326,7 +332,7 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
   }
   std::string answer;
   std::array<char, 512> buffer;
-  if (write_all(socket.get(), fmt::format("{}\n", command))) {
+  if (send_line(socket.get(), command)) {
     ssize_t count = 0;
     while ((count = receive_some(socket.get(), buffer)) > 0) {
       answer.append(buffer.data(), static_cast<std::size_t>(count));

@@ -90,6 +90,22 @@ TEST_F(CommandSocket, AClientForWhichNoDescriptorIsLeftIsToldSo) {
   EXPECT_EQ(heard(next), "1!\n");
 }
 
+TEST_F(CommandSocket, WhatAServerSaysBeforeItClosesIsHeard) {
+  input.reset();
+  port::FileDescriptor listener{::socket(AF_UNIX, SOCK_STREAM, 0)};
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  ASSERT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(listener.get(), 1), 0);
+  auto connection = CommandConnection::open(path, "run");
+  ASSERT_TRUE(connection) << connection.error().text;
+  say(port::FileDescriptor{::accept(listener.get(), nullptr, nullptr)}, "error: full\n");
+  const auto answer = connection->ask("status");
+  ASSERT_TRUE(answer) << answer.error().text;
+  EXPECT_EQ(*answer, "error: full");
+}
+
 TEST_F(CommandSocket, WhoStaysIsAnsweredAgainAndMissedWhenHeGoes) {
   {
     const auto client = connect();
