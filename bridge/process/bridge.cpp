@@ -16,6 +16,7 @@
 
 #include "confinement.hpp"
 #include "feed_config.hpp"
+#include "shared_room.hpp"
 #include "stale_segments.hpp"
 
 namespace driveline::bridge {
@@ -35,6 +36,9 @@ constexpr std::size_t kLongestMessage = 500;
 constexpr std::string_view kNoLimits =
     "shared memory: this kernel has no Landlock (Linux 5.13), so the bridge can open all files of its user, not only "
     "those in /dev/shm";
+constexpr std::string_view kNoRoom =
+    "shared memory: /dev/shm has less than 512 KiB left, so all subscribers get their samples by UDP";
+static_assert(kSharedRoomBytes == 512 * 1024, "kNoRoom says so");
 /// Maximum size of profiles in bytes.
 constexpr std::size_t kMaxProfiles = 1U << 20;
 
@@ -107,12 +111,15 @@ std::string Bridge::set_up() {
   }
   // After the change of user, which resets this setting.
   if (options_.supervisor >= 0) ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-  const bool shared_memory = description.shared_memory != 0;
+  bool shared_memory = description.shared_memory != 0;
   if (shared_memory) {
     files_ = limit_files_to_shared_memory();
     remove_stale_segments();
+    shared_memory = shared_memory_has_room();
+    no_room_ = !shared_memory;
   }
   auto config = config_of(description);
+  config.shared_memory = shared_memory;
   if (options_.security >= 0) config.security = security_of(options_.security);
   if (options_.qos >= 0) config.profiles = {content_of(options_.qos), options_.qos_file};
   auto publisher = DdsPublisher::create(std::move(config));
@@ -132,7 +139,7 @@ std::string Bridge::run() {
     return wrong;
   }
   const bool no_limits = files_ == FileLimits::kNone;
-  say('R', no_limits ? kNoLimits : std::string_view{});
+  say('R', no_room_ ? kNoRoom : no_limits ? kNoLimits : std::string_view{});
   bool more = false;
   bool ends = false;
   while (!ends && !stop_.load(std::memory_order_relaxed) && (more || status_.ended == 0)) {

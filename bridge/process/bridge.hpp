@@ -46,6 +46,7 @@ class Bridge {
   std::unique_ptr<DdsPublisher> publisher_;
   std::unique_ptr<CommandRelay> commands_;  ///< null: the bridge takes no commands
   std::optional<FileLimits> files_;         ///< nullopt: the bridge cannot open files at all
+  bool no_room_ = false;                    ///< /dev/shm has no room for the shared memory that was asked for
   snapshot::FeedStatus status_;
   snapshot::DrainCounters counters_;
   /// Counts of the previous bridge that have not been accounted for yet. A supervisor accounts for them and resets

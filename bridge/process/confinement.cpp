@@ -9,6 +9,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -54,13 +55,18 @@ std::string give_up_capabilities() {
   return {};
 }
 
+/// Limits a resource to `most`. A lower limit stays, because only root can raise it.
+bool limit(__rlimit_resource resource, rlim_t most) {
+  rlimit limits{};
+  if (::getrlimit(resource, &limits) != 0) return false;
+  limits.rlim_cur = limits.rlim_max = std::min(most, limits.rlim_max);
+  return ::setrlimit(resource, &limits) == 0;
+}
+
 std::string limit_resources() {
-  const rlimit files{kMaxFiles, kMaxFiles};
-  if (::setrlimit(RLIMIT_NOFILE, &files) != 0) return failed("RLIMIT_NOFILE");
-  const rlimit none{0, 0};
-  if (::setrlimit(RLIMIT_CORE, &none) != 0) return failed("RLIMIT_CORE");
-  const rlimit memory{kMaxMemory, kMaxMemory};
-  if (!kSanitized && ::setrlimit(RLIMIT_DATA, &memory) != 0) return failed("RLIMIT_DATA");
+  if (!limit(RLIMIT_NOFILE, kMaxFiles)) return failed("RLIMIT_NOFILE");
+  if (!limit(RLIMIT_CORE, 0)) return failed("RLIMIT_CORE");
+  if (!kSanitized && !limit(RLIMIT_DATA, kMaxMemory)) return failed("RLIMIT_DATA");
   return {};
 }
 

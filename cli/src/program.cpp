@@ -174,9 +174,11 @@ int tell_parse_outcome(const CLI::App& app, const CLI::ParseError& error) {
 
 int run_program(int argc, const char* const* argv) {
   rt::refuse_long_files_with_errors();
-  if (const auto problem = too_little_stack(); !problem.empty()) {
-    progress("driveline: {}", problem);
-    return 1;
+  for (auto* const check : {too_little_stack, extend_stack}) {
+    if (const auto problem = check(); !problem.empty()) {
+      progress("driveline: {}", problem);
+      return 1;
+    }
   }
   CLI::App app{"A real-time EtherCAT master for servo drive lines, and the drives to run it against", "driveline"};
   app.failure_message(failure_message);

@@ -1,20 +1,35 @@
 #include "driveline/rt/stop_signals.hpp"
 
-#include <atomic>
+#include <array>
 #include <csignal>
+#include <ctime>
+
+#include "driveline/rt/time_conversion.hpp"
 
 namespace driveline::rt {
 namespace {
 
-std::atomic<bool> stop_flag{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "used in a signal handler");
+constinit StopRequest stop_request;
+
+/// Signals that end a program by default, other than SIGQUIT and those that report an error of the program (signal(7)).
+/// Besides users, process managers and log rotation (SIGUSR1), resource limits (SIGXCPU) and power supplies (SIGPWR)
+/// send them.
+constexpr std::array kStopSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGUSR1, SIGUSR2, SIGXCPU,
+                                  SIGALRM, SIGVTALRM, SIGPROF, SIGIO,   SIGPWR,  SIGSTKFLT};
 
 extern "C" void on_stop_signal(int signal) {
-  // A second signal: the program is already shutting down and the user does not want to wait.
-  if (stop_flag.exchange(true)) {
+  std::timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (stop_request.note(from_timespec(now))) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }
+}
+
+void handle_unless_handled(int signal, const struct sigaction& action) {
+  struct sigaction before = {};
+  sigaction(signal, nullptr, &before);
+  if (before.sa_handler == SIG_DFL) sigaction(signal, &action, nullptr);
 }
 
 }  // namespace
@@ -24,12 +39,8 @@ void catch_stop_signals() {
   action.sa_handler = on_stop_signal;
   action.sa_flags = SA_RESTART;  // file accesses are restarted, not interrupted
   sigemptyset(&action.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    struct sigaction before = {};
-    sigaction(signal, nullptr, &before);
-    // Signals that are ignored from the start (nohup) stay ignored.
-    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
-  }
+  for (const int signal : kStopSignals) handle_unless_handled(signal, action);
+  for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) handle_unless_handled(signal, action);
   action.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &action, nullptr);
 }
@@ -39,7 +50,7 @@ void refuse_long_files_with_errors() {
 }
 
 bool stop_requested() noexcept {
-  return stop_flag.load(std::memory_order_relaxed);
+  return stop_request.requested();
 }
 
 }  // namespace driveline::rt

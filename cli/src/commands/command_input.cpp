@@ -12,6 +12,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <thread>
 
 #include "console.hpp"
 
@@ -23,6 +24,9 @@ namespace {
 
 /// Large enough for a piece of a path with many moves, bytes.
 constexpr std::size_t kLongestCommand = std::size_t{64} << 10;
+constexpr std::string_view kNoDescriptor = "error: no file descriptor is left for another client (ulimit -n)\n";
+/// Pause of the loop that polls the sockets when a client can neither be accepted nor turned away.
+constexpr std::chrono::milliseconds kDescriptorPause{10};
 
 tl::expected<sockaddr_un, Failure> address_of(const std::string& path) {
   sockaddr_un address{};
@@ -82,6 +86,12 @@ void limit_waiting(int socket, std::chrono::milliseconds timeout) {
 
 bool timed_out() {
   return errno == EAGAIN || errno == EWOULDBLOCK;
+}
+
+/// Sends a command. Returns whether there may be an answer: also when the other end has closed the connection without
+/// waiting for the command, because it has then said why.
+bool send_line(int socket, std::string_view command) {
+  return write_all(socket, fmt::format("{}\n", command)) || errno == EPIPE || errno == ECONNRESET;
 }
 
 /// Credentials of the process at the other end of a local socket.
@@ -202,7 +212,10 @@ bool CommandInput::make_room() {
 void CommandInput::accept_clients(CommandExecutor& executor) {
   for (;;) {
     FileDescriptor socket{::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
-    if (!socket.valid()) return;
+    if (!socket.valid()) {
+      if (!reserve_.turn_away(listener_.get(), kNoDescriptor)) std::this_thread::sleep_for(kDescriptorPause);
+      return;
+    }
     const auto peer = peer_of(socket.get());
     if (!peer || (peer->uid != 0 && peer->uid != ::geteuid())) {
       static_cast<void>(write_all(socket.get(), "error: the line belongs to another user\n"));
@@ -295,7 +308,7 @@ Outcome<CommandConnection> CommandConnection::open(const std::string& path, std:
 Outcome<std::string> CommandConnection::ask(std::string_view command) {
   std::string answer;
   std::array<char, 512> buffer;
-  if (write_all(socket_.get(), fmt::format("{}\n", command))) {
+  if (send_line(socket_.get(), command)) {
     while (!answer.ends_with('\n')) {
       const auto count = receive_some(socket_.get(), buffer);
       if (count < 0 && timed_out()) return silent(path_, listener_, socket_.get(), kAnswerTimeout);
@@ -319,7 +332,7 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
   }
   std::string answer;
   std::array<char, 512> buffer;
-  if (write_all(socket.get(), fmt::format("{}\n", command))) {
+  if (send_line(socket.get(), command)) {
     ssize_t count = 0;
     while ((count = receive_some(socket.get(), buffer)) > 0) {
       answer.append(buffer.data(), static_cast<std::size_t>(count));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "axes/command_sender.hpp"
+#include "driveline/port/descriptor_reserve.hpp"
 #include "driveline/port/file_descriptor.hpp"
 #include "failure.hpp"
 
@@ -82,6 +83,7 @@ class CommandInput {
 
   std::string path_;
   port::FileDescriptor listener_;
+  port::DescriptorReserve reserve_;
   std::vector<Client> clients_;  ///< in the order of connection
   std::uint64_t connections_ = 0;
   bool stdin_open_ = true;

@@ -29,7 +29,8 @@ MailExchange::MailExchange(wire::MailboxType type, std::vector<std::byte> servic
                            std::optional<std::chrono::nanoseconds> timeout)
     : MailboxDialogue(type, 0), service_(std::move(service)), timeout_(timeout) {}
 
-void MailExchange::begin(std::uint16_t /*position*/, MailboxRoom room) {
+void MailExchange::begin(std::uint16_t position, MailboxRoom room) {
+  position_ = position;
   answer_room_ = room.in;
   answers_.emplace();
 }
@@ -37,6 +38,11 @@ void MailExchange::begin(std::uint16_t /*position*/, MailboxRoom room) {
 MailboxDialogue::Reaction MailExchange::receive(std::span<const std::byte> service) {
   const bool coe = type() == wire::MailboxType::kCoe;
   if (coe && is_emergency(service)) return Reaction::kForeign;
+  kept_bytes_ += service.size() + kBytesPerMessage;
+  if (kept_bytes_ > kLargest) {
+    answers_ = tl::unexpected(Error{facts::MailboxMalformed{}, position_});
+    return Reaction::kDone;
+  }
   answers_->emplace_back(service.begin(), service.end());
   const bool more = coe ? more_of_a_list(service) : type() == wire::MailboxType::kSoe && more_fragments(service);
   return more ? Reaction::kAwait : Reaction::kDone;

@@ -40,6 +40,7 @@ std::vector<std::vector<std::byte>> SoeTransfer::split(std::uint16_t position, s
   const auto most = room - SoeHeader::kSize;
   auto left = (data_.size() - 1) / most;
   if (left > 0xFFFF) return services;
+  confirmations_ = left;
   for (; left > 0; --left, ahead_ += most) {
     auto part = header();
     part.incomplete = true;
@@ -92,15 +93,24 @@ bool SoeTransfer::append(std::span<const std::byte> data) {
 }
 
 MailboxDialogue::Reaction SoeTransfer::receive_part(const SoeHeader& header, std::span<const std::byte> data) {
-  // Some slaves confirm each fragment.
-  if (write_) return Reaction::kAwait;
+  if (write_) return receive_confirmation(header);
   const bool counts = !left_ || (*left_ > 0 && header.value + 1 == *left_);
   if (!counts || header.value == 0) {
     const auto expected = left_.value_or(1);
     return end(facts::SoeFragments{at_, static_cast<std::uint16_t>(left_ ? expected - 1 : expected), header.value});
   }
   left_ = header.value;
-  return append(data) ? Reaction::kAwait : end(facts::MailboxMalformed{});
+  // A fragment without data would let a slave prolong the transfer at no cost.
+  if (data.empty() || !append(data)) return end(facts::MailboxMalformed{});
+  return Reaction::kAwait;
+}
+
+/// Some slaves confirm each fragment. Each confirmation extends the time-out, so no more than the fragments sent are
+/// accepted; otherwise the transfer would never end.
+MailboxDialogue::Reaction SoeTransfer::receive_confirmation(const SoeHeader& header) {
+  if (confirmations_ == 0) return end(facts::SoeFragments{at_, 0, header.value});
+  --confirmations_;
+  return Reaction::kAwait;
 }
 
 MailboxDialogue::Reaction SoeTransfer::receive_last(const SoeHeader& header, std::span<const std::byte> data) {

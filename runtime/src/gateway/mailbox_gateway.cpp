@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "driveline/ecat_master/mailbox/mail_exchange.hpp"
+#include "driveline/port/descriptor_reserve.hpp"
 #include "driveline/wire/coe.hpp"
 #include "driveline/wire/foe.hpp"
 #include "gateway/gateway_access.hpp"
@@ -30,6 +31,8 @@ using wire::MailboxErrorCode;
 using wire::MailboxType;
 
 constexpr auto kIdle = std::chrono::milliseconds{100};
+/// Pause when a client can neither be accepted nor turned away.
+constexpr auto kDescriptorPause = std::chrono::milliseconds{10};
 /// Time-out for each mailbox message of an answer.
 constexpr auto kMessageTimeout = std::chrono::milliseconds{500};
 constexpr std::size_t kMaxClients = 64;
@@ -179,7 +182,10 @@ class MailboxGateway::Service {
     socklen_t size = sizeof from;
     port::FileDescriptor socket{
         ::accept4(sockets_.tcp.get(), reinterpret_cast<sockaddr*>(&from), &size, SOCK_NONBLOCK | SOCK_CLOEXEC)};
-    if (!socket.valid()) return;
+    if (!socket.valid()) {
+      if (!reserve_.turn_away(sockets_.tcp.get())) std::this_thread::sleep_for(kDescriptorPause);
+      return;
+    }
     const auto connected =
         std::count_if(clients_.begin(), clients_.end(), [](const auto& one) { return one->socket.valid(); });
     if (static_cast<std::size_t>(connected) < kMaxTcpClients || drop_silent_client())
@@ -365,6 +371,7 @@ class MailboxGateway::Service {
   std::vector<ecat_master::SlaveRef> slaves_;
   GatewaySettings settings_;
   GatewaySockets sockets_;
+  port::DescriptorReserve reserve_;
   std::vector<Request> requests_;  ///< used only by the thread
   mutable std::mutex mutex_;       ///< protects the clients' figures, the list of clients and the changes
   std::vector<std::shared_ptr<Client>> clients_;

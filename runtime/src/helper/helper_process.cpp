@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <string_view>
 #include <thread>
 
 namespace driveline::runtime {
@@ -19,9 +20,8 @@ namespace {
 
 using port::FileDescriptor;
 
-/// Lowest number for temporary duplicates of the descriptors: otherwise a descriptor could be overwritten in the new
-/// process before it is copied.
-constexpr int kOutOfTheWay = 64;
+/// Value of oom_score_adj (proc(5)) of a process that the kernel ends first when memory runs out.
+constexpr std::string_view kFirstToEnd = "1000";
 
 /// Settings of the new process: its descriptors, its own process group (Ctrl-C of a terminal reaches only the parent),
 /// no blocked signals.
@@ -62,13 +62,23 @@ HelperProcess::Transfer failure() noexcept {
   return not_now ? HelperProcess::Transfer::kNotNow : HelperProcess::Transfer::kEnded;
 }
 
-/// Duplicates `first` and `others` to numbers from kOutOfTheWay; empty: too many open files.
+/// Duplicates `first` and `others` to numbers above those that they get in the new process, where a descriptor could
+/// otherwise be overwritten before it is copied. Empty: too many open files.
 std::vector<FileDescriptor> out_of_the_way(int first, std::span<const int> others) {
+  const int above = HelperProcess::kSocket + 1 + static_cast<int>(others.size());
   std::vector<FileDescriptor> all;
-  all.emplace_back(::fcntl(first, F_DUPFD_CLOEXEC, kOutOfTheWay));
-  for (const int other : others) all.emplace_back(::fcntl(other, F_DUPFD_CLOEXEC, kOutOfTheWay));
+  all.emplace_back(::fcntl(first, F_DUPFD_CLOEXEC, above));
+  for (const int other : others) all.emplace_back(::fcntl(other, F_DUPFD_CLOEXEC, above));
   const bool complete = std::all_of(all.begin(), all.end(), [](const auto& each) { return each.valid(); });
   return complete ? std::move(all) : std::vector<FileDescriptor>{};
+}
+
+/// When the memory of the machine or of the cgroup runs out, the kernel ends a helper, which is started again, and not
+/// the process that drives the line and has more memory, all of it locked. Without the right to do so nothing changes.
+void let_end_first(pid_t helper) {
+  const FileDescriptor file{::open(fmt::format("/proc/{}/oom_score_adj", helper).c_str(), O_WRONLY | O_CLOEXEC)};
+  if (file.valid()) [[maybe_unused]]
+    const auto written = ::write(file.get(), kFirstToEnd.data(), kFirstToEnd.size());
 }
 
 }  // namespace
@@ -96,6 +106,7 @@ Result<HelperProcess> HelperProcess::start(const std::filesystem::path& program,
   if (refused != 0) {
     return fail(ErrorKind::kMachine, fmt::format("cannot be started: {}", std::strerror(refused)), name);
   }
+  let_end_first(child);
   return HelperProcess(std::move(ours), child);
 }
 

@@ -38,7 +38,8 @@ class HelperProcess {
   ~HelperProcess() { end(); }
 
   /// Starts `program` with `arguments` in its own process group. It inherits only stderr, used also as its stdout, the
-  /// socket, and `passed`, whose descriptors get the numbers after kSocket.
+  /// socket, and `passed`, whose descriptors get the numbers after kSocket. When memory runs out, the kernel ends it
+  /// before this process.
   [[nodiscard]] static Result<HelperProcess> start(const std::filesystem::path& program,
                                                    std::vector<std::string> arguments,
                                                    std::span<const int> passed = {});

@@ -75,8 +75,11 @@ Result<StreamSocket> StreamSocket::listen(const std::filesystem::path& path, boo
   return made;
 }
 
-port::FileDescriptor StreamSocket::accept() const {
-  return port::FileDescriptor{::accept4(socket_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+port::FileDescriptor StreamSocket::accept() {
+  port::FileDescriptor client{::accept4(socket_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
+  // The caller does not poll the socket, so it need not pause.
+  if (!client.valid()) static_cast<void>(reserve_.turn_away(socket_.get()));
+  return client;
 }
 
 StreamMessage receive_message(int socket) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "driveline/port/descriptor_reserve.hpp"
 #include "driveline/port/file_descriptor.hpp"
 #include "driveline/runtime/error.hpp"
 #include "driveline/stream/greeting.hpp"
@@ -24,13 +25,14 @@ class StreamSocket {
   StreamSocket(StreamSocket&&) noexcept = default;
   StreamSocket& operator=(StreamSocket&&) = delete;
 
-  /// Accepts the next client; invalid: there is none.
-  [[nodiscard]] port::FileDescriptor accept() const;
+  /// Accepts the next client; invalid: there is none. A client for which no file descriptor is left is disconnected.
+  [[nodiscard]] port::FileDescriptor accept();
 
  private:
   StreamSocket(port::FileDescriptor socket, std::filesystem::path path);
 
   port::FileDescriptor socket_;
+  port::DescriptorReserve reserve_;
   std::filesystem::path path_;
 };
 

@@ -270,6 +270,22 @@ class ByCyclone(CommandTest):
         self.check_stop("x", 4.0)
 
     @undisturbed
+    def test_that_stands_still_loses_its_axis_and_does_not_get_it_back_by_going_on(self):
+        run = self.start_run()
+        panel = self.commander().wait_for_line()
+        panel.acquire("x")
+        self.check(panel.do("jog x 4"), "DONE")
+        panel.process.send_signal(signal.SIGSTOP)
+        self.wait_for_sentence("no longer renews its lease: the axis stops", run)
+        self.wait_for_state("x", "Standstill", run)
+        self.assertEqual(self.status()["x"]["owner"], "")
+        panel.process.send_signal(signal.SIGCONT)
+        self.check(panel.ask("jog x 1"), "REFUSED", "axis x: the caller does not hold the lease of the axis")
+        self.assertEqual(self.status()["x"]["state"], "Standstill")
+        self.end_run(run)
+        self.check_stop("x", 4.0)
+
+    @undisturbed
     def test_a_flood_is_refused_and_the_line_runs_on(self):
         run = self.start_run()
         panel = self.commander().wait_for_line()

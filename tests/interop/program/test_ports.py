@@ -9,6 +9,25 @@ import unittest
 from program import PATIENCE_S, RingTest, WireTest, again_when_disturbed
 
 RAW = "packet socket with a receive ring"
+# Floods the interface of the master: frames of EtherCAT with nonsense in all sizes, too short ones, tagged and foreign ones.
+FLOOD = """
+import os, socket
+port = socket.socket(socket.AF_PACKET, socket.SOCK_RAW)
+port.bind(("dl-line", 0))
+head = bytes.fromhex("ffffffffffff020000000001")
+frames = [head + bytes.fromhex(kind) + content for kind, content in (
+    ("88a4", os.urandom(46)), ("88a4", os.urandom(1486)), ("88a4", bytes(46)), ("88a4", b"\\x0c\\x10"), ("88a4", b""),
+    ("8100000188a4", os.urandom(60)), ("0800", bytes(46)))]
+while True:
+    for _ in range(100):
+        for frame in frames:
+            try:
+                port.send(frame)
+            except OSError:  # its queue is full
+                pass
+    print("sent", flush=True)
+"""
+FLOODED = 40  # lines of its output, each for 700 frames
 
 
 class Ports(WireTest):
@@ -72,6 +91,21 @@ class Ports(WireTest):
         self.wait_for("its program is gone", lambda: not self.has_program("dl-master"))
         slaves = self.one_document(self.run_program("slaves", "--iface", "dl-master", "--json").stdout)["slaves"]
         self.assertEqual(len(slaves), 8)
+
+    @again_when_disturbed
+    def test_a_flood_of_frames_costs_no_cycle(self):
+        for port, name in (("xdp", "AF_XDP, native, copied"), ("raw", RAW)):
+            if port == "xdp":
+                self.skip_without_xdp()
+            master = self.start_master(self.with_patience(self.config(port)))
+            flood = self.start_noise(FLOOD, log="flood.log")
+            self.wait_for("the flood", lambda: self.frames_of_noise("flood.log") >= FLOODED, master)
+            self.kill(flood)
+            self.assertEqual(self.end(master, signal.SIGTERM), 0, self.logs())
+            document = self.one_document(self.text("master.log.out"))
+            self.assertEqual((document["state"], document["faults"], document["wkc_errors"]), ("OP", [], 0))
+            self.assertEqual(document["interfaces"][0]["port"], name)
+            self.assertTrue(any("frames of unknown origin were received" in event for event in document["events"]), document["events"])
 
     @again_when_disturbed
     def test_auto_takes_a_packet_socket_where_the_driver_copies_and_says_why(self):

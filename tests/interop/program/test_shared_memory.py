@@ -18,8 +18,10 @@ SEGMENT = re.compile("fastrtps_[0-9a-f]{16}")
 
 
 @unittest.skipUnless(os.geteuid() == 0, "only root becomes other users, and makes namespaces")
-class SharedMemory(ProgramTest):
+class SharedMemoryTest(ProgramTest):
     """With a network of its own, in which loopback can be taken down, and a /dev/shm of its own."""
+
+    SHARED_OPTIONS = "mode=1777"  # of the file system at /dev/shm
 
     def setUp(self):
         super().setUp()
@@ -27,8 +29,8 @@ class SharedMemory(ProgramTest):
         self.prefix = []
         for folder in (self.sockets, self.directory):  # of other users, too
             folder.chmod(0o777)
-        holder = self.start("-m", "-n", "sh", "-c", "mount -t tmpfs -o mode=1777 tmpfs /dev/shm && ip link set lo up && echo made && "
-                            "exec sleep infinity", program="unshare", log="holder.log")
+        holder = self.start("-m", "-n", "sh", "-c", f"mount -t tmpfs -o {self.SHARED_OPTIONS} tmpfs /dev/shm && ip link set lo up && "
+                            "echo made && exec sleep infinity", program="unshare", log="holder.log")
         self.wait_for("namespaces", lambda: "made" in self.text("holder.log.out") or holder.poll() is not None)
         if holder.poll() is not None:
             self.skipTest(self.text("holder.log").strip())
@@ -82,6 +84,8 @@ class SharedMemory(ProgramTest):
     def segments(self):
         return [name for name in self.files() if SEGMENT.fullmatch(name)]
 
+
+class SharedMemory(SharedMemoryTest):
     def check_who_has_shared_memory(self, owner, other):
         """Without loopback the reader `owner`, whose process is given, goes on, and `other` does not."""
         self.loopback("down")
@@ -152,6 +156,34 @@ class SharedMemory(ProgramTest):
         config = self.write_gentle_line(telemetry=f'user = "{OWNER}"')
         result = self.run_program(*self.of(OTHER), DRIVELINE, "run", "--config", config, "--no-plots", program="setpriv")
         self.check_refused(result, 2, f'[telemetry] user: is "{OWNER}", but this run belongs to user {OTHER}', "start the run as root")
+
+
+class WithoutRoom(SharedMemoryTest):
+    """/dev/shm has room for the locks of a segment, and not for the segment itself."""
+    SHARED_OPTIONS = "mode=1777,size=64k"
+
+    def test_samples_go_by_udp_and_the_run_tells_it(self):
+        run = self.run_line(f'shared_memory = true\nuser = "{OWNER}"')
+        self.wait_for("its remark", lambda: "shared memory: /dev/shm has less than 512 KiB left" in self.text("run.log"), run)
+        received = self.run_program(*self.of(OTHER), CYCLONE_SUBSCRIBER, 0, 10, PATIENCE_S // 2, program="setpriv")
+        self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
+        self.assertEqual(self.segments(), [])
+        self.assertEqual(self.end_run(run)["telemetry"]["restarts"], 0)
+
+
+class FilledUp(SharedMemoryTest):
+    """/dev/shm has room at the start, and none as soon as the line runs."""
+    SHARED_OPTIONS = "mode=1777,size=2m"
+
+    def test_while_the_line_runs_disturbs_nobody(self):
+        run = self.run_line(f'shared_memory = true\nuser = "{OWNER}"')
+        self.wait_for("the segment", self.segments, run)
+        with open(self.shared / "full", "wb", buffering=0) as file, self.assertRaisesRegex(OSError, "No space left"):
+            while True:
+                file.write(bytes(4096))
+        received = self.run_program(*self.of(OTHER), CYCLONE_SUBSCRIBER, 0, 10, PATIENCE_S // 2, program="setpriv")
+        self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
+        self.assertEqual(self.end_run(run)["telemetry"]["restarts"], 0)
 
 
 if __name__ == "__main__":

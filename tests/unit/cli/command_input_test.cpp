@@ -1,13 +1,17 @@
 // Commands of clients at the socket that may be slow, silent, or disconnected.
 #include "commands/command_input.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <thread>
+#include <vector>
 
 #include "support/temporary_directory.hpp"
 
@@ -63,6 +67,44 @@ class CommandSocket : public test::TemporaryDirectory, public CommandExecutor {
   std::string answer;
   std::vector<std::uint64_t> left;
 };
+
+TEST_F(CommandSocket, AClientForWhichNoDescriptorIsLeftIsToldSo) {
+  const auto client = connect();
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  auto fewer = before;
+  fewer.rlim_cur = 64;
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &fewer), 0);
+  std::vector<port::FileDescriptor> taken;
+  do {
+    taken.emplace_back(::open("/dev/null", O_RDONLY));
+  } while (taken.back().valid());
+  look();
+  const auto told = heard(client);
+  taken.clear();
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(told, "error: no file descriptor is left for another client (ulimit -n)\n");
+  const auto next = connect();
+  say(next, "1\n");
+  look();
+  EXPECT_EQ(heard(next), "1!\n");
+}
+
+TEST_F(CommandSocket, WhatAServerSaysBeforeItClosesIsHeard) {
+  input.reset();
+  port::FileDescriptor listener{::socket(AF_UNIX, SOCK_STREAM, 0)};
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  ASSERT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(listener.get(), 1), 0);
+  auto connection = CommandConnection::open(path, "run");
+  ASSERT_TRUE(connection) << connection.error().text;
+  say(port::FileDescriptor{::accept(listener.get(), nullptr, nullptr)}, "error: full\n");
+  const auto answer = connection->ask("status");
+  ASSERT_TRUE(answer) << answer.error().text;
+  EXPECT_EQ(*answer, "error: full");
+}
 
 TEST_F(CommandSocket, WhoStaysIsAnsweredAgainAndMissedWhenHeGoes) {
   {

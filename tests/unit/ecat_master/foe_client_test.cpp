@@ -53,6 +53,15 @@ struct FileBench {
     return done ? "" : describe(done.error());
   }
 
+  /// The result of a transfer that a slave answers without end; empty: it was still open after five minutes.
+  std::string outcome(FileTransfer& transfer) {
+    const auto end = slave.now() + std::chrono::minutes{5};
+    while (!transfer.done() && slave.now() < end) mailbox.engine().drive();
+    if (!transfer.done()) return "";
+    const auto result = result_of(transfer);
+    return result ? "success" : describe(result.error());
+  }
+
   ScriptedMailbox slave{kMailbox};
   Bus bus{slave};
   MailboxClient mailbox{bus, {3, 0x1004}, {ScriptedMailbox::kOut, kMailbox, ScriptedMailbox::kIn, kMailbox}};
@@ -165,6 +174,81 @@ TEST(FoeClient, TakesNoMoreOfAFileThanItIsTold) {
   bench.answer({"0300 01000000 61626364", "0300 02000000 61626364"});
   EXPECT_EQ(bench.read({.largest = 7}), "slave 3: sends more than the 7 bytes of the file that are accepted");
   EXPECT_EQ(bench.told().back(), hex("0500 03800000"));
+}
+
+TEST(FoeClient, ASlaveThatAnswersWithoutEndDoesNotKeepATransferOpen) {
+  const std::string malformed = "slave 3: sent a malformed mailbox";
+  struct Hostile {
+    const char* service;
+    std::string read;
+    std::string write;
+  };
+  const Hostile cases[] = {
+      {"0600 0000 0000", "slave 3: was busy with the file for 75 ms without progress",
+       "slave 3: was busy with the file for 75 ms without progress"},
+      {"0600", malformed, malformed},
+      {"0400 0000", malformed, malformed},
+      {"", malformed, malformed},
+      // Acknowledgement or data of a packet that was not sent; both are answers to a transfer before.
+      {"0400 07000000", malformed, malformed},
+      {"0300 07000000 61626364", malformed, malformed},
+      // Requests, and reserved op codes.
+      {"0100 00000000 46", malformed, malformed},
+      {"0200 00000000 46", malformed, malformed},
+      {"0000 00000000", malformed, malformed},
+      {"0700 00000000", malformed, malformed},
+  };
+  const FileSettings settings{.timeout = milliseconds{30},
+                              .first_pause = milliseconds{5},
+                              .longest_pause = milliseconds{40},
+                              .busy_limit = milliseconds{100}};
+  for (const auto& [service, read, write] : cases) {
+    FileBench bench;
+    bench.slave.endless = [&bench, one = service] { return bench.mail(one); };
+    EXPECT_EQ(bench.outcome(*bench.foe.start_read({"F", 0}, settings)), read) << service;
+    FileBench other;
+    other.slave.endless = [&other, one = service] { return other.mail(one); };
+    EXPECT_EQ(other.outcome(*other.foe.start_write({"F", 0}, hex("616263646566"), settings)), write) << service;
+  }
+}
+
+TEST(FoeClient, RepetitionsInTheMiddleOfAFileDoNotKeepItOpen) {
+  const FileSettings settings{.timeout = milliseconds{30}};
+  FileBench bench;
+  bench.answer({"0300 01000000 61626364"});
+  bench.slave.endless = [&bench] { return bench.mail("0300 01000000 61626364"); };
+  EXPECT_EQ(bench.outcome(*bench.foe.start_read({"F", 0}, settings)), "slave 3: sent a malformed mailbox");
+  FileBench other;
+  other.answer({"0400 00000000"});
+  other.slave.endless = [&other] { return other.mail("0400 00000000"); };
+  EXPECT_EQ(other.outcome(*other.foe.start_write({"F", 0}, hex("616263646566"), settings)),
+            "slave 3: sent a malformed mailbox");
+}
+
+TEST(FoeClient, DataWithoutEndStopAtTheLimit) {
+  constexpr std::size_t kLimit = 4097;
+  constexpr std::size_t kPerPacket = 4;
+  FileBench bench;
+  // The slave answers the n-th request with packet n.
+  bench.slave.endless = [&bench] {
+    const auto packet = bench.slave.requests.size();
+    std::array<char, 24> text{};
+    std::snprintf(text.data(), text.size(), "0300%02zX%02zX000061626364", packet & 0xFFU, packet >> 8U & 0xFFU);
+    return bench.mail(text.data());
+  };
+  const auto transfer = bench.foe.start_read({"F", 0}, {.largest = kLimit});
+  EXPECT_EQ(bench.outcome(*transfer), "slave 3: sends more than the 4097 bytes of the file that are accepted");
+  EXPECT_EQ(transfer->transferred(), kLimit / kPerPacket * kPerPacket);
+  EXPECT_EQ(bench.told().back(), hex("0500 03800000"));
+}
+
+TEST(FoeClient, TheTextOfAnErrorNeedsNoZeroAtItsEnd) {
+  FileBench bench;
+  bench.answer({"0500 01800000 61626364", "0500 01800000 61006364", "0500 01800000 00626364"});
+  const std::string refused = "slave 3: refused the file with FoE error 0x8001 (not found)";
+  EXPECT_EQ(bench.read(), refused + ": abcd") << "up to the last byte of the mailbox";
+  EXPECT_EQ(bench.read(), refused + ": a");
+  EXPECT_EQ(bench.read(), refused);
 }
 
 TEST(FoeClient, SilenceEndsInATimeoutAndAnErrorToTheSlave) {

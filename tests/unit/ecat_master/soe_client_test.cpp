@@ -66,6 +66,13 @@ struct SoeBench {
     const auto done = soe.write(kList, SoeElement::kValue, data);
     return done ? "" : describe(done.error());
   }
+  /// The result of a transfer that a slave answers without end; empty: it was still open after a minute.
+  std::string outcome(SoeTransfer& transfer) {
+    const auto end = slave.now() + std::chrono::minutes{1};
+    while (!transfer.done() && slave.now() < end) mailbox.engine().drive();
+    if (!transfer.done()) return "";
+    return transfer.result() ? "success" : describe(transfer.result().error());
+  }
   std::string execute(const SoeCommandSettings& settings = {}) {
     const auto done = soe.execute(kCommand, settings);
     return done ? "" : describe(done.error());
@@ -225,6 +232,79 @@ TEST(SoeClient, WhatIsCutOrOddIsNamed) {
   EXPECT_EQ(bench.read(), malformed);
   EXPECT_EQ(bench.read(), malformed) << "half an error code";
   EXPECT_EQ(bench.read(), malformed) << "an element that nobody has asked for";
+}
+
+TEST(SoeClient, AnswersOfTheWrongKindWithoutEndEndInTheTimeout) {
+  // Read request, write request, write response, notification, emergency and the reserved op codes 0 and 7.
+  for (const auto* service : {"0140 1100 01", "0340 1100 01", "0440 1100", "0501 1100 0300",
+                              "0600 0000 30810A0102030405", "0040 1100 01", "0740 1100 01"}) {
+    SoeBench bench;
+    MailboxWindow window{ScriptedMailbox::kOut, SoeBench::kMailbox, ScriptedMailbox::kIn, SoeBench::kMailbox};
+    window.timeouts.response = milliseconds{40};
+    bench.mailbox.engine().open({3, 0x1004}, window);
+    bench.slave.endless = [&bench, service] { return bench.mail(service); };
+    EXPECT_EQ(bench.outcome(*bench.soe.start_read(kList, SoeElement::kValue)), "slave 3: no mailbox reply within 40 ms")
+        << service;
+  }
+}
+
+TEST(SoeClient, AWriteThatIsConfirmedWithoutEndEnds) {
+  for (const std::size_t size : {8U, 20U}) {
+    SoeBench bench;
+    bench.slave.endless = [&bench] { return bench.mail("0C40 0100"); };
+    EXPECT_EQ(bench.outcome(*bench.soe.start_write(kList, SoeElement::kValue, Bytes(size))),
+              "slave 3: 0 further fragments of S-0-0017 of drive 0 were expected, 1 are announced")
+        << size;
+  }
+}
+
+/// A fragment that announces `left` more, from a slave that counts down.
+std::string fragment(unsigned left, std::string_view data) {
+  std::array<char, 10> head{};
+  std::snprintf(head.data(), head.size(), "0A40%02X%02X", left & 0xFFU, left >> 8U & 0xFFU);
+  return head.data() + std::string(data);
+}
+
+TEST(SoeClient, FragmentsWithoutDataEndTheTransfer) {
+  SoeBench bench;
+  unsigned left = 0xFFFF;
+  bench.slave.endless = [&] { return bench.mail(fragment(left--, "")); };
+  EXPECT_EQ(bench.outcome(*bench.soe.start_read(kList, SoeElement::kValue)), "slave 3: sent a malformed mailbox");
+  EXPECT_GT(left, 0xFFF0U) << "at the first one";
+}
+
+TEST(SoeClient, TakesNoMoreFragmentsThanAllElementsHave) {
+  constexpr unsigned kPerFragment = 8;
+  static_assert(SoeTransfer::kLargest / kPerFragment < 0xFFFE, "the limit is met before the count has come to its end");
+  SoeBench bench;
+  unsigned left = 0xFFFF;
+  bench.slave.endless = [&] { return bench.mail(fragment(left--, "0102030405060708")); };
+  EXPECT_EQ(bench.outcome(*bench.soe.start_read(kList, SoeElement::kValue)), "slave 3: sent a malformed mailbox");
+  EXPECT_GE(0xFFFF - left, SoeTransfer::kLargest / kPerFragment);
+}
+
+TEST(SoeClient, LengthWordsThatLieAreNamed) {
+  // The attribute says a list of two-byte elements; each value contradicts its own length word.
+  const std::pair<const char*, unsigned> cases[] = {
+      {"0240 1100 FFFFFFFF 01001180", 8},  // more than comes
+      {"0240 1100 02000800 01001180", 8},  // less than comes
+      {"0240 1100 00000000 0100", 6},      // none, and data
+      {"0240 1100 040000", 3},             // less than the length words
+      {"0240 1100", 0},                    // nothing
+  };
+  for (const auto& [value, bytes] : cases) {
+    SoeBench bench;
+    bench.answer_each({"0204 1100 0100 5500", value});
+    EXPECT_EQ(describe(bench.soe.idn_list(kList).error()), "slave 3: the " + std::to_string(bytes) +
+                                                               " bytes of S-0-0017 of drive 0 do not match its "
+                                                               "attribute")
+        << value;
+  }
+  SoeBench bench;
+  bench.answer({"0202 1100 FF00FF00 41"});
+  EXPECT_TRUE(bench.soe.name(kList).error().is<facts::SoeContent>()) << "a name";
+  bench.answer({"0200 1100"});
+  EXPECT_TRUE(bench.soe.attribute(kList).error().is<facts::SoeContent>()) << "without the element";
 }
 
 TEST(SoeClient, ASlaveThatKnowsNoSoeIsSaidToDoSo) {

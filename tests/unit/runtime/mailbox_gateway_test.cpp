@@ -173,6 +173,27 @@ TEST(MailExchange, TakesEveryMailOfAnAnswer) {
   EXPECT_THAT(*soe.answers(), SizeIs(2));
 }
 
+TEST(MailExchange, AnAnswerWithoutEndEndsAtItsLimit) {
+  using Reaction = ecat_master::MailboxDialogue::Reaction;
+  using wire::MailboxType;
+  // A list of CoE and a fragment of SoE that announce more, each with the least bytes that say so.
+  const std::pair<MailboxType, std::vector<std::byte>> cases[] = {
+      {MailboxType::kCoe, {std::byte{0x00}, std::byte{0x80}, std::byte{0x82}}},
+      {MailboxType::kSoe, {std::byte{0x0A}}},
+  };
+  for (const auto& [type, service] : cases) {
+    ecat_master::MailExchange exchange(type, {}, std::chrono::seconds{1});
+    exchange.begin(3, {});
+    using ecat_master::MailExchange;
+    const std::size_t most = MailExchange::kLargest / (service.size() + MailExchange::kBytesPerMessage);
+    std::size_t taken = 0;
+    while (taken <= most && exchange.receive(service) == Reaction::kAwait) ++taken;
+    EXPECT_EQ(taken, most);
+    ASSERT_FALSE(exchange.answers());
+    EXPECT_EQ(describe(exchange.answers().error()), "slave 3: sent a malformed mailbox");
+  }
+}
+
 struct Refused {
   Bytes request;
   int code;

@@ -15,7 +15,7 @@ namespace driveline::ecat_master {
 
 /// Transfers elements of an operation datum to or from a drive of a slave (SoE, ETG.1000.6 5.9). An answer that is too
 /// long for the mailbox arrives in fragments, each with the number of fragments to come; this number must decrease by
-/// one from fragment to fragment, and drive and IDN of the answer must match the request.
+/// one from fragment to fragment, each must have data, and drive and IDN of the answer must match the request.
 class SoeTransfer final : public MailboxDialogue {
  public:
   /// Most bytes accepted in an answer: all elements with the longest lists.
@@ -47,6 +47,7 @@ class SoeTransfer final : public MailboxDialogue {
  private:
   [[nodiscard]] wire::SoeHeader header() const noexcept;
   [[nodiscard]] Reaction receive_part(const wire::SoeHeader& header, std::span<const std::byte> data);
+  [[nodiscard]] Reaction receive_confirmation(const wire::SoeHeader& header);
   [[nodiscard]] Reaction receive_last(const wire::SoeHeader& header, std::span<const std::byte> data);
   [[nodiscard]] bool append(std::span<const std::byte> data);
   [[nodiscard]] Reaction end(const ErrorFacts& facts);
@@ -54,8 +55,9 @@ class SoeTransfer final : public MailboxDialogue {
   facts::SoeDatum at_;
   wire::SoeElementSet elements_;
   bool write_;
-  std::vector<std::byte> data_;  ///< data to be written, or read so far
-  std::size_t ahead_ = 0;        ///< bytes of `data_` sent in advance
+  std::vector<std::byte> data_;    ///< data to be written, or read so far
+  std::size_t ahead_ = 0;          ///< bytes of `data_` sent in advance
+  std::size_t confirmations_ = 0;  ///< confirmations of fragments sent in advance that may still arrive
   Result<SoeReading> result_;
   bool unusable_ = false;  ///< an unusable answer has been received
 
