@@ -115,7 +115,10 @@ Outcome<void> raise_to_safe_op(LineView& line, std::size_t position) {
   auto mailboxes = ecat_master::enter_pre_op(engine, {&slave.info, 1}, {&limits, 1}, {&slave.plan.mailbox_timeouts, 1});
   if (!mailboxes) return bus_failure(mailboxes.error());
   slave.mailbox = std::move(mailboxes->front());
-  const auto image = ecat_master::configure_process_data(engine, slaves, {});
+  // The remarks are about the EEPROM, which a description file replaces.
+  auto notes = slave.plan.esi ? ecat_master::StartupNotes{} : slave.info.remarks;
+  const auto image = ecat_master::configure_process_data(engine, slaves, {}, notes);
+  for (const auto& note : notes) progress("{}", ecat_master::describe(note));
   if (!image) return bus_failure(image.error());
   const std::array refs{slave.info.ref};
   const auto done =
