@@ -6,6 +6,7 @@
 
 #include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
+#include "driveline/ecat_master/configuration/process_variables.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -155,7 +156,8 @@ INSTANTIATE_TEST_SUITE_P(All, SyncObjects,
                                          SyncCase{"UnsupportedType", 1, SdoAbort::kUnsupportedAccess, {"2", "0"}},
                                          SyncCase{"TypeBoundToAState", 1, SdoAbort::kDeviceState, {"2", "0"}},
                                          SyncCase{"LimitedCycle", 2, SdoAbort::kValueRange, {"2000000", "125000"}},
-                                         SyncCase{"ReadOnlyCycle", 2, SdoAbort::kReadOnly, {"2000000", "125000"}}),
+                                         SyncCase{
+                                             "CycleBoundToAState", 2, SdoAbort::kDeviceState, {"2000000", "125000"}}),
                          [](const auto& test) { return std::string(test.param.name); });
 
 TEST(SyncObjectsOfADrive, ThatDoNotExistAreNotedOnce) {
@@ -163,6 +165,15 @@ TEST(SyncObjectsOfADrive, ThatDoNotExistAreNotedOnce) {
                     {0x1C33, {}, SdoAbort::kObjectDoesNotExist, Way::kBoth}});
   EXPECT_EQ(start_with_sync0(drive, WriteNeed::kOptional), "");
   EXPECT_THAT(drive.notes(), ElementsAre(HasSubstr("object 1C32h:01"), HasSubstr("object 1C33h:01")));
+}
+
+/// ETG.1020 allows a read-only cycle: the slave takes it from the register.
+TEST(SyncObjectsOfADrive, MayHaveAReadOnlyCycle) {
+  for (const auto need : {WriteNeed::kOptional, WriteNeed::kMandatory}) {
+    FixedDrive drive({{0x1C32, 2, SdoAbort::kReadOnly, Way::kWrite}, {0x1C33, 2, SdoAbort::kReadOnly, Way::kWrite}});
+    EXPECT_EQ(start_with_sync0(drive, need), "");
+    EXPECT_THAT(drive.notes(), IsEmpty());
+  }
 }
 
 TEST(SyncObjectsOfADrive, ThatAreOmittedAreNotWritten) {
@@ -229,8 +240,9 @@ TEST_P(FixedAssignment, ReplacesThePlannedOne) {
   ASSERT_EQ(used.pdos.outputs.size(), 2U);
   EXPECT_EQ(used.pdos.outputs[0].index, 0x1600U);
   EXPECT_EQ(used.pdos.outputs[1].index, 0x1601U);
-  EXPECT_TRUE(used.kept.outputs);
-  EXPECT_FALSE(used.kept.inputs);
+  const auto later = planned_assignments(drive.master().slaves()[0]);
+  ASSERT_EQ(later.size(), 1U) << "when it comes back, only the inputs are compared and written";
+  EXPECT_FALSE(later[0].outputs);
 }
 
 INSTANTIATE_TEST_SUITE_P(Codes, FixedAssignment,
@@ -245,6 +257,17 @@ TEST(FixedMapping, ReplacesThePlannedOne) {
   EXPECT_EQ(drive.value(0x1C12, 0), 1U) << "the assignment is written";
   EXPECT_THAT(drive.notes(), ElementsAre("slave 0: object 1600h:00 refused 0 with " + abort_text(SdoAbort::kReadOnly),
                                          "slave 0: exchanges its own outputs (1 PDO, 6 bytes), not the planned ones"));
+}
+
+/// The drive may lose its assignment with its supply, but never its mapping.
+TEST(FixedMapping, IsNotWrittenAgainWhenTheDriveComesBack) {
+  FixedDrive drive({{0x1600, {}, SdoAbort::kReadOnly, Way::kWrite}});
+  auto plan = plan_with({0x1600}, {0x1A00, 0x1A01});
+  plan.pdos.outputs[0].objects.pop_back();
+  ASSERT_EQ(drive.to_safe_op(plan), "");
+  const auto later = planned_assignments(drive.master().slaves()[0]);
+  ASSERT_EQ(later.size(), 2U);
+  for (const auto& step : later[0].steps) EXPECT_EQ(step.at.index, 0x1C12U);
 }
 
 TEST(FixedMapping, ThatIsThePlannedOneIsNoObstacleToAnotherAssignment) {
@@ -368,8 +391,27 @@ TEST(NothingAssigned, IsNotedForADriveThatHasPdos) {
     }
   });
   EXPECT_EQ(drive.to_safe_op(own_pdos()), "");
-  EXPECT_THAT(drive.notes(),
-              ElementsAre(HasSubstr("slave 0: exchanges no process data: none of its 5 PDOs is assigned")));
+  EXPECT_THAT(
+      drive.notes(),
+      ElementsAre(HasSubstr("slave 0: exchanges no process data: of its 5 PDOs none with objects is assigned")));
+}
+
+TEST(EntriesWithoutNames, HaveThoseOfTheProfile) {
+  FixedDrive drive({}, [](esi::DeviceDescription& device) {
+    for (auto* pdos : {&device.rx_pdos, &device.tx_pdos}) {
+      for (auto& pdo : *pdos) {
+        pdo.name.clear();
+        for (auto& entry : pdo.entries) entry.name.clear();
+      }
+    }
+  });
+  auto plan = own_pdos();
+  plan.name = "drive";
+  ASSERT_EQ(drive.to_safe_op(plan), "");
+  const ecat_master::ProcessVariables variables(drive.master().slaves(), drive.master().image());
+  for (const char* name : {"drive.6041h", "drive.0x607A", "drive.606Ch:00"}) {
+    EXPECT_TRUE(variables.find(name).has_value()) << name;
+  }
 }
 
 // Sync manager types in the EEPROM.

@@ -54,7 +54,7 @@ class Discovery {
  private:
   void take(const SyncManagerPlace& place, Result<std::vector<PdoMapping>> pdos) {
     auto& result = results_[place.slave];
-    if (!pdos && pdos.error().is<facts::SdoAbort>()) pdos = described(place, pdos.error());
+    if (!pdos && hides_assignment(place, pdos.error())) pdos = described(place, pdos.error());
     if (!pdos) {
       if (result) result = tl::unexpected(pdos.error());
       return;
@@ -62,6 +62,13 @@ class Discovery {
     if (!result) return;
     auto& direction = use_of(place) == Use::kOutputs ? result->outputs : result->inputs;
     for (auto& pdo : *pdos) direction.push_back(std::move(pdo));
+  }
+
+  /// Whether the slave aborts the transfer of the assignment, with whatever code. An assigned PDO without a mapping
+  /// that is known is an error.
+  static bool hides_assignment(const SyncManagerPlace& place, const Error& error) {
+    const auto* abort = error.as<facts::SdoAbort>();
+    return abort != nullptr && abort->object.index == kPdoAssignment + place.sync_manager;
   }
 
   /// The PDOs of the description for a sync manager whose PDOs the slave does not show.

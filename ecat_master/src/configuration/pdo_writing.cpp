@@ -15,12 +15,17 @@ constexpr std::uint16_t kLastAssignment = 0x1C2F;
 struct Wanted {
   ConfiguredSlave* slave = nullptr;
   AssignmentPlan plan{};
-  bool present = false;  ///< the slave has these PDOs already
-  bool kept = false;     ///< the slave keeps its own PDOs
+  bool present = false;         ///< the slave has these PDOs already
+  bool unwritten = false;       ///< some of the plan was refused, or is not to be written
+  bool own_assignment = false;  ///< this includes the assignment
 };
 
+bool is_assignment(std::uint16_t index) {
+  return index >= kPdoAssignment && index <= kLastAssignment;
+}
+
 WriteNeed need_of(const StartupNeeds& needs, std::uint16_t index) {
-  return index >= kPdoAssignment && index <= kLastAssignment ? needs.pdo_assignment : needs.pdo_mapping;
+  return is_assignment(index) ? needs.pdo_assignment : needs.pdo_mapping;
 }
 
 /// A slave with fixed PDOs refuses the first write to the object, which clears it. A slave that accepts this and
@@ -31,11 +36,6 @@ void apply_needs(const StartupNeeds& needs, std::vector<SdoScript::Step>& steps)
     const bool clears = step.at.subindex == 0 && step.data == std::vector{std::byte{0}};
     if (need == WriteNeed::kOmitted || (need == WriteNeed::kOptional && clears)) step.need = need;
   }
-}
-
-bool omits_any(const std::vector<SdoScript::Step>& steps) {
-  return std::any_of(steps.begin(), steps.end(),
-                     [](const SdoScript::Step& step) { return step.need == WriteNeed::kOmitted; });
 }
 
 class PdoWriting {
@@ -92,7 +92,9 @@ class PdoWriting {
     std::vector<SdoScript> scripts;
     for (auto& wanted : wanted_) {
       if (wanted.present) continue;
-      wanted.kept = omits_any(wanted.plan.steps);
+      for (const auto& step : wanted.plan.steps) {
+        if (step.need == WriteNeed::kOmitted) mark_unwritten(wanted, step.at.index);
+      }
       const auto position = wanted.slave->info.ref.position;
       if (scripts.empty() || scripts.back().position != position) scripts.push_back({position, {}});
       auto& steps = scripts.back().steps;
@@ -100,13 +102,18 @@ class PdoWriting {
     }
     StartupNotes refused;
     const auto results = run_scripts(engine_, scripts, &refused);
-    for (const auto& note : refused) mark_kept(note);
+    for (const auto& note : refused) mark_refused(note);
     notes_.insert(notes_.end(), refused.begin(), refused.end());
     return first_failure(results);
   }
 
+  static void mark_unwritten(Wanted& wanted, std::uint16_t index) {
+    wanted.unwritten = true;
+    if (is_assignment(index)) wanted.own_assignment = true;
+  }
+
   /// Marks the plan one of whose writes was refused.
-  void mark_kept(const StartupNote& note) {
+  void mark_refused(const StartupNote& note) {
     const auto* refused = note.as<notes::WriteRefused>();
     if (refused == nullptr) return;
     for (auto& wanted : wanted_) {
@@ -115,16 +122,16 @@ class PdoWriting {
                         std::any_of(steps.begin(), steps.end(), [&](const SdoScript::Step& step) {
                           return step.at.index == refused->object.index;
                         });
-      wanted.kept = wanted.kept || mine;
+      if (mine) mark_unwritten(wanted, refused->object.index);
     }
   }
 
-  /// Takes over the PDOs of slaves that keep their own.
+  /// Takes over the PDOs of slaves that do not have all of what was planned.
   Result<void> keep_own() {
     std::vector<SlaveInfo> infos;
     std::vector<ConfiguredSlave*> owners;
     for (const auto& wanted : wanted_) {
-      if (!wanted.kept || (!owners.empty() && owners.back() == wanted.slave)) continue;
+      if (!wanted.unwritten || (!owners.empty() && owners.back() == wanted.slave)) continue;
       infos.push_back(wanted.slave->info);
       owners.push_back(wanted.slave);
     }
@@ -132,7 +139,7 @@ class PdoWriting {
     for (std::size_t i = 0; i < owners.size(); ++i) {
       if (!own[i]) return tl::unexpected(own[i].error());
       for (const auto& wanted : wanted_) {
-        if (wanted.kept && wanted.slave == owners[i]) replace(wanted, *own[i]);
+        if (wanted.unwritten && wanted.slave == owners[i]) replace(wanted, *own[i]);
       }
     }
     return {};
@@ -143,9 +150,10 @@ class PdoWriting {
     const bool outputs = wanted.plan.outputs;
     auto& planned = outputs ? plan.pdos.outputs : plan.pdos.inputs;
     const auto& present = outputs ? own.outputs : own.inputs;
-    (outputs ? plan.kept.outputs : plan.kept.inputs) = true;
     if (same_pdos(planned, present)) return;
     planned = present;
+    for (auto& pdo : planned) pdo.own_mapping = true;
+    if (wanted.own_assignment) (outputs ? plan.kept.outputs : plan.kept.inputs) = true;
     notes_.push_back({wanted.slave->info.ref.position,
                       notes::PlannedPdosReplaced{outputs, static_cast<std::uint16_t>(present.size()),
                                                  static_cast<std::uint16_t>(bytes_of(present))}});

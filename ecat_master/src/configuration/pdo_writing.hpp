@@ -7,9 +7,10 @@ namespace driveline::ecat_master {
 /// In PREOP: makes the slaves exchange their planned PDOs. Reads the present assignment and mapping first, and writes
 /// only the directions that differ; the slaves in parallel.
 ///
-/// A slave that refuses an optional write, or whose PDOs are not to be written (SlavePlan::needs), keeps its own PDOs:
-/// those replace the planned ones of the direction in SlavePlan::pdos, and SlavePlan::kept says so. Refusals and
-/// replacements are added to `notes`. Errors: NoMailbox, those of SdoTransfer and of read_pdo_configurations().
+/// The PDOs of a slave that refuses an optional write, or whose PDOs are not to be written (SlavePlan::needs), are read
+/// afterwards: where they differ, they replace the planned ones of the direction in SlavePlan::pdos, and
+/// SlavePlan::kept is set for a direction whose assignment is the slave's own. Refusals and replacements are added to
+/// `notes`. Errors: NoMailbox, those of SdoTransfer and of read_pdo_configurations().
 [[nodiscard]] Result<void> write_planned_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
                                               StartupNotes& notes);
 

@@ -39,19 +39,40 @@ std::vector<std::uint16_t> missing_objects_in(const StartupNotes& notes) {
   return missing;
 }
 
+/// In DC mode the cycle may be read-only: the slave takes it from the SYNC0 register (ETG.1020, 1C32h:02).
+bool is_read_only(const StartupNote& note) {
+  const auto* refused = note.as<notes::WriteRefused>();
+  return refused != nullptr && refused->code == wire::SdoAbort::kReadOnly;
+}
+
+/// The error for a mandatory write.
+Error error_of(const StartupNote& note) {
+  if (const auto* refused = note.as<notes::WriteRefused>())
+    return {facts::SdoAbort{refused->object, refused->code}, note.slave};
+  const auto& ignored = *note.as<notes::WriteIgnored>();
+  return {facts::SyncObject{.object = ignored.object, .written = ignored.wanted, .read = ignored.present}, note.slave};
+}
+
 }  // namespace
 
 Result<void> write_sync_objects(MailboxEngine& engine, std::uint16_t slave, const SyncSignals& signals, WriteNeed need,
                                 StartupNotes& notes) {
+  if (need == WriteNeed::kOmitted) return {};
   StartupNotes refused;
   const auto type = signals.sync0() ? kSyncTypeSync0 : kSyncTypeFreeRun;
-  const auto cycle = static_cast<std::uint32_t>(signals.sync0_cycle.count());
   // The types first: a slave may accept a cycle only with the type that uses it.
-  auto done = write_both<std::uint16_t>(engine, slave, kType, type, need, {}, refused);
-  if (done && signals.sync0())
-    done = write_both<std::uint32_t>(engine, slave, kCycle, cycle, need, missing_objects_in(refused), refused);
+  const auto typed = write_both<std::uint16_t>(engine, slave, kType, type, need, {}, refused);
   notes.insert(notes.end(), refused.begin(), refused.end());
-  return done;
+  if (!typed || !signals.sync0()) return typed;
+  StartupNotes cycles;
+  const auto cycle = static_cast<std::uint32_t>(signals.sync0_cycle.count());
+  const auto missing = missing_objects_in(refused);
+  const auto done = write_both<std::uint32_t>(engine, slave, kCycle, cycle, WriteNeed::kOptional, missing, cycles);
+  if (!done) return done;
+  std::erase_if(cycles, is_read_only);
+  if (need == WriteNeed::kMandatory && !cycles.empty()) return tl::unexpected(error_of(cycles.front()));
+  notes.insert(notes.end(), cycles.begin(), cycles.end());
+  return {};
 }
 
 Result<std::optional<SyncMarginReport>> read_sync_margin(CoeClient& coe) {

@@ -56,8 +56,8 @@ struct NoteSentence {
   }
   std::string operator()(const notes::NothingAssigned& facts) const {
     return fmt::format(
-        "exchanges no process data: none of its {} is assigned to a sync manager; [[slave.pdo]] of a line description "
-        "assigns PDOs",
+        "exchanges no process data: of its {} none with objects is assigned to a sync manager; [[slave.pdo]] of a line "
+        "description assigns PDOs",
         counted_pdos(facts.pdos));
   }
   std::string operator()(const notes::SyncManagerUse& facts) const {

@@ -127,7 +127,7 @@ void FixedDrive::take_request(std::span<std::byte> mailbox) {
   const auto index = static_cast<std::uint16_t>(at(mailbox, kIndexAt) | at(mailbox, kIndexAt + 1) << 8);
   const auto subindex = static_cast<std::uint8_t>(at(mailbox, kSubindexAt));
   if (command == kDownload) {
-    std::array<char, 8> text{};
+    std::array<char, 16> text{};
     std::snprintf(text.data(), text.size(), "%04X:%02X", index, subindex);
     written.emplace_back(text.data());
   }

@@ -33,10 +33,10 @@ struct StartupNeeds {
   constexpr bool operator==(const StartupNeeds&) const = default;
 };
 
-/// Directions in which a slave keeps the PDOs that it has assigned itself.
+/// Directions in which a slave keeps its own assignment of PDOs, and nothing is written.
 struct KeptPdos {
-  bool outputs = false;  ///< the outputs are not written
-  bool inputs = false;   ///< the inputs are not written
+  bool outputs = false;  ///< the outputs are the slave's own
+  bool inputs = false;   ///< the inputs are the slave's own
   constexpr bool operator==(const KeptPdos&) const = default;
 };
 

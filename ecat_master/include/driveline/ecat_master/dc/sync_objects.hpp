@@ -13,7 +13,8 @@ inline constexpr std::uint16_t kSyncTypeFreeRun = 0;
 inline constexpr std::uint16_t kSyncTypeSync0 = 2;  ///< synchronised by SYNC0
 
 /// Writes to the application of a slave in PREOP how it is synchronised: type (1C32h:01, 1C33h:01) and cycle (sub-index
-/// 02) of outputs and inputs. Each entry is read first, written only if it differs, and read back.
+/// 02) of outputs and inputs. Each entry is read first, written only if it differs, and read back. A read-only cycle is
+/// not checked.
 ///
 /// With `need` kOptional a slave may lack these objects, keep another value, or refuse the writes, as slaves do that
 /// take their synchronisation from the activated signals (AssignActivate): each such entry is added to `notes`, and the

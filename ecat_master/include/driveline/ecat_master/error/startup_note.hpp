@@ -56,7 +56,7 @@ struct PlannedPdosReplaced {
   std::uint16_t bytes = 0;  ///< their length
   bool operator==(const PlannedPdosReplaced&) const = default;
 };
-/// The slave has PDOs, but none are assigned: it exchanges no process data.
+/// The slave has PDOs, but none with objects are assigned: it exchanges no process data.
 struct NothingAssigned {
   std::uint16_t pdos = 0;  ///< number of PDOs in its description
   bool operator==(const NothingAssigned&) const = default;
