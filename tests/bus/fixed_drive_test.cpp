@@ -367,6 +367,21 @@ TEST(HiddenPdos, ThatNobodyDescribesEndTheStart) {
             "slave 0: object 1A01h:00 aborted with " + abort_text(SdoAbort::kGeneralError));
 }
 
+TEST(HiddenPdos, OfADirectionWithoutAnyAreNotMissed) {
+  FixedDrive drive({{0x1C13, {}, SdoAbort::kObjectDoesNotExist, Way::kRead}}, {}, [](esi::SiiImage& image) {
+    std::erase_if(image.categories, [](const auto& category) { return category.type == esi::SiiCategoryType::kTxPdo; });
+  });
+  ASSERT_TRUE(drive.master().scan());
+  ASSERT_TRUE(drive.master().enter_pre_op());
+  ecat_master::StartupNotes notes;
+  const auto& info = drive.master().slaves()[0].info;
+  const auto found = read_pdo_configurations(drive.master().mailboxes(), {&info, 1}, notes);
+  ASSERT_EQ(sentence(found[0]), "");
+  EXPECT_EQ(found[0]->outputs.size(), 2U);
+  EXPECT_THAT(found[0]->inputs, IsEmpty());
+  EXPECT_THAT(notes, IsEmpty());
+}
+
 /// Sub-index 0 says two PDOs, the drive has one.
 TEST(HiddenPdos, EndWhereTheListOfTheDriveEnds) {
   FixedDrive drive({{0x1C12, 2, SdoAbort::kSubindexDoesNotExist, Way::kRead}});

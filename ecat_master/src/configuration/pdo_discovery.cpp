@@ -75,9 +75,11 @@ class Discovery {
   std::vector<PdoMapping> described(const SyncManagerPlace& place, const Error& error) {
     const auto& device = slaves_[place.slave].description;
     const auto number = place.sync_manager;
-    auto pdos = described_pdos(use_of(place) == Use::kOutputs ? device.rx_pdos : device.tx_pdos,
-                               [number](std::uint8_t other) { return other == number; });
+    const auto& known = use_of(place) == Use::kOutputs ? device.rx_pdos : device.tx_pdos;
+    auto pdos = described_pdos(known, [number](std::uint8_t other) { return other == number; });
     const auto& abort = *error.as<facts::SdoAbort>();
+    // A device without PDOs in a direction needs no assignment object for it.
+    if (known.empty() && abort.code == wire::SdoAbort::kObjectDoesNotExist) return pdos;
     notes_.push_back({error.slave, notes::PdosFromDescription{abort.object, abort.code, number,
                                                               static_cast<std::uint16_t>(pdos.size())}});
     return pdos;
