@@ -92,6 +92,23 @@ TEST(InterpolationTimeOfADrive, IsNeverHalfOfTheOldAndHalfOfTheNewOne) {
                                          abort_text(SdoAbort::kReadOnly) + " and keeps 253"));
 }
 
+/// The drive accepts the exponent and forgets it.
+TEST(InterpolationTimeOfADrive, IsNeverHalfOfTheNewOneThatWasForgotten) {
+  FixedDrive drive;
+  auto& device = drive.device();
+  const auto pass = device.changes_request;
+  device.changes_request = [pass](std::span<std::byte> mailbox) {
+    // A download of 60C2h:02: the value becomes -3.
+    const bool exponent = mailbox.size() >= 16 && mailbox[8] == std::byte{0x2F} && mailbox[9] == std::byte{0xC2} &&
+                          mailbox[10] == std::byte{0x60} && mailbox[11] == std::byte{0x02};
+    if (exponent) mailbox[12] = std::byte{0xFD};
+    pass(mailbox);
+  };
+  EXPECT_EQ(drive.to_safe_op(own_pdos_and_period(microseconds{250})), "");
+  EXPECT_EQ(drive.value(0x60C2, 1), 1U);
+  EXPECT_THAT(drive.notes(), ElementsAre("slave 0: object 60C2h:02 is 253 after 251 was written"));
+}
+
 TEST(InterpolationTimeOfADrive, ThatIsMandatoryEndsTheStart) {
   FixedDrive drive({{0x60C2, {}, SdoAbort::kReadOnly, Way::kWrite}});
   EXPECT_EQ(drive.to_safe_op(own_pdos_and_period(milliseconds{2}, WriteNeed::kMandatory)),

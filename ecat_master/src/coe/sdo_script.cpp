@@ -123,8 +123,7 @@ class ScriptRun {
     notes::WriteRefused refused{object(), error.as<facts::SdoAbort>()->code, small_number(step().data), {}};
     if (present_) refused.present = small_number(*present_);
     notes_.push_back({script_.position, refused});
-    refused_.push_back(step().at.index);
-    restore_next();
+    leave_object();
   }
 
   void take_read_back(const Result<SdoValue>& answer) {
@@ -138,7 +137,13 @@ class ScriptRun {
       return;
     }
     notes_.push_back({script_.position, notes::WriteIgnored{object(), *wanted, *found}});
-    finish_step();
+    leave_object();
+  }
+
+  /// Leaves out the rest of the object: its entries belong together, like value and exponent of 60C2h.
+  void leave_object() {
+    refused_.push_back(step().at.index);
+    restore_next();
   }
 
   /// Restores the entries of the refused object, the last one first.

@@ -43,9 +43,9 @@ struct SdoScript {
 /// Writes the scripts of several slaves: each script in order, the slaves in parallel. A script ends at its first
 /// failure, the others continue. Returns one result per script.
 ///
-/// When a slave aborts an optional step, its further steps of that object are left out, the compared entries of the
-/// object that were written before get back their values, and the refusal is added to `notes` (null: to none). Other
-/// failures than aborts are errors in optional steps as well.
+/// When a slave aborts an optional step, or a compared entry keeps another value, its further steps of that object are
+/// left out, the compared entries of the object that were written get back their values, and this is added to `notes`
+/// (null: to none). Other failures than aborts are errors in optional steps as well.
 [[nodiscard]] std::vector<Result<void>> run_scripts(MailboxEngine& engine, std::span<const SdoScript> scripts,
                                                     StartupNotes* notes = nullptr);
 
