@@ -77,15 +77,19 @@ class PdoWriting {
     const auto read = read_assignments(engine_, infos, places, not_of_interest);
     for (std::size_t i = 0; i < wanted_.size(); ++i) {
       auto& wanted = wanted_[i];
-      if (!read[i] && !read[i].error().is<facts::SdoAbort>()) return tl::unexpected(read[i].error());
+      if (!read[i] && !is_answer(read[i].error())) return tl::unexpected(read[i].error());
       wanted.present = read[i] ? same_pdos(wanted.plan.pdos, *read[i]) : has_none(wanted.plan, read[i].error());
     }
     return {};
   }
 
+  /// Whether the slave answers, but does not show its assignment.
+  static bool is_answer(const Error& error) { return error.is<facts::SdoAbort>() || error.is<facts::SdoSize>(); }
+
   /// Nothing is to be assigned to a sync manager whose assignment does not exist.
   static bool has_none(const AssignmentPlan& plan, const Error& error) {
-    return plan.pdos.empty() && error.as<facts::SdoAbort>()->code == wire::SdoAbort::kObjectDoesNotExist;
+    const auto* abort = error.as<facts::SdoAbort>();
+    return plan.pdos.empty() && abort != nullptr && abort->code == wire::SdoAbort::kObjectDoesNotExist;
   }
 
   Result<void> write() {
