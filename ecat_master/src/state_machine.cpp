@@ -52,11 +52,14 @@ Result<std::vector<AlReport>> collect_reports(Bus& bus, std::span<Request> reque
 class Change {
  public:
   Change(const StateTarget& slave, std::chrono::nanoseconds now)
-      : slave_(slave.slave), timeout_(slave.timeout), deadline_(now + slave.timeout) {}
+      : slave_(slave.slave), timeout_(slave.timeout), retries_(slave.retries), deadline_(now + slave.timeout) {}
 
   [[nodiscard]] bool open() const noexcept { return !result_.has_value(); }
   [[nodiscard]] SlaveRef slave() const noexcept { return slave_; }
   [[nodiscard]] const Result<void>& result() const noexcept { return *result_; }
+  /// The number of refusals, and the reason of the last one, after which the state was requested again.
+  [[nodiscard]] unsigned refusals() const noexcept { return refusals_; }
+  [[nodiscard]] wire::AlStatusCode refusal() const noexcept { return refusal_; }
   void fail(const Error& error) { result_ = tl::unexpected(error); }
 
   /// Counts a poll that the slave did not answer.
@@ -91,8 +94,19 @@ class Change {
         if (phase_ == Phase::kAcknowledge) return std::nullopt;
         phase_ = Phase::kAcknowledge;
         return wire::AlControl{report.status.state, true, false}.raw();
+      case Phase::kPause:
+        if (!late) break;
+        phase_ = Phase::kStart;
+        copied_ = false;
+        deadline_ = now + timeout_;
+        break;
       case Phase::kRequest:
-        if (report.status.error) {
+        if (report.status.error && refusals_ < retries_.count && may_pass(report.code)) {
+          ++refusals_;
+          refusal_ = report.code;
+          phase_ = Phase::kPause;
+          deadline_ = now + retries_.pause;
+        } else if (report.status.error) {
           refused();
         } else if (report.status.state == target) {
           result_.emplace();
@@ -107,13 +121,16 @@ class Change {
   }
 
  private:
-  enum class Phase : std::uint8_t { kStart, kAcknowledge, kRequest };
+  enum class Phase : std::uint8_t { kStart, kAcknowledge, kRequest, kPause };
   /// A port that opens or closes may cost a poll.
   static constexpr unsigned kMissedPolls = 3;
 
   SlaveRef slave_;
   std::chrono::nanoseconds timeout_;
-  std::chrono::nanoseconds deadline_;
+  StateRetries retries_;
+  std::chrono::nanoseconds deadline_;  ///< end of the phase
+  unsigned refusals_ = 0;
+  wire::AlStatusCode refusal_ = wire::AlStatusCode::kNoError;
   Phase phase_ = Phase::kStart;
   bool copied_ = false;
   unsigned missed_ = 0;
@@ -184,7 +201,42 @@ std::chrono::nanoseconds StateTimeouts::limit(wire::AlState target, bool down) c
   }
 }
 
-std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves, wire::AlState target) {
+bool may_pass(wire::AlStatusCode code) noexcept {
+  using Code = wire::AlStatusCode;
+  switch (code) {
+    case Code::kNoError:
+    case Code::kUnspecifiedError:
+    case Code::kNoMemory:
+    case Code::kNoValidInputs:
+    case Code::kNoValidOutputs:
+    case Code::kSynchronizationError:
+    case Code::kSyncManagerWatchdog:
+    // Drives that apply a mapping in the background compare the sync managers with the mapping of before.
+    case Code::kInvalidSyncManagerConfiguration:
+    case Code::kInvalidOutputConfiguration:
+    case Code::kInvalidInputConfiguration:
+    case Code::kInvalidInputMapping:
+    case Code::kInvalidOutputMapping:
+    case Code::kInconsistentSettings:
+    case Code::kBackgroundWatchdog:
+    case Code::kNoValidInputsAndOutputs:
+    case Code::kFatalSyncError:
+    case Code::kNoSyncError:
+    case Code::kPllError:
+    case Code::kDcSyncIoError:
+    case Code::kDcSyncTimeout:
+    case Code::kEepromNoAccess:
+    case Code::kExternalHardwareNotReady:
+    case Code::kSlaveRestartedLocally:
+      return true;
+    default:
+      // Codes of vendors have unknown reasons.
+      return static_cast<std::uint16_t>(code) >= 0x8000;
+  }
+}
+
+std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves, wire::AlState target,
+                                        StartupNotes* notes) {
   std::vector<Change> changes;
   for (const auto& slave : slaves) changes.emplace_back(slave, bus.exchange().now());
   for (;;) {
@@ -206,7 +258,12 @@ std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> s
     }
   }
   std::vector<Result<void>> results;
-  for (const auto& change : changes) results.push_back(change.result());
+  for (const auto& change : changes) {
+    results.push_back(change.result());
+    if (notes == nullptr || change.refusals() == 0 || !change.result()) continue;
+    notes->push_back({change.slave().position, notes::StateReachedLater{target, change.refusal(),
+                                                                        static_cast<std::uint8_t>(change.refusals())}});
+  }
   return results;
 }
 

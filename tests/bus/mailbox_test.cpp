@@ -6,6 +6,7 @@
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/coe/sdo_request.hpp"
+#include "driveline/ecat_master/coe/sdo_script.hpp"
 #include "fault_ports.hpp"
 
 namespace driveline::bus_test {

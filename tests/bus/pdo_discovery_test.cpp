@@ -37,12 +37,14 @@ TEST(OwnPdos, AreReadBackAsTheyWereWrittenFromAllSlavesAtOnce) {
   ASSERT_EQ(sentence(operation.to_safe_op()), "");
   const auto infos = infos_of(operation.master());
   auto begin = drives.clock.now();
-  ASSERT_EQ(sentence(read_pdo_configurations(operation.master().mailboxes(), std::span(infos).first(1))[0]), "");
+  ecat_master::StartupNotes notes;
+  ASSERT_EQ(sentence(read_pdo_configurations(operation.master().mailboxes(), std::span(infos).first(1), notes)[0]), "");
   const auto one = drives.clock.now() - begin;
   begin = drives.clock.now();
-  const auto found = read_pdo_configurations(operation.master().mailboxes(), infos);
+  const auto found = read_pdo_configurations(operation.master().mailboxes(), infos, notes);
   EXPECT_LT(drives.clock.now() - begin, 4 * one) << "side by side, not one after the other";
   ASSERT_EQ(found.size(), 16U);
+  EXPECT_TRUE(notes.empty());
   for (const auto& configuration : found) {
     ASSERT_EQ(sentence(configuration), "");
     expect_same(*configuration, ecat_master::axis_pdo_configuration());
@@ -54,7 +56,8 @@ TEST(OwnPdos, ASilentSlaveHasAnErrorOfItsOwn) {
   LineOperation operation(drives);
   ASSERT_EQ(sentence(operation.to_safe_op()), "");
   drives.slave(1).mailbox().set_fault(slaves::MailboxTransport::Fault::kSilent);
-  const auto found = read_pdo_configurations(operation.master().mailboxes(), infos_of(operation.master()));
+  ecat_master::StartupNotes notes;
+  const auto found = read_pdo_configurations(operation.master().mailboxes(), infos_of(operation.master()), notes);
   EXPECT_EQ(sentence(found[0]), "");
   EXPECT_EQ(sentence(found[1]), "slave 1: no mailbox reply for object 1C12h:00 within 2000 ms");
   EXPECT_EQ(sentence(found[2]), "");
@@ -115,9 +118,9 @@ TEST(NamedPdos, WithoutObjectsAreTakenAsTheDriveHasMappedThem) {
     EXPECT_EQ(master.image().places()[i].output_bytes, 19U);
   }
   // It returns with a mapping that is never written again, because a drive may have a fixed one.
-  const auto script = ecat_master::coe_script(master.slaves()[0], AlState::kSafeOp);
-  ASSERT_EQ(sentence(script), "");
-  for (const auto& step : script->steps) {
+  const auto assignments = planned_assignments(master.slaves()[0]);
+  ASSERT_EQ(assignments.size(), 2U);
+  for (const auto& step : ecat_master::steps_of(assignments)) {
     EXPECT_FALSE(step.at.index >= 0x1600 && step.at.index < 0x1C00) << std::hex << step.at.index;
   }
   operation.start_cycle();

@@ -115,11 +115,17 @@ Outcome<void> raise_to_safe_op(LineView& line, std::size_t position) {
   auto mailboxes = ecat_master::enter_pre_op(engine, {&slave.info, 1}, {&limits, 1}, {&slave.plan.mailbox_timeouts, 1});
   if (!mailboxes) return bus_failure(mailboxes.error());
   slave.mailbox = std::move(mailboxes->front());
-  const auto image = ecat_master::configure_process_data(engine, slaves, {});
+  // The remarks are about the EEPROM, which a description file replaces.
+  auto notes = slave.plan.esi ? ecat_master::StartupNotes{} : slave.info.remarks;
+  const auto image = ecat_master::configure_process_data(engine, slaves, {}, notes);
+  ecat_master::Result<void> done;
+  if (image) {
+    const ecat_master::StateTarget target{slave.info.ref, limits.limit(AlState::kSafeOp, false),
+                                          slave.plan.safe_op_retries};
+    done = ecat_master::change_states(line.bus(), {&target, 1}, AlState::kSafeOp, &notes).front();
+  }
+  for (const auto& note : notes) progress("{}", ecat_master::describe(note));
   if (!image) return bus_failure(image.error());
-  const std::array refs{slave.info.ref};
-  const auto done =
-      ecat_master::change_state(line.bus(), refs, AlState::kSafeOp, limits.limit(AlState::kSafeOp, false));
   if (!done) return failed(ecat_master::describe_with_findings(line.bus(), slaves, *image, done.error()));
   return {};
 }

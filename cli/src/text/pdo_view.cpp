@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <utility>
 
+#include "console.hpp"
 #include "driveline/ecat_master/cia402/object_name.hpp"
+#include "driveline/ecat_master/error/startup_note.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "text/sii_text.hpp"
 
@@ -142,16 +145,25 @@ Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t 
                                                     ecat_master::MailboxClient& mailbox, const esi::SiiImage& sii) {
   ecat_master::CoeClient coe(mailbox);
   SpokenNames names(coe, line, position, sii);
-  auto views = channels_of(sii);
+  auto views = pdos_from_sii(sii);
   for (auto& view : views) {
+    const auto described = std::exchange(view.pdos, {});
     if (is_mailbox(view.registers)) continue;
     const auto assigned = line.ask(position, [&] {
       return ecat_master::read_assigned_pdos(coe, static_cast<std::uint16_t>(kFirstAssignment + view.number));
     });
     if (!assigned) {
-      // A sync manager without an assignment object has no PDOs.
-      if (assigned.error().is<ecat_master::facts::SdoAbort>()) continue;
-      return bus_failure(assigned.error());
+      const auto* abort = assigned.error().as<ecat_master::facts::SdoAbort>();
+      if (abort == nullptr) return bus_failure(assigned.error());
+      // As in `run`: PDOs that the slave does not show are those of its EEPROM.
+      view.pdos = described;
+      if (described.empty()) continue;
+      progress("{}",
+               describe(ecat_master::StartupNote{static_cast<std::uint16_t>(position),
+                                                 ecat_master::notes::PdosFromDescription{
+                                                     abort->object, abort->code, static_cast<std::uint8_t>(view.number),
+                                                     static_cast<std::uint16_t>(described.size())}}));
+      continue;
     }
     for (const auto& pdo : *assigned) {
       PdoView shown{pdo.index, names.pdo(pdo.index), {}};

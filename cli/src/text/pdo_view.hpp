@@ -34,7 +34,8 @@ struct SyncManagerView {
 [[nodiscard]] std::vector<SyncManagerView> pdos_from_sii(const esi::SiiImage& sii);
 
 /// Sync managers and their PDOs according to the present assignment and mapping of the slave, read over CoE; names come
-/// from the EEPROM as far as it has them. The slave must be in PREOP or above.
+/// from the EEPROM as far as it has them. A sync manager whose assignment the slave does not show has the PDOs of the
+/// EEPROM, which is reported on stderr. The slave must be in PREOP or above.
 [[nodiscard]] Outcome<std::vector<SyncManagerView>> pdos_from_coe(LineView& line, std::size_t position,
                                                                   ecat_master::MailboxClient& mailbox,
                                                                   const esi::SiiImage& sii);

@@ -18,7 +18,10 @@ std::optional<InterpolationPeriod> to_interpolation_period(std::chrono::nanoseco
 std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period) {
   const auto interpolation = to_interpolation_period(period);
   if (!interpolation) throw std::invalid_argument("the cycle time has too many digits for object 60C2h");
-  return {startup_sdo(0x60C2, 1, interpolation->value), startup_sdo(0x60C2, 2, interpolation->exponent)};
+  std::vector<StartupSdo> sdos{startup_sdo(kInterpolationTime, 1, interpolation->value),
+                               startup_sdo(kInterpolationTime, 2, interpolation->exponent)};
+  for (auto& sdo : sdos) sdo.need = WriteNeed::kOptional;
+  return sdos;
 }
 
 StartupSdo mode_sdo(cia402::Mode mode) {

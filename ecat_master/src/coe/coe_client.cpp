@@ -71,35 +71,4 @@ Result<EntryDescription> CoeClient::entry_description(std::uint16_t index, std::
   return named(decode_entry_description(*answer), position_, {index, subindex});
 }
 
-std::vector<Result<void>> run_scripts(MailboxEngine& engine, std::span<const SdoScript> scripts) {
-  struct Run {
-    std::size_t next = 0;
-    std::shared_ptr<SdoTransfer> transfer;
-  };
-  std::vector<Run> runs(scripts.size());
-  std::vector<Result<void>> results(scripts.size());
-  auto start = [&](std::size_t i) {
-    runs[i].transfer.reset();
-    if (!results[i] || runs[i].next == scripts[i].steps.size()) return;
-    const auto& step = scripts[i].steps[runs[i].next++];
-    runs[i].transfer = std::make_shared<SdoTransfer>(step.at, step.data);
-    engine.submit(scripts[i].position, runs[i].transfer);
-  };
-  for (std::size_t i = 0; i < scripts.size(); ++i) start(i);
-  for (bool open = true; open;) {
-    open = false;
-    bool moved = false;
-    for (std::size_t i = 0; i < scripts.size(); ++i) {
-      if (!runs[i].transfer) continue;
-      open = true;
-      if (!runs[i].transfer->done()) continue;
-      if (const auto& done = runs[i].transfer->result(); !done) results[i] = tl::unexpected(done.error());
-      start(i);
-      moved = true;
-    }
-    if (open && !moved) engine.drive();
-  }
-  return results;
-}
-
 }  // namespace driveline::ecat_master

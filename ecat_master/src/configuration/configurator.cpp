@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "configuration/pdo_writing.hpp"
 #include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
@@ -17,8 +18,17 @@ bool same_device(const SlaveInfo& a, const SlaveInfo& b) {
   return a.description.vendor_id == b.description.vendor_id && a.description.product_code == b.description.product_code;
 }
 
+/// Notes a slave that exchanges nothing although it has PDOs.
+void note_nothing_assigned(const ConfiguredSlave& slave, StartupNotes& notes) {
+  const auto& device = slave.info.description;
+  const auto pdos = device.rx_pdos.size() + device.tx_pdos.size();
+  const bool exchanges = slave.plan.pdos.output_bytes() + slave.plan.pdos.input_bytes() > 0;
+  if (exchanges || pdos == 0) return;
+  notes.push_back({slave.info.ref.position, notes::NothingAssigned{static_cast<std::uint16_t>(pdos)}});
+}
+
 /// Completes the plans that use the PDOs assigned by the slave.
-Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
+Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> slaves, StartupNotes& notes) {
   std::vector<SlaveInfo> asked;
   std::vector<ConfiguredSlave*> owners;
   for (auto& slave : slaves) {
@@ -26,10 +36,11 @@ Result<void> read_own_pdos(MailboxEngine& engine, std::span<ConfiguredSlave> sla
     asked.push_back(slave.info);
     owners.push_back(&slave);
   }
-  auto found = read_pdo_configurations(engine, asked);
+  auto found = read_pdo_configurations(engine, asked, notes);
   for (std::size_t i = 0; i < owners.size(); ++i) {
     if (!found[i]) return tl::unexpected(found[i].error());
     owners[i]->plan.pdos = std::move(*found[i]);
+    note_nothing_assigned(*owners[i], notes);
   }
   // A slave that is not on the line yet gets the PDOs of an identical slave.
   for (auto& slave : slaves) {
@@ -72,7 +83,7 @@ void take_mappings_of_kind(std::span<ConfiguredSlave> slaves) {
 }
 
 /// Completes the PDOs without objects with the mapping in the slaves.
-Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave> slaves) {
+Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave> slaves, StartupNotes& notes) {
   std::vector<SlaveInfo> asked;
   std::vector<PdoPlace> places;
   std::vector<PdoMapping*> pdos;
@@ -84,7 +95,7 @@ Result<void> read_own_mappings(MailboxEngine& engine, std::span<ConfiguredSlave>
     pdos.insert(pdos.end(), unnamed.begin(), unnamed.end());
     asked.push_back(slave.info);
   }
-  auto mappings = read_mappings(engine, asked, places);
+  auto mappings = read_mappings(engine, asked, places, notes);
   for (std::size_t i = 0; i < pdos.size(); ++i) {
     if (!mappings[i]) return tl::unexpected(mappings[i].error());
     pdos[i]->objects = std::move(*mappings[i]);
@@ -100,16 +111,24 @@ Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before)
   SdoScript script;
   script.position = slave.info.ref.position;
   for (const auto& sdo : slave.plan.startup_sdos) {
-    if (sdo.before == before) script.steps.push_back({{sdo.index, sdo.subindex, sdo.complete}, sdo.data});
-  }
-  const bool fixed_pdos = slave.plan.own_pdos || !slave.info.description.mailbox.any();
-  const bool no_pdos = slave.plan.pdos.outputs.empty() && slave.plan.pdos.inputs.empty();
-  if (before == wire::AlState::kSafeOp && !fixed_pdos && !no_pdos) {
-    auto steps = slave.plan.esi ? pdo_script(slave.plan.pdos, slave.info.description) : pdo_script(slave.plan.pdos);
-    for (auto& step : steps) script.steps.push_back(std::move(step));
+    if (sdo.before != before || sdo.need == WriteNeed::kOmitted) continue;
+    script.steps.push_back(
+        {{sdo.index, sdo.subindex, sdo.complete}, sdo.data, sdo.need, sdo.need == WriteNeed::kOptional});
   }
   if (script.steps.empty() || (slave.mailbox && slave.info.description.mailbox.coe)) return script;
   return tl::unexpected(Error{facts::NoMailbox{wire::MailboxType::kCoe}, slave.info.ref.position});
+}
+
+std::vector<AssignmentPlan> planned_assignments(const ConfiguredSlave& slave) {
+  const auto& plan = slave.plan;
+  const bool fixed_pdos = plan.own_pdos || !slave.info.description.mailbox.any();
+  const bool no_pdos = plan.pdos.outputs.empty() && plan.pdos.inputs.empty();
+  if (fixed_pdos || no_pdos) return {};
+  auto assignments = plan.esi ? plan_assignments(plan.pdos, slave.info.description) : plan_assignments(plan.pdos);
+  std::erase_if(assignments, [&plan](const AssignmentPlan& assignment) {
+    return assignment.outputs ? plan.kept.outputs : plan.kept.inputs;
+  });
+  return assignments;
 }
 
 std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans) {
@@ -202,7 +221,8 @@ Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, co
                                                        device.bootstrap_tx_offset, device.bootstrap_tx_size});
 }
 
-Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves, wire::AlState before) {
+Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves, wire::AlState before,
+                                StartupNotes& notes) {
   std::vector<SdoScript> scripts;
   for (const auto& slave : slaves) {
     if (!slave.present) continue;
@@ -210,7 +230,7 @@ Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const Configure
     if (!script) return tl::unexpected(script.error());
     if (!script->steps.empty()) scripts.push_back(std::move(*script));
   }
-  return first_failure(run_scripts(engine, scripts));
+  return first_failure(run_scripts(engine, scripts, &notes));
 }
 
 Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) {
@@ -231,12 +251,13 @@ Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves) 
 }
 
 Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
-                                            const LayoutSettings& layout) {
+                                            const LayoutSettings& layout, StartupNotes& notes) {
   auto& bus = engine.bus();
-  if (auto done = write_startup_sdos(engine, slaves, wire::AlState::kSafeOp); !done)
+  if (auto done = write_startup_sdos(engine, slaves, wire::AlState::kSafeOp, notes); !done)
     return tl::unexpected(done.error());
-  if (auto done = read_own_pdos(engine, slaves); !done) return tl::unexpected(done.error());
-  if (auto done = read_own_mappings(engine, slaves); !done) return tl::unexpected(done.error());
+  if (auto done = write_planned_pdos(engine, slaves, notes); !done) return tl::unexpected(done.error());
+  if (auto done = read_own_pdos(engine, slaves, notes); !done) return tl::unexpected(done.error());
+  if (auto done = read_own_mappings(engine, slaves, notes); !done) return tl::unexpected(done.error());
   if (auto done = write_watchdogs(bus, slaves); !done) return tl::unexpected(done.error());
   const auto demands = make_demands(bus, slaves);
   if (!demands) return tl::unexpected(demands.error());

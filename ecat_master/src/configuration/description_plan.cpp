@@ -48,13 +48,6 @@ std::vector<MappedObject> objects_of(const esi::Pdo& pdo) {
   return objects;
 }
 
-/// Compares objects by address and size; the representation of a gap does not matter.
-bool same_content(const std::vector<MappedObject>& a, const std::vector<MappedObject>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const MappedObject& x, const MappedObject& y) {
-    return x.index == y.index && x.bits == y.bits && (x.index == 0 || x.subindex == y.subindex);
-  });
-}
-
 tl::unexpected<PdoMisfit> misfit(std::uint16_t pdo, MisfitFacts facts) {
   return tl::unexpected(PdoMisfit{pdo, facts});
 }
@@ -214,14 +207,15 @@ tl::expected<void, PdoMisfit> check_pdos(const esi::DeviceDescription& device, c
   return check_direction(device, pdos.inputs, device.tx_pdos, false);
 }
 
-Steps pdo_script(const PdoConfiguration& pdos, const esi::DeviceDescription& device) {
-  Steps steps;
-  if (!device.mailbox.coe || (!device.mailbox.coe_pdo_assign && !device.mailbox.coe_pdo_config)) return steps;
+std::vector<AssignmentPlan> plan_assignments(const PdoConfiguration& pdos, const esi::DeviceDescription& device) {
+  std::vector<AssignmentPlan> plans;
+  if (!device.mailbox.coe || (!device.mailbox.coe_pdo_assign && !device.mailbox.coe_pdo_config)) return plans;
   for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
     const auto use = device.sync_managers[n].use;
     if (use != Use::kOutputs && use != Use::kInputs) continue;
     const bool outputs = use == Use::kOutputs;
     const auto first = first_of(device, use);
+    AssignmentPlan plan{static_cast<std::uint8_t>(n), outputs, {}, {}};
     std::vector<std::uint16_t> assigned;
     Steps mappings;
     for (const auto& pdo : outputs ? pdos.outputs : pdos.inputs) {
@@ -230,16 +224,19 @@ Steps pdo_script(const PdoConfiguration& pdos, const esi::DeviceDescription& dev
       const auto* known = find_pdo(pdos_of(device, outputs), pdo.index);
       const bool fixed = known != nullptr && known->fixed;
       const bool as_found = pdo.own_mapping || pdo.objects.empty();
-      if (device.mailbox.coe_pdo_config && !fixed && !as_found) append_mapping(mappings, pdo);
+      const bool written = device.mailbox.coe_pdo_config && !fixed && !as_found;
+      if (written) append_mapping(mappings, pdo);
+      plan.pdos.push_back({pdo.index, written ? pdo.objects : std::vector<MappedObject>{}});
     }
     const auto assignment = static_cast<std::uint16_t>(kPdoAssignment + n);
     // A PDO can be changed only while it is not assigned.
     if (device.mailbox.coe_pdo_assign && !mappings.empty())
-      steps.push_back(SdoScript::Step::of<std::uint8_t>(assignment, 0, 0));
-    for (auto& mapping : mappings) steps.push_back(std::move(mapping));
-    if (device.mailbox.coe_pdo_assign) append_list(steps, assignment, assigned);
+      plan.steps.push_back(SdoScript::Step::of<std::uint8_t>(assignment, 0, 0));
+    for (auto& mapping : mappings) plan.steps.push_back(std::move(mapping));
+    if (device.mailbox.coe_pdo_assign) append_list(plan.steps, assignment, assigned);
+    plans.push_back(std::move(plan));
   }
-  return steps;
+  return plans;
 }
 
 }  // namespace driveline::ecat_master

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "configuration/assigned_pdos.hpp"
+#include "configuration/list_read.hpp"
 #include "driveline/ecat_master/configuration/idn_mapping.hpp"
 
 namespace driveline::ecat_master {
@@ -14,212 +16,133 @@ bool carries_process_data(Use use) {
   return use == Use::kOutputs || use == Use::kInputs;
 }
 
-/// A list object of a slave: number of elements, then the elements.
-struct ListRead {
-  std::size_t slave = 0;
-  std::uint8_t sync_manager = 0;
-  std::uint16_t index = 0;
-  SdoFuture count;
-  std::vector<SdoFuture> elements{};
-};
-
-template <typename T>
-Result<T> value_of(const SdoFuture& future, std::uint16_t position, std::uint16_t index, std::uint8_t subindex) {
-  const auto& data = future.get();
-  if (!data) return tl::unexpected(data.error());
-  if (data->size() == sizeof(T)) return wire::load_le<T>(*data);
-  return tl::unexpected(Error{
-      facts::SdoSize{
-          .object = {index, subindex}, .expected = sizeof(T), .received = static_cast<std::uint32_t>(data->size())},
-      position});
-}
-
-bool does_not_exist(const Error& error) {
-  const auto* abort = error.as<facts::SdoAbort>();
-  return abort != nullptr && abort->code == wire::SdoAbort::kObjectDoesNotExist;
-}
-
-class Reader {
- public:
-  Reader(MailboxEngine& engine, std::span<const SlaveInfo> slaves) : engine_(engine), slaves_(slaves) {
-    results_.resize(slaves.size());
+/// The PDOs that the description assigns to a sync manager; `assigned` accepts its number.
+template <typename Assigned>
+std::vector<PdoMapping> described_pdos(const std::vector<esi::Pdo>& pdos, Assigned assigned) {
+  std::vector<PdoMapping> mappings;
+  for (const auto& pdo : pdos) {
+    if (!pdo.sync_manager || !assigned(*pdo.sync_manager)) continue;
+    auto& mapping = mappings.emplace_back(PdoMapping{pdo.index, {}, pdo.sync_manager});
+    for (const auto& entry : pdo.entries) mapping.objects.push_back({entry.index, entry.subindex, entry.bit_length});
   }
+  return mappings;
+}
 
-  std::vector<Result<PdoConfiguration>> run() {
-    std::vector<ListRead> assignments;
+/// The configurations of slaves, put together from what is read for each of their sync managers.
+class Discovery {
+ public:
+  Discovery(std::span<const SlaveInfo> slaves, StartupNotes& notes)
+      : slaves_(slaves), notes_(notes), results_(slaves.size()) {}
+
+  std::vector<Result<PdoConfiguration>> run(MailboxEngine& engine) {
+    std::vector<SyncManagerPlace> places;
     for (std::size_t i = 0; i < slaves_.size(); ++i) {
       const auto& device = slaves_[i].description;
       if (!device.mailbox.coe) {
-        results_[i] = maps_by_idn(device) ? read_idn_mapping(engine_, slaves_[i]) : pdo_configuration_from_sii(device);
+        results_[i] = maps_by_idn(device) ? read_idn_mapping(engine, slaves_[i]) : pdo_configuration_from_sii(device);
         continue;
       }
       for (std::size_t n = 0; n < device.sync_managers.size(); ++n) {
-        if (!carries_process_data(device.sync_managers[n].use)) continue;
-        assignments.push_back(
-            start_list(i, static_cast<std::uint8_t>(n), static_cast<std::uint16_t>(kPdoAssignment + n)));
+        if (carries_process_data(device.sync_managers[n].use)) places.push_back({i, static_cast<std::uint8_t>(n)});
       }
     }
-    for (auto& list : assignments) read_elements(list, true);
-    std::vector<ListRead> mappings;
-    for (auto& list : assignments) take_assignment(list, mappings);
-    for (auto& list : mappings) read_elements(list, false);
-    for (auto& list : mappings) take_mapping(list);
+    auto read = read_assignments(engine, slaves_, places, notes_);
+    for (std::size_t i = 0; i < places.size(); ++i) take(places[i], std::move(read[i]));
     return std::move(results_);
   }
 
  private:
-  [[nodiscard]] std::uint16_t position(std::size_t slave) const { return slaves_[slave].ref.position; }
-
-  ListRead start_list(std::size_t slave, std::uint8_t sync_manager, std::uint16_t index) {
-    CoeClient coe(engine_, position(slave));
-    return {slave, sync_manager, index, coe.start_upload({index, 0, false})};
-  }
-
-  void fail(const ListRead& list, const Error& error) {
-    if (results_[list.slave]) results_[list.slave] = tl::unexpected(error);
-  }
-
-  /// Waits for the count and requests all elements.
-  void read_elements(ListRead& list, bool may_be_missing) {
-    const auto count = value_of<std::uint8_t>(list.count, position(list.slave), list.index, 0);
-    if (!count) {
-      // A slave without the assignment object has the PDOs of its EEPROM.
-      if (may_be_missing && does_not_exist(count.error())) {
-        results_[list.slave] = pdo_configuration_from_sii(slaves_[list.slave].description);
-      } else {
-        fail(list, count.error());
-      }
+  void take(const SyncManagerPlace& place, Result<std::vector<PdoMapping>> pdos) {
+    auto& result = results_[place.slave];
+    if (!pdos && hides_assignment(place, pdos.error())) pdos = described(place, pdos.error());
+    if (!pdos) {
+      if (result) result = tl::unexpected(pdos.error());
       return;
     }
-    CoeClient coe(engine_, position(list.slave));
-    for (unsigned n = 1; n <= *count; ++n) {
-      list.elements.push_back(coe.start_upload({list.index, static_cast<std::uint8_t>(n), false}));
-    }
-  }
-
-  void take_assignment(const ListRead& list, std::vector<ListRead>& mappings) {
-    for (std::size_t n = 0; n < list.elements.size(); ++n) {
-      const auto pdo =
-          value_of<std::uint16_t>(list.elements[n], position(list.slave), list.index, static_cast<std::uint8_t>(n + 1));
-      if (!pdo) return fail(list, pdo.error());
-      // Some slaves fill unused entries of the assignment with zeros.
-      if (*pdo != 0) mappings.push_back(start_list(list.slave, list.sync_manager, *pdo));
-    }
-  }
-
-  void take_mapping(const ListRead& list) {
-    auto& result = results_[list.slave];
-    PdoMapping pdo;
-    pdo.index = list.index;
-    pdo.sync_manager = list.sync_manager;
-    for (std::size_t n = 0; n < list.elements.size(); ++n) {
-      const auto raw =
-          value_of<std::uint32_t>(list.elements[n], position(list.slave), list.index, static_cast<std::uint8_t>(n + 1));
-      if (!raw) return fail(list, raw.error());
-      pdo.objects.push_back({static_cast<std::uint16_t>(*raw >> 16), static_cast<std::uint8_t>(*raw >> 8),
-                             static_cast<std::uint8_t>(*raw)});
-    }
     if (!result) return;
-    const auto use = slaves_[list.slave].description.sync_managers[list.sync_manager].use;
-    (use == Use::kOutputs ? result->outputs : result->inputs).push_back(std::move(pdo));
+    auto& direction = use_of(place) == Use::kOutputs ? result->outputs : result->inputs;
+    for (auto& pdo : *pdos) direction.push_back(std::move(pdo));
   }
 
-  MailboxEngine& engine_;
+  /// Whether the slave aborts the transfer of the assignment, with whatever code. An assigned PDO without a mapping
+  /// that is known is an error.
+  static bool hides_assignment(const SyncManagerPlace& place, const Error& error) {
+    const auto* abort = error.as<facts::SdoAbort>();
+    return abort != nullptr && abort->object.index == kPdoAssignment + place.sync_manager;
+  }
+
+  /// The PDOs of the description for a sync manager whose PDOs the slave does not show.
+  std::vector<PdoMapping> described(const SyncManagerPlace& place, const Error& error) {
+    const auto& device = slaves_[place.slave].description;
+    const auto number = place.sync_manager;
+    const auto& known = use_of(place) == Use::kOutputs ? device.rx_pdos : device.tx_pdos;
+    auto pdos = described_pdos(known, [number](std::uint8_t other) { return other == number; });
+    const auto& abort = *error.as<facts::SdoAbort>();
+    // A device without PDOs in a direction needs no assignment object for it.
+    if (known.empty() && abort.code == wire::SdoAbort::kObjectDoesNotExist) return pdos;
+    notes_.push_back({error.slave, notes::PdosFromDescription{abort.object, abort.code, number,
+                                                              static_cast<std::uint16_t>(pdos.size())}});
+    return pdos;
+  }
+
+  [[nodiscard]] Use use_of(const SyncManagerPlace& place) const {
+    return slaves_[place.slave].description.sync_managers[place.sync_manager].use;
+  }
+
   std::span<const SlaveInfo> slaves_;
+  StartupNotes& notes_;
   std::vector<Result<PdoConfiguration>> results_;
 };
 
-std::vector<MappedObject> described_objects(const esi::Pdo& pdo) {
-  std::vector<MappedObject> objects;
-  for (const auto& entry : pdo.entries) objects.push_back({entry.index, entry.subindex, entry.bit_length});
-  return objects;
-}
-
-std::vector<MappedObject> described_mapping(const esi::DeviceDescription& device, std::uint16_t index) {
-  for (const auto* pdos : {&device.rx_pdos, &device.tx_pdos}) {
-    const auto found = std::find_if(pdos->begin(), pdos->end(), [=](const auto& pdo) { return pdo.index == index; });
-    if (found != pdos->end()) return described_objects(*found);
-  }
-  return {};
-}
-
 using Mapping = Result<std::vector<MappedObject>>;
 
-/// Reads the mapping of a PDO over CoE.
-class MappingRead {
- public:
-  MappingRead(MailboxEngine& engine, std::uint16_t position, std::uint16_t pdo)
-      : coe_(engine, position), position_(position), pdo_(pdo), count_(coe_.start_upload({pdo, 0, false})) {}
-
-  /// Waits for the count and requests all entries.
-  void ask_entries() {
-    const auto count = value_of<std::uint8_t>(count_, position_, pdo_, 0);
-    for (unsigned n = 1; n <= count.value_or(0); ++n) {
-      entries_.push_back(coe_.start_upload({pdo_, static_cast<std::uint8_t>(n), false}));
-    }
-    if (!count) mapping_ = tl::unexpected(count.error());
+/// The mapping that was read, or that of the description when the slave does not show its own.
+Mapping take_mapping(ListRead<std::uint32_t>& list, const SlaveInfo& slave, StartupNotes& notes) {
+  std::optional<Error> early;
+  const auto raw = list.take(early);
+  const auto failure = early ? early : raw ? std::nullopt : std::optional(raw.error());
+  if (!failure) {
+    std::vector<MappedObject> objects;
+    for (const auto object : *raw) objects.push_back(MappedObject::from_raw(object));
+    return objects;
   }
-  Mapping take() {
-    for (std::size_t n = 0; mapping_ && n < entries_.size(); ++n) {
-      const auto raw = value_of<std::uint32_t>(entries_[n], position_, pdo_, static_cast<std::uint8_t>(n + 1));
-      if (raw) {
-        mapping_->push_back(MappedObject::from_raw(*raw));
-      } else {
-        mapping_ = tl::unexpected(raw.error());
-      }
-    }
-    return std::move(mapping_);
-  }
-
- private:
-  CoeClient coe_;
-  std::uint16_t position_;
-  std::uint16_t pdo_;
-  SdoFuture count_;
-  std::vector<SdoFuture> entries_;
-  Mapping mapping_;
-};
+  const auto* abort = failure->as<facts::SdoAbort>();
+  const auto known = described_mapping(slave.description, list.index());
+  if (abort == nullptr || !known) return tl::unexpected(*failure);
+  notes.push_back({slave.ref.position, notes::MappingFromDescription{list.index(), abort->code}});
+  return *known;
+}
 
 }  // namespace
 
 std::vector<Result<std::vector<MappedObject>>> read_mappings(MailboxEngine& engine, std::span<const SlaveInfo> slaves,
-                                                             std::span<const PdoPlace> places) {
-  std::vector<std::optional<MappingRead>> reads(places.size());
+                                                             std::span<const PdoPlace> places, StartupNotes& notes) {
+  std::vector<std::optional<ListRead<std::uint32_t>>> reads(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto& slave = slaves[places[i].slave];
     if (slave.description.mailbox.coe) reads[i].emplace(engine, slave.ref.position, places[i].index);
   }
   for (auto& read : reads) {
-    if (read) read->ask_entries();
+    if (read) read->request_elements();
   }
   std::vector<Mapping> mappings;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    mappings.push_back(reads[i] ? reads[i]->take()
-                                : described_mapping(slaves[places[i].slave].description, places[i].index));
+    const auto& slave = slaves[places[i].slave];
+    mappings.push_back(
+        reads[i] ? take_mapping(*reads[i], slave, notes)
+                 : described_mapping(slave.description, places[i].index).value_or(std::vector<MappedObject>{}));
   }
   return mappings;
 }
 
 PdoConfiguration pdo_configuration_from_sii(const esi::DeviceDescription& device) {
-  PdoConfiguration configuration;
-  auto take = [](const std::vector<esi::Pdo>& pdos, std::vector<PdoMapping>& mappings) {
-    for (const auto& pdo : pdos) {
-      if (!pdo.sync_manager) continue;
-      PdoMapping mapping;
-      mapping.index = pdo.index;
-      mapping.sync_manager = *pdo.sync_manager;
-      mapping.objects = described_objects(pdo);
-      mappings.push_back(std::move(mapping));
-    }
-  };
-  take(device.rx_pdos, configuration.outputs);
-  take(device.tx_pdos, configuration.inputs);
-  return configuration;
+  const auto any = [](std::uint8_t) { return true; };
+  return {described_pdos(device.rx_pdos, any), described_pdos(device.tx_pdos, any)};
 }
 
-std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine,
-                                                              std::span<const SlaveInfo> slaves) {
-  return Reader(engine, slaves).run();
+std::vector<Result<PdoConfiguration>> read_pdo_configurations(MailboxEngine& engine, std::span<const SlaveInfo> slaves,
+                                                              StartupNotes& notes) {
+  return Discovery(slaves, notes).run(engine);
 }
 
 }  // namespace driveline::ecat_master

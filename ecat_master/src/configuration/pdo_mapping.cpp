@@ -17,22 +17,32 @@ void append_list(Steps& steps, std::uint16_t index, const Elements& elements, Ra
   steps.push_back(SdoScript::Step::of<std::uint8_t>(index, 0, subindex));
 }
 
-void append_direction(Steps& steps, std::uint16_t assignment, const std::vector<PdoMapping>& pdos) {
-  steps.push_back(SdoScript::Step::of<std::uint8_t>(assignment, 0, 0));
+AssignmentPlan plan_direction(std::uint16_t assignment, bool outputs, const std::vector<PdoMapping>& pdos) {
+  AssignmentPlan plan{static_cast<std::uint8_t>(assignment - kPdoAssignment), outputs, pdos, {}};
+  plan.steps.push_back(SdoScript::Step::of<std::uint8_t>(assignment, 0, 0));
   for (const auto& pdo : pdos) {
     if (pdo.own_mapping || pdo.objects.empty()) continue;
-    append_list<std::uint32_t>(steps, pdo.index, pdo.objects, [](const MappedObject& o) { return o.raw(); });
+    append_list<std::uint32_t>(plan.steps, pdo.index, pdo.objects, [](const MappedObject& o) { return o.raw(); });
   }
-  append_list<std::uint16_t>(steps, assignment, pdos, [](const PdoMapping& pdo) { return pdo.index; });
+  append_list<std::uint16_t>(plan.steps, assignment, pdos, [](const PdoMapping& pdo) { return pdo.index; });
+  return plan;
 }
 
 }  // namespace
 
-std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration) {
+std::vector<AssignmentPlan> plan_assignments(const PdoConfiguration& configuration) {
+  return {plan_direction(kOutputAssignment, true, configuration.outputs),
+          plan_direction(kInputAssignment, false, configuration.inputs)};
+}
+
+std::vector<SdoScript::Step> steps_of(std::span<const AssignmentPlan> plans) {
   Steps steps;
-  append_direction(steps, kOutputAssignment, configuration.outputs);
-  append_direction(steps, kInputAssignment, configuration.inputs);
+  for (const auto& plan : plans) steps.insert(steps.end(), plan.steps.begin(), plan.steps.end());
   return steps;
+}
+
+std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration) {
+  return steps_of(plan_assignments(configuration));
 }
 
 Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "checked_exchange.hpp"
 #include "drift_compensation.hpp"
@@ -130,10 +131,17 @@ Result<void> check_plan(const ClockPlan& plan) {
 }
 
 Result<std::uint16_t> choose_reference(const ClockPlan& plan, std::span<const ClockFeatures> features) {
-  const auto first = std::find_if(features.begin(), features.end(), [](const ClockFeatures& f) { return f.present; }) -
-                     features.begin();
-  if (first == static_cast<std::ptrdiff_t>(features.size())) return tl::unexpected(Error{facts::NoClocks{}});
-  const auto reference = plan.reference.value_or(static_cast<std::uint16_t>(first));
+  std::optional<std::size_t> first;
+  std::optional<std::size_t> synchronised;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (!features[i].present) continue;
+    if (!first) first = i;
+    if (!synchronised && i < plan.slaves.size() && plan.slaves[i].signals.active()) synchronised = i;
+  }
+  if (!first) return tl::unexpected(Error{facts::NoClocks{}});
+  // Slaves that may join later may need the time wherever they are plugged in, so their reference is the first clock.
+  const auto chosen = synchronised && !plan.may_join ? synchronised : first;
+  const auto reference = plan.reference.value_or(static_cast<std::uint16_t>(*chosen));
   if (reference >= features.size() || !features[reference].present)
     return tl::unexpected(Error{facts::ReferenceWithoutClock{}, reference});
   for (std::size_t i = 0; i < reference && i < plan.slaves.size(); ++i) {

@@ -35,7 +35,9 @@ namespace driveline::ecat_master::dc {
 /// Step 1 without the bus: every rule of the plan that does not depend on the slaves found.
 [[nodiscard]] Result<void> check_plan(const ClockPlan& plan);
 
-/// The reference clock of `plan`: the planned slave, or the first slave with a clock. Error: there is none, the planned
+/// The reference clock of `plan`: the planned slave, or else the first slave with a clock that has SYNC signals,
+/// because the clock of a slave before it (a coupler, a terminal) need not be accurate, or work at all; the first slave
+/// with a clock when none has signals, or slaves may join (ClockPlan::may_join). Error: there is none, the planned
 /// slave has no clock, or frames pass a slave that needs the time before it.
 [[nodiscard]] Result<std::uint16_t> choose_reference(const ClockPlan& plan, std::span<const ClockFeatures> features);
 

@@ -58,16 +58,20 @@ Result<void> ClockWatch::watch_reference() {
   return take_over(**next);
 }
 
-/// The first answering clock behind the lost one.
+/// The first answering clock behind the lost one of a slave that needs the time; if there is none, any answering clock.
 Result<std::optional<std::uint16_t>> ClockWatch::next_reference() {
+  std::optional<std::uint16_t> other;
   for (std::size_t i = clocks_.reference + 1U; i < slaves_.size(); ++i) {
     if (!clocks_.slaves[i].present) continue;
     std::array<std::byte, 4> time{};
     const auto answered = bus_.try_read(slaves_[i], wire::reg::kSystemTime.address, time);
     if (!answered) return tl::unexpected(answered.error());
-    if (*answered) return static_cast<std::uint16_t>(i);
+    if (!*answered) continue;
+    const auto position = static_cast<std::uint16_t>(i);
+    if (clocks_.slaves[i].signals.active()) return position;
+    if (!other) other = position;
   }
-  return std::nullopt;
+  return other;
 }
 
 Result<void> ClockWatch::take_over(std::uint16_t reference) {

@@ -1,5 +1,8 @@
 #include "driveline/ecat_master/dc/sync_objects.hpp"
 
+#include <algorithm>
+#include <vector>
+
 namespace driveline::ecat_master::dc {
 namespace {
 
@@ -11,49 +14,64 @@ constexpr std::uint8_t kEventsMissed = 0x0B;
 constexpr std::uint8_t kDistanceMin = 0x11;
 constexpr std::uint8_t kDistanceMax = 0x12;
 
-enum class Written { kYes, kReadOnly, kMissing };
-
-Result<Written> outcome(const Result<void>& download) {
-  if (download) return Written::kYes;
-  const auto& error = download.error();
-  if (const auto* abort = error.as<facts::SdoAbort>()) {
-    switch (abort->code) {
-      case wire::SdoAbort::kReadOnly:
-        return Written::kReadOnly;
-      case wire::SdoAbort::kObjectDoesNotExist:
-      case wire::SdoAbort::kSubindexDoesNotExist:
-        return Written::kMissing;
-      default:
-        break;
-    }
+/// Writes `value` to the entry of both objects, except those in `left_out`.
+template <typename T>
+Result<void> write_both(MailboxEngine& engine, std::uint16_t slave, std::uint8_t subindex, T value, WriteNeed need,
+                        const std::vector<std::uint16_t>& left_out, StartupNotes& notes) {
+  SdoScript script{slave, {}};
+  for (const auto index : {kOutputParameter, kInputParameter}) {
+    if (std::find(left_out.begin(), left_out.end(), index) != left_out.end()) continue;
+    auto& step = script.steps.emplace_back(SdoScript::Step::of<T>(index, subindex, value));
+    step.need = need;
+    step.compared = true;
   }
-  return tl::unexpected(error);
+  return run_scripts(engine, {&script, 1}, &notes).front();
 }
 
-template <typename T>
-Result<Written> write_and_compare(CoeClient& coe, std::uint16_t slave, std::uint16_t index, std::uint8_t subindex,
-                                  T value) {
-  const auto written = outcome(coe.download_as<T>(index, subindex, value));
-  if (!written || *written == Written::kMissing) return written;
-  if (*written == Written::kReadOnly && subindex == kCycle) return written;
-  const auto read = coe.upload_as<T>(index, subindex);
-  if (!read) return tl::unexpected(read.error());
-  if (*read == value) return written;
-  return tl::unexpected(Error{facts::SyncObject{.object = {index, subindex}, .written = value, .read = *read}, slave});
+/// The objects that the slave does not have.
+std::vector<std::uint16_t> missing_objects_in(const StartupNotes& notes) {
+  std::vector<std::uint16_t> missing;
+  for (const auto& note : notes) {
+    const auto* refused = note.as<notes::WriteRefused>();
+    if (refused != nullptr && refused->code == wire::SdoAbort::kObjectDoesNotExist)
+      missing.push_back(refused->object.index);
+  }
+  return missing;
+}
+
+/// In DC mode the cycle may be read-only: the slave takes it from the SYNC0 register (ETG.1020, 1C32h:02).
+bool is_read_only(const StartupNote& note) {
+  const auto* refused = note.as<notes::WriteRefused>();
+  return refused != nullptr && refused->code == wire::SdoAbort::kReadOnly;
+}
+
+/// The error for a mandatory write.
+Error error_of(const StartupNote& note) {
+  if (const auto* refused = note.as<notes::WriteRefused>())
+    return {facts::SdoAbort{refused->object, refused->code}, note.slave};
+  const auto& ignored = *note.as<notes::WriteIgnored>();
+  return {facts::SyncObject{.object = ignored.object, .written = ignored.wanted, .read = ignored.present}, note.slave};
 }
 
 }  // namespace
 
-Result<void> write_sync_objects(CoeClient& coe, std::uint16_t slave, const SyncSignals& signals) {
+Result<void> write_sync_objects(MailboxEngine& engine, std::uint16_t slave, const SyncSignals& signals, WriteNeed need,
+                                StartupNotes& notes) {
+  if (need == WriteNeed::kOmitted) return {};
+  StartupNotes refused;
   const auto type = signals.sync0() ? kSyncTypeSync0 : kSyncTypeFreeRun;
+  // The types first: a slave may accept a cycle only with the type that uses it.
+  const auto typed = write_both<std::uint16_t>(engine, slave, kType, type, need, {}, refused);
+  notes.insert(notes.end(), refused.begin(), refused.end());
+  if (!typed || !signals.sync0()) return typed;
+  StartupNotes cycles;
   const auto cycle = static_cast<std::uint32_t>(signals.sync0_cycle.count());
-  for (const auto index : {kOutputParameter, kInputParameter}) {
-    const auto written = write_and_compare<std::uint16_t>(coe, slave, index, kType, type);
-    if (!written) return tl::unexpected(written.error());
-    if (*written == Written::kMissing || !signals.sync0()) continue;
-    if (const auto done = write_and_compare<std::uint32_t>(coe, slave, index, kCycle, cycle); !done)
-      return tl::unexpected(done.error());
-  }
+  const auto missing = missing_objects_in(refused);
+  const auto done = write_both<std::uint32_t>(engine, slave, kCycle, cycle, WriteNeed::kOptional, missing, cycles);
+  if (!done) return done;
+  std::erase_if(cycles, is_read_only);
+  if (need == WriteNeed::kMandatory && !cycles.empty()) return tl::unexpected(error_of(cycles.front()));
+  notes.insert(notes.end(), cycles.begin(), cycles.end());
   return {};
 }
 

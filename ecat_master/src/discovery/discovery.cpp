@@ -4,6 +4,7 @@
 #include <array>
 
 #include "bus/write_protection.hpp"
+#include "discovery/sync_manager_uses.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/fmmu.hpp"
 #include "driveline/wire/sync_manager.hpp"
@@ -89,6 +90,7 @@ SlaveInfo make_slave_info(SlaveRef ref, Result<std::vector<std::byte>> image) {
   if (decoded) {
     info.alias = decoded->config.station_alias;
     info.description = esi::description_from_sii(*decoded);
+    info.remarks = correct_sync_manager_uses(ref.position, info.description);
   }
   info.problem = check_configuration_area(ref, *image);
   if (!decoded && !info.problem) {

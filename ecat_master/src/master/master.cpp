@@ -111,6 +111,7 @@ Result<void> Master::match(std::span<const SlavePlan> plans) {
 }
 
 Result<void> Master::configure(std::vector<SlavePlan> plans) {
+  startup_notes_.clear();
   if (auto done = match(plans); !done) return done;
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const auto plan = comparison_.plan_of_slave[i];
@@ -118,6 +119,8 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
     if (!plan) slaves_[i].plan.own_pdos = true;
     if (!slaves_[i].plan.esi && settings_.describe) slaves_[i].plan.esi = settings_.describe(slaves_[i].info);
     apply_description(slaves_[i]);
+    // The remarks are about the EEPROM, which a description file replaces.
+    if (!slaves_[i].plan.esi) add_new(startup_notes_, slaves_[i].info.remarks);
   }
   for (const auto number : comparison_.absent) add_absent(number, std::move(plans[number]));
   // No process data are laid out yet: a refusal can only concern the mailboxes.
@@ -125,7 +128,7 @@ Result<void> Master::configure(std::vector<SlavePlan> plans) {
   if (auto done = enter_pre_op(); !done) {
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
-  auto image = configure_process_data(engine_, slaves_, settings_.layout);
+  auto image = configure_process_data(engine_, slaves_, settings_.layout, startup_notes_);
   if (!image) return tl::unexpected(image.error());
   image_ = std::move(*image);
   if (auto done = synchronise_clocks(); !done) return done;
@@ -172,8 +175,11 @@ Result<void> Master::tell_sync_type(std::size_t slave) {
     return {};
   const auto& one = slaves_[slave];
   if (!one.mailbox || !one.info.description.mailbox.coe) return {};
-  CoeClient coe(*one.mailbox);
-  return dc::write_sync_objects(coe, refs_[slave].position, clock_plan_->slaves[slave].signals);
+  StartupNotes notes;
+  const auto done = dc::write_sync_objects(engine_, refs_[slave].position, clock_plan_->slaves[slave].signals,
+                                           one.plan.needs.sync_objects, notes);
+  add_new(startup_notes_, notes);
+  return done;
 }
 
 Result<void> Master::await_clocks() {
@@ -239,9 +245,11 @@ Result<void> Master::raise_to(wire::AlState target) {
   std::vector<StateTarget> targets;
   for (const auto& slave : slaves_) {
     if (!slave.present) continue;
-    targets.push_back({slave.info.ref, std::min(slave.plan.timeouts.limit(target, false), settings_.state_timeout)});
+    const auto& plan = slave.plan;
+    targets.push_back({slave.info.ref, std::min(plan.timeouts.limit(target, false), settings_.state_timeout),
+                       target == wire::AlState::kSafeOp ? plan.safe_op_retries : StateRetries{0}});
   }
-  return first_failure(change_states(bus_, targets, target));
+  return first_failure(change_states(bus_, targets, target, &startup_notes_));
 }
 
 /// A slave in OP without process data is worse than one in SAFEOP: wait until the cycle has worked once.
@@ -268,7 +276,7 @@ Result<void> Master::go_operational() {
   if (watch_) {
     if (auto done = await_clocks(); !done) return done;
   }
-  if (auto done = write_startup_sdos(engine_, slaves_, wire::AlState::kOp); !done) return done;
+  if (auto done = write_startup_sdos(engine_, slaves_, wire::AlState::kOp, startup_notes_); !done) return done;
   return raise_to(wire::AlState::kOp);
 }
 

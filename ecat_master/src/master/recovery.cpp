@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "bus/write_protection.hpp"
+#include "configuration/pdo_writing.hpp"
 #include "configuration/process_data_setup.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/configuration/description_plan.hpp"
@@ -145,7 +146,10 @@ Result<void> Master::recover(std::size_t slave, std::chrono::nanoseconds state_t
     if (done.error().is<facts::IdentityMismatch>()) return refuse(slave, done.error());
     return tl::unexpected(explain_state_error(bus_, slaves_, image_, done.error()));
   }
-  if (auto done = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp); !done) return done;
+  StartupNotes notes;
+  const auto written = write_startup_sdos(engine_, {&slaves_[slave], 1}, AlState::kOp, notes);
+  add_new(startup_notes_, notes);
+  if (!written) return written;
   return change_state(bus_, ref, AlState::kOp, state_timeout);
 }
 
@@ -164,12 +168,38 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
     engine_.open(one.info.ref, **window);
   }
   if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
-  if (auto done = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp); !done) return done;
+  StartupNotes notes;
+  auto configured = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp, notes);
+  if (configured) configured = restore_pdos(slave, notes);
+  add_new(startup_notes_, notes);
+  if (!configured) return configured;
   if (auto done = write_watchdogs(bus_, {&one, 1}); !done) return done;
   if (auto done = write_process_data_setup(bus_, {&one, 1}, image_); !done) return done;
   if (auto done = restore_clock(slave); !done) return done;
   if (auto done = restore_registers(slave); !done) return done;
-  return change_state(bus_, ref, AlState::kSafeOp, state_timeout);
+  const StateTarget target{refs_[slave], state_timeout, one.plan.safe_op_retries};
+  StartupNotes refusals;
+  auto raised = change_states(bus_, {&target, 1}, AlState::kSafeOp, &refusals).front();
+  add_new(startup_notes_, refusals);
+  return raised;
+}
+
+/// Writes the planned PDOs. The process image is laid out: a slave that now keeps other PDOs does not fit into it.
+Result<void> Master::restore_pdos(std::size_t slave, StartupNotes& notes) {
+  auto& one = slaves_[slave];
+  const auto planned = one.plan.pdos;
+  const auto kept = one.plan.kept;
+  if (auto done = write_planned_pdos(engine_, {&one, 1}, notes); !done) return done;
+  const bool same =
+      same_pdos(planned.outputs, one.plan.pdos.outputs) && same_pdos(planned.inputs, one.plan.pdos.inputs);
+  if (same) return {};
+  const auto bytes = [](const PdoConfiguration& pdos) {
+    return static_cast<std::uint32_t>(pdos.output_bytes() + pdos.input_bytes());
+  };
+  const facts::ProcessDataSize other{.bytes = bytes(one.plan.pdos), .limit = bytes(planned)};
+  one.plan.pdos = planned;
+  one.plan.kept = kept;
+  return tl::unexpected(Error{other, refs_[slave].position});
 }
 
 /// Restores the registers that are not part of the plan to the values read when the slave was first configured. For a

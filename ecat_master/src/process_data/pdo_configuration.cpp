@@ -1,5 +1,6 @@
 #include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 namespace driveline::ecat_master {
@@ -13,6 +14,20 @@ std::size_t PdoConfiguration::output_bytes() const noexcept {
 }
 std::size_t PdoConfiguration::input_bytes() const noexcept {
   return bytes_of(inputs);
+}
+
+bool same_content(std::span<const MappedObject> a, std::span<const MappedObject> b) noexcept {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const MappedObject& x, const MappedObject& y) {
+    return x.index == y.index && x.bits == y.bits && (x.index == 0 || x.subindex == y.subindex);
+  });
+}
+
+bool same_pdos(std::span<const PdoMapping> planned, std::span<const PdoMapping> present) noexcept {
+  return std::equal(planned.begin(), planned.end(), present.begin(), present.end(),
+                    [](const PdoMapping& plan, const PdoMapping& own) {
+                      if (plan.index != own.index) return false;
+                      return plan.objects.empty() || plan.own_mapping || same_content(plan.objects, own.objects);
+                    });
 }
 
 std::size_t bytes_of(std::span<const PdoMapping> pdos) noexcept {

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 
+#include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/runtime/config/typed_value.hpp"
 
 namespace driveline::runtime {
@@ -86,6 +88,23 @@ ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::Mailbox
   return timeouts;
 }
 
+ecat_master::WriteNeed read_need(TomlReader& reader, std::string_view key) {
+  using ecat_master::WriteNeed;
+  constexpr std::array kNeeds{WriteNeed::kMandatory, WriteNeed::kOptional, WriteNeed::kOmitted};
+  return kNeeds.at(reader.choice_or(key, 1, {"mandatory", "optional", "omit"}));
+}
+
+void read_startup(TomlReader reader, SlavePlanConfig& config) {
+  config.needs.sync_objects = read_need(reader, "sync_objects");
+  config.needs.pdo_assignment = read_need(reader, "pdo_assignment");
+  config.needs.pdo_mapping = read_need(reader, "pdo_mapping");
+  config.interpolation_time = read_need(reader, "interpolation_time");
+  auto& retries = config.safe_op_retries;
+  constexpr std::int64_t kMostRetries = 100;
+  retries.count = static_cast<unsigned>(reader.integer_or("safeop_retries", retries.count, 0, kMostRetries));
+  reader.finish();
+}
+
 ecat_master::StartupSdo read_sdo(TomlReader reader) {
   ecat_master::StartupSdo sdo;
   sdo.index = static_cast<std::uint16_t>(reader.integer("index", 0x1000, 0xFFFF));
@@ -94,6 +113,7 @@ ecat_master::StartupSdo read_sdo(TomlReader reader) {
   if (sdo.complete && sdo.subindex > 1) reader.fail("subindex", "must be 0 or 1 with complete access");
   const bool before_op = reader.choice_or("before", 0, {"safeop", "op"}) == 1;
   sdo.before = before_op ? wire::AlState::kOp : wire::AlState::kSafeOp;
+  if (reader.boolean_or("optional", false)) sdo.need = ecat_master::WriteNeed::kOptional;
   const auto type = parse_type(reader.text_or("type", ""));
   if (!type) reader.fail("type", type.error().reason);
   const auto text =
@@ -165,6 +185,7 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   read_hot_connect(slave, config);
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
+  read_startup(slave.table("startup"), config);
   for (auto& sdo : slave.tables("sdo")) config.sdos.push_back(read_sdo(std::move(sdo)));
   for (auto& pdo : slave.tables("pdo")) {
     if (!config.pdos) config.pdos.emplace();
@@ -184,6 +205,11 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.watchdog = watchdog;
   plan.timeouts = timeouts;
   plan.mailbox_timeouts = mailbox_timeouts;
+  plan.needs = needs;
+  plan.safe_op_retries = safe_op_retries;
+  for (auto& sdo : plan.startup_sdos) {
+    if (sdo.index == ecat_master::kInterpolationTime) sdo.need = interpolation_time;
+  }
   plan.startup_sdos.insert(plan.startup_sdos.end(), sdos.begin(), sdos.end());
   if (pdos) plan.pdos = *pdos;
 }

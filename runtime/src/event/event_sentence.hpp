@@ -23,6 +23,7 @@ class EventSentence {
   std::string operator()(const events::ClocksBeingSet& facts) const;
   std::string operator()(const events::Configured& facts) const;
   std::string operator()(const events::ScaleDiffers& facts) const;
+  std::string operator()(const events::StartupNoted& facts) const;
   std::string operator()(const events::NoProcessData& facts) const;
   std::string operator()(const events::RealtimeSetUp& facts) const;
   std::string operator()(const events::ClocksLocked& facts) const;

@@ -57,6 +57,10 @@ std::string EventSentence::operator()(const events::ScaleDiffers& facts) const {
       facts.axis, facts.described, facts.reported_by_drive);
 }
 
+std::string EventSentence::operator()(const events::StartupNoted& facts) const {
+  return ecat_master::describe(facts.note);
+}
+
 std::string EventSentence::operator()(const events::NoProcessData& /*facts*/) const {
   return "there are no process data: no slave has a default PDO assignment; `driveline pdos` lists the PDOs of the "
          "slaves, [[slave.pdo]] of a line description selects the PDOs to exchange";

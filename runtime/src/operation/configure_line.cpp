@@ -32,6 +32,8 @@ Result<void> configure_line(ecat_master::Master& master, const LineConfig* confi
   auto plans = config != nullptr ? make_slave_plans(*config) : std::vector<ecat_master::SlavePlan>{};
   auto planned = ecat_master::expected_slaves(plans);
   const auto done = master.configure(std::move(plans));
+  // A refused state is often the consequence of a refused write.
+  for (const auto& note : master.startup_notes()) observer.event({events::StartupNoted{note}, Severity::kNotice});
   if (done) return {};
   const auto& differences = master.comparison().differences;
   if (!differences.empty())

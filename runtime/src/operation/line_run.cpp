@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <algorithm>
+#include <functional>
 #include <thread>
 
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
@@ -41,6 +42,16 @@ std::vector<ecat_master::FlightRecorder::AxisLabel> axis_labels(const LineConfig
   }
   return labels;
 }
+
+/// Passes events on.
+class EventForwarder final : public Observer {
+ public:
+  explicit EventForwarder(std::function<void(const Event&)> take) : take_(std::move(take)) {}
+  void event(const Event& event) override { take_(event); }
+
+ private:
+  std::function<void(const Event&)> take_;
+};
 
 }  // namespace
 
@@ -117,7 +128,9 @@ Result<void> LineRun::bring_up() {
   if (config_.clocks) {
     if (auto planned = bring_up_clocks(); !planned) return planned;
   }
-  if (auto done = configure_line(master_, &config_, *settings_.observer); !done) return done;
+  EventForwarder events([this](const Event& event) { note(event.facts, event.severity); });
+  if (auto done = configure_line(master_, &config_, events); !done) return done;
+  startup_notes_told_ = master_.startup_notes().size();
   state_ = "SAFEOP";
   if (telemetry_) slave_watch_.emplace(master_, session_.clock());
   tell_slaves(true);
@@ -223,8 +236,11 @@ Result<void> LineRun::start_cycle() {
   if (const auto* runner = dynamic_cast<ecat_master::RealtimeRunner*>(master_.runner())) {
     progress(events::RealtimeSetUp{runner->report()});
   }
-  if (auto done = master_.go_operational(); !done)
-    return tl::unexpected(Error{ErrorKind::kLine, {}, with_clock_remedy(done.error()), {}, 0, done.error()});
+  const auto operational = master_.go_operational();
+  note_startup();
+  if (!operational)
+    return tl::unexpected(
+        Error{ErrorKind::kLine, {}, with_clock_remedy(operational.error()), {}, 0, operational.error()});
   if (auto* watch = master_.clock_watch()) {
     progress(events::ClocksLocked{watch->clocks().reference, master_.clock_follower()->status().ppm});
   }
@@ -295,6 +311,7 @@ bool LineRun::poll() {
   for (auto& change : exchange_group_watch_.poll(*master_.core())) progress(std::move(change));
   if (auto recorded = fault_records_->poll()) progress(std::move(*recorded));
   note_services();
+  note_startup();
   const bool goes_on = watch_->poll();
   state_ = watch_->state();
   if (!goes_on || stop_requested()) return false;
@@ -307,6 +324,12 @@ bool LineRun::poll() {
   if (!settings_.duration_s && motion_ && motion_->done()) return false;
   tell_progress();
   return true;
+}
+
+/// Reports what slaves refused that were configured since the last call.
+void LineRun::note_startup() {
+  const auto& all = master_.startup_notes();
+  while (startup_notes_told_ < all.size()) note(events::StartupNoted{all[startup_notes_told_++]}, Severity::kNotice);
 }
 
 void LineRun::note_services() {

@@ -109,6 +109,7 @@ class LineRun {
   void pass(std::chrono::nanoseconds duration);
   void note_requests();
   void note_services();
+  void note_startup();
   void note_streams();
   void note_telemetry();
   void tell_slaves(bool now);
@@ -162,6 +163,7 @@ class LineRun {
   KeptEnds<AuthorityRecord> authority_;
   std::vector<SlaveMargin> margins_;        ///< as of the end of operation
   std::vector<AxisGroupRunReport> groups_;  ///< as of the end of operation
+  std::size_t startup_notes_told_ = 0;      ///< number of Master::startup_notes() that were reported
   std::string state_ = "INIT";
   double next_progress_s_ = 1.0;
   std::chrono::nanoseconds operation_start_{};

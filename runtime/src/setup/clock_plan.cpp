@@ -104,6 +104,8 @@ Result<ecat_master::dc::ClockPlan> make_clock_plan(const LineConfig& config,
     }
     plan.reference = static_cast<std::uint16_t>(found - tables.begin());
   }
+  plan.may_join = std::any_of(config.slaves.begin(), config.slaves.end(),
+                              [](const SlaveConfig& slave) { return slave.plan.hot_connect && slave.dc.synchronous; });
   plan.joining = [&config](std::size_t table, const esi::DeviceDescription& found) {
     const auto planned = plan_of(config, config.slaves[table], found);
     return planned ? ecat_master::Result<SlaveClockPlan>(*planned)

@@ -377,6 +377,15 @@ TEST(ClockBringUp, TheReferenceClockIsChosen) {
   line.open();
   EXPECT_EQ(bring_up(line, line.plan()).reference, 1);
 
+  auto later = line.plan();
+  later.slaves[1].signals = {};
+  EXPECT_EQ(bring_up(line, later).reference, 2) << "the first slave that is to be synchronised";
+  later.may_join = true;
+  EXPECT_EQ(bring_up(line, later).reference, 1) << "slaves that join before slave 2 could not follow it";
+  for (auto& slave : later.slaves) slave.signals = {};
+  later.may_join = false;
+  EXPECT_EQ(bring_up(line, later).reference, 1) << "no slave needs the time";
+
   auto plan = line.plan();
   plan.reference = 2;
   plan.slaves[1].signals = {};  // has a clock, but does not need the time

@@ -253,6 +253,21 @@ TEST(ClockFollowing, TheNextClockTakesOverAndNobodyJumps) {
   EXPECT_LE(worst_arrival(run, milliseconds{200}), nanoseconds{100});
 }
 
+TEST(ClockFollowing, TheNextClockIsOneThatIsToBeSynchronised) {
+  ClockLine line(random_clocks(5, 60.0), reference_on_a_branch());
+  ClockRun run(line);
+  auto plan = line.plan();
+  plan.reference = 1;
+  for (const std::size_t i : {0U, 2U}) plan.slaves[i].signals = {};
+  ASSERT_EQ(run.start(plan), "");
+  run.run(seconds{1});
+  static_cast<void>(run.events());
+  line.line().set_power(1, false);
+  run.run(seconds{1});
+  EXPECT_THAT(run.events(), testing::ElementsAre("slave 1: the reference clock no longer answers",
+                                                 "slave 3: is now the reference clock"));
+}
+
 TEST(ClockFollowing, AReferenceThatComesBackBeforeAnybodyTookOverStays) {
   ClockLine line(random_clocks(5, 60.0), reference_on_a_branch());
   ClockRun run(line);

@@ -6,7 +6,9 @@ namespace driveline::bus_test {
 
 void EditedDevice::mailbox_request(std::span<const std::byte> mailbox) {
   if (hears) hears(mailbox);
-  inner_->mailbox_request(mailbox);
+  std::vector<std::byte> received(mailbox.begin(), mailbox.end());
+  if (changes_request) changes_request(received);
+  inner_->mailbox_request(received);
 }
 
 std::size_t EditedDevice::mailbox_reply(std::span<std::byte> out) {

@@ -20,6 +20,9 @@ class EditedDevice final : public slaves::Device {
     return inner_->process_data_size(sync_manager);
   }
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override {
+    if (judges) {
+      if (const auto refusal = judges(from, to); refusal != wire::AlStatusCode::kNoError) return refusal;
+    }
     return inner_->transition(from, to);
   }
   void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override {
@@ -43,8 +46,12 @@ class EditedDevice final : public slaves::Device {
 
   /// Mailbox messages that the slave sends ahead of its own answers.
   std::vector<std::vector<std::byte>> says_first;
+  /// Changes a mailbox message of the master before the device receives it.
+  std::function<void(std::span<std::byte> mailbox)> changes_request;
   /// Called with every mailbox message that the master writes.
   std::function<void(std::span<const std::byte> mailbox)> hears;
+  /// Called at each change of state; returns why the device refuses it.
+  std::function<wire::AlStatusCode(wire::AlState from, wire::AlState to)> judges;
   /// Changes an answer before it is sent; returns its new length.
   std::function<std::size_t(std::span<std::byte> out, std::size_t length)> changes_answer;
 

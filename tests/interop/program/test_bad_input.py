@@ -1,4 +1,5 @@
 """Wrong usage and bad input: the exit status, one sentence, and nothing left behind."""
+import json
 import os
 import pathlib
 import re
@@ -217,6 +218,18 @@ class FirstDay(WireTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("there are no process data: ", result.stderr)
         self.assertIn("driveline pdos", result.stderr)
+
+    def test_a_slave_that_exchanges_nothing_is_named(self):
+        config = self.write("line.toml", '[line]\ncycle_us = 1000\n[[slave]]\nname = "x"\n[[slave]]\nname = "idle"\n'
+                            '[[axis]]\nname = "x"\n')
+        result = self.run_program("run", "--config", config, "--virtual", "--duration", 0.1, "--no-telemetry",
+                                  "--no-plots", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        sentence = "slave 1: exchanges no process data: of its 8 PDOs none with objects is assigned to a sync manager"
+        self.assertIn(sentence, result.stderr)
+        events = json.loads(result.stdout)["events"]
+        self.assertEqual(len([event for event in events if sentence in event]), 1, events)
+        self.assertFalse([event for event in events if "slave 0" in event], events)
 
     def test_a_folder_for_two_runs_is_refused(self):
         config = self.write_gentle_line(cycle_us=2000)

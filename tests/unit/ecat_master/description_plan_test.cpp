@@ -173,17 +173,18 @@ TEST(PdosOfAFile, AreWrittenAsFarAsTheDeviceAllows) {
   auto made = device();
   PdoConfiguration pdos{{{0x1600, {}, {}}}, {{0x1A00, {}, {}}, {0x1A01, {}, {}}}};
   complete_pdos(made, pdos);
-  EXPECT_THAT(texts(pdo_script(pdos, made)),
+  EXPECT_THAT(texts(steps_of(plan_assignments(pdos, made))),
               ElementsAre("1C12:00=0", "1600:00=0", "1600:01=70000110", "1600:02=10", "1600:00=2", "1C12:00=0",
                           "1C12:01=1600", "1C12:00=1",  //
                           "1C13:00=0", "1A01:00=0", "1A01:01=60100110", "1A01:02=10", "1A01:00=2", "1C13:00=0",
                           "1C13:01=1A00", "1C13:02=1A01", "1C13:00=2"))
       << "1A00h is fixed";
   made.mailbox.coe_pdo_config = false;
-  EXPECT_THAT(texts(pdo_script(pdos, made)), ElementsAre("1C12:00=0", "1C12:01=1600", "1C12:00=1", "1C13:00=0",
-                                                         "1C13:01=1A00", "1C13:02=1A01", "1C13:00=2"));
+  EXPECT_THAT(
+      texts(steps_of(plan_assignments(pdos, made))),
+      ElementsAre("1C12:00=0", "1C12:01=1600", "1C12:00=1", "1C13:00=0", "1C13:01=1A00", "1C13:02=1A01", "1C13:00=2"));
   made.mailbox.coe_pdo_assign = false;
-  EXPECT_TRUE(pdo_script(pdos, made).empty());
+  EXPECT_TRUE(plan_assignments(pdos, made).empty());
 }
 
 }  // namespace

@@ -59,6 +59,37 @@ TEST(SlavePlan, WatchdogsAndTimeLimits) {
   EXPECT_EQ(plan.timeouts.back_to_safe_op, milliseconds{5});
 }
 
+TEST(SlavePlan, WritesThatASlaveMayRefuse) {
+  using ecat_master::WriteNeed;
+  const auto by_default = parsed("");
+  EXPECT_EQ(by_default.needs, ecat_master::StartupNeeds{});
+  EXPECT_EQ(by_default.interpolation_time, WriteNeed::kOptional);
+  EXPECT_EQ(by_default.safe_op_retries.count, 2U);
+  const auto plan = parsed(
+      "[slave.startup]\nsync_objects = \"mandatory\"\ninterpolation_time = \"omit\"\npdo_assignment = \"omit\"\n"
+      "pdo_mapping = \"mandatory\"\nsafeop_retries = 7\n");
+  EXPECT_EQ(plan.needs.sync_objects, WriteNeed::kMandatory);
+  EXPECT_EQ(plan.needs.pdo_assignment, WriteNeed::kOmitted);
+  EXPECT_EQ(plan.needs.pdo_mapping, WriteNeed::kMandatory);
+  EXPECT_EQ(plan.interpolation_time, WriteNeed::kOmitted);
+  EXPECT_EQ(plan.safe_op_retries.count, 7U);
+}
+
+/// The key is about the 60C2h of the axis; an SDO of the file has its own key.
+TEST(SlavePlan, TheInterpolationTimeOfTheFileIsNotThatOfTheAxis) {
+  using ecat_master::WriteNeed;
+  const auto config = parsed(
+      "[slave.startup]\ninterpolation_time = \"omit\"\n[[slave.sdo]]\nindex = 0x60C2\nsubindex = 1\ntype = \"uint8\"\n"
+      "value = 4\n[[slave.sdo]]\nindex = 0x6065\ntype = \"uint32\"\nvalue = 9\noptional = true\n");
+  ecat_master::SlavePlan plan;
+  plan.startup_sdos.push_back({0x60C2, 1, {std::byte{8}}});
+  config.apply(plan);
+  ASSERT_EQ(plan.startup_sdos.size(), 3U);
+  EXPECT_EQ(plan.startup_sdos[0].need, WriteNeed::kOmitted);
+  EXPECT_EQ(plan.startup_sdos[1].need, WriteNeed::kMandatory);
+  EXPECT_EQ(plan.startup_sdos[2].need, WriteNeed::kOptional);
+}
+
 TEST(SlavePlan, StartupSdosInTheirOrder) {
   const auto plan = parsed(
       "[[slave.sdo]]\nindex = 0x6065\ntype = \"uint32\"\nvalue = 1000\n"
@@ -158,6 +189,10 @@ TEST(SlavePlan, WrongValuesAreNamedWithTheirLine) {
             "line.toml:5: [slave 1.pdo 1] entries: \"0x6040:16\" is not \"index:sub-index:bits\", e.g. "
             "\"0x6040:0:16\"");
   EXPECT_THAT(refused("[slave.watchdog]\nsm_ms = 1\n"), testing::HasSubstr("sm_ms: unknown key"));
+  EXPECT_EQ(
+      refused("[slave.startup]\npdo_mapping = \"optionally\"\n"),
+      "line.toml:4: [slave 1.startup] pdo_mapping: is \"optionally\", one of \"mandatory\", \"optional\", \"omit\" is "
+      "expected; did you mean \"optional\"?");
 }
 
 }  // namespace

@@ -88,6 +88,9 @@ class Master {
   /// data that it has assigned itself), configures them and takes them to SAFEOP. Starts from INIT, so it may be
   /// repeated after an error.
   [[nodiscard]] Result<void> configure(std::vector<SlavePlan> plans);
+  /// Since the start of the last configure(): what slaves refused or did not show without stopping the start, also of
+  /// slaves that were recovered later. Each once, in the order in which they occurred.
+  [[nodiscard]] const StartupNotes& startup_notes() const noexcept { return startup_notes_; }
   /// Sets up only the sync managers of the mailboxes and takes the slaves to PREOP: enough for SDO transfers.
   /// Alternative to configure().
   [[nodiscard]] Result<void> enter_pre_op();
@@ -223,6 +226,7 @@ class Master {
   [[nodiscard]] Result<void> restore_registers(std::size_t slave);
   [[nodiscard]] Result<void> reconfigure(std::size_t slave, std::chrono::nanoseconds state_timeout);
   [[nodiscard]] Result<void> raise_to(wire::AlState target);
+  [[nodiscard]] Result<void> restore_pdos(std::size_t slave, StartupNotes& notes);
   /// Mailbox status bytes in the process data.
   class CycleMailboxStatus final : public MailboxStatusSource {
    public:
@@ -258,6 +262,7 @@ class Master {
   std::vector<ControllerFacts> facts_;          ///< by position
   Topology topology_;
   LineComparison comparison_;
+  StartupNotes startup_notes_;
   ProcessImage image_;
   std::optional<dc::ClockPlan> clock_plan_;
   std::optional<dc::LineClocks> clocks_;

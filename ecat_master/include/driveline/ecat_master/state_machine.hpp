@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/bus/bus.hpp"
+#include "driveline/ecat_master/error/startup_note.hpp"
 
 namespace driveline::ecat_master {
 
@@ -18,6 +19,9 @@ struct AlReport {
 inline constexpr std::chrono::seconds kPreOpTimeout{3};
 /// See kPreOpTimeout; for transitions to SAFEOP and OP.
 inline constexpr std::chrono::seconds kOpTimeout{10};
+
+/// Pause before a refused state is requested again. Drives that refuse their first SAFEOP reach it a moment later.
+inline constexpr std::chrono::milliseconds kStateRetryPause{100};
 
 /// Time-outs of a slave's transitions. Defaults: kPreOpTimeout, kOpTimeout for SAFEOP and OP, 5 s back to INIT, 200 ms
 /// back to SAFEOP.
@@ -33,10 +37,22 @@ struct StateTimeouts {
   [[nodiscard]] std::chrono::nanoseconds limit(wire::AlState target, bool down) const noexcept;
 };
 
+/// Repeated requests for a state that a slave refuses for a reason that may pass.
+struct StateRetries {
+  unsigned count = 2;                                 ///< requests after the first refusal
+  std::chrono::nanoseconds pause = kStateRetryPause;  ///< time between a refusal and the next request
+  constexpr bool operator==(const StateRetries&) const = default;
+};
+
+/// Whether a refusal may pass by itself: the slave was not ready, or its application had not yet applied what was
+/// written to it. False for what only another configuration, firmware or state changes.
+[[nodiscard]] bool may_pass(wire::AlStatusCode code) noexcept;
+
 /// A slave in a change of state.
 struct StateTarget {
   SlaveRef slave;                       ///< the slave
-  std::chrono::nanoseconds timeout{0};  ///< time-out of its transition
+  std::chrono::nanoseconds timeout{0};  ///< time-out of its transition, for each request
+  StateRetries retries{0};              ///< repeated requests after refusals that may_pass()
 };
 
 /// Reads the AL status of all `slaves`, in their order. Errors: WorkingCounter for a slave that does not answer, those
@@ -48,10 +64,11 @@ struct StateTarget {
 [[nodiscard]] Result<std::vector<AlReport>> peek_states(Bus& bus);
 
 /// Requests `target` from all `slaves` at once, acknowledging errors first, and waits for each of them until its time
-/// limit, independently of the others. One result per slave: StateRefused with the AL status code, StateTimeout,
-/// WorkingCounter for a slave that does not answer several times in a row, or the error of the bus.
+/// limit, independently of the others. One result per slave: StateRefused with the AL status code of the last refusal,
+/// StateTimeout, WorkingCounter for a slave that does not answer several times in a row, or the error of the bus. A
+/// slave that reached the state after refusals (StateTarget::retries) is added to `notes`; null: to none.
 [[nodiscard]] std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves,
-                                                      wire::AlState target);
+                                                      wire::AlState target, StartupNotes* notes = nullptr);
 
 /// The first refusal, else the first other failure, else success.
 [[nodiscard]] Result<void> first_failure(std::span<const Result<void>> results);

@@ -29,7 +29,11 @@ template <typename T>
   return {index, subindex, {bytes.begin(), bytes.end()}};
 }
 
-/// Start-up SDOs that make a CiA 402 drive follow cyclic setpoints: their period, in 60C2h.
+/// Object with the interpolation period (CiA 402-2).
+inline constexpr std::uint16_t kInterpolationTime = 0x60C2;
+
+/// Start-up SDOs that make a CiA 402 drive follow cyclic setpoints: their period, in 60C2h. They are optional: drives
+/// without interpolation lack the object, or have a fixed period.
 /// @throws std::invalid_argument if 60C2h cannot hold the period.
 [[nodiscard]] std::vector<StartupSdo> cia402_startup_sdos(std::chrono::nanoseconds period);
 

@@ -95,26 +95,4 @@ class CoeClient {
   std::uint16_t position_;
 };
 
-/// Values to be written to objects of a slave, in order.
-struct SdoScript {
-  std::uint16_t position = 0;  ///< position of the slave on the line
-  /// A value and its destination.
-  struct Step {
-    SdoAddress at;                ///< object and entry
-    std::vector<std::byte> data;  ///< value to be written
-
-    /// Step that writes `value` in wire byte order.
-    template <typename T>
-    static Step of(std::uint16_t index, std::uint8_t subindex, T value) {
-      const auto bytes = wire::to_le_bytes(value);
-      return {{index, subindex, false}, {bytes.begin(), bytes.end()}};
-    }
-  };
-  std::vector<Step> steps;  ///< writes, in order
-};
-
-/// Writes the scripts of several slaves: each script in order, the slaves in parallel. A script ends at its first
-/// failure, the others continue. Returns one result per script.
-[[nodiscard]] std::vector<Result<void>> run_scripts(MailboxEngine& engine, std::span<const SdoScript> scripts);
-
 }  // namespace driveline::ecat_master

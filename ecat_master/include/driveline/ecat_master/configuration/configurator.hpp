@@ -21,6 +21,23 @@ struct StartupSdo {
   bool complete = false;        ///< all sub-indices from `subindex` (0 or 1) on
   /// The transition before which it is written: kSafeOp (written in PREOP) or kOp (written in SAFEOP).
   wire::AlState before = wire::AlState::kSafeOp;
+  /// kOptional: the entry is read first and written only if it differs, and a refusal is noted.
+  WriteNeed need = WriteNeed::kMandatory;
+};
+
+/// How much the start depends on writes that many slaves refuse, because they have a fixed value, or none.
+struct StartupNeeds {
+  WriteNeed sync_objects = WriteNeed::kOptional;    ///< 1C32h:01, :02, 1C33h:01, :02 of a slave with SYNC signals
+  WriteNeed pdo_assignment = WriteNeed::kOptional;  ///< 1C10h + number of the sync manager
+  WriteNeed pdo_mapping = WriteNeed::kOptional;     ///< 1600h to 17FFh, 1A00h to 1BFFh
+  constexpr bool operator==(const StartupNeeds&) const = default;
+};
+
+/// Directions in which a slave keeps its own assignment of PDOs, and nothing is written.
+struct KeptPdos {
+  bool outputs = false;  ///< the outputs are the slave's own
+  bool inputs = false;   ///< the inputs are the slave's own
+  constexpr bool operator==(const KeptPdos&) const = default;
 };
 
 /// Watchdogs of the slave controller (ETG.1000.4 6.3); empty values keep the power-on setting.
@@ -42,11 +59,14 @@ struct SlavePlan {
   std::optional<std::uint16_t> device_id;  ///< explicit device identification; finds the slave anywhere on the line
   WatchdogPlan watchdog;                   ///< watchdog settings, written in PREOP
   StateTimeouts timeouts;                  ///< time-outs of the slave's state changes
+  StateRetries safe_op_retries;            ///< repeated requests of SAFEOP, from PREOP
   MailboxTimeouts mailbox_timeouts;
   std::vector<StartupSdo> startup_sdos;  ///< in the order of writing
+  StartupNeeds needs;                    ///< which other writes a slave may refuse
   /// Mapping and assignment, written after the start-up SDOs; for PDOs without objects the slave's mapping is kept and
   /// read.
   PdoConfiguration pdos;
+  KeptPdos kept{};        ///< set when the slave is configured: its own PDOs have replaced those of `pdos`
   std::size_t group = 0;  ///< group of the process image
   /// False: the slave supports only LWR for outputs and LRD for inputs; empty: its description decides.
   std::optional<bool> lrw;
@@ -78,9 +98,12 @@ struct ConfiguredSlave {
 /// The identities in the plans, as input of compare_line().
 [[nodiscard]] std::vector<ExpectedSlave> expected_slaves(std::span<const SlavePlan> plans);
 
-/// The SDOs to be written to a slave before a transition (before SAFEOP including the PDO configuration, after the
-/// start-up SDOs); may be empty. Error: NoMailbox.
+/// The start-up SDOs to be written to a slave before a transition; may be empty. Error: NoMailbox.
 [[nodiscard]] Result<SdoScript> coe_script(const ConfiguredSlave& slave, wire::AlState before);
+
+/// The plans by which a slave exchanges its planned PDOs, without the directions that it keeps; empty for a slave whose
+/// PDOs are not configured.
+[[nodiscard]] std::vector<AssignmentPlan> planned_assignments(const ConfiguredSlave& slave);
 
 /// In INIT: writes the sync managers of the mailboxes as given by the EEPROM; returns empty without a mailbox.
 [[nodiscard]] Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave,
@@ -98,17 +121,17 @@ struct ConfiguredSlave {
 /// State*, those of the bus.
 [[nodiscard]] Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, const SlaveInfo& slave);
 
-/// Writes the start-up SDOs planned before a transition (before SAFEOP followed by the PDO configuration): each slave's
-/// in order, the slaves in parallel. Errors: those of SdoTransfer, NoMailbox.
+/// Writes the start-up SDOs planned before a transition: each slave's in order, the slaves in parallel. Refused
+/// optional SDOs are added to `notes`. Errors: those of SdoTransfer, NoMailbox.
 [[nodiscard]] Result<void> write_startup_sdos(MailboxEngine& engine, std::span<const ConfiguredSlave> slaves,
-                                              wire::AlState before);
+                                              wire::AlState before, StartupNotes& notes);
 /// Writes the planned watchdog times. Errors: those of the bus.
 [[nodiscard]] Result<void> write_watchdogs(Bus& bus, std::span<const ConfiguredSlave> slaves);
 
 /// In PREOP: writes start-up SDOs and PDO configuration of every slave (or reads the slave's PDO configuration, or the
 /// mapping of single PDOs, into the plan), lays out the process image, writes process data sync managers and FMMUs.
-/// Afterwards the slaves are ready for SAFEOP.
+/// Afterwards the slaves are ready for SAFEOP. What slaves refuse or do not show without an error is added to `notes`.
 [[nodiscard]] Result<ProcessImage> configure_process_data(MailboxEngine& engine, std::span<ConfiguredSlave> slaves,
-                                                          const LayoutSettings& layout = {});
+                                                          const LayoutSettings& layout, StartupNotes& notes);
 
 }  // namespace driveline::ecat_master

@@ -29,10 +29,10 @@ void complete_pdos(const esi::DeviceDescription& device, PdoConfiguration& pdos)
 [[nodiscard]] tl::expected<void, PdoMisfit> check_pdos(const esi::DeviceDescription& device,
                                                        const PdoConfiguration& pdos);
 
-/// The SDOs to be written so that the device exchanges `pdos`: the mapping of PDOs that are not fixed, if the device
-/// supports it (CoE PdoConfig), and the assignment of every process data sync manager (1C10h + its number), if the
-/// device supports it (PdoAssign). Empty for a device that supports neither.
-[[nodiscard]] std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& pdos,
-                                                      const esi::DeviceDescription& device);
+/// The plans by which the device exchanges `pdos`: the mapping of PDOs that are not fixed, if the device supports it
+/// (CoE PdoConfig), and the assignment of every process data sync manager (1C10h + its number), if the device supports
+/// it (PdoAssign). Empty for a device that supports neither.
+[[nodiscard]] std::vector<AssignmentPlan> plan_assignments(const PdoConfiguration& pdos,
+                                                           const esi::DeviceDescription& device);
 
 }  // namespace driveline::ecat_master

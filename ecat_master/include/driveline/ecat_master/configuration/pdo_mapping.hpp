@@ -1,14 +1,29 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/coe/sdo_script.hpp"
 #include "driveline/ecat_master/process_data/pdo_configuration.hpp"
 
 namespace driveline::ecat_master {
 
 /// The assignment object of sync manager 0; the other sync managers follow (ETG.1000.6 Table 67).
 inline constexpr std::uint16_t kPdoAssignment = 0x1C10;
+
+/// The planned PDOs of one sync manager, and the SDOs that configure them.
+struct AssignmentPlan {
+  std::uint8_t sync_manager = 0;   ///< number of the sync manager
+  bool outputs = false;            ///< it carries outputs; else inputs
+  std::vector<PdoMapping> pdos{};  ///< in the order of their assignment; objects only where the mapping is written
+  std::vector<SdoScript::Step> steps{};  ///< in the order of write_pdo_configuration()
+};
+
+/// The plans of sync managers 2 and 3 (1C12h, 1C13h).
+[[nodiscard]] std::vector<AssignmentPlan> plan_assignments(const PdoConfiguration& configuration);
+/// The SDOs of several plans, one after the other.
+[[nodiscard]] std::vector<SdoScript::Step> steps_of(std::span<const AssignmentPlan> plans);
 
 /// The SDOs written by write_pdo_configuration(), for run_scripts().
 [[nodiscard]] std::vector<SdoScript::Step> pdo_script(const PdoConfiguration& configuration);

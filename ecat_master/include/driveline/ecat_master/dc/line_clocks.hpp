@@ -34,7 +34,8 @@ struct SlaveClockPlan {
 /// The plan for the clocks of a line.
 struct ClockPlan {
   FollowMode mode = FollowMode::kMasterFollows;  ///< which clock follows which
-  /// Position of the slave whose clock is the reference; empty: the first slave that has a clock.
+  /// Position of the slave whose clock is the reference; empty: the first slave with a clock that has SYNC signals, or,
+  /// if there is none, the first slave with a clock.
   std::optional<std::uint16_t> reference;
   std::chrono::nanoseconds period = std::chrono::microseconds{125};  ///< period of the master's cycle
   /// How long before SYNC0 (of a slave without shift) the frames pass the reference clock, 0 .. period.
@@ -47,6 +48,10 @@ struct ClockPlan {
   /// Returns the plan for a slave (given the number of its plan) that joins later, called when its description `found`
   /// is known; empty: no signals. Called by the ordinary thread that configures the slave.
   std::function<Result<SlaveClockPlan>(std::size_t plan, const esi::DeviceDescription& found)> joining{};
+
+  /// Slaves that need the time may join anywhere on the line: the first slave with a clock is then the reference, since
+  /// slaves before the reference cannot follow it.
+  bool may_join = false;
 
   // Settings for tests and unusual lines.
   /// System time minus master's clock at the time when the clocks are set, without `time`.

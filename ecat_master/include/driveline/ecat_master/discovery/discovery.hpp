@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/bus/bus.hpp"
+#include "driveline/ecat_master/error/startup_note.hpp"
 #include "driveline/esi/device_description.hpp"
 
 namespace driveline::ecat_master {
@@ -19,6 +20,7 @@ struct SlaveInfo {
   /// Error of the EEPROM: SiiBusy, SiiError, SiiContent, SiiChecksum. Only with SiiChecksum the description may be
   /// valid. The other slaves are found nevertheless, and the EEPROM can be repaired.
   std::optional<Error> problem;
+  StartupNotes remarks{};  ///< what `description` corrects in the EEPROM
   /// False: the position of the slave is known, its identity is not. A slave with a wrong checksum has not loaded its
   /// EEPROM: its processor has no access and it cannot leave INIT (ETG.1000.4, EEPROM status register, bits 11 and 12).
   [[nodiscard]] bool usable() const noexcept { return !problem; }

@@ -45,6 +45,12 @@ struct PdoConfiguration {
   [[nodiscard]] std::size_t input_bytes() const noexcept;
 };
 
+/// Whether two mappings have the same objects and sizes; the representation of a gap does not matter.
+[[nodiscard]] bool same_content(std::span<const MappedObject> a, std::span<const MappedObject> b) noexcept;
+/// Whether a slave exchanges the planned PDOs, in this order, when it has assigned `present`. Planned PDOs without
+/// objects, or with objects that were read from the slave, are compared by their index only.
+[[nodiscard]] bool same_pdos(std::span<const PdoMapping> planned, std::span<const PdoMapping> present) noexcept;
+
 /// Size of the process data of these PDOs in bytes, rounded up.
 [[nodiscard]] std::size_t bytes_of(std::span<const PdoMapping> pdos) noexcept;
 

@@ -16,7 +16,9 @@ namespace driveline::runtime {
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
 ///                                  mailbox_request_ms, mailbox_response_ms
-///   [[slave.sdo]]                  index, subindex, type, value, complete, before = "safeop" or "op"
+///   [slave.startup]                sync_objects, interpolation_time, pdo_assignment, pdo_mapping: "mandatory",
+///                                  "optional" or "omit"; safeop_retries
+///   [[slave.sdo]]                  index, subindex, type, value, complete, optional, before = "safeop" or "op"
 ///   [[slave.pdo]]                  index, sync_manager, direction = "out" or "in", entries = ["0x6040:0:16", ...]
 struct SlavePlanConfig {
   ecat_master::IdentityRule revision;      ///< accepted revisions
@@ -29,11 +31,15 @@ struct SlavePlanConfig {
   ecat_master::WatchdogPlan watchdog;                  ///< values that are left out keep the setting of the slave
   ecat_master::StateTimeouts timeouts;                 ///< values that are left out: see StateTimeouts
   ecat_master::MailboxTimeouts mailbox_timeouts;       ///< values that are left out: see MailboxTimeouts
-  std::optional<bool> lrw;                             ///< false: no LRW for this slave; none: its description decides
-  std::vector<ecat_master::StartupSdo> sdos;           ///< in the order of the file
-  std::optional<ecat_master::PdoConfiguration> pdos;   ///< none: the PDOs that the use of the slave requires
+  ecat_master::StartupNeeds needs;                     ///< writes that the slave may refuse
+  ecat_master::WriteNeed interpolation_time = ecat_master::WriteNeed::kOptional;  ///< need of 60C2h of an axis
+  ecat_master::StateRetries safe_op_retries;                                      ///< repeated requests of SAFEOP
+  std::optional<bool> lrw;                            ///< false: no LRW for this slave; none: its description decides
+  std::vector<ecat_master::StartupSdo> sdos;          ///< in the order of the file
+  std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: the PDOs that the use of the slave requires
 
-  /// Adds these settings to `plan`: start-up SDOs are appended, PDOs replaced.
+  /// Adds these settings to `plan`: start-up SDOs are appended, PDOs replaced, and `interpolation_time` applies to the
+  /// start-up SDOs that `plan` has before.
   void apply(ecat_master::SlavePlan& plan) const;
 };
 

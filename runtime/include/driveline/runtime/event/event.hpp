@@ -83,6 +83,7 @@ struct SlaveNotConnected;
 struct SlaveUnusable;
 struct SlavesFound;
 struct SoeMessage;
+struct StartupNoted;
 struct StateReached;
 struct StopRequested;
 struct StreamClientCame;
@@ -115,8 +116,8 @@ using EventKinds = EventKindList<
     events::InterfaceOpened, events::SlavesFound, events::SlaveUnusable, events::AliasNotUnique, events::NoDescription,
     events::TakenOver, events::LineDiffers, events::ClocksBeingSet, events::Configured, events::ScaleDiffers,
     events::NoProcessData, events::RealtimeSetUp, events::ClocksLocked, events::StateReached, events::NoPath,
-    events::Progress, events::StopRequested, events::SlaveNotConnected, events::LineChanged, events::SlaveNotBack,
-    events::Emergency, events::SoeMessage, events::CommunicationLost, events::CommunicationBack,
+    events::StartupNoted, events::Progress, events::StopRequested, events::SlaveNotConnected, events::LineChanged,
+    events::SlaveNotBack, events::Emergency, events::SoeMessage, events::CommunicationLost, events::CommunicationBack,
     events::CommunicationNotBack, events::BusFailed, events::ClocksChanged, events::ExchangeGroupZeroed,
     events::ExchangeGroupReleased, events::MasterAway, events::MasterAwayOften, events::AxisPresenceChanged,
     events::AxesStopped, events::AxesNotOff, events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint,
@@ -138,7 +139,7 @@ concept EventKind = EventKinds::number_of<Kind>()
 
 /// The facts of an event: a value of one of the EventKinds, which does not change any more. Copies share it.
 ///
-/// Not a std::variant: each source that moves or destroys one of 79 kinds would compile the code for all of them.
+/// Not a std::variant: each source that moves or destroys one of 80 kinds would compile the code for all of them.
 class EventFacts {
  public:
   /// Allocates: not for the cycle.

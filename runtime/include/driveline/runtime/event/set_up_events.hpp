@@ -7,6 +7,7 @@
 
 #include "driveline/ecat_master/discovery/line_comparison.hpp"
 #include "driveline/ecat_master/error.hpp"
+#include "driveline/ecat_master/error/startup_note.hpp"
 #include "driveline/rt/realtime_report.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
 #include "driveline/wire/al.hpp"
@@ -59,6 +60,10 @@ struct ScaleDiffers {
   std::string axis;                ///< name of the axis
   double described = 0.0;          ///< increments per motor turn by the line description
   double reported_by_drive = 0.0;  ///< increments per motor turn by the drive
+};
+/// A slave refused, or did not show, something that the start can do without.
+struct StartupNoted {
+  ecat_master::StartupNote note;  ///< slave and facts
 };
 /// Nothing is exchanged: no slave has process data assigned, and the description names none.
 struct NoProcessData {};

@@ -10,8 +10,9 @@ namespace driveline::runtime {
 /// Reports, as progress, problems of the slaves that do not depend on a description.
 void tell_problems(const ecat_master::Master& master, Observer& observer);
 
-/// Runs Master::configure() by the description, or for the slaves as found if `config` is null. Error: the first
-/// reason, with the diagnosis of the slaves; differences between line and description are reported as progress.
+/// Runs Master::configure() by the description, or for the slaves as found if `config` is null, and reports
+/// Master::startup_notes() as notices. Error: the first reason, with the diagnosis of the slaves; differences between
+/// line and description are reported as progress.
 [[nodiscard]] Result<void> configure_line(ecat_master::Master& master, const LineConfig* config, Observer& observer);
 
 }  // namespace driveline::runtime
