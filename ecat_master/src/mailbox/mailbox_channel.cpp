@@ -15,6 +15,10 @@ constexpr auto kLeaveTime = std::chrono::milliseconds{100};
 /// Slaves that answer an error reply with an error reply do so within this time.
 constexpr auto kEchoTime = std::chrono::milliseconds{20};
 
+/// A request without an answer is sent this often within the time-out of the answer, unless the slave has its own
+/// interval.
+constexpr int kRequestsPerTimeout = 4;
+
 /// Number of expected messages that always causes a read ahead.
 constexpr std::size_t kReadAheadCount = 2;
 
@@ -101,7 +105,8 @@ void MailboxChannel::finish(Finished& finished) {
   finished.push_back(std::move(active_));
   active_.reset();
   withdraw();
-  attempted_ = leaving_ = false;
+  attempted_ = leaving_ = again_ = false;
+  taken_ = dropped_ = 0;
   resume_at_.reset();
   error_reply_.reset();
 }
@@ -127,7 +132,8 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
   if (active_->outgoing().size() > max_service() || window_.out_length < wire::MailboxHeader::kSize) return false;
   withdraw();
   owed_ = true;
-  attempted_ = false;
+  attempted_ = again_ = false;
+  taken_ = dropped_ = 0;
   resume_at_.reset();
   error_reply_.reset();
   deadline_ = now + request_timeout();
@@ -138,11 +144,7 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
 void MailboxChannel::load_mail(nanoseconds now) {
   if (sender_ != Sender::kNone) return;
   if (owed_) {
-    const auto service = active_->outgoing();
-    std::copy(service.begin(), service.end(), writer_.blank().begin());
-    writer_.seal(active_->type(), active_->priority(), service.size());
-    sender_ = Sender::kDialogue;
-    owed_ = false;
+    load_request();
     return;
   }
   if (!stream_ || max_service() == 0) return;
@@ -150,6 +152,41 @@ void MailboxChannel::load_mail(nanoseconds now) {
   if (length == 0) return;
   writer_.seal(stream_->type(), 0, length);
   send_stream(now);
+}
+
+/// Puts the message of the dialogue into writer_.
+void MailboxChannel::load_request() {
+  const auto service = active_->outgoing();
+  std::copy(service.begin(), service.end(), writer_.blank().begin());
+  const auto seal = again_ ? &MailboxWriter::seal_again : &MailboxWriter::seal;
+  (writer_.*seal)(active_->type(), active_->priority(), service.size());
+  request_counter_ = writer_.counter();
+  sender_ = Sender::kDialogue;
+  owed_ = again_ = false;
+}
+
+nanoseconds MailboxChannel::repeat_interval() const noexcept {
+  return window_.timeouts.repeat.value_or(reply_timeout() / kRequestsPerTimeout);
+}
+
+/// Whether the slave has taken the request and left it without an answer until now. The mailbox must have been found
+/// empty, because an answer in it would belong to the first request.
+bool MailboxChannel::repeat_due(nanoseconds now) const noexcept {
+  if (!active_ || taken_ == 0 || sending() || leaving_ || resume_at_ || error_reply_) return false;
+  return active_->repeatable() && repeat_interval().count() > 0 && now >= repeat_at_ && reader_.polled_empty();
+}
+
+/// Sends the request again. A slave that is only slow drops a message with the counter of its last one (ETG.1000.4
+/// 5.6), so it does not execute the request twice; that holds until the stream has sent another message. A slave that
+/// has lost the request may have noted its counter: before the time-out expires, the request gets a new one.
+void MailboxChannel::repeat(nanoseconds now) {
+  if (!repeat_due(now)) return;
+  const bool last = now + repeat_interval() >= deadline_;
+  repeat_at_ = now + repeat_interval();
+  if (!last && writer_.counter() != request_counter_) return;
+  again_ = !last;
+  owed_ = true;
+  ++statistics_.resent;
 }
 
 /// The message in writer_ belongs to the stream.
@@ -172,6 +209,7 @@ void MailboxChannel::start_next(nanoseconds now, Finished& finished) {
 void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finished& finished) {
   start_next(now, finished);
   resume(now, finished);
+  repeat(now);
   load_mail(now);
   turn_ = {};
   turn_.wrote = sender_ != Sender::kNone;
@@ -257,7 +295,9 @@ bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finish
     stream_echo_until_ = now + kEchoTime;
     return true;
   }
-  deadline_ = now + reply_timeout();
+  // The time-out starts with the first of equal requests.
+  if (taken_++ == 0) deadline_ = now + reply_timeout();
+  repeat_at_ = now + repeat_interval();
   if (active_->type() == wire::MailboxType::kError) echo_until_ = now + kEchoTime;
   if (leaving_ || !active_->awaits_answer()) finish(finished);
   return true;
@@ -281,22 +321,58 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
     if (active_ && attempted_) finish(finished, error(facts::MailboxMalformed{}));
     return;
   }
-  // A repeated message has the same counter again (0 is not counted).
-  if (header->counter != 0 && header->counter == last_received_) return;
+  const auto mail = reader_.mail().first(wire::MailboxHeader::kSize + header->length);
+  const auto novelty = compare(*header, mail);
+  const bool repetition = novelty == Novelty::kRepetition;
+  const bool believed = repetition && awaits(header->type) && believes_repetition();
   last_received_ = header->counter;
+  last_repeated_ = reader_.repeated();
+  if (repetition && !believed) {
+    ++statistics_.repetitions;
+    if (active_ && attempted_) ++dropped_;
+    return;
+  }
+  last_mail_.assign(mail.begin(), mail.end());
+  uncounted_ = uncounted_ || novelty == Novelty::kSameCounter;
   ++statistics_.received;
-  const auto service = reader_.mail().subspan(wire::MailboxHeader::kSize, header->length);
+  const auto service = mail.subspan(wire::MailboxHeader::kSize);
   if (header->type == wire::MailboxType::kError) {
     take_error(now, service, finished);
     return;
   }
-  const bool mine = active_ && attempted_ && !leaving_ && header->type == active_->type();
-  const auto reaction = mine ? active_->receive(service) : Reaction::kForeign;
+  const auto reaction = awaits(header->type) ? active_->receive(service) : Reaction::kForeign;
   if (reaction == Reaction::kForeign) {
-    pass_on(now, header->type, service, deliver);
+    if (!repetition) {
+      pass_on(now, header->type, service, deliver);
+    } else {
+      ++statistics_.repetitions;
+    }
     return;
   }
+  if (novelty != Novelty::kNew) {
+    ++statistics_.same_counter;
+    uncounted_ = true;
+  }
   react(now, reaction, finished);
+}
+
+/// A slave sends a message again only on request, with the same counter (ETG.1000.4 6.6.3); 0 is not counted. Some
+/// slaves never advance their counter: as soon as that is known, only a requested message can be a repetition.
+MailboxChannel::Novelty MailboxChannel::compare(const wire::MailboxHeader& header,
+                                                std::span<const std::byte> mail) const {
+  if (header.counter == 0 || header.counter != last_received_) return Novelty::kNew;
+  if (!std::equal(mail.begin(), mail.end(), last_mail_.begin(), last_mail_.end())) return Novelty::kSameCounter;
+  const bool requested = reader_.repeated() != last_repeated_;
+  return uncounted_ && !requested ? Novelty::kSameCounter : Novelty::kRepetition;
+}
+
+bool MailboxChannel::awaits(wire::MailboxType type) const noexcept {
+  return active_ && attempted_ && !leaving_ && type == active_->type();
+}
+
+/// A request that has been sent again may be answered with the same words again.
+bool MailboxChannel::believes_repetition() const noexcept {
+  return taken_ > 1 && reader_.repeated() == last_repeated_;
 }
 
 /// Handles a message that no dialogue requested.
@@ -384,7 +460,8 @@ void MailboxChannel::check_deadlines(nanoseconds now, Finished& finished) {
   }
   ++statistics_.timeouts;
   const bool taken = !sending();
-  active_->fail(error(facts::MailboxTimeout{.timeout = !taken ? request_timeout() : reply_timeout()}));
+  active_->fail(error(facts::MailboxTimeout{.timeout = taken_ == 0 && !taken ? request_timeout() : reply_timeout(),
+                                            .dropped = dropped_}));
   leaving_ = true;
   if (taken && active_->takes_leave() && load_outgoing(now)) {
     deadline_ = now + kLeaveTime;

@@ -24,6 +24,10 @@ std::span<std::byte> MailboxWriter::blank(std::size_t mail) {
 
 void MailboxWriter::seal(wire::MailboxType type, std::uint8_t priority, std::size_t length) {
   counter_ = wire::next_mailbox_counter(counter_);
+  seal_again(type, priority, length);
+}
+
+void MailboxWriter::seal_again(wire::MailboxType type, std::uint8_t priority, std::size_t length) {
   wire::MailboxHeader header;
   header.length = static_cast<std::uint16_t>(length);
   header.priority = priority;

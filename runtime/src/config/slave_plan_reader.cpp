@@ -71,9 +71,9 @@ ecat_master::WatchdogPlan read_watchdogs(TomlReader reader) {
 
 ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::MailboxTimeouts& mailbox) {
   ecat_master::StateTimeouts timeouts;
-  auto read = [&reader](std::string_view key, auto& limit) {
+  auto read = [&reader](std::string_view key, auto& limit, std::int64_t shortest_ms = 1) {
     constexpr std::int64_t kLongestMs = 600'000;
-    if (reader.has(key)) limit = std::chrono::milliseconds{reader.integer(key, 1, kLongestMs)};
+    if (reader.has(key)) limit = std::chrono::milliseconds{reader.integer(key, shortest_ms, kLongestMs)};
   };
   read("preop_ms", timeouts.to_pre_op);
   read("safeop_ms", timeouts.to_safe_op);
@@ -82,6 +82,7 @@ ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::Mailbox
   read("back_to_safeop_ms", timeouts.back_to_safe_op);
   read("mailbox_request_ms", mailbox.request);
   read("mailbox_response_ms", mailbox.response);
+  read("mailbox_repeat_ms", mailbox.repeat, 0);
   reader.finish();
   return timeouts;
 }

@@ -6,6 +6,7 @@ namespace driveline::bus_test {
 
 void EditedDevice::mailbox_request(std::span<const std::byte> mailbox) {
   if (hears) hears(mailbox);
+  if (swallows && swallows(mailbox)) return;
   inner_->mailbox_request(mailbox);
 }
 

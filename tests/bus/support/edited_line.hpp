@@ -45,6 +45,8 @@ class EditedDevice final : public slaves::Device {
   std::vector<std::vector<std::byte>> says_first;
   /// Called with every mailbox message that the master writes.
   std::function<void(std::span<const std::byte> mailbox)> hears;
+  /// Whether a mailbox message of the master is lost in the slave.
+  std::function<bool(std::span<const std::byte> mailbox)> swallows;
   /// Changes an answer before it is sent; returns its new length.
   std::function<std::size_t(std::span<std::byte> out, std::size_t length)> changes_answer;
 

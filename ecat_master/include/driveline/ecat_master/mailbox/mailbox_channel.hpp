@@ -30,6 +30,10 @@ struct MailboxStatistics {
   std::uint64_t unclaimed = 0;  ///< messages that no dialogue waited for
   std::uint64_t refused = 0;    ///< messages of unknown protocols
   std::uint64_t timeouts = 0;   ///< dialogues without an answer in time
+  std::uint64_t resent = 0;     ///< requests sent again because no answer had arrived
+  /// Answers taken although they have the counter of the previous message: the slave does not advance its counter.
+  std::uint64_t same_counter = 0;
+  std::uint64_t repetitions = 0;  ///< messages dropped as repetitions: counter and content of the previous message
 };
 
 /// The mailboxes of a slave: executes one dialogue after another, in the order of their priorities, and sends messages
@@ -115,6 +119,11 @@ class MailboxChannel {
   void start_next(std::chrono::nanoseconds now, Finished& finished);
   [[nodiscard]] bool load_outgoing(std::chrono::nanoseconds now);
   void load_mail(std::chrono::nanoseconds now);
+  void load_request();
+  /// Interval at which the request is sent again; 0: never.
+  [[nodiscard]] std::chrono::nanoseconds repeat_interval() const noexcept;
+  [[nodiscard]] bool repeat_due(std::chrono::nanoseconds now) const noexcept;
+  void repeat(std::chrono::nanoseconds now);
   void read_ahead(std::size_t expected, std::vector<Request>& batch);
   [[nodiscard]] std::size_t expected(bool alone) const;
   [[nodiscard]] bool append_mail_behind(std::vector<Request>& batch);
@@ -125,6 +134,12 @@ class MailboxChannel {
   bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
   bool take_found(std::chrono::nanoseconds now, MailboxReader::Found found, const Deliver& deliver, Finished& finished);
   void take_mail(std::chrono::nanoseconds now, const Deliver& deliver, Finished& finished);
+  /// How the counter and content of a message compare with those of the previous one.
+  enum class Novelty : std::uint8_t { kNew, kSameCounter, kRepetition };
+  [[nodiscard]] Novelty compare(const wire::MailboxHeader& header, std::span<const std::byte> mail) const;
+  /// Whether the dialogue in progress waits for messages of this protocol.
+  [[nodiscard]] bool awaits(wire::MailboxType type) const noexcept;
+  [[nodiscard]] bool believes_repetition() const noexcept;
   void pass_on(std::chrono::nanoseconds now, wire::MailboxType type, std::span<const std::byte> service,
                const Deliver& deliver);
   void refuse(wire::MailboxType type);
@@ -147,9 +162,14 @@ class MailboxChannel {
   // The dialogue in progress, and the queued ones.
   std::deque<std::shared_ptr<MailboxDialogue>> queue_;
   std::shared_ptr<MailboxDialogue> active_;
-  bool owed_ = false;       ///< its service waits until the slave has taken a message of the stream
-  bool attempted_ = false;  ///< its message may have been taken
-  bool leaving_ = false;    ///< its message is the final message after a failure
+  bool owed_ = false;                 ///< its service waits until the slave has taken a message of the stream
+  bool attempted_ = false;            ///< its message may have been taken
+  bool leaving_ = false;              ///< its message is the final message after a failure
+  bool again_ = false;                ///< its message is sent again with the same counter
+  std::uint32_t taken_ = 0;           ///< how often the slave has taken its message
+  std::uint32_t dropped_ = 0;         ///< messages dropped as repetitions since it was sent first
+  std::uint8_t request_counter_ = 0;  ///< mailbox counter of its message
+  std::chrono::nanoseconds repeat_at_{0};
   std::optional<std::uint16_t> error_reply_;
   std::chrono::nanoseconds deadline_{0};
   std::optional<std::chrono::nanoseconds> resume_at_;  ///< the slave is busy; resume at this time
@@ -162,7 +182,10 @@ class MailboxChannel {
   std::uint16_t known_ = 0;    ///< one bit per protocol in which a request has been sent
   std::uint16_t refused_ = 0;  ///< one bit per protocol that has been refused
   std::chrono::nanoseconds echo_until_{0};
-  std::uint8_t last_received_ = 0;
+  std::uint8_t last_received_ = 0;    ///< counter of the last message from the slave
+  std::vector<std::byte> last_mail_;  ///< that message, without padding
+  std::uint64_t last_repeated_ = 0;   ///< reader_.repeated() when it arrived
+  bool uncounted_ = false;            ///< the slave has given different messages the same counter
 
   Turn turn_;   ///< turn whose answers are processed next
   Turn ahead_;  ///< the following turn

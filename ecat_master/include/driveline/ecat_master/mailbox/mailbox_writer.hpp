@@ -28,6 +28,10 @@ class MailboxWriter {
   [[nodiscard]] std::span<std::byte> blank_ahead();
   /// Makes a message with a new counter from the first `length` bytes of the last buffer returned.
   void seal(wire::MailboxType type, std::uint8_t priority, std::size_t length);
+  /// Like seal(), but with the counter of the previous message: a slave that has taken that one drops this one.
+  void seal_again(wire::MailboxType type, std::uint8_t priority, std::size_t length);
+  /// Counter of the last sealed message.
+  [[nodiscard]] std::uint8_t counter() const noexcept { return counter_; }
   /// Whether there is a message after the current one.
   [[nodiscard]] bool has_ahead() const noexcept { return ahead_; }
   /// The current message has been taken: continues with the next one. Returns false when there is none.

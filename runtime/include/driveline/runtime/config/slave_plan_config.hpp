@@ -15,7 +15,7 @@ namespace driveline::runtime {
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
-///                                  mailbox_request_ms, mailbox_response_ms
+///                                  mailbox_request_ms, mailbox_response_ms, mailbox_repeat_ms (0 is never)
 ///   [[slave.sdo]]                  index, subindex, type, value, complete, before = "safeop" or "op"
 ///   [[slave.pdo]]                  index, sync_manager, direction = "out" or "in", entries = ["0x6040:0:16", ...]
 struct SlavePlanConfig {
