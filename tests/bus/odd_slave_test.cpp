@@ -3,6 +3,7 @@
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/discovery/line_survey.hpp"
 #include "edited_line.hpp"
 #include "fault_ports.hpp"
 
@@ -66,6 +67,79 @@ TEST(OddSlave, WithAConstantMailboxCounterGivesEveryValueWhateverIsLost) {
   }
   EXPECT_GT(port.lost(), 10U);
   EXPECT_GT(master.mailboxes().statistics(0).same_counter, 200U);
+}
+
+/// A line whose second drive reads its EEPROM on the way to PREOP, which fails with AL status code 0x0050 as long as
+/// register 0x0500 does not offer it the interface.
+class EepromReader {
+ public:
+  EepromReader() : drives_(2), master_(drives_.line(), drives_.clock) {
+    drives_.device(1).refuses = [this](wire::AlState from, wire::AlState to) {
+      if (from != wire::AlState::kInit || to != wire::AlState::kPreOp || owner() == 1) {
+        return wire::AlStatusCode::kNoError;
+      }
+      ++refusals;
+      return wire::AlStatusCode::kEepromNoAccess;
+    };
+  }
+
+  [[nodiscard]] Master& master() noexcept { return master_; }
+  /// Register 0x0500 of the second drive.
+  [[nodiscard]] int owner() {
+    std::array<std::byte, 1> value{};
+    drives_.slave(1).esc().pdi_read(wire::reg::kSiiConfiguration.address, value, drives_.clock.now());
+    return std::to_integer<int>(value[0]);
+  }
+  [[nodiscard]] std::string configure(const ecat_master::SlavePlan& second) {
+    ecat_master::SlavePlan first;
+    first.own_pdos = true;
+    if (const auto scanned = master_.scan(); !scanned) return sentence(scanned);
+    return sentence(master_.configure({first, second}));
+  }
+  int refusals = 0;
+
+ private:
+  EditedLine drives_;
+  Master master_;
+};
+
+TEST(OddSlave, ThatReadsItsEepromGetsItWhenItRefusesPreOp) {
+  EepromReader line;
+  ASSERT_EQ(sentence(line.master().scan()), "");
+  EXPECT_EQ(line.owner(), 0);
+  ASSERT_EQ(sentence(line.master().enter_pre_op()), "");
+  EXPECT_EQ(line.refusals, 1);
+  EXPECT_EQ(line.owner(), 1);
+  // The master reads the EEPROM, also beside another master, and the application has it again.
+  const auto refs = std::array{line.master().slaves()[0].info.ref, line.master().slaves()[1].info.ref};
+  line.master().bus().sii_cache().clear();
+  for (const auto& image : ecat_master::read_each_sii(line.master().bus(), refs)) {
+    ASSERT_EQ(sentence(image), "");
+    EXPECT_GT(image->size(), 128U);
+  }
+  EXPECT_EQ(line.owner(), 1);
+}
+
+TEST(OddSlave, ThatReadsItsEepromHasItBeforePreOpWhereThePlanOrTheFileSaysSo) {
+  for (const bool by_file : {false, true}) {
+    EepromReader line;
+    ecat_master::SlavePlan plan;
+    plan.own_pdos = true;
+    if (by_file) {
+      ASSERT_EQ(sentence(line.master().scan()), "");
+      auto file = line.master().slaves()[1].info.description;
+      file.eeprom_to_application = true;
+      // The PDOs stay those of the slave.
+      file.rx_pdos.clear();
+      file.tx_pdos.clear();
+      plan.esi = std::make_shared<const esi::DeviceDescription>(file);
+    } else {
+      plan.eeprom_to_application = true;
+    }
+    ASSERT_EQ(line.configure(plan), "");
+    EXPECT_EQ(line.refusals, 0) << by_file;
+    EXPECT_EQ(line.owner(), 1) << by_file;
+  }
 }
 
 }  // namespace

@@ -163,6 +163,9 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   if (config.alias && config.device_id)
     slave.fail("device_id", "is set together with alias: only one of them is expected");
   if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
+  if (slave.has("eeprom_to_application")) {
+    config.eeprom_to_application = slave.boolean_or("eeprom_to_application", true);
+  }
   read_hot_connect(slave, config);
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
@@ -182,6 +185,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.hot_connect = hot_connect;
   plan.behind = behind;
   plan.lrw = lrw;
+  plan.eeprom_to_application = eeprom_to_application;
   plan.watchdog = watchdog;
   plan.timeouts = timeouts;
   plan.mailbox_timeouts = mailbox_timeouts;

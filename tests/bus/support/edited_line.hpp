@@ -20,6 +20,10 @@ class EditedDevice final : public slaves::Device {
     return inner_->process_data_size(sync_manager);
   }
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override {
+    if (const auto code = refuses ? refuses(from, to) : wire::AlStatusCode::kNoError;
+        code != wire::AlStatusCode::kNoError) {
+      return code;
+    }
     return inner_->transition(from, to);
   }
   void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override {
@@ -47,6 +51,8 @@ class EditedDevice final : public slaves::Device {
   std::function<void(std::span<const std::byte> mailbox)> hears;
   /// Whether a mailbox message of the master is lost in the slave.
   std::function<bool(std::span<const std::byte> mailbox)> swallows;
+  /// Called before each transition; another code than kNoError refuses it.
+  std::function<wire::AlStatusCode(wire::AlState from, wire::AlState to)> refuses;
   /// Changes an answer before it is sent; returns its new length.
   std::function<std::size_t(std::span<std::byte> out, std::size_t length)> changes_answer;
 

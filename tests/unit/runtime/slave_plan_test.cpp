@@ -62,6 +62,15 @@ TEST(SlavePlan, WatchdogsAndTimeLimits) {
   EXPECT_FALSE(parsed("").mailbox_timeouts.repeat) << "a quarter of the time-out of the answer";
 }
 
+TEST(SlavePlan, TheApplicationGetsTheEepromWhenItSaysSo) {
+  EXPECT_EQ(parsed("eeprom_to_application = true\n").eeprom_to_application, true);
+  EXPECT_EQ(parsed("eeprom_to_application = false\n").eeprom_to_application, false);
+  EXPECT_FALSE(parsed("").eeprom_to_application);
+  ecat_master::SlavePlan plan;
+  parsed("eeprom_to_application = true\n").apply(plan);
+  EXPECT_EQ(plan.eeprom_to_application, true);
+}
+
 TEST(SlavePlan, StartupSdosInTheirOrder) {
   const auto plan = parsed(
       "[[slave.sdo]]\nindex = 0x6065\ntype = \"uint32\"\nvalue = 1000\n"

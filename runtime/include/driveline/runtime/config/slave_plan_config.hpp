@@ -10,6 +10,7 @@ namespace driveline::runtime {
 /// Identity and configuration in a [[slave]] of a line description, in addition to vendor and product:
 ///
 ///   alias = 7                      device_id = 3            lrw = false
+///   eeprom_to_application = true   (the application gets the EEPROM interface before PREOP)
 ///   hot_connect = true             (may be missing, and comes and goes)
 ///   hot_connect = "NAME"           (the same, after that slave, in the hot-connect group that it heads)
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
@@ -30,6 +31,7 @@ struct SlavePlanConfig {
   ecat_master::StateTimeouts timeouts;                 ///< values that are left out: see StateTimeouts
   ecat_master::MailboxTimeouts mailbox_timeouts;       ///< values that are left out: see MailboxTimeouts
   std::optional<bool> lrw;                             ///< false: no LRW for this slave; none: its description decides
+  std::optional<bool> eeprom_to_application;           ///< see SlavePlan::eeprom_to_application
   std::vector<ecat_master::StartupSdo> sdos;           ///< in the order of the file
   std::optional<ecat_master::PdoConfiguration> pdos;   ///< none: the PDOs that the use of the slave requires
 
