@@ -3,6 +3,7 @@
 
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
+#include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 #include "driveline/ecat_master/discovery/line_survey.hpp"
 #include "edited_line.hpp"
 #include "fault_ports.hpp"
@@ -30,6 +31,15 @@ TEST(OddSlave, ThatIsDeafAfterPreOpAnswersTheRepeatedRequest) {
   ASSERT_EQ(sentence(product), "");
   EXPECT_EQ(*product, slaves::msd::kProductCode);
   EXPECT_EQ(master.mailboxes().statistics(1).resent, 1U);
+  drives.device(1).changes_answer = with_counter_1;
+  for (const auto number : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{4}}) {
+    ASSERT_EQ(sentence(CoeClient(master.mailboxes(), 1).upload(0x1018, number)), "");
+  }
+  const auto diagnosis = ecat_master::diagnose(master, nullptr, nullptr);
+  ASSERT_EQ(sentence(diagnosis), "");
+  EXPECT_THAT(diagnosis->problems,
+              testing::ElementsAre("slave 1: mailbox requests were sent again because no answer came (1)",
+                                   "slave 1: mailbox answers have the counter of the previous message (3)"));
 }
 
 TEST(OddSlave, ThatLosesARequestButNotesItsCounterAnswersTheLastOne) {

@@ -36,7 +36,8 @@ void MailExchange::begin(std::uint16_t /*position*/, MailboxRoom room) {
 
 MailboxDialogue::Reaction MailExchange::receive(std::span<const std::byte> service) {
   const bool coe = type() == wire::MailboxType::kCoe;
-  if (coe && is_emergency(service)) return Reaction::kForeign;
+  // The slave may ask the master for something meanwhile.
+  if (coe && (is_emergency(service) || wire::is_coe_request(service))) return Reaction::kForeign;
   answers_->emplace_back(service.begin(), service.end());
   const bool more = coe ? more_of_a_list(service) : type() == wire::MailboxType::kSoe && more_fragments(service);
   return more ? Reaction::kAwait : Reaction::kDone;

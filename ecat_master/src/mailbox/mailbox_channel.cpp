@@ -12,6 +12,8 @@ using Reaction = MailboxDialogue::Reaction;
 
 /// Time limit for the final message of a failed dialogue.
 constexpr auto kLeaveTime = std::chrono::milliseconds{100};
+/// A slave that takes an error reply as the occasion for its next request gets the next reply after this time.
+constexpr auto kRefusalPause = std::chrono::milliseconds{100};
 /// Slaves that answer an error reply with an error reply do so within this time.
 constexpr auto kEchoTime = std::chrono::milliseconds{20};
 
@@ -26,14 +28,16 @@ constexpr std::uint16_t bit_of(wire::MailboxType type) {
   return static_cast<std::uint16_t>(1U << (static_cast<unsigned>(type) & 0x0FU));
 }
 
-/// Tells a slave that the protocol of its message is unknown here.
+/// Tells a slave why its message is not processed, in the name of the slave that it addressed.
 class Refusal final : public MailboxDialogue {
  public:
-  Refusal() noexcept : MailboxDialogue(wire::MailboxType::kError, 0) {
-    wire::MailboxErrorReply{wire::MailboxErrorCode::kUnsupportedProtocol}.encode(service_);
+  Refusal(wire::MailboxErrorCode code, std::uint16_t source) noexcept
+      : MailboxDialogue(wire::MailboxType::kError, 0), source_(source) {
+    wire::MailboxErrorReply{code}.encode(service_);
   }
 
   void begin(std::uint16_t /*position*/, MailboxRoom /*room*/) override {}
+  [[nodiscard]] std::uint16_t source() const noexcept override { return source_; }
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return service_; }
   [[nodiscard]] bool awaits_answer() const noexcept override { return false; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> /*service*/) override { return Reaction::kForeign; }
@@ -41,6 +45,25 @@ class Refusal final : public MailboxDialogue {
 
  private:
   std::array<std::byte, wire::MailboxErrorReply::kSize> service_{};
+  std::uint16_t source_;
+};
+
+/// A message of another slave. A slave that does not take it costs the sender its answer, and nobody else anything.
+class ForwardedMail final : public MailboxDialogue {
+ public:
+  ForwardedMail(std::uint16_t source, wire::MailboxType type, std::span<const std::byte> service)
+      : MailboxDialogue(type, 0), service_(service.begin(), service.end()), source_(source) {}
+
+  void begin(std::uint16_t /*position*/, MailboxRoom /*room*/) override {}
+  [[nodiscard]] std::uint16_t source() const noexcept override { return source_; }
+  [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return service_; }
+  [[nodiscard]] bool awaits_answer() const noexcept override { return false; }
+  [[nodiscard]] Reaction receive(std::span<const std::byte> /*service*/) override { return Reaction::kForeign; }
+  void fail(const Error& /*error*/) override {}
+
+ private:
+  std::vector<std::byte> service_;
+  std::uint16_t source_;
 };
 
 }  // namespace
@@ -74,6 +97,20 @@ Error MailboxChannel::error(ErrorFacts facts) const noexcept {
 
 void MailboxChannel::submit(std::shared_ptr<MailboxDialogue> dialogue) {
   known_ |= bit_of(dialogue->type());
+  enqueue(std::move(dialogue));
+}
+
+std::optional<wire::MailboxErrorCode> MailboxChannel::send_for(std::uint16_t source, wire::MailboxType type,
+                                                               std::span<const std::byte> service) {
+  if (service.size() > max_service()) return wire::MailboxErrorCode::kInvalidSize;
+  const auto waiting =
+      std::count_if(queue_.begin(), queue_.end(), [](const auto& dialogue) { return dialogue->source() != 0; });
+  if (static_cast<std::size_t>(waiting) >= kMaxForwarded) return wire::MailboxErrorCode::kNoMoreMemory;
+  enqueue(std::make_shared<ForwardedMail>(source, type, service));
+  return std::nullopt;
+}
+
+void MailboxChannel::enqueue(std::shared_ptr<MailboxDialogue> dialogue) {
   // Insert behind the dialogues of the same and higher priorities.
   const auto place = std::find_if(queue_.begin(), queue_.end(),
                                   [&](const auto& other) { return other->priority() < dialogue->priority(); });
@@ -159,7 +196,7 @@ void MailboxChannel::load_request() {
   const auto service = active_->outgoing();
   std::copy(service.begin(), service.end(), writer_.blank().begin());
   const auto seal = again_ ? &MailboxWriter::seal_again : &MailboxWriter::seal;
-  (writer_.*seal)(active_->type(), active_->priority(), service.size());
+  (writer_.*seal)(active_->type(), active_->priority(), service.size(), active_->source());
   request_counter_ = writer_.counter();
   sender_ = Sender::kDialogue;
   owed_ = again_ = false;
@@ -266,7 +303,7 @@ bool MailboxChannel::append_first_mail(nanoseconds now, std::vector<Request>& ba
   return true;
 }
 
-bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers, const Deliver& deliver,
+bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers, const Outlets& outlets,
                               Finished& finished) {
   const auto turn = std::exchange(turn_, std::exchange(ahead_, {}));
   bool progress = false;
@@ -275,7 +312,7 @@ bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers,
   if (turn.fetched) {
     const auto& answer = answers[next];
     const auto found = turn.ahead ? reader_.take_ahead(now, *turn.ahead, answer) : reader_.take(now, answer);
-    progress = take_found(now, found, deliver, finished) || progress;
+    progress = take_found(now, found, outlets, finished) || progress;
   }
   check_deadlines(now, finished);
   return progress;
@@ -303,16 +340,16 @@ bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finish
   return true;
 }
 
-bool MailboxChannel::take_found(nanoseconds now, MailboxReader::Found found, const Deliver& deliver,
+bool MailboxChannel::take_found(nanoseconds now, MailboxReader::Found found, const Outlets& outlets,
                                 Finished& finished) {
-  if (found == MailboxReader::Found::kMail) take_mail(now, deliver, finished);
+  if (found == MailboxReader::Found::kMail) take_mail(now, outlets, finished);
   if (found == MailboxReader::Found::kSilence) {
     fail_all(error(facts::WorkingCounter{.address = MailboxReader::status_register()}), finished);
   }
   return found == MailboxReader::Found::kMail || found == MailboxReader::Found::kStep;
 }
 
-void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished& finished) {
+void MailboxChannel::take_mail(nanoseconds now, const Outlets& outlets, Finished& finished) {
   // More messages may follow.
   poll_now();
   const auto header = wire::MailboxHeader::decode(reader_.mail());
@@ -336,6 +373,7 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
   uncounted_ = uncounted_ || novelty == Novelty::kSameCounter;
   ++statistics_.received;
   const auto service = mail.subspan(wire::MailboxHeader::kSize);
+  if (forward(now, *header, service, outlets)) return;
   if (header->type == wire::MailboxType::kError) {
     take_error(now, service, finished);
     return;
@@ -343,7 +381,7 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
   const auto reaction = awaits(header->type) ? active_->receive(service) : Reaction::kForeign;
   if (reaction == Reaction::kForeign) {
     if (!repetition) {
-      pass_on(now, header->type, service, deliver);
+      pass_on(now, *header, service, outlets);
     } else {
       ++statistics_.repetitions;
     }
@@ -375,9 +413,29 @@ bool MailboxChannel::believes_repetition() const noexcept {
   return taken_ > 1 && reader_.repeated() == last_repeated_;
 }
 
+bool MailboxChannel::is_for_another(const wire::MailboxHeader& header) const noexcept {
+  return header.address != 0 && header.address != slave_.station;
+}
+
+/// Passes on a message whose header addresses another slave (ETG.1000.4 5.6), or refuses it. Returns false when there
+/// is no such slave: the address may be wrong and the message the answer to a request of the master.
+bool MailboxChannel::forward(nanoseconds now, const wire::MailboxHeader& header, std::span<const std::byte> service,
+                             const Outlets& outlets) {
+  if (!is_for_another(header)) return false;
+  const auto done = outlets.forward(slave_, header, service);
+  if (done && !*done) return false;
+  if (done) {
+    ++statistics_.forwarded;
+  } else {
+    refuse_request(now, header, done.error());
+  }
+  return true;
+}
+
 /// Handles a message that no dialogue requested.
-void MailboxChannel::pass_on(nanoseconds now, wire::MailboxType type, std::span<const std::byte> service,
-                             const Deliver& deliver) {
+void MailboxChannel::pass_on(nanoseconds now, const wire::MailboxHeader& header, std::span<const std::byte> service,
+                             const Outlets& outlets) {
+  const auto type = header.type;
   const bool streamed = stream_ && type == stream_->type();
   if (streamed) {
     stream_moved_until_ = now + settings_.stream_poll;
@@ -385,7 +443,15 @@ void MailboxChannel::pass_on(nanoseconds now, wire::MailboxType type, std::span<
   } else {
     ++statistics_.unclaimed;
   }
-  if (!deliver(slave_, type, service) && (known_ & bit_of(type)) == 0) refuse(type);
+  const auto obstacle = outlets.deliver(slave_, type, service);
+  if (!obstacle) return;
+  if (is_for_another(header)) {
+    refuse_request(now, header, wire::MailboxErrorCode::kInvalidHeader);
+  } else if (*obstacle != wire::MailboxErrorCode::kUnsupportedProtocol) {
+    refuse_request(now, header, *obstacle);
+  } else if ((known_ & bit_of(type)) == 0) {
+    refuse(type);
+  }
 }
 
 /// Refuses each protocol once: a slave that continues has not understood.
@@ -393,7 +459,15 @@ void MailboxChannel::refuse(wire::MailboxType type) {
   ++statistics_.refused;
   if ((refused_ & bit_of(type)) != 0) return;
   refused_ |= bit_of(type);
-  submit(std::make_shared<Refusal>());
+  submit(std::make_shared<Refusal>(wire::MailboxErrorCode::kUnsupportedProtocol, std::uint16_t{0}));
+}
+
+/// Answers a request of the slave that cannot be served or forwarded. An error reply has no answer.
+void MailboxChannel::refuse_request(nanoseconds now, const wire::MailboxHeader& header, wire::MailboxErrorCode code) {
+  ++statistics_.refused;
+  if (header.type == wire::MailboxType::kError || now < next_refusal_) return;
+  next_refusal_ = now + kRefusalPause;
+  submit(std::make_shared<Refusal>(code, header.address));
 }
 
 /// Continues after the pause that a busy slave requested.
