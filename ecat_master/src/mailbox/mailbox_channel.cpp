@@ -210,7 +210,8 @@ nanoseconds MailboxChannel::repeat_interval() const noexcept {
 /// empty, because an answer in it would belong to the first request.
 bool MailboxChannel::repeat_due(nanoseconds now) const noexcept {
   if (!active_ || taken_ == 0 || sending() || leaving_ || resume_at_ || error_reply_) return false;
-  return active_->repeatable() && repeat_interval().count() > 0 && now >= repeat_at_ && reader_.polled_empty();
+  const bool due = repeat_interval().count() > 0 && now >= repeat_at_ && now < deadline_;
+  return due && active_->repeatable() && reader_.polled_empty();
 }
 
 /// Sends the request again. A slave that is only slow drops a message with the counter of its last one (ETG.1000.4

@@ -83,7 +83,7 @@ TEST(RequestWithoutAnswer, IsSentOnceWhereThatIsPlanned) {
 }
 
 TEST(RequestWithoutAnswer, WaitsUntilTheMailboxHasBeenReadEmpty) {
-  RepeatBench bench;
+  RepeatBench bench({.request = {}, .response = milliseconds{50}, .repeat = milliseconds{5}});
   std::uint8_t counter = 0;
   // The next message is always there when the last one has been read.
   bench.slave.endless = [&] {
