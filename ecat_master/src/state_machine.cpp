@@ -4,6 +4,8 @@
 #include <array>
 #include <optional>
 
+#include "driveline/wire/sii_access.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -18,13 +20,20 @@ AlReport decode_report(std::span<const std::byte> bytes) {
           static_cast<wire::AlStatusCode>(wire::load_le<std::uint16_t>(bytes.subspan(4)))};
 }
 
-Result<void> write_al_control(Bus& bus, std::span<const SlaveRef> slaves, std::span<const std::uint16_t> values) {
-  std::vector<std::array<std::byte, 2>> data(slaves.size());
+/// A register of a slave and the value to be written.
+struct RegisterValue {
+  SlaveRef slave;
+  std::uint16_t address = 0;
+  std::array<std::byte, 2> data{};
+  std::size_t bytes = 2;
+};
+
+/// Writes registers whose effect is checked elsewhere; the working counters do not matter.
+Result<void> write_registers(Bus& bus, std::span<RegisterValue> writes) {
   std::vector<Request> requests;
-  for (std::size_t i = 0; i < slaves.size(); ++i) {
-    data[i] = wire::to_le_bytes(values[i]);
-    requests.push_back({wire::Command::kFpwr,
-                        wire::DatagramAddress::physical(slaves[i].station, wire::reg::kAlControl.address), data[i]});
+  for (auto& write : writes) {
+    requests.push_back({wire::Command::kFpwr, wire::DatagramAddress::physical(write.slave.station, write.address),
+                        std::span(write.data).first(write.bytes)});
   }
   return bus.exchange().exchange(requests);
 }
@@ -66,8 +75,8 @@ class Change {
   void missed(std::uint16_t working_counter) {
     if (++missed_ >= kMissedPolls) fail(silent(slave_.position, working_counter));
   }
-  /// The next value for AL control; empty: wait.
-  [[nodiscard]] std::optional<std::uint16_t> take(const AlReport& report, wire::AlState target,
+  /// The next register to be written; empty: wait.
+  [[nodiscard]] std::optional<RegisterValue> take(const AlReport& report, wire::AlState target,
                                                   std::chrono::nanoseconds now) {
     missed_ = 0;
     const bool late = now >= deadline_;
@@ -81,7 +90,7 @@ class Change {
         if (!report.status.error) {
           phase_ = Phase::kRequest;
           deadline_ = now + timeout_;
-          return wire::AlControl{target, false, false}.raw();
+          return control({target, false, false});
         }
         if (late) refused();
         // The controller of a slave without application copies AL control, including the acknowledge bit, into AL
@@ -89,11 +98,11 @@ class Change {
         // written.
         if (phase_ == Phase::kAcknowledge && !copied_ && report.code == wire::AlStatusCode::kNoError) {
           copied_ = true;
-          return wire::AlControl{report.status.state, false, false}.raw();
+          return control({report.status.state, false, false});
         }
         if (phase_ == Phase::kAcknowledge) return std::nullopt;
         phase_ = Phase::kAcknowledge;
-        return wire::AlControl{report.status.state, true, false}.raw();
+        return control({report.status.state, true, false});
       case Phase::kPause:
         if (!late) break;
         phase_ = Phase::kStart;
@@ -101,6 +110,12 @@ class Change {
         deadline_ = now + timeout_;
         break;
       case Phase::kRequest:
+        if (report.status.error && needs_eeprom(report, target)) {
+          handed_over_ = true;
+          phase_ = Phase::kStart;
+          return RegisterValue{
+              slave_, wire::reg::kSiiConfiguration.address, {std::byte{wire::sii_access::kConfigPdiOwns}}, 1};
+        }
         if (report.status.error && refusals_ < retries_.count && may_pass(report.code)) {
           ++refusals_;
           refusal_ = report.code;
@@ -122,6 +137,16 @@ class Change {
 
  private:
   enum class Phase : std::uint8_t { kStart, kAcknowledge, kRequest, kPause };
+
+  [[nodiscard]] RegisterValue control(wire::AlControl value) const noexcept {
+    return {slave_, wire::reg::kAlControl.address, wire::to_le_bytes(value.raw())};
+  }
+  /// Whether the slave refuses the state because it cannot read its EEPROM (ETG.1020: the master gives the interface to
+  /// the application in the transition to PREOP).
+  [[nodiscard]] bool needs_eeprom(const AlReport& report, wire::AlState target) const noexcept {
+    return !handed_over_ && target != wire::AlState::kInit && report.code == wire::AlStatusCode::kEepromNoAccess;
+  }
+
   /// A port that opens or closes may cost a poll.
   static constexpr unsigned kMissedPolls = 3;
 
@@ -133,11 +158,12 @@ class Change {
   wire::AlStatusCode refusal_ = wire::AlStatusCode::kNoError;
   Phase phase_ = Phase::kStart;
   bool copied_ = false;
+  bool handed_over_ = false;  ///< the application has got the EEPROM interface
   unsigned missed_ = 0;
   std::optional<Result<void>> result_;
 };
 
-/// Polls all open changes once and writes the resulting AL control values.
+/// Polls all open changes once and writes the resulting registers.
 Result<void> advance(Bus& bus, std::span<Change*> open, wire::AlState target) {
   std::vector<Request> requests;
   std::vector<std::array<std::byte, kReportBytes>> data(open.size());
@@ -147,19 +173,16 @@ Result<void> advance(Bus& bus, std::span<Change*> open, wire::AlState target) {
                         data[i], 0, false});
   }
   if (auto done = bus.exchange().exchange(requests); !done) return done;
-  std::vector<SlaveRef> written;
-  std::vector<std::uint16_t> values;
+  std::vector<RegisterValue> writes;
   for (std::size_t i = 0; i < open.size(); ++i) {
     if (requests[i].working_counter != 1) {
       open[i]->missed(requests[i].working_counter);
       continue;
     }
     const auto value = open[i]->take(decode_report(data[i]), target, bus.exchange().now());
-    if (!value) continue;
-    written.push_back(open[i]->slave());
-    values.push_back(*value);
+    if (value) writes.push_back(*value);
   }
-  return written.empty() ? Result<void>{} : write_al_control(bus, written, values);
+  return writes.empty() ? Result<void>{} : write_registers(bus, writes);
 }
 
 }  // namespace

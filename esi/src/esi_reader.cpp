@@ -297,6 +297,7 @@ class EsiReader {
     const std::string config = image.empty() ? context_.child_hex(node, "ConfigData") : image;
     device.eeprom_config_data_hex = config.substr(0, 2 * kConfigBytes);
     device.eeprom_bytes = context_.child_number<std::uint32_t>(node, "ByteSize", device.eeprom_bytes);
+    device.eeprom_to_application = context_.attribute_flag(node, "AssignToPdi");
     const bool in_image = image.size() >= 2 * (kBootStrapOffset + kBootStrapBytes);
     const std::string boot_hex =
         in_image ? image.substr(2 * kBootStrapOffset, 2 * kBootStrapBytes) : context_.child_hex(node, "BootStrap");

@@ -188,6 +188,7 @@ void append_init_command(pugi::xml_node coe, const InitCommand& command) {
 
 void append_eeprom(pugi::xml_node node, const DeviceDescription& device) {
   auto eeprom = node.append_child("Eeprom");
+  if (device.eeprom_to_application) set_attribute(eeprom, "AssignToPdi", "1");
   append_text(eeprom, "ByteSize", std::to_string(device.eeprom_bytes));
   if (!device.eeprom_config_data_hex.empty()) append_text(eeprom, "ConfigData", device.eeprom_config_data_hex);
   const std::array words{device.bootstrap_rx_offset, device.bootstrap_rx_size, device.bootstrap_tx_offset,

@@ -22,7 +22,10 @@ Outcome<std::optional<ecat_master::MailboxWindow>> read_mailbox_window(ecat_mast
   if (!usable(*out, wire::SyncManagerDirection::kWrite) || !usable(*in, wire::SyncManagerDirection::kRead)) {
     return std::optional<ecat_master::MailboxWindow>{};
   }
-  return std::optional(ecat_master::MailboxWindow{out->start_address, out->length, in->start_address, in->length, {}});
+  ecat_master::MailboxWindow window{out->start_address, out->length, in->start_address, in->length, {}};
+  // The other master may have fetched an answer that is missing, and the slave knows its counters.
+  window.timeouts.repeat = std::chrono::nanoseconds{0};
+  return std::optional(window);
 }
 
 bool has_mailbox(wire::AlState state) noexcept {

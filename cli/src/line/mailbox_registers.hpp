@@ -10,8 +10,8 @@
 
 namespace driveline::cli {
 
-/// The mailboxes of `slave` as its master has configured sync managers 0 and 1; nothing: it has no mailboxes. Errors:
-/// those of the bus.
+/// The mailboxes of `slave` as its master has configured sync managers 0 and 1; nothing: it has no mailboxes. Requests
+/// to them are not sent again (MailboxTimeouts::repeat). Errors: those of the bus.
 [[nodiscard]] Outcome<std::optional<ecat_master::MailboxWindow>> read_mailbox_window(ecat_master::Bus& bus,
                                                                                      ecat_master::SlaveRef slave);
 

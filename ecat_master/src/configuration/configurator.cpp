@@ -8,6 +8,7 @@
 #include "driveline/ecat_master/configuration/pdo_discovery.hpp"
 #include "driveline/ecat_master/state_machine.hpp"
 #include "driveline/wire/sync_manager.hpp"
+#include "sii/sii_ownership.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -186,9 +187,18 @@ Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(MailboxEngine& 
     if (!window) return tl::unexpected(window.error());
     if (*window) mailboxes.back() = std::make_unique<MailboxClient>(engine, slave.ref, **window);
   }
+  if (auto done = hand_over_eeproms(bus, slaves); !done) return tl::unexpected(done.error());
   if (auto done = first_failure(change_states(bus, up, wire::AlState::kPreOp)); !done)
     return tl::unexpected(done.error());
   return mailboxes;
+}
+
+Result<void> hand_over_eeproms(Bus& bus, std::span<const SlaveInfo> slaves) {
+  std::vector<SlaveRef> refs;
+  for (const auto& slave : slaves) {
+    if (slave.description.eeprom_to_application) refs.push_back(slave.ref);
+  }
+  return give_to_applications(bus, refs);
 }
 
 Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, const SlaveInfo& slave) {
@@ -214,6 +224,7 @@ Result<std::unique_ptr<MailboxClient>> enter_bootstrap(MailboxEngine& engine, co
   std::array writes{sync_manager_write(slave.ref, 0, out, device.bootstrap_rx_size),
                     sync_manager_write(slave.ref, 1, in, device.bootstrap_tx_size)};
   if (auto done = bus.write_all(writes); !done) return tl::unexpected(done.error());
+  if (auto done = hand_over_eeproms(bus, {&slave, 1}); !done) return tl::unexpected(done.error());
   if (auto done = change_state(bus, refs, wire::AlState::kBootstrap, kPreOpTimeout); !done)
     return tl::unexpected(done.error());
   return std::make_unique<MailboxClient>(engine, slave.ref,

@@ -156,10 +156,15 @@ void apply_description(ConfiguredSlave& slave) {
     slave.info.description = std::move(*slave.eeprom);
     slave.eeprom.reset();
   }
+  // An earlier plan may have changed it; it is not in the EEPROM.
+  slave.info.description.eeprom_to_application = slave.plan.eeprom_to_application.value_or(false);
   if (!slave.plan.esi) return;
   const auto& file = *slave.plan.esi;
   slave.eeprom = std::move(slave.info.description);
   slave.info.description = merge_description(*slave.eeprom, file);
+  if (slave.plan.eeprom_to_application) {
+    slave.info.description.eeprom_to_application = *slave.plan.eeprom_to_application;
+  }
   complete_timeouts(slave.plan, file.timeouts);
   complete_watchdogs(slave.plan, file.watchdogs);
   auto commands = startup_commands(file);

@@ -1,5 +1,7 @@
 #include "driveline/ecat_master/diagnosis/diagnosis.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace driveline::ecat_master {
@@ -115,6 +117,15 @@ class Locator {
   std::vector<FaultPlace> places_;
 };
 
+/// What deviates from the standard at the mailbox of a slave, as sentences.
+void add_mailbox_habits(std::uint16_t slave, const MailboxStatistics& statistics, std::vector<std::string>& problems) {
+  const auto add = [&](std::uint64_t count, std::string_view what) {
+    if (count != 0) problems.push_back(fmt::format("slave {}: {} ({})", slave, what, count));
+  };
+  add(statistics.resent, "mailbox requests were sent again because no answer came");
+  add(statistics.same_counter, "mailbox answers have the counter of the previous message");
+}
+
 }  // namespace
 
 Result<std::vector<SlaveDiagnosis>> read_slave_diagnosis(Bus& bus, std::span<const ConfiguredSlave> slaves) {
@@ -162,6 +173,10 @@ Result<LineDiagnosis> diagnose(Master& master, const LineSupervisor* supervisor,
     if (slave.present) infos.push_back(slave.info);
   }
   diagnosis.problems = describe_problems(infos);
+  for (const auto& info : infos) {
+    const auto position = info.ref.position;
+    add_mailbox_habits(position, master.mailboxes().statistics(position), diagnosis.problems);
+  }
   diagnosis.time = master.bus().exchange().now();
   if (auto* core = master.core()) {
     std::vector<std::uint32_t> expected(core->groups().size());

@@ -99,7 +99,13 @@ std::string Sentence::operator()(const facts::NoBootMailbox& /*facts*/) const {
 }
 
 std::string Sentence::operator()(const facts::MailboxTimeout& facts) const {
-  return fmt::format("{}: no mailbox reply{} within {} ms", who(), about("for ", facts.object), in_ms(facts.timeout));
+  auto text =
+      fmt::format("{}: no mailbox reply{} within {} ms", who(), about("for ", facts.object), in_ms(facts.timeout));
+  if (facts.dropped != 0) {
+    text += fmt::format("; {} dropped, with the counter and content of the previous message",
+                        facts.dropped == 1 ? "1 reply was" : fmt::format("{} replies were", facts.dropped));
+  }
+  return text;
 }
 
 std::string Sentence::operator()(const facts::MailboxError& facts) const {

@@ -37,7 +37,8 @@ void MailExchange::begin(std::uint16_t position, MailboxRoom room) {
 
 MailboxDialogue::Reaction MailExchange::receive(std::span<const std::byte> service) {
   const bool coe = type() == wire::MailboxType::kCoe;
-  if (coe && is_emergency(service)) return Reaction::kForeign;
+  // The slave may ask the master for something meanwhile.
+  if (coe && (is_emergency(service) || wire::is_coe_request(service))) return Reaction::kForeign;
   kept_bytes_ += service.size() + kBytesPerMessage;
   if (kept_bytes_ > kLargest) {
     answers_ = tl::unexpected(Error{facts::MailboxMalformed{}, position_});

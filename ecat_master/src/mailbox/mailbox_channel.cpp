@@ -12,8 +12,14 @@ using Reaction = MailboxDialogue::Reaction;
 
 /// Time limit for the final message of a failed dialogue.
 constexpr auto kLeaveTime = std::chrono::milliseconds{100};
+/// A slave that takes an error reply as the occasion for its next request gets the next reply after this time.
+constexpr auto kRefusalPause = std::chrono::milliseconds{100};
 /// Slaves that answer an error reply with an error reply do so within this time.
 constexpr auto kEchoTime = std::chrono::milliseconds{20};
+
+/// A request without an answer is sent this often within the time-out of the answer, unless the slave has its own
+/// interval.
+constexpr int kRequestsPerTimeout = 4;
 
 /// Number of expected messages that always causes a read ahead.
 constexpr std::size_t kReadAheadCount = 2;
@@ -22,14 +28,16 @@ constexpr std::uint16_t bit_of(wire::MailboxType type) {
   return static_cast<std::uint16_t>(1U << (static_cast<unsigned>(type) & 0x0FU));
 }
 
-/// Tells a slave that the protocol of its message is unknown here.
+/// Tells a slave why its message is not processed, in the name of the slave that it addressed.
 class Refusal final : public MailboxDialogue {
  public:
-  Refusal() noexcept : MailboxDialogue(wire::MailboxType::kError, 0) {
-    wire::MailboxErrorReply{wire::MailboxErrorCode::kUnsupportedProtocol}.encode(service_);
+  Refusal(wire::MailboxErrorCode code, std::uint16_t source) noexcept
+      : MailboxDialogue(wire::MailboxType::kError, 0), source_(source) {
+    wire::MailboxErrorReply{code}.encode(service_);
   }
 
   void begin(std::uint16_t /*position*/, MailboxRoom /*room*/) override {}
+  [[nodiscard]] std::uint16_t source() const noexcept override { return source_; }
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return service_; }
   [[nodiscard]] bool awaits_answer() const noexcept override { return false; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> /*service*/) override { return Reaction::kForeign; }
@@ -37,6 +45,25 @@ class Refusal final : public MailboxDialogue {
 
  private:
   std::array<std::byte, wire::MailboxErrorReply::kSize> service_{};
+  std::uint16_t source_;
+};
+
+/// A message of another slave. A slave that does not take it costs the sender its answer, and nobody else anything.
+class ForwardedMail final : public MailboxDialogue {
+ public:
+  ForwardedMail(std::uint16_t source, wire::MailboxType type, std::span<const std::byte> service)
+      : MailboxDialogue(type, 0), service_(service.begin(), service.end()), source_(source) {}
+
+  void begin(std::uint16_t /*position*/, MailboxRoom /*room*/) override {}
+  [[nodiscard]] std::uint16_t source() const noexcept override { return source_; }
+  [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return service_; }
+  [[nodiscard]] bool awaits_answer() const noexcept override { return false; }
+  [[nodiscard]] Reaction receive(std::span<const std::byte> /*service*/) override { return Reaction::kForeign; }
+  void fail(const Error& /*error*/) override {}
+
+ private:
+  std::vector<std::byte> service_;
+  std::uint16_t source_;
 };
 
 }  // namespace
@@ -70,6 +97,20 @@ Error MailboxChannel::error(ErrorFacts facts) const noexcept {
 
 void MailboxChannel::submit(std::shared_ptr<MailboxDialogue> dialogue) {
   known_ |= bit_of(dialogue->type());
+  enqueue(std::move(dialogue));
+}
+
+std::optional<wire::MailboxErrorCode> MailboxChannel::send_for(std::uint16_t source, wire::MailboxType type,
+                                                               std::span<const std::byte> service) {
+  if (service.size() > max_service()) return wire::MailboxErrorCode::kInvalidSize;
+  const auto waiting =
+      std::count_if(queue_.begin(), queue_.end(), [](const auto& dialogue) { return dialogue->source() != 0; });
+  if (static_cast<std::size_t>(waiting) >= kMaxForwarded) return wire::MailboxErrorCode::kNoMoreMemory;
+  enqueue(std::make_shared<ForwardedMail>(source, type, service));
+  return std::nullopt;
+}
+
+void MailboxChannel::enqueue(std::shared_ptr<MailboxDialogue> dialogue) {
   // Insert behind the dialogues of the same and higher priorities.
   const auto place = std::find_if(queue_.begin(), queue_.end(),
                                   [&](const auto& other) { return other->priority() < dialogue->priority(); });
@@ -101,7 +142,8 @@ void MailboxChannel::finish(Finished& finished) {
   finished.push_back(std::move(active_));
   active_.reset();
   withdraw();
-  attempted_ = leaving_ = false;
+  attempted_ = leaving_ = again_ = false;
+  taken_ = dropped_ = 0;
   resume_at_.reset();
   error_reply_.reset();
 }
@@ -127,7 +169,8 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
   if (active_->outgoing().size() > max_service() || window_.out_length < wire::MailboxHeader::kSize) return false;
   withdraw();
   owed_ = true;
-  attempted_ = false;
+  attempted_ = again_ = false;
+  taken_ = dropped_ = 0;
   resume_at_.reset();
   error_reply_.reset();
   deadline_ = now + request_timeout();
@@ -138,11 +181,7 @@ bool MailboxChannel::load_outgoing(nanoseconds now) {
 void MailboxChannel::load_mail(nanoseconds now) {
   if (sender_ != Sender::kNone) return;
   if (owed_) {
-    const auto service = active_->outgoing();
-    std::copy(service.begin(), service.end(), writer_.blank().begin());
-    writer_.seal(active_->type(), active_->priority(), service.size());
-    sender_ = Sender::kDialogue;
-    owed_ = false;
+    load_request();
     return;
   }
   if (!stream_ || max_service() == 0) return;
@@ -150,6 +189,42 @@ void MailboxChannel::load_mail(nanoseconds now) {
   if (length == 0) return;
   writer_.seal(stream_->type(), 0, length);
   send_stream(now);
+}
+
+/// Puts the message of the dialogue into writer_.
+void MailboxChannel::load_request() {
+  const auto service = active_->outgoing();
+  std::copy(service.begin(), service.end(), writer_.blank().begin());
+  const auto seal = again_ ? &MailboxWriter::seal_again : &MailboxWriter::seal;
+  (writer_.*seal)(active_->type(), active_->priority(), service.size(), active_->source());
+  request_counter_ = writer_.counter();
+  sender_ = Sender::kDialogue;
+  owed_ = again_ = false;
+}
+
+nanoseconds MailboxChannel::repeat_interval() const noexcept {
+  return window_.timeouts.repeat.value_or(reply_timeout() / kRequestsPerTimeout);
+}
+
+/// Whether the slave has taken the request and left it without an answer until now. The mailbox must have been found
+/// empty, because an answer in it would belong to the first request.
+bool MailboxChannel::repeat_due(nanoseconds now) const noexcept {
+  if (!active_ || taken_ == 0 || sending() || leaving_ || resume_at_ || error_reply_) return false;
+  const bool due = repeat_interval().count() > 0 && now >= repeat_at_ && now < deadline_;
+  return due && active_->repeatable() && reader_.polled_empty();
+}
+
+/// Sends the request again. A slave that is only slow drops a message with the counter of its last one (ETG.1000.4
+/// 5.6), so it does not execute the request twice; that holds until the stream has sent another message. A slave that
+/// has lost the request may have noted its counter: before the time-out expires, the request gets a new one.
+void MailboxChannel::repeat(nanoseconds now) {
+  if (!repeat_due(now)) return;
+  const bool last = now + repeat_interval() >= deadline_;
+  repeat_at_ = now + repeat_interval();
+  if (!last && writer_.counter() != request_counter_) return;
+  again_ = !last;
+  owed_ = true;
+  ++statistics_.resent;
 }
 
 /// The message in writer_ belongs to the stream.
@@ -172,6 +247,7 @@ void MailboxChannel::start_next(nanoseconds now, Finished& finished) {
 void MailboxChannel::prepare(nanoseconds now, std::vector<Request>& batch, Finished& finished) {
   start_next(now, finished);
   resume(now, finished);
+  repeat(now);
   load_mail(now);
   turn_ = {};
   turn_.wrote = sender_ != Sender::kNone;
@@ -228,7 +304,7 @@ bool MailboxChannel::append_first_mail(nanoseconds now, std::vector<Request>& ba
   return true;
 }
 
-bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers, const Deliver& deliver,
+bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers, const Outlets& outlets,
                               Finished& finished) {
   const auto turn = std::exchange(turn_, std::exchange(ahead_, {}));
   bool progress = false;
@@ -237,7 +313,7 @@ bool MailboxChannel::evaluate(nanoseconds now, std::span<const Request> answers,
   if (turn.fetched) {
     const auto& answer = answers[next];
     const auto found = turn.ahead ? reader_.take_ahead(now, *turn.ahead, answer) : reader_.take(now, answer);
-    progress = take_found(now, found, deliver, finished) || progress;
+    progress = take_found(now, found, outlets, finished) || progress;
   }
   check_deadlines(now, finished);
   return progress;
@@ -257,22 +333,24 @@ bool MailboxChannel::take_written(nanoseconds now, const Request& answer, Finish
     stream_echo_until_ = now + kEchoTime;
     return true;
   }
-  deadline_ = now + reply_timeout();
+  // The time-out starts with the first of equal requests.
+  if (taken_++ == 0) deadline_ = now + reply_timeout();
+  repeat_at_ = now + repeat_interval();
   if (active_->type() == wire::MailboxType::kError) echo_until_ = now + kEchoTime;
   if (leaving_ || !active_->awaits_answer()) finish(finished);
   return true;
 }
 
-bool MailboxChannel::take_found(nanoseconds now, MailboxReader::Found found, const Deliver& deliver,
+bool MailboxChannel::take_found(nanoseconds now, MailboxReader::Found found, const Outlets& outlets,
                                 Finished& finished) {
-  if (found == MailboxReader::Found::kMail) take_mail(now, deliver, finished);
+  if (found == MailboxReader::Found::kMail) take_mail(now, outlets, finished);
   if (found == MailboxReader::Found::kSilence) {
     fail_all(error(facts::WorkingCounter{.address = MailboxReader::status_register()}), finished);
   }
   return found == MailboxReader::Found::kMail || found == MailboxReader::Found::kStep;
 }
 
-void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished& finished) {
+void MailboxChannel::take_mail(nanoseconds now, const Outlets& outlets, Finished& finished) {
   // More messages may follow.
   poll_now();
   const auto header = wire::MailboxHeader::decode(reader_.mail());
@@ -281,27 +359,84 @@ void MailboxChannel::take_mail(nanoseconds now, const Deliver& deliver, Finished
     if (active_ && attempted_) finish(finished, error(facts::MailboxMalformed{}));
     return;
   }
-  // A repeated message has the same counter again (0 is not counted).
-  if (header->counter != 0 && header->counter == last_received_) return;
+  const auto mail = reader_.mail().first(wire::MailboxHeader::kSize + header->length);
+  const auto novelty = compare(*header, mail);
+  const bool repetition = novelty == Novelty::kRepetition;
+  const bool believed = repetition && awaits(header->type) && believes_repetition();
   last_received_ = header->counter;
+  last_repeated_ = reader_.repeated();
+  if (repetition && !believed) {
+    ++statistics_.repetitions;
+    if (active_ && attempted_) ++dropped_;
+    return;
+  }
+  last_mail_.assign(mail.begin(), mail.end());
+  uncounted_ = uncounted_ || novelty == Novelty::kSameCounter;
   ++statistics_.received;
-  const auto service = reader_.mail().subspan(wire::MailboxHeader::kSize, header->length);
+  const auto service = mail.subspan(wire::MailboxHeader::kSize);
+  if (forward(now, *header, service, outlets)) return;
   if (header->type == wire::MailboxType::kError) {
     take_error(now, service, finished);
     return;
   }
-  const bool mine = active_ && attempted_ && !leaving_ && header->type == active_->type();
-  const auto reaction = mine ? active_->receive(service) : Reaction::kForeign;
+  const auto reaction = awaits(header->type) ? active_->receive(service) : Reaction::kForeign;
   if (reaction == Reaction::kForeign) {
-    pass_on(now, header->type, service, deliver);
+    if (!repetition) {
+      pass_on(now, *header, service, outlets);
+    } else {
+      ++statistics_.repetitions;
+    }
     return;
+  }
+  if (novelty != Novelty::kNew) {
+    ++statistics_.same_counter;
+    uncounted_ = true;
   }
   react(now, reaction, finished);
 }
 
+/// A slave sends a message again only on request, with the same counter (ETG.1000.4 6.6.3); 0 is not counted. Some
+/// slaves never advance their counter: as soon as that is known, only a requested message can be a repetition.
+MailboxChannel::Novelty MailboxChannel::compare(const wire::MailboxHeader& header,
+                                                std::span<const std::byte> mail) const {
+  if (header.counter == 0 || header.counter != last_received_) return Novelty::kNew;
+  if (!std::equal(mail.begin(), mail.end(), last_mail_.begin(), last_mail_.end())) return Novelty::kSameCounter;
+  const bool requested = reader_.repeated() != last_repeated_;
+  return uncounted_ && !requested ? Novelty::kSameCounter : Novelty::kRepetition;
+}
+
+bool MailboxChannel::awaits(wire::MailboxType type) const noexcept {
+  return active_ && attempted_ && !leaving_ && type == active_->type();
+}
+
+/// A request that has been sent again may be answered with the same words again.
+bool MailboxChannel::believes_repetition() const noexcept {
+  return taken_ > 1 && reader_.repeated() == last_repeated_;
+}
+
+bool MailboxChannel::is_for_another(const wire::MailboxHeader& header) const noexcept {
+  return header.address != 0 && header.address != slave_.station;
+}
+
+/// Passes on a message whose header addresses another slave (ETG.1000.4 5.6), or refuses it. Returns false when there
+/// is no such slave: the address may be wrong and the message the answer to a request of the master.
+bool MailboxChannel::forward(nanoseconds now, const wire::MailboxHeader& header, std::span<const std::byte> service,
+                             const Outlets& outlets) {
+  if (!is_for_another(header)) return false;
+  const auto done = outlets.forward(slave_, header, service);
+  if (done && !*done) return false;
+  if (done) {
+    ++statistics_.forwarded;
+  } else {
+    refuse_request(now, header, done.error());
+  }
+  return true;
+}
+
 /// Handles a message that no dialogue requested.
-void MailboxChannel::pass_on(nanoseconds now, wire::MailboxType type, std::span<const std::byte> service,
-                             const Deliver& deliver) {
+void MailboxChannel::pass_on(nanoseconds now, const wire::MailboxHeader& header, std::span<const std::byte> service,
+                             const Outlets& outlets) {
+  const auto type = header.type;
   const bool streamed = stream_ && type == stream_->type();
   if (streamed) {
     stream_moved_until_ = now + settings_.stream_poll;
@@ -309,7 +444,15 @@ void MailboxChannel::pass_on(nanoseconds now, wire::MailboxType type, std::span<
   } else {
     ++statistics_.unclaimed;
   }
-  if (!deliver(slave_, type, service) && (known_ & bit_of(type)) == 0) refuse(type);
+  const auto obstacle = outlets.deliver(slave_, type, service);
+  if (!obstacle) return;
+  if (is_for_another(header)) {
+    refuse_request(now, header, wire::MailboxErrorCode::kInvalidHeader);
+  } else if (*obstacle != wire::MailboxErrorCode::kUnsupportedProtocol) {
+    refuse_request(now, header, *obstacle);
+  } else if ((known_ & bit_of(type)) == 0) {
+    refuse(type);
+  }
 }
 
 /// Refuses each protocol once: a slave that continues has not understood.
@@ -317,7 +460,15 @@ void MailboxChannel::refuse(wire::MailboxType type) {
   ++statistics_.refused;
   if ((refused_ & bit_of(type)) != 0) return;
   refused_ |= bit_of(type);
-  submit(std::make_shared<Refusal>());
+  submit(std::make_shared<Refusal>(wire::MailboxErrorCode::kUnsupportedProtocol, std::uint16_t{0}));
+}
+
+/// Answers a request of the slave that cannot be served or forwarded. An error reply has no answer.
+void MailboxChannel::refuse_request(nanoseconds now, const wire::MailboxHeader& header, wire::MailboxErrorCode code) {
+  ++statistics_.refused;
+  if (header.type == wire::MailboxType::kError || now < next_refusal_) return;
+  next_refusal_ = now + kRefusalPause;
+  submit(std::make_shared<Refusal>(code, header.address));
 }
 
 /// Continues after the pause that a busy slave requested.
@@ -384,7 +535,8 @@ void MailboxChannel::check_deadlines(nanoseconds now, Finished& finished) {
   }
   ++statistics_.timeouts;
   const bool taken = !sending();
-  active_->fail(error(facts::MailboxTimeout{.timeout = !taken ? request_timeout() : reply_timeout()}));
+  active_->fail(error(facts::MailboxTimeout{.timeout = taken_ == 0 && !taken ? request_timeout() : reply_timeout(),
+                                            .dropped = dropped_}));
   leaving_ = true;
   if (taken && active_->takes_leave() && load_outgoing(now)) {
     deadline_ = now + kLeaveTime;

@@ -186,13 +186,17 @@ void MailboxEngine::prepare(std::chrono::nanoseconds now, MailboxChannel::Finish
 
 bool MailboxEngine::evaluate(const Batch& batch, MailboxChannel::Finished& finished) {
   const auto now = bus_.exchange().now();
-  const auto hand_out = [this](SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
-    return deliver(slave, type, service);
-  };
+  const MailboxChannel::Outlets outlets{
+      [this](SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
+        return deliver(slave, type, service);
+      },
+      [this](SlaveRef from, const wire::MailboxHeader& header, std::span<const std::byte> service) {
+        return forward(from, header, service);
+      }};
   bool progress = false;
   for (const auto& part : batch.parts) {
     const auto answers = std::span<const Request>(batch.requests).subspan(part.first, part.count);
-    progress = part.channel->evaluate(now, answers, hand_out, finished) || progress;
+    progress = part.channel->evaluate(now, answers, outlets, finished) || progress;
   }
   return progress;
 }
@@ -207,10 +211,23 @@ void MailboxEngine::lose_begun(MailboxChannel::Finished& finished) {
   begun_.clear();
 }
 
-bool MailboxEngine::deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service) {
+std::optional<wire::MailboxErrorCode> MailboxEngine::deliver(SlaveRef slave, wire::MailboxType type,
+                                                             std::span<const std::byte> service) {
   const auto handler = handlers_.find(type);
-  if (handler == handlers_.end()) return false;
+  if (handler == handlers_.end()) return wire::MailboxErrorCode::kUnsupportedProtocol;
+  if (handler->second->is_request(service)) return wire::MailboxErrorCode::kServiceNotSupported;
   handler->second->receive(slave, service, bus_.exchange().now());
+  return std::nullopt;
+}
+
+tl::expected<bool, wire::MailboxErrorCode> MailboxEngine::forward(SlaveRef from, const wire::MailboxHeader& header,
+                                                                  std::span<const std::byte> service) {
+  const auto to = std::find_if(channels_.begin(), channels_.end(),
+                               [&](const auto& channel) { return channel.second.slave().station == header.address; });
+  if (to == channels_.end()) return false;
+  if (const auto obstacle = to->second.send_for(from.station, header.type, service)) {
+    return tl::unexpected(*obstacle);
+  }
   return true;
 }
 

@@ -22,10 +22,16 @@ std::span<std::byte> MailboxWriter::blank(std::size_t mail) {
   return std::span(mails_.at(mail)).last(room());
 }
 
-void MailboxWriter::seal(wire::MailboxType type, std::uint8_t priority, std::size_t length) {
+void MailboxWriter::seal(wire::MailboxType type, std::uint8_t priority, std::size_t length, std::uint16_t source) {
   counter_ = wire::next_mailbox_counter(counter_);
+  seal_again(type, priority, length, source);
+}
+
+void MailboxWriter::seal_again(wire::MailboxType type, std::uint8_t priority, std::size_t length,
+                               std::uint16_t source) {
   wire::MailboxHeader header;
   header.length = static_cast<std::uint16_t>(length);
+  header.address = source;
   header.priority = priority;
   header.type = type;
   header.counter = counter_;

@@ -98,6 +98,8 @@ Result<void> Master::check_joining_slave(std::size_t slave) {
     arrived.eeprom = std::move(arrived.info.description);
     arrived.info.description = merge_description(*arrived.eeprom, *one.plan.esi);
   }
+  arrived.info.description.eeprom_to_application =
+      one.plan.eeprom_to_application.value_or(arrived.info.description.eeprom_to_application);
   const auto reserved = make_demand(one);
   const auto wanted = make_demand(arrived);
   if (!wanted) return tl::unexpected(wanted.error());
@@ -167,6 +169,7 @@ Result<void> Master::reconfigure(std::size_t slave, std::chrono::nanoseconds sta
   } else if (*window) {
     engine_.open(one.info.ref, **window);
   }
+  if (auto done = hand_over_eeproms(bus_, {&one.info, 1}); !done) return done;
   if (auto done = change_state(bus_, ref, AlState::kPreOp, state_timeout); !done) return done;
   StartupNotes notes;
   auto configured = write_startup_sdos(engine_, {&one, 1}, AlState::kSafeOp, notes);

@@ -5,6 +5,7 @@
 
 #include "bus/poll_timeout.hpp"
 #include "driveline/wire/sii_access.hpp"
+#include "sii/sii_ownership.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -262,18 +263,6 @@ class Reading {
   std::optional<Error> failure_;
 };
 
-Result<void> take_interface(Bus& bus) {
-  // Forced take-over, then hand-over to EtherCAT (ETG.1000.4 6.4.3): a previous master may have left it assigned to the
-  // PDI.
-  for (const std::uint8_t value : {sii::kConfigForceEcat, std::uint8_t{0}}) {
-    const auto data = wire::to_le_bytes(value);
-    if (auto done = bus.broadcast_write(wire::reg::kSiiConfiguration.address, data); !done) {
-      return tl::unexpected(done.error());
-    }
-  }
-  return {};
-}
-
 /// One round for all incomplete readings.
 Result<void> read_on(Bus& bus, std::span<Reading*> active) {
   std::vector<Request> requests;
@@ -288,7 +277,8 @@ Result<void> read_on(Bus& bus, std::span<Reading*> active) {
 }  // namespace
 
 Result<std::vector<Result<std::vector<std::byte>>>> read_sii(Bus& bus, std::span<const SlaveRef> slaves) {
-  if (auto taken = take_interface(bus); !taken) return tl::unexpected(taken.error());
+  const auto owned = take_from_applications(bus, slaves);
+  if (!owned) return tl::unexpected(owned.error());
   std::vector<Reading> readings;
   for (const auto& slave : slaves) readings.emplace_back(slave, bus.exchange().now());
   for (;;) {
@@ -304,6 +294,8 @@ Result<std::vector<Result<std::vector<std::byte>>>> read_sii(Bus& bus, std::span
     images.push_back(reading.take());
     if (images.back()) bus.sii_cache().keep(*images.back());
   }
+  // Only a slave that no longer answers gets nothing back; its images are right nevertheless.
+  static_cast<void>(give_to_applications(bus, *owned));
   return images;
 }
 

@@ -6,6 +6,7 @@
 #include "bus/poll_timeout.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/wire/sii_access.hpp"
+#include "sii/sii_ownership.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -29,16 +30,20 @@ std::uint16_t narrow(std::size_t word) {
   return static_cast<std::uint16_t>(word);
 }
 
-/// The EEPROM interface of a slave (ETG.1000.4 6.4).
+/// The EEPROM interface of a slave (ETG.1000.4 6.4). Returns it to the application if that had it before.
 class SiiInterfaceAccess {
  public:
   SiiInterfaceAccess(Bus& bus, SlaveRef slave) : bus_(bus), slave_(slave) {}
+  SiiInterfaceAccess(const SiiInterfaceAccess&) = delete;
+  SiiInterfaceAccess& operator=(const SiiInterfaceAccess&) = delete;
+  // A slave that does not answer now has lost the interface anyway.
+  ~SiiInterfaceAccess() { static_cast<void>(give_to_applications(bus_, owned_)); }
 
-  /// Forced take-over, then hand-over to EtherCAT: a previous master may have left it assigned to the application.
+  /// Takes the interface from the application.
   Result<void> take() {
-    for (const std::uint8_t value : {sii::kConfigForceEcat, std::uint8_t{0}}) {
-      if (auto done = bus_.write(slave_, wire::reg::kSiiConfiguration, value); !done) return done;
-    }
+    auto owned = take_from_applications(bus_, {&slave_, 1});
+    if (!owned) return tl::unexpected(owned.error());
+    owned_.insert(owned_.end(), owned->begin(), owned->end());
     return {};
   }
 
@@ -112,6 +117,7 @@ class SiiInterfaceAccess {
 
   Bus& bus_;
   SlaveRef slave_;
+  std::vector<SlaveRef> owned_;  ///< this slave, if its application had the interface
 };
 
 Result<std::vector<std::byte>> read_range(SiiInterfaceAccess& access, std::size_t first, std::size_t count) {

@@ -60,6 +60,11 @@ void SoeLog::receive(SlaveRef slave, std::span<const std::byte> service, std::ch
   records_.push_back({slave.position, header->drive, now, *message});
 }
 
+bool SoeLog::is_request(std::span<const std::byte> service) const noexcept {
+  const auto header = SoeHeader::decode(service);
+  return header && (header->op_code == SoeOpCode::kReadRequest || header->op_code == SoeOpCode::kWriteRequest);
+}
+
 std::vector<SoeRecord> SoeLog::take() {
   const std::scoped_lock lock(mutex_);
   std::vector<SoeRecord> records(records_.begin(), records_.end());

@@ -73,9 +73,9 @@ ecat_master::WatchdogPlan read_watchdogs(TomlReader reader) {
 
 ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::MailboxTimeouts& mailbox) {
   ecat_master::StateTimeouts timeouts;
-  auto read = [&reader](std::string_view key, auto& limit) {
+  auto read = [&reader](std::string_view key, auto& limit, std::int64_t shortest_ms = 1) {
     constexpr std::int64_t kLongestMs = 600'000;
-    if (reader.has(key)) limit = std::chrono::milliseconds{reader.integer(key, 1, kLongestMs)};
+    if (reader.has(key)) limit = std::chrono::milliseconds{reader.integer(key, shortest_ms, kLongestMs)};
   };
   read("preop_ms", timeouts.to_pre_op);
   read("safeop_ms", timeouts.to_safe_op);
@@ -84,6 +84,7 @@ ecat_master::StateTimeouts read_timeouts(TomlReader reader, ecat_master::Mailbox
   read("back_to_safeop_ms", timeouts.back_to_safe_op);
   read("mailbox_request_ms", mailbox.request);
   read("mailbox_response_ms", mailbox.response);
+  read("mailbox_repeat_ms", mailbox.repeat, 0);
   reader.finish();
   return timeouts;
 }
@@ -182,6 +183,9 @@ SlavePlanConfig read_slave_plan(TomlReader& slave) {
   if (config.alias && config.device_id)
     slave.fail("device_id", "is set together with alias: only one of them is expected");
   if (slave.has("lrw")) config.lrw = slave.boolean_or("lrw", true);
+  if (slave.has("eeprom_to_application")) {
+    config.eeprom_to_application = slave.boolean_or("eeprom_to_application", true);
+  }
   read_hot_connect(slave, config);
   config.watchdog = read_watchdogs(slave.table("watchdog"));
   config.timeouts = read_timeouts(slave.table("timeouts"), config.mailbox_timeouts);
@@ -202,6 +206,7 @@ void SlavePlanConfig::apply(ecat_master::SlavePlan& plan) const {
   plan.hot_connect = hot_connect;
   plan.behind = behind;
   plan.lrw = lrw;
+  plan.eeprom_to_application = eeprom_to_application;
   plan.watchdog = watchdog;
   plan.timeouts = timeouts;
   plan.mailbox_timeouts = mailbox_timeouts;

@@ -69,6 +69,7 @@ void MailboxServer::request(std::span<const std::byte> mailbox) {
   }
   Request& slot = queue_[(head_ + count_++) % kQueueDepth];
   slot.error.reset();
+  slot.header = {};
   slot.length = 0;
   const auto header = MailboxHeader::decode(mailbox);
   if (!header) {
@@ -92,33 +93,35 @@ MailboxProtocol* MailboxServer::protocol(MailboxType type) const noexcept {
   return found == protocols_.end() ? nullptr : *found;
 }
 
-std::size_t MailboxServer::send(MailboxType type, std::size_t length, std::span<std::byte> out) {
+std::size_t MailboxServer::send(MailboxType type, std::size_t length, std::uint16_t address, std::span<std::byte> out) {
   counter_ = wire::next_mailbox_counter(counter_);
   MailboxHeader header;
   header.length = static_cast<std::uint16_t>(length);
+  header.address = address;
   header.type = type;
   header.counter = counter_;
   header.encode(out.first<MailboxHeader::kSize>());
   return MailboxHeader::kSize + length;
 }
 
-std::size_t MailboxServer::send_error(MailboxErrorCode code, std::span<std::byte> out) {
+std::size_t MailboxServer::send_error(MailboxErrorCode code, std::uint16_t address, std::span<std::byte> out) {
   if (out.size() < MailboxHeader::kSize + wire::MailboxErrorReply::kSize) return 0;
   wire::MailboxErrorReply{code}.encode(out.subspan<MailboxHeader::kSize, wire::MailboxErrorReply::kSize>());
-  return send(MailboxType::kError, wire::MailboxErrorReply::kSize, out);
+  return send(MailboxType::kError, wire::MailboxErrorReply::kSize, address, out);
 }
 
 std::size_t MailboxServer::answer(const Request& request, wire::AlState state, std::span<std::byte> out) {
-  if (request.error) return send_error(*request.error, out);
+  const auto address = request.header.address;
+  if (request.error) return send_error(*request.error, address, out);
   // The master could not process a message; a mailbox error as answer would only repeat that.
   if (request.header.type == MailboxType::kError) return 0;
   auto* handler = protocol(request.header.type);
   const bool served = state != wire::AlState::kBootstrap || request.header.type == MailboxType::kFoe;
-  if (handler == nullptr || !served) return send_error(MailboxErrorCode::kUnsupportedProtocol, out);
+  if (handler == nullptr || !served) return send_error(MailboxErrorCode::kUnsupportedProtocol, address, out);
   const MailboxRequest asked{std::span(request.data).first(request.length), request.room, state};
   const auto length = handler->request(asked, out.subspan(MailboxHeader::kSize));
-  if (!length) return send_error(length.error(), out);
-  return *length == 0 ? 0 : send(handler->type(), *length, out);
+  if (!length) return send_error(length.error(), address, out);
+  return *length == 0 ? 0 : send(handler->type(), *length, address, out);
 }
 
 /// Sends an unsolicited message, of the endless() protocols or of the other ones.
@@ -128,7 +131,7 @@ std::size_t MailboxServer::say_unasked(bool endless, std::span<std::byte> out) {
     const auto length = handler->unsolicited(out.subspan(MailboxHeader::kSize));
     if (length == 0) continue;
     endless_next_ = !endless;
-    return send(handler->type(), length, out);
+    return send(handler->type(), length, 0, out);
   }
   return 0;
 }

@@ -8,6 +8,7 @@ void EditedDevice::mailbox_request(std::span<const std::byte> mailbox) {
   if (hears) hears(mailbox);
   std::vector<std::byte> received(mailbox.begin(), mailbox.end());
   if (changes_request) changes_request(received);
+  if (swallows && swallows(received)) return;
   inner_->mailbox_request(received);
 }
 

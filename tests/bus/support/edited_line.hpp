@@ -52,6 +52,8 @@ class EditedDevice final : public slaves::Device {
   std::function<void(std::span<const std::byte> mailbox)> hears;
   /// Called at each change of state; returns why the device refuses it.
   std::function<wire::AlStatusCode(wire::AlState from, wire::AlState to)> judges;
+  /// Whether a mailbox message of the master is lost in the slave.
+  std::function<bool(std::span<const std::byte> mailbox)> swallows;
   /// Changes an answer before it is sent; returns its new length.
   std::function<std::size_t(std::span<std::byte> out, std::size_t length)> changes_answer;
 

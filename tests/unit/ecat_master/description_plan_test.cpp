@@ -105,6 +105,23 @@ TEST(DescriptionPlan, ThePlanGoesBeforeTheFile) {
   EXPECT_THAT(written, ElementsAre(0x8002, 0x8000, 0x8001, 0x9000)) << "the file's first, in the order of the way up";
 }
 
+TEST(DescriptionPlan, TheApplicationGetsTheEepromAsPlannedElseAsTheFileSays) {
+  for (const bool in_file : {true, false}) {
+    for (const std::optional<bool> planned : {std::optional<bool>{}, std::optional{true}, std::optional{false}}) {
+      auto slave = slave_with_file();
+      auto file = device();
+      file.eeprom_to_application = in_file;
+      slave.plan.esi = std::make_shared<const esi::DeviceDescription>(file);
+      slave.plan.eeprom_to_application = planned;
+      apply_description(slave);
+      EXPECT_EQ(slave.info.description.eeprom_to_application, planned.value_or(in_file));
+      slave.plan.esi = nullptr;
+      apply_description(slave);
+      EXPECT_EQ(slave.info.description.eeprom_to_application, planned.value_or(false)) << "without the file";
+    }
+  }
+}
+
 TEST(DescriptionPlan, WithoutAFileTheEepromIsInForceAgain) {
   auto slave = slave_with_file();
   apply_description(slave);

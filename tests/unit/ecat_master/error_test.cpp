@@ -114,6 +114,13 @@ const Case kOfSlaves[] = {
      "slave 2: answered object 1018h:04 with mailbox error 0x0002 (unsupported protocol)"},
     {{facts::MailboxError{.code = 0xCAFE}, 2}, "slave 2: answered with mailbox error 0xCAFE (unknown mailbox error)"},
     {{facts::MailboxTimeout{.timeout = std::chrono::seconds{2}}, 2}, "slave 2: no mailbox reply within 2000 ms"},
+    {{facts::MailboxTimeout{.object = {0x60C2, 2}, .timeout = std::chrono::seconds{2}, .dropped = 1}, 2},
+     "slave 2: no mailbox reply for object 60C2h:02 within 2000 ms; 1 reply was dropped, with the counter and content "
+     "of "
+     "the previous message"},
+    {{facts::MailboxTimeout{.timeout = std::chrono::milliseconds{250}, .dropped = 3}, 2},
+     "slave 2: no mailbox reply within 250 ms; 3 replies were dropped, with the counter and content of the previous "
+     "message"},
     {{facts::MailboxMalformed{}, 2}, "slave 2: sent a malformed mailbox"},
     {{facts::MailboxMalformed{{0x1018, 4}}, 2}, "slave 2: sent a malformed mailbox for object 1018h:04"},
     {{facts::SdoAbort{.object = {0x1600, 1}, .code = wire::SdoAbort::kNotMappable}, 0},

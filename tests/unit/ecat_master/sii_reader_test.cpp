@@ -49,6 +49,9 @@ class Eeprom final : public DatagramExchange {
   std::size_t away_rounds = 0;
   std::size_t rounds = 0;
   std::size_t datagrams = 0;
+  /// Register 0x0500, and what was written into it.
+  std::byte owner{0};
+  std::vector<std::byte> owners{};
   /// Simulates what an earlier reader has left on the interface: an address, and unrelated data.
   void leave_from_before(std::uint32_t shown, std::uint16_t rubbish) {
     word_ = shown;
@@ -70,6 +73,11 @@ class Eeprom final : public DatagramExchange {
         if (takes == Takes::kAtOnce) start(*std::exchange(shadow, std::nullopt));
       } else if (request.command == wire::Command::kFprd && request.address.ado() == 0x0502) {
         show(request.data);
+      } else if (request.command == wire::Command::kFprd && request.address.ado() == 0x0500) {
+        request.data[0] = owner;
+      } else if (request.command == wire::Command::kFpwr && request.address.ado() == 0x0500) {
+        owner = request.data[0];
+        owners.push_back(owner);
       }
     }
     if (shadow) start(*shadow);
@@ -120,6 +128,17 @@ TEST(SiiReader, ReadsUpToTheEndMarkerAndNotTheWholeEeprom) {
   ASSERT_GE(image->size(), 2 * (end + 1));
   EXPECT_LT(image->size(), 2 * (end + 1 + 4));
   EXPECT_EQ(*image, eeprom.bytes(image->size() / 2));
+}
+
+TEST(SiiReader, TakesTheInterfaceFromTheApplicationAndReturnsIt) {
+  Eeprom held(4);
+  held.owner = std::byte{1};
+  ASSERT_TRUE(read(held));
+  // ETG.1000.4 6.4.3: 2 forces the application out, 0 is EtherCAT, 1 the application.
+  EXPECT_THAT(held.owners, testing::ElementsAre(std::byte{2}, std::byte{0}, std::byte{1}));
+  Eeprom ours(4);
+  ASSERT_TRUE(read(ours));
+  EXPECT_THAT(ours.owners, testing::ElementsAre(std::byte{2}, std::byte{0}));
 }
 
 TEST(SiiReader, ReadsABlankDirectory) {

@@ -74,6 +74,7 @@ class Eeprom final : public DatagramExchange {
  private:
   void write(std::uint16_t address, std::span<const std::byte> data) {
     if (address == 0x0500) {
+      if (data[0] == std::byte{1}) application_owns = true;
       if (data[0] == std::byte{2}) application_owns = false;
       return;
     }
@@ -100,6 +101,10 @@ class Eeprom final : public DatagramExchange {
   }
 
   void read(std::uint16_t address, std::span<std::byte> data) {
+    if (address == 0x0500) {
+      data[0] = application_owns ? std::byte{1} : std::byte{0};
+      return;
+    }
     ASSERT_EQ(address, 0x0502);
     const bool busy = busy_for_ever || polls_left_ > 0;
     if (polls_left_ > 0) --polls_left_;
@@ -134,6 +139,21 @@ TEST(SiiWriter, WritesOnlyWhatDiffersAndKeepsTheRest) {
   EXPECT_EQ(report->words_changed, 2U);
   EXPECT_EQ(report->words_unchanged, 62U);
   EXPECT_EQ(report->previous, before);
+}
+
+TEST(SiiWriter, ReturnsTheInterfaceToTheApplicationThatHadIt) {
+  for (const bool owned : {true, false}) {
+    Eeprom eeprom(64);
+    eeprom.application_owns = owned;
+    Bus bus(eeprom);
+    ASSERT_TRUE(write_sii(bus, kSlave, changed(eeprom, {20})));
+    EXPECT_EQ(eeprom.application_owns, owned);
+    ASSERT_TRUE(read_sii_words(bus, kSlave, 3, 5));
+    EXPECT_EQ(eeprom.application_owns, owned);
+    eeprom.dead_words = {30};
+    ASSERT_FALSE(write_sii(bus, kSlave, changed(eeprom, {30})));
+    EXPECT_EQ(eeprom.application_owns, owned) << "also after a failure";
+  }
 }
 
 TEST(SiiWriter, ChecksumIsInvalidFromTheFirstWordToTheLast) {

@@ -417,6 +417,14 @@ TEST(SoeLog, KeepsNotificationsAndEmergenciesInWords) {
   EXPECT_TRUE(log.take().empty());
 }
 
+TEST(SoeLog, TellsRequestsOfADriveFromMessages) {
+  const SoeLog log;
+  for (const auto* request : {"0140 1100", "0340 1100 05"}) EXPECT_TRUE(log.is_request(hex(request))) << request;
+  for (const auto* other : {"0240 1100 01", "0440 1100", "0501 6300 0300", "4600 0000 30810A0102030405", "01"}) {
+    EXPECT_FALSE(log.is_request(hex(other))) << other;
+  }
+}
+
 TEST(SoeLog, DropsTheOldestAndCountsIt) {
   SoeLog log;
   for (std::size_t i = 0; i <= SoeLog::kMaxRecords; ++i) {

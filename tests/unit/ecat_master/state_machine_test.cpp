@@ -28,6 +28,8 @@ class AlRegisters final : public DatagramExchange {
     bool never_clears = false;          ///< keeps its error after an acknowledge
     AlStatusCode refuses = AlStatusCode::kNoError;
     std::vector<std::uint16_t> written{};
+    bool reads_eeprom = false;        ///< the application refuses a higher state without the EEPROM interface
+    std::vector<std::byte> owners{};  ///< values written to register 0x0500
   };
   explicit AlRegisters(std::uint16_t count) : slaves(count) {
     for (std::uint16_t i = 0; i < count; ++i) refs.push_back({i, static_cast<std::uint16_t>(0x1001 + i)});
@@ -44,7 +46,9 @@ class AlRegisters final : public DatagramExchange {
       auto& slave = slaves.at(request.address.adp() - 0x1001U);
       request.working_counter = slave.dead ? 0 : 1;
       if (slave.dead) continue;
-      if (request.command == wire::Command::kFpwr) {
+      if (request.command == wire::Command::kFpwr && request.address.ado() == 0x0500) {
+        slave.owners.push_back(request.data[0]);
+      } else if (request.command == wire::Command::kFpwr) {
         slave.written.push_back(wire::load_le<std::uint16_t>(request.data));
         pending_.emplace(now_ + slave.delay, &slave);
       } else {
@@ -73,6 +77,9 @@ class AlRegisters final : public DatagramExchange {
       if (control.state > slave.state && slave.refuses != AlStatusCode::kNoError) {
         slave.error = true;
         slave.code = slave.refuses;
+      } else if (control.state > slave.state && slave.reads_eeprom && slave.owners.empty()) {
+        slave.error = true;
+        slave.code = AlStatusCode::kEepromNoAccess;
       } else {
         slave.state = control.state;
       }
@@ -125,6 +132,27 @@ TEST(ChangeState, NamesAnErrorThatDoesNotGoAway) {
   EXPECT_EQ(done.error().slave, 1);
   EXPECT_EQ(refusal(done).code, wire::AlStatusCode::kPllError);
   EXPECT_LT(bench.registers.now(), milliseconds{200});
+}
+
+TEST(ChangeState, GivesTheEepromToAnApplicationThatRefusesWithoutIt) {
+  Bench bench(2);
+  bench.registers.slaves[1].reads_eeprom = true;
+  bench.registers.slaves[1].delay = milliseconds{7};
+  ASSERT_TRUE(bench.change(AlState::kPreOp));
+  EXPECT_EQ(bench.registers.slaves[1].state, AlState::kPreOp);
+  EXPECT_THAT(bench.registers.slaves[1].owners, testing::ElementsAre(std::byte{1}));
+  EXPECT_THAT(bench.registers.slaves[1].written, testing::ElementsAre(0x0002, 0x0011, 0x0002));
+  EXPECT_TRUE(bench.registers.slaves[0].owners.empty());
+  EXPECT_THAT(bench.registers.slaves[0].written, testing::ElementsAre(0x0002));
+}
+
+TEST(ChangeState, NamesASlaveThatCannotReadItsEepromEither) {
+  Bench bench(1);
+  bench.registers.slaves[0].refuses = AlStatusCode::kEepromNoAccess;
+  const auto done = bench.change(AlState::kPreOp);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(refusal(done).code, AlStatusCode::kEepromNoAccess);
+  EXPECT_THAT(bench.registers.slaves[0].owners, testing::ElementsAre(std::byte{1})) << "once";
 }
 
 TEST(ChangeState, NamesTheSlaveThatRefuses) {

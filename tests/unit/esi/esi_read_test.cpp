@@ -226,6 +226,21 @@ TEST(ReadEsi, TextsInIso8859BecomeUtf8) {
             "e");
 }
 
+TEST(ReadEsi, EepromThatTheApplicationReads) {
+  EXPECT_FALSE(vendor_file().devices.at(0).eeprom_to_application);
+  for (const auto& [attribute, expected] :
+       {std::pair{"AssignToPdi=\"1\"", true}, std::pair{"AssignToPdi=\"true\"", true},
+        std::pair{"AssignToPdi=\"0\"", false}}) {
+    const auto file =
+        read_esi("<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices><Device><Type/><Eeprom " +
+                     std::string(attribute) +
+                     "><ByteSize>2048</ByteSize></Eeprom></Device></Devices></Descriptions></EtherCATInfo>",
+                 "f.xml");
+    ASSERT_TRUE(file) << attribute;
+    EXPECT_EQ(file->devices.at(0).eeprom_to_application, expected) << attribute;
+  }
+}
+
 TEST(ReadEsi, CompleteEepromImage) {
   std::string data = "0102030405060708090A0B0C0D0E" + std::string(2 * 26, '0') + "0010200000113000";
   const auto file = read_esi(

@@ -118,6 +118,14 @@ TEST(WriteEsi, WhatAMasterNeedsReadsBackEqual) {
   EXPECT_EQ(read_esi(write_esi({device}), "written.xml").value().devices.at(0), device);
 }
 
+TEST(WriteEsi, EepromThatTheApplicationReadsReadsBackEqual) {
+  auto device = sample_device();
+  device.eeprom_to_application = true;
+  const auto xml = write_esi({device});
+  EXPECT_THAT(xml, HasSubstr("<Eeprom AssignToPdi=\"1\">"));
+  EXPECT_TRUE(read_esi(xml, "f.xml").value().devices.at(0).eeprom_to_application);
+}
+
 TEST(WriteEsi, RandomDevicesReadBackEqual) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE(seed);

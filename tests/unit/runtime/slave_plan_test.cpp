@@ -48,7 +48,8 @@ TEST(SlavePlan, IdentityHasRules) {
 TEST(SlavePlan, WatchdogsAndTimeLimits) {
   const auto plan = parsed(
       "[slave.watchdog]\nprocess_data_ms = 50\npdi_ms = 0\n[slave.timeouts]\npreop_ms = 1\nsafeop_ms = 2\nop_ms = 3\n"
-      "back_to_init_ms = 4\nback_to_safeop_ms = 5\n");
+      "back_to_init_ms = 4\nback_to_safeop_ms = 5\nmailbox_request_ms = 6\nmailbox_response_ms = 7\n"
+      "mailbox_repeat_ms = 0\n");
   EXPECT_EQ(plan.watchdog.divider, 2498);
   EXPECT_EQ(plan.watchdog.process_data, 500) << "increments of 100 us";
   EXPECT_EQ(plan.watchdog.pdi, 0);
@@ -57,6 +58,17 @@ TEST(SlavePlan, WatchdogsAndTimeLimits) {
   EXPECT_EQ(plan.timeouts.to_op, milliseconds{3});
   EXPECT_EQ(plan.timeouts.back_to_init, milliseconds{4});
   EXPECT_EQ(plan.timeouts.back_to_safe_op, milliseconds{5});
+  EXPECT_EQ(plan.mailbox_timeouts, (ecat_master::MailboxTimeouts{milliseconds{6}, milliseconds{7}, milliseconds{0}}));
+  EXPECT_FALSE(parsed("").mailbox_timeouts.repeat) << "a quarter of the time-out of the answer";
+}
+
+TEST(SlavePlan, TheApplicationGetsTheEepromWhenItSaysSo) {
+  EXPECT_EQ(parsed("eeprom_to_application = true\n").eeprom_to_application, true);
+  EXPECT_EQ(parsed("eeprom_to_application = false\n").eeprom_to_application, false);
+  EXPECT_FALSE(parsed("").eeprom_to_application);
+  ecat_master::SlavePlan plan;
+  parsed("eeprom_to_application = true\n").apply(plan);
+  EXPECT_EQ(plan.eeprom_to_application, true);
 }
 
 TEST(SlavePlan, WritesThatASlaveMayRefuse) {

@@ -64,9 +64,11 @@ struct StateTarget {
 [[nodiscard]] Result<std::vector<AlReport>> peek_states(Bus& bus);
 
 /// Requests `target` from all `slaves` at once, acknowledging errors first, and waits for each of them until its time
-/// limit, independently of the others. One result per slave: StateRefused with the AL status code of the last refusal,
-/// StateTimeout, WorkingCounter for a slave that does not answer several times in a row, or the error of the bus. A
-/// slave that reached the state after refusals (StateTarget::retries) is added to `notes`; null: to none.
+/// limit, independently of the others. A slave that refuses with AL status code 0x0050, because its application cannot
+/// read its EEPROM, gets the EEPROM interface and is asked once more. One result per slave: StateRefused with the AL
+/// status code of the last refusal, StateTimeout, WorkingCounter for a slave that does not answer several times in a
+/// row, or the error of the bus. A slave that reached the state after refusals (StateTarget::retries) is added to
+/// `notes`; null: to none.
 [[nodiscard]] std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves,
                                                       wire::AlState target, StartupNotes* notes = nullptr);
 

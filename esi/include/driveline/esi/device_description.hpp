@@ -183,6 +183,9 @@ struct DeviceDescription {
   std::vector<Object> objects;             ///< object dictionary, where it is described
   std::uint32_t eeprom_bytes = 2048;       ///< size of the EEPROM, 128 bytes to 8 MiB
   std::string eeprom_config_data_hex;      ///< first 14 bytes of the SII (ESC configuration area)
+  /// The application reads the EEPROM itself: it needs the EEPROM interface from PREOP on (ETG.2000,
+  /// Eeprom, attribute AssignToPdi). Not in the SII.
+  bool eeprom_to_application = false;
   bool operator==(const DeviceDescription&) const = default;
 };
 

@@ -24,6 +24,20 @@ TEST(MailboxServer, AnswersWithItsOwnCounterAndTheMastersAddress) {
   }
 }
 
+TEST(MailboxServer, AnswersWithTheAddressOfTheSlaveThatAsked) {
+  MailboxRig rig;
+  auto request = kReadByte;
+  request[2] = 0x03;
+  request[3] = 0x10;
+  rig.write(request);
+  EXPECT_THAT(rig.read(), ElementsAre(0x0A, 0, 0x03, 0x10, 0, 0x13, 0x00, 0x30, 0x4F, 0x00, 0x20, 0x00, 0x11, 0, 0, 0));
+  // VoE is not supported: mailbox error 2.
+  rig.write({0x02, 0, 0x04, 0x10, 0, 0x2F, 1, 2});
+  EXPECT_THAT(rig.read(), ElementsAre(4, 0, 0x04, 0x10, 0, 0x20, 1, 0, 2, 0));
+  rig.coe_server.raise({0x3210, 1, {}});
+  EXPECT_EQ(rig.read().at(2), 0U) << "an emergency is for the master";
+}
+
 TEST(MailboxServer, DropsARepeatedRequest) {
   MailboxRig rig;
   rig.write(kReadByte);

@@ -32,6 +32,9 @@ class EmergencyLog final : public MailboxProtocolHandler {
 
   /// Stores the message if it is an emergency.
   void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) override;
+  [[nodiscard]] bool is_request(std::span<const std::byte> service) const noexcept override {
+    return wire::is_coe_request(service);
+  }
   /// Stores an emergency; drops the oldest one of the slave when there are too many.
   void add(const EmergencyRecord& record);
   /// Removes and returns the emergencies of a slave, oldest first.

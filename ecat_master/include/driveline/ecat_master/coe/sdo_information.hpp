@@ -60,6 +60,8 @@ class SdoInformationQuery final : public MailboxDialogue {
 
   void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
+  /// The fragments of an answer would come twice.
+  [[nodiscard]] bool repeatable() const noexcept override { return !fragments_left_; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
   void fail(const Error& error) override;
 

@@ -43,6 +43,8 @@ class SdoTransfer : public MailboxDialogue {
   void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
   [[nodiscard]] bool awaits_answer() const noexcept override { return phase_ != Phase::kAborting; }
+  /// A segment is not: with the toggle bit of the last one it would end the transfer.
+  [[nodiscard]] bool repeatable() const noexcept override { return phase_ == Phase::kInitiate; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
   void fail(const Error& error) override;
   [[nodiscard]] bool takes_leave() override;

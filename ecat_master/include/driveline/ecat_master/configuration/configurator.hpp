@@ -61,6 +61,9 @@ struct SlavePlan {
   StateTimeouts timeouts;                  ///< time-outs of the slave's state changes
   StateRetries safe_op_retries;            ///< repeated requests of SAFEOP, from PREOP
   MailboxTimeouts mailbox_timeouts;
+  /// Gives the EEPROM interface to the application of the slave before PREOP; empty: as its ESI file says, else only
+  /// when the slave refuses a state because it cannot read its EEPROM (StateTarget).
+  std::optional<bool> eeprom_to_application{};
   std::vector<StartupSdo> startup_sdos;  ///< in the order of writing
   StartupNeeds needs;                    ///< which other writes a slave may refuse
   /// Mapping and assignment, written after the start-up SDOs; for PDOs without objects the slave's mapping is kept and
@@ -109,10 +112,16 @@ struct ConfiguredSlave {
 [[nodiscard]] Result<std::optional<MailboxWindow>> write_mailbox_channels(Bus& bus, const SlaveInfo& slave,
                                                                           const MailboxTimeouts& timeouts = {});
 
+/// In INIT: gives the EEPROM interface to the applications of those slaves whose description has
+/// eeprom_to_application. A later access of the master to an EEPROM takes it for its duration. Errors: those of the
+/// bus.
+[[nodiscard]] Result<void> hand_over_eeproms(Bus& bus, std::span<const SlaveInfo> slaves);
+
 /// Takes `slaves` (all or some of the line) to INIT, disables their FMMUs and sync managers, sets up sync managers 0
 /// and 1 of slaves with a mailbox (from their EEPROM) and takes them to PREOP. Returns one mailbox client per slave,
-/// null without a mailbox. `timeouts` and `mailbox_timeouts` are in the order of `slaves`. Errors: Sii* for a slave
-/// with an unusable EEPROM, State*, those of the bus.
+/// null without a mailbox. `timeouts` and `mailbox_timeouts` are in the order of `slaves`. Slaves whose description has
+/// eeprom_to_application get their EEPROM interface before PREOP. Errors: Sii* for a slave with an unusable EEPROM,
+/// State*, those of the bus.
 [[nodiscard]] Result<std::vector<std::unique_ptr<MailboxClient>>> enter_pre_op(
     MailboxEngine& engine, std::span<const SlaveInfo> slaves, std::span<const StateTimeouts> timeouts = {},
     std::span<const MailboxTimeouts> mailbox_timeouts = {});

@@ -67,8 +67,8 @@ struct LineDiagnosis {
   std::chrono::nanoseconds time{0};    ///< time of the diagnosis on the master's clock
   std::vector<SlaveDiagnosis> slaves;  ///< by position
   std::vector<FaultPlace> places;      ///< see locate_faults()
-  /// Further problems of the line, one sentence each: unusable EEPROMs, duplicate aliases; a caller that knows the
-  /// plans adds the differences.
+  /// Further problems of the line, one sentence each: unusable EEPROMs, duplicate aliases, repeated mailbox requests
+  /// and mailbox counters; a caller that knows the plans adds the differences.
   std::vector<std::string> problems;
   std::vector<ExchangeGroupDiagnosis> groups;  ///< empty while no cycle runs
   std::uint64_t cycles = 0;                    ///< cycles so far; 0 while no cycle runs

@@ -35,6 +35,7 @@ class EoeService final : public MailboxDialogue {
 
   void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
+  [[nodiscard]] bool repeatable() const noexcept override { return true; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
   void fail(const Error& error) override;
 

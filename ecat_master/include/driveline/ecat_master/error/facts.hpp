@@ -168,6 +168,7 @@ struct NoBootMailbox {};
 struct MailboxTimeout {
   ObjectAddress object{};               ///< object of the request
   std::chrono::nanoseconds timeout{0};  ///< time allowed
+  std::uint32_t dropped = 0;            ///< replies dropped as repetitions: counter and content of the previous message
 };
 /// The slave answered with a mailbox error reply.
 struct MailboxError {

@@ -54,6 +54,10 @@ class MailboxDialogue {
   [[nodiscard]] virtual std::span<const std::byte> outgoing() const noexcept = 0;
   /// False: the dialogue ends as soon as outgoing() has been handed to the slave.
   [[nodiscard]] virtual bool awaits_answer() const noexcept { return true; }
+  /// Station address in the mailbox header: the slave that the message comes from; 0: the master (ETG.1000.4 5.6).
+  [[nodiscard]] virtual std::uint16_t source() const noexcept { return 0; }
+  /// Whether the slave may execute outgoing() twice without harm, so that it is sent again when no answer arrives.
+  [[nodiscard]] virtual bool repeatable() const noexcept { return false; }
   /// Time-out of each answer; empty: the default of the slave.
   [[nodiscard]] virtual std::optional<std::chrono::nanoseconds> timeout() const noexcept { return std::nullopt; }
   /// After Reaction::kPause: time until the next service is sent.

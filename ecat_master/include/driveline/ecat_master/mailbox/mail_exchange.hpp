@@ -11,7 +11,7 @@ namespace driveline::ecat_master {
 
 /// Exchanges raw services of any protocol: for protocols known only to the caller (VoE), and for services from
 /// elsewhere (a mailbox gateway). An answer of several messages (lists of CoE and fragments of SoE announce further
-/// messages) is complete in answers(); an emergency is not an answer.
+/// messages) is complete in answers(); an emergency or a request of the slave is not an answer.
 class MailExchange final : public MailboxDialogue {
  public:
   /// Bytes that a message takes in addition to its content.

@@ -28,8 +28,13 @@ struct MailboxStatistics {
   std::uint64_t repeated = 0;   ///< replies requested again because they were lost in transit
   std::uint64_t malformed = 0;  ///< messages with an invalid header or length
   std::uint64_t unclaimed = 0;  ///< messages that no dialogue waited for
-  std::uint64_t refused = 0;    ///< messages of unknown protocols
+  std::uint64_t refused = 0;    ///< messages of unknown protocols, and requests that cannot be served or forwarded
+  std::uint64_t forwarded = 0;  ///< messages to other slaves
   std::uint64_t timeouts = 0;   ///< dialogues without an answer in time
+  std::uint64_t resent = 0;     ///< requests sent again because no answer had arrived
+  /// Answers taken although they have the counter of the previous message: the slave does not advance its counter.
+  std::uint64_t same_counter = 0;
+  std::uint64_t repetitions = 0;  ///< messages dropped as repetitions: counter and content of the previous message
 };
 
 /// The mailboxes of a slave: executes one dialogue after another, in the order of their priorities, and sends messages
@@ -49,8 +54,20 @@ class MailboxChannel {
     /// After activity a stream is likely to continue: the slave is polled without pause for this time.
     std::chrono::nanoseconds stream_poll = std::chrono::milliseconds{20};
   };
-  /// Receives messages that no dialogue waits for. Returns false when the protocol is unknown.
-  using Deliver = std::function<bool(SlaveRef, wire::MailboxType, std::span<const std::byte> service)>;
+  /// Where messages go that no dialogue waits for.
+  struct Outlets {
+    /// Receives a message for the master. Returns why the master cannot process it; empty: it has.
+    std::function<std::optional<wire::MailboxErrorCode>(SlaveRef, wire::MailboxType,
+                                                        std::span<const std::byte> service)>
+        deliver;
+    /// Passes a message to the slave that its header addresses. Returns false when no open mailbox has this address, or
+    /// why the message cannot be passed on.
+    std::function<tl::expected<bool, wire::MailboxErrorCode>(SlaveRef from, const wire::MailboxHeader& header,
+                                                             std::span<const std::byte> service)>
+        forward;
+  };
+  /// Most messages of other slaves that wait for this slave.
+  static constexpr std::size_t kMaxForwarded = 8;
   /// Dialogues that have ended.
   using Finished = std::vector<std::shared_ptr<MailboxDialogue>>;
 
@@ -59,6 +76,9 @@ class MailboxChannel {
 
   /// Queues a dialogue behind those of the same priority.
   void submit(std::shared_ptr<MailboxDialogue> dialogue);
+  /// Queues a message of the slave with station address `source`. Returns why it cannot be sent; empty: it is queued.
+  [[nodiscard]] std::optional<wire::MailboxErrorCode> send_for(std::uint16_t source, wire::MailboxType type,
+                                                               std::span<const std::byte> service);
   /// Whether a dialogue is in progress or waiting.
   [[nodiscard]] bool busy() const noexcept { return active_ != nullptr || !queue_.empty(); }
   /// From now on also sends the messages of this stream; null: of no stream. Notifies the previous stream that it is
@@ -79,7 +99,7 @@ class MailboxChannel {
   void prepare_ahead(std::chrono::nanoseconds now, bool alone, std::vector<Request>& batch);
   /// Processes the answers to the datagrams of prepare(), or of prepare_ahead() in the previous turn. Returns true when
   /// there was progress, so that no pause is needed.
-  bool evaluate(std::chrono::nanoseconds now, std::span<const Request> answers, const Deliver& deliver,
+  bool evaluate(std::chrono::nanoseconds now, std::span<const Request> answers, const Outlets& outlets,
                 Finished& finished);
   /// Ends all dialogues with `error`.
   void fail_all(Error error, Finished& finished);
@@ -115,6 +135,11 @@ class MailboxChannel {
   void start_next(std::chrono::nanoseconds now, Finished& finished);
   [[nodiscard]] bool load_outgoing(std::chrono::nanoseconds now);
   void load_mail(std::chrono::nanoseconds now);
+  void load_request();
+  /// Interval at which the request is sent again; 0: never.
+  [[nodiscard]] std::chrono::nanoseconds repeat_interval() const noexcept;
+  [[nodiscard]] bool repeat_due(std::chrono::nanoseconds now) const noexcept;
+  void repeat(std::chrono::nanoseconds now);
   void read_ahead(std::size_t expected, std::vector<Request>& batch);
   [[nodiscard]] std::size_t expected(bool alone) const;
   [[nodiscard]] bool append_mail_behind(std::vector<Request>& batch);
@@ -123,11 +148,23 @@ class MailboxChannel {
   void stop_stream() noexcept;
   void withdraw() noexcept;
   bool take_written(std::chrono::nanoseconds now, const Request& answer, Finished& finished);
-  bool take_found(std::chrono::nanoseconds now, MailboxReader::Found found, const Deliver& deliver, Finished& finished);
-  void take_mail(std::chrono::nanoseconds now, const Deliver& deliver, Finished& finished);
-  void pass_on(std::chrono::nanoseconds now, wire::MailboxType type, std::span<const std::byte> service,
-               const Deliver& deliver);
+  bool take_found(std::chrono::nanoseconds now, MailboxReader::Found found, const Outlets& outlets, Finished& finished);
+  void take_mail(std::chrono::nanoseconds now, const Outlets& outlets, Finished& finished);
+  /// How the counter and content of a message compare with those of the previous one.
+  enum class Novelty : std::uint8_t { kNew, kSameCounter, kRepetition };
+  [[nodiscard]] Novelty compare(const wire::MailboxHeader& header, std::span<const std::byte> mail) const;
+  /// Whether the dialogue in progress waits for messages of this protocol.
+  [[nodiscard]] bool awaits(wire::MailboxType type) const noexcept;
+  [[nodiscard]] bool believes_repetition() const noexcept;
+  void enqueue(std::shared_ptr<MailboxDialogue> dialogue);
+  /// Whether the header addresses another station.
+  [[nodiscard]] bool is_for_another(const wire::MailboxHeader& header) const noexcept;
+  bool forward(std::chrono::nanoseconds now, const wire::MailboxHeader& header, std::span<const std::byte> service,
+               const Outlets& outlets);
+  void pass_on(std::chrono::nanoseconds now, const wire::MailboxHeader& header, std::span<const std::byte> service,
+               const Outlets& outlets);
   void refuse(wire::MailboxType type);
+  void refuse_request(std::chrono::nanoseconds now, const wire::MailboxHeader& header, wire::MailboxErrorCode code);
   void resume(std::chrono::nanoseconds now, Finished& finished);
   void take_error(std::chrono::nanoseconds now, std::span<const std::byte> service, Finished& finished);
   void react(std::chrono::nanoseconds now, MailboxDialogue::Reaction reaction, Finished& finished);
@@ -147,9 +184,14 @@ class MailboxChannel {
   // The dialogue in progress, and the queued ones.
   std::deque<std::shared_ptr<MailboxDialogue>> queue_;
   std::shared_ptr<MailboxDialogue> active_;
-  bool owed_ = false;       ///< its service waits until the slave has taken a message of the stream
-  bool attempted_ = false;  ///< its message may have been taken
-  bool leaving_ = false;    ///< its message is the final message after a failure
+  bool owed_ = false;                 ///< its service waits until the slave has taken a message of the stream
+  bool attempted_ = false;            ///< its message may have been taken
+  bool leaving_ = false;              ///< its message is the final message after a failure
+  bool again_ = false;                ///< its message is sent again with the same counter
+  std::uint32_t taken_ = 0;           ///< how often the slave has taken its message
+  std::uint32_t dropped_ = 0;         ///< messages dropped as repetitions since it was sent first
+  std::uint8_t request_counter_ = 0;  ///< mailbox counter of its message
+  std::chrono::nanoseconds repeat_at_{0};
   std::optional<std::uint16_t> error_reply_;
   std::chrono::nanoseconds deadline_{0};
   std::optional<std::chrono::nanoseconds> resume_at_;  ///< the slave is busy; resume at this time
@@ -162,7 +204,11 @@ class MailboxChannel {
   std::uint16_t known_ = 0;    ///< one bit per protocol in which a request has been sent
   std::uint16_t refused_ = 0;  ///< one bit per protocol that has been refused
   std::chrono::nanoseconds echo_until_{0};
-  std::uint8_t last_received_ = 0;
+  std::chrono::nanoseconds next_refusal_{0};  ///< earliest time of the next answer to a request of the slave
+  std::uint8_t last_received_ = 0;            ///< counter of the last message from the slave
+  std::vector<std::byte> last_mail_;          ///< that message, without padding
+  std::uint64_t last_repeated_ = 0;           ///< reader_.repeated() when it arrived
+  bool uncounted_ = false;                    ///< the slave has given different messages the same counter
 
   Turn turn_;   ///< turn whose answers are processed next
   Turn ahead_;  ///< the following turn

@@ -18,6 +18,9 @@ class MailboxProtocolHandler {
   /// `service`: the data behind the mailbox header; `now`: time of arrival. Called by the thread that steps the engine;
   /// must not call the engine.
   virtual void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) = 0;
+  /// Whether the message asks the master for something. The master serves nothing: the slave gets a mailbox error
+  /// reply, and the message is not received.
+  [[nodiscard]] virtual bool is_request(std::span<const std::byte> /*service*/) const noexcept { return false; }
 };
 
 /// Source of the mailbox status from the process data.
@@ -29,7 +32,8 @@ class MailboxStatusSource {
 };
 
 /// The mailboxes of all slaves of a line. One step() combines the datagrams of all slaves into one batch, so the time
-/// for many slaves is that of the slowest slave, and a slow or silent slave delays no other.
+/// for many slaves is that of the slowest slave, and a slow or silent slave delays no other. A message whose header
+/// addresses another slave is passed to that slave with the address of its sender, and so is the answer.
 ///
 /// Any ordinary thread may submit dialogues and wait for them; a waiting thread drives the engine, one thread at a
 /// time. When no thread waits, a user thread calls step() regularly (MailboxWorker). The cycle's requests are
@@ -128,8 +132,12 @@ class MailboxEngine {
   void use_stream(std::uint16_t position, std::shared_ptr<MailboxStream> stream);
   void take_submissions(MailboxChannel::Finished& finished);
   void take_requests();
-  /// Returns false when the protocol is unknown.
-  bool deliver(SlaveRef slave, wire::MailboxType type, std::span<const std::byte> service);
+  /// See MailboxChannel::Outlets.
+  std::optional<wire::MailboxErrorCode> deliver(SlaveRef slave, wire::MailboxType type,
+                                                std::span<const std::byte> service);
+  /// See MailboxChannel::Outlets.
+  tl::expected<bool, wire::MailboxErrorCode> forward(SlaveRef from, const wire::MailboxHeader& header,
+                                                     std::span<const std::byte> service);
   void pause();
   static void complete(MailboxChannel::Finished& finished);
 

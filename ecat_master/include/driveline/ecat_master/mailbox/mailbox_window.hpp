@@ -13,6 +13,9 @@ namespace driveline::ecat_master {
 struct MailboxTimeouts {
   std::optional<std::chrono::nanoseconds> request;   ///< until the slave takes a message
   std::optional<std::chrono::nanoseconds> response;  ///< until the slave answers
+  /// Interval at which a request without an answer is sent again; 0: never; empty: a quarter of the time-out of the
+  /// answer.
+  std::optional<std::chrono::nanoseconds> repeat{};
   constexpr bool operator==(const MailboxTimeouts&) const = default;
 };
 

@@ -26,8 +26,13 @@ class MailboxWriter {
   [[nodiscard]] std::span<std::byte> blank();
   /// Buffer for the service of the message after it, room() zeros.
   [[nodiscard]] std::span<std::byte> blank_ahead();
-  /// Makes a message with a new counter from the first `length` bytes of the last buffer returned.
-  void seal(wire::MailboxType type, std::uint8_t priority, std::size_t length);
+  /// Makes a message with a new counter from the first `length` bytes of the last buffer returned. `source`: station
+  /// address of the slave that it comes from; 0: the master.
+  void seal(wire::MailboxType type, std::uint8_t priority, std::size_t length, std::uint16_t source = 0);
+  /// Like seal(), but with the counter of the previous message: a slave that has taken that one drops this one.
+  void seal_again(wire::MailboxType type, std::uint8_t priority, std::size_t length, std::uint16_t source = 0);
+  /// Counter of the last sealed message.
+  [[nodiscard]] std::uint8_t counter() const noexcept { return counter_; }
   /// Whether there is a message after the current one.
   [[nodiscard]] bool has_ahead() const noexcept { return ahead_; }
   /// The current message has been taken: continues with the next one. Returns false when there is none.

@@ -43,6 +43,7 @@ class SoeLog final : public MailboxProtocolHandler {
 
   /// Stores the message if it is a notification or an emergency.
   void receive(SlaveRef slave, std::span<const std::byte> service, std::chrono::nanoseconds now) override;
+  [[nodiscard]] bool is_request(std::span<const std::byte> service) const noexcept override;
   /// Removes and returns the stored records, oldest first.
   [[nodiscard]] std::vector<SoeRecord> take();
   /// Number of records dropped unread.

@@ -41,6 +41,8 @@ class SoeTransfer final : public MailboxDialogue {
 
   void begin(std::uint16_t position, MailboxRoom room) override;
   [[nodiscard]] std::span<const std::byte> outgoing() const noexcept override { return outgoing_; }
+  /// A write is not: it may be the last fragment, or start a procedure command.
+  [[nodiscard]] bool repeatable() const noexcept override { return !write_ && !left_; }
   [[nodiscard]] Reaction receive(std::span<const std::byte> service) override;
   void fail(const Error& error) override;
 

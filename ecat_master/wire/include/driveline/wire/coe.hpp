@@ -201,4 +201,19 @@ struct SdoInfoHeader {
   constexpr bool operator==(const SdoInfoHeader&) const = default;
 };
 
+/// Whether a CoE service, header included, asks its receiver for something: an SDO request, except an abort, or an SDO
+/// information request. \rtsafe
+[[nodiscard]] constexpr bool is_coe_request(std::span<const std::byte> service) noexcept {
+  const auto header = CoeHeader::decode(service);
+  if (!header || service.size() <= CoeHeader::kSize) return false;
+  const auto first = load_le<std::uint8_t>(service.subspan(CoeHeader::kSize));
+  if (header->service == CoeService::kSdoRequest) {
+    return first >> 5 != static_cast<std::uint8_t>(SdoRequestCommand::kAbort);
+  }
+  const auto op_code = static_cast<SdoInfoOpCode>(first & 0x7FU);
+  return header->service == CoeService::kSdoInformation &&
+         (op_code == SdoInfoOpCode::kListRequest || op_code == SdoInfoOpCode::kObjectRequest ||
+          op_code == SdoInfoOpCode::kEntryRequest);
+}
+
 }  // namespace driveline::wire

@@ -10,12 +10,13 @@ namespace driveline::runtime {
 /// Identity and configuration in a [[slave]] of a line description, in addition to vendor and product:
 ///
 ///   alias = 7                      device_id = 3            lrw = false
+///   eeprom_to_application = true   (the application gets the EEPROM interface before PREOP)
 ///   hot_connect = true             (may be missing, and comes and goes)
 ///   hot_connect = "NAME"           (the same, after that slave, in the hot-connect group that it heads)
 ///   revision = ">= 0x00010000"     serial = 4711            (numbers, ">= ..." or "any")
 ///   [slave.watchdog]               process_data_ms, pdi_ms  (0 is off)
 ///   [slave.timeouts]               preop_ms, safeop_ms, op_ms, back_to_init_ms, back_to_safeop_ms,
-///                                  mailbox_request_ms, mailbox_response_ms
+///                                  mailbox_request_ms, mailbox_response_ms, mailbox_repeat_ms (0 is never)
 ///   [slave.startup]                sync_objects, interpolation_time, pdo_assignment, pdo_mapping: "mandatory",
 ///                                  "optional" or "omit"; safeop_retries
 ///   [[slave.sdo]]                  index, subindex, type, value, complete, optional, before = "safeop" or "op"
@@ -35,6 +36,7 @@ struct SlavePlanConfig {
   ecat_master::WriteNeed interpolation_time = ecat_master::WriteNeed::kOptional;  ///< need of 60C2h of an axis
   ecat_master::StateRetries safe_op_retries;                                      ///< repeated requests of SAFEOP
   std::optional<bool> lrw;                            ///< false: no LRW for this slave; none: its description decides
+  std::optional<bool> eeprom_to_application;          ///< see SlavePlan::eeprom_to_application
   std::vector<ecat_master::StartupSdo> sdos;          ///< in the order of the file
   std::optional<ecat_master::PdoConfiguration> pdos;  ///< none: the PDOs that the use of the slave requires
 

@@ -43,7 +43,9 @@ class MailboxProtocol {
 };
 
 /// Mailbox of a slave: checks headers, drops repeated requests, passes the other ones to the protocols and answers with
-/// mailbox errors what no protocol can serve (ETG.1000.4 5.6, ETG.1000.6 5.5).
+/// mailbox errors what no protocol can serve (ETG.1000.4 5.6, ETG.1000.6 5.5). An answer has the address of its
+/// request, so that a master passes it to the slave that asked; the second and later messages of an answer have address
+/// 0.
 ///
 /// Requests are queued until the master has fetched the previous answer, because an answer is composed directly in the
 /// mailbox that sends it. Requests without an answer are not queued. No allocation after construction.
@@ -83,8 +85,9 @@ class MailboxServer {
   [[nodiscard]] std::size_t say_unasked(bool endless, std::span<std::byte> out);
   [[nodiscard]] std::size_t answer_next(wire::AlState state, std::span<std::byte> out);
   [[nodiscard]] std::size_t answer(const Request& request, wire::AlState state, std::span<std::byte> out);
-  [[nodiscard]] std::size_t send(wire::MailboxType type, std::size_t length, std::span<std::byte> out);
-  [[nodiscard]] std::size_t send_error(wire::MailboxErrorCode code, std::span<std::byte> out);
+  [[nodiscard]] std::size_t send(wire::MailboxType type, std::size_t length, std::uint16_t address,
+                                 std::span<std::byte> out);
+  [[nodiscard]] std::size_t send_error(wire::MailboxErrorCode code, std::uint16_t address, std::span<std::byte> out);
   [[nodiscard]] MailboxProtocol* protocol(wire::MailboxType type) const noexcept;
 
   std::vector<MailboxProtocol*> protocols_;
