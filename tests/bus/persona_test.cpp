@@ -47,7 +47,7 @@ const std::vector<Row>& rows() {
       {"fixed-assignment"},
       {"fixed-assignment=0x08000021", Base::kTerminal},
       {"fixed-mapping", Base::kTerminal},
-      {"fixed-mapping", Base::kAxis, "", "1600h"},
+      {"fixed-mapping", Base::kAxis, "", "needs 6040h"},
       {"mapping-limit=4"},
       {"mapping-limit=2", Base::kAxis, "", "0x06040042"},
       {"no-complete-access", Base::kTerminal},

@@ -21,6 +21,11 @@ constexpr std::size_t kCounterByte = 5;
 /// 2, voltage).
 constexpr wire::Emergency kUndervoltage{0x3220, 0x04, {}};
 
+/// Returns the counter of a message, 1 to 7; 0: not used.
+std::uint8_t counter_of(std::span<const std::byte> mail) noexcept {
+  return static_cast<std::uint8_t>(std::to_integer<unsigned>(mail[kCounterByte]) >> 4U & 7U);
+}
+
 std::uint8_t command(wire::SdoRequestCommand specifier) noexcept {
   return static_cast<std::uint8_t>(static_cast<unsigned>(specifier) << 5U);
 }
@@ -86,7 +91,8 @@ void MailboxHabits::start(Nanoseconds now) noexcept {
   unasked_due_ = true;
   start_ = answer_at_ = now;
   requests_ = 0;
-  counter_ = request_counter_ = 0;
+  counter_ = request_counter_ = handled_counter_ = device_counter_ = 0;
+  refused_last_ = false;
 }
 
 bool MailboxHabits::deaf(Nanoseconds now) const noexcept {
@@ -99,19 +105,30 @@ bool MailboxHabits::loses_next() noexcept {
   return persona != nullptr && ++requests_ % persona->value == 0;
 }
 
-bool MailboxHabits::request(std::span<const std::byte> mail, Nanoseconds now) {
-  if (mail.size() > kCounterByte) {
-    request_counter_ = static_cast<std::uint8_t>(std::to_integer<unsigned>(mail[kCounterByte]) >> 4U & 7U);
-  }
-  if (deaf(now) || loses_next()) return false;
+std::span<const std::byte> MailboxHabits::renumbered(std::span<const std::byte> mail, bool repeated) {
+  for_device_.assign(mail.begin(), mail.end());
+  if (request_counter_ == 0) return for_device_;
+  if (!repeated) device_counter_ = wire::next_mailbox_counter(device_counter_);
+  const auto type = std::to_integer<unsigned>(mail[kCounterByte]) & 0x8FU;
+  for_device_[kCounterByte] = static_cast<std::byte>(type | unsigned{device_counter_} << 4U);
+  return for_device_;
+}
+
+std::span<const std::byte> MailboxHabits::request(std::span<const std::byte> mail, Nanoseconds now) {
+  request_counter_ = mail.size() > kCounterByte ? counter_of(mail) : std::uint8_t{0};
+  if (deaf(now) || loses_next()) return {};
+  const bool repeated = request_counter_ != 0 && request_counter_ == handled_counter_;
+  handled_counter_ = request_counter_;
+  if (repeated) return refused_last_ ? std::span<const std::byte>{} : renumbered(mail, true);
   answer_at_ = now + milliseconds{persona_value(personas_, Kind::kLateAnswers, 0)};
   const auto refusal = obstacles_.refuse(mail);
+  refused_last_ = refusal.has_value();
   if (refusal) own_.push_back(abort_message(*refusal));
   if (has_persona(personas_, Kind::kRequestsToMaster)) own_.push_back(upload_of_device_type(0));
   if (const auto* persona = find_persona(personas_, Kind::kMessagesToSlave); persona != nullptr) {
     own_.push_back(upload_of_device_type(static_cast<std::uint16_t>(persona->value)));
   }
-  return !refusal;
+  return refusal ? std::span<const std::byte>{} : renumbered(mail, false);
 }
 
 void MailboxHabits::add_unasked() {

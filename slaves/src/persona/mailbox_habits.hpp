@@ -24,8 +24,10 @@ class MailboxHabits {
 
   /// Called when the mailbox starts, INIT to PREOP, at `now`. \rtsafe
   void start(Nanoseconds now) noexcept;
-  /// Receives a request of the master at `now`. Returns whether the device gets it: it is neither lost nor refused.
-  [[nodiscard]] bool request(std::span<const std::byte> mail, Nanoseconds now);
+  /// Receives a request of the master at `now`. Returns the message for the device; empty: it is lost or refused. The
+  /// message has a counter of its own, since the device would take a request for a repetition of an earlier one after
+  /// seven that it did not get. Valid until the next call.
+  [[nodiscard]] std::span<const std::byte> request(std::span<const std::byte> mail, Nanoseconds now);
   /// Whether a message may be sent at `now`. \rtsafe
   [[nodiscard]] bool may_send(Nanoseconds now) const noexcept { return now >= answer_at_; }
   /// Writes the next message that the personas add or with which they refuse; returns its length, 0: there is none.
@@ -37,6 +39,7 @@ class MailboxHabits {
   using Mail = std::vector<std::byte>;
   [[nodiscard]] bool deaf(Nanoseconds now) const noexcept;
   [[nodiscard]] bool loses_next() noexcept;
+  [[nodiscard]] std::span<const std::byte> renumbered(std::span<const std::byte> mail, bool repeated);
   void add_unasked();
   [[nodiscard]] std::uint8_t next_counter() noexcept;
   void rewrite_size(std::span<std::byte> mail) const noexcept;
@@ -50,6 +53,10 @@ class MailboxHabits {
   std::uint64_t requests_ = 0;
   std::uint8_t counter_ = 0;          ///< counter of the last message, as a device without personas would count
   std::uint8_t request_counter_ = 0;  ///< counter of the last request
+  std::uint8_t handled_counter_ = 0;  ///< counter of the last request that was refused or passed on; 0: none
+  bool refused_last_ = false;         ///< that request was refused
+  std::uint8_t device_counter_ = 0;   ///< counter of the last request that was passed on, as the device sees it
+  Mail for_device_;                   ///< message returned by request()
 };
 
 }  // namespace driveline::slaves

@@ -100,7 +100,8 @@ void PersonaDevice::read_inputs(std::size_t sync_manager, std::span<std::byte> d
 }
 
 void PersonaDevice::mailbox_request(std::span<const std::byte> mailbox) {
-  if (mailbox_.request(mailbox, now_)) device_->mailbox_request(mailbox);
+  const auto passed_on = mailbox_.request(mailbox, now_);
+  if (!passed_on.empty()) device_->mailbox_request(passed_on);
 }
 
 std::size_t PersonaDevice::mailbox_reply(std::span<std::byte> out) {

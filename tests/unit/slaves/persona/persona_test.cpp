@@ -427,6 +427,31 @@ TEST(PersonaSlave, CombinesPersonas) {
   EXPECT_EQ(rig.download(0x1C12, 0, {0}), "80 12 1C 00 02 00 01 06");
 }
 
+/// A device without the persona takes a request with the counter of the one before for its repetition.
+TEST(PersonaSlave, RefusedRequestsDoNotHideLaterOnes) {
+  PersonaRig rig({{Kind::kFixedAssignment, 0x06010002}}, drive());
+  enter_pre_op(rig);
+  EXPECT_EQ(rig.upload(0x1C00, 1), "4F 00 1C 01 01 00 00 00");
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(rig.download(0x1C13, 0, {0}), "80 13 1C 00 02 00 01 06") << i;
+  EXPECT_EQ(rig.upload(0x1C00, 2), "4F 00 1C 02 02 00 00 00") << "the seventh after the last one, with its counter";
+}
+
+TEST(PersonaSlave, DropsRepetitionsOfARequest) {
+  for (const unsigned index : {0x1C13U, 0x1C00U}) {  // refused, and answered by the device
+    PersonaRig rig({{Kind::kNoInputAssignment, 0x06020000}}, drive());
+    enter_pre_op(rig);
+    const std::vector<unsigned> request = {0x00, 0x20, 0x40, index & 0xFFU, index >> 8, 0, 0, 0, 0, 0};
+    rig.count_from(2);
+    rig.mail(request);
+    rig.pass(1ms);
+    EXPECT_NE(rig.next_mail(), "none");
+    rig.count_from(2);
+    rig.mail(request);
+    rig.pass(1ms);
+    EXPECT_EQ(rig.next_mail(), "none") << index;
+  }
+}
+
 TEST(PersonaSlave, StartsAgainAfterPowerOff) {
   auto slave = make_persona_slave(drive(), {}, std::vector<Persona>{{Kind::kSafeOpRefusedOnce, 0x0052}});
   EXPECT_EQ(slave->device().transition(wire::AlState::kPreOp, wire::AlState::kSafeOp),
