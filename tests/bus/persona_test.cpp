@@ -3,13 +3,15 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <ostream>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "driveline/runtime/line.hpp"
-#include "driveline/runtime/observer.hpp"
 #include "driveline/slaves/persona/persona.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -114,10 +116,11 @@ std::string line_text(const Row& row) {
 }
 
 /// Returns "" when the line has been in OP without a fault, else what is reported.
-std::string start(const Row& row) {
+std::string start(const Row& row, const std::filesystem::path& output) {
   auto config = runtime::parse_line_config(line_text(row), "line.toml");
   if (!config) return describe(config.error());
   config->slaves[0].esi.reset();  // the master has to ask the device
+  config->output.directory = output;
   runtime::Line::Options options;
   options.virtual_time = true;
   const auto line = runtime::Line::from_config(std::move(*config), options);
@@ -133,10 +136,10 @@ std::string start(const Row& row) {
   return report->state == "OP" ? "" : "state " + report->state;
 }
 
-class PersonaStart : public testing::TestWithParam<Row> {};
+class PersonaStart : public test::TemporaryDirectory, public testing::WithParamInterface<Row> {};
 
 TEST_P(PersonaStart, ReachesOpOrSaysWhyNot) {
-  const auto reported = start(GetParam());
+  const auto reported = start(GetParam(), directory / "out");
   if (*GetParam().reason == '\0') {
     EXPECT_EQ(reported, "");
   } else {
@@ -144,8 +147,8 @@ TEST_P(PersonaStart, ReachesOpOrSaysWhyNot) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, PersonaStart, testing::ValuesIn(rows()), [](const auto& info) {
-  std::string name = std::to_string(info.index) + "_" + info.param.persona;
+INSTANTIATE_TEST_SUITE_P(Each, PersonaStart, testing::ValuesIn(rows()), [](const auto& of_row) {
+  std::string name = std::to_string(of_row.index) + "_" + of_row.param.persona;
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == '-' || c == '='; }, '_');
   return name;

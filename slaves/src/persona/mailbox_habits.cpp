@@ -26,7 +26,7 @@ std::uint8_t counter_of(std::span<const std::byte> mail) noexcept {
   return static_cast<std::uint8_t>(std::to_integer<unsigned>(mail[kCounterByte]) >> 4U & 7U);
 }
 
-std::uint8_t command(wire::SdoRequestCommand specifier) noexcept {
+std::uint8_t command_byte(wire::SdoRequestCommand specifier) noexcept {
   return static_cast<std::uint8_t>(static_cast<unsigned>(specifier) << 5U);
 }
 
@@ -51,7 +51,7 @@ std::vector<std::byte> sdo_message(CoeService service, const SdoHeader& sdo, std
 /// The abort of a transfer is an SDO request in both directions (ETG.1000.6 5.6.2.7).
 std::vector<std::byte> abort_message(const SdoRefusal& refusal) {
   SdoHeader sdo;
-  sdo.command = command(wire::SdoRequestCommand::kAbort);
+  sdo.command = command_byte(wire::SdoRequestCommand::kAbort);
   sdo.index = refusal.request.index;
   sdo.subindex = refusal.request.subindex;
   sdo.data = wire::to_le_bytes(refusal.abort_code);
@@ -61,7 +61,7 @@ std::vector<std::byte> abort_message(const SdoRefusal& refusal) {
 /// An SDO upload of 1000h, which the device asks for.
 std::vector<std::byte> upload_of_device_type(std::uint16_t address) {
   SdoHeader sdo;
-  sdo.command = command(wire::SdoRequestCommand::kInitiateUpload);
+  sdo.command = command_byte(wire::SdoRequestCommand::kInitiateUpload);
   sdo.index = 0x1000;
   return sdo_message(CoeService::kSdoRequest, sdo, address);
 }

@@ -12,13 +12,13 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using Kind = PersonaKind;
 
-constexpr bool rows_are_in_order() noexcept {
+constexpr bool personas_are_in_order() noexcept {
   for (std::size_t i = 0; i < kPersonas.size(); ++i) {
     if (static_cast<std::size_t>(kPersonas[i].kind) != i) return false;
   }
   return true;
 }
-static_assert(rows_are_in_order(), "persona_row() uses the kind as index");
+static_assert(personas_are_in_order(), "persona_row() uses the kind as index");
 
 SlaveOptions changed_options(SlaveOptions options, std::span<const Persona> personas) {
   if (const auto* slow = find_persona(personas, Kind::kSlowTransitions); slow != nullptr) {

@@ -391,8 +391,8 @@ TEST_P(Personas, DoWhatTheirRowSays) {
   EXPECT_STRNE(GetParam().with, GetParam().without);
 }
 
-INSTANTIATE_TEST_SUITE_P(Each, Personas, testing::ValuesIn(rows()), [](const auto& info) {
-  std::string name(persona_row(info.param.persona.kind).name);
+INSTANTIATE_TEST_SUITE_P(Each, Personas, testing::ValuesIn(rows()), [](const auto& of_row) {
+  std::string name(persona_row(of_row.param.persona.kind).name);
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 });
