@@ -22,7 +22,7 @@ class MailboxHabits {
   /// Copies what it needs from the personas.
   explicit MailboxHabits(std::span<const Persona> personas);
 
-  /// Called when the mailbox starts, INIT to PREOP, at `now`. \rtsafe
+  /// Called when the mailbox starts, INIT to PREOP, at `now`. Drops the messages that wait.
   void start(Nanoseconds now) noexcept;
   /// Receives a request of the master at `now`. Returns the message for the device; empty: it is lost or refused. The
   /// message has a counter of its own, since the device would take a request for a repetition of an earlier one after
