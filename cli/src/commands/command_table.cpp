@@ -47,6 +47,7 @@ constexpr std::array kCommands = {
             prepare_simulate},
     Command{"fault", "", kLine, "Start, end or list faults of the line that `simulate` serves",
             "fault help\n"
+            "fault personas\n"
             "fault --control line.socket cable-break slave=x to=y for_ms=500\n"
             "fault --control line.socket drop way=back chance=0.01 seed=7\n"
             "fault --control line.socket heal all",

@@ -6,6 +6,7 @@
 #include "commands/commands.hpp"
 #include "console.hpp"
 #include "driveline/runtime/config/fault_text.hpp"
+#include "driveline/runtime/config/persona_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -21,6 +22,10 @@ Outcome<int> fault(const FaultOptions& options) {
     print_out("{}", runtime::fault_help());
     return 0;
   }
+  if (command == "personas") {
+    print_out("{}", runtime::persona_help());
+    return 0;
+  }
   if (options.control.empty()) return misused("--control PATH is missing: the socket that `simulate --control` opened");
   return order_simulation(options.control, command);
 }
@@ -30,8 +35,10 @@ Outcome<int> fault(const FaultOptions& options) {
 Execute prepare_fault(Arguments& to) {
   auto options = std::make_shared<FaultOptions>();
   to.option("--control", &options->control, Value::file("PATH"), "Socket that `simulate --control` listens at");
-  to.required(&options->words, Value::text("COMMAND"),
-              "KIND KEY=VALUE ..., heal KIND KEY=VALUE ..., heal all, list, states, quit; help lists the kinds");
+  to.required(
+      &options->words, Value::text("COMMAND"),
+      "KIND KEY=VALUE ..., heal KIND KEY=VALUE ..., heal all, list, states, quit; help lists the kinds, personas "
+      "the quirks of real drives");
   return [options] { return fault(*options); };
 }
 

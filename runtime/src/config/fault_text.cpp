@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -23,19 +22,9 @@ tl::unexpected<Error> problem(std::string reason) {
 
 constexpr double kMaxDurationMs = 86'400'000.0;
 
-/// Decimal or, with 0x, hexadecimal.
-std::optional<std::uint64_t> to_integer(std::string_view text) {
-  const bool hex = text.starts_with("0x") || text.starts_with("0X");
-  if (hex) text.remove_prefix(2);
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 template <typename T>
 Result<void> set_integer(T& target, std::string_view text, std::uint64_t minimum, std::uint64_t maximum) {
-  const auto value = to_integer(text);
+  const auto value = whole_number(text);
   if (!value || *value < minimum || *value > maximum) {
     return problem(fmt::format("is \"{}\", {} to {} is expected", text, minimum, maximum));
   }
@@ -80,7 +69,7 @@ std::string slave_name(std::size_t position, const FaultPlaces& places) {
 Result<std::uint16_t> parse_slave(std::string_view text, std::span<const std::string> names) {
   const auto named = std::find(names.begin(), names.end(), text);
   if (named != names.end()) return static_cast<std::uint16_t>(named - names.begin());
-  const auto position = to_integer(text);
+  const auto position = whole_number(text);
   if (!position || *position >= names.size()) {
     return problem(fmt::format("there is no slave \"{}\" among the {}", text, names.size()));
   }

@@ -28,9 +28,11 @@
 #include "driveline/ecat_master/configuration/description_plan.hpp"
 #include "driveline/ecat_master/cyclic/acyclic_channel.hpp"
 #include "driveline/rt/cycle_timer.hpp"
+#include "driveline/runtime/config/persona_text.hpp"
 #include "driveline/runtime/files/input_file.hpp"
 #include "driveline/runtime/toml/toml_reader.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
+#include "driveline/slaves/persona/persona_slave.hpp"
 #include "driveline/trajectory/axis_name.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
 #include "toml/duration.hpp"
@@ -175,6 +177,25 @@ void read_eeprom(TomlReader& reader, const std::filesystem::path& directory, Sla
   slave.sii_content = std::move(*content);
 }
 
+/// Reads the quirks of the simulated device. A stored EEPROM replaces the content that an EEPROM persona would change.
+std::vector<slaves::Persona> read_personas(TomlReader& reader) {
+  if (!reader.has("persona")) return {};
+  const auto words = reader.is_text("persona") ? std::vector{reader.text("persona")} : reader.texts_or("persona", {});
+  std::vector<slaves::Persona> personas;
+  for (const auto& word : words) {
+    const auto persona = parse_persona(word);
+    if (!persona) reader.fail("persona", persona.error().reason);
+    const auto name = slaves::persona_row(persona->kind).name;
+    if (slaves::has_persona(personas, persona->kind))
+      reader.fail("persona", fmt::format("\"{}\" is there twice", name));
+    if (slaves::changes_eeprom(persona->kind) && reader.has("sii_file")) {
+      reader.fail("persona", fmt::format("\"{}\" changes the EEPROM, whose content comes from sii_file", name));
+    }
+    personas.push_back(*persona);
+  }
+  return personas;
+}
+
 /// Finds the head of the hot-connect group of a slave. Members of a group follow each other in the file as on the line.
 ecat_master::HotConnectPlace find_hot_connect_place(const TomlReader& reader, const std::string& head,
                                                     const std::vector<SlaveConfig>& others) {
@@ -222,6 +243,7 @@ SlaveConfig read_slave(TomlReader reader, const LineConfig& config, DeviceFiles&
   slave.names = read_entry_names(reader.table("names"));
   slave.dc = read_slave_clock(reader.table("dc"));
   slave.ip = read_slave_ip(reader, others);
+  slave.personas = read_personas(reader);
   read_eeprom(reader, files.directory(), slave);
   slave.delays.processing =
       nanoseconds{reader.integer_or("processing_ns", slave.delays.processing.count(), 0, kMaxDelayNs)};

@@ -8,6 +8,7 @@
 #include "driveline/ecat_master/axis/startup_sdos.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/runtime/setup/wire_budget.hpp"
+#include "driveline/slaves/persona/persona_slave.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -37,7 +38,7 @@ std::unique_ptr<slaves::Slave> make_slave(const SlaveConfig& config, std::uint32
   // Give the simulated slave the alias that the description expects.
   if (options.sii_image.empty() && config.plan.alias)
     options.sii_image = with_alias(device->profile().sii_image, *config.plan.alias);
-  return std::make_unique<slaves::Slave>(std::move(device), options);
+  return slaves::make_persona_slave(std::move(device), options, config.personas);
 }
 
 /// Writes the range of an axis with a modulo; other axes keep the range of their drive.

@@ -52,9 +52,11 @@ void Esc::process(Datagram& datagram, Nanoseconds now) noexcept {
     case Command::kBrw:
       ++datagram.adp;
       return process_broadcast(datagram, now);
+    case Command::kLrw:
+      if (!options_.logical_read_write) return;
+      [[fallthrough]];
     case Command::kLrd:
     case Command::kLwr:
-    case Command::kLrw:
       if (fmmus_.touches(datagram.logical_address(), datagram.data.size())) process_logical(datagram, now);
       return;
     case Command::kArmw: {

@@ -22,6 +22,7 @@ EscOptions esc_options(const DeviceProfile& profile, const SlaveOptions& options
   result.ram_kib = profile.ram_kib;
   result.distributed_clock = profile.distributed_clock;
   result.distributed_clock_64bit = profile.distributed_clock_64bit;
+  result.logical_read_write = profile.logical_read_write;
   result.sii = options.sii;
   result.clock = options.clock;
   return result;

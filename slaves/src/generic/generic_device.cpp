@@ -216,6 +216,16 @@ std::size_t GenericDevice::process_data_size(std::size_t sync_manager) const noe
   }
 }
 
+std::optional<MappedEntry> GenericDevice::mapped_input(std::uint16_t index, std::uint8_t subindex) const noexcept {
+  for (std::size_t n = 0; n < maps_.size(); ++n) {
+    if (model_->description().sync_managers[n].use != Use::kInputs) continue;
+    if (const auto* field = maps_[n].find(index, subindex); field != nullptr) {
+      return MappedEntry{n, field->bit_offset, field->bits};
+    }
+  }
+  return std::nullopt;
+}
+
 void GenericDevice::enter_al_state(AlState state) noexcept {
   if (al_state_ == AlState::kOp && state != AlState::kOp) clear_outputs();
   al_state_ = state;

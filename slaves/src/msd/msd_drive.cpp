@@ -215,6 +215,12 @@ std::size_t MsdDrive::process_data_size(std::size_t sync_manager) const noexcept
   return sync_manager == kInputsSyncManager ? tx_map_.size() : 0;
 }
 
+std::optional<MappedEntry> MsdDrive::mapped_input(std::uint16_t index, std::uint8_t subindex) const noexcept {
+  const auto* field = tx_map_.find(index, subindex);
+  if (field == nullptr) return std::nullopt;
+  return MappedEntry{kInputsSyncManager, field->bit_offset, field->bits};
+}
+
 /// Settings act as if they were written by SDO. A device parameter keeps its value if an SDO would refuse the new one.
 void MsdDrive::decode_settings(std::span<const std::byte> data) noexcept {
   ObjectDictionary& dictionary = core_.dictionary();

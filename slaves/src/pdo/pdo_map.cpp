@@ -197,6 +197,13 @@ void store_text(const PdoMap::Field& field, const std::string& text, std::span<s
 
 }  // namespace
 
+const PdoMap::Field* PdoMap::find(std::uint16_t index, std::uint8_t subindex) const noexcept {
+  const auto found = std::find_if(fields_.begin(), fields_.end(), [&](const Field& field) {
+    return field.row != nullptr && field.row->index == index && field.row->subindex == subindex;
+  });
+  return found == fields_.end() ? nullptr : &*found;
+}
+
 void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept {
   for (const Field& field : fields_) {
     if (field.constant || std::size_t{field.bit_offset} + field.bits > 8 * data.size()) continue;

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,7 +41,15 @@ struct DeviceProfile {
   std::uint8_t ram_kib = 8;                            ///< process RAM in KiB, at most 60
   bool distributed_clock = true;                       ///< the controller has a DC unit
   bool distributed_clock_64bit = true;                 ///< the times of the DC unit have 64 bits, else 32
+  bool logical_read_write = true;                      ///< LRW is supported, else only LRD and LWR
   std::uint16_t device_id = 0;                         ///< explicit device identification; 0: not supported
+};
+
+/// Place of an object in the process data of a sync manager.
+struct MappedEntry {
+  std::size_t sync_manager = 0;  ///< number of the sync manager
+  std::size_t bit_offset = 0;    ///< first bit in its process data
+  std::size_t bits = 0;          ///< length in bits
 };
 
 /// Application at the process data interface of an emulated slave controller: a drive, a terminal, a coupler.
@@ -58,6 +67,13 @@ class Device {
   /// Returns the number of bytes that output / input sync manager number `sync_manager` must have for the current PDO
   /// assignment and mapping.
   [[nodiscard]] virtual std::size_t process_data_size(std::size_t sync_manager) const noexcept = 0;
+
+  /// Finds an object in the input process data of the current mapping; none: it is not mapped, or the device has no
+  /// object dictionary. \rtsafe
+  [[nodiscard]] virtual std::optional<MappedEntry> mapped_input(std::uint16_t /*index*/,
+                                                                std::uint8_t /*subindex*/) const noexcept {
+    return std::nullopt;
+  }
 
   /// Requests a legal transition whose sync managers have been checked: kNoError accepts it, any other AL status code
   /// refuses it.

@@ -32,6 +32,7 @@
 #include "driveline/slaves/line/fault.hpp"
 #include "driveline/slaves/line/frame_path.hpp"
 #include "driveline/slaves/line/wiring.hpp"
+#include "driveline/slaves/persona/persona.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
 
 namespace driveline::runtime {
@@ -76,6 +77,7 @@ struct SlaveConfig {
   slaves::SlaveDelays delays{};               ///< delays of the simulated controller
   SlaveClockConfig dc;                        ///< its clock and SYNC signals
   std::optional<wire::IpV4Address> ip;        ///< address of its EoE port; none: it does not use EoE
+  std::vector<slaves::Persona> personas;      ///< quirks of the simulated device
   std::filesystem::path sii_file;             ///< file in which `simulate` stores the EEPROM content; empty: none
   std::vector<std::byte> sii_content;         ///< content of sii_file; empty: the file does not exist yet
 };

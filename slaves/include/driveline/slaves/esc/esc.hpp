@@ -30,6 +30,7 @@ struct EscOptions {
   unsigned ram_kib = 8;                 ///< process RAM from 0x1000 on, in KiB; at most 60
   bool distributed_clock = true;        ///< the controller has a DC unit
   bool distributed_clock_64bit = true;  ///< the DC unit's times have 64 bits, else 32
+  bool logical_read_write = true;       ///< LRW is supported, else only LRD and LWR
   SiiOptions sii;                       ///< behaviour of the EEPROM
   ClockOptions clock;                   ///< oscillator and time stamps of the DC unit
 };

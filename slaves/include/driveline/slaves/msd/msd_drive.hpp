@@ -36,6 +36,8 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   /// Returns identity, memory and EEPROM image of the variant.
   [[nodiscard]] const DeviceProfile& profile() const noexcept override { return profile_; }
   [[nodiscard]] std::size_t process_data_size(std::size_t sync_manager) const noexcept override;
+  [[nodiscard]] std::optional<MappedEntry> mapped_input(std::uint16_t index,
+                                                        std::uint8_t subindex) const noexcept override;
   [[nodiscard]] wire::AlStatusCode transition(wire::AlState from, wire::AlState to) noexcept override;
   void fall_back(wire::AlState from, wire::AlState to, wire::AlStatusCode reason) noexcept override;
   void write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept override;

@@ -55,6 +55,8 @@ class PdoMap {
   [[nodiscard]] std::size_t size() const noexcept { return (bits_ + 7) / 8; }
   /// Returns the entries in the order of the process data. \rtsafe
   [[nodiscard]] std::span<const Field> fields() const noexcept { return fields_; }
+  /// Returns the first entry of this object; null: it is not mapped. \rtsafe
+  [[nodiscard]] const Field* find(std::uint16_t index, std::uint8_t subindex) const noexcept;
   /// Copies process data to values; values whose entry is not completely contained in `data` do not change. \rtsafe
   void decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept;
   /// Copies values to process data, for all entries that fit into `data`. Gaps and padding do not change. \rtsafe
