@@ -89,13 +89,13 @@ def main():
         return 77
     compiler = subprocess.run([options.program, "compiler"], capture_output=True, text=True, check=True).stdout.strip()
     try:
+        if not options.update and not options.recorded.is_file():
+            raise Problem(f"{options.recorded} does not exist: record the present counts with --update")
         counts = count_all(options.program)
         if options.update:
             options.recorded.write_text(json.dumps({"compiler": compiler, "instructions": counts}, indent=2) + "\n",
                                         encoding="utf-8")
             return 0
-        if not options.recorded.is_file():
-            raise Problem(f"{options.recorded} does not exist: record the present counts with --update")
         document = json.loads(options.recorded.read_text(encoding="utf-8"))
         lines, problems = compare(counts, document["instructions"], options.limit)
     except (Problem, ValueError, KeyError) as error:
