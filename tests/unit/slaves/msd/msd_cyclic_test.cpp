@@ -121,7 +121,8 @@ TEST(MsdCyclic, SetpointsAreInterpolatedOverTheTimeThatIsIn60C2) {
     ASSERT_EQ(shares.size(), static_cast<std::size_t>(period / 125us));
     for (std::size_t i = 0; i < shares.size(); ++i) {
       // The demand is in whole increments, the rise has thousands.
-      EXPECT_NEAR(shares[i], (static_cast<double>(i) + 1.0) / static_cast<double>(shares.size()), 1e-3) << period.count();
+      EXPECT_NEAR(shares[i], (static_cast<double>(i) + 1.0) / static_cast<double>(shares.size()), 1e-3)
+          << period.count();
     }
   }
 }
