@@ -1,16 +1,17 @@
 // Measures what a simulated drive with its plant costs in a cycle of 125 us, and how much memory it uses.
-#include <fmt/format.h>
-#include <numbers>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
-#include "driveline/rt/clock.hpp"
-#include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
 #include "driveline/slaves/plant/servo_controller.hpp"
 #include "driveline/slaves/plant/servo_motor.hpp"
+#include "support/drive_cycles.hpp"
 #include "support/environment.hpp"
-#include "support/line_rig.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
+#include "support/samples.hpp"
 #include "support/stopwatch.hpp"
 
 namespace {
@@ -20,87 +21,74 @@ using namespace driveline::bench;
 
 constexpr int kCycles = 160'000;
 constexpr int kBatch = 8;  ///< cycles per sample for a single drive
-constexpr double kDriveAimNs = 400.0;
+/// Samples of drive and floor that make a turn: its medians have a ratio.
+constexpr std::size_t kSamplesPerTurn = 400;
+constexpr double kAimOverFloor = 3.0;  ///< medians, a drive over controllers and motor alone
 constexpr double kHundredDrivesAimUs = 60.0;
 constexpr double kStateAimKib = 64.0;
 
-/// The baseline: two steps of controllers and motor alone. ns per 125 us.
-Baseline plant_alone(int cycles) {
-  slaves::ServoMotor motor({}, slaves::msd::kControlStepS, 0.0);
-  slaves::ServoController controller({}, slaves::msd::kControlStepS);
-  std::vector<double> samples;
-  double position_rad = 0.0;
-  Rests rests;
-  for (int done = 0; done < cycles; done += kBatch) {
-    rests.take_when_due(now_ns());
+/// Controllers and motor of a drive without anything around them: the floor.
+class PlantAlone {
+ public:
+  /// ns per 125 us, averaged over a batch: two control steps each.
+  double measure() {
     const double begin = now_ns();
     for (int step = 0; step < 2 * kBatch; ++step) {
-      position_rad += 1e-4;
-      controller.measure(motor.position_rad());
-      motor.step(controller.step({slaves::ControllerSetpoint::Loop::kPosition, position_rad, 1.6, 0.0}));
-      keep(motor);
+      position_rad_ += 1e-4;
+      controller_.measure(motor_.position_rad());
+      motor_.step(controller_.step({slaves::ControllerSetpoint::Loop::kPosition, position_rad_, 1.6, 0.0}));
+      keep(motor_);
     }
-    samples.push_back((now_ns() - begin - reading_cost_ns()) / kBatch);
-  }
-  return {"controller_and_motor_alone", summarize(std::move(samples))};
-}
-
-/// The drives of a line that follow a path in CSP with a cubic spline, without slave controllers: takes outputs,
-/// executes two control steps, returns inputs.
-class Drives {
- public:
-  explicit Drives(std::size_t count, int cycles)
-      : rig_(clock_, count, cycles * LineRig::kPeriod + std::chrono::seconds{1}), valid_(new bool[count]) {
-    rig_.bring_up([&](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
-      return std::make_unique<ecat_master::InlineRunner>(core, clock_);
-    });
-    // Continue with the cycle number and time of the runner.
-    cycle_ = static_cast<std::int64_t>(rig_.master().core()->cycles());
-    time_ = clock_.now();
-    std::fill_n(valid_.get(), count, true);
-  }
-
-  /// ns per cycle for all drives, with `batch` cycles per sample: a single drive takes little more than the resolution
-  /// of the clock. The master computes the setpoints in advance; in CSP they do not depend on the drives' inputs.
-  Summary measure(int cycles, std::size_t batch) {
-    std::vector<std::vector<std::byte>> outputs(batch);
-    std::vector<double> samples;
-    Rests rests;
-    for (int done = 0; done < cycles; done += static_cast<int>(batch)) {
-      rests.take_when_due(now_ns());
-      for (auto& image : outputs) {
-        rig_.motion().update(cycle_++, rig_.master().core()->image().outputs());
-        image.assign(rig_.master().core()->image().outputs().begin(), rig_.master().core()->image().outputs().end());
-      }
-      const double begin = now_ns();
-      for (const auto& image : outputs) step(image);
-      samples.push_back((now_ns() - begin - reading_cost_ns()) / static_cast<double>(batch));
-      const std::span<const bool> valid(valid_.get(), rig_.line().size());
-      rig_.motion().read_inputs(rig_.master().core()->image().inputs(), valid, valid);
-    }
-    rig_.check();
-    return summarize(std::move(samples));
+    return (now_ns() - begin - reading_cost_ns()) / kBatch;
   }
 
  private:
-  void step(std::span<const std::byte> outputs) {
-    time_ += LineRig::kPeriod;
-    auto& image = rig_.master().core()->image();
-    for (std::size_t i = 0; i < rig_.line().size(); ++i) {
-      auto& drive = rig_.line().slave(i).device();
-      const auto& place = image.places()[i];
-      drive.write_outputs(slaves::msd::kOutputsSyncManager, outputs.subspan(place.output_offset, place.output_bytes));
-      drive.advance(time_);
-      drive.read_inputs(slaves::msd::kInputsSyncManager, image.inputs().subspan(place.input_offset, place.input_bytes));
-    }
-  }
-
-  rt::VirtualClock clock_;
-  LineRig rig_;
-  std::unique_ptr<bool[]> valid_;
-  std::int64_t cycle_ = 0;
-  std::chrono::nanoseconds time_{};
+  slaves::ServoMotor motor_{{}, slaves::msd::kControlStepS, 0.0};
+  slaves::ServoController controller_{{}, slaves::msd::kControlStepS};
+  double position_rad_ = 0.0;
 };
+
+/// A drive and the floor, in ns per 125 us.
+struct Turns {
+  TurnSamples drive;
+  TurnSamples floor;
+  [[nodiscard]] Summary figures() const { return summarize(drive.all()); }
+  [[nodiscard]] Baseline baseline() const {
+    return {"controller_and_motor_alone", summarize(floor.all()), ratios_by_turn(drive.medians(), floor.medians())};
+  }
+};
+
+/// Measures drives and floor within microseconds of each other: a virtual machine runs at another speed in the next
+/// second, and the ratio would be that of two moments. `batch`: cycles per sample, since a single drive takes little
+/// more than the resolution of the clock.
+Turns by_turns(std::size_t drives, int cycles, std::size_t batch) {
+  DriveCycles line(drives, cycles);
+  PlantAlone plant;
+  Turns turns;
+  std::vector<double> of_drive;
+  std::vector<double> of_floor;
+  Rests rests;
+  for (int done = 0; done < cycles; done += static_cast<int>(batch)) {
+    rests.take_when_due(now_ns());
+    line.prepare(batch);
+    const double begin = now_ns();
+    line.execute();
+    of_drive.push_back((now_ns() - begin - reading_cost_ns()) / static_cast<double>(batch * drives));
+    of_floor.push_back(plant.measure());
+    line.read_inputs();
+    if (of_drive.size() < kSamplesPerTurn) continue;
+    turns.drive.add_turn(std::exchange(of_drive, {}));
+    turns.floor.add_turn(std::exchange(of_floor, {}));
+  }
+  line.check();
+  return turns;
+}
+
+/// With the aim over the floor of the same moments.
+Row over_the_floor(const char* name, const char* metric, const Turns& turns) {
+  const auto floor = turns.baseline();
+  return {name, metric, "ns", turns.figures(), kAimOverFloor * floor.figures.p50, floor};
+}
 
 /// Heap and size per object in KiB, averaged over many; `make` creates an object.
 template <typename Make>
@@ -119,11 +107,10 @@ void measure_all(const Options& options) {
   Report report("drive");
   const int cycles = options.count(kCycles);
   claim_cpu(last_cpu());
-  const auto floor = plant_alone(cycles);
-  report.add({"1_drive", "cost_per_cycle", "ns", Drives(1, cycles).measure(cycles, kBatch), kDriveAimNs, floor});
-  const auto hundred = Drives(100, cycles / 4).measure(cycles / 4, 1);
-  report.add({"100_drives", "cost_per_cycle", "us", divided(hundred, 1e3), kHundredDrivesAimUs, std::nullopt});
-  report.add({"100_drives", "cost_per_drive", "ns", divided(hundred, 100.0), kDriveAimNs, floor});
+  report.add(over_the_floor("1_drive", "cost_per_cycle", by_turns(1, cycles, kBatch)));
+  const auto hundred = by_turns(100, cycles / 4, 1);
+  report.add({"100_drives", "cost_per_cycle", "us", divided(hundred.figures(), 10.0), kHundredDrivesAimUs});
+  report.add(over_the_floor("100_drives", "cost_per_drive", hundred));
   const auto make_drive = [] { return std::make_unique<slaves::msd::MsdDrive>(); };
   report.add({"drive", "state", "KiB", state_kib(make_drive), kStateAimKib, std::nullopt});
   report.add({"drive_and_slave_controller", "state", "KiB",

@@ -12,6 +12,7 @@
 #include "driveline/ecat_master/cyclic/cyclic_core.hpp"
 #include "driveline/port/raw_socket_port.hpp"
 #include "support/cyclic_frame.hpp"
+#include "support/decoder.hpp"
 #include "support/packet_ring.hpp"
 #include "support/packet_socket.hpp"
 #include "support/realtime.hpp"
@@ -36,7 +37,6 @@ constexpr int kWarmUp = 20;
 /// ring.
 constexpr double kAim = 1.05;
 constexpr double kAimP999 = 1.2;
-constexpr std::size_t kBytesPerAxis = 19;
 constexpr double kLostNs = 5e6;
 /// With more incomplete cycles per round than this, the figures would show the machine's other work.
 constexpr int kMaxLostPerRound = 25;
@@ -69,53 +69,6 @@ class Responder {
   std::vector<CyclicFrame> frames_;
   std::jthread thread_;
 };
-
-/// Reads status word, mode and position of every axis and writes control word and target, like an application with
-/// handles.
-class Decoder final : public ecat_master::CycleTask {
- public:
-  explicit Decoder(const ProcessImage& image) {
-    for (const auto& place : image.places()) {
-      axes_.push_back({ecat_master::PdoEntry<std::uint16_t>(place.input_offset),
-                       ecat_master::PdoEntry<std::int32_t>(place.input_offset + 3),
-                       ecat_master::PdoEntry<std::uint16_t>(place.output_offset),
-                       ecat_master::PdoEntry<std::int32_t>(place.output_offset + 3)});
-    }
-  }
-  void update(const ecat_master::TaskCycle& now) noexcept override {
-    const auto inputs = now.inputs;
-    const auto valid = now.valid;
-    const auto outputs = now.outputs;
-    // Use locals, because a store to a byte may alias any member.
-    const std::span<const AxisEntries> axes(axes_);
-    std::uint64_t stale = 0;
-    for (std::size_t i = 0; i < axes.size(); ++i) {
-      const auto& axis = axes[i];
-      if (!valid[i]) ++stale;
-      axis.control_word.set(outputs, axis.status_word.get(inputs));
-      axis.target.set(outputs, axis.position.get(inputs) + 1);
-    }
-    invalid += stale;
-  }
-  std::uint64_t invalid = 0;
-
- private:
-  struct AxisEntries {
-    ecat_master::PdoEntry<std::uint16_t> status_word;
-    ecat_master::PdoEntry<std::int32_t> position;
-    ecat_master::PdoEntry<std::uint16_t> control_word;
-    ecat_master::PdoEntry<std::int32_t> target;
-  };
-  std::vector<AxisEntries> axes_;
-};
-
-ProcessImage make_image(std::size_t axes) {
-  ecat_master::ProcessDataDemand demand;
-  demand.channels = {{true, 2, 0x1100, kBytesPerAxis}, {false, 3, 0x1400, kBytesPerAxis}};
-  demand.al_status = true;
-  const std::vector<ecat_master::ProcessDataDemand> demands(axes, demand);
-  return ProcessImage::lay_out(demands).value();
-}
 
 /// Runs cycles of a loop that checks nothing until the responder answers.
 template <typename Loop>

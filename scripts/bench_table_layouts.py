@@ -191,7 +191,8 @@ def drive(documents):
         show = (lambda value, unit=row["unit"]: duration(value * TO_NS[unit])) if in_time else \
                (lambda value, unit=row["unit"]: f"{value:.1f} {unit}")
         aim = f"{show(limits(row)['p50'])}: {verdict(row)}" if limits(row) else ""
-        against = f"{row['ratio_p50']:.2f}" if "against" in row else ""
+        ratio = row.get("ratio_turns", {}).get("mean", row.get("ratio_p50"))  # by turns: that of the same moments
+        against = f"{ratio:.2f}" if "against" in row else ""
         rows.append([name, show(row["p50"]), show(row["p999"]) if in_time else "", against, aim])
     return where_from(documents["drive"]) + table(
         [("", "l"), ("p50", "r"), ("p99.9", "r"), ("times controllers and motor alone", "r"), ("aim", "l")], rows)

@@ -57,6 +57,7 @@ ci    lintian               checks the Debian packages
 ci    doxygen               reference of the library
 ci    rt-tests              cyclictest, the peer of the jitter benchmark
 ci    stress-ng             load of the jitter benchmark
+ci    valgrind              counts the instructions of the hot paths
 TABLE
 }
 

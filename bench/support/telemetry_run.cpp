@@ -103,6 +103,7 @@ ReceivedTelemetry received(const std::string& text) {
 TelemetryFigures figures_of(const std::string& text) {
   const auto document = nlohmann::json::parse(text);
   TelemetryFigures figures;
+  figures.cycle_cost_p50_us = document.at("cycle_cost_ns").at("p50").get<double>() / kNsPerUs;
   figures.cycle_cost_p999_us = document.at("cycle_cost_ns").at("p999").get<double>() / kNsPerUs;
   figures.wake_latency_p999_us = document.at("wake_latency_ns").at("p999").get<double>() / kNsPerUs;
   figures.missed_periods = document.at("missed_periods");
@@ -154,9 +155,9 @@ std::filesystem::path TelemetryRuns::describe(std::size_t axes) const {
   std::ofstream out(file);
   fmt::print(out,
              "[line]\nname = \"telemetry\"\ncycle_us = 125\n[bus]\nmax_lost_ms = 200\n"
-             "[realtime]\npolicy = \"degrade\"\npriority = 80\ncpu = {}\nwake_ahead_us = 25\n"
+             "[realtime]\npolicy = \"degrade\"\npriority = 80\ncpu = {}\nwake_ahead_us = {}\n"
              "[path]\nfile = \"{}\"\ninterpolation = \"clamped\"\n[telemetry]\ndomain = {}\n",
-             last_cpu(), path, domain_);
+             last_cpu(), kWakeAhead.count(), path, domain_);
   for (std::size_t i = 0; i < axes; ++i) {
     fmt::print(out,
                "[[slave]]\nname = \"a{0}\"\nmodel = \"msd\"\n"

@@ -8,6 +8,9 @@
 
 namespace driveline::bench {
 
+/// Lead of the wake-up over the instant in these runs (`wake_ahead_us`).
+inline constexpr std::chrono::microseconds kWakeAhead{25};
+
 /// The reader of the telemetry of a run.
 enum class TelemetryReader : std::uint8_t { kFastDds, kCyclone };
 
@@ -31,6 +34,7 @@ struct ReceivedTelemetry {
 
 /// Figures from the report of a run, and resources of its processes.
 struct TelemetryFigures {
+  double cycle_cost_p50_us = 0.0;
   double cycle_cost_p999_us = 0.0;
   double wake_latency_p999_us = 0.0;
   double missed_periods = 0.0;

@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 
+#include <functional>
+#include <tuple>
+
 #include "drive_line.hpp"
+#include "driveline/slaves/msd/msd_table.hpp"
 #include "driveline/wire/frame.hpp"
 #include "fault_ports.hpp"
 
@@ -32,6 +36,46 @@ TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
   EXPECT_EQ(operation.statistics().stale_frames, 0U);
   EXPECT_EQ(operation.statistics().missed_periods, missed);
   EXPECT_EQ(operation.motion().failure().cause, ecat_master::MotionFailure::Cause::kNone);
+}
+
+/// What the axes reported over the cycles of a motion, while `beside` ran between them.
+std::vector<snapshot::AxisSample> samples_of_a_motion(const std::function<void(LineOperation&)>& beside) {
+  DriveLine drives(2);
+  LineOperation operation(drives, RunOptions{.repeat = true});
+  EXPECT_EQ(sentence(operation.to_motion()), "");
+  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  operation.axis_samples.clear();
+  const auto begin = operation.statistics().cycles;
+  beside(operation);
+  constexpr std::uint64_t kCycles = 48'000;  // more than the transfers take, along a path of 0.4 s that repeats
+  EXPECT_LT(operation.statistics().cycles - begin, kCycles);
+  while (operation.statistics().cycles - begin < kCycles) operation.cycle();
+  return std::move(operation.axis_samples);
+}
+
+TEST(SdoWhileCycling, EveryParameterIsReadAndNoProcessDataChange) {
+  std::size_t parameters = 0;
+  const auto with_sdos = samples_of_a_motion([&](LineOperation& operation) {
+    CoeClient coe(*operation.master().mailbox(1));
+    for (const auto& row : slaves::msd::dictionary_table().rows()) {
+      if ((row.access & slaves::access::kReadOperating) == 0) continue;
+      ASSERT_EQ(sentence(coe.upload(row.index, row.subindex)), "") << std::hex << row.index << ':' << +row.subindex;
+      parameters += row.index >= 0x2000 && row.index < 0x6000 ? 1 : 0;
+      operation.cycle();  // takes the samples before their ring is full
+    }
+  });
+  EXPECT_GT(parameters, 100U);
+  const auto alone = samples_of_a_motion([](LineOperation&) {});
+  ASSERT_EQ(with_sdos.size(), alone.size());
+  for (std::size_t i = 0; i < alone.size(); ++i) {
+    const auto seen = [](const snapshot::AxisSample& sample) {
+      return std::tuple(sample.cycle, sample.axis, sample.control_word, sample.status_word, sample.target_position,
+                        sample.actual_position, sample.actual_velocity, sample.actual_torque,
+                        sample.drive_following_error);
+    };
+    ASSERT_EQ(seen(with_sdos[i]), seen(alone[i])) << "sample " << i;
+  }
+  EXPECT_NE(alone.front().actual_position, alone.back().actual_position) << "the axes move";
 }
 
 /// Largest delay of the frames of the cycle while many registers were read, on a wire of limited speed.

@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 
 #include "drive_line.hpp"
+#include "driveline/ecat_master/state_machine.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "fault_ports.hpp"
 
@@ -32,6 +34,28 @@ TEST(Configuration, TakesAllDrivesToSafeOp) {
     EXPECT_EQ(wire::load_le<std::uint16_t>(memory.at(wire::reg::kSyncManager.at(2) + 2U, 2)), 19);
     EXPECT_EQ(wire::load_le<std::uint16_t>(memory.at(wire::reg::kSyncManager.at(3) + 2U, 2)), 19);
   }
+}
+
+/// The master takes the whole line through the states by itself, or an application asks for single transitions of
+/// single slaves, of its choice and in its order.
+TEST(Configuration, TransitionsAreTheMastersOrTheApplications) {
+  DriveLine drives(3);
+  LineOperation operation(drives);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  EXPECT_TRUE(drives.all_in(AlState::kSafeOp)) << "the master's";
+  auto& bus = operation.master().bus();
+  const auto states = [&] { return std::array{drives.state(0), drives.state(1), drives.state(2)}; };
+  const auto take = [&](std::size_t drive, AlState state) {
+    const auto slave = operation.master().slaves()[drive].info.ref;
+    return sentence(ecat_master::change_state(bus, std::array{slave}, state, ecat_master::kOpTimeout));
+  };
+  EXPECT_EQ(take(1, AlState::kPreOp), "");
+  EXPECT_EQ(states(), (std::array{AlState::kSafeOp, AlState::kPreOp, AlState::kSafeOp}));
+  EXPECT_EQ(take(2, AlState::kInit), "");
+  EXPECT_EQ(states(), (std::array{AlState::kSafeOp, AlState::kPreOp, AlState::kInit}));
+  EXPECT_EQ(take(1, AlState::kSafeOp), "") << "step by step back up";
+  EXPECT_EQ(take(2, AlState::kPreOp), "");
+  EXPECT_EQ(states(), (std::array{AlState::kSafeOp, AlState::kSafeOp, AlState::kPreOp}));
 }
 
 TEST(Configuration, WritesStartupParametersIntoTheDrives) {

@@ -1,4 +1,5 @@
-"""scripts/bench_quick.py fails programs that did not measure; scripts/bench_tables.py finds stale tables."""
+"""scripts/bench_quick.py fails programs that did not measure; scripts/bench_instructions.py those that take too many
+instructions; scripts/bench_tables.py finds stale tables."""
 import copy
 import json
 import shutil
@@ -95,6 +96,78 @@ class Quick(Folder):
 
     def test_an_empty_folder_is_no_success(self):
         self.assertEqual(self.quick().returncode, 2)
+
+
+class Instructions(Folder):
+    """scripts/bench_instructions.py with a counter of our own in place of valgrind."""
+
+    PATHS = ("master", "cycle", "drive", "interpolation", "codec")
+
+    def setUp(self):
+        super().setUp()
+        self.program("hot_paths", 'echo "12.2.0"')
+        self.tools = self.folder / "tools"
+        self.tools.mkdir()
+        self.recorded = self.folder / "recorded.json"
+        self.valgrind({path: 1000 for path in self.PATHS})
+
+    def valgrind(self, each, words=""):
+        """Path and count are the last arguments of valgrind. The start of the program takes 123457 instructions."""
+        cases = "".join(f"{path}) each={count} ;;\n" for path, count in each.items())
+        tool = self.tools / "valgrind"
+        tool.write_text(f'#!/bin/sh\n{words}\nfor word; do path=$count; count=$word; done\ncase "$path" in\n{cases}esac\n'
+                        'echo "==7== Collected : $((123457 + each * count))" >&2\n', encoding="utf-8")
+        tool.chmod(0o755)
+
+    def count(self, *arguments):
+        return subprocess.run([sys.executable, "-B", ROOT / "scripts/bench_instructions.py", self.folder / "hot_paths",
+                               "--recorded", self.recorded, *arguments], capture_output=True, text=True, timeout=60,
+                              check=False, env={"PATH": f"{self.tools}:/usr/bin:/bin"})
+
+    def record(self, compiler="12.2.0"):
+        self.recorded.write_text(json.dumps({"compiler": compiler, "instructions": {path: 1000 for path in self.PATHS}}))
+
+    def test_the_start_of_the_program_does_not_count(self):
+        self.assertEqual(self.count("--update").returncode, 0)
+        self.assertEqual(json.loads(self.recorded.read_text()),
+                         {"compiler": "12.2.0", "instructions": {path: 1000 for path in self.PATHS}})
+
+    def test_a_path_that_takes_a_tenth_more_fails_and_is_named(self):
+        self.record()
+        self.valgrind({**{path: 1000 for path in self.PATHS}, "drive": 1099, "cycle": 1101})
+        result = self.count()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("cycle: 1101 instructions, 10.1 % more than the 1000 recorded; at most 10 % are let pass", result.stderr)
+        self.assertNotIn("drive", result.stderr)
+        self.assertRegex(result.stdout, r"drive +1099 instructions, +1000 recorded, +\+9.9 %")
+        self.assertEqual(self.count("--limit", "11").returncode, 0)
+
+    def test_one_that_takes_less_passes_and_asks_for_a_new_record(self):
+        self.record()
+        self.valgrind({**{path: 1000 for path in self.PATHS}, "codec": 700})
+        result = self.count()
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertRegex(result.stdout, "codec +takes so much less that --update should record it")
+
+    def test_counts_of_another_compiler_are_told_and_not_judged(self):
+        self.record("13.1.0")
+        self.valgrind({path: 2000 for path in self.PATHS})
+        result = self.count()
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("recorded with 13.1.0, built with 12.2.0: told, not judged", result.stdout)
+
+    def test_what_was_not_counted_is_no_success(self):
+        self.assertIn("record the present counts with --update", self.count().stderr)
+        self.record()
+        self.valgrind({path: 0 for path in self.PATHS})
+        self.assertIn("master: the longer run took no more instructions", self.count().stderr)
+        self.valgrind({}, "echo 'hot_paths: frames were lost or wrong' >&2; exit 1")
+        result = self.count()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("master: not counted, status 1: hot_paths: frames were lost or wrong", result.stderr)
+        self.recorded.write_text('{"compiler": "12.2.0", "instructions": {"master": 1000}}')
+        self.valgrind({path: 1000 for path in self.PATHS})
+        self.assertIn("cycle: 1000 instructions, and no record to compare with", self.count().stderr)
 
 
 class Tables(Folder):

@@ -122,8 +122,9 @@ RealtimeItem virtual_machine(const PlatformSource& source) {
   const auto vendor = first_line(source.root + "/sys/class/dmi/id/sys_vendor");
   if (vendor) item.effective += " (" + *vendor + ")";
   return found(std::move(item), Cost::kPeriods,
-               "the host can stop the virtual processor for any time, often for milliseconds, and no clock in the "
-               "guest shows it",
+               "the host stops the virtual processor for any time, often for milliseconds, and no clock in the guest "
+               "shows it: each stop is missed periods, more of them the longer a cycle is awake, so `run` misses more "
+               "than cyclictest, which hardly is",
                "run on a physical machine, or give the guest dedicated processors (pinned, isolated on the host)");
 }
 

@@ -43,10 +43,10 @@ void PowerStateMachine::stop_then(PowerState target, MotionCommand motion) noexc
   after_stop_ = target;
 }
 
-bool PowerStateMachine::powers_off_at_standstill(const OptionCodes& options) const noexcept {
+bool PowerStateMachine::powers_off_at_standstill(std::int16_t quick_stop_code) const noexcept {
   if (!power_on() || motion_ == MotionCommand::kFollow) return false;
   return stopping_ || state_ == PowerState::kFaultReactionActive ||
-         (state_ == PowerState::kQuickStopActive && !stays_in_quick_stop(options.quick_stop));
+         (state_ == PowerState::kQuickStopActive && !stays_in_quick_stop(quick_stop_code));
 }
 
 void PowerStateMachine::step_operation_enabled(PowerCommand command, const OptionCodes& options) noexcept {

@@ -40,8 +40,7 @@ Ratio Ratio::inverse() const noexcept {
   return {divisor_, numerator_};
 }
 
-std::int64_t Ratio::apply(std::int64_t value) const noexcept {
-  if (numerator_ == divisor_) return value;
+std::int64_t Ratio::multiplied(std::int64_t value) const noexcept {
   const std::int64_t half = divisor_ / 2;
   if (value <= short_way_ && value >= -short_way_) {
     const std::int64_t product = value * numerator_;
@@ -59,18 +58,6 @@ PositionRangeLimit::PositionRangeLimit(std::int32_t minimum, std::int32_t maximu
   if (minimum >= maximum) return;
   minimum_ = minimum;
   size_ = std::int64_t{maximum} - minimum + 1;
-}
-
-/// Returns the distance between two positions in positive direction, less than the range.
-std::int64_t PositionRangeLimit::positive_distance(std::int64_t from, std::int64_t to) const noexcept {
-  const std::int64_t way = to - from;
-  if (way >= 0 && way < size_) return way;  // usual case: saves the division
-  const std::int64_t rest = way % size_;
-  return rest < 0 ? rest + size_ : rest;
-}
-
-std::int32_t PositionRangeLimit::wrap(std::int64_t position) const noexcept {
-  return static_cast<std::int32_t>(minimum_ + positive_distance(minimum_, position));
 }
 
 std::int64_t PositionRangeLimit::destination(std::int64_t position, std::int32_t target,

@@ -121,10 +121,12 @@ void PdoMap::append(const ObjectDictionary& dictionary, std::uint32_t entry) noe
   const bool constant = !text && row->slot == slot::kConstant;
   fields_.push_back({offset, row->slot, mapping.bits, is_signed(row->type), text, constant,
                      constant ? dictionary.raw(*row) : 0, row});
+  append_step(fields_.back());
 }
 
 void PdoMap::build(const ObjectDictionary& dictionary, std::size_t sync_manager, const PdoLimits& limits) noexcept {
   fields_.clear();
+  steps_.clear();
   bits_ = 0;
   const std::uint16_t assignment = assignment_object(sync_manager);
   const std::uint32_t pdos = value_of(dictionary, assignment, 0);
@@ -204,24 +206,103 @@ const PdoMap::Field* PdoMap::find(std::uint16_t index, std::uint8_t subindex) co
   return found == fields_.end() ? nullptr : &*found;
 }
 
+namespace {
+
+void decode_field(const PdoMap::Field& field, std::span<const std::byte> data, ObjectDictionary& dictionary) noexcept {
+  if (field.constant || std::size_t{field.bit_offset} + field.bits > 8 * data.size()) return;
+  if (field.is_text) return load_text(field, data, dictionary.text(field.slot));
+  dictionary.set_raw(field.slot, load_field(field, data));
+}
+
+void encode_field(const PdoMap::Field& field, const ObjectDictionary& dictionary, std::span<std::byte> data) noexcept {
+  if (std::size_t{field.bit_offset} + field.bits > 8 * data.size()) return;
+  if (field.is_text) return store_text(field, dictionary.text(field.slot), data);
+  store_field(field, field.constant ? field.constant_value : dictionary.raw(field.slot), data);
+}
+
+}  // namespace
+
+void PdoMap::append_step(const Field& field) noexcept {
+  Step step{field.bit_offset / 8, field.slot, Copy::kField};
+  if (!field.is_text && !field.constant) {
+    switch (whole_bytes(field)) {
+      case 1:
+        step.copy = field.is_signed ? Copy::kSigned8 : Copy::kUnsigned8;
+        break;
+      case 2:
+        step.copy = field.is_signed ? Copy::kSigned16 : Copy::kUnsigned16;
+        break;
+      case 4:
+        step.copy = field.is_signed ? Copy::kSigned32 : Copy::kUnsigned32;
+        break;
+      default:
+        break;
+    }
+  }
+  if (step.copy == Copy::kField) step.place = static_cast<std::uint32_t>(fields_.size() - 1);
+  steps_.push_back(step);
+}
+
 void PdoMap::decode(std::span<const std::byte> data, ObjectDictionary& dictionary) const noexcept {
-  for (const Field& field : fields_) {
-    if (field.constant || std::size_t{field.bit_offset} + field.bits > 8 * data.size()) continue;
-    if (field.is_text) {
-      load_text(field, data, dictionary.text(field.slot));
-    } else {
-      dictionary.set_raw(field.slot, load_field(field, data));
+  if (data.size() < size()) {  // not every entry is in it
+    for (const Field& field : fields_) decode_field(field, data, dictionary);
+    return;
+  }
+  // Sign extended to 64 bits where the type has a sign.
+  const auto set = [&](const Step& step, auto value) {
+    dictionary.set_raw(step.slot, static_cast<std::uint64_t>(value));
+  };
+  for (const Step& step : steps_) {
+    const auto bytes = [&] { return data.subspan(step.place); };
+    switch (step.copy) {
+      case Copy::kField:
+        decode_field(fields_[step.place], data, dictionary);
+        break;
+      case Copy::kUnsigned8:
+        set(step, wire::load_le<std::uint8_t>(bytes()));
+        break;
+      case Copy::kSigned8:
+        set(step, wire::load_le<std::int8_t>(bytes()));
+        break;
+      case Copy::kUnsigned16:
+        set(step, wire::load_le<std::uint16_t>(bytes()));
+        break;
+      case Copy::kSigned16:
+        set(step, wire::load_le<std::int16_t>(bytes()));
+        break;
+      case Copy::kUnsigned32:
+        set(step, wire::load_le<std::uint32_t>(bytes()));
+        break;
+      case Copy::kSigned32:
+        set(step, wire::load_le<std::int32_t>(bytes()));
+        break;
     }
   }
 }
 
 void PdoMap::encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept {
-  for (const Field& field : fields_) {
-    if (std::size_t{field.bit_offset} + field.bits > 8 * data.size()) continue;
-    if (field.is_text) {
-      store_text(field, dictionary.text(field.slot), data);
-    } else {
-      store_field(field, field.constant ? field.constant_value : dictionary.raw(field.slot), data);
+  if (data.size() < size()) {  // not every entry fits into it
+    for (const Field& field : fields_) encode_field(field, dictionary, data);
+    return;
+  }
+  for (const Step& step : steps_) {
+    const auto bytes = [&] { return data.subspan(step.place); };
+    switch (step.copy) {
+      case Copy::kField:
+        encode_field(fields_[step.place], dictionary, data);
+        break;
+      case Copy::kUnsigned8:
+      case Copy::kSigned8:
+        wire::store_le(bytes(), static_cast<std::uint8_t>(dictionary.raw(step.slot)));
+        break;
+      case Copy::kUnsigned16:
+      case Copy::kSigned16:
+        wire::store_le(bytes(), static_cast<std::uint16_t>(dictionary.raw(step.slot)));
+        break;
+      case Copy::kUnsigned32:
+      case Copy::kSigned32:
+        wire::store_le(bytes(), static_cast<std::uint32_t>(dictionary.raw(step.slot)));
+        break;
     }
   }
 }

@@ -64,14 +64,16 @@ ServoMotor::ServoMotor(const MotorParameters& parameters, double step_s, double 
                  parameters_.load, step_s, in_range(position_rad, -1e6, 1e6, 0.0)),
       through_windings_(parameters_.winding.simulated),
       random_(parameters_.encoder_seed != 0 ? parameters_.encoder_seed : 1) {
+  count_ = encoder_count(this->position_rad());
   pass_index(this->position_rad());
-  index_pulse_.reset();
+  passed_index_ = false;
 }
 
 void ServoMotor::finish_step(bool brake_closed) noexcept {
   mechanics_.step(torque_nm_, brake_closed);
   const double position = mechanics_.position_rad();
-  index_pulse_.reset();
+  count_ = encoder_count(position);
+  passed_index_ = false;
   if (position < turn_begin_rad_ || position >= turn_end_rad_) pass_index(position);
   if (parameters_.encoder_noise_increments > 0.0) draw_noise();
 }
@@ -181,10 +183,6 @@ std::int64_t ServoMotor::power_on_origin() const noexcept {
   return count - (rest < 0 ? rest + range : rest);
 }
 
-std::int64_t ServoMotor::encoder_count(double position_rad) const noexcept {
-  return static_cast<std::int64_t>(std::floor(position_rad * increments_per_radian_));
-}
-
 void ServoMotor::pass_index(double position_rad) noexcept {
   constexpr double kRevolution = 2.0 * std::numbers::pi;
   const double before = std::round(turn_begin_rad_ / kRevolution);
@@ -192,7 +190,8 @@ void ServoMotor::pass_index(double position_rad) noexcept {
   turn_begin_rad_ = now * kRevolution;
   turn_end_rad_ = (now + 1.0) * kRevolution;
   const double turn = now > before ? now : now + 1.0;
-  index_pulse_ = static_cast<std::int64_t>(turn) * parameters_.encoder_increments;
+  index_count_ = static_cast<std::int64_t>(turn) * parameters_.encoder_increments;
+  passed_index_ = true;
 }
 
 }  // namespace driveline::slaves

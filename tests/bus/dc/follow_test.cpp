@@ -43,6 +43,32 @@ TEST(ClockFollowing, TheCycleLocksAndHoldsItsPhase) {
   }
 }
 
+/// The system time of one slave runs at the speed of its own oscillator; the others, each with an oscillator of another
+/// speed, run at the speed of that one.
+TEST(ClockFollowing, OneClockIsTheReferenceThatTheOthersFollow) {
+  for (const std::uint16_t chosen : {std::uint16_t{0}, std::uint16_t{2}}) {
+    auto specs = random_clocks(5, 0.0);
+    for (std::size_t i = 0; i < specs.size(); ++i) specs[i].ppm = 37.0 * static_cast<double>(i) - 61.0;
+    ClockLine line(specs);
+    ClockRun run(line);
+    auto plan = line.plan();
+    plan.reference = chosen;
+    for (std::size_t i = 0; i < chosen; ++i) plan.slaves[i].signals = {};  // frames pass them before the reference
+    ASSERT_EQ(run.start(plan), "");
+    EXPECT_EQ(run.clocks().reference, chosen);
+    run.run(seconds{2});
+    const auto begin = line.clock.now();
+    std::vector<std::uint64_t> before;
+    for (std::size_t i = 0; i < specs.size(); ++i) before.push_back(line.system_time(i));
+    run.run(seconds{1});
+    const auto passed_ns = static_cast<double>((line.clock.now() - begin).count());
+    for (std::size_t i = chosen; i < specs.size(); ++i) {
+      const auto counted_ns = static_cast<double>(ahead_of(line.system_time(i), before[i]).count());
+      EXPECT_NEAR((counted_ns / passed_ns - 1.0) * 1e6, specs[chosen].ppm, 0.2) << "ppm, slave " << i;
+    }
+  }
+}
+
 TEST(ClockFollowing, LocksWithinASecondAt125Microseconds) {
   ClockLine line(random_clocks(8, 100.0), std::nullopt, with_cable(nanoseconds{50}));
   ClockRun run(line);

@@ -24,9 +24,11 @@ void publish_motor_values(const DriveMotion& motion, ObjectDictionary& dictionar
 void ActualValues::publish(const DriveMotion& motion, ObjectDictionary& dictionary) const noexcept {
   const PositionRangeLimit& range = motion.settings().range;
   const auto torque = saturate<std::int16_t>(motion.torque_permille());
-  if (!position_held_) dictionary.set(kValue.position_actual, range.wrap(motion.position() + position_error_));
-  dictionary.set(kValue.position_demand, range.wrap(std::llrint(motion.position_demand())));
-  dictionary.set(kValue.following_error, saturate<std::int32_t>(motion.following_error()));
+  const std::int64_t position = motion.position();
+  const double demand = motion.position_demand();
+  if (!position_held_) dictionary.set(kValue.position_actual, range.wrap(position + position_error_));
+  dictionary.set(kValue.position_demand, range.wrap(std::llrint(demand)));
+  dictionary.set(kValue.following_error, saturate<std::int32_t>(demand - static_cast<double>(position)));
   dictionary.set(kValue.velocity_actual, saturate<std::int32_t>(motion.velocity()));
   dictionary.set(kValue.velocity_demand, saturate<std::int32_t>(motion.velocity_demand()));
   dictionary.set(kValue.torque_actual, torque);

@@ -37,6 +37,10 @@ OptionCodes DeviceControl::option_codes_now() const noexcept {
   return option_codes(*dictionary_);
 }
 
+std::int16_t DeviceControl::quick_stop_option() const noexcept {
+  return dictionary_->get(kValue.quick_stop_option);
+}
+
 bool DeviceControl::power_ready(bool dc_link) const noexcept {
   return enabled_by_hardware() && dc_link && dictionary_->get(kValue.parameter_download) == 0;
 }
@@ -60,7 +64,7 @@ void DeviceControl::select_mode() noexcept {
 bool DeviceControl::came_to_rest(nanoseconds now) const noexcept {
   if (power_.motion() == MotionCommand::kFollow) return motion_->standstill();
   return motion_->stopped() && (brake_.open() || brake_.settled(now)) &&
-         brake_.open() == !power_.powers_off_at_standstill(option_codes_now());
+         brake_.open() == !power_.powers_off_at_standstill(quick_stop_option());
 }
 
 bool DeviceControl::step_state(bool dc_link, nanoseconds now) noexcept {
@@ -74,22 +78,22 @@ bool DeviceControl::step_state(bool dc_link, nanoseconds now) noexcept {
   return power_.power_on() && !was_on;
 }
 
-ModeControl::Conditions DeviceControl::mode_conditions(nanoseconds now) const noexcept {
-  ModeControl::Conditions conditions;
+/// Fills the conditions in place: to pack so small a struct into registers costs more than to find its values.
+void DeviceControl::find_mode_conditions(nanoseconds now, ModeControl::Conditions& conditions) const noexcept {
   conditions.control_word = control_word(*dictionary_);
   conditions.enabled = power_.motion() == MotionCommand::kFollow && modes_.mode() != OperationMode::kNone &&
                        references_from_bus(*dictionary_) && brake_.open() && brake_.settled(now);
   conditions.inputs = terminals_->signals();
-  return conditions;
 }
 
 /// The brake opens with the power stage and closes before a controlled stop removes the torque (P 213, P 214).
 void DeviceControl::order(nanoseconds now) noexcept {
-  const bool closes = power_.powers_off_at_standstill(option_codes_now()) && motion_->stopped();
+  const bool closes = power_.powers_off_at_standstill(quick_stop_option()) && motion_->stopped();
   brake_.want_open(power_.power_on() && !closes);
   brake_.follow(now);
 
-  const auto modes = mode_conditions(now);
+  ModeControl::Conditions modes;
+  find_mode_conditions(now, modes);
   const MotionCommand command = power_.motion() == MotionCommand::kFollow ? modes_.command(modes) : power_.motion();
   motion_->select(command, modes_.source(modes), power_.state() != PowerState::kFaultReactionActive);
   modes_.step(modes, *motion_);

@@ -50,6 +50,8 @@ void DriveCore::set_machine_input(MachineInput input, double value) noexcept {
       return actual_values_.set_position_error(value);
     case MachineInput::kPositionHeld:
       return actual_values_.hold_position(on);
+    case MachineInput::kRam:
+      return set_cause(Fault::kInternalRam, !on);
   }
 }
 
@@ -77,6 +79,8 @@ double DriveCore::machine_input_value(MachineInput input) const noexcept {
       return static_cast<double>(actual_values_.position_error());
     case MachineInput::kPositionHeld:
       return level(actual_values_.position_held());
+    case MachineInput::kRam:
+      return level(!causes_.test(static_cast<std::size_t>(Fault::kInternalRam)));
     case MachineInput::kButtons:
       break;
   }

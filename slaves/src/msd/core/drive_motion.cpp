@@ -315,9 +315,10 @@ void DriveMotion::step(bool brake_closed) noexcept {
   slow_steps_ = slow() ? std::min(slow_steps_ + 1, kStandstillSteps) : 0;
   steps_since_sample_ += steps_since_sample_ < 2 * settings_.steps_per_setpoint ? 1 : 0;
   if (by_frequency_) return step_frequency_control(brake_closed);
-  const TorqueRange available = motor_.torque_range();
+  TorqueRange available = motor_.torque_range();
   const double demand = settings_.torque_per_demand;
-  controller_.set_available_torque(available.lowest_nm / demand, available.highest_nm / demand);
+  if (demand < 1.0 || demand > 1.0) available = {available.lowest_nm / demand, available.highest_nm / demand};
+  controller_.set_available_torque(available.lowest_nm, available.highest_nm);
   switch (command_) {
     case MotionCommand::kOff:
       torque_demand_nm_ = controller_.step({});

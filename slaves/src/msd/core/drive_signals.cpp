@@ -57,6 +57,7 @@ constexpr std::array kMachineInputs = {
     NamedMachineInput{"BUTTONS", MachineInput::kButtons},
     NamedMachineInput{"POSITION_ERROR", MachineInput::kPositionError, "position units", -2147483648.0, 2147483647.0},
     NamedMachineInput{"POSITION_HELD", MachineInput::kPositionHeld},
+    NamedMachineInput{"RAM", MachineInput::kRam},
 };
 
 }  // namespace

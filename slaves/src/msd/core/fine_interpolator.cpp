@@ -22,6 +22,7 @@ void FineInterpolator::configure(Method method, std::uint32_t steps, double step
   method_ = method;
   steps_ = count;
   step_s_ = step_s;
+  period_s_ = count * step_s;
   reset(output_.position, output_.velocity);
 }
 
@@ -43,7 +44,7 @@ void FineInterpolator::reset(double value, double velocity) noexcept {
   polynomial_ = {value, 0.0, 0.0, 0.0};
   const double ahead = periods_ahead();
   for (std::size_t i = 0; i < samples_.size(); ++i) {
-    samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s();
+    samples_[i] = value + (ahead - 1.0 - static_cast<double>(i)) * velocity * period_s_;
   }
   last_sample_ = samples_[0];
 }
@@ -55,14 +56,14 @@ double FineInterpolator::periods_ahead() const noexcept {
 }
 
 void FineInterpolator::start_line(double end) noexcept {
-  polynomial_ = {value_, (end - value_) / period_s(), 0.0, 0.0};
+  polynomial_ = {value_, (end - value_) / period_s_, 0.0, 0.0};
 }
 
 /// Starts a cubic from the current value and speed to these in one period. With samples on time this is exactly the
 /// segment of the spline that starts at this knot.
 void FineInterpolator::start_cubic(double end, double end_velocity) noexcept {
   const double rise = end - value_;
-  const double t = period_s();
+  const double t = period_s_;
   polynomial_ = {value_, velocity_, (3.0 * rise - (2.0 * velocity_ + end_velocity) * t) / (t * t),
                  ((velocity_ + end_velocity) * t - 2.0 * rise) / (t * t * t)};
 }
@@ -77,10 +78,11 @@ bool FineInterpolator::makes_up() const noexcept {
 /// just after it. In this case the sample is as far away as that many of the previous, steady rises, and no
 /// acceleration explains this as a single rise.
 std::uint32_t FineInterpolator::samples_in(double rise) const noexcept {
-  const double change = kSteady * stop_rate_ * period_s() * period_s();
+  const double change = kSteady * stop_rate_ * period_s_ * period_s_;
   const double last = samples_[0] - samples_[1];
   const double before = samples_[1] - samples_[2];
   if (!(std::abs(last) > kFast * change) || std::abs(last - before) > change) return 1;
+  if (std::abs(rise) < 1.25 * std::abs(last)) return 1;  // usual case: saves the division
   const double count = std::round(rise / last);
   const bool possible =
       count >= 2.0 && count <= bridged_ && std::abs(rise - count * last) <= 0.5 * count * (count + 1.0) * change;
@@ -134,14 +136,14 @@ void FineInterpolator::push(double sample, double velocity) noexcept {
 /// next period, or the curve itself has such a change after an extrapolated sample.
 bool FineInterpolator::leaps() const noexcept {
   if (method_ == Method::kNone || method_ == Method::kCosine || !std::isfinite(stop_rate_)) return false;
-  const double most = stop_rate_ * period_s();
+  const double most = stop_rate_ * period_s_;
   const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
   const double end = ends_at_newest ? samples_[0] : samples_[1];
-  if (std::abs((end - output_.position) / period_s() - output_.velocity) > most) return true;
+  if (std::abs((end - output_.position) / period_s_ - output_.velocity) > most) return true;
   if (ends_at_newest) return false;
-  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s());
+  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
   if (std::abs(slope - output_.velocity) > most) return true;
-  return std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s() > most;
+  return std::abs(samples_[0] - 2.0 * samples_[1] + samples_[2]) / period_s_ > most;
 }
 
 /// Restarts the curve at the samples; the output then approaches it.
@@ -149,12 +151,12 @@ void FineInterpolator::begin_pursuit() noexcept {
   if (!pursuit_) pursuit_.emplace(output_.position, output_.velocity, trajectory::AxisLimits{top_speed_, stop_rate_});
   const bool ends_at_newest = method_ == Method::kLinear || method_ == Method::kExternal;
   value_ = ends_at_newest ? samples_[1] : samples_[2];
-  velocity_ = (samples_[0] - samples_[2]) / (2.0 * period_s());
+  velocity_ = (samples_[0] - samples_[2]) / (2.0 * period_s_);
 }
 
 /// Starts a segment to the newest sample, or as close to it as the method gets.
 void FineInterpolator::start_segment(double velocity) noexcept {
-  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s());
+  const double slope = (samples_[0] - samples_[2]) / (2.0 * period_s_);
   switch (method_) {
     case Method::kNone:
       polynomial_ = {samples_[0], 0.0, 0.0, 0.0};
@@ -175,7 +177,7 @@ void FineInterpolator::start_segment(double velocity) noexcept {
 
 void FineInterpolator::step_cosine(double t) noexcept {
   const double rise = polynomial_[1];
-  const double w = std::numbers::pi / period_s();
+  const double w = std::numbers::pi / period_s_;
   const double cosine = std::cos(w * t);
   value_ = polynomial_[0] + 0.5 * rise * (1.0 - cosine);
   velocity_ = 0.5 * rise * w * std::sin(w * t);
@@ -187,7 +189,7 @@ void FineInterpolator::step() noexcept {
     samples_ = {2.0 * samples_[0] - samples_[1], samples_[0], samples_[1]};
     ++made_up_;
     elapsed_ = 0;
-    start_segment((samples_[0] - samples_[1]) / period_s());
+    start_segment((samples_[0] - samples_[1]) / period_s_);
   }
   step_curve();
   output_ = {value_, velocity_, acceleration_};

@@ -68,15 +68,18 @@ bool Protection::overcurrent() const noexcept {
 }
 
 void Protection::force_voltage(double volts) noexcept {
+  changed_ = true;
   dc_link_.force(volts);
   motion_->set_dc_link_voltage(dc_link_.volts());
 }
 
 void Protection::heat(double current, std::chrono::seconds time) noexcept {
+  changed_ = true;
   for (std::int64_t i = 0; i < time.count(); ++i) thermal_.step(current, 0.0, limits_, 1.0);
 }
 
 void Protection::step() noexcept {
+  changed_ = true;
   const ServoMotor& motor = motion_->motor();
   const double frequency_hz = motor.velocity_rad_s() * motor.parameters().pole_pairs / (2.0 * std::numbers::pi);
   const double rated_a = std::numbers::sqrt2 * motor.parameters().rated_current_a;
@@ -101,7 +104,7 @@ void Protection::set_warning(Warning warning, bool on) noexcept {
   warnings_ = on ? warnings_ | bit : warnings_ & ~bit;
 }
 
-void Protection::publish() noexcept {
+void Protection::publish_all() noexcept {
   dictionary_->set(kValue.overload_integrator, static_cast<float>(thermal_.overload_percent()));
   dictionary_->set(kValue.motor_temperature, static_cast<float>(thermal_.motor_c()));
   dictionary_->set(kValue.dc_link_voltage, saturate<std::uint32_t>(dc_link_.volts() * 1e3));

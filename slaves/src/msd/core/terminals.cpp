@@ -73,6 +73,7 @@ void Terminals::configure(const ObjectDictionary& dictionary) noexcept {
     output_functions_[i] = static_cast<OutputFunction>(dictionary.get(kValue.output_functions[i]));
   }
   inverted_ = dictionary.get(kValue.input_inversion);
+  sort_outputs();
   evaluate();
 }
 
@@ -102,22 +103,38 @@ void Terminals::evaluate() noexcept {
   }
 }
 
-void Terminals::step_outputs(const OutputConditions& conditions) noexcept {
-  std::uint32_t outputs = outputs_;
-  const auto put = [&outputs](std::uint32_t bit, bool on) { outputs = on ? outputs | bit : outputs & ~bit; };
+void Terminals::sort_outputs() noexcept {
+  bus_each_step_ = bus_each_ms_ = limit_ = brake_ = driven_ = 0;
   for (std::size_t i = 0; i < kOutputTerminals.size(); ++i) {
     const std::uint32_t bit = 1U << static_cast<unsigned>(kOutputTerminals[i]);
-    const bool from_bus = output_functions_[i] == OutputFunction::kBusEachStep ||
-                          (output_functions_[i] == OutputFunction::kBusEachMs && conditions.millisecond);
-    if (from_bus && (conditions.mask & (bit << kBusShift)) != 0) {
-      put(bit, (conditions.physical_outputs & (bit << kBusShift)) != 0);
+    switch (output_functions_[i]) {
+      case OutputFunction::kOff:
+        break;
+      case OutputFunction::kLimit:
+        limit_ |= bit;
+        break;
+      case OutputFunction::kBrake:
+        brake_ |= bit;
+        break;
+      case OutputFunction::kBusEachStep:
+        bus_each_step_ |= bit;
+        continue;
+      case OutputFunction::kBusEachMs:
+        bus_each_ms_ |= bit;
+        continue;
     }
-    if (output_functions_[i] == OutputFunction::kOff) put(bit, false);
-    if (output_functions_[i] == OutputFunction::kLimit) put(bit, conditions.limit);
-    if (output_functions_[i] == OutputFunction::kBrake) put(bit, conditions.brake_open);
+    driven_ |= bit;
   }
-  put(1U << static_cast<unsigned>(Output::kStoRelay), !level(Input::kIsdsh));  // safe torque off is active
-  outputs_ = outputs;
+}
+
+void Terminals::step_outputs(const OutputConditions& conditions) noexcept {
+  const std::uint32_t due = bus_each_step_ | (conditions.millisecond ? bus_each_ms_ : 0U);
+  const std::uint32_t from_bus = due & conditions.mask >> kBusShift;
+  const std::uint32_t own = (conditions.limit ? limit_ : 0U) | (conditions.brake_open ? brake_ : 0U);
+  constexpr std::uint32_t kStoRelay = 1U << static_cast<unsigned>(Output::kStoRelay);
+  const std::uint32_t sto_relay = level(Input::kIsdsh) ? 0U : kStoRelay;  // safe torque off is active
+  const std::uint32_t held = outputs_ & ~(driven_ | from_bus | kStoRelay);
+  outputs_ = held | own | (from_bus & conditions.physical_outputs >> kBusShift) | sto_relay;
 }
 
 std::uint32_t Terminals::function_image() const noexcept {

@@ -93,6 +93,40 @@ TEST(MsdCyclic, SplinesTrackBetterThanLinearAtAMillisecond) {
   EXPECT_LT(linear, 2000.0);
 }
 
+/// Share of the rise from a setpoint to the next that the position demand (6062h) has made, every 125 us: linear
+/// interpolation with setpoints that come every `period`, which 60C2h says.
+std::vector<double> shares_of_the_rise(std::chrono::microseconds period) {
+  DriveRig rig;
+  EXPECT_EQ(rig.write(0x2172, 0, 1, 1), 0U);
+  rig.operate(static_cast<unsigned>(period.count()));
+  rig.enable(8);
+  const std::int32_t start = rig.target_position;
+  const auto setpoint_of = [&](int sample) { return start + 37 * sample * sample; };
+  std::vector<double> shares;
+  for (int sample = 1; sample <= 60; ++sample) {
+    rig.target_position = setpoint_of(sample);
+    for (auto passed = 125us; passed <= period; passed += 125us) {
+      passed == 125us ? rig.cycle(125us) : rig.pass(125us);
+      const auto demand = rig.drive.dictionary().get(kValue.position_demand);
+      const double rise = setpoint_of(sample) - setpoint_of(sample - 1);
+      if (sample == 60) shares.push_back((demand - setpoint_of(sample - 1)) / rise);
+    }
+  }
+  return shares;
+}
+
+TEST(MsdCyclic, SetpointsAreInterpolatedOverTheTimeThatIsIn60C2) {
+  for (const auto period : {250us, 1000us, 3000us}) {
+    const auto shares = shares_of_the_rise(period);
+    ASSERT_EQ(shares.size(), static_cast<std::size_t>(period / 125us));
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      // The demand is in whole increments, the rise has thousands.
+      EXPECT_NEAR(shares[i], (static_cast<double>(i) + 1.0) / static_cast<double>(shares.size()), 1e-3)
+          << period.count();
+    }
+  }
+}
+
 TEST(MsdCyclic, ConstantSpeedHasNoFollowingError) {
   for (const std::uint32_t type : {1U, 3U, 4U}) {
     DriveRig rig;

@@ -109,6 +109,20 @@ TEST_F(MsdMachineFault, BrokenEncoderCable) {
   expect_good_again();
 }
 
+/// Er 14 03 (MSD manual 5.3.3), which also a restart does not mend.
+TEST_F(MsdMachineFault, RamThatDoesNotHoldItsValue) {
+  rig.run_at(5'000'000);
+  set("RAM", 0);
+  rig.cycles(16);
+  expect_fault(Fault::kInternalRam, true);
+  EXPECT_EQ(rig.drive.display(), "Er. 14 03");
+  rig.device.restart();
+  rig.pass(5ms);
+  EXPECT_EQ(rig.drive.display(), "Er. 14 03");
+  set("RAM", 1);
+  EXPECT_EQ(rig.drive.display(), "Er 14 03") << "the cause is gone, the fault is not acknowledged";
+}
+
 TEST_F(MsdMachineFault, MainsOffIsUndervoltageWhenTheCapacitorIsEmpty) {
   rig.run_at(10'000'000);
   set("MAINS", 0);

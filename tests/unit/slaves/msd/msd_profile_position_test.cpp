@@ -405,6 +405,17 @@ TEST_F(MsdRoundTable, OnlyBitsSixAndSevenCount) {
   EXPECT_NEAR(travel(10'000, 0xFF3F | 0x80), 20.0, 0.1);
 }
 
+/// The circumference is that of 607Bh, not of the feed: here three quarters of a turn, from -90 degrees on.
+TEST_F(MsdRoundTable, EndsWhere607BSays) {
+  EXPECT_EQ(rig.write(0x607B, 1, static_cast<std::uint32_t>(-90'000), 4), 0U);
+  EXPECT_EQ(rig.write(0x607B, 2, 179'999, 4), 0U);
+  rig.cycles(2);
+  EXPECT_NEAR(rig.position, 80'000, 2) << "350 degrees";
+  EXPECT_NEAR(travel(-80'000, 0xC0), 110.0, 0.1) << "on through 180, which is -90";
+  EXPECT_NEAR(rig.position, -80'000, 30);
+  EXPECT_NEAR(travel(80'000, 0x80), 270.0, 0.1);
+}
+
 TEST_F(MsdRoundTable, RelativeTargetsMayExceedTheCircumference) {
   EXPECT_NEAR(travel(800'000, 0x00, kRelative), 800.0, 0.1);
   EXPECT_NEAR(rig.position, 350'000 + 800'000 - 3 * 360'000, 30);

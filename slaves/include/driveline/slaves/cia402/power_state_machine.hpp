@@ -91,8 +91,9 @@ class PowerStateMachine {
   [[nodiscard]] MotionCommand motion() const noexcept { return motion_; }
   /// Whether the motor is under control.
   [[nodiscard]] bool power_on() const noexcept { return motion_ != MotionCommand::kOff; }
-  /// Whether the controlled stop in progress ends with the power stage off. \rtsafe
-  [[nodiscard]] bool powers_off_at_standstill(const OptionCodes& options) const noexcept;
+  /// Whether the controlled stop in progress ends with the power stage off, with this quick stop option code (605Ah).
+  /// \rtsafe
+  [[nodiscard]] bool powers_off_at_standstill(std::int16_t quick_stop_code) const noexcept;
   /// Whether a quick stop has ended whose state persists (codes 5-8).
   [[nodiscard]] bool quick_stop_finished() const noexcept { return quick_stop_finished_; }
 

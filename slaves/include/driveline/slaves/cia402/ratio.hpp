@@ -17,7 +17,9 @@ class Ratio {
   [[nodiscard]] static Ratio of(Wide numerator, Wide divisor) noexcept;
 
   /// Returns value * numerator / divisor, rounded, halves away from zero; limited to 64 bits. \rtsafe
-  [[nodiscard]] std::int64_t apply(std::int64_t value) const noexcept;
+  [[nodiscard]] std::int64_t apply(std::int64_t value) const noexcept {
+    return numerator_ == divisor_ ? value : multiplied(value);
+  }
   /// \rtsafe
   [[nodiscard]] Ratio inverse() const noexcept;
   /// Returns the fraction as a floating-point number, for values that need not be exact. \rtsafe
@@ -31,6 +33,7 @@ class Ratio {
 
  private:
   Ratio(std::int64_t numerator, std::int64_t divisor) noexcept;
+  [[nodiscard]] std::int64_t multiplied(std::int64_t value) const noexcept;
 
   std::int64_t numerator_ = 1;
   std::int64_t divisor_ = 1;
@@ -51,7 +54,9 @@ class PositionRangeLimit {
   /// Whether the range is smaller than 32 bits, so that wrap() does more than truncate. \rtsafe
   [[nodiscard]] bool limited() const noexcept { return size_ != kFullSize; }
   /// Returns the displayed position, within the range. \rtsafe
-  [[nodiscard]] std::int32_t wrap(std::int64_t position) const noexcept;
+  [[nodiscard]] std::int32_t wrap(std::int64_t position) const noexcept {
+    return static_cast<std::int32_t>(minimum_ + positive_distance(minimum_, position));
+  }
   /// Returns the unwrapped destination of a movement from `position` (not wrapped) to the displayed position `target`.
   /// kShortest prefers the positive direction when both distances are equal. \rtsafe
   [[nodiscard]] std::int64_t destination(std::int64_t position, std::int32_t target,
@@ -59,7 +64,13 @@ class PositionRangeLimit {
 
  private:
   static constexpr std::int64_t kFullSize = std::int64_t{1} << 32;
-  [[nodiscard]] std::int64_t positive_distance(std::int64_t from, std::int64_t to) const noexcept;
+  /// Returns the distance between two positions in positive direction, less than the range.
+  [[nodiscard]] std::int64_t positive_distance(std::int64_t from, std::int64_t to) const noexcept {
+    const std::int64_t way = to - from;
+    if (way >= 0 && way < size_) return way;  // usual case: saves the division
+    const std::int64_t rest = way % size_;
+    return rest < 0 ? rest + size_ : rest;
+  }
 
   std::int64_t minimum_ = INT32_MIN;
   std::int64_t size_ = kFullSize;

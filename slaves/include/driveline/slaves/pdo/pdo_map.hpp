@@ -45,7 +45,10 @@ class PdoMap {
   };
 
   /// Holds at most `max_fields` entries; further entries are ignored.
-  explicit PdoMap(std::size_t max_fields = kDefaultFields) { fields_.reserve(max_fields); }
+  explicit PdoMap(std::size_t max_fields = kDefaultFields) {
+    fields_.reserve(max_fields);
+    steps_.reserve(max_fields);
+  }
 
   /// Reads the assignment of the sync manager and the mappings of its PDOs. Precondition: check_pdo_write() has
   /// accepted their values. Does not allocate. \rtsafe
@@ -63,9 +66,20 @@ class PdoMap {
   void encode(const ObjectDictionary& dictionary, std::span<std::byte> data) const noexcept;
 
  private:
+  /// How an entry is copied: whole bytes in one access, or else as its Field says.
+  enum class Copy : std::uint8_t { kField, kUnsigned8, kSigned8, kUnsigned16, kSigned16, kUnsigned32, kSigned32 };
+  /// The little that the copy of an entry needs in every cycle.
+  struct Step {
+    std::uint32_t place = 0;  ///< first byte in the process data; kField: index in `fields_`
+    std::uint16_t slot = 0;   ///< slot in the dictionary
+    Copy copy = Copy::kField;
+  };
+
   void append(const ObjectDictionary& dictionary, std::uint32_t entry) noexcept;
+  void append_step(const Field& field) noexcept;
 
   std::vector<Field> fields_;
+  std::vector<Step> steps_;  ///< one per field
   std::size_t bits_ = 0;
 };
 

@@ -124,10 +124,15 @@ class ServoMotor {
   [[nodiscard]] double kinetic_energy_j() const noexcept { return mechanics_.kinetic_energy_j(); }
   /// Returns the count of the encoder, rounded down, with its noise. \rtsafe
   [[nodiscard]] std::int64_t encoder_count() const noexcept {
-    return encoder_connected_ ? encoder_count(position_rad()) + noise_ : held_count_;
+    return encoder_connected_ ? count_ + noise_ : held_count_;
   }
   /// Returns the count at this position, without noise. \rtsafe
-  [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept;
+  [[nodiscard]] std::int64_t encoder_count(double position_rad) const noexcept {
+    // Rounds down without a call of floor(), which x86-64 has no instruction for.
+    const double increments = position_rad * increments_per_radian_;
+    const auto towards_zero = static_cast<std::int64_t>(increments);
+    return towards_zero - (increments < static_cast<double>(towards_zero) ? 1 : 0);
+  }
   /// Returns the count that is 0 after power-on for an encoder that knows only `encoder_turns` turns. \rtsafe
   [[nodiscard]] std::int64_t power_on_origin() const noexcept;
   /// Returns the resolution of the encoder. \rtsafe
@@ -135,7 +140,7 @@ class ServoMotor {
   /// Returns the count where the last step passed the encoder's index pulse, which occurs once per revolution at
   /// encoder count 0; the last one if a step is longer than a revolution. \rtsafe
   [[nodiscard]] std::optional<std::int64_t> index_pulse() const noexcept {
-    return encoder_connected_ ? index_pulse_ : std::nullopt;
+    return encoder_connected_ && passed_index_ ? std::optional(index_count_) : std::nullopt;
   }
 
  private:
@@ -159,10 +164,12 @@ class ServoMotor {
   bool shorted_ = false;
   bool through_windings_;  ///< the windings determine the torque of the next step
   bool encoder_connected_ = true;
+  std::int64_t count_ = 0;  ///< of the position, without noise: many ask for it in every step
   std::int64_t held_count_ = 0;
   double turn_begin_rad_ = 0.0;  ///< start of the present revolution of the shaft
   double turn_end_rad_ = 0.0;
-  std::optional<std::int64_t> index_pulse_;
+  std::int64_t index_count_ = 0;  ///< count of the index pulse that was passed last
+  bool passed_index_ = false;     ///< in the last step
   std::int64_t noise_ = 0;
   std::uint32_t random_;
 };

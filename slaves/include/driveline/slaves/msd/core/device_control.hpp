@@ -73,9 +73,10 @@ class DeviceControl {
 
  private:
   [[nodiscard]] OptionCodes option_codes_now() const noexcept;
+  [[nodiscard]] std::int16_t quick_stop_option() const noexcept;
   [[nodiscard]] bool power_ready(bool dc_link) const noexcept;
   [[nodiscard]] bool came_to_rest(std::chrono::nanoseconds now) const noexcept;
-  [[nodiscard]] ModeControl::Conditions mode_conditions(std::chrono::nanoseconds now) const noexcept;
+  void find_mode_conditions(std::chrono::nanoseconds now, ModeControl::Conditions& conditions) const noexcept;
 
   const ObjectDictionary* dictionary_;
   const Terminals* terminals_;

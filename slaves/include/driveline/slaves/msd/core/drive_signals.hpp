@@ -26,6 +26,7 @@ enum class MachineInput : std::uint8_t {
   kButtons,        ///< 1: the two buttons below the display are pressed
   kPositionError,  ///< position units added to 6064h only
   kPositionHeld,   ///< 1: 6064h does not change
+  kRam,            ///< 0: a cell of the processor's RAM does not hold its value
 };
 
 /// Finds a signal of a drive by name, without a drive instance.

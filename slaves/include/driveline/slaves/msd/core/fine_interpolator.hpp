@@ -67,7 +67,6 @@ class FineInterpolator {
   void begin_pursuit() noexcept;
   [[nodiscard]] bool makes_up() const noexcept;
   void step_curve() noexcept;
-  [[nodiscard]] double period_s() const noexcept { return steps_ * step_s_; }
 
   Method method_ = Method::kLinear;
   bool late_ = false;  ///< the last sample was late
@@ -78,6 +77,7 @@ class FineInterpolator {
   double stop_rate_ = std::numeric_limits<double>::infinity();
   double top_speed_ = std::numeric_limits<double>::infinity();
   double step_s_ = 62.5e-6;
+  double period_s_ = 125e-6;         ///< steps_ * step_s_
   std::array<double, 3> samples_{};  ///< newest first
   /// Coefficients over the time in the segment, constant term first; or start and rise of the cosine.
   std::array<double, 4> polynomial_{};

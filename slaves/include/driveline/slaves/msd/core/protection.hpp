@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <utility>
 
 #include "driveline/slaves/msd/core/drive_motion.hpp"
 #include "driveline/slaves/msd/core/faults.hpp"
@@ -24,9 +25,15 @@ class Protection {
   /// Runs one millisecond. \rtsafe
   void step() noexcept;
   /// Clears the warnings, as at power-on. \rtsafe
-  void reset() noexcept { warnings_ = 0; }
-  /// Publishes the warning texts from P 33[1] on, P 34, and the values that the warnings refer to. \rtsafe
-  void publish() noexcept;
+  void reset() noexcept {
+    warnings_ = 0;
+    changed_ = true;
+  }
+  /// Publishes the warning texts from P 33[1] on, P 34, and the values that the warnings refer to, if anything has
+  /// changed since the last call. \rtsafe
+  void publish() noexcept {
+    if (std::exchange(changed_, false)) publish_all();
+  }
 
   /// Whether the current in the motor cables exceeds the limit of the motor. \rtsafe
   [[nodiscard]] bool overcurrent() const noexcept;
@@ -44,15 +51,22 @@ class Protection {
   /// Heats motor and power stage like this current, in rated currents, during this time. \rtsafe
   void heat(double current, std::chrono::seconds time) noexcept;
   /// Returns the DC link, for mains and brake resistor. \rtsafe
-  [[nodiscard]] DcLink& dc_link() noexcept { return dc_link_; }
+  [[nodiscard]] DcLink& dc_link() noexcept {
+    changed_ = true;
+    return dc_link_;
+  }
   /// \rtsafe
   [[nodiscard]] const DcLink& dc_link() const noexcept { return dc_link_; }
   /// Returns the thermal model, to set the ambient temperature. \rtsafe
-  [[nodiscard]] ThermalModel& thermal() noexcept { return thermal_; }
+  [[nodiscard]] ThermalModel& thermal() noexcept {
+    changed_ = true;
+    return thermal_;
+  }
   /// \rtsafe
   [[nodiscard]] const ThermalModel& thermal() const noexcept { return thermal_; }
 
  private:
+  void publish_all() noexcept;
   void set_warning(Warning warning, bool on) noexcept;
   void find_warnings() noexcept;
   [[nodiscard]] double overload_trip_percent() const noexcept;
@@ -67,6 +81,7 @@ class Protection {
   double overcurrent_a_;  ///< amplitude
   std::uint32_t warnings_ = 0;
   std::uint32_t shown_warnings_ = 0;
+  bool changed_ = true;      ///< what publish() shows is not in the dictionary yet
   std::uint16_t text_slot_;  ///< text slot of the first warning, P 33[1]
 };
 

@@ -103,12 +103,19 @@ class Terminals {
   static constexpr std::size_t kBrakeOutput = 3;  ///< index of P 125 in P 122-P 126
 
   void evaluate() noexcept;
+  void sort_outputs() noexcept;
 
   std::uint32_t inputs_ = 0x81;  ///< initially ENPO and ISDSH are connected
   std::uint32_t inverted_ = 0;   ///< P 120
   std::uint32_t outputs_ = 0;
   std::array<InputFunction, 11> input_functions_{};
   std::array<OutputFunction, 5> output_functions_{};
+  // Bits of the outputs by their function, so that a control cycle does not go through the selectors.
+  std::uint32_t bus_each_step_ = 0;
+  std::uint32_t bus_each_ms_ = 0;
+  std::uint32_t limit_ = 0;
+  std::uint32_t brake_ = 0;
+  std::uint32_t driven_ = UINT32_MAX;  ///< off, limit or brake: set in every control cycle
   InputSignals signals_;
 };
 
