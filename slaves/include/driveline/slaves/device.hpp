@@ -90,11 +90,16 @@ class Device {
   [[nodiscard]] virtual SyncDemand sync_demand() const noexcept { return {}; }
   /// @}
 
+  /// Called when SAFEOP was entered from PREOP, and when OP is requested: the cycle of SYNC0 as the master has
+  /// activated it; 0: SYNC0 is off.
+  virtual void sync_started(std::chrono::nanoseconds /*sync0_cycle*/) noexcept {}
+
   /// Called for each SYNC0 or SYNC1, at `time` on the line's clock (the true time of the pulse, between two ticks of
   /// the device's own clock), in every state; the slave transfers outputs and inputs.
   virtual void sync_event(SyncSignal /*signal*/, std::chrono::nanoseconds /*time*/) noexcept {}
 
-  /// Reports how long before the SYNC pulses the outputs arrived so far; called after each pulse in OP.
+  /// Reports how long before the SYNC pulses the outputs arrived so far; called after each pulse in OP, and after the
+  /// application has hung.
   virtual void sync_margin(const SyncMargin& /*margin*/) noexcept {}
 
   /// Receives new outputs of an output sync manager; only in OP.
