@@ -49,7 +49,7 @@ void AlStateMachine::handle_request(const Esc::AlRequest& request, Nanoseconds n
   if (error_ && !control.acknowledge && control.state != AlState::kInit) return;
   error_ = false;
   code_ = AlStatusCode::kNoError;
-  id_loaded_ = control.request_id && device_id() != 0;
+  id_loaded_ = control.request_id && answers_id_request();
   pending_.reset();
   if (const auto illegal = check_legal(control.state); illegal != AlStatusCode::kNoError)
     return refuse_request(illegal);
@@ -66,6 +66,7 @@ void AlStateMachine::handle_request(const Esc::AlRequest& request, Nanoseconds n
 AlStatusCode AlStateMachine::check_legal(AlState target) const noexcept {
   if (!wire::is_known(target)) return AlStatusCode::kUnknownRequestedState;
   if (target == state_ || target == AlState::kInit) return AlStatusCode::kNoError;
+  // BOOT has no way but to INIT (ETG.1000.6; MSD manual 9.2, transitions IB and BI).
   const bool up = (state_ == AlState::kInit && (target == AlState::kPreOp || target == AlState::kBootstrap)) ||
                   (state_ == AlState::kPreOp && target == AlState::kSafeOp) ||
                   (state_ == AlState::kSafeOp && target == AlState::kOp);
@@ -272,13 +273,22 @@ void AlStateMachine::report(AlStatusCode code) noexcept {
   publish();
 }
 
+/// A device that announces the identification (SII, ETG.1000.6 Table 22) answers with 0 when no ID is set; one that
+/// does not leaves bit 5 of AL status at 0, which masters wait for in vain (ETG.1020, explicit device identification).
+/// So do Beckhoff's Slave Stack Code (EXPLICIT_DEVICE_ID, SetALStatus) and SOES (pull request 116, no hook).
+bool AlStateMachine::answers_id_request() const noexcept {
+  return device_id() != 0 || device_.profile().identification;
+}
+
 std::uint16_t AlStateMachine::device_id() const noexcept {
   return options_.device_id != 0 ? options_.device_id : device_.profile().device_id;
 }
 
 void AlStateMachine::publish() noexcept {
-  const auto code = id_loaded_ ? device_id() : static_cast<std::uint16_t>(code_);
-  esc_.set_al_status({state_, error_, id_loaded_}, code);
+  // There is no identification in BOOT (Slave Stack Code 5.11, SetALStatus).
+  const bool shows_id = id_loaded_ && state_ != AlState::kBootstrap;
+  const auto code = shows_id ? device_id() : static_cast<std::uint16_t>(code_);
+  esc_.set_al_status({state_, error_, shows_id}, code);
 }
 
 }  // namespace driveline::slaves

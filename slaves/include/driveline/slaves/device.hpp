@@ -40,7 +40,8 @@ struct DeviceProfile {
   std::uint8_t ram_kib = 8;                            ///< process RAM in KiB, at most 60
   bool distributed_clock = true;                       ///< the controller has a DC unit
   bool distributed_clock_64bit = true;                 ///< the times of the DC unit have 64 bits, else 32
-  std::uint16_t device_id = 0;                         ///< explicit device identification; 0: not supported
+  std::uint16_t device_id = 0;                         ///< explicit device identification; 0: none
+  bool identification = false;                         ///< requests for it are answered with 0 when there is none
 };
 
 /// Application at the process data interface of an emulated slave controller: a drive, a terminal, a coupler.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -11,6 +12,11 @@ namespace driveline::slaves {
 /// Synchronisation types, coded as in 1C32h:01 and 1C33h:01 (ETG.1020 Table 60). kSmEvent is the event of the sync
 /// manager itself; inputs of a device with outputs may follow the event of the outputs instead, kSm2Event.
 enum class SyncType : std::uint16_t { kFreeRun = 0, kSmEvent = 1, kSync0 = 2, kSync1 = 3, kSm2Event = 0x22 };
+
+/// Returns the index of the object with the synchronisation of a sync manager: 1C30h + its number. \rtsafe
+[[nodiscard]] constexpr std::uint16_t sync_parameter_object(std::size_t sync_manager) noexcept {
+  return static_cast<std::uint16_t>(0x1C30 + sync_manager);
+}
 
 /// Synchronisation types that the application of a device supports, and its settings.
 struct SyncDemand {

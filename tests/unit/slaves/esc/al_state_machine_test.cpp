@@ -640,6 +640,30 @@ TEST_F(AlStateMachineTest, DeviceIdentificationOnRequest) {
   EXPECT_EQ(get(reg::kAlStatusCode), 0x0011);
 }
 
+TEST_F(AlStateMachineTest, DeviceIdentificationWithoutAnIdIsZero) {
+  auto own = std::make_unique<TestDevice>();
+  own->own_profile.identification = true;
+  rebuild({}, std::move(own));
+  request(AlState::kInit, false, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0021);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0);
+}
+
+TEST_F(AlStateMachineTest, DeviceIdentificationIsNotShownInBoot) {
+  with_bootstrap();
+  SlaveOptions options;
+  options.al.device_id = 0x0307;
+  auto own = std::make_unique<TestDevice>();
+  own->own_profile.bootstrap_mailboxes = device().own_profile.bootstrap_mailboxes;
+  rebuild(options, std::move(own));
+  configure_boot_mailboxes();
+  request(AlState::kInit, false, true);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0x0307);
+  request(AlState::kBootstrap, false, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0003);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0);
+}
+
 TEST_F(AlStateMachineTest, DeviceIdentificationNotSupported) {
   request(AlState::kInit, false, true);
   EXPECT_EQ(get(reg::kAlStatus), 0x0001);

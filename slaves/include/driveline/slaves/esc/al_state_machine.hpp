@@ -112,6 +112,7 @@ class AlStateMachine {
   void enter(wire::AlState target) noexcept;
   void refuse_request(wire::AlStatusCode code) noexcept;
   void report(wire::AlStatusCode code) noexcept;
+  [[nodiscard]] bool answers_id_request() const noexcept;
   [[nodiscard]] std::uint16_t device_id() const noexcept;
   void publish() noexcept;
   [[nodiscard]] wire::AlStatusCode check_legal(wire::AlState target) const noexcept;
