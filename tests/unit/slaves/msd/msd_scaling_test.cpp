@@ -153,7 +153,8 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
   MsdParameters parameters;
   parameters.initial_position_rad = 2.0 * std::numbers::pi;
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write(0x6092, 1, 360, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 1080, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 2, 3, 4), 0U);
   rig.pass(5ms);
   EXPECT_NEAR(rig.read(0x6064), 1048576, 1);
   EXPECT_EQ(rig.read(0x6093, 1), 1U) << "calculated with the start of the control, not before";
@@ -164,7 +165,7 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
   EXPECT_EQ(rig.read(0x6093, 1) * 45U, rig.read(0x6093, 2) * 131072U) << "2^20 / 360";
   rig.control = 0x06;
   rig.cycles(4);
-  ASSERT_EQ(rig.write(0x6092, 1, 3600, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 10'800, 4), 0U);
   rig.cycles(4);
   EXPECT_NEAR(rig.position, 360, 1);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
@@ -190,7 +191,8 @@ TEST(MsdScaling, NoDriftOverTheWholeRangeAndBack) {
 TEST(MsdScaling, NoDriftInMotionPastTheEndsOf32Bits) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 9000, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 2, 9, 4), 0U);
   ASSERT_EQ(rig.write(0x607B, 1, 0, 4), 0U);
   ASSERT_EQ(rig.write(0x607B, 2, 999, 4), 0U);
   ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);
