@@ -198,10 +198,14 @@ void SyncSupervision::note_sync0(Nanoseconds time) noexcept {
 /// Judges a pulse with or without new outputs. When SYNC0 comes more often than the application needs outputs, they are
 /// missing only after a whole cycle of the application without any.
 void SyncSupervision::judge_pulse(bool came) noexcept {
-  pulses_without_ = came ? 0 : pulses_without_ + 1;
-  if (!came && pulses_without_ < pulses_per_outputs_) return;
-  pulses_without_ = 0;
-  if (!came && !first_pulse_) ++margin_.missed;
+  if (came) {
+    pulses_without_ = 0;
+  } else {
+    // Outputs that arrive near a pulse find the one before it or the next one: half a cycle more is no loss.
+    if (++pulses_without_ < pulses_per_outputs_ + pulses_per_outputs_ / 2) return;
+    pulses_without_ -= pulses_per_outputs_;
+    if (!first_pulse_) ++margin_.missed;
+  }
   first_pulse_ = false;
   count_cycle(came);
 }

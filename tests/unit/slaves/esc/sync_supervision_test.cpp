@@ -226,12 +226,22 @@ TEST_F(SyncSupervisionTest, OutputsAreDueOnceInTheCycleOfTheApplication) {
   for (int i = 0; i < 400; ++i) cycle(i % 4 == 1);
   expect_status(AlState::kOp);
   EXPECT_EQ(slave().al().sync_margin().missed, 0U);
-  // The last outputs came two pulses ago. Five missing ones exceed the limit of 12.
-  for (int i = 0; i < 17; ++i) cycle(false);
+  // The last outputs came two pulses ago. They are missing after six, and after every fourth from there; five missing
+  // ones exceed the limit of 12.
+  for (int i = 0; i < 19; ++i) cycle(false);
   expect_status(AlState::kOp);
   EXPECT_EQ(slave().al().sync_margin().missed, 4U);
   cycle(false);
   expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncTimeout);
+}
+
+TEST_F(SyncSupervisionTest, OutputsNearAPulseMayComeAPulseEarlierOrLater) {
+  auto demand = demand_of_a_drive();
+  demand.outputs_cycle = 4ms;
+  to_op(demand);
+  for (int i = 0; i < 400; ++i) cycle(i % 8 == 1 || i % 8 == 6);  // five pulses, then three
+  expect_status(AlState::kOp);
+  EXPECT_EQ(slave().al().sync_margin().missed, 0U);
 }
 
 TEST_F(SyncSupervisionTest, OutputsThatAreDueMoreOftenThanSync0AreDueAtEachPulse) {

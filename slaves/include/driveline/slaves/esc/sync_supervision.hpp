@@ -86,7 +86,7 @@ class SyncSupervision {
   SyncSignal data_signal_ = SyncSignal::kSync0;  ///< signal whose pulses need new outputs
   unsigned error_limit_ = 0;
   std::int64_t pulses_per_outputs_ = 1;  ///< outputs are due at one of so many pulses
-  std::int64_t pulses_without_ = 0;      ///< pulses since the last outputs, or since they were counted as missing
+  std::int64_t pulses_without_ = 0;      ///< pulses since outputs were due or came last
   Nanoseconds calc_and_copy_{0};
   Nanoseconds cycle_{0};
   Nanoseconds last_pulse_{0};
