@@ -172,9 +172,9 @@ void AlStateMachine::check_configuration() noexcept {
   if (process_data != AlStatusCode::kNoError) fall_back(AlState::kPreOp, process_data);
 }
 
-/// The table of ETG.1000.6 (AL status codes) keeps the state after 0x0011 and 0x0012, and vendors repeat it. Slave stacks
-/// go from OP to SAFEOP: KickCAT (ESMStates), made to match the conformance test TF-1200 in its pull request 181,
-/// Beckhoff's Slave Stack Code 5.11 (AL_ControlInd), and SOES (ESC_state).
+/// The table of ETG.1000.6 (AL status codes) keeps the state after 0x0011 and 0x0012, and vendors repeat it. Slave
+/// stacks go from OP to SAFEOP: KickCAT (ESMStates), made to match the conformance test TF-1200 in its pull request
+/// 181, Beckhoff's Slave Stack Code 5.11 (AL_ControlInd), and SOES (ESC_state).
 void AlStateMachine::refuse_request(AlStatusCode code) noexcept {
   if (state_ == AlState::kOp) return fall_back(AlState::kSafeOp, code);
   report(code);
