@@ -77,6 +77,8 @@ class EsiReader {
     device.group_type = XmlContext::child_text(node, "GroupType");
     if (const auto group = groups_.find(device.group_type); group != groups_.end()) device.group_name = group->second;
     read_timeouts(node.child("Info"), device.timeouts);
+    const auto identification = XmlContext::child_text(node.child("Info"), "IdentificationReg134");
+    device.identification = identification == "true" || identification == "1";
     read_profile(node, device);
     read_fmmus(node, device);
     read_sync_managers(node, device);

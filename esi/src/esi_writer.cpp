@@ -150,11 +150,12 @@ void append_number(pugi::xml_node node, const char* name, const std::optional<st
   if (value) append_text(node, name, std::to_string(*value));
 }
 
-void append_info(pugi::xml_node node, const DeviceTimeouts& timeouts) {
+void append_info(pugi::xml_node node, const DeviceDescription& device) {
+  const auto& timeouts = device.timeouts;
   const bool states =
       timeouts.to_pre_op || timeouts.to_safe_op_and_op || timeouts.back_to_init || timeouts.back_to_safe_op;
   const bool mailbox = timeouts.mailbox_request || timeouts.mailbox_response;
-  if (!states && !mailbox) return;
+  if (!states && !mailbox && !device.identification) return;
   auto info = node.append_child("Info");
   if (states) {
     auto out = info.append_child("StateMachine").append_child("Timeout");
@@ -163,10 +164,12 @@ void append_info(pugi::xml_node node, const DeviceTimeouts& timeouts) {
     append_number(out, "BackToInitTimeout", timeouts.back_to_init);
     append_number(out, "BackToSafeopTimeout", timeouts.back_to_safe_op);
   }
-  if (!mailbox) return;
-  auto out = info.append_child("Mailbox").append_child("Timeout");
-  append_number(out, "RequestTimeout", timeouts.mailbox_request);
-  append_number(out, "ResponseTimeout", timeouts.mailbox_response);
+  if (mailbox) {
+    auto out = info.append_child("Mailbox").append_child("Timeout");
+    append_number(out, "RequestTimeout", timeouts.mailbox_request);
+    append_number(out, "ResponseTimeout", timeouts.mailbox_response);
+  }
+  if (device.identification) append_text(info, "IdentificationReg134", "true");
 }
 
 void append_watchdogs(pugi::xml_node node, const DeviceWatchdogs& watchdogs) {
@@ -208,7 +211,7 @@ void append_device(pugi::xml_node devices, const DeviceDescription& device) {
   if (device.serial_number != 0) set_attribute(type, "SerialNo", hex_number(device.serial_number, 8));
   if (device.not_lrw) set_attribute(type, "UseLrdLwr", "1");
   append_name(node, device.name);
-  append_info(node, device.timeouts);
+  append_info(node, device);
   if (!device.group_type.empty()) append_text(node, "GroupType", device.group_type);
   append_profile(node, device);
   for (const FmmuUse use : device.fmmus) append_text(node, "Fmmu", fmmu_name(use));

@@ -80,7 +80,8 @@ SiiGeneral make_general(const DeviceDescription& device, TextTable& texts) {
       bit(mailbox.coe_pdo_assign, SiiGeneral::kCoePdoAssign) | bit(mailbox.coe_pdo_config, SiiGeneral::kCoePdoConfig) |
       bit(mailbox.coe_upload_at_startup, SiiGeneral::kCoeUploadAtStartup) |
       bit(mailbox.coe_complete_access, SiiGeneral::kCoeCompleteAccess));
-  general.flags = bit(device.not_lrw, SiiGeneral::kEnableNotLrw);
+  general.flags = static_cast<std::uint8_t>(bit(device.not_lrw, SiiGeneral::kEnableNotLrw) |
+                                            bit(device.identification, SiiGeneral::kIdentification));
   general.foe_details = bit(mailbox.foe, 1);
   general.eoe_details = bit(mailbox.eoe, 1);
   general.soe_channels = mailbox.soe_channels;
@@ -189,6 +190,7 @@ void read_general(const SiiImage& image, DeviceDescription& device) {
   }
   device.physics.erase(device.physics.find_last_not_of(' ') + 1);
   device.not_lrw = (general->flags & SiiGeneral::kEnableNotLrw) != 0;
+  device.identification = (general->flags & SiiGeneral::kIdentification) != 0;
   const auto coe = [general](std::uint8_t mask) { return (general->coe_details & mask) != 0; };
   device.mailbox.coe_sdo_info = coe(SiiGeneral::kCoeSdoInfo);
   device.mailbox.coe_pdo_assign = coe(SiiGeneral::kCoePdoAssign);

@@ -249,6 +249,21 @@ TEST_P(EveryLayoutRecovers, ADriveThatFellToSafeOpAlone) {
   for (const std::size_t other : {0U, 1U, 3U, 4U, 5U}) EXPECT_EQ(watch.invalid[other], 0U) << other;
 }
 
+/// Its outputs stay locked until the supervisor acknowledges the error; the shorter working counter is no reason to
+/// distrust the others.
+TEST_P(EveryLayoutRecovers, ADriveThatFellToSafeOpByAnError) {
+  begin(LossPolicy::kContinue);
+  const auto value = wire::AlControl{AlState::kBootstrap, false, false}.raw();
+  const auto ref = operation->master().slaves()[2].info.ref;
+  ASSERT_EQ(sentence(operation->master().bus().write(ref, wire::reg::kAlControl, value)), "");
+  ASSERT_TRUE(live_until([&] { return supervisor->recoveries() == 1; })) << told();
+  live(milliseconds{20});
+  EXPECT_EQ(told(),
+            "slave 2: left OP, is in SAFEOP with an error, AL status code 0x0011 (invalid requested state change)\n"
+            "slave 2: back in OP\n");
+  for (const std::size_t other : {0U, 1U, 3U, 4U, 5U}) EXPECT_EQ(watch.invalid[other], 0U) << other;
+}
+
 INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayoutRecovers, all_layouts(),
                          [](const auto& name) { return std::string(name.param.name); });
 

@@ -18,6 +18,13 @@ bool below_safe_op(std::uint8_t al_status) noexcept {
   return state == wire::AlState::kInit || state == wire::AlState::kPreOp || state == wire::AlState::kBootstrap;
 }
 
+/// A slave that has left OP because of an error keeps its output sync manager off until the error is acknowledged
+/// (ETG.1000.6, error indication).
+bool safe_op_with_error(std::uint8_t al_status) noexcept {
+  const auto status = wire::AlStatus::from_raw(al_status);
+  return status.state == wire::AlState::kSafeOp && status.error;
+}
+
 void copy(std::span<const std::byte> from, std::span<std::byte> to, std::size_t offset, std::size_t bytes) noexcept {
   const auto part = from.subspan(0, bytes);
   std::copy(part.begin(), part.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
@@ -178,6 +185,7 @@ void CyclicFrame::take(const Part& part, DatagramResult& result, std::span<const
     condition.al_status = al_byte(data[place.al_status_offset - datagram.offset]);
     condition.absent = !result.complete && condition.al_status == 0;
     condition.down = !result.complete && !condition.absent && below_safe_op(condition.al_status);
+    condition.outputs_off = safe_op_with_error(condition.al_status);
   }
   explain(part, image, conditions, result);
   if (result.complete) return copy(data, image.inputs(), datagram.offset, datagram.bytes);
@@ -201,12 +209,24 @@ void CyclicFrame::explain(const Part& part, const ProcessImage& image, std::span
   unsigned here = 0;
   unsigned absent = 0;
   unsigned uncertain = 0;
+  bool any_present = false;
   for (const auto& share : image.shares().subspan(part.first_share, part.share_count)) {
     const auto& condition = conditions[share.slave];
-    (condition.recovering || condition.down ? uncertain : condition.absent ? absent : here) += share.count;
+    if (condition.recovering || condition.down) {
+      uncertain += share.count;
+    } else if (condition.absent) {
+      absent += share.count;
+    } else {
+      // An LRW counts 1 for reading and 2 for writing.
+      const unsigned reads = part.datagram.command == wire::Command::kLwr ? 0U : share.count % 2U;
+      const unsigned certain = condition.outputs_off ? reads : share.count;
+      here += certain;
+      uncertain += share.count - certain;
+      any_present = true;
+    }
   }
   const unsigned counter = result.working_counter;
-  result.good = counter >= here && counter <= here + uncertain && here > 0;
+  result.good = counter >= here && counter <= here + uncertain && any_present;
   result.disturbed = counter < here + absent || counter > here + absent + uncertain;
 }
 

@@ -16,7 +16,7 @@ AlStateMachine::AlStateMachine(Esc& esc, Device& device, const AlOptions& option
 }
 
 void AlStateMachine::reset() noexcept {
-  error_ = id_loaded_ = false;
+  error_ = id_loaded_ = outputs_locked_ = inputs_locked_ = false;
   code_ = AlStatusCode::kNoError;
   pending_.reset();
   enter(AlState::kInit);
@@ -49,9 +49,14 @@ void AlStateMachine::handle_request(const Esc::AlRequest& request, Nanoseconds n
   if (error_ && !control.acknowledge && control.state != AlState::kInit) return;
   error_ = false;
   code_ = AlStatusCode::kNoError;
-  id_loaded_ = control.request_id && device_id() != 0;
+  id_loaded_ = control.request_id && answers_id_request();
   pending_.reset();
-  if (const auto illegal = check_legal(control.state); illegal != AlStatusCode::kNoError) return report(illegal);
+  if (const auto illegal = check_legal(control.state); illegal != AlStatusCode::kNoError)
+    return refuse_request(illegal);
+  if (outputs_locked_ || inputs_locked_) {
+    outputs_locked_ = inputs_locked_ = false;
+    lock_sync_managers();
+  }
   if (control.state == state_) return publish();
   publish();
   pending_ = Pending{control.state, request.time + options_.transition_delay};
@@ -61,6 +66,7 @@ void AlStateMachine::handle_request(const Esc::AlRequest& request, Nanoseconds n
 AlStatusCode AlStateMachine::check_legal(AlState target) const noexcept {
   if (!wire::is_known(target)) return AlStatusCode::kUnknownRequestedState;
   if (target == state_ || target == AlState::kInit) return AlStatusCode::kNoError;
+  // BOOT has no way but to INIT (ETG.1000.6; MSD manual 9.2, transitions IB and BI).
   const bool up = (state_ == AlState::kInit && (target == AlState::kPreOp || target == AlState::kBootstrap)) ||
                   (state_ == AlState::kPreOp && target == AlState::kSafeOp) ||
                   (state_ == AlState::kSafeOp && target == AlState::kOp);
@@ -90,6 +96,11 @@ void AlStateMachine::on_sync(SyncSignal signal, Nanoseconds time) noexcept {
   react_to_synchronisation();
 }
 
+void AlStateMachine::start_synchronisation() noexcept {
+  synchronisation_.start(device_.sync_demand());
+  device_.sync_started(synchronisation_.sync0_cycle());
+}
+
 void AlStateMachine::react_to_synchronisation() noexcept {
   const auto fault = synchronisation_.fault();
   if (outputs_running() && fault != AlStatusCode::kNoError) fall_back(AlState::kSafeOp, fault);
@@ -111,7 +122,7 @@ void AlStateMachine::execute(AlState target, Nanoseconds now) noexcept {
   if (refusal_ && refusal_->to == target) return report(refusal_->code);
   if (const auto code = check_settings(target); code != AlStatusCode::kNoError) return report(code);
   if (target == AlState::kOp) {
-    synchronisation_.start(device_.sync_demand());
+    start_synchronisation();
     if (!ready_for_op()) {
       pending_ = Pending{target, now + options_.safeop_to_op_timeout, true};
       return;
@@ -161,9 +172,25 @@ void AlStateMachine::check_configuration() noexcept {
   if (process_data != AlStatusCode::kNoError) fall_back(AlState::kPreOp, process_data);
 }
 
+/// The table of ETG.1000.6 (AL status codes) keeps the state after 0x0011 and 0x0012, and vendors repeat it. Slave
+/// stacks go from OP to SAFEOP: KickCAT (ESMStates), made to match the conformance test TF-1200 in its pull request
+/// 181, Beckhoff's Slave Stack Code 5.11 (AL_ControlInd), and SOES (ESC_state).
+void AlStateMachine::refuse_request(AlStatusCode code) noexcept {
+  if (state_ == AlState::kOp) return fall_back(AlState::kSafeOp, code);
+  report(code);
+}
+
+/// A slave that leaves OP for SAFEOP with an error disables its output sync manager until the error is acknowledged,
+/// and its input sync manager only if the inputs are invalid, as after an error of the synchronisation (ETG.1000.6,
+/// error indication, as cited in KickCAT issue 139). A slave with outputs keeps its inputs, as the Slave Stack Code
+/// does: the missing outputs show in the working counter.
 void AlStateMachine::fall_back(AlState to, AlStatusCode reason) noexcept {
   const auto from = state_;
   pending_.reset();
+  if (from == AlState::kOp && to == AlState::kSafeOp) {
+    outputs_locked_ = true;
+    inputs_locked_ = !outputs_expected() && is_sync_error(reason);
+  }
   enter(to);
   report(reason);
   device_.fall_back(from, to, reason);
@@ -172,20 +199,30 @@ void AlStateMachine::fall_back(AlState to, AlStatusCode reason) noexcept {
 void AlStateMachine::enter(AlState target) noexcept {
   const auto from = state_;
   state_ = target;
-  if (target == AlState::kSafeOp && from == AlState::kPreOp) synchronisation_.start(device_.sync_demand());
+  if (target == AlState::kSafeOp && from == AlState::kPreOp) start_synchronisation();
   if (target == AlState::kSafeOp && from == AlState::kOp) synchronisation_.leave_op();
   if (!inputs_running()) synchronisation_.stop();
-  if (!esc_.device_emulation()) lock_sync_managers(!mailbox_running(), !inputs_running());
+  if (!esc_.device_emulation()) lock_sync_managers();
 }
 
-void AlStateMachine::lock_sync_managers(bool mailboxes, bool process_data) noexcept {
+bool AlStateMachine::locked(Use use) const noexcept {
+  switch (use) {
+    case Use::kMailboxOut:
+    case Use::kMailboxIn:
+      return !mailbox_running();
+    case Use::kOutputs:
+      return !inputs_running() || outputs_locked_;
+    case Use::kInputs:
+      return !inputs_running() || inputs_locked_;
+  }
+  return true;
+}
+
+void AlStateMachine::lock_sync_managers() noexcept {
   auto& unit = esc_.sync_managers();
   const auto& layout = device_.profile().sync_managers;
   const auto count = std::min<std::size_t>(layout.size(), unit.count());
-  for (unsigned n = 0; n < count; ++n) {
-    const bool mailbox = layout[n].use == Use::kMailboxOut || layout[n].use == Use::kMailboxIn;
-    unit.set_deactivated(n, mailbox ? mailboxes : process_data);
-  }
+  for (unsigned n = 0; n < count; ++n) unit.set_deactivated(n, locked(layout[n].use));
 }
 
 bool AlStateMachine::outputs_expected() const noexcept {
@@ -236,13 +273,22 @@ void AlStateMachine::report(AlStatusCode code) noexcept {
   publish();
 }
 
+/// A device that announces the identification (SII, ETG.1000.6 Table 22) answers with 0 when no ID is set; one that
+/// does not leaves bit 5 of AL status at 0, which masters wait for in vain (ETG.1020, explicit device identification).
+/// So do Beckhoff's Slave Stack Code (EXPLICIT_DEVICE_ID, SetALStatus) and SOES (pull request 116, no hook).
+bool AlStateMachine::answers_id_request() const noexcept {
+  return device_id() != 0 || device_.profile().identification;
+}
+
 std::uint16_t AlStateMachine::device_id() const noexcept {
   return options_.device_id != 0 ? options_.device_id : device_.profile().device_id;
 }
 
 void AlStateMachine::publish() noexcept {
-  const auto code = id_loaded_ ? device_id() : static_cast<std::uint16_t>(code_);
-  esc_.set_al_status({state_, error_, id_loaded_}, code);
+  // There is no identification in BOOT (Slave Stack Code 5.11, SetALStatus).
+  const bool shows_id = id_loaded_ && state_ != AlState::kBootstrap;
+  const auto code = shows_id ? device_id() : static_cast<std::uint16_t>(code_);
+  esc_.set_al_status({state_, error_, shows_id}, code);
 }
 
 }  // namespace driveline::slaves

@@ -131,7 +131,8 @@ void Slave::controller_event(Nanoseconds time) noexcept {
 
 void Slave::sync_pulse(Nanoseconds time) {
   const auto pulse = esc_.clock().take_pulse();
-  if (!pulse || stalled_until_ || !esc_.pdi_operational()) return;
+  if (!pulse || !esc_.pdi_operational()) return;
+  if (stalled_until_) return al_.on_unserved_sync(pulse->signal, time);
   esc_.clock().acknowledge_sync();
   device_->advance(time);
   const bool exchange = pulse->signal == SyncSignal::kSync0 && al_.inputs_running();
@@ -155,6 +156,7 @@ void Slave::wake_up(Nanoseconds time) noexcept {
   if (noticed && al_.inputs_running() && !esc_.device_emulation()) {
     al_.fall_back(wire::AlState::kSafeOp, wire::AlStatusCode::kBackgroundWatchdog);
   }
+  device_->sync_margin(al_.sync_margin());
   al_.handle_events(time);
 }
 

@@ -44,18 +44,37 @@ Activated activated(const EscMemory& memory) noexcept {
   return result;
 }
 
+bool is_signal(SyncType type) noexcept {
+  return type == SyncType::kSync0 || type == SyncType::kSync1;
+}
+
+/// Whether the master has activated the signal that the type needs.
+bool has_signal(SyncType type, const Activated& active) noexcept {
+  return !is_signal(type) || (active.sync0 && (type == SyncType::kSync0 || active.sync1));
+}
+
 bool supported(const SyncDemand& demand, SyncType type) noexcept {
   switch (type) {
     case SyncType::kFreeRun:
       return demand.free_run;
     case SyncType::kSmEvent:
       return demand.sm_event;
+    case SyncType::kSm2Event:
+      return demand.sm_event && demand.outputs;
     case SyncType::kSync0:
       return demand.sync0;
     case SyncType::kSync1:
       return demand.sync1;
   }
   return false;
+}
+
+/// Inputs need the signal of their type, but may follow another event than the outputs (Beckhoff's Slave Stack Code
+/// 5.11, StartInputHandler).
+AlStatusCode check_inputs(const SyncDemand& demand, const Activated& active) noexcept {
+  if (!demand.input_type) return AlStatusCode::kNoError;
+  if (!supported(demand, *demand.input_type)) return AlStatusCode::kSyncModeNotSupported;
+  return has_signal(*demand.input_type, active) ? AlStatusCode::kNoError : AlStatusCode::kInvalidDcSyncConfiguration;
 }
 
 }  // namespace
@@ -67,13 +86,11 @@ AlStatusCode SyncSupervision::check(const SyncDemand& demand) const noexcept {
     if (!supported(demand, type)) {
       return type == SyncType::kFreeRun ? AlStatusCode::kFreeRunNotSupported : AlStatusCode::kSyncModeNotSupported;
     }
-    const bool wants_sync = type == SyncType::kSync0 || type == SyncType::kSync1;
-    if (wants_sync != active.sync0 || (type == SyncType::kSync1 && !active.sync1)) {
-      return AlStatusCode::kInvalidDcSyncConfiguration;
-    }
+    if (is_signal(type) != active.sync0 || !has_signal(type, active)) return AlStatusCode::kInvalidDcSyncConfiguration;
   } else if (!active.sync0 && !demand.free_run && !demand.sm_event) {
     return AlStatusCode::kFreeRunNotSupported;
   }
+  if (const auto inputs = check_inputs(demand, active); inputs != AlStatusCode::kNoError) return inputs;
   if (active.contradictory) return AlStatusCode::kInvalidDcSyncConfiguration;
   if ((active.sync0 && !demand.sync0) || (active.sync1 && !demand.sync1)) return AlStatusCode::kSyncModeNotSupported;
   return active.sync0 ? check_cycles(demand) : AlStatusCode::kNoError;
@@ -95,6 +112,7 @@ void SyncSupervision::start(const SyncDemand& demand) noexcept {
   const bool was_sync = mode_ == Mode::kSync;
   const auto old_cycle = cycle_;
   error_limit_ = demand.error_limit;
+  calc_and_copy_ = demand.calc_and_copy;
   fault_ = AlStatusCode::kNoError;
   in_op_ = false;
   due_ = kNever;
@@ -102,6 +120,9 @@ void SyncSupervision::start(const SyncDemand& demand) noexcept {
     mode_ = Mode::kSync;
     cycle_ = active.cycle0;
     data_signal_ = active.subordinated() ? SyncSignal::kSync1 : SyncSignal::kSync0;
+    const auto data_cycle = active.data_cycle();
+    pulses_per_outputs_ =
+        data_cycle.count() > 0 ? std::max<std::int64_t>(1, demand.outputs_cycle / data_cycle) : std::int64_t{1};
   } else if (demand.type == SyncType::kSmEvent && demand.cycle.count() > 0) {
     mode_ = Mode::kSmEvent;
     cycle_ = demand.cycle;
@@ -132,6 +153,7 @@ void SyncSupervision::enter_op(Nanoseconds now, std::uint32_t outputs) noexcept 
   in_op_ = true;
   outputs_ = outputs;
   missing_ = 0;
+  pulses_without_ = 0;
   some_came_ = false;
   margin_ = {};
   first_pulse_ = true;
@@ -141,25 +163,49 @@ void SyncSupervision::enter_op(Nanoseconds now, std::uint32_t outputs) noexcept 
 
 void SyncSupervision::pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs, Nanoseconds written) noexcept {
   if (mode_ != Mode::kSync) return;
-  if (signal == SyncSignal::kSync0) {
-    const auto late = time - last_pulse_ - cycle_;
-    const auto tolerance = cycle_ / kEvenShare;
-    const bool even = pulse_seen_ && late <= tolerance && late >= -tolerance;
-    even_pulses_ = even ? std::min(even_pulses_ + 1, kLockPulses) : 0;
-    pulse_seen_ = true;
-    last_pulse_ = time;
-    if (in_op_) {
-      due_ = time + kMissingCycles * cycle_;
-      if (!even) fault_ = AlStatusCode::kPllError;
-    }
-  }
+  if (signal == SyncSignal::kSync0) note_sync0(time);
   if (!in_op_ || signal != data_signal_) return;
   // When a pulse is handled late, newer outputs may already have arrived, which belong to the next pulse.
   const std::uint32_t early = written > time && outputs != outputs_ ? 1 : 0;
   const bool came = outputs - early != outputs_;
   outputs_ = outputs - early;
-  if (came && early == 0) margin_.found(time - written);
-  if (!came && !first_pulse_) ++margin_.missed;
+  if (came && early == 0) {
+    margin_.found(time - written);
+    if (time - written < calc_and_copy_) ++margin_.too_short;
+  }
+  judge_pulse(came);
+}
+
+void SyncSupervision::unserved(SyncSignal signal, Nanoseconds time) noexcept {
+  if (mode_ != Mode::kSync) return;
+  if (signal == SyncSignal::kSync0) note_sync0(time);
+  if (in_op_ && signal == data_signal_) ++margin_.exceeded;
+}
+
+/// Notes a pulse of SYNC0, and whether it came at its time.
+void SyncSupervision::note_sync0(Nanoseconds time) noexcept {
+  const auto late = time - last_pulse_ - cycle_;
+  const auto tolerance = cycle_ / kEvenShare;
+  const bool even = pulse_seen_ && late <= tolerance && late >= -tolerance;
+  even_pulses_ = even ? std::min(even_pulses_ + 1, kLockPulses) : 0;
+  pulse_seen_ = true;
+  last_pulse_ = time;
+  if (!in_op_) return;
+  due_ = time + kMissingCycles * cycle_;
+  if (!even) fault_ = AlStatusCode::kPllError;
+}
+
+/// Judges a pulse with or without new outputs. When SYNC0 comes more often than the application needs outputs, they are
+/// missing only after a whole cycle of the application without any.
+void SyncSupervision::judge_pulse(bool came) noexcept {
+  if (came) {
+    pulses_without_ = 0;
+  } else {
+    // Outputs that arrive near a pulse find the one before it or the next one: half a cycle more is no loss.
+    if (++pulses_without_ < pulses_per_outputs_ + pulses_per_outputs_ / 2) return;
+    pulses_without_ -= pulses_per_outputs_;
+    if (!first_pulse_) ++margin_.missed;
+  }
   first_pulse_ = false;
   count_cycle(came);
 }

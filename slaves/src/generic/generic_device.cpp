@@ -20,6 +20,8 @@ using Use = esi::SyncManager::Use;
 
 /// Same value as the drives of a mixed line, so that the device can follow their shortest cycle.
 constexpr std::chrono::nanoseconds kProcessDataPeriod{125'000};
+constexpr std::uint8_t kSyncType = 1;  ///< sub-indices of 1C30h + n (ETG.1020)
+constexpr std::uint8_t kSyncCycle = 2;
 /// Mailbox buffer size of a device without mailbox.
 constexpr std::size_t kMinMailbox = 64;
 
@@ -70,6 +72,7 @@ DeviceProfile make_profile(const DeviceModel& model, const GenericOptions& optio
   profile.sync_manager_count = static_cast<std::uint8_t>(std::clamp<std::size_t>(device.sync_managers.size(), 8, 16));
   profile.ram_kib = model.ram_kib();
   profile.distributed_clock = options.distributed_clock;
+  profile.identification = device.identification;
   return profile;
 }
 
@@ -116,6 +119,14 @@ std::vector<MailboxProtocol*> protocols(const esi::DeviceDescription& device, Co
 
 bool exchanges(const esi::SyncManager& manager) noexcept {
   return manager.use == Use::kOutputs || manager.use == Use::kInputs;
+}
+
+/// Whether the value is none of the synchronisation types, which are 0 to 3 and from 22h on (ETG.1020 Table 60).
+bool is_no_sync_type(const EntryRow& row, std::uint64_t raw) noexcept {
+  const bool type = row.index >= sync_parameter_object(0) && row.index < sync_parameter_object(32) &&
+                    row.subindex == kSyncType && row.type == DataType::kUnsigned16;
+  return type && raw > static_cast<std::uint64_t>(SyncType::kSync1) &&
+         raw < static_cast<std::uint64_t>(SyncType::kSm2Event);
 }
 
 bool is_real(DataType type) noexcept {
@@ -333,6 +344,15 @@ void GenericDevice::fall_back(AlState /*from*/, AlState to, AlStatusCode reason)
   if (soe_drives_ && reason == AlStatusCode::kSyncManagerWatchdog) soe_drives_->communication_failed();
 }
 
+void GenericDevice::sync_started(std::chrono::nanoseconds sync0_cycle) noexcept {
+  if (sync0_cycle.count() == 0) return;
+  for (std::size_t n = 0; n < maps_.size(); ++n) {
+    const auto* row = model_->table().find(sync_parameter_object(n), kSyncCycle);
+    if (row == nullptr || row->type != DataType::kUnsigned32 || row->slot == slot::kConstant) continue;
+    dictionary_.set_raw(row->slot, static_cast<std::uint64_t>(sync0_cycle.count()));
+  }
+}
+
 void GenericDevice::write_outputs(std::size_t sync_manager, std::span<const std::byte> data) noexcept {
   if (sync_manager >= maps_.size()) return;
   if (mapped_by_idn_) soe_drives_->write_outputs(data);
@@ -388,6 +408,7 @@ double GenericDevice::signal(SignalId id) const noexcept {
 }
 
 SdoResult<void> GenericDevice::accept(const EntryRow& row, std::uint64_t raw) {
+  if (is_no_sync_type(row, raw)) return tl::unexpected(wire::SdoAbort::kValueRange);
   return check_pdo_write(dictionary_, model_->limits(), row, raw);
 }
 

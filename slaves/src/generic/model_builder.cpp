@@ -6,6 +6,7 @@
 
 #include "driveline/esi/hex.hpp"
 #include "driveline/slaves/bit_copy.hpp"
+#include "driveline/slaves/sync_demand.hpp"
 #include "driveline/wire/endian.hpp"
 
 namespace driveline::slaves::generic {
@@ -238,9 +239,10 @@ void ModelBuilder::add_assignment(std::size_t number, const std::vector<esi::Pdo
   }
 }
 
-/// 1C30h + n (ETG.1020, synchronisation): free run, SM event, or SYNC0 when the device has DC modes.
+/// 1C30h + n (ETG.1020, synchronisation): free run, SM event, or SYNC0 when the device has DC modes; inputs of a device
+/// with outputs may follow their event (22h).
 void ModelBuilder::add_synchronisation(std::size_t number) {
-  EntryRow row{.index = static_cast<std::uint16_t>(0x1C30 + number),
+  EntryRow row{.index = sync_parameter_object(number),
                .code = ObjectCode::kRecord,
                .type = DataType::kUnsigned8,
                .name = "Sync manager parameter",
@@ -259,7 +261,8 @@ void ModelBuilder::add_synchronisation(std::size_t number) {
   };
   auto& type = entry(1, DataType::kUnsigned16, "Synchronisation type", 0);
   type.access = access::kReadWriteConfiguring;
-  type.maximum = 3;
+  const bool after_outputs = device_.sync_managers[number].use == Use::kInputs && !device_.rx_pdos.empty();
+  type.maximum = static_cast<double>(after_outputs ? SyncType::kSm2Event : SyncType::kSync1);
   entry(2, DataType::kUnsigned32, "Cycle time", kMinCycleNs).access = access::kReadWriteConfiguring;
   entry(3, DataType::kUnsigned32, "Shift time", 0);
   entry(4, DataType::kUnsigned16, "Synchronisation types supported", dc ? 0x0007 : 0x0003);

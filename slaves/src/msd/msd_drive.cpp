@@ -31,19 +31,19 @@ constexpr NetworkState network_state(AlState state) noexcept {
   }
 }
 
-/// Whether the code reports a loss of synchronisation (ETG.1020, AL status codes).
-constexpr bool is_sync_error(AlStatusCode code) noexcept {
-  switch (code) {
-    case AlStatusCode::kSynchronizationError:
-    case AlStatusCode::kFatalSyncError:
-    case AlStatusCode::kNoSyncError:
-    case AlStatusCode::kPllError:
-    case AlStatusCode::kDcSyncIoError:
-    case AlStatusCode::kDcSyncTimeout:
-      return true;
-    default:
-      return false;
-  }
+/// Whether the master has ended OP, by a request for an illegal or unknown state.
+constexpr bool is_request_error(AlStatusCode code) noexcept {
+  return code == AlStatusCode::kInvalidRequestedStateChange || code == AlStatusCode::kUnknownRequestedState;
+}
+
+/// Whether 1C33h:01 has the value: the types of 1C32h:01, and 22h, the event of the outputs, as of devices that have
+/// outputs (Beckhoff, EL922x manual, index 1C33).
+constexpr bool is_input_type(std::uint64_t raw) noexcept {
+  return raw <= static_cast<std::uint64_t>(SyncType::kSync0) || raw == static_cast<std::uint64_t>(SyncType::kSm2Event);
+}
+
+std::uint16_t count16(std::uint64_t count) noexcept {
+  return static_cast<std::uint16_t>(std::min<std::uint64_t>(count, 0xFFFF));
 }
 
 bool is_setting(const PdoMap::Field& field) noexcept {
@@ -93,6 +93,7 @@ void MsdDrive::restart() {
 
 void MsdDrive::enter_al_state(AlState state) noexcept {
   al_state_ = state;
+  if (state != AlState::kSafeOp && state != AlState::kOp) sync_started(nanoseconds{0});
   core_.enter_network_state(network_state(state));
   if (state == AlState::kInit) mailbox_.reset();
   eoe_->enter(state);
@@ -121,14 +122,20 @@ AlStatusCode MsdDrive::transition(AlState from, AlState to) noexcept {
   }
   enter_al_state(to);
   if (to == AlState::kOp) core_.dictionary().set(kBusValue.sync_error, false);
-  if (from == AlState::kOp && core_.power_on()) core_.raise(Fault::kMissingOutputs);
+  if (from == AlState::kOp) outputs_ended();
   return AlStatusCode::kNoError;
+}
+
+/// The master has ended OP: outputs are missing for a motor that is on (Er 14 05).
+void MsdDrive::outputs_ended() noexcept {
+  if (core_.power_on()) core_.raise(Fault::kMissingOutputs);
 }
 
 void MsdDrive::fall_back(AlState from, AlState to, AlStatusCode reason) noexcept {
   enter_al_state(to);
   if (from != AlState::kOp) return;
   core_.dictionary().set(kBusValue.sync_error, is_sync_error(reason));
+  if (is_request_error(reason)) return outputs_ended();
   core_.raise(reason == AlStatusCode::kSyncManagerWatchdog ? Fault::kBusWatchdog : Fault::kLocalError);
 }
 
@@ -145,15 +152,27 @@ void MsdDrive::eeprom_loaded(std::span<const std::byte> image, bool valid) noexc
 }
 
 /// The SYNC0 cycle must be a multiple of 125 us (MSD manual 9.1). 1C32h:01 = 2 requires SYNC0, 1 requires process data
-/// in each setpoint cycle; 0, its default, accepts either.
+/// in each setpoint cycle; 0, its default, accepts either. With SYNC0 outputs are due in each setpoint cycle, too.
 SyncDemand MsdDrive::sync_demand() const noexcept {
   SyncDemand demand;
   const auto type = static_cast<SyncType>(core_.dictionary().get(kBusValue.sync_type_outputs));
   if (type != SyncType::kFreeRun) demand.type = type;
   if (type == SyncType::kSmEvent) demand.cycle = reference_cycle(core_.dictionary());
+  const auto input_type = static_cast<SyncType>(core_.dictionary().get(kBusValue.sync_type_inputs));
+  if (input_type != SyncType::kFreeRun) demand.input_type = input_type;
+  demand.outputs = rx_map_.size() > 0;
+  demand.outputs_cycle = reference_cycle(core_.dictionary());
+  demand.calc_and_copy = kCalcAndCopyTime;
   demand.time_base = demand.min_cycle = kProcessDataPeriod;
   demand.error_limit = core_.dictionary().get(kBusValue.sync_error_limit);
   return demand;
+}
+
+/// 1C32h:02 and 1C33h:02 show the cycle of SYNC0, or that of the drive's own process data (ETG.1020; Slave Stack Code
+/// 5.13, StartInputHandler).
+void MsdDrive::sync_started(nanoseconds sync0_cycle) noexcept {
+  const auto cycle = sync0_cycle.count() > 0 ? sync0_cycle : kProcessDataPeriod;
+  core_.dictionary().set(kBusValue.sync_cycle, static_cast<std::uint32_t>(cycle.count()));
 }
 
 /// The control cycles end half a cycle after SYNC0, so that their order is always the same.
@@ -165,8 +184,9 @@ void MsdDrive::sync_event(SyncSignal signal, nanoseconds time) noexcept {
 
 void MsdDrive::sync_margin(const SyncMargin& margin) noexcept {
   ObjectDictionary& dictionary = core_.dictionary();
-  dictionary.set(kBusValue.sync_events_missed,
-                 static_cast<std::uint16_t>(std::min<std::uint64_t>(margin.missed, 0xFFFF)));
+  dictionary.set(kBusValue.sync_events_missed, count16(margin.missed));
+  dictionary.set(kBusValue.sync_cycles_exceeded, count16(margin.exceeded));
+  dictionary.set(kBusValue.sync_shifts_too_short, count16(margin.too_short));
   if (margin.pulses == 0) return;
   dictionary.set(kBusValue.sync_distance_min, static_cast<std::uint32_t>(margin.shortest.count()));
   dictionary.set(kBusValue.sync_distance_max, static_cast<std::uint32_t>(margin.longest.count()));
@@ -194,6 +214,8 @@ void MsdDrive::report(const FaultMessage& message) noexcept {
 }
 
 SdoResult<void> MsdDrive::accept(const EntryRow& row, std::uint64_t raw) {
+  const bool input_type = !is_string(row.type) && row.slot == kBusValue.sync_type_inputs.number;
+  if (input_type && !is_input_type(raw)) return tl::unexpected(wire::SdoAbort::kValueRange);
   return core_.accept(row, raw).and_then([&] { return check_pdo_write(core_.dictionary(), pdo_limits_, row, raw); });
 }
 

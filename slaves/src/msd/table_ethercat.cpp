@@ -1,8 +1,10 @@
 // Rows of the EtherCAT side: sync managers, PDO mapping and assignment, synchronisation.
 #include <vector>
 
+#include "driveline/slaves/msd/device_layout.hpp"
 #include "driveline/slaves/msd/ethercat_values.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
+#include "driveline/slaves/sync_demand.hpp"
 #include "msd/core/table_row.hpp"
 
 namespace driveline::slaves::msd {
@@ -15,9 +17,11 @@ constexpr std::string_view kErrorSettings = "ETG.1020 10F1h; without local error
 constexpr std::string_view kEtg = "ETG.1000.6 5.6.7";
 constexpr std::string_view kSynchronisation = "ETG.1020 6.2; cycle MSD manual 9.1";
 constexpr std::string_view kEtgSync = "ETG.1020 6.2";
+constexpr std::string_view kShiftTooShort = "ETG.1020 6.2; what counts is ours: less than sub-index 06";
 constexpr std::uint16_t kPdoMappingRecord = 0x0021;
 constexpr std::uint16_t kSyncManagerRecord = 0x0029;
 constexpr std::uint8_t kSyncParameterLast = 0x20;
+constexpr auto kProcessDataPeriodNs = static_cast<double>(kProcessDataPeriod.count());
 
 constexpr std::array kSingleRows = {
     constant(0x10F1, 0, ObjectCode::kRecord, kUnsigned8, "Error settings", 2, kErrorSettings),
@@ -69,29 +73,44 @@ void add_assignment(std::vector<EntryRow>& rows, std::uint16_t index, std::uint1
   }
 }
 
-/// Adds 1C32h, 1C33h (ETG.1020 Table 80): free run, SM event or DC SYNC0, cycle from 125 us (MSD manual 9.1).
+/// Adds the first entries of 1C32h, 1C33h (ETG.1020 Table 80): free run, SM event or DC SYNC0, cycle from 125 us (MSD
+/// manual 9.1).
 void add_synchronisation(std::vector<EntryRow>& rows, std::uint16_t index, std::string_view name,
-                         std::uint8_t entries) {
+                         Slot<std::uint16_t> type_slot, SyncType last_type) {
   const auto number = [&](std::uint8_t subindex, esi::DataType type, std::string_view entry, double value) {
     rows.push_back(constant(index, subindex, ObjectCode::kRecord, type, entry, value, kSynchronisation));
   };
-  rows.push_back(record_length(index, kSyncManagerRecord, name, entries, kSynchronisation));
-  rows.push_back(field(index, 1, access::kReadWriteConfiguring, kBusValue.sync_type_outputs, "Synchronisation type",
-                       {0, kNoMinimum, 2}, {}, kSynchronisation));
-  number(2, kUnsigned32, "Cycle time", 125000);
+  rows.push_back(record_length(index, kSyncManagerRecord, name, kSyncParameterLast, kSynchronisation));
+  rows.push_back(field(index, 1, access::kReadWriteConfiguring, type_slot, "Synchronisation type",
+                       {0, kNoMinimum, static_cast<double>(last_type)}, {}, kSynchronisation));
+  rows.push_back(field(index, 2, access::kRead, kBusValue.sync_cycle, "Cycle time", {kProcessDataPeriodNs}, "ns",
+                       "ETG.1020 6.2: SYNC0 cycle; else the process data cycle of the drive"));
   number(3, kUnsigned32, "Shift time", 0);
   number(4, kUnsigned16, "Synchronisation types supported", 0x0007);
   number(5, kUnsigned32, "Minimum cycle time", 125000);
-  number(6, kUnsigned32, "Calc and copy time", 62500);
+  number(6, kUnsigned32, "Calc and copy time", static_cast<double>(kCalcAndCopyTime.count()));
 }
 
-/// Statistics of the outputs' arrival since OP.
-constexpr std::array kDiagnosisRows = {
-    field(0x1C32, 0x0B, access::kRead, kBusValue.sync_events_missed, "SM event missed", {}, {}, kEtgSync),
-    field(0x1C32, 0x11, access::kRead, kBusValue.sync_distance_min, "Minimum SM SYNC distance", {}, "ns", kEtgSync),
-    field(0x1C32, 0x12, access::kRead, kBusValue.sync_distance_max, "Maximum SM SYNC distance", {}, "ns", kEtgSync),
-    field(0x1C32, kSyncParameterLast, access::kRead, kBusValue.sync_error, "Sync error", {}, {}, kEtgSync),
-};
+/// Adds the counters of 1C32h and 1C33h, which count since OP. Outputs and inputs have the same ones, because one event
+/// exchanges both.
+void add_counters(std::vector<EntryRow>& rows, std::uint16_t index) {
+  rows.push_back(field(index, 0x0B, access::kRead, kBusValue.sync_events_missed, "SM event missed", {}, {}, kEtgSync));
+  rows.push_back(field(index, 0x0C, access::kRead, kBusValue.sync_cycles_exceeded, "Cycle exceeded", {}, {}, kEtgSync));
+  rows.push_back(
+      field(index, 0x0D, access::kRead, kBusValue.sync_shifts_too_short, "Shift too short", {}, {}, kShiftTooShort));
+}
+
+/// Adds the time from complete outputs to SYNC0, measured since OP.
+void add_distances(std::vector<EntryRow>& rows, std::uint16_t index) {
+  rows.push_back(
+      field(index, 0x11, access::kRead, kBusValue.sync_distance_min, "Minimum SM SYNC distance", {}, "ns", kEtgSync));
+  rows.push_back(
+      field(index, 0x12, access::kRead, kBusValue.sync_distance_max, "Maximum SM SYNC distance", {}, "ns", kEtgSync));
+}
+
+void add_sync_error(std::vector<EntryRow>& rows, std::uint16_t index) {
+  rows.push_back(field(index, kSyncParameterLast, access::kRead, kBusValue.sync_error, "Sync error", {}, {}, kEtgSync));
+}
 
 std::vector<EntryRow> make_ethercat_rows() {
   std::vector<EntryRow> rows(kSingleRows.begin(), kSingleRows.end());
@@ -99,9 +118,13 @@ std::vector<EntryRow> make_ethercat_rows() {
   add_mappings(rows, kPdoLimits.tx_first, "TxPDO mapping");
   add_assignment(rows, 0x1C12, kPdoLimits.rx_first, "RxPDO assignment");
   add_assignment(rows, 0x1C13, kPdoLimits.tx_first, "TxPDO assignment");
-  add_synchronisation(rows, 0x1C32, "Output sync manager parameter", kSyncParameterLast);
-  rows.insert(rows.end(), kDiagnosisRows.begin(), kDiagnosisRows.end());
-  add_synchronisation(rows, 0x1C33, "Input sync manager parameter", 6);
+  add_synchronisation(rows, 0x1C32, "Output sync manager parameter", kBusValue.sync_type_outputs, SyncType::kSync0);
+  add_counters(rows, 0x1C32);
+  add_distances(rows, 0x1C32);
+  add_sync_error(rows, 0x1C32);
+  add_synchronisation(rows, 0x1C33, "Input sync manager parameter", kBusValue.sync_type_inputs, SyncType::kSm2Event);
+  add_counters(rows, 0x1C33);
+  add_sync_error(rows, 0x1C33);
   return rows;
 }
 

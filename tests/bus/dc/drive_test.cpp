@@ -40,6 +40,31 @@ TEST(DrivesWithClocks, AreToldInTheirObjectsAndRunThePath) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(drives.slave(i).esc().memory().get(wire::reg::kDcActivation), 0) << i;
 }
 
+/// Also with frames that pass the drives together with a SYNC0 in between, as half a cycle before the next grid time.
+TEST(DrivesWithClocks, RunWithSync0FinerThanTheCycle) {
+  for (const auto sync0 : {microseconds{125}, microseconds{250}, microseconds{500}}) {
+    SCOPED_TRACE(sync0.count());
+    DriveLine drives(2);
+    RunOptions options;
+    options.period = milliseconds{1};
+    LineOperation operation(drives, options);
+    auto plan = plan_for(2, options.period);
+    for (auto& slave : plan.slaves) slave.signals.sync0_cycle = sync0;
+    operation.master().use_clocks(plan);
+    ASSERT_EQ(sentence(operation.to_motion()), "");
+    ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, seconds{5}));
+    for (std::size_t i = 0; i < 2; ++i) {
+      CoeClient coe(*operation.master().mailbox(i));
+      EXPECT_EQ(coe.upload_as<std::uint32_t>(0x1C32, 2), static_cast<std::uint32_t>(1000 * sync0.count()))
+          << "drive " << i;
+      EXPECT_EQ(coe.upload_as<std::uint16_t>(0x1C32, 0x0B), 0) << "no setpoint was missed, drive " << i;
+      EXPECT_EQ(drives.state(i), wire::AlState::kOp) << "drive " << i;
+      EXPECT_FALSE(drives.drive(i).fault()) << "drive " << i;
+    }
+    EXPECT_EQ(sentence(operation.master().shut_down()), "");
+  }
+}
+
 /// The wait for SYNC0 delays a setpoint further, and it must be compared with the matching position.
 TEST(DrivesWithClocks, HaveTheFollowingErrorThatTheyReport) {
   for (const auto period : {nanoseconds{microseconds{125}}, nanoseconds{milliseconds{1}}}) {

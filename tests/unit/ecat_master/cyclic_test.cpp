@@ -215,6 +215,11 @@ TEST_F(CountersOfTwoSlaves, AreGoodUpToWhatTheSlavesCanAddAndNoFurther) {
   expect("one may answer or not",
          {{2, false, true}, {3, true, false}, {4, true, false}, {6, true, false}, {7, false, true}, {9, false, true}});
   conditions[1].recovering = false;
+  inputs.at(image.places()[1].al_status_offset) = std::byte{0x14};
+  expect("one has left OP by an error and may refuse outputs",
+         {{3, false, true}, {4, true, false}, {6, true, false}, {7, false, true}});
+  inputs.at(image.places()[1].al_status_offset) = std::byte{0x04};
+  expect("its error is acknowledged", {{4, false, true}, {6, true, false}});
   inputs.at(image.places()[1].al_status_offset) = std::byte{0};
   // A steady answer of the remaining slave is accepted if it alone has added; the missing slave is an error all the
   // same.

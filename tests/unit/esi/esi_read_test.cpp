@@ -338,7 +338,8 @@ constexpr std::string_view kForMasters = R"(<EtherCATInfo><Vendor><Id>1</Id></Ve
   <Device><Type ProductCode="2" RevisionNo="3" UseLrdLwr="true">D</Type>
     <Info><StateMachine><Timeout><PreopTimeout>2000</PreopTimeout><SafeopOpTimeout>9000</SafeopOpTimeout>
       <BackToInitTimeout>5000</BackToInitTimeout><BackToSafeopTimeout>200</BackToSafeopTimeout></Timeout></StateMachine>
-      <Mailbox><Timeout><RequestTimeout>100</RequestTimeout><ResponseTimeout>4000</ResponseTimeout></Timeout></Mailbox></Info>
+      <Mailbox><Timeout><RequestTimeout>100</RequestTimeout><ResponseTimeout>4000</ResponseTimeout></Timeout></Mailbox>
+      <IdentificationReg134>true</IdentificationReg134></Info>
     <Mailbox><CoE>
       <InitCmd Fixed="1"><Transition>PS</Transition><Index>#x1c12</Index><SubIndex>0</SubIndex><Data>0a00</Data><Comment>x</Comment></InitCmd>
       <InitCmd CompleteAccess="true"><Transition>so</Transition><Transition>PS</Transition><Index>8193</Index><SubIndex>0</SubIndex><Data>01</Data></InitCmd>
@@ -351,6 +352,7 @@ TEST(ReadEsi, WhatAMasterNeeds) {
   ASSERT_TRUE(file) << to_text(file.error());
   const auto& device = file->devices.at(0);
   EXPECT_TRUE(device.not_lrw);
+  EXPECT_TRUE(device.identification);
   EXPECT_EQ(device.timeouts, (DeviceTimeouts{2000, 9000, 5000, 200, 100, 4000}));
   EXPECT_EQ(device.watchdogs, (DeviceWatchdogs{2498, std::nullopt, 500}));
   ASSERT_EQ(device.init_commands.size(), 3U);

@@ -107,6 +107,7 @@ TEST(WriteEsi, ReadsBackEqual) {
 TEST(WriteEsi, WhatAMasterNeedsReadsBackEqual) {
   auto device = sample_device();
   device.not_lrw = true;
+  device.identification = true;
   device.timeouts = {2000, 9000, 5000, 200, 100, 4000};
   device.watchdogs = {2498, std::nullopt, 500};
   device.init_commands = {{{"PS"}, 0x8000, 3, "6400", false}, {{"IP", "SO"}, 0x8001, 0, "0102", true}};
@@ -115,6 +116,8 @@ TEST(WriteEsi, WhatAMasterNeedsReadsBackEqual) {
   EXPECT_EQ(file->devices.at(0), device);
   EXPECT_TRUE(file->notes.empty());
   device.timeouts = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 1500};
+  EXPECT_EQ(read_esi(write_esi({device}), "written.xml").value().devices.at(0), device);
+  device.timeouts = {};
   EXPECT_EQ(read_esi(write_esi({device}), "written.xml").value().devices.at(0), device);
 }
 

@@ -114,6 +114,18 @@ TEST(SiiDecode, General) {
   EXPECT_EQ(general->further.size(), SiiGeneral::kFurtherSize);
 }
 
+TEST(SiiDecode, Identification) {
+  // The same category with bits of ETG.1000.6 Table 22 in its flags: bit 3 is the AL status code, bit 4 another place.
+  const auto announced = [](std::string_view flags) {
+    const auto category = "1E00 1000 02 00 01 04 0C 00 00 00 00 00 00 " + std::string(flags) +
+                          " 6400 03 00 3300 0000000000000000000000000000";
+    return description_from_sii(decode_sii(image_of(category)).value()).identification;
+  };
+  EXPECT_FALSE(announced("00"));
+  EXPECT_TRUE(announced("08"));
+  EXPECT_FALSE(announced("17"));
+}
+
 TEST(SiiDecode, FmmusAndSyncManagers) {
   // Categories 40 and 41 of an AKD drive (the first two sync managers).
   const auto image = decode_sii(image_of("2800 0200 010203FF 2900 0800 00180004 26000101 001C0004 22000102")).value();

@@ -242,6 +242,14 @@ TEST(MixedExample, IsALineOfDevicesAndDrives) {
   ASSERT_EQ(line->size(), 7U);
   EXPECT_TRUE(line->slave(2).esc().device_emulation());
   EXPECT_FALSE(line->slave(5).esc().device_emulation());
+  // KickCAT sets up one sync manager per direction; a device with more of them refuses SAFEOP with 0x001D.
+  for (std::size_t i = 0; i < line->size(); ++i) {
+    const auto& managers = line->slave(i).device().profile().sync_managers;
+    for (const auto use : {slaves::SyncManagerLayout::Use::kOutputs, slaves::SyncManagerLayout::Use::kInputs}) {
+      EXPECT_LE(std::count_if(managers.begin(), managers.end(), [use](const auto& one) { return one.use == use; }), 1)
+          << "slave " << i;
+    }
+  }
 }
 
 }  // namespace

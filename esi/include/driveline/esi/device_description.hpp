@@ -167,6 +167,7 @@ struct DeviceDescription {
   std::string physics = "YY";              ///< per port: Y MII, K EBUS
   std::uint16_t device_profile = 0;        ///< device profile number, e.g. 402
   bool not_lrw = false;                    ///< supports LWR and LRD only (SII general category, flags bit 1)
+  bool identification = false;             ///< its ID can be requested in register 0x0134 (the same, flags bit 3)
   MailboxSupport mailbox;                  ///< mailbox protocols and CoE features
   std::uint16_t bootstrap_rx_offset = 0;   ///< mailbox of the master's requests in BOOT: address in the slave's memory
   std::uint16_t bootstrap_rx_size = 0;     ///< bytes; 0: none

@@ -87,7 +87,7 @@ struct SiiGeneral {
   std::uint8_t soe_channels = 0;     ///< 0 in current images
   std::uint8_t ds402_channels = 0;   ///< 0 in current images
   std::uint8_t sysman_class = 0;     ///< 0 in current images
-  std::uint8_t flags = 0;            ///< bit 0: "enable SAFEOP", bit 1: no LRW
+  std::uint8_t flags = 0;            ///< bit 0: "enable SAFEOP", kEnableNotLrw, kIdentification
   std::int16_t ebus_current_ma = 0;  ///< current drawn from the E-bus; negative: feeds the E-bus
   std::uint8_t group_name_text = 0;  ///< group's name on real devices; by the standard, a copy of group_text
   std::uint8_t reserved2 = 0;        ///< high byte of the word that holds group_name_text
@@ -100,9 +100,10 @@ struct SiiGeneral {
   static constexpr std::uint8_t kCoePdoConfig = 0x08;        ///< PDO mapping can be changed
   static constexpr std::uint8_t kCoeUploadAtStartup = 0x10;  ///< the master reads the PDOs at start-up
   static constexpr std::uint8_t kCoeCompleteAccess = 0x20;
-  static constexpr std::uint8_t kEnableNotLrw = 0x02;  ///< in `flags`: the device needs LWR and LRD instead of LRW
-  static constexpr std::size_t kMinSize = 18;          ///< bytes that every image has
-  static constexpr std::size_t kFurtherSize = 14;      ///< bytes after kMinSize in current images
+  static constexpr std::uint8_t kEnableNotLrw = 0x02;    ///< in `flags`: the device needs LWR and LRD instead of LRW
+  static constexpr std::uint8_t kIdentification = 0x08;  ///< in `flags`: ID in register 0x0134 (ETG.1000.6 Table 22)
+  static constexpr std::size_t kMinSize = 18;            ///< bytes that every image has
+  static constexpr std::size_t kFurtherSize = 14;        ///< bytes after kMinSize in current images
   bool operator==(const SiiGeneral&) const = default;
 };
 

@@ -42,7 +42,8 @@ struct DeviceProfile {
   bool distributed_clock = true;                       ///< the controller has a DC unit
   bool distributed_clock_64bit = true;                 ///< the times of the DC unit have 64 bits, else 32
   bool logical_read_write = true;                      ///< LRW is supported, else only LRD and LWR
-  std::uint16_t device_id = 0;                         ///< explicit device identification; 0: not supported
+  std::uint16_t device_id = 0;                         ///< explicit device identification; 0: none
+  bool identification = false;                         ///< requests for it are answered with 0 when there is none
 };
 
 /// Place of an object in the process data of a sync manager.
@@ -106,11 +107,16 @@ class Device {
   [[nodiscard]] virtual SyncDemand sync_demand() const noexcept { return {}; }
   /// @}
 
+  /// Called when SAFEOP was entered from PREOP, and when OP is requested: the cycle of SYNC0 as the master has
+  /// activated it; 0: SYNC0 is off.
+  virtual void sync_started(std::chrono::nanoseconds /*sync0_cycle*/) noexcept {}
+
   /// Called for each SYNC0 or SYNC1, at `time` on the line's clock (the true time of the pulse, between two ticks of
   /// the device's own clock), in every state; the slave transfers outputs and inputs.
   virtual void sync_event(SyncSignal /*signal*/, std::chrono::nanoseconds /*time*/) noexcept {}
 
-  /// Reports how long before the SYNC pulses the outputs arrived so far; called after each pulse in OP.
+  /// Reports how long before the SYNC pulses the outputs arrived so far; called after each pulse in OP, and after the
+  /// application has hung.
   virtual void sync_margin(const SyncMargin& /*margin*/) noexcept {}
 
   /// Receives new outputs of an output sync manager; only in OP.

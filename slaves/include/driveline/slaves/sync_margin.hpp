@@ -14,6 +14,8 @@ struct SyncMargin {
   std::chrono::nanoseconds sum{0};                                      ///< over the same pulses, for mean()
   std::uint64_t pulses = 0;                                             ///< pulses that found new outputs
   std::uint64_t missed = 0;                                             ///< pulses without (1C32h:0B, SM event missed)
+  std::uint64_t exceeded = 0;   ///< pulses while the application was still busy (1C32h:0C, cycle exceeded)
+  std::uint64_t too_short = 0;  ///< pulses whose margin was less than the demand (1C32h:0D, shift too short)
 
   /// Counts a pulse that found new outputs, complete for `margin`.
   constexpr void found(std::chrono::nanoseconds margin) noexcept {

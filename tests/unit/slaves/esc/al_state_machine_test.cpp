@@ -1,5 +1,7 @@
 // The EtherCAT state machine: each transition, each refusal with its AL status code, acknowledge rules (ETG.1000.6
 // chapter 6, Table 11).
+#include <functional>
+
 #include "bench_slave.hpp"
 
 namespace driveline::slaves::test {
@@ -80,7 +82,9 @@ TEST_F(AlStateMachineTest, EveryTransitionOfTheStandard) {
     if (row.from == kSafeOp) write_outputs(bytes({1, 2, 3, 4}));
     request(row.to);
     SCOPED_TRACE(std::string(to_text(row.from)) + " -> " + std::string(to_text(row.to)));
-    expect_status(row.code == kOk ? row.to : row.from, row.code);
+    // An illegal request takes a slave out of OP (conformance test TF-1200 #42); elsewhere the state stays.
+    const auto refused = row.from == kOp ? kSafeOp : row.from;
+    expect_status(row.code == kOk ? row.to : refused, row.code);
   }
 }
 
@@ -111,6 +115,118 @@ TEST_F(AlStateMachineTest, UnknownStateCodes) {
   for (const unsigned raw : {0U, 5U, 6U, 7U, 9U, 15U}) {
     rebuild();
     expect_refused(static_cast<AlState>(raw), AlStatusCode::kUnknownRequestedState);
+  }
+}
+
+TEST_F(AlStateMachineTest, UnknownStateCodesInEveryState) {
+  for (const auto from : {AlState::kInit, AlState::kPreOp, AlState::kSafeOp, AlState::kOp}) {
+    for (const unsigned raw : {0U, 5U, 6U, 7U, 9U, 15U}) {
+      SCOPED_TRACE(testing::Message() << to_text(from) << " -> " << raw);
+      rebuild();
+      go_to(from);
+      request(static_cast<AlState>(raw));
+      // OP is left (conformance test TF-1200 #43).
+      expect_status(from == AlState::kOp ? AlState::kSafeOp : from, AlStatusCode::kUnknownRequestedState);
+    }
+  }
+}
+
+class LeavingOp : public AlStateMachineTest {
+ protected:
+  struct Row {
+    AlStatusCode code;
+    std::function<void()> cause;
+  };
+  [[nodiscard]] unsigned outputs_written() { return write(kOutputsAddress, bytes({5, 6, 7, 8})); }
+  [[nodiscard]] unsigned inputs_read() { return read(kInputsAddress, 6).working_counter; }
+  std::vector<Row> rows() {
+    return {{AlStatusCode::kInvalidRequestedStateChange, [this] { request(AlState::kBootstrap); }},
+            {AlStatusCode::kUnknownRequestedState, [this] { request(static_cast<AlState>(7)); }},
+            {AlStatusCode::kSyncManagerWatchdog, [this] { pass(1s); }},
+            {AlStatusCode::kBackgroundWatchdog,
+             [this] {
+               write(reg::kWatchdogTimeProcessData, 0);
+               slave().stall(now(), 150ms);
+               pass(200ms);
+               write(reg::kWatchdogTimeProcessData, 1000);
+             }},
+            {AlStatusCode::kUnspecifiedError,
+             [this] { slave().al().fall_back(AlState::kSafeOp, AlStatusCode::kUnspecifiedError); }}};
+  }
+};
+
+TEST_F(LeavingOp, ByAnErrorShowsInTheWorkingCounterUntilItIsAcknowledged) {
+  for (const auto& row : rows()) {
+    SCOPED_TRACE(testing::Message() << std::hex << static_cast<unsigned>(row.code));
+    rebuild();
+    go_to(AlState::kOp);
+    ASSERT_EQ(outputs_written(), 1U);
+    row.cause();
+    expect_status(AlState::kSafeOp, row.code);
+    EXPECT_EQ(device().fall_backs.back(), (TestDevice::FallBack{AlState::kOp, AlState::kSafeOp, row.code}));
+    EXPECT_EQ(outputs_written(), 0U);
+    EXPECT_EQ(inputs_read(), 1U);
+    request(AlState::kSafeOp);
+    EXPECT_EQ(outputs_written(), 0U) << "without acknowledge";
+    request(AlState::kBootstrap, true);
+    EXPECT_EQ(outputs_written(), 0U) << "a request that is an error again";
+    request(AlState::kSafeOp, true);
+    expect_status(AlState::kSafeOp);
+    EXPECT_EQ(outputs_written(), 1U);
+    request(AlState::kOp);
+    expect_status(AlState::kOp);
+  }
+}
+
+TEST_F(LeavingOp, AcknowledgedByTheRequestForOpNeedsNewOutputs) {
+  go_to(AlState::kOp);
+  request(AlState::kBootstrap);
+  request(AlState::kOp, true);
+  expect_status(AlState::kSafeOp);
+  pass(10ms);
+  expect_status(AlState::kSafeOp);
+  EXPECT_EQ(outputs_written(), 1U);
+  pass(125us);
+  expect_status(AlState::kOp);
+}
+
+TEST_F(LeavingOp, OnRequestLeavesTheOutputsOn) {
+  go_to(AlState::kOp);
+  request(AlState::kSafeOp);
+  expect_status(AlState::kSafeOp);
+  EXPECT_EQ(outputs_written(), 1U);
+}
+
+TEST_F(LeavingOp, ForALowerStateAndBackLeavesNothingLocked) {
+  go_to(AlState::kOp);
+  pass(1s);
+  request(AlState::kPreOp, true);
+  request(AlState::kSafeOp);
+  expect_status(AlState::kSafeOp);
+  EXPECT_EQ(outputs_written(), 1U);
+}
+
+TEST_F(LeavingOp, WithoutOutputsLocksTheInputsWhereTheErrorMakesThemInvalid) {
+  struct Case {
+    AlStatusCode code;
+    unsigned inputs;
+  };
+  for (const auto& row : {Case{AlStatusCode::kFatalSyncError, 0}, Case{AlStatusCode::kPllError, 0},
+                          Case{AlStatusCode::kUnknownRequestedState, 1}}) {
+    SCOPED_TRACE(testing::Message() << std::hex << static_cast<unsigned>(row.code));
+    auto own = std::make_unique<TestDevice>();
+    own->sizes = {0, 0, 0, 6};
+    rebuild({}, std::move(own));
+    go_to(AlState::kPreOp);
+    set_sync_manager(3, inputs());
+    request(AlState::kSafeOp);
+    request(AlState::kOp);
+    expect_status(AlState::kOp);
+    slave().al().fall_back(AlState::kSafeOp, row.code);
+    expect_status(AlState::kSafeOp, row.code);
+    EXPECT_EQ(inputs_read(), row.inputs);
+    request(AlState::kSafeOp, true);
+    EXPECT_EQ(inputs_read(), 1U);
   }
 }
 
@@ -522,6 +638,30 @@ TEST_F(AlStateMachineTest, DeviceIdentificationOnRequest) {
   request(AlState::kOp, false, true);
   EXPECT_EQ(get(reg::kAlStatus), 0x0012);
   EXPECT_EQ(get(reg::kAlStatusCode), 0x0011);
+}
+
+TEST_F(AlStateMachineTest, DeviceIdentificationWithoutAnIdIsZero) {
+  auto own = std::make_unique<TestDevice>();
+  own->own_profile.identification = true;
+  rebuild({}, std::move(own));
+  request(AlState::kInit, false, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0021);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0);
+}
+
+TEST_F(AlStateMachineTest, DeviceIdentificationIsNotShownInBoot) {
+  with_bootstrap();
+  SlaveOptions options;
+  options.al.device_id = 0x0307;
+  auto own = std::make_unique<TestDevice>();
+  own->own_profile.bootstrap_mailboxes = device().own_profile.bootstrap_mailboxes;
+  rebuild(options, std::move(own));
+  configure_boot_mailboxes();
+  request(AlState::kInit, false, true);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0x0307);
+  request(AlState::kBootstrap, false, true);
+  EXPECT_EQ(get(reg::kAlStatus), 0x0003);
+  EXPECT_EQ(get(reg::kAlStatusCode), 0);
 }
 
 TEST_F(AlStateMachineTest, DeviceIdentificationNotSupported) {

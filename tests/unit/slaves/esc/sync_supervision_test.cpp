@@ -27,10 +27,10 @@ class SyncSupervisionTest : public BenchSlave {
     write(reg::kSync1CycleTime, cycle1);
     write(reg::kDcActivation, static_cast<std::uint8_t>(activation));
   }
-  /// A cycle of the master: outputs 300 us before SYNC0.
+  /// A cycle of the master: outputs 300 us before SYNC0. A slave that has left OP by an error refuses them.
   void cycle(bool with_outputs = true) {
     pass(nanoseconds{kCycle} - 300us);
-    if (with_outputs) write_outputs(bytes({1, 2, 3, 4}));
+    if (with_outputs) write(kOutputsAddress, bytes({1, 2, 3, 4}));
     pass(300us);
   }
   void to_op(const SyncDemand& demand) {
@@ -216,6 +216,105 @@ TEST_F(SyncSupervisionTest, OutputsThatComeNoMore) {
   expect_status(AlState::kOp);
   cycle(false);
   expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncTimeout);
+}
+
+/// A master whose cycle is a multiple of SYNC0's, e.g. 1 ms with SYNC0 at 125 us.
+TEST_F(SyncSupervisionTest, OutputsAreDueOnceInTheCycleOfTheApplication) {
+  auto demand = demand_of_a_drive();
+  demand.outputs_cycle = 4ms;
+  to_op(demand);
+  for (int i = 0; i < 400; ++i) cycle(i % 4 == 1);
+  expect_status(AlState::kOp);
+  EXPECT_EQ(slave().al().sync_margin().missed, 0U);
+  // The last outputs came two pulses ago. They are missing after six, and after every fourth from there; five missing
+  // ones exceed the limit of 12.
+  for (int i = 0; i < 19; ++i) cycle(false);
+  expect_status(AlState::kOp);
+  EXPECT_EQ(slave().al().sync_margin().missed, 4U);
+  cycle(false);
+  expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncTimeout);
+}
+
+TEST_F(SyncSupervisionTest, OutputsNearAPulseMayComeAPulseEarlierOrLater) {
+  auto demand = demand_of_a_drive();
+  demand.outputs_cycle = 4ms;
+  to_op(demand);
+  for (int i = 0; i < 400; ++i) cycle(i % 8 == 1 || i % 8 == 6);  // five pulses, then three
+  expect_status(AlState::kOp);
+  EXPECT_EQ(slave().al().sync_margin().missed, 0U);
+}
+
+TEST_F(SyncSupervisionTest, OutputsThatAreDueMoreOftenThanSync0AreDueAtEachPulse) {
+  auto demand = demand_of_a_drive();
+  demand.outputs_cycle = 250us;
+  to_op(demand);
+  for (int i = 0; i < 4; ++i) cycle(false);
+  expect_status(AlState::kOp);
+  cycle(false);
+  expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncTimeout);
+}
+
+TEST_F(SyncSupervisionTest, PulsesThatTheApplicationCannotServeExceedItsCycle) {
+  to_op(demand_of_a_drive());
+  for (int i = 0; i < 20; ++i) cycle();
+  slave().stall(now(), 2500us);
+  for (int i = 0; i < 20; ++i) cycle();
+  expect_status(AlState::kOp);
+  EXPECT_EQ(slave().al().sync_margin().exceeded, 2U);
+  EXPECT_EQ(slave().al().sync_margin().missed, 0U);
+}
+
+TEST_F(SyncSupervisionTest, OutputsThatComeTooShortlyBeforeTheirPulse) {
+  auto demand = demand_of_a_drive();
+  demand.calc_and_copy = 50us;
+  to_op(demand);
+  for (int i = 0; i < 10; ++i) cycle();
+  EXPECT_EQ(slave().al().sync_margin().too_short, 0U) << "200 us before";
+  for (const auto ahead : {49us, 50us, 51us}) {
+    pass(nanoseconds{kCycle} - ahead - 100us);
+    write_outputs(bytes({1, 2, 3, 4}));
+    pass(ahead + 100us);
+  }
+  EXPECT_EQ(slave().al().sync_margin().too_short, 1U) << "SYNC0 comes 100 us before the end of the cycle";
+}
+
+TEST_F(SyncSupervisionTest, TypesOfTheInputs) {
+  struct Row {
+    SyncType type;
+    bool outputs;
+    unsigned activation;
+    AlStatusCode code;
+  };
+  for (const auto& row : {Row{SyncType::kSm2Event, true, 0x00, AlStatusCode::kNoError},
+                          Row{SyncType::kSm2Event, true, 0x03, AlStatusCode::kNoError},
+                          Row{SyncType::kSm2Event, false, 0x00, AlStatusCode::kSyncModeNotSupported},
+                          Row{SyncType::kSync0, true, 0x03, AlStatusCode::kNoError},
+                          Row{SyncType::kSync0, true, 0x00, AlStatusCode::kInvalidDcSyncConfiguration},
+                          Row{SyncType::kSync1, true, 0x03, AlStatusCode::kInvalidDcSyncConfiguration},
+                          Row{static_cast<SyncType>(0x21), true, 0x00, AlStatusCode::kSyncModeNotSupported}}) {
+    SCOPED_TRACE(testing::Message() << static_cast<unsigned>(row.type) << ", activation " << row.activation);
+    auto demand = demand_of_a_drive();
+    demand.input_type = row.type;
+    demand.outputs = row.outputs;
+    prepare(demand);
+    activate(kCycle, row.activation);
+    request(AlState::kSafeOp);
+    expect_status(row.code == AlStatusCode::kNoError ? AlState::kSafeOp : AlState::kPreOp, row.code);
+  }
+}
+
+TEST_F(SyncSupervisionTest, TheApplicationIsToldTheCycleThatRuns) {
+  prepare(demand_of_a_drive());
+  activate(kCycle);
+  request(AlState::kSafeOp);
+  EXPECT_EQ(device().sync0_cycles, (std::vector<nanoseconds>{1ms}));
+  activate(2 * kCycle);
+  request(AlState::kOp);
+  EXPECT_EQ(device().sync0_cycles.back(), 2ms) << "activated in SAFEOP";
+  write(reg::kDcActivation, 0);
+  request(AlState::kPreOp);
+  request(AlState::kSafeOp);
+  EXPECT_EQ(device().sync0_cycles.back(), 0ms);
 }
 
 TEST_F(SyncSupervisionTest, OutputsThatMissEverySecondPulse) {

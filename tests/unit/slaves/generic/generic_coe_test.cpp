@@ -62,6 +62,27 @@ TEST_F(GenericCoe, SyncManagersAndTheirPdos) {
   }
 }
 
+TEST_F(GenericCoe, InputsMayFollowTheEventOfTheOutputs) {
+  const auto write = [](DeviceBench& to, unsigned index, unsigned type) {
+    return to.sdo({0x2B, index & 0xFF, index >> 8, 1, type, 0, 0, 0});
+  };
+  EXPECT_EQ(write(bench, 0x1C33, 0x22).at(0), 0x60U);
+  EXPECT_EQ(write(bench, 0x1C35, 0x22).at(0), 0x60U);
+  EXPECT_EQ(write(bench, 0x1C33, 0x21), aborted(0x1C33, 1, 0x06090030));
+  EXPECT_EQ(write(bench, 0x1C32, 0x22), aborted(0x1C32, 1, 0x06090031)) << "outputs";
+  EXPECT_EQ(upload(0x1C33, 1), 0x22U);
+  DeviceBench inputs_only(example("AI2"));
+  inputs_only.enter_pre_op();
+  EXPECT_EQ(write(inputs_only, 0x1C33, 0x22), aborted(0x1C33, 1, 0x06090031));
+}
+
+TEST_F(GenericCoe, ShowsTheCycleOfSync0ThatRuns) {
+  bench.device().sync_started(0ns);
+  EXPECT_EQ(upload(0x1C32, 2), 125'000U) << "no SYNC0";
+  bench.device().sync_started(1750us);
+  for (const unsigned index : {0x1C32U, 0x1C33U, 0x1C34U, 0x1C35U}) EXPECT_EQ(upload(index, 2), 1'750'000U);
+}
+
 TEST_F(GenericCoe, DefaultsOfEveryKind) {
   EXPECT_EQ(upload(0x8000, 1), 1U);
   EXPECT_EQ(upload(0x8000, 2), 5U);

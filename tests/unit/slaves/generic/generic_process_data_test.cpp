@@ -13,6 +13,17 @@ TEST(GenericDevice, ACouplerHasNoProcessData) {
   EXPECT_EQ(bench.output_bytes() + bench.input_bytes(), 0U);
 }
 
+TEST(GenericDevice, AnswersForAnIdOnlyWhereItsFileAnnouncesOne) {
+  for (const bool announced : {false, true}) {
+    auto description = example("AI2");
+    description.identification = announced;
+    DeviceBench bench(description);
+    EXPECT_EQ(bench.description().identification, announced) << "in the EEPROM";
+    bench.write(wire::reg::kAlControl.address, bytes({0x21, 0x00}));
+    EXPECT_EQ(bench.read(wire::reg::kAlStatus.address, 1), bytes({announced ? 0x21U : 0x01U}));
+  }
+}
+
 TEST(GenericDevice, InputsOnlyWithScriptedBits) {
   const auto model = model_of(example("DI8"));
   GenericOptions options;

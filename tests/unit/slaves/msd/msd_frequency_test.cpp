@@ -15,7 +15,8 @@ MsdParameters with_weight(double nm) {
 
 /// Velocity unit 1/1000 revolution per second, ramps of 20 rev/s2.
 void use_milli_revolutions(DriveRig& rig) {
-  ASSERT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 3000, 4), 0U);  // in 3 revolutions
+  ASSERT_EQ(rig.write(0x6092, 2, 3, 4), 0U);
   ASSERT_EQ(rig.write(0x6048, 1, 20'000, 4), 0U);
   ASSERT_EQ(rig.write(0x6049, 1, 20'000, 4), 0U);
   ASSERT_EQ(rig.write(0x6084, 0, 20'000, 4), 0U);

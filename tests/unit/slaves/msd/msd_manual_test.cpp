@@ -272,8 +272,9 @@ TEST(MsdManual, DemandValuesAreWhatTheControllerFollows) {
 
 TEST(MsdManual, VelocityOffsetHasTheUnitsOfTheFactorGroup) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x6092, 1, 3600, 4), 0U);  // tenths of a degree
-  ASSERT_EQ(rig.write(0x608B, 0, 1, 1), 0U);     // speeds in degrees per second
+  ASSERT_EQ(rig.write(0x6092, 1, 25'200, 4), 0U);  // tenths of a degree in 7 revolutions
+  ASSERT_EQ(rig.write(0x6092, 2, 7, 4), 0U);
+  ASSERT_EQ(rig.write(0x608B, 0, 1, 1), 0U);  // speeds in degrees per second
   ASSERT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
   rig.operate();
   rig.enable(9);
@@ -330,7 +331,8 @@ TEST(MsdManual, InterpolationWithExternalFeedForwardTakesBothOffsets) {
 
 TEST(MsdManual, MotorValuesAreThoseOfTheProfileInUnitsOfTheMotor) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x6092, 1, 3600, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 39'600, 4), 0U);  // tenths of a degree in 11 revolutions
+  ASSERT_EQ(rig.write(0x6092, 2, 11, 4), 0U);
   rig.operate();
   rig.enable(9);
   rig.target_velocity = 3600;

@@ -95,10 +95,18 @@ TEST(MsdObject, TimePeriodHasTwoAddresses) {
 
 TEST(MsdObject, SynchronisationTypes) {
   DriveRig rig;
-  EXPECT_EQ(rig.write(0x1C32, 1, 2, 2), 0U);
-  EXPECT_EQ(rig.read(0x1C33, 1), 2U);
-  EXPECT_EQ(rig.write(0x1C32, 1, 1, 2), 0U);
+  for (const unsigned type : {2U, 1U, 0U}) {
+    EXPECT_EQ(rig.write(0x1C32, 1, type, 2), 0U);
+    EXPECT_EQ(rig.write(0x1C33, 1, 2 - type, 2), 0U);
+    EXPECT_EQ(rig.read(0x1C32, 1), type);
+    EXPECT_EQ(rig.read(0x1C33, 1), 2 - type);
+  }
   EXPECT_EQ(rig.write(0x1C32, 1, 3, 2), 0x06090031U);
+  EXPECT_EQ(rig.write(0x1C32, 1, 0x22, 2), 0x06090031U);
+  EXPECT_EQ(rig.write(0x1C33, 1, 0x22, 2), 0U) << "the event of the outputs";
+  for (const unsigned type : {3U, 0x21U}) EXPECT_EQ(rig.write(0x1C33, 1, type, 2), 0x06090030U);
+  EXPECT_EQ(rig.write(0x1C33, 1, 0x23, 2), 0x06090031U);
+  EXPECT_EQ(rig.read(0x1C33, 1), 0x22U);
 }
 
 TEST(MsdObject, StoreNeedsItsSignature) {

@@ -346,7 +346,8 @@ TEST_F(MsdProfilePosition, RunsOverTheEndOf32Bits) {
 class MsdRoundTable : public testing::Test {
  protected:
   MsdRoundTable() : rig(at(350.0)) {
-    EXPECT_EQ(rig.write(0x6092, 1, 360'000, 4), 0U);
+    EXPECT_EQ(rig.write(0x6092, 1, 1'800'000, 4), 0U);  // in 5 revolutions
+    EXPECT_EQ(rig.write(0x6092, 2, 5, 4), 0U);
     EXPECT_EQ(rig.write(0x607B, 1, 0, 4), 0U);
     EXPECT_EQ(rig.write(0x607B, 2, 359'999, 4), 0U);
     EXPECT_EQ(rig.write(0x6081, 0, 720'000, 4), 0U);

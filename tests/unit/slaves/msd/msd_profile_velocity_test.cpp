@@ -113,7 +113,8 @@ class MsdVelocityMode : public testing::Test {
  protected:
   /// Velocity unit 1/1000 revolution per second: 16-bit setpoints reach 32 rev/s.
   MsdVelocityMode() {
-    EXPECT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
+    EXPECT_EQ(rig.write(0x6092, 1, 3000, 4), 0U);  // in 3 revolutions
+    EXPECT_EQ(rig.write(0x6092, 2, 3, 4), 0U);
     EXPECT_EQ(rig.write(0x6048, 1, 50'000, 4), 0U);  // 50 rev/s in 1 s
     EXPECT_EQ(rig.write(0x6049, 1, 200'000, 4), 0U);
     EXPECT_EQ(rig.write(0x6049, 2, 2, 4), 0U);
@@ -266,7 +267,8 @@ TEST(MsdModes, SwitchingInMotionKeepsTheSpeed) {
   // affect it, and a change to a mode with standstill as its target brakes on its ramp.
   DriveRig rig;
   rig.operate();
-  ASSERT_EQ(rig.write(0x6092, 1, kRevolution, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 7 * kRevolution, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 2, 7, 4), 0U);
   rig.run_at(5 * kRevolution);
   double last = rig.drive.velocity_rad_s();
   double largest = 0.0;

@@ -12,18 +12,19 @@ TEST(MsdScaling, PositionsInMillidegreesOfALoadBehindAGear) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x6091, 1, 5, 4), 0U);        // 5 motor revolutions
   ASSERT_EQ(rig.write(0x6091, 2, 2, 4), 0U);        // for 2 of the shaft
-  ASSERT_EQ(rig.write(0x6092, 1, 360'000, 4), 0U);  // units per shaft revolution
+  ASSERT_EQ(rig.write(0x6092, 1, 360'000, 4), 0U);  // units
+  ASSERT_EQ(rig.write(0x6092, 2, 7, 4), 0U);        // per 7 shaft revolutions
   rig.operate();
   rig.enable(9);
-  EXPECT_EQ(rig.read(0x6093, 1), 1048576U * 5U / 640U);  // 2^20 * 5 / (2 * 360000), reduced
+  EXPECT_EQ(rig.read(0x6093, 1), 1048576U * 35U / 640U);  // 2^20 * 5 * 7 / (2 * 360000), reduced
   EXPECT_EQ(rig.read(0x6093, 2), 1125U);
   EXPECT_EQ(rig.read(0x6094, 1) * std::uint64_t{rig.read(0x6093, 2)},
             rig.read(0x6093, 1) * std::uint64_t{rig.read(0x6094, 2)});
-  rig.target_velocity = 360'000;  // one shaft revolution per second: 2.5 of the motor
+  rig.target_velocity = 72'000;  // 1.4 shaft revolutions per second: 3.5 of the motor
   rig.cycles(4000);
-  EXPECT_NEAR(rig.drive.velocity_rad_s(), 2.5 * 2.0 * std::numbers::pi, 0.05);
-  EXPECT_NEAR(rig.velocity, 360'000, 500);
-  EXPECT_NEAR(rig.position, rig.drive.position_rad() / (2.0 * std::numbers::pi) / 2.5 * 360'000, 2.0);
+  EXPECT_NEAR(rig.drive.velocity_rad_s(), 3.5 * 2.0 * std::numbers::pi, 0.05);
+  EXPECT_NEAR(rig.velocity, 72'000, 170);
+  EXPECT_NEAR(rig.position, rig.drive.position_rad() / (2.0 * std::numbers::pi) / 2.5 / 7.0 * 360'000, 2.0);
 }
 
 TEST(MsdScaling, PolarityTurnsSetpointsAndActualValues) {
@@ -43,9 +44,10 @@ TEST(MsdScaling, PolarityTurnsSetpointsAndActualValues) {
   EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
 }
 
+/// The other bits of 607Eh are reserved (MSD manual, object 607Eh) and turn nothing.
 TEST(MsdScaling, PolarityBitsAreOneForPositionsAndOneForSpeeds) {
   constexpr std::int32_t kWay = 400'000;
-  for (const unsigned polarity : {0x00U, 0x40U, 0x80U, 0xC0U}) {
+  for (const unsigned polarity : {0x00U, 0x3FU, 0x40U, 0x95U, 0xC0U, 0xEAU}) {
     const int speeds = (polarity & 0x40U) != 0 ? -1 : 1;
     const int positions = (polarity & 0x80U) != 0 ? -1 : 1;
     SCOPED_TRACE(polarity);
@@ -111,12 +113,12 @@ TEST(MsdScaling, FactorsFollowTheFormulasOfTheManual) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x608F, 1, 4096, 4), 0U);  // increments per
   ASSERT_EQ(rig.write(0x608F, 2, 3, 4), 0U);     // revolutions
-  ASSERT_EQ(rig.write(0x6090, 1, 8192, 4), 0U);
-  ASSERT_EQ(rig.write(0x6090, 2, 1, 4), 0U);
+  ASSERT_EQ(rig.write(0x6090, 1, 8191, 4), 0U);
+  ASSERT_EQ(rig.write(0x6090, 2, 7, 4), 0U);
   ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);
   ASSERT_EQ(rig.write(0x6091, 2, 2, 4), 0U);
   ASSERT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 2, 1, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 2, 9, 4), 0U);
   ASSERT_EQ(rig.write(0x608B, 0, 2, 1), 0U);
   ASSERT_EQ(rig.write(0x6089, 0, 0xFF, 1), 0U);  // 10^-1
   ASSERT_EQ(rig.write(0x608D, 0, 1, 1), 0U);
@@ -126,9 +128,10 @@ TEST(MsdScaling, FactorsFollowTheFormulasOfTheManual) {
     return static_cast<double>(rig.read(index, 1)) / static_cast<double>(rig.read(index, 2));
   };
   // 6093h = 608Fh * 6091h / 6092h; 6094h with 10^(2 - -1); 6097h with 10^(1 - 2) on top
-  EXPECT_NEAR(fraction(0x6093), 4096.0 / 3.0 * 3.5 / 1000.0, 1e-9);
-  EXPECT_NEAR(fraction(0x6094), 8192.0 * 3.5 / 1000.0 * 1000.0, 1e-6);
-  EXPECT_NEAR(fraction(0x6097), 8192.0 * 3.5 / 1000.0 * 100.0, 1e-6);
+  constexpr double kFeed = 1000.0 / 9.0;
+  EXPECT_NEAR(fraction(0x6093), 4096.0 / 3.0 * 3.5 / kFeed, 1e-9);
+  EXPECT_NEAR(fraction(0x6094), 8191.0 / 7.0 * 3.5 / kFeed * 1000.0, 1e-6);
+  EXPECT_NEAR(fraction(0x6097), 8191.0 / 7.0 * 3.5 / kFeed * 100.0, 1e-6);
 }
 
 TEST(MsdScaling, DimensionIndicesOnlySayWhatTheUnitsAreCalled) {
@@ -150,7 +153,8 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
   MsdParameters parameters;
   parameters.initial_position_rad = 2.0 * std::numbers::pi;
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write(0x6092, 1, 360, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 1080, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 2, 3, 4), 0U);
   rig.pass(5ms);
   EXPECT_NEAR(rig.read(0x6064), 1048576, 1);
   EXPECT_EQ(rig.read(0x6093, 1), 1U) << "calculated with the start of the control, not before";
@@ -161,7 +165,7 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
   EXPECT_EQ(rig.read(0x6093, 1) * 45U, rig.read(0x6093, 2) * 131072U) << "2^20 / 360";
   rig.control = 0x06;
   rig.cycles(4);
-  ASSERT_EQ(rig.write(0x6092, 1, 3600, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 10'800, 4), 0U);
   rig.cycles(4);
   EXPECT_NEAR(rig.position, 360, 1);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
@@ -187,7 +191,8 @@ TEST(MsdScaling, NoDriftOverTheWholeRangeAndBack) {
 TEST(MsdScaling, NoDriftInMotionPastTheEndsOf32Bits) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 1, 9000, 4), 0U);
+  ASSERT_EQ(rig.write(0x6092, 2, 9, 4), 0U);
   ASSERT_EQ(rig.write(0x607B, 1, 0, 4), 0U);
   ASSERT_EQ(rig.write(0x607B, 2, 999, 4), 0U);
   ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);

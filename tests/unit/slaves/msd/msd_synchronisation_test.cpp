@@ -90,9 +90,8 @@ class MsdSynchronisation : public ::testing::Test {
   void cycle(bool with_outputs = true) {
     const std::vector<std::byte> zeros(device().process_data_size(2));
     slave_.esc().begin_frame(++serial_);
-    if (with_outputs) {
-      EXPECT_TRUE(slave_.esc().ecat_write(kOutputsStart, zeros, now_));
-    }
+    // A drive that has left OP by an error refuses outputs.
+    if (with_outputs) static_cast<void>(slave_.esc().ecat_write(kOutputsStart, zeros, now_));
     pass(1ms);
   }
   void to_op() {
@@ -264,6 +263,45 @@ TEST_F(MsdSynchronisation, SetpointsMustComeInWholeCyclesOfSync0) {
   }
 }
 
+/// README: a line of 1 ms may have SYNC0 at any fraction of it that is a multiple of 125 us.
+TEST_F(MsdSynchronisation, Sync0MayBeFinerThanTheCycleOfTheSetpoints) {
+  for (const std::uint32_t sync0 : {125'000U, 250'000U, 500'000U}) {
+    SCOPED_TRACE(sync0);
+    ASSERT_EQ(request(AlState::kInit), AlStatusCode::kNoError);
+    device().restart();
+    pass(2ms);
+    EXPECT_EQ(drive().dictionary().get(kBusValue.sync_cycle), 125'000U) << "without SYNC0, the drive's own cycle";
+    write(reg::kDcActivation, 0);
+    to_pre_op();
+    activate(sync0);
+    ASSERT_EQ(request(AlState::kSafeOp), AlStatusCode::kNoError);
+    EXPECT_EQ(drive().dictionary().get(kBusValue.sync_cycle), sync0) << "1C32h:02";
+    pass(560us);
+    request(AlState::kOp);
+    for (int i = 0; i < 60; ++i) cycle();
+    EXPECT_EQ(code(), AlStatusCode::kNoError);
+    ASSERT_EQ(slave_.state(), AlState::kOp);
+    EXPECT_EQ(drive().fault(), std::nullopt);
+    EXPECT_EQ(slave_.al().sync_margin().missed, 0U);
+    // Missing setpoints count once per setpoint cycle, whatever SYNC0 is.
+    for (int i = 0; i < 10; ++i) cycle(false);
+    EXPECT_EQ(slave_.state(), AlState::kOp);
+    cycle(false);
+    EXPECT_EQ(code(), AlStatusCode::kDcSyncTimeout);
+    write(reg::kAlControl, wire::AlControl{AlState::kSafeOp, true, false}.raw());
+    slave_.advance(now_);
+  }
+}
+
+TEST_F(MsdSynchronisation, AnIllegalRequestInOpIsNoErrorOfADriveThatIsOff) {
+  to_op();
+  static_cast<void>(emergencies());
+  EXPECT_EQ(request(AlState::kBootstrap), AlStatusCode::kInvalidRequestedStateChange);
+  EXPECT_EQ(slave_.state(), AlState::kSafeOp);
+  EXPECT_EQ(drive().fault(), std::nullopt);
+  EXPECT_THAT(emergencies(), testing::IsEmpty());
+}
+
 TEST_F(MsdSynchronisation, Sync0ThatNeverCameIsNoWayToOp) {
   to_pre_op();
   activate(1'000'000);
@@ -318,6 +356,50 @@ TEST(MsdSynchronisationType, DcInsistsOnSync0) {
   EXPECT_FALSE(rig.device.sync_demand().type);
   ASSERT_EQ(rig.write(0x1C32, 1, 2, 2), 0U);
   EXPECT_EQ(rig.device.sync_demand().type, SyncType::kSync0);
+}
+
+TEST(MsdSynchronisationType, AnIllegalRequestEndsTheOutputsOfAMotorThatIsOn) {
+  for (const auto code : {AlStatusCode::kInvalidRequestedStateChange, AlStatusCode::kUnknownRequestedState}) {
+    DriveRig rig;
+    rig.operate();
+    rig.enable(8);
+    rig.device.fall_back(AlState::kOp, AlState::kSafeOp, code);
+    EXPECT_EQ(rig.drive.fault(), Fault::kMissingOutputs) << "Er 14 05, as for a request for SAFEOP";
+  }
+}
+
+TEST(MsdSynchronisationType, InputsHaveATypeOfTheirOwn) {
+  DriveRig rig;
+  EXPECT_FALSE(rig.device.sync_demand().input_type);
+  ASSERT_EQ(rig.write(0x1C33, 1, 0x22, 2), 0U);
+  EXPECT_EQ(rig.device.sync_demand().input_type, SyncType::kSm2Event);
+  EXPECT_FALSE(rig.device.sync_demand().type);
+  EXPECT_FALSE(rig.device.sync_demand().outputs) << "nothing is mapped";
+  rig.map(0x1600, {0x60400010});
+  EXPECT_TRUE(rig.device.sync_demand().outputs);
+}
+
+/// ETG.1020: cycle, SM event missed, cycle exceeded, shift too short, sync error; the same for outputs and inputs.
+TEST(MsdSynchronisationType, ParametersOfBothSyncManagersShowWhatRuns) {
+  DriveRig rig;
+  rig.operate();
+  SyncMargin margin;
+  margin.missed = 70'000;
+  margin.exceeded = 3;
+  margin.too_short = 5;
+  rig.device.sync_margin(margin);
+  rig.device.sync_started(750us);
+  for (const std::uint16_t index : {std::uint16_t{0x1C32}, std::uint16_t{0x1C33}}) {
+    SCOPED_TRACE(index);
+    EXPECT_EQ(rig.read(index, 0x00), 0x20U);
+    EXPECT_EQ(rig.read(index, 0x02), 750'000U);
+    EXPECT_EQ(rig.read(index, 0x0B), 0xFFFFU) << "as much as 16 bits hold";
+    EXPECT_EQ(rig.read(index, 0x0C), 3U);
+    EXPECT_EQ(rig.read(index, 0x0D), 5U);
+    EXPECT_EQ(rig.read(index, 0x20), 0U);
+  }
+  rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kFatalSyncError);
+  for (const std::uint16_t index : {std::uint16_t{0x1C32}, std::uint16_t{0x1C33}}) EXPECT_EQ(rig.read(index, 0x20), 1U);
 }
 
 /// Largest difference of two speeds while the setpoint moves at constant speed, in increments per second. SYNC0 comes

@@ -27,6 +27,7 @@ struct SlaveCondition {
   bool absent = false;         ///< its status byte came back untouched
   bool down = false;           ///< its AL status is below SAFEOP: it may add to the working counter or not
   bool recovering = false;     ///< excluded on request: it may add to the working counter or not
+  bool outputs_off = false;    ///< in SAFEOP with an error: it may take outputs or not, its inputs stay valid
   std::uint8_t al_status = 0;  ///< low byte of its AL status; 0: not known
 };
 

@@ -24,6 +24,9 @@ struct AlOptions {
 /// configuration, locks and releases the sync managers, and reports errors with their AL status code until they are
 /// acknowledged. A request without acknowledge is ignored while an error is pending, unless it requests INIT.
 ///
+/// An error takes the slave out of OP, also a request for a state that is illegal or unknown; its outputs are then
+/// locked until the error is acknowledged (docs/slave_controller.md).
+///
 /// All functions except the constructor are \rtsafe if the functions of the device are.
 class AlStateMachine {
  public:
@@ -47,6 +50,8 @@ class AlStateMachine {
   void on_time(Nanoseconds now) noexcept;
   /// Called for each SYNC0 or SYNC1, at `time`.
   void on_sync(SyncSignal signal, Nanoseconds time) noexcept;
+  /// Called instead of on_sync() while the application is busy and cannot serve the pulse.
+  void on_unserved_sync(SyncSignal signal, Nanoseconds time) noexcept { synchronisation_.unserved(signal, time); }
   /// Returns how long before the SYNC pulses the outputs have arrived since OP was entered.
   [[nodiscard]] const SyncMargin& sync_margin() const noexcept { return synchronisation_.margin(); }
   /// Called after each regular step: checks for outputs or SYNC0 when a transition waits for them.
@@ -100,11 +105,14 @@ class AlStateMachine {
   void finish(wire::AlState target, Nanoseconds now) noexcept;
   void give_up_waiting() noexcept;
   [[nodiscard]] bool ready_for_op() const noexcept;
+  void start_synchronisation() noexcept;
   void react_to_synchronisation() noexcept;
   [[nodiscard]] std::uint32_t outputs_written() const noexcept;
   [[nodiscard]] Nanoseconds last_outputs() const noexcept;
   void enter(wire::AlState target) noexcept;
+  void refuse_request(wire::AlStatusCode code) noexcept;
   void report(wire::AlStatusCode code) noexcept;
+  [[nodiscard]] bool answers_id_request() const noexcept;
   [[nodiscard]] std::uint16_t device_id() const noexcept;
   void publish() noexcept;
   [[nodiscard]] wire::AlStatusCode check_legal(wire::AlState target) const noexcept;
@@ -112,7 +120,8 @@ class AlStateMachine {
   [[nodiscard]] bool outputs_expected() const noexcept;
   [[nodiscard]] bool outputs_valid() const noexcept;
   [[nodiscard]] bool outputs_received() const noexcept;
-  void lock_sync_managers(bool mailboxes, bool process_data) noexcept;
+  [[nodiscard]] bool locked(SyncManagerLayout::Use use) const noexcept;
+  void lock_sync_managers() noexcept;
 
   Esc& esc_;
   Device& device_;
@@ -121,6 +130,8 @@ class AlStateMachine {
   wire::AlState state_ = wire::AlState::kInit;
   bool error_ = false;
   bool id_loaded_ = false;
+  bool outputs_locked_ = false;  ///< OP was left by an error that is not acknowledged yet
+  bool inputs_locked_ = false;   ///< the same, and the error makes the inputs of a slave without outputs invalid
   wire::AlStatusCode code_ = wire::AlStatusCode::kNoError;
   std::optional<Pending> pending_;
   std::optional<Refusal> refusal_;

@@ -56,6 +56,11 @@ class SyncSupervision {
 
   /// Called for each pulse; the last of `outputs` complete output buffers arrived at `written`.
   void pulse(SyncSignal signal, Nanoseconds time, std::uint32_t outputs, Nanoseconds written) noexcept;
+  /// Called for each pulse that the application does not serve because it is busy: its cycle is exceeded, and whether
+  /// it has new outputs is not judged.
+  void unserved(SyncSignal signal, Nanoseconds time) noexcept;
+  /// Returns the cycle of SYNC0 as activated by the master when SAFEOP was entered; 0: SYNC0 is off.
+  [[nodiscard]] Nanoseconds sync0_cycle() const noexcept { return mode_ == Mode::kSync ? cycle_ : Nanoseconds{0}; }
   /// Returns the time of the next call of on_time().
   [[nodiscard]] Nanoseconds due() const noexcept { return due_; }
   /// Called when the time of due() has come, without effect before it; `outputs` as in enter_op().
@@ -72,12 +77,17 @@ class SyncSupervision {
   enum class Mode : std::uint8_t { kNone, kSmEvent, kSync };
 
   [[nodiscard]] wire::AlStatusCode check_cycles(const SyncDemand& demand) const noexcept;
+  void note_sync0(Nanoseconds time) noexcept;
+  void judge_pulse(bool came) noexcept;
   void count_cycle(bool came) noexcept;
 
   const EscMemory& memory_;
   Mode mode_ = Mode::kNone;
   SyncSignal data_signal_ = SyncSignal::kSync0;  ///< signal whose pulses need new outputs
   unsigned error_limit_ = 0;
+  std::int64_t pulses_per_outputs_ = 1;  ///< outputs are due at one of so many pulses
+  std::int64_t pulses_without_ = 0;      ///< pulses since outputs were due or came last
+  Nanoseconds calc_and_copy_{0};
   Nanoseconds cycle_{0};
   Nanoseconds last_pulse_{0};
   unsigned even_pulses_ = 0;  ///< consecutive regular pulses; 0: no pulse yet

@@ -68,6 +68,8 @@ class GenericDevice final : public Device, public DeviceSignals, private Diction
   void show(DeviceStatus& out) const noexcept override;
   void restart() override;
   [[nodiscard]] std::size_t mailbox_reply(std::span<std::byte> out) override { return mailbox_.reply(out, al_state_); }
+  /// Shows the SYNC0 cycle in sub-index 02 of 1C32h and the like; without SYNC0 the value of the master stays.
+  void sync_started(std::chrono::nanoseconds sync0_cycle) noexcept override;
   void advance(std::chrono::nanoseconds now) noexcept override;
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override;
   [[nodiscard]] DeviceSignals* signals() noexcept override { return this; }

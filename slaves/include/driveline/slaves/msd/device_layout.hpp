@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 
 #include "driveline/slaves/msd/core/control_clock.hpp"
@@ -16,5 +17,7 @@ inline constexpr std::uint16_t kInputsStart = 0x1A00;      ///< sync manager 3, 
 inline constexpr std::uint16_t kMaxProcessData = 32;       ///< four PDOs of eight bytes (MSD manual 9.1)
 inline constexpr std::uint8_t kOutputsSyncManager = 2;     ///< transfers RxPDOs
 inline constexpr std::uint8_t kInputsSyncManager = 3;      ///< transfers TxPDOs
+/// Time that the outputs must be complete before SYNC0 (1C32h:06): a quarter of a control step.
+inline constexpr std::chrono::nanoseconds kCalcAndCopyTime = kControlStep / 4;
 
 }  // namespace driveline::slaves::msd

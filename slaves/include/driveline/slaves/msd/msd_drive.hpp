@@ -52,6 +52,7 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   void advance(std::chrono::nanoseconds now) noexcept override { core_.advance(now); }
   [[nodiscard]] std::chrono::nanoseconds process_data_period() const noexcept override { return kProcessDataPeriod; }
   [[nodiscard]] SyncDemand sync_demand() const noexcept override;
+  void sync_started(std::chrono::nanoseconds sync0_cycle) noexcept override;
   void sync_event(SyncSignal signal, std::chrono::nanoseconds time) noexcept override;
   void eeprom_loaded(std::span<const std::byte> image, bool valid) noexcept override;
   void sync_margin(const SyncMargin& margin) noexcept override;
@@ -85,6 +86,7 @@ class MsdDrive final : public Device, private DictionaryOwner, private DriveBus 
   void build_process_data() noexcept;
   void decode_settings(std::span<const std::byte> data) noexcept;
   void enter_al_state(wire::AlState state) noexcept;
+  void outputs_ended() noexcept;
   [[nodiscard]] bool sync0_matches() const noexcept;
 
   DriveCore core_;

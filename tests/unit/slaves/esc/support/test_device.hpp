@@ -54,6 +54,7 @@ class TestDevice final : public Device {
 
   TestDevice() {
     using Use = SyncManagerLayout::Use;
+    sync0_cycles.reserve(16);
     own_profile.sii_image = test_image();
     own_profile.sync_managers = {
         {Use::kMailboxOut, kMailboxOutAddress, 0x20, 0x80, kMailboxLength},
@@ -75,6 +76,9 @@ class TestDevice final : public Device {
     fall_backs.push_back({from, to, reason});
   }
   void restart() override { ++restarts; }
+  void sync_started(std::chrono::nanoseconds sync0_cycle) noexcept override {
+    if (sync0_cycles.size() < sync0_cycles.capacity()) sync0_cycles.push_back(sync0_cycle);
+  }
   void sync_event(SyncSignal signal, std::chrono::nanoseconds time) noexcept override {
     if (sync_events.size() < sync_events.capacity()) sync_events.emplace_back(signal, time);
   }
@@ -126,6 +130,7 @@ class TestDevice final : public Device {
   bool firmware_complete = true;
   bool sensor_present = true;
   SyncDemand demand;
+  std::vector<std::chrono::nanoseconds> sync0_cycles;  ///< as told when SAFEOP was entered or OP was requested
   int restarts = 0;
   /// At most as many as the test reserves.
   std::vector<std::pair<SyncSignal, std::chrono::nanoseconds>> sync_events;
