@@ -5,6 +5,7 @@
 
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/trajectory/profile_error.hpp"
 #include "event/event_sentence.hpp"
 
 namespace driveline::runtime {
@@ -156,6 +157,10 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
           "{} {} is outside {} to {}{}", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
           quantity_text(axis, refusal.per, refusal.lowest), quantity_text(axis, refusal.per, refusal.highest),
           refusal.software_limits ? " (min_position, max_position)" : "");
+    case Why::kTooLong:
+      return fmt::format("the motion would take longer than {} s, the longest that is possible; by then it {} {}",
+                         trajectory::kLongestProfileSeconds, refusal.per.empty() ? "covers at most" : "reaches at most",
+                         length(axis, refusal.highest, refusal.per));
     case Why::kNoVelocityGain:
       return "torque control needs velocity_gain or inertia in the [[axis]] to limit the velocity";
     case Why::kTooMany:
