@@ -143,6 +143,10 @@ std::string axis_line(const nlohmann::json& axis) {
   return fmt::format("axis {}: {} at {}", axis.at("name").get<std::string>(), text(axis, "state"), place_text(axis));
 }
 
+std::string accepted_line(const nlohmann::json& axis) {
+  return fmt::format("{}; accepted by the axis", axis_line(axis));
+}
+
 std::string motion_line(const nlohmann::json& axis) {
   if (!axis.contains("state")) return axis_line(axis);
   return fmt::format("{}, {}, {}", axis_line(axis), number(axis, "velocity", axis.at("unit").get<std::string>() + "/s"),
