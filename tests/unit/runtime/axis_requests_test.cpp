@@ -140,6 +140,22 @@ TEST_F(AxisRequestsTest, RefusesPlacesBeyondTheSoftwareLimits) {
   EXPECT_EQ(refusal(who, 1, ask(AxisCommand::kMoveAbsolute, 2.5)), "") << "the other one has none";
 }
 
+TEST_F(AxisRequestsTest, AnAxisThatMustBeResetNamesTheCommand) {
+  AxisRefusal refusal;
+  refusal.why = AxisRefusal::Why::kByAxis;
+  refusal.error = ecat_master::AxisError::kErrorStop;
+  EXPECT_EQ(describe(events::event_axis(configs[1]), refusal),
+            "axis y: the axis is in ErrorStop and must be reset first; `driveline axis y reset` resets it");
+  GroupRefusal of_group;
+  of_group.why = GroupRefusal::Why::kByGroup;
+  of_group.error = ecat_master::GroupError::kErrorStop;
+  events::EventGroup group;
+  group.name = "table";
+  EXPECT_EQ(describe(group, of_group),
+            "group table: the group is in GroupErrorStop and must be reset first; `driveline group table reset` resets "
+            "it");
+}
+
 TEST_F(AxisRequestsTest, RefusesTorquesThatItCannotLead) {
   axis_requests.open(*single);
   const auto who = caller("hand");
