@@ -607,6 +607,29 @@ class Hand(ProgramTest):
         self.end(run)
 
     @undisturbed
+    def test_faults_and_inputs_reach_the_line_in_the_run(self):
+        run = self.start_run()
+        self.wait_for_state("x", "Standstill")
+        self.assertIn("input  ENPO = 1\n", self.run_program("input", "x").stdout)
+        self.assertEqual(self.run_program("fault", "list").stdout, "no faults\n")
+        self.assertEqual(self.run_program("fault", "states").stdout, "OP: x y\n")
+        self.check_refused(self.run_program("fault", "dorp"), 1, "not a kind of fault", "drop")
+        self.check_refused(self.run_program("fault", "quit"), 1, "Ctrl-C ends this run")
+        self.assertEqual(self.run_program("fault", "mailbox-silent", "slave=y").stdout, "done\n")
+        self.assertIn("mailbox-silent slave=y", self.run_program("fault", "list", "--config", "line.toml").stdout)
+        self.assertEqual(self.run_program("fault", "heal", "all").stdout, "done\n")
+        self.assertEqual(self.run_program("fault", "list").stdout, "no faults\n")
+        self.assertEqual(self.run_program("input", "x", "ENPO=0").stdout, "done\n")
+        self.wait_for_state("x", "ErrorStop", "Disabled")
+        self.assertEqual(self.status()["y"]["state"], "Standstill")
+        self.assertIn("ENPO = 0\n", self.run_program("input", "x").stdout)
+        log = self.text("run.log")
+        self.assertRegex(log, r"control socket \d+ \(process \d+, user \d+\): fault mailbox-silent slave=y\n")
+        self.assertRegex(log, r"control socket \d+ \(process \d+, user \d+\): input x ENPO=0\n")
+        run.send_signal(signal.SIGINT)
+        run.wait(PATIENCE_S)  # the state of x at the end decides the status
+
+    @undisturbed
     def test_refusal_is_the_result_of_a_command_that_does_not_wait(self):
         run = self.start_run()
         self.wait_for_state("x", "Standstill")
