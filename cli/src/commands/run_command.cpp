@@ -20,6 +20,7 @@
 #include "driveline/trajectory/interpolation_method.hpp"
 #include "groups/group_view.hpp"
 #include "line/line_console.hpp"
+#include "line/run_drives.hpp"
 #include "script/axis_script.hpp"
 #include "service/cycle_witness.hpp"
 #include "service/service_manager.hpp"
@@ -242,7 +243,9 @@ class RunConsole final : public ConsoleObserver {
   }
 
   [[nodiscard]] std::string answer(std::string_view question) {
+    constexpr std::string_view kDrive = "drive ";
     if (question.starts_with("diag")) return diagnosis(question == "diag json");
+    if (question.starts_with(kDrive)) return answer_about_drives(line_, question.substr(kDrive.size()));
     return eoe(question == "eoe json");
   }
 
@@ -366,10 +369,10 @@ Execute prepare_run(Arguments& to) {
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
   to.option("--trace", &options->trace, Value::file(),
             "Write start and end of the phases of the last and the worst cycles, as JSON for Perfetto");
-  to.option("--control", &options->control, Value::file("PATH"),
-            "Socket to listen at for `driveline axis`, `group`, `diag`, `eoe`, `fault` and `input`; default: one named "
-            "after the line, in "
-            "$XDG_RUNTIME_DIR/driveline or /run/driveline");
+  to.option(
+      "--control", &options->control, Value::file("PATH"),
+      "Socket to listen at for `driveline axis`, `group`, `diag`, `drive`, `eoe`, `fault` and `input`; default: one "
+      "named after the line, in $XDG_RUNTIME_DIR/driveline or /run/driveline");
   to.option("--script", &options->script, Value::file(), "Requests to the axes of a line without [path], one per line");
   to.flag("--no-enable", options->no_enable, "Without [path]: leave the axes disabled until a request enables them");
   to.option("--interpolation", &options->interpolation, Value::choice("METHOD", interpolation_names()),
