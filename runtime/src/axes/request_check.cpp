@@ -174,6 +174,8 @@ AxisRefusal too_long(std::string_view per, double reach) {
 /// checks it from its motion in progress.
 std::optional<AxisRefusal> check_duration(const ecat_master::AxisConfig& axis, const ecat_master::AxisReport& report,
                                           const ecat_master::AxisRequest& request) {
+  // Without limits the axis itself decides.
+  if (!(axis.limits.max_velocity > 0.0) || !(axis.limits.max_acceleration > 0.0)) return std::nullopt;
   const PlanLimits limits(axis, report.override_factor, request);
   if (request.command == AxisCommand::kMoveVelocity) {
     const double velocity = request.target * or_else(report.override_factor, 1.0);
