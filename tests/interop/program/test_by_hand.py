@@ -627,7 +627,7 @@ class Hand(ProgramTest):
             self.assertEqual(one.returncode, 0, one.stderr)
             document = self.one_document(one.stdout)
             self.assertEqual((document["al_state"], document["other_master"]), ("OP", False), words)
-            self.assertEqual(document["status_word"] & 0x6F, 0x27, "the drive of the run is in Operation enabled")
+            self.assertEqual(document["objects"]["status_word"] & 0x6F, 0x27, "the drive of the run is in Operation enabled")
         self.assertEqual(self.run_program("drive", "-p", "0", "--json").stdout.count('"status_word"'), 1)
         self.check_refused(self.run_program("drive", "-p", "2", "--once"), 1, "there is no slave 2, the line has 2")
         self.assertIn("ENPO = 0\n", self.run_program("input", "x").stdout)
