@@ -89,6 +89,7 @@ class Reader {
     if (name == "--peer") return add(options_.place.peers, value);
     if (name == "--topic") return add(options_.topics, value);
     if (name == "--axis") return add(options_.axes, value);
+    if (name == "--unit") return unit(value);
     if (name == "--partition") return text(options_.place.partition, value);
     if (name == "--security") return text(options_.place.security, value);
     if (name == "--output") return text(options_.output, value);
@@ -98,6 +99,11 @@ class Reader {
   Outcome<void> add(std::vector<std::string>& target, const std::string& value) {
     target.push_back(value);
     return {};
+  }
+
+  Outcome<void> unit(const std::string& value) {
+    if (options_.units.add(value)) return {};
+    return misused(fmt::format("--unit \"{}\": AXIS=UNIT is expected, with rad, deg, rev, m, mm or um", value));
   }
 
   Outcome<void> text(std::string& target, const std::string& value) {
@@ -180,8 +186,8 @@ const char* const kHelp =
     "and their --help lists the options:\n"
     "  echo TOPIC    [--json] [--count N] [--timeout S]\n"
     "  record        --output FILE [--topic NAME]... [--duration S] [--timeout S] [--force] [--json]\n"
-    "  plot FILE     [--output FILE.svg] [--axis NAME]...\n"
-    "  top           [--once] [--period S] [--timeout S]\n"
+    "  plot FILE     [--output FILE.svg] [--axis NAME]... [--unit NAME=UNIT]...\n"
+    "  top           [--once] [--period S] [--timeout S] [--unit NAME=UNIT]...\n"
     "Common options: [--domain N] [--interface NAME|ADDRESS|all]... [--peer ADDRESS]... [--partition NAME] "
     "[--security DIR]\n";
 

@@ -6,6 +6,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "units.hpp"
+
 namespace driveline::bridge::clients {
 
 /// Reason why a command fails: its exit status, and one sentence.
@@ -49,6 +51,7 @@ struct Options {
   Place place;
   std::vector<std::string> topics;
   std::vector<std::string> axes;
+  DisplayUnits units;  ///< units in which `plot` and `top` show the axes
   std::string output;
   std::optional<std::uint64_t> count;
   std::optional<double> duration_s;

@@ -260,6 +260,17 @@ Outcome<std::vector<Axis>> select_axes(std::map<std::uint64_t, Axis> axes, const
   return chosen;
 }
 
+/// Converts the points of an axis, whose kind must be known, to the unit in which it is drawn.
+void show_in_unit(Axis& axis, const DisplayUnits& units) {
+  const bool linear = axis.unit == "m";
+  if (!linear && axis.unit != "rad") return;
+  const auto& unit = units.of(axis.name, linear);
+  axis.unit = unit.name;
+  for (auto& point : axis.points) {
+    for (auto* const value : {&point.target, &point.actual, &point.error, &point.demand}) *value /= unit.si;
+  }
+}
+
 Outcome<void> run_gnuplot(const std::string& script) {
   constexpr int kNoProgram = 127 << 8;
   auto* const pipe = ::popen("exec gnuplot 2>/dev/null", "w");  // fixed words; names occur only in the script
@@ -304,6 +315,7 @@ Outcome<int> plot(const Options& options) {
   if (axes.empty()) return failed(fmt::format("{}: has no samples of axes", name));
   auto chosen = select_axes(std::move(axes), options.axes);
   if (!chosen) return tl::unexpected(chosen.error());
+  for (auto& axis : *chosen) show_in_unit(axis, options.units);
   auto output = options.output;
   if (output.empty()) output = (name.ends_with(".mcap") ? name.substr(0, name.size() - 5) : name) + ".svg";
   if (output.starts_with('|')) output.insert(0, "./");  // gnuplot would start a program

@@ -54,6 +54,9 @@ std::string times(const Value& percentiles) {
 /// Present data of a line, and its page.
 class LinePage {
  public:
+  /// `units` must outlive the page.
+  explicit LinePage(const DisplayUnits& units) : units_(units) {}
+
   void add(const Sample& sample) {
     Kept kept{{sample.bytes.begin(), sample.bytes.end()}, {}};
     auto value = decode(*sample.topic->structure, kept.bytes);
@@ -80,8 +83,8 @@ class LinePage {
   [[nodiscard]] std::vector<std::string> lines() const {
     auto page = head();
     page.emplace_back();
-    page.push_back(fmt::format("{:<16}{:>15}{:>15}{:>13} {:<6} {:<24}{}", "axis", "position", "velocity", "error", "",
-                               "state", "mode"));
+    page.push_back(
+        fmt::format("{:<7}{:>16}{:>19}{:>15} {:<18} {}", "axis", "position", "velocity", "error", "state", "mode"));
     for (const auto& [number, axis] : axes_) page.push_back(axis_line(axis.value));
     const auto& faults = status_->value.find("faults")->parts;
     if (!faults.empty()) page.insert(page.end(), {"", "faults"});
@@ -127,13 +130,16 @@ class LinePage {
         fmt::format("samples  {} published, {} dropped", number("telemetry_published"), number("telemetry_dropped"))};
   }
 
-  static std::string axis_line(const Value& axis) {
-    const bool linear = axis.find("kind")->text() == "AXIS_LINEAR";
-    const auto value = [&](std::string_view name) { return axis.find(name)->number(); };
-    return fmt::format("{:<16}{:>13.6f} {}{:>13.6f} {}{:>13.3e} {:<6} {:<24}{}", visible(axis.find("name")->text()),
-                       value("actual_position"), linear ? "m " : "rad", value("actual_velocity"),
-                       linear ? "m/s  " : "rad/s", value("following_error"), linear ? "m" : "rad",
-                       state_name(*axis.find("state")), mode_name(static_cast<std::int64_t>(value("mode"))));
+  /// A line of 80 columns, unless a name or a number is long.
+  [[nodiscard]] std::string axis_line(const Value& axis) const {
+    const auto name = std::string(axis.find("name")->text());
+    const auto& unit = units_.of(name, axis.find("kind")->text() == "AXIS_LINEAR");
+    const auto value = [&](std::string_view field) { return axis.find(field)->number(); };
+    const auto shown = [&](std::string_view field) { return value(field) / unit.si; };
+    return fmt::format("{:<7}{:>12.6f} {:<3}{:>13.6f} {:<5}{:>11.3e} {:<3} {:<18} {}", visible(name),
+                       shown("actual_position"), unit.name, shown("actual_velocity"), fmt::format("{}/s", unit.name),
+                       shown("following_error"), unit.name, state_name(*axis.find("state")),
+                       mode_name(static_cast<std::int64_t>(value("mode"))));
   }
 
   static std::string event_line(const Value& event) {
@@ -144,6 +150,7 @@ class LinePage {
                        at_ns / 1'000'000 % 1000, word, visible(event.find("text")->text()));
   }
 
+  const DisplayUnits& units_;
   std::optional<Kept> status_;
   Clock::time_point status_at_;
   std::map<std::uint64_t, Kept> axes_;
@@ -179,7 +186,7 @@ Outcome<int> top(const Options& options) {
   if (!chosen) return tl::unexpected(chosen.error());
   auto subscription = Subscription::create(options.place, *chosen);
   if (!subscription) return tl::unexpected(subscription.error());
-  LinePage page;
+  LinePage page(options.units);
   const auto patience_s = options.timeout_s.value_or(kDefaultTimeoutSeconds);
   const auto patience = after(patience_s);
   auto rest_patience = Clock::time_point::max();

@@ -118,6 +118,10 @@ std::optional<EoeReport> Line::eoe() const {
   return run_ ? run_->services().eoe() : std::nullopt;
 }
 
+ecat_master::Master* Line::master() noexcept {
+  return run_ && run_->in_operation() ? &run_->master() : nullptr;
+}
+
 Result<ecat_master::LineDiagnosis> Line::diagnose() {
   if (!run_ || !run_->in_operation()) return fail(ErrorKind::kCall, "the line is not in operation");
   auto diagnosis = run_->diagnose();

@@ -139,6 +139,10 @@ TEST(DriveProfile, IsRefusedWithTheReason) {
   EXPECT_EQ(line.ask(to(5.1)).error, AxisError::kOutsideRange);
   EXPECT_EQ(line.ask(by(-6.0)).error, AxisError::kOutsideRange);
   EXPECT_EQ(line.ask(to(std::nan(""))).error, AxisError::kNotFinite);
+  ProfileLine endless(profile_options());
+  EXPECT_EQ(endless.ask(to(12'900.0)).error, AxisError::kTooFar) << "2053 revolutions are more than 2^31 increments";
+  EXPECT_EQ(endless.ask(by(-12'900.0)).error, AxisError::kTooFar);
+  EXPECT_EQ(endless.state(), PlcopenState::kStandstill);
   auto fast = to(1.0);
   fast.velocity = 51.0;
   EXPECT_EQ(line.ask(fast).error, AxisError::kOverLimit);

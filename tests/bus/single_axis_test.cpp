@@ -128,6 +128,20 @@ TEST(SingleAxis, RequestsAreRefusedWithTheReason) {
   EXPECT_EQ(line.state(), PlcopenState::kStandstill);
 }
 
+TEST(SingleAxis, ABufferedMotionIsTakenWhileItWaitsForItsTurn) {
+  SingleLine line;
+  line.enable();
+  const double from = line.setpoint();
+  const auto first = line.submit(move(from + 20.0, 30.0));
+  line.cycles(400);
+  const auto second = line.submit(move(from + 21.0, 20.0, BufferMode::kBuffered));
+  EXPECT_FALSE(line.axes().taken(second));
+  line.cycles(2);
+  EXPECT_TRUE(line.axes().taken(second));
+  EXPECT_EQ(line.phase(second), RequestPhase::kWaiting);
+  EXPECT_EQ(line.phase(first), RequestPhase::kActive);
+}
+
 TEST(SingleAxis, ANewMotionReplacesTheOneUnderWayWithoutAStep) {
   SingleLine line;
   line.enable();

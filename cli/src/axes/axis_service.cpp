@@ -104,6 +104,7 @@ json AxisService::progress(const Client& client) const {
   for (const auto& [axis, request] : client.requests) {
     const auto progress = axis_requests_.progress(axis, request);
     auto row = to_json(axis_requests_.status(axis));
+    row["accepted"] = progress.accepted;
     row["phase"] = std::string(ecat_master::to_text(progress.report.phase));
     row["over"] = progress.report.over() || progress.report.phase == RequestPhase::kUnknown;
     row["reached"] = progress.report.phase == RequestPhase::kReached || progress.report.phase == RequestPhase::kDone;

@@ -18,7 +18,8 @@ namespace driveline::cli {
 ///
 ///     x move 90deg velocity=30deg/s  requests a motion of axis x; "all" instead of the name: of all axes
 ///     x move 90deg take-over         also if another caller commands the axis
-///     progress                       progress of the last request to each axis; also a sign of life of the client
+///     progress                       progress of the last request to each axis, whether the axis has accepted it, and
+///                                    why it failed; also a sign of life of the client
 ///     x status                       state of the axis
 ///     x release                      releases the axis
 ///     detach                         the requests continue when the connection ends

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
@@ -55,6 +59,49 @@ std::string coupling_text(const nlohmann::json& coupling) {
 std::string text(const nlohmann::json& axis, std::string_view key) {
   const auto value = axis.find(key);
   return value == axis.end() || value->get_ref<const std::string&>().empty() ? "-" : value->get<std::string>();
+}
+
+/// Cells of an axis in the table.
+using AxisRow = std::array<std::string, 7>;
+/// Columns of numbers are aligned to the right.
+constexpr std::array kRight{false, false, true, true, true, false, true};
+
+AxisRow row_of(const nlohmann::json& axis) {
+  const auto unit = axis.at("unit").get<std::string>();
+  const auto factor = axis.find("override");
+  return {axis.at("name").get<std::string>(),
+          text(axis, "state"),
+          place_text(axis),
+          number(axis, "velocity", unit + "/s"),
+          number(axis, "torque", text(axis, "torque_unit")),
+          text(axis, "mode"),
+          factor == axis.end() ? "-" : fmt::format("{:.4g} %", 100.0 * factor->get<double>())};
+}
+
+std::string line_of(const AxisRow& row, const std::array<std::size_t, kRight.size()>& widths) {
+  std::string line;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const auto* const gap = i == 0 ? "" : "  ";
+    line += kRight.at(i) ? fmt::format("{}{:>{}}", gap, row.at(i), widths.at(i))
+                         : fmt::format("{}{:<{}}", gap, row.at(i), widths.at(i));
+  }
+  while (line.ends_with(' ')) line.pop_back();
+  return line + '\n';
+}
+
+/// A line per owner, "commanded by hand: x, y": the name of an owner is too long for a column.
+std::string owners_lines(const nlohmann::json& axes) {
+  std::vector<std::pair<std::string, std::string>> owners;
+  for (const auto& axis : axes) {
+    const auto& owner = axis.at("owner").get_ref<const std::string&>();
+    auto found = std::find_if(owners.begin(), owners.end(), [&](const auto& one) { return one.first == owner; });
+    if (found == owners.end()) found = owners.insert(owners.end(), {owner, {}});
+    found->second += (found->second.empty() ? "" : ", ") + axis.at("name").get<std::string>();
+  }
+  std::string lines;
+  for (const auto& [owner, names] : owners)
+    lines += fmt::format("commanded by {}: {}\n", owner.empty() ? "nobody" : owner, names);
+  return lines;
 }
 
 }  // namespace
@@ -113,34 +160,33 @@ std::string owners_text(const runtime::AxisRequests& axis_requests) {
 }
 
 std::string axes_table(const nlohmann::json& axes) {
-  std::size_t widest = 4;
-  for (const auto& axis : axes) widest = std::max(widest, axis.at("name").get_ref<const std::string&>().size());
-  std::size_t places = 16;
-  for (const auto& axis : axes) places = std::max(places, place_text(axis).size() + 2);
-  auto table = fmt::format("{:<{}}  {:<20}{:>{}}{:>18}{:>12}  {:<5}{:>9}  {}\n", "axis", widest, "state", "position",
-                           places, "velocity", "torque", "mode", "override", "commanded by");
-  for (const auto& axis : axes) {
-    const auto unit = axis.at("unit").get<std::string>();
-    const auto override_factor = axis.find("override");
-    table += fmt::format(
-        "{:<{}}  {:<20}{:>{}}{:>18}{:>12}  {:<5}{:>9}  {}\n", axis.at("name").get<std::string>(), widest,
-        text(axis, "state"), place_text(axis), places, number(axis, "velocity", unit + "/s"),
-        number(axis, "torque", text(axis, "torque_unit")), text(axis, "mode"),
-        override_factor == axis.end() ? "-" : fmt::format("{:.4g} %", 100.0 * override_factor->get<double>()),
-        text(axis, "owner"));
-    if (axis.contains("coupling") && axis.at("coupling").contains("phase"))
-      table += fmt::format("{:<{}}  {}\n", "", widest, coupling_text(axis.at("coupling")));
+  std::vector<AxisRow> rows{{"axis", "state", "position", "velocity", "torque", "mode", "override"}};
+  for (const auto& axis : axes) rows.push_back(row_of(axis));
+  std::array<std::size_t, kRight.size()> widths{};
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths.at(i) = std::max(widths.at(i), row.at(i).size());
+  }
+  auto table = line_of(rows.front(), widths);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    table += line_of(rows.at(i + 1), widths);
+    const auto& axis = axes.at(i);
+    const auto add = [&](std::string_view text) { table += fmt::format("{:<{}}  {}\n", "", widths.front(), text); };
+    if (axis.contains("coupling") && axis.at("coupling").contains("phase")) add(coupling_text(axis.at("coupling")));
     if (axis.contains("error")) {
-      table += fmt::format("{:<{}}  {}{}\n", "", widest, text(axis, "error"),
-                           axis.contains("error_code") ? fmt::format(" ({})", text(axis, "error_code")) : "");
+      add(text(axis, "error") +
+          (axis.contains("error_code") ? fmt::format(" ({})", text(axis, "error_code")) : std::string{}));
     }
   }
-  return table;
+  return table + owners_lines(axes);
 }
 
 std::string axis_line(const nlohmann::json& axis) {
   if (!axis.contains("state")) return fmt::format("axis {}", axis.at("name").get<std::string>());
   return fmt::format("axis {}: {} at {}", axis.at("name").get<std::string>(), text(axis, "state"), place_text(axis));
+}
+
+std::string accepted_line(const nlohmann::json& axis) {
+  return fmt::format("{}; accepted by the axis", axis_line(axis));
 }
 
 std::string motion_line(const nlohmann::json& axis) {

@@ -17,6 +17,8 @@ namespace driveline::cli {
 [[nodiscard]] std::string axes_table(const nlohmann::json& axes);
 /// "axis x: Standstill at 90 deg" for an axis of that document.
 [[nodiscard]] std::string axis_line(const nlohmann::json& axis);
+/// The same for a request that the axis has accepted: "axis x: DiscreteMotion at 90 deg; accepted by the axis".
+[[nodiscard]] std::string accepted_line(const nlohmann::json& axis);
 /// The same with velocity and torque: "axis x: ContinuousMotion at 90 deg, 30 deg/s, 0.5 Nm".
 [[nodiscard]] std::string motion_line(const nlohmann::json& axis);
 /// "axis x: recorded 90 deg": the position of the last event of its touch probe.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string>
 
 #include "axes/quantity.hpp"
 #include "driveline/ecat_master/cia402/cyclic_mode.hpp"
@@ -144,10 +145,21 @@ class RequestReader {
     if (equals != std::string_view::npos) return read_option(word.substr(0, equals), word.substr(equals + 1));
     if (verb_.operand.empty() || operand_) {
       if (probes(verb_.command)) return read_trigger(word);
-      return misused(fmt::format("axis {}: {}: \"{}\" was not expected", axis_.name, verb_.name, word));
+      return misused(
+          fmt::format("axis {}: {}: \"{}\" was not expected{}", axis_.name, verb_.name, word, unit_hint(word)));
     }
     operand_ = true;
+    operand_text_ = word;
     return read_operand(word);
+  }
+
+  /// A hint for a unit that is a word of its own: "90 deg".
+  [[nodiscard]] std::string unit_hint(std::string_view word) const {
+    if (!is_unit(axis_, word)) return {};
+    const bool joined =
+        !operand_text_.empty() && RequestReader(axis_, verb_).read_operand(operand_text_ + std::string(word));
+    return joined ? fmt::format("; did you mean {}{}?", operand_text_, word)
+                  : "; a unit follows its number without a space";
   }
 
   [[nodiscard]] Outcome<void> read_trigger(std::string_view word) {
@@ -276,6 +288,7 @@ class RequestReader {
   const Verb& verb_;
   AxisRequest request_;
   TriggerReader trigger_;
+  std::string operand_text_;
   bool operand_ = false;
   bool window_first_ = false;
   bool window_last_ = false;

@@ -63,6 +63,7 @@ class OrderReader {
       : slave_(slave), master_(std::move(master)), plan_(plan), verb_(verb) {
     order_.kind = kind_of(verb);
     order_.ratio = coupling.ratio;
+    ratio_given_ = coupling.ratio_given;
     cam_ = coupling.cam;
   }
 
@@ -82,20 +83,65 @@ class OrderReader {
   [[nodiscard]] Outcome<void> take(std::string_view word) {
     const auto equals = word.find('=');
     if (equals != std::string_view::npos) return take_option(word.substr(0, equals), word.substr(equals + 1));
+    if (order_.kind == Kind::kGearIn) {
+      // "10 mm : 360 deg" may come as one word or as several.
+      ratio_text_ += (ratio_text_.empty() ? "" : " ") + std::string(word);
+      return {};
+    }
     if (operand_ || order_.kind == Kind::kOut) return wrong(fmt::format("\"{}\" was not expected", word));
     operand_ = true;
-    if (order_.kind == Kind::kGearIn) return take_ratio(word);
     if (order_.kind == Kind::kCamIn) return take_cam(word);
     return take(order_.phase, master_, Quantity::kPosition, word, "phase");
   }
 
-  [[nodiscard]] Outcome<void> take_ratio(std::string_view word) {
+  [[nodiscard]] Outcome<void> take_ratio() {
+    if (ratio_text_.empty()) {
+      if (ratio_given_ || slave_.kind == master_.kind) return {};
+      return wrong(fmt::format("{}, and the [[coupling]] has no ratio: {}", kinds(), units_expected()));
+    }
+    const auto colon = ratio_text_.find(':');
+    return colon == std::string::npos ? take_numbers(ratio_text_) : take_travels(colon);
+  }
+
+  /// "2 m" moves the slave, and the master moves by the second distance meanwhile.
+  [[nodiscard]] Outcome<void> take_travels(std::size_t colon) {
+    const auto trimmed = [](std::string_view text) {
+      while (text.starts_with(' ')) text.remove_prefix(1);
+      while (text.ends_with(' ')) text.remove_suffix(1);
+      return text;
+    };
+    double slave = 0.0;
+    double master = 0.0;
+    const std::string_view text = ratio_text_;
+    if (auto taken = take(slave, slave_, Quantity::kPosition, trimmed(text.substr(0, colon)), "ratio, slave"); !taken)
+      return taken;
+    if (auto taken = take(master, master_, Quantity::kPosition, trimmed(text.substr(colon + 1)), "ratio, master");
+        !taken)
+      return taken;
+    const auto ratio = trajectory::GearRatio::of_travel(slave, master);
+    if (!ratio) return wrong(fmt::format("\"{}\": both distances must be other than 0, and within 1 to 2^31", text));
+    order_.ratio = *ratio;
+    return {};
+  }
+
+  [[nodiscard]] std::string kinds() const {
+    return slave_.linear() ? "the slave is linear and its master rotary" : "the slave is rotary and its master linear";
+  }
+  [[nodiscard]] std::string units_expected() const {
+    return fmt::format("a ratio with units is expected, such as {}", slave_.linear() ? "10mm:360deg" : "360deg:10mm");
+  }
+
+  [[nodiscard]] Outcome<void> take_numbers(std::string_view word) {
+    if (slave_.kind != master_.kind) return wrong(fmt::format("\"{}\": {}: {}", word, kinds(), units_expected()));
     const auto slash = word.find('/');
     const auto numerator = whole_number(word.substr(0, slash));
     const auto denominator =
         slash == std::string_view::npos ? std::optional<std::int64_t>(1) : whole_number(word.substr(slash + 1));
     if (!numerator || !denominator)
-      return wrong(fmt::format("\"{}\": a ratio of whole numbers such as 3/2 is expected", word));
+      return wrong(
+          fmt::format("\"{}\": a ratio of whole numbers such as 3/2 is expected, or of two distances such as "
+                      "10mm:25mm",
+                      word));
     const auto ratio = trajectory::GearRatio::make(*numerator, *denominator);
     if (!ratio) return wrong(ratio.error().message());
     order_.ratio = *ratio;
@@ -164,6 +210,7 @@ class OrderReader {
   [[nodiscard]] Outcome<void> check() {
     switch (order_.kind) {
       case Kind::kGearIn:
+        if (auto taken = take_ratio(); !taken) return taken;
         if (order_.at.has_value() != to_)
           return wrong(
               "at=PLACE of the master and to=PLACE of the slave must be given together: they define the point of "
@@ -205,6 +252,8 @@ class OrderReader {
   const runtime::CouplingPlan& plan_;
   std::string_view verb_;
   CouplingOrder order_;
+  std::string ratio_text_;    ///< words of the ratio, separated by spaces
+  bool ratio_given_ = false;  ///< the [[coupling]] has a ratio
   std::optional<std::size_t> cam_{};
   bool operand_ = false;
   bool to_ = false;

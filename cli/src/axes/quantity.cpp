@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -64,7 +66,25 @@ std::vector<std::string_view> names_of(const std::vector<NamedUnit>& units) {
   return names;
 }
 
+/// A hint for "1,5": a decimal comma; empty: the text has none.
+std::string comma_hint(std::string_view text, std::string_view rest) {
+  constexpr std::string_view kDigits = "0123456789";
+  if (rest.size() < 2 || rest[0] != ',' || kDigits.find(rest[1]) == std::string_view::npos) return {};
+  std::string meant(text);
+  meant[meant.find(',')] = '.';
+  return meant.find(',') == std::string::npos ? fmt::format("; did you mean {}?", meant) : std::string{};
+}
+
 }  // namespace
+
+bool is_unit(const ecat_master::AxisConfig& axis, std::string_view text) {
+  constexpr std::array kAll{Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration,
+                            Quantity::kJerk,     Quantity::kTorque,   Quantity::kTorqueRate};
+  return std::any_of(kAll.begin(), kAll.end(), [&](Quantity quantity) {
+    const auto units = units_of(axis, quantity);
+    return std::any_of(units.begin(), units.end(), [&](const NamedUnit& unit) { return unit.name == text; });
+  });
+}
 
 std::optional<LeadingNumber> leading_number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -86,6 +106,8 @@ Outcome<double> parse_quantity(const ecat_master::AxisConfig& axis, Quantity qua
   for (const auto& known : units) {
     if (known.name == unit) return number->value * known.factor;
   }
+  if (const auto hint = comma_hint(text, number->rest); !hint.empty())
+    return misused(fmt::format("{} \"{}\": a decimal point is expected{}", what, text, hint));
   const auto names = names_of(units);
   const auto meant = runtime::closest(unit, names);
   return misused(fmt::format("{} \"{}\": axis {} has no unit \"{}\" for it{}; {} {}", what, text, axis.name, unit,
@@ -100,7 +122,8 @@ Outcome<std::chrono::nanoseconds> parse_time(std::string_view text, std::string_
   if (number && (number->rest.empty() || number->rest == "s")) seconds = number->value;
   if (number && number->rest == "ms") seconds = number->value / 1e3;
   if (!seconds || *seconds < 0.0 || *seconds > kLongestSeconds) {
-    return misused(fmt::format("{} \"{}\": a time such as 2s or 500ms is expected, up to 10000000 s", what, text));
+    return misused(fmt::format("{} \"{}\": a time such as 2s or 500ms is expected, up to 10000000 s{}", what, text,
+                               number ? comma_hint(text, number->rest) : std::string{}));
   }
   return std::chrono::round<std::chrono::nanoseconds>(std::chrono::duration<double>(*seconds));
 }

@@ -18,6 +18,9 @@ enum class Quantity : std::uint8_t { kPosition, kVelocity, kAcceleration, kJerk,
 [[nodiscard]] Outcome<double> parse_quantity(const ecat_master::AxisConfig& axis, Quantity quantity,
                                              std::string_view text, std::string_view what);
 
+/// Whether the text is a unit of any quantity of the axis.
+[[nodiscard]] bool is_unit(const ecat_master::AxisConfig& axis, std::string_view text);
+
 /// A number at the beginning of a text, and the text after it.
 struct LeadingNumber {
   double value = 0.0;

@@ -32,6 +32,8 @@ using std::chrono::steady_clock;
 
 /// How often the line is asked for progress; also a sign of life of this command.
 constexpr std::chrono::milliseconds kAskInterval{50};
+/// The same until the axis has accepted the request, which takes a few cycles.
+constexpr std::chrono::milliseconds kAcceptInterval{2};
 /// After this time the command starts to print its progress.
 constexpr std::chrono::seconds kSilence{2};
 constexpr std::chrono::seconds kTellInterval{1};
@@ -72,6 +74,11 @@ std::string order_of(const AxisOptions& options) {
   return order;
 }
 
+/// A request that is over has been accepted before.
+bool is_accepted(const json& row) {
+  return row.at("accepted").get<bool>() || row.at("over").get<bool>();
+}
+
 /// One request to axes of a running line, followed to its end.
 class AxisOrder {
  public:
@@ -82,10 +89,7 @@ class AxisOrder {
     auto answer = ask(order_of(options_));
     if (!answer) return tl::unexpected(answer.error());
     if (options_.request == "status") return print(*answer);
-    if (options_.no_wait) {
-      if (auto detached = ask("axis detach"); !detached) return tl::unexpected(detached.error());
-      return print(*answer);
-    }
+    if (options_.no_wait) return leave_when_accepted();
     if (duration) until_ = begin_ + *duration;
     return follow();
   }
@@ -107,6 +111,24 @@ class AxisOrder {
     if (document.contains("error"))
       return tl::unexpected(Failure{document.value("status", 1), document.at("error").get<std::string>()});
     return document;
+  }
+
+  /// Waits until all axes have accepted the request, or one has refused it; the motion continues without this command.
+  [[nodiscard]] Outcome<int> leave_when_accepted() {
+    for (;;) {
+      auto progress = ask("axis progress");
+      if (!progress) return tl::unexpected(progress.error());
+      const auto& axes = progress->at("axes");
+      for (const auto& axis : axes) {
+        if (axis.contains("failure")) return failed(axis.at("failure").get<std::string>());
+      }
+      if (std::all_of(axes.begin(), axes.end(), is_accepted)) {
+        if (auto detached = ask("axis detach"); !detached) return tl::unexpected(detached.error());
+        return print(*progress);
+      }
+      if (rt::stop_requested()) return failed("interrupted before the axis accepted the request");
+      std::this_thread::sleep_for(kAcceptInterval);
+    }
   }
 
   /// Waits until the request is over; where the motion is endless, until the axis is at standstill again.
@@ -162,8 +184,9 @@ class AxisOrder {
     } else if (options_.request == "status") {
       print_out("{}", axes_table(document.at("axes")));
     } else {
-      const bool recorded = probes() && !options_.no_wait;
-      for (const auto& axis : document.at("axes")) print_out("{}\n", recorded ? recorded_line(axis) : axis_line(axis));
+      for (const auto& axis : document.at("axes")) {
+        print_out("{}\n", options_.no_wait ? accepted_line(axis) : probes() ? recorded_line(axis) : axis_line(axis));
+      }
     }
     return 0;
   }
@@ -215,7 +238,8 @@ Execute prepare_axis(Arguments& to) {
               "status, enable, disable, reset, home, move POSITION, jog VELOCITY, torque TORQUE, halt, stop, "
               "release-stop, position POSITION, override FACTOR, mode csp|csv|cst|ip, probe [1|2|zero] "
               "[rising|falling], abort-probe, home-probe DISTANCE [1|2|zero] [rising|falling], drive-move POSITION, "
-              "drive-jog VELOCITY, drive-run VELOCITY, gear-in [N/M] [at=PLACE to=PLACE [over=DISTANCE]], gear-out, "
+              "drive-jog VELOCITY, drive-run VELOCITY, gear-in [N/M | 10mm:360deg] [at=PLACE to=PLACE "
+              "[over=DISTANCE]], gear-out, "
               "cam-in [CAM] [at=PLACE "
               "[over=DISTANCE]] [master=PLACE] [slave=PLACE], cam-out, phase OFFSET");
   to.positional(&options->operands, Value::text("VALUE"),
@@ -239,7 +263,8 @@ Execute prepare_axis(Arguments& to) {
   }
   to.option("--for", &options->duration, Value::text("TIME"),
             "jog, drive-jog, drive-run, torque: duration; default: until Ctrl-C");
-  to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion; it continues without this command");
+  to.flag("--no-wait", options->no_wait,
+          "Wait only until the axis has accepted the request; the motion continues without this command");
   to.flag("--take-over", options->take_over, "Take over the axis from another client");
   to.option("--config", &options->config, Value::file(), "Line description of the running line");
   to.option("--control", &options->control, Value::file("PATH"), "Socket of the running line");

@@ -344,8 +344,8 @@ Outcome<std::string> send_command(const std::string& path, std::string_view comm
   return answer;
 }
 
-Outcome<int> order_simulation(const std::string& path, std::string_view command) {
-  const auto answer = send_command(path, command, "simulate");
+Outcome<int> order_simulation(const std::string& path, std::string_view command, std::string_view listener) {
+  const auto answer = send_command(path, command, listener);
   if (!answer) return tl::unexpected(answer.error());
   constexpr std::string_view kError = "error: ";
   if (answer->starts_with(kError)) return failed(answer->substr(kError.size()));

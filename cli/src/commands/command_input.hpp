@@ -118,7 +118,9 @@ inline constexpr std::chrono::milliseconds kAnswerTimeout{10'000};
 [[nodiscard]] Outcome<std::string> send_command(const std::string& path, std::string_view command,
                                                 std::string_view listener,
                                                 std::chrono::milliseconds timeout = kAnswerTimeout);
-/// The same for a `simulate`; prints the answer. An answer that starts with "error: " is a failure.
-[[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command);
+/// The same for a simulated line, of a `simulate` or a `run`; prints the answer. An answer that starts with "error: "
+/// is a failure.
+[[nodiscard]] Outcome<int> order_simulation(const std::string& path, std::string_view command,
+                                            std::string_view listener);
 
 }  // namespace driveline::cli

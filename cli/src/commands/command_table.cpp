@@ -45,14 +45,16 @@ constexpr std::array kCommands = {
             "simulate --config examples/line8-nic.toml --iface dl-line\n"
             "simulate --config examples/line8-nic.toml --iface dl-line --control line.socket",
             prepare_simulate},
-    Command{"fault", "", kLine, "Start, end or list faults of the line that `simulate` serves",
+    Command{"fault", "", kLine, "Start, end or list faults of the line that `simulate` or `run` simulates",
             "fault help\n"
             "fault personas\n"
+            "fault power-off slave=x for_ms=500\n"
             "fault --control line.socket cable-break slave=x to=y for_ms=500\n"
             "fault --control line.socket drop way=back chance=0.01 seed=7\n"
             "fault --control line.socket heal all",
             prepare_fault},
-    Command{"input", "", kLine, "Set inputs, read inputs and outputs of a slave that `simulate` serves",
+    Command{"input", "", kLine, "Set inputs, read inputs and outputs of a slave that `simulate` or `run` simulates",
+            "input x ENPO=0\n"
             "input --control line.socket x\n"
             "input --control line.socket x ENPO=0\n"
             "input --control line.socket analogue \"Channel 1/Value=500\"",

@@ -227,30 +227,35 @@ class ClockSession {
             {"files", std::move(paths)}};
   }
 
+  /// The line below a slave: its SYNC0, and the outputs before it where the slave measures them; empty without SYNC0.
+  [[nodiscard]] static std::string signal_line(const ecat_master::dc::SyncSignals& signals,
+                                               const ecat_master::dc::SyncMarginReport* margin) {
+    if (!signals.sync0()) return {};
+    const auto us = [](nanoseconds time) { return static_cast<double>(time.count()) / 1000.0; };
+    auto line = fmt::format("    SYNC0 {:.3f} us, shift {:.3f} us", us(signals.sync0_cycle), us(signals.sync0_shift));
+    if (margin != nullptr) {
+      line += fmt::format(", outputs {:.1f} to {:.1f} us before it, {} missed", us(margin->shortest),
+                          us(margin->longest), margin->missed);
+    }
+    return line + "\n";
+  }
+
   [[nodiscard]] std::string table(const std::map<std::string, std::filesystem::path>& files) {
     auto& watch = *master_.clock_watch();
-    auto text = fmt::format("{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>7} {:>7} {:>10} {:>10}{}\n", "pos",
-                            "name", "clock", "ref", "delay ns", "", "offset ns", "now ns", "max ns", "SYNC0 us",
-                            "shift us", options_.operational ? "  outputs before SYNC0, us (missed)" : "");
+    auto text = fmt::format("{:>3} {:<10} {:>6} {:>3} {:>8} {:<9} {:>20} {:>6} {:>6}\n", "pos", "name", "clock", "ref",
+                            "delay ns", "", "offset ns", "now ns", "max ns");
     const auto list = names();
     for (std::size_t i = 0; i < list.size(); ++i) {
       const auto& clock = watch.clocks().slaves[i];
       if (!clock.present) {
-        text += fmt::format("{:>4}  {:<12} {:>6}\n", i, list[i], "none");
+        text += fmt::format("{:>3} {:<10} {:>6}\n", i, list[i], "none");
         continue;
       }
-      auto us = [](nanoseconds time) { return static_cast<double>(time.count()) / 1000.0; };
       text += fmt::format(
-          "{:>4}  {:<12} {:>6} {:>4} {:>10}  {:<9} {:>20} {:>7} {:>7}", i, list[i], clock.wide ? "64 bit" : "32 bit",
+          "{:>3} {:<10} {:>6} {:>3} {:>8} {:<9} {:>20} {:>6} {:>6}\n", i, list[i], clock.wide ? "64 bit" : "32 bit",
           i == watch.clocks().reference ? "*" : "", static_cast<std::int32_t>(clock.delay), to_text(clock.quality),
           static_cast<std::int64_t>(clock.offset), clock.difference.count(), watch.differences(i).max().count());
-      text += clock.signals.sync0()
-                  ? fmt::format(" {:>10.3f} {:>10.3f}", us(clock.signals.sync0_cycle), us(clock.signals.sync0_shift))
-                  : fmt::format(" {:>10}", "off");
-      if (const auto* margin = margin_of(i)) {
-        text += fmt::format("  {:.1f} .. {:.1f} ({})", us(margin->shortest), us(margin->longest), margin->missed);
-      }
-      text += '\n';
+      text += signal_line(clock.signals, margin_of(i));
     }
     const double cycle_us = std::chrono::duration<double, std::micro>(period()).count();
     text += status_.locked

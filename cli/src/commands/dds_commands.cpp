@@ -4,9 +4,17 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "commands/command_input.hpp"
 #include "commands/commands.hpp"
+#include "commands/control_path.hpp"
 #include "commands/tool_options.hpp"
+#include "driveline/ecat_master/axis/axis.hpp"
+#include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/helper/helper_program.hpp"
 
 // Commands for a line observed over DDS. This program does not link DDS: the commands pass their arguments to the
@@ -92,16 +100,46 @@ struct RecordOptions {
 
 struct PlotOptions {
   std::string recording;
+  std::string config;
   std::optional<std::string> output;
   std::vector<std::string> axes;
 };
 
 struct TopOptions {
   DdsPlace place;
+  std::string config;
   std::optional<std::string> period;
   std::optional<std::string> timeout;
   bool once = false;
 };
+
+/// Units of axes as driveline-dds takes them: "x=deg".
+using Units = std::vector<std::string>;
+
+/// The units of a line description.
+Outcome<Units> units_of_file(const std::string& config) {
+  const auto read = runtime::load_line_config(config);
+  if (!read) return tl::unexpected(Failure(read.error()));
+  Units units;
+  for (const auto& axis : read->axes)
+    units.push_back(fmt::format("{}={}", axis.name, ecat_master::position_unit(axis).name));
+  return units;
+}
+
+/// The units of the only line that runs on this machine; none: it does not run, or does not tell.
+Units units_of_run() {
+  const auto control = running_control("");
+  if (control.empty()) return {};
+  auto connection = CommandConnection::open(control, "run");
+  const auto answer = connection ? connection->ask("axis all status") : tl::unexpected(connection.error());
+  if (!answer) return {};
+  const auto document = nlohmann::json::parse(*answer, nullptr, false);
+  if (!document.is_object() || !document.contains("axes")) return {};
+  Units units;
+  for (const auto& axis : document.at("axes"))
+    units.push_back(fmt::format("{}={}", axis.at("name").get<std::string>(), axis.at("unit").get<std::string>()));
+  return units;
+}
 
 }  // namespace
 
@@ -153,8 +191,13 @@ Execute prepare_plot(Arguments& to) {
   to.required(&options->recording, Value::file("RECORDING"), "Recording (MCAP) of `driveline record`");
   to.option("-o,--output", &options->output, Value::file(), "Picture to write (default: RECORDING with .svg)");
   to.option("--axis", &options->axes, Value::text("NAME"), "Draw this axis; may be given several times (default: all)");
-  return [options] {
+  to.option("--config", &options->config, Value::file(),
+            "Line description with the units of the axes (default: rad and m)");
+  return [options]() -> Outcome<int> {
+    const auto units = options->config.empty() ? Outcome<Units>{} : units_of_file(options->config);
+    if (!units) return tl::unexpected(units.error());
     DdsWords words("plot");
+    words.option("--unit", *units);
     words.argument(options->recording);
     words.option("--output", options->output);
     words.option("--axis", options->axes);
@@ -168,9 +211,14 @@ Execute prepare_top(Arguments& to) {
   to.option("--period", &options->period, Value::text("SECONDS"), "Time between two pages (default: 0.5)");
   to.option("--timeout", &options->timeout, Value::text("SECONDS"),
             "Fail if no line is found within this time (default: 10)");
+  to.option("--config", &options->config, Value::file(),
+            "Line description with the units of the axes (default: those of the line that runs on this machine)");
   options->place.declare(to);
-  return [options] {
+  return [options]() -> Outcome<int> {
+    const auto units = options->config.empty() ? Outcome<Units>(units_of_run()) : units_of_file(options->config);
+    if (!units) return tl::unexpected(units.error());
     DdsWords words("top");
+    words.option("--unit", *units);
     words.flag("--once", options->once);
     words.option("--period", options->period);
     words.option("--timeout", options->timeout);

@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <thread>
@@ -29,6 +32,14 @@ struct Patient {
   bool xdp = false;       ///< the line description asks for AF_XDP
 };
 
+/// Checks that the machine has the CPU: findings about another one would mislead. `from`: place of the number.
+Outcome<void> check_cpu(int cpu, std::string_view from, int status) {
+  const auto count = ::sysconf(_SC_NPROCESSORS_CONF);
+  if (count < 1 || cpu < count) return {};
+  const auto has = count == 1 ? std::string("only CPU 0") : fmt::format("CPUs 0 to {}", count - 1);
+  return tl::unexpected(Failure{status, fmt::format("{} {}: this machine has {}", from, cpu, has)});
+}
+
 Outcome<Patient> find_patient(const DoctorOptions& options) {
   Patient patient;
   if (!options.config.empty()) {
@@ -44,6 +55,10 @@ Outcome<Patient> find_patient(const DoctorOptions& options) {
     const auto cpu = parse_number(*options.cpu, kMaxCpus, "--cpu");
     if (!cpu) return tl::unexpected(cpu.error());
     patient.realtime.cpu = static_cast<int>(*cpu);
+    if (auto there = check_cpu(*patient.realtime.cpu, "--cpu", 2); !there) return tl::unexpected(there.error());
+  } else if (patient.realtime.cpu) {
+    const auto from = fmt::format("{}: [realtime] cpu =", options.config);
+    if (auto there = check_cpu(*patient.realtime.cpu, from, 1); !there) return tl::unexpected(there.error());
   }
   return patient;
 }

@@ -1,12 +1,16 @@
 #include <fmt/format.h>
 
-#include <charconv>
+#include <chrono>
+#include <string>
 
 #include "commands/commands.hpp"
+#include "commands/control_path.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/rt/stop_signals.hpp"
+#include "driveline/runtime/config/line_config.hpp"
 #include "line/drive_link.hpp"
+#include "line/run_drives.hpp"
 #include "terminal.hpp"
 #include "text/drive_page.hpp"
 #include "text/json_text.hpp"
@@ -22,6 +26,7 @@ constexpr std::uint32_t kUsualMs = 250;
 
 struct DriveOptions {
   runtime::BusOptions bus;
+  std::string control;  ///< socket of a run; empty: find it, or access the bus
   SlaveSelection selection;
   std::optional<std::string> interval_ms;
   bool once = false;
@@ -40,7 +45,7 @@ Outcome<milliseconds> interval_of(const DriveOptions& options) {
   return milliseconds{*number};
 }
 
-Outcome<int> print_once(DriveLink& link, std::size_t position, const DriveOptions& options) {
+Outcome<int> print_once(DriveSource& link, std::size_t position, const DriveOptions& options) {
   DriveView view;
   view.position = position;
   if (auto done = link.read(position, view); !done) return tl::unexpected(done.error());
@@ -55,8 +60,7 @@ Outcome<int> print_once(DriveLink& link, std::size_t position, const DriveOption
 /// Redraws the page at every interval until a key or a signal ends it.
 class Pages {
  public:
-  Pages(DriveLink& link, runtime::Session& session, std::size_t position, milliseconds interval)
-      : link_(link), session_(session), interval_(interval) {
+  Pages(DriveSource& link, std::size_t position, milliseconds interval) : link_(link), interval_(interval) {
     view_.position = position;
   }
 
@@ -98,7 +102,7 @@ class Pages {
   }
 
   [[nodiscard]] std::string page() {
-    const auto now = session_.clock().now();
+    const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
     const auto content = display_content(view_);
     const std::string content_key =
         fmt::format("{} {} {}", static_cast<int>(content.state), content.starting,
@@ -114,8 +118,7 @@ class Pages {
     return drive_page(view_, now - shown_since_) + keys;
   }
 
-  DriveLink& link_;
-  runtime::Session& session_;
+  DriveSource& link_;
   milliseconds interval_;
   TerminalPage terminal_;
   DriveView view_;
@@ -124,23 +127,51 @@ class Pages {
   std::chrono::nanoseconds shown_since_{0};
 };
 
+/// The socket of the run to ask; empty: access the bus. A line on a network interface is accessed there, beside its
+/// master.
+Outcome<std::string> run_to_ask(const DriveOptions& options) {
+  const bool of_bus = !options.bus.interface.empty();
+  if (!options.control.empty()) {
+    if (!of_bus && options.bus.config.empty()) return options.control;
+    return misused("--control asks a `run` about its drives; it cannot be combined with --config and --iface");
+  }
+  if (of_bus) return std::string{};
+  if (!options.bus.config.empty()) {
+    // Opening the bus reports the errors of the file.
+    const auto config = runtime::load_line_config(options.bus.config);
+    if (!config || config->interface) return std::string{};
+  }
+  return running_control(options.bus.config);
+}
+
+Outcome<int> show(DriveSource& drives, milliseconds interval, const DriveOptions& options) {
+  const auto aliases = drives.aliases();
+  const auto position = options.selection.select_one(aliases, false);
+  if (!position) return tl::unexpected(position.error());
+  if (*position >= drives.size()) return failed("the line has no slaves");
+  if (options.once || options.json || options.acknowledge || !TerminalPage::possible())
+    return print_once(drives, *position, options);
+  Pages(drives, *position, interval).run();
+  return 0;
+}
+
 Outcome<int> drive(const DriveOptions& options) {
   if (auto checked = options.selection.check(); !checked) return tl::unexpected(checked.error());
   const auto interval = interval_of(options);
   if (!interval) return tl::unexpected(interval.error());
+  const auto control = run_to_ask(options);
+  if (!control) return tl::unexpected(control.error());
+  rt::catch_stop_signals();
+  if (!control->empty()) {
+    auto drives = RunDrives::open(*control);
+    if (!drives) return tl::unexpected(drives.error());
+    return show(**drives, *interval, options);
+  }
   auto session = open_session(options.bus);
   if (!session) return tl::unexpected(session.error());
-  rt::catch_stop_signals();
   auto link = DriveLink::open(**session);
   if (!link) return tl::unexpected(link.error());
-  const auto aliases = (*link)->aliases();
-  const auto position = options.selection.select_one(aliases, false);
-  if (!position) return tl::unexpected(position.error());
-  if (options.once || options.json || options.acknowledge || !TerminalPage::possible()) {
-    return print_once(**link, *position, options);
-  }
-  Pages(**link, **session, *position, *interval).run();
-  return 0;
+  return show(**link, *interval, options);
 }
 
 }  // namespace
@@ -149,6 +180,8 @@ Execute prepare_drive(Arguments& to) {
   auto options = std::make_shared<DriveOptions>();
   add_bus_options(to, options->bus);
   options->selection.add_single(to);
+  to.option("--control", &options->control, Value::file("PATH"),
+            "Socket of a `run` whose drive is shown; default: socket of the line in --config, or the only socket");
   to.option("--interval", &options->interval_ms, Value::text("MS"), "Refresh interval, 50 to 60000 ms; default: 250");
   to.flag("--once", options->once, "Print the page once; default without a terminal");
   to.flag("--acknowledge", options->acknowledge, "Acknowledge a fault of the drive first (P 153), then print once");

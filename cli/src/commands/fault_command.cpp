@@ -4,6 +4,7 @@
 
 #include "commands/command_input.hpp"
 #include "commands/commands.hpp"
+#include "commands/control_path.hpp"
 #include "console.hpp"
 #include "driveline/runtime/config/fault_text.hpp"
 #include "driveline/runtime/config/persona_text.hpp"
@@ -12,7 +13,8 @@ namespace driveline::cli {
 namespace {
 
 struct FaultOptions {
-  std::string control;  ///< socket of `simulate`
+  std::string control;  ///< socket of `simulate` or `run`
+  std::string config;   ///< description of the running line
   std::vector<std::string> words;
 };
 
@@ -26,19 +28,21 @@ Outcome<int> fault(const FaultOptions& options) {
     print_out("{}", runtime::persona_help());
     return 0;
   }
-  if (options.control.empty()) return misused("--control PATH is missing: the socket that `simulate --control` opened");
-  return order_simulation(options.control, command);
+  const auto path = find_control(options.control, options.config);
+  if (!path) return tl::unexpected(path.error());
+  return order_simulation(*path, "fault " + command, options.control.empty() ? "run" : "simulate");
 }
 
 }  // namespace
 
 Execute prepare_fault(Arguments& to) {
   auto options = std::make_shared<FaultOptions>();
-  to.option("--control", &options->control, Value::file("PATH"), "Socket that `simulate --control` listens at");
-  to.required(
-      &options->words, Value::text("COMMAND"),
-      "KIND KEY=VALUE ..., heal KIND KEY=VALUE ..., heal all, list, states, quit; help lists the kinds, personas "
-      "the quirks of real drives");
+  to.option("--config", &options->config, Value::file(), "Line description of the running line");
+  to.option("--control", &options->control, Value::file("PATH"),
+            "Socket of `simulate --control` or of a `run`; default: that of the only line that runs");
+  to.required(&options->words, Value::text("COMMAND"),
+              "KIND KEY=VALUE ..., heal KIND KEY=VALUE ..., heal all, list, states, quit; help lists the kinds, personas "
+              "the quirks of real drives");
   return [options] { return fault(*options); };
 }
 

@@ -35,7 +35,7 @@ using std::chrono::steady_clock;
 
 /// How often the line is asked for progress; also a sign of life of this command.
 constexpr std::chrono::milliseconds kLookInterval{50};
-/// The same while moves are being sent.
+/// The same while moves are being sent, and until the group has accepted a request.
 constexpr std::chrono::milliseconds kGiveInterval{10};
 /// After this time the command starts to print its progress.
 constexpr std::chrono::seconds kQuietTime{2};
@@ -120,10 +120,7 @@ class GroupOrder {
     auto answer = ask(order_of(options_));
     if (!answer) return tl::unexpected(answer.error());
     if (options_.request == "status") return print(*answer);
-    if (options_.no_wait) {
-      if (auto detached = ask("group detach"); !detached) return tl::unexpected(detached.error());
-      return print(*answer);
-    }
+    if (options_.no_wait) return leave_when_accepted();
     return follow();
   }
 
@@ -180,6 +177,22 @@ class GroupOrder {
       given_ += taken;
     }
     return {};
+  }
+
+  /// Waits until the group has accepted the request or refused it; the motion continues without this command.
+  [[nodiscard]] Outcome<int> leave_when_accepted() {
+    for (;;) {
+      auto progress = ask("group progress");
+      if (!progress) return tl::unexpected(progress.error());
+      const auto& group = progress->at("groups").at(0);
+      if (group.contains("failure")) return failed(group.at("failure").get<std::string>());
+      if (group.at("accepted").get<bool>() || group.at("over").get<bool>()) {
+        if (auto detached = ask("group detach"); !detached) return tl::unexpected(detached.error());
+        return print(*progress);
+      }
+      if (rt::stop_requested()) return failed("interrupted before the group accepted the request");
+      std::this_thread::sleep_for(kGiveInterval);
+    }
   }
 
   /// Waits until the request is over.
@@ -244,7 +257,9 @@ class GroupOrder {
     } else if (options_.request == "status") {
       print_out("{}", groups_table(document.at("groups")));
     } else {
-      for (const auto& group : document.at("groups")) print_out("{}\n", group_line(group));
+      for (const auto& group : document.at("groups")) {
+        print_out("{}{}\n", group_line(group), options_.no_wait ? "; accepted by the group" : "");
+      }
     }
     return 0;
   }
@@ -294,7 +309,8 @@ Execute prepare_group(Arguments& to) {
             "Maximum distance between the path and the corner at the end of the move; default: that of the group");
   to.option("--buffer", &options->buffer, Value::text("MODE"),
             "How the motion follows the previous one: aborting, buffered, blending");
-  to.flag("--no-wait", options->no_wait, "Do not wait for the end of the motion; it continues without this command");
+  to.flag("--no-wait", options->no_wait,
+          "Wait only until the group has accepted the request; the motion continues without this command");
   to.flag("--take-over", options->take_over, "Take over the axes of the group from another client");
   to.option("--config", &options->config, Value::file(), "Line description of the running line");
   to.option("--control", &options->control, Value::file("PATH"), "Socket of the running line");

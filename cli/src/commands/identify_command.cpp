@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "axes/quantity.hpp"
 #include "commands/commands.hpp"
 #include "commands/tool_options.hpp"
 #include "console.hpp"
 #include "driveline/ecat_master/cyclic/path_source.hpp"
 #include "driveline/rt/stop_signals.hpp"
-#include "driveline/runtime/config/finite_number.hpp"
 #include "driveline/runtime/identify/load_estimate.hpp"
 #include "driveline/runtime/identify/test_motion.hpp"
 #include "driveline/runtime/line.hpp"
@@ -42,28 +42,20 @@ struct IdentifyOptions {
 
 using Files = std::map<std::string, std::filesystem::path>;
 
-/// Parses a number in the unit of the axis; the result is in rad or m.
-Outcome<double> parse_length(const std::string& text, std::string_view what, const ecat_master::AxisConfig& axis) {
-  const auto number = runtime::finite_number(text);
-  const auto& unit = ecat_master::position_unit(axis);
-  if (!number) return misused(fmt::format("{} \"{}\": a number is expected, in {}", what, text, unit.name));
-  return unit.to_si(*number);
-}
-
 /// Half the limits of the axis, unless the options specify others.
 Outcome<runtime::TestMotion> motion_of(const IdentifyOptions& options, const ecat_master::AxisConfig& axis) {
   if (options.distance.empty()) return misused("the distance is missing: give --distance DISTANCE, in its unit");
   runtime::TestMotion motion{0.0, 0.5 * axis.limits.max_velocity, 0.5 * axis.limits.max_acceleration};
-  const auto distance = parse_length(options.distance, "--distance", axis);
+  const auto distance = parse_quantity(axis, Quantity::kPosition, options.distance, "--distance");
   if (!distance) return tl::unexpected(distance.error());
   motion.distance = *distance;
   if (options.velocity) {
-    const auto velocity = parse_length(*options.velocity, "--velocity", axis);
+    const auto velocity = parse_quantity(axis, Quantity::kVelocity, *options.velocity, "--velocity");
     if (!velocity) return tl::unexpected(velocity.error());
     motion.velocity = *velocity;
   }
   if (options.acceleration) {
-    const auto acceleration = parse_length(*options.acceleration, "--acceleration", axis);
+    const auto acceleration = parse_quantity(axis, Quantity::kAcceleration, *options.acceleration, "--acceleration");
     if (!acceleration) return tl::unexpected(acceleration.error());
     motion.acceleration = *acceleration;
   }
@@ -200,10 +192,13 @@ Execute prepare_identify(Arguments& to) {
   auto options = std::make_shared<IdentifyOptions>();
   add_bus_options(to, options->bus);
   to.required(&options->axis, Value::text("AXIS"), "Name of the axis; the other axes stay switched off");
-  to.option("--distance", &options->distance, Value::text("WAY"),
-            "Maximum distance from the present position, in the unit of the axis; negative: in negative direction");
-  to.option("--velocity", &options->velocity, Value::text("V"), "At most; default: half its limit");
-  to.option("--acceleration", &options->acceleration, Value::text("A"), "At most; default: half its limit");
+  to.option(
+      "--distance", &options->distance, Value::text("WAY"),
+      "Maximum distance from the present position, e.g. 90deg; without unit: in the unit of the axis; negative: in "
+      "negative direction");
+  to.option("--velocity", &options->velocity, Value::text("V"), "At most, e.g. 30deg/s; default: half its limit");
+  to.option("--acceleration", &options->acceleration, Value::text("A"),
+            "At most, e.g. 100deg/s^2; default: half its limit");
   to.flag("--pendulum", options->pendulum, "Identify the torque of a pendulum, too");
   to.flag("--virtual", options->bus.virtual_time, "Simulated line on virtual time: deterministic, as fast as possible");
   to.option("--output", &options->output_directory, Value::folder(), "Folder for CSV files and the picture");

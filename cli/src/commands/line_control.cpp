@@ -6,6 +6,8 @@
 #include <array>
 #include <utility>
 
+#include "console.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -13,13 +15,18 @@ namespace {
 constexpr std::chrono::milliseconds kControlInterval{10};
 constexpr std::string_view kAxis = "axis ";
 constexpr std::string_view kGroup = "group ";
+constexpr std::string_view kFault = "fault ";
+constexpr std::string_view kInput = "input ";
+constexpr std::string_view kDrive = "drive ";
 constexpr std::array<std::string_view, 4> kQuestions{"diag", "diag json", "eoe", "eoe json"};
 
 }  // namespace
 
 LineControl::LineControl(std::unique_ptr<CommandInput> input, runtime::AxisRequests& axes,
-                         runtime::GroupRequests& groups, runtime::CouplingPlan couplings)
+                         runtime::GroupRequests& groups, runtime::CouplingPlan couplings,
+                         std::unique_ptr<LineConsole> console)
     : input_(std::move(input)),
+      console_(std::move(console)),
       axes_(axes, std::move(couplings)),
       groups_(groups, axes),
       thread_([this] { serve(); }) {}
@@ -34,6 +41,7 @@ void LineControl::serve() {
     input_->run(kControlInterval, *this);
     axes_.watch();
     groups_.watch();
+    if (console_ != nullptr) console_->tell_events();
     std::vector<Question> answered;
     {
       const std::lock_guard guard(lock_);
@@ -46,14 +54,28 @@ void LineControl::serve() {
 CommandReply LineControl::execute(const CommandSender& sender, std::string_view command) {
   if (command.starts_with(kAxis)) return {axes_.execute(sender, command.substr(kAxis.size())), true, false};
   if (command.starts_with(kGroup)) return {groups_.execute(sender, command.substr(kGroup.size())), true, false};
-  if (std::find(kQuestions.begin(), kQuestions.end(), command) == kQuestions.end()) {
-    return {fmt::format(
-        "error: \"{}\" is not a command of a running line; expected: diag, eoe, diag json, eoe json, axis or group",
-        command)};
+  if (command.starts_with(kFault) || command.starts_with(kInput)) return {order_line(sender, command)};
+  const bool question = std::find(kQuestions.begin(), kQuestions.end(), command) != kQuestions.end();
+  if (!question && !command.starts_with(kDrive)) {
+    return {
+        fmt::format("error: \"{}\" is not a command of a running line; expected: diag, eoe, diag json, eoe json, axis, "
+                    "group, drive, fault or input",
+                    command)};
   }
   const std::lock_guard guard(lock_);
   asked_.push_back({sender.connection, std::string(command)});
   return {{}, false, true};
+}
+
+std::string LineControl::order_line(const CommandSender& sender, std::string_view command) {
+  if (console_ == nullptr)
+    return "error: the slaves of this line are on a network interface: only simulated slaves have faults and inputs to "
+           "set";
+  if (command == "fault quit") return "error: quit ends `simulate`; Ctrl-C ends this run";
+  auto answer = console_->execute(command);
+  // What changes the line explains the faults that follow.
+  if (answer == "done") progress("{}: {}", caller_name(sender), command);
+  return answer;
 }
 
 void LineControl::answer_questions(const Answer& answer) {

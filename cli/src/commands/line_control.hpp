@@ -11,6 +11,7 @@
 #include "axes/axis_service.hpp"
 #include "commands/command_input.hpp"
 #include "groups/group_service.hpp"
+#include "line/line_console.hpp"
 
 namespace driveline::cli {
 
@@ -21,9 +22,10 @@ class LineControl final : private CommandExecutor {
   /// Returns the answer to a question.
   using Answer = std::function<std::string(std::string_view question)>;
 
-  /// `couplings`: gears and cams of `axes`. `axes` and `groups` must outlive this object.
+  /// `couplings`: gears and cams of `axes`. `console`: the simulated line of this process, for faults and inputs; null:
+  /// the slaves are on a network interface. `axes` and `groups` must outlive this object.
   LineControl(std::unique_ptr<CommandInput> input, runtime::AxisRequests& axes, runtime::GroupRequests& groups,
-              runtime::CouplingPlan couplings = {});
+              runtime::CouplingPlan couplings = {}, std::unique_ptr<LineConsole> console = nullptr);
   LineControl(const LineControl&) = delete;
   LineControl& operator=(const LineControl&) = delete;
   /// Ends the thread and removes the socket.
@@ -44,9 +46,12 @@ class LineControl final : private CommandExecutor {
     axes_.disconnected(sender);
   }
   void refused(const CommandSender& sender) override { axes_.refused(sender); }
+  /// Executes a command of `driveline fault` or `driveline input`.
+  [[nodiscard]] std::string order_line(const CommandSender& sender, std::string_view command);
   void serve();
 
   std::unique_ptr<CommandInput> input_;
+  std::unique_ptr<LineConsole> console_;
   AxisService axes_;
   GroupService groups_;
   std::mutex lock_;

@@ -17,6 +17,7 @@
 #include "text/plan_picture.hpp"
 #include "text/plan_samples.hpp"
 #include "text/planned_motion.hpp"
+#include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -72,14 +73,14 @@ std::array<double, 3> limits_of_tool(const MoveFile& file) {
 std::string tool_text(const MoveFile& file, const PlannedMotion& motion) {
   const auto limits = limits_of_tool(file);
   const auto& unit = *file.coordinates.front().unit;
-  std::string text;
+  std::string figures;
   for (std::size_t k = 0; k < kQuantities.size(); ++k) {
     if (!std::isfinite(limits[k])) continue;
-    text += fmt::format("{} {} {:.6g} {}{} ({:.1f} % of its limit)", text.empty() ? "tool:" : ",", kQuantities[k],
-                        unit.from_si(motion.largest_of_tool[k]), unit.name, kPer[k],
-                        100.0 * motion.largest_of_tool[k] / limits[k]);
+    figures += fmt::format("{}{} {:.6g} {}{} ({:.1f} % of its limit)", figures.empty() ? "" : ", ", kQuantities[k],
+                           unit.from_si(motion.largest_of_tool[k]), unit.name, kPer[k],
+                           100.0 * motion.largest_of_tool[k] / limits[k]);
   }
-  return text.empty() ? text : text + "\n";
+  return figures.empty() ? figures : wrapped("tool: ", figures) + "\n";
 }
 
 std::string outputs_text(const MoveFile& file, const PlannedMotion& motion) {
@@ -101,14 +102,14 @@ std::string plan_text(const MoveFile& file, const PlannedMotion& motion) {
                                  unit.name, motion.duration_s);
   text += motion.dwell_s > 0.0 ? fmt::format(", of which {:.4f} s of dwells\n", motion.dwell_s) : "\n";
   for (std::size_t i = 0; i < file.axes.size(); ++i) {
-    text += file.axes[i].name;
+    std::string figures;
     for (std::size_t k = 0; k < kQuantities.size(); ++k) {
       const double largest = motion.largest[k][i];
-      text += fmt::format("{} {} {:.6g} {}{} ({:.1f} % of its limit)", k == 0 ? ":" : ",", kQuantities[k],
-                          file.axes[i].unit->from_si(largest), file.axes[i].unit->name, kPer[k],
-                          100.0 * largest / limit_of(file, i, k));
+      figures += fmt::format("{}{} {:.6g} {}{} ({:.1f} % of its limit)", k == 0 ? "" : ", ", kQuantities[k],
+                             file.axes[i].unit->from_si(largest), file.axes[i].unit->name, kPer[k],
+                             100.0 * largest / limit_of(file, i, k));
     }
-    text += "\n";
+    text += wrapped(file.axes[i].name + ": ", figures) + "\n";
   }
   return text + tool_text(file, motion) + outputs_text(file, motion);
 }

@@ -19,6 +19,8 @@
 #include "driveline/runtime/toml/suggestion.hpp"
 #include "driveline/trajectory/interpolation_method.hpp"
 #include "groups/group_view.hpp"
+#include "line/line_console.hpp"
+#include "line/run_drives.hpp"
 #include "script/axis_script.hpp"
 #include "service/cycle_witness.hpp"
 #include "service/service_manager.hpp"
@@ -241,7 +243,9 @@ class RunConsole final : public ConsoleObserver {
   }
 
   [[nodiscard]] std::string answer(std::string_view question) {
+    constexpr std::string_view kDrive = "drive ";
     if (question.starts_with("diag")) return diagnosis(question == "diag json");
+    if (question.starts_with(kDrive)) return answer_about_drives(line_, question.substr(kDrive.size()));
     return eoe(question == "eoe json");
   }
 
@@ -292,6 +296,16 @@ Outcome<std::unique_ptr<CommandInput>> open_default_control(const std::string& l
   return CommandInput::open(path, CommandInput::Sources::kSocket);
 }
 
+/// The simulated line of this process; null: the slaves are on a network interface.
+std::unique_ptr<LineConsole> console_of(runtime::Line& line) {
+  auto& session = line.session();
+  if (session.simulated_line() == nullptr) return nullptr;
+  std::vector<std::string> names;
+  for (const auto& slave : line.config().slaves) names.push_back(slave.name);
+  return std::make_unique<LineConsole>(*session.line_orders(), *session.simulated_line(), std::move(names),
+                                       LineConsole::Events::kSilent);
+}
+
 /// Without a socket on virtual time, because such a line is over before a client could connect.
 Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, runtime::Line& line) {
   if (options.control.empty() && options.bus.virtual_time) return nullptr;
@@ -299,7 +313,8 @@ Outcome<std::unique_ptr<LineControl>> open_control(const RunOptions& options, ru
                                        : CommandInput::open(options.control, CommandInput::Sources::kSocket);
   if (!input) return tl::unexpected(input.error());
   if (*input == nullptr) return nullptr;
-  return std::make_unique<LineControl>(std::move(*input), line.axes(), line.groups(), line.config().couplings);
+  return std::make_unique<LineControl>(std::move(*input), line.axes(), line.groups(), line.config().couplings,
+                                       console_of(line));
 }
 
 /// Reads the script; none: none was given.
@@ -354,9 +369,10 @@ Execute prepare_run(Arguments& to) {
   to.option("--capture", &options->capture, Value::file(), "Write all frames to this pcapng file");
   to.option("--trace", &options->trace, Value::file(),
             "Write start and end of the phases of the last and the worst cycles, as JSON for Perfetto");
-  to.option("--control", &options->control, Value::file("PATH"),
-            "Socket to listen at for `driveline axis`, `diag` and `eoe`; default: one named after the line, in "
-            "$XDG_RUNTIME_DIR/driveline or /run/driveline");
+  to.option(
+      "--control", &options->control, Value::file("PATH"),
+      "Socket to listen at for `driveline axis`, `group`, `diag`, `drive`, `eoe`, `fault` and `input`; default: one "
+      "named after the line, in $XDG_RUNTIME_DIR/driveline or /run/driveline");
   to.option("--script", &options->script, Value::file(), "Requests to the axes of a line without [path], one per line");
   to.flag("--no-enable", options->no_enable, "Without [path]: leave the axes disabled until a request enables them");
   to.option("--interpolation", &options->interpolation, Value::choice("METHOD", interpolation_names()),

@@ -221,7 +221,7 @@ Outcome<int> simulate(const SimulateOptions& options) {
   if (!networks) return tl::unexpected(networks.error());
   runtime::LineServer server(*line, *interfaces->primary, interfaces->secondary.get(), clock,
                              {options.busy_poll, [&](nanoseconds deadline) { interfaces->waiter->wait(deadline); }});
-  LineConsole console(server, *line, names_of(*config));
+  LineConsole console(server.orders(), *line, names_of(*config));
 
   // Real-time settings are applied as far as possible: the simulation replaces hardware, which has no scheduler.
   rt::RealtimeConfig realtime = config->realtime;

@@ -138,6 +138,7 @@ json GroupService::progress(Client& client) const {
   for (auto& [group, request] : client.requests) {
     update_request(group, client, request);
     auto row = this->row(group);
+    row["accepted"] = request.first > request.last || groups_.progress(group, request.first).accepted;
     row["over"] = request.first > request.last || !request.failure.empty();
     if (!request.failure.empty()) row["failure"] = request.failure;
     rows.push_back(std::move(row));

@@ -11,7 +11,6 @@ namespace {
 
 namespace facts = ecat_master::facts;
 using wire::AlState;
-using wire::SdoAbort;
 namespace reg = wire::reg;
 
 /// Short, because another master may have received the answer: then the request is repeated.
@@ -19,16 +18,6 @@ constexpr std::chrono::milliseconds kReplyTimeout{250};
 constexpr int kAttempts = 4;
 /// A master that is starting takes its line out of INIT within this time.
 constexpr std::chrono::seconds kLeftAfter{1};
-constexpr std::uint16_t kDriveProfile = 402;
-constexpr std::uint16_t kFaultResetIndex = 0x2000 + 153;  ///< P 153
-
-/// Whether the error means that the slave can never serve the object, so it is not read again.
-bool for_good(const ecat_master::Error& error) noexcept {
-  const auto* abort = error.as<facts::SdoAbort>();
-  if (abort == nullptr) return false;
-  return abort->code == SdoAbort::kObjectDoesNotExist || abort->code == SdoAbort::kSubindexDoesNotExist ||
-         abort->code == SdoAbort::kWriteOnly || abort->code == SdoAbort::kUnsupportedAccess;
-}
 
 }  // namespace
 
@@ -145,7 +134,7 @@ Outcome<std::optional<std::vector<std::byte>>> DriveLink::upload(std::size_t pos
   for (int attempt = 1;; ++attempt) {
     auto data = coe.upload(row.index, row.subindex);
     if (data) return std::optional(std::move(*data));
-    if (for_good(data.error())) {
+    if (never_served(data.error())) {
       missing_[position].push_back(row.object);
       return std::nullopt;
     }
@@ -184,14 +173,7 @@ Outcome<void> DriveLink::read(std::size_t position, DriveView& view) {
     if (row.constant && !fresh) continue;
     if (auto done = read_object(position, row, view); !done) return fail(done.error());
     if (row.object != DriveObject::kDeviceType) continue;
-    const auto type = view.values.bits(row.object);
-    if (!type || (*type & 0xFFFF) != kDriveProfile) {
-      return fail(
-          {1, type ? fmt::format("slave {} is not a servo drive: its device type 1000h is 0x{:08X}, profile 402 in "
-                                 "the low word is expected",
-                                 position, *type)
-                   : fmt::format("slave {} is not a servo drive: it has no device type, object 1000h", position)});
-    }
+    if (auto drive = check_device_type(position, view.values); !drive) return fail(drive.error());
   }
   view.trouble.clear();
   return {};
@@ -202,12 +184,7 @@ Outcome<void> DriveLink::acknowledge(std::size_t position) {
   for (int attempt = 1;; ++attempt) {
     const auto done = coe.download_as<std::uint8_t>(kFaultResetIndex, 0, 1);
     if (done) return {};
-    if (for_good(done.error())) {
-      return failed(
-          fmt::format("slave {} has no parameter P 153 (2099h); only its master can acknowledge faults, with bit 7 of "
-                      "the control word",
-                      position));
-    }
+    if (never_served(done.error())) return no_fault_reset(position);
     if (done.error().is<facts::SdoAbort>() || attempt == kAttempts) return bus_failure(done.error());
   }
 }

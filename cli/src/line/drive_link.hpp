@@ -9,7 +9,7 @@
 #include "commands/tool_options.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/discovery/line_survey.hpp"
-#include "text/drive_view.hpp"
+#include "line/drive_source.hpp"
 
 namespace driveline::cli {
 
@@ -19,26 +19,22 @@ namespace driveline::cli {
 ///
 /// The mailboxes are shared with the master that runs the line, so answers may reach that master. Lost answers are
 /// requested again.
-class DriveLink {
+class DriveLink final : public DriveSource {
  public:
   /// Opens the line of `session`, which must outlive the link. Errors: no slaves on the line, bus errors.
   [[nodiscard]] static Outcome<std::unique_ptr<DriveLink>> open(runtime::Session& session);
   DriveLink(const DriveLink&) = delete;
   DriveLink& operator=(const DriveLink&) = delete;
   /// Takes a line that was raised to PREOP back to INIT.
-  ~DriveLink();
+  ~DriveLink() override;
 
-  [[nodiscard]] std::size_t size() const noexcept { return slaves_.size(); }
-  [[nodiscard]] std::vector<std::uint16_t> aliases() const;
+  [[nodiscard]] std::size_t size() const noexcept override { return slaves_.size(); }
+  [[nodiscard]] std::vector<std::uint16_t> aliases() const override;
   /// Whether another master had already taken the line to PREOP or above.
   [[nodiscard]] bool other_master() const noexcept { return other_master_; }
 
-  /// Reads the drive at `position` into `view`. Failure: no mailbox with CoE in its present state, not a drive (1000h),
-  /// no answer; `view` then keeps its values and states the reason.
-  [[nodiscard]] Outcome<void> read(std::size_t position, DriveView& view);
-  /// Acknowledges the fault of the drive at `position`, which must have been read before: writes 1 to P 153, as the PC
-  /// tool does (MSD manual 13.2). Failure: as for read(), or the drive has no such parameter.
-  [[nodiscard]] Outcome<void> acknowledge(std::size_t position);
+  [[nodiscard]] Outcome<void> read(std::size_t position, DriveView& view) override;
+  [[nodiscard]] Outcome<void> acknowledge(std::size_t position) override;
 
  private:
   explicit DriveLink(runtime::Session& session);

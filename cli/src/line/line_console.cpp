@@ -35,17 +35,20 @@ constexpr std::string_view kCommands =
 
 }  // namespace
 
-LineConsole::LineConsole(runtime::LineServer& server, slaves::SimulatedLine& line, std::vector<std::string> names)
-    : server_(server), line_(line), names_(std::move(names)), latest_(names_.size()) {
+LineConsole::LineConsole(runtime::LineOrders& orders, slaves::SimulatedLine& line, std::vector<std::string> names,
+                         Events events)
+    : orders_(orders), line_(line), names_(std::move(names)), latest_(names_.size()), events_(events) {
   for (std::size_t i = 0; i < latest_.size(); ++i) latest_[i].slave = static_cast<std::uint16_t>(i);
 }
 
 std::string LineConsole::execute(std::string_view command) {
+  constexpr std::string_view kFault = "fault ";
   command = trimmed(command);
+  if (command.starts_with(kFault)) command = trimmed(command.substr(kFault.size()));
   if (command.empty()) return {};
   if (command == "help") return std::string(kCommands) + runtime::fault_help();
   if (command == "list") return list();
-  if (command == "states") return states();
+  if (command == "states") return current_states();
   if (command == "quit") {
     ended_ = true;
     return "ending";
@@ -67,13 +70,25 @@ std::string LineConsole::execute(std::string_view command) {
 }
 
 std::optional<runtime::LineOrder> LineConsole::carry_out(const runtime::LineOrder& wanted) {
-  if (!server_.order(wanted)) return std::nullopt;
+  auto sent = wanted;
+  sent.number = ++number_;
+  if (!orders_.order(sent)) return std::nullopt;
   runtime::LineOrder answer;
-  for (int i = 0; !server_.next_answer(answer); ++i) {
-    if (i == kAnswerTries) return std::nullopt;
-    std::this_thread::sleep_for(milliseconds{1});
+  for (int i = 0; i < kAnswerTries;) {
+    if (!orders_.next_answer(answer)) {
+      std::this_thread::sleep_for(milliseconds{1});
+      ++i;
+    } else if (answer.number == sent.number) {  // others answer commands that had timed out
+      return answer;
+    }
   }
-  return answer;
+  return std::nullopt;
+}
+
+std::string LineConsole::current_states() {
+  if (!carry_out({.verb = runtime::LineOrder::Verb::kReportStates})) return std::string(kNoAnswer);
+  tell_events();
+  return states();
 }
 
 /// `words`: "SLAVE" or "SLAVE INPUT=VALUE ...".
@@ -139,20 +154,25 @@ void LineConsole::tell_events() {
   slaves::FaultEvent event;
   while (line_.faults().next_event(event)) {
     note(event);
-    progress("fault {}: {}", event.begins ? "begins" : "ends", runtime::fault_text(event.fault, places()));
+    if (events_ == Events::kPrinted)
+      progress("fault {}: {}", event.begins ? "begins" : "ends", runtime::fault_text(event.fault, places()));
   }
   runtime::StateChange change;
-  while (server_.next_change(change)) {
+  while (orders_.next_change(change)) {
     latest_[change.slave] = change;
-    const auto& name = names_[change.slave];
-    if (change.status.state == wire::AlState::kNone) {
-      progress("slave {} ({}): OFF", change.slave, name);
-    } else if (change.status.error) {
-      progress("slave {} ({}): {} + ERROR, AL status code 0x{:04X} ({})", change.slave, name,
-               wire::to_text(change.status.state), static_cast<unsigned>(change.code), wire::to_text(change.code));
-    } else {
-      progress("slave {} ({}): {}", change.slave, name, wire::to_text(change.status.state));
-    }
+    if (events_ == Events::kPrinted) print(change);
+  }
+}
+
+void LineConsole::print(const runtime::StateChange& change) const {
+  const auto& name = names_[change.slave];
+  if (change.status.state == wire::AlState::kNone) {
+    progress("slave {} ({}): OFF", change.slave, name);
+  } else if (change.status.error) {
+    progress("slave {} ({}): {} + ERROR, AL status code 0x{:04X} ({})", change.slave, name,
+             wire::to_text(change.status.state), static_cast<unsigned>(change.code), wire::to_text(change.code));
+  } else {
+    progress("slave {} ({}): {}", change.slave, name, wire::to_text(change.status.state));
   }
 }
 

@@ -23,10 +23,10 @@ std::string rhythm(const ecat_master::ExchangeGroupSettings& settings) {
 
 std::string wire_text(const runtime::WireBudget& wire) {
   return fmt::format(
-      "wire time of the busiest cycle {:.1f} us (frames {:.1f}, line {:.1f} {}) of {:.1f} us: {:.1f} %; "
-      "{} bytes a cycle for acyclic frames",
-      us(wire.total()), us(wire.frames), us(wire.line), wire.line_measured ? "measured" : "assumed", us(wire.period),
-      100.0 * wire.utilisation(), wire.acyclic_bytes);
+      "    busiest cycle      {:.1f} us of {:.1f} us on the wire, {:.1f} %: frames {:.1f}, line {:.1f} {}\n"
+      "    acyclic frames     {} bytes a cycle\n",
+      us(wire.total()), us(wire.period), 100.0 * wire.utilisation(), us(wire.frames), us(wire.line),
+      wire.line_measured ? "measured" : "assumed", wire.acyclic_bytes);
 }
 
 /// The position of the bytes that a slave has in one direction; "-": it has none.
@@ -37,17 +37,17 @@ std::string range_text(std::size_t datagram, std::size_t offset, std::size_t byt
 
 std::string status_text(const ProcessDataPlace& place) {
   std::string text;
-  if (place.al_status_offset != ProcessDataPlace::kNone) text = "AL status";
+  if (place.al_status_offset != ProcessDataPlace::kNone) text = "AL";
   if (place.mailbox_offset != ProcessDataPlace::kNone) text += text.empty() ? "mailbox" : ", mailbox";
   return text.empty() ? "-" : text;
 }
 
 std::string slave_rows(const runtime::LineConfig& config, const Master& master) {
-  std::string text = fmt::format("{:>4}  {:<16}  {:<12}  {:<17}  {:<17}  {}\n", "pos", "slave", "group", "outputs",
+  std::string text = fmt::format("{:>4}  {:<10}  {:<8}  {:<17}  {:<17}  {}\n", "pos", "slave", "group", "outputs",
                                  "inputs", "status bytes");
   for (const auto& slave : master.slaves()) {
     const auto& place = master.image().places()[slave.info.ref.position];
-    text += fmt::format("{:>4}  {:<16}  {:<12}  {:<17}  {:<17}  {}\n", slave.info.ref.position, slave.plan.name,
+    text += fmt::format("{:>4}  {:<10}  {:<8}  {:<17}  {:<17}  {}\n", slave.info.ref.position, slave.plan.name,
                         runtime::group_name(config, place.group),
                         range_text(place.output_datagram, place.output_offset, place.output_bytes),
                         range_text(place.input_datagram, place.input_offset, place.input_bytes), status_text(place));
@@ -79,7 +79,7 @@ std::string datagram_rows(const runtime::LineConfig& config, const Master& maste
 }  // namespace
 
 std::string to_text(const runtime::ImageView& view) {
-  std::string text = fmt::format("  process data: {}, {} bytes, {} datagram(s) in {} frame(s); {}\n", view.layout,
+  std::string text = fmt::format("  process data: {}, {} bytes, {} datagram(s) in {} frame(s)\n{}", view.layout,
                                  view.bytes, view.datagrams, view.frames, wire_text(view.wire));
   for (const auto& group : view.groups) {
     // A group without datagrams is never exchanged.
@@ -90,11 +90,12 @@ std::string to_text(const runtime::ImageView& view) {
     text += fmt::format("    group {:<12} {}, {} slave(s), frame(s) {}, WKC {}", group.name, rhythm(group.settings),
                         group.slaves, fmt::join(group.frames, ", "), group.working_counter);
     if (group.exchanges > 0) {
-      text += fmt::format("; {} exchanges, {} frames lost, {} WKC errors, at most {} in a row", group.exchanges,
+      text += fmt::format("\n      {} exchanges, {} frames lost, {} WKC errors, at most {} in a row", group.exchanges,
                           group.lost_frames, group.wkc_errors, group.longest_bad);
     }
     if (group.settings.bad_cycle_limit > 0) {
-      text += fmt::format("; outputs zero after {} bad, {} time(s)", group.settings.bad_cycle_limit, group.zeroings);
+      text +=
+          fmt::format("\n      outputs zero after {} bad, {} time(s)", group.settings.bad_cycle_limit, group.zeroings);
     }
     text += '\n';
   }

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "text/wrapped_text.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -36,13 +38,13 @@ std::string machine_text(const std::vector<rt::RealtimeItem>& items) {
       if (item.ok || item.cost != word.cost) continue;
       auto plain = item;
       plain.remedy.clear();  // printed on a line of its own
-      text += fmt::format("{:<9} {:<24} {}\n", word.text, item.name, rt::shortcoming(plain));
-      if (!item.consequence.empty()) text += fmt::format("{:<9} costs: {}\n", "", item.consequence);
-      if (!item.remedy.empty()) text += fmt::format("{:<9} fix:   {}\n", "", item.remedy);
+      text += wrapped(fmt::format("{:<9} {:<24} ", word.text, item.name), rt::shortcoming(plain)) + "\n";
+      if (!item.consequence.empty()) text += wrapped(fmt::format("{:<9} costs: ", ""), item.consequence) + "\n";
+      if (!item.remedy.empty()) text += wrapped(fmt::format("{:<9} fix:   ", ""), item.remedy) + "\n";
     }
   }
   for (const auto& item : items) {
-    if (item.ok) text += fmt::format("{:<9} {:<24} {}\n", "ok", item.name, item.effective);
+    if (item.ok) text += wrapped(fmt::format("{:<9} {:<24} ", "ok", item.name), item.effective) + "\n";
   }
   return text;
 }

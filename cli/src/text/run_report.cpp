@@ -4,8 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "driveline/runtime/event.hpp"
 #include "text/eoe_view.hpp"
 #include "text/histogram_json.hpp"
 #include "text/image_view.hpp"
@@ -70,6 +73,44 @@ std::vector<std::string> events_of(const runtime::RunReport& report) {
   return sentences;
 }
 
+/// Absences of the master that the motion bridged. Each was printed when it happened, so the text has their sum.
+struct Absences {
+  std::uint64_t count = 0;
+  std::chrono::nanoseconds total{};
+  std::chrono::nanoseconds longest{};
+
+  /// Returns whether the event is one of them.
+  bool add(const runtime::Event& event) {
+    if (event.is_fault()) return false;
+    if (const auto* away = event.as<runtime::events::MasterAway>()) {
+      ++count;
+      total += away->absence.duration;
+      longest = std::max(longest, away->absence.duration);
+      return true;
+    }
+    const auto* often = event.as<runtime::events::MasterAwayOften>();
+    if (often == nullptr) return false;
+    count += often->count;
+    total += often->total;
+    longest = std::max(longest, often->longest);
+    return true;
+  }
+};
+
+std::string events_to_text(const runtime::RunReport& report) {
+  std::string text;
+  Absences absences;
+  for (const auto& event : report.events) {
+    if (event.time && !absences.add(event))
+      text += fmt::format("  {}\n", runtime::describe_with_time(event, report.increments));
+  }
+  if (absences.count == 0) return text;
+  const auto ms = [](std::chrono::nanoseconds time) { return static_cast<double>(time.count()) / 1e6; };
+  return fmt::format("  the master was away {} time{}, {:.1f} ms in all, {:.1f} ms at the longest\n", absences.count,
+                     absences.count == 1 ? "" : "s", ms(absences.total), ms(absences.longest)) +
+         text;
+}
+
 std::vector<std::string> faults_of(const runtime::RunReport& report) {
   std::vector<std::string> sentences;
   for (const auto& event : report.events) {
@@ -94,13 +135,13 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
 std::string axes_to_text(const std::vector<runtime::AxisRunReport>& axes, bool increments) {
   std::size_t widest = std::string_view("following error").size();
   for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
-  auto text = fmt::format("\n  {:<{}}{:>7}{:>15}{:>16}\n", "following error", widest, "slave", "maximum", "RMS");
+  auto text = fmt::format("\n  {:<{}}{:>6}{:>15}{:>14}\n", "following error", widest, "slave", "maximum", "RMS");
   for (const auto& axis : axes) {
     const auto shown = [&axis](double length) {
       return fmt::format("{:.4g} {}", length / axis.increments_per_unit, axis.unit);
     };
     text +=
-        fmt::format("  {:<{}}{:>7}{:>15}{:>16}", axis.name, widest, axis.slave ? fmt::format("{}", *axis.slave) : "-",
+        fmt::format("  {:<{}}{:>6}{:>15}{:>14}", axis.name, widest, axis.slave ? fmt::format("{}", *axis.slave) : "-",
                     shown(axis.following_error_max), shown(axis.following_error_rms));
     if (increments)
       text += fmt::format("{:>14.1f} inc{:>14.2f} inc", axis.following_error_max, axis.following_error_rms);
@@ -138,10 +179,10 @@ nlohmann::json thread_to_json(const runtime::RunReport& report) {
 
 std::string thread_to_text(const rt::ThreadUsage& thread, std::chrono::nanoseconds wake_ahead) {
   return fmt::format(
-      "\n  thread of the cycle: {} page faults ({} from disk), {} voluntary context switches, {} involuntary; it woke "
-      "{:.1f} us ahead\n",
-      thread.minor_faults + thread.major_faults, thread.major_faults, thread.voluntary_switches,
-      thread.involuntary_switches, static_cast<double>(wake_ahead.count()) / 1000.0);
+      "\n  thread of the cycle: {} page faults ({} from disk), it woke {:.1f} us ahead\n"
+      "    context switches   {} voluntary, {} involuntary\n",
+      thread.minor_faults + thread.major_faults, thread.major_faults, static_cast<double>(wake_ahead.count()) / 1000.0,
+      thread.voluntary_switches, thread.involuntary_switches);
 }
 
 nlohmann::json interfaces_to_json(const std::vector<runtime::InterfaceReport>& interfaces) {
@@ -318,7 +359,7 @@ std::string to_text(const runtime::RunReport& report) {
   if (!report.gateway_clients.empty()) {
     text += fmt::format("\n  mailbox gateway\n{}\n", to_text(report.gateway_clients));
   }
-  for (const auto& event : events_of(report)) text += fmt::format("  {}\n", event);
+  text += events_to_text(report);
   if (report.events_left_out > 0)
     text +=
         fmt::format("  {} more events between the first and the last ones are not stored\n", report.events_left_out);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "axis/axis_entries.hpp"
@@ -118,6 +119,15 @@ double position_tolerance(const AxisConfig& axis) noexcept {
   constexpr double kCovered = 1e-3;  // s
   const double least = axis.linear() ? 1e-3 : 0.05;
   return axis.position_tolerance.value_or(std::max(kCovered * axis.limits.max_velocity, least));
+}
+
+double farthest_position(const AxisConfig& axis) noexcept {
+  constexpr double kIncrements = 4398046511104.0;  // 2^42
+  return kIncrements / axis.increments_per_unit;
+}
+
+bool representable(const AxisConfig& axis, double position) noexcept {
+  return std::abs(position) <= farthest_position(axis);
 }
 
 double dead_time_cycles(const AxisConfig& axis) noexcept {
@@ -341,6 +351,13 @@ std::int32_t Axis::wrapped(double increments) const noexcept {
   if (config_.range_min >= config_.range_max) return static_cast<std::int32_t>(static_cast<std::uint32_t>(target));
   const std::int64_t place = (target - config_.range_min) % range_;
   return static_cast<std::int32_t>(config_.range_min + (place < 0 ? place + range_ : place));
+}
+
+bool Axis::holds_target(double position) const noexcept {
+  const double increments = scale_ * (compensation_ ? compensation_->drive_target(position).position : position);
+  if (std::abs(increments - static_cast<double>(count_)) < 0.5 * static_cast<double>(range_)) return true;
+  return increments >= std::numeric_limits<std::int32_t>::min() &&
+         increments <= std::numeric_limits<std::int32_t>::max();
 }
 
 /// Velocity that the position loop adds for the remaining distance, limited so that the axis gets no faster than its

@@ -143,7 +143,7 @@ class AxisGroups::Group {
 
   /// Number of moves that can be queued.
   [[nodiscard]] std::size_t room() const noexcept {
-    return kMaxMoves - std::min(kMaxMoves, moves_.load(std::memory_order_relaxed));
+    return kMaxMoves - std::min(kMaxMoves, moves_.load(std::memory_order_acquire));
   }
   /// Queues all moves and returns the number of the first; 0: there is no room.
   [[nodiscard]] std::uint64_t queue(std::vector<GroupMove> moves) {
@@ -163,7 +163,8 @@ class AxisGroups::Group {
     }
     const auto before = planning_.waiting();
     planning_.plan();
-    moves_.fetch_sub(before - planning_.waiting(), std::memory_order_relaxed);
+    // After the reports of the moves, so that a reader who finds no waiting move finds all refusals.
+    moves_.fetch_sub(before - planning_.waiting(), std::memory_order_release);
   }
 
   AxisGroup cycle;

@@ -162,6 +162,10 @@ std::string_view to_text(AxisError error) noexcept {
       return "object 6042h of the drive cannot represent this velocity with the factor 604Ch";
     case AxisError::kTargetTimeout:
       return "the drive has not reached its target in time";
+    case AxisError::kTooLong:
+      return "the motion would take longer than 100000 s, the longest that is possible";
+    case AxisError::kTooFar:
+      return "a position is too far away: the drive, or the axis, cannot count so far";
     case AxisError::kInGroup:
       return "the axis is commanded by its group, which must be disabled first";
     case AxisError::kGantryFollower:

@@ -9,6 +9,8 @@ AxisError Gantry::refusal_of_homing(const AxisRequest& request) const noexcept {
   if (phase_ != Phase::kFormed) return AxisError::kNotEnabled;
   if (leader_.state() != PlcopenState::kStandstill || !offset_.finished()) return AxisError::kNotAtRest;
   if (!std::isfinite(request.distance) || !std::isfinite(request.target)) return AxisError::kNotFinite;
+  const auto& config = leader_.axis().config();
+  if (!representable(config, request.distance) || !representable(config, request.target)) return AxisError::kTooFar;
   if (!(std::abs(request.distance) > 0.0)) return AxisError::kNothingToDo;
   for (const auto* const axis : {&leader_, &follower_}) {
     if (!axis->axis().probe().possible(request.trigger)) return AxisError::kProbeObjects;

@@ -246,6 +246,8 @@ void SingleAxes::update(std::int64_t cycle, std::span<std::byte> image) noexcept
   NumberedRequest request;
   for (auto i = planned; i < kPlansPerCycle && requests_.try_pop(request); ++i) {
     if (!overtaken(request)) take(request.axis, request.id, request.request);
+    // After the report of the request, so that a reader who finds it taken finds its refusal as well.
+    taken_.store(request.id, std::memory_order_release);
   }
   for (auto& each : feeds_) each.feed->begin_cycle();
   advance();

@@ -5,6 +5,7 @@
 
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
 #include "driveline/trajectory/position_profile.hpp"
+#include "driveline/trajectory/velocity_profile.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -175,25 +176,37 @@ bool SingleAxis::plan_on() noexcept {
   return generator_.to_velocity(generator_.state().velocity, full_limits());
 }
 
-/// Moves at a velocity until stopped, or to the end of the range.
-bool SingleAxis::run_at(double velocity) noexcept {
-  const auto& config = axis_->config();
-  auto limits = limits_of(active_->request, velocity - generator_.state().velocity, generator_.state());
-  run_velocity_.reset();
-  if (config.software_limits && std::abs(velocity) > 0.0) {
-    const double end = velocity > 0.0 ? config.software_limits->max : config.software_limits->min;
+/// Position at which a motion at a velocity ends; none: the axis has no range, or stands.
+std::optional<double> SingleAxis::end_of_run(double velocity) const noexcept {
+  const auto& range = axis_->config().software_limits;
+  if (!range || !(std::abs(velocity) > 0.0)) return std::nullopt;
+  return velocity > 0.0 ? range->max : range->min;
+}
+
+/// Limits of a motion at a velocity.
+trajectory::ProfileLimits SingleAxis::run_limits(const AxisRequest& request, double velocity) const noexcept {
+  const auto& from = generator_.state();
+  auto limits = limits_of(request, velocity - from.velocity, from);
+  if (end_of_run(velocity)) {
     // Braking at the end is not part of reaching the velocity, so both directions use the higher value.
     const double faster = std::max(limits.max_acceleration, -limits.min_acceleration);
     limits.max_velocity = std::abs(velocity);
     limits.min_velocity = -std::abs(velocity);
     limits.max_acceleration = faster;
     limits.min_acceleration = -faster;
-    run_velocity_ = velocity;
-    return generator_.to_position({end, 0.0, 0.0}, limits);
+    return limits;
   }
-  limits.max_velocity = config.limits.max_velocity;
-  limits.min_velocity = -config.limits.max_velocity;
-  return generator_.to_velocity(velocity, limits);
+  limits.max_velocity = axis_->config().limits.max_velocity;
+  limits.min_velocity = -limits.max_velocity;
+  return limits;
+}
+
+/// Moves at a velocity until stopped, or to the end of the range.
+bool SingleAxis::run_at(double velocity) noexcept {
+  const auto limits = run_limits(active_->request, velocity);
+  const auto end = end_of_run(velocity);
+  run_velocity_ = end ? std::optional(velocity) : std::nullopt;
+  return end ? generator_.to_position({*end, 0.0, 0.0}, limits) : generator_.to_velocity(velocity, limits);
 }
 
 bool SingleAxis::in_range(double position) const noexcept {
@@ -201,21 +214,59 @@ bool SingleAxis::in_range(double position) const noexcept {
   return !range || (position >= range->min && position <= range->max);
 }
 
-/// Whether the motion ends in the range and does not leave it before.
-bool SingleAxis::reachable(const Move& move) const noexcept {
+/// Why a motion cannot start at the present setpoint: it leaves the range, or it takes longer than a profile may last.
+/// Nothing has changed yet, so a refused motion leaves the present one under way.
+AxisError SingleAxis::refusal_of_motion(const Move& move) const noexcept {
   const auto& range = axis_->config().software_limits;
   const auto& from = generator_.state();
-  if (!range) return true;
-  if (move.request.command == AxisCommand::kMoveVelocity)
-    return move.request.target > 0.0 ? from.position < range->max : from.position > range->min;
-  if (!leads_to_position(move.request.command)) return true;
+  switch (move.request.command) {
+    case AxisCommand::kMoveVelocity:
+      if (range && !(move.request.target > 0.0 ? from.position < range->max : from.position > range->min))
+        return AxisError::kOutsideRange;
+      return velocity_in_time(move.request) ? AxisError::kNone : AxisError::kTooLong;
+    case AxisCommand::kStop:
+    case AxisCommand::kHalt:
+      return trajectory::plan_to_velocity(from, 0.0, 0.0, rest_limits(move.request)) ? AxisError::kNone
+                                                                                     : AxisError::kTooLong;
+    default:
+      break;
+  }
+  if (!leads_to_position(move.request.command)) return AxisError::kNone;
   const double target = target_of(move.request, from, last_target_);
-  if (!in_range(target)) return false;
+  if (!in_range(target)) return AxisError::kOutsideRange;
+  // An override of zero holds the axis.
+  if (!(override_ > 0.0)) return AxisError::kNone;
+  const auto way = way_to(target, move.request);
+  if (!way) return AxisError::kTooLong;
   // An axis outside the range may return to it.
-  if (!in_range(from.position)) return true;
+  if (!range || !in_range(from.position)) return AxisError::kNone;
+  return trajectory::fits(*way, *range) ? AxisError::kNone : AxisError::kOutsideRange;
+}
+
+/// Profile from the present setpoint to rest at a position; none: it would last too long.
+std::optional<trajectory::Profile> SingleAxis::way_to(double target, const AxisRequest& request) const noexcept {
+  const auto& from = generator_.state();
   const auto way =
-      trajectory::plan_to_position(from, {target, 0.0, 0.0}, limits_of(move.request, target - from.position, from));
-  return way && trajectory::fits(*way, *range);
+      trajectory::plan_to_position(from, {target, 0.0, 0.0}, limits_of(request, target - from.position, from));
+  return way ? std::optional(*way) : std::nullopt;
+}
+
+/// Whether a motion at a velocity reaches it, and then the end of the range, in the time that a profile may last.
+bool SingleAxis::velocity_in_time(const AxisRequest& request) const noexcept {
+  const double most = axis_->config().limits.max_velocity;
+  const double velocity = std::clamp(request.target * override_, -most, most);
+  const auto limits = run_limits(request, velocity);
+  const auto& from = generator_.state();
+  const auto end = end_of_run(velocity);
+  return end ? trajectory::plan_to_position(from, {*end, 0.0, 0.0}, limits).has_value()
+             : trajectory::plan_to_velocity(from, velocity, 0.0, limits).has_value();
+}
+
+/// Whether the motion under way can be planned again from the present setpoint.
+bool SingleAxis::can_continue() const noexcept {
+  if (active_->request.command == AxisCommand::kMoveVelocity) return velocity_in_time(active_->request);
+  if (!leads_to_position(active_->request.command) || !(override_ > 0.0)) return true;
+  return way_to(active_->target, active_->request).has_value();
 }
 
 /// Whether the axis can no longer be stopped within the range.
@@ -230,18 +281,18 @@ bool SingleAxis::leaves_range(const AxisSetpoint& from) const noexcept {
                              : from.velocity < 0.0 && from.position - way < config.software_limits->min;
 }
 
+/// Limits of a stop or a halt, which specifies its own deceleration.
+trajectory::ProfileLimits SingleAxis::rest_limits(const AxisRequest& request) const noexcept {
+  const double most = most_acceleration();
+  const double braking = std::min(or_else(request.deceleration, most), most);
+  return trajectory::ProfileLimits::symmetric(axis_->config().limits.max_velocity, braking,
+                                              jerk_of(request, generator_.state()));
+}
+
 bool SingleAxis::plan_rest() noexcept {
   go_from_here();
-  auto limits = full_limits();
-  // A stop or halt specifies its own deceleration.
-  if (active_ && !leads_to_position(active_->request.command)) {
-    const double braking =
-        std::min(or_else(active_->request.deceleration, limits.max_acceleration), limits.max_acceleration);
-    limits.max_acceleration = braking;
-    limits.min_acceleration = -braking;
-    limits.max_jerk = jerk_of(active_->request, generator_.state());
-  }
-  return generator_.to_velocity(0.0, limits);
+  const bool own = active_ && !leads_to_position(active_->request.command);
+  return generator_.to_velocity(0.0, own ? rest_limits(active_->request) : full_limits());
 }
 
 bool SingleAxis::plan_position(const Move& move) noexcept {

@@ -23,10 +23,15 @@ AxisError SingleAxis::refusal_of_probe(const AxisRequest& request) const noexcep
   const bool finite =
       std::isfinite(request.window_first) && std::isfinite(request.window_last) && std::isfinite(request.distance);
   if (!finite) return AxisError::kNotFinite;
+  for (const double position : {request.window_first, request.window_last, request.distance}) {
+    if (!representable(axis_->config(), position)) return AxisError::kTooFar;
+  }
   if (!axis_->probe().possible(request.trigger)) return AxisError::kProbeObjects;
   if (request.command == AxisCommand::kTouchProbe) return AxisError::kNone;
   if (!(std::abs(request.distance) > 0.0)) return AxisError::kNothingToDo;
-  return in_range(generator_.state().position + request.distance) ? AxisError::kNone : AxisError::kOutsideRange;
+  const double end = generator_.state().position + request.distance;
+  if (!in_range(end)) return AxisError::kOutsideRange;
+  return !(override_ > 0.0) || way_to(end, request) ? AxisError::kNone : AxisError::kTooLong;
 }
 
 void SingleAxis::take_probe(std::uint64_t id, const AxisRequest& request) noexcept {

@@ -21,7 +21,9 @@ AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexc
   if (runs_by_drive(request.command)) return AxisError::kNone;
   // The drive stops at each target ("the velocity is set to 0", MSD manual 12.2.1).
   if (blends(request.buffer)) return AxisError::kMode;
-  return in_range(drive_target_of(request)) ? AxisError::kNone : AxisError::kOutsideRange;
+  const double target = drive_target_of(request);
+  if (!in_range(target)) return AxisError::kOutsideRange;
+  return axis_->holds_target(target) ? AxisError::kNone : AxisError::kTooFar;
 }
 
 /// Target in drive positions. A distance starts at the present setpoint, or at the last target if positionings are

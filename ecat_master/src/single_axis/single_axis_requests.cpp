@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "driveline/ecat_master/single_axis/single_axis.hpp"
 
@@ -125,6 +126,7 @@ AxisError SingleAxis::refusal_by_drive(const AxisRequest& request) const noexcep
 AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexcept {
   const auto& limits = axis_->config().limits;
   if (!std::isfinite(request.target)) return AxisError::kNotFinite;
+  if (names_position(request.command) && !representable(axis_->config(), request.target)) return AxisError::kTooFar;
   for (const double magnitude : {request.velocity, request.acceleration, request.deceleration, request.jerk}) {
     if (!is_magnitude(magnitude)) return AxisError::kNotFinite;
   }
@@ -240,7 +242,11 @@ void SingleAxis::take_reset(std::uint64_t id) noexcept {
 }
 
 void SingleAxis::take_override(std::uint64_t id, double factor) noexcept {
-  override_ = factor;
+  const double before = std::exchange(override_, factor);
+  if (active_ && !can_continue()) {
+    override_ = before;
+    return finish(id, RequestPhase::kError, AxisError::kTooLong);
+  }
   if (active_) replan();
   finish(id, RequestPhase::kDone);
 }
@@ -274,7 +280,8 @@ void SingleAxis::take_motion(std::uint64_t id, const AxisRequest& request) noexc
   // A motion waits only if another one is under way.
   const bool waits = request.buffer != BufferMode::kAborting && active_.has_value();
   if (!waits) {
-    if (!reachable(move)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
+    const auto error = refusal_of_motion(move);
+    if (error != AxisError::kNone) return finish(id, RequestPhase::kError, error);
     finish_move(RequestPhase::kAborted);
     drop_waiting(AxisError::kNone);
     interrupt_drive();
@@ -299,11 +306,14 @@ void SingleAxis::take_superimposed(std::uint64_t id, const AxisRequest& request)
   if (!to_position && superimpose(id, request)) return;
   if (!to_position) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
   if (!in_range(active_->target + request.target)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
+  auto both = active_->request;
+  both.velocity = std::min(velocity_of(active_->request) + velocity_of(request), axis_->config().limits.max_velocity);
+  if (override_ > 0.0 && !way_to(active_->target + request.target, both))
+    return finish(id, RequestPhase::kError, AxisError::kTooLong);
   finish(superimposed_request_, RequestPhase::kAborted);
   superimposed_request_ = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
-  const double sum = velocity_of(active_->request) + velocity_of(request);
-  active_->request.velocity = std::min(sum, axis_->config().limits.max_velocity);
+  active_->request = both;
   active_->target += request.target;
   last_target_ = active_->target;
   replan();

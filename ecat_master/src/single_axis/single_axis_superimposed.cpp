@@ -43,7 +43,7 @@ bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexc
                                                            request.jerk > 0.0 ? request.jerk : own_jerk);
   const double from = on_top_.state().position;
   if (!on_top_.to_position({from + request.target, 0.0, 0.0}, limits)) {
-    finish(id, RequestPhase::kError, AxisError::kNotFinite);
+    finish(id, RequestPhase::kError, AxisError::kTooLong);
     return true;
   }
   finish(superimposed_request_, RequestPhase::kAborted);

@@ -90,9 +90,10 @@ void SingleAxis::plan_in_turn() noexcept {
 void SingleAxis::begin_next() noexcept {
   finish_move(RequestPhase::kDone);
   const auto next = take_waiting();
-  if (reachable(next)) return begin_move(next);
+  const auto error = refusal_of_motion(next);
+  if (error == AxisError::kNone) return begin_move(next);
   auto refused = next.id;
-  finish(refused, RequestPhase::kError, AxisError::kOutsideRange);
+  finish(refused, RequestPhase::kError, error);
   drop_waiting(AxisError::kNone);
   begin_move({});
 }

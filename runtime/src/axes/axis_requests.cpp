@@ -273,12 +273,13 @@ AxisProgress AxisRequests::progress(std::size_t axis, std::uint64_t request) con
 }
 
 AxisProgress AxisRequests::progress_of(std::size_t axis, std::uint64_t request) const {
-  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}};
+  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}, true};
   if (single_ == nullptr) {
     AxisRefusal refusal;
-    return {{RequestPhase::kAborted, AxisError::kNone}, refusal, {}};
+    return {{RequestPhase::kAborted, AxisError::kNone}, refusal, {}, false};
   }
-  AxisProgress progress{single_->report(request), {}, {}};
+  const bool taken = single_->taken(request);  // before the report: a request that is taken has its refusal there
+  AxisProgress progress{single_->report(request), {}, {}, false};
   if (couplings_ != nullptr && couplings_->has(axis))
     progress.report = couplings_->judge(axis, request, progress.report);
   if (progress.report.phase == RequestPhase::kDone) {
@@ -287,6 +288,7 @@ AxisProgress AxisRequests::progress_of(std::size_t axis, std::uint64_t request) 
     // The recorded position appears only at the end of the cycle in which the request is done.
     if (now.recorded_request < request && is_probe(request)) progress.report.phase = RequestPhase::kActive;
   }
+  progress.accepted = accepted(axis, request, progress.report.phase, taken);
   if (progress.report.error == AxisError::kNone) return progress;
   auto& refusal = progress.refusal.emplace();
   refusal.why = Why::kByAxis;
@@ -308,6 +310,23 @@ AxisProgress AxisRequests::progress_of(std::size_t axis, std::uint64_t request) 
   refusal.lowest = range->min;
   refusal.highest = range->max;
   return progress;
+}
+
+bool AxisRequests::accepted(std::size_t axis, std::uint64_t request, RequestPhase phase, bool taken) const {
+  switch (phase) {
+    case RequestPhase::kWaiting:
+      return taken;
+    case RequestPhase::kActive:
+      return !LineCouplings::is_phase(request) || couplings_->phase_taken(axis, request);
+    case RequestPhase::kReached:
+    case RequestPhase::kDone:
+      return true;
+    case RequestPhase::kUnknown:
+    case RequestPhase::kAborted:
+    case RequestPhase::kError:
+      break;
+  }
+  return false;
 }
 
 /// Whether the request is a touch probe that is still pending.

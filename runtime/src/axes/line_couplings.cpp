@@ -168,6 +168,10 @@ bool LineCouplings::is_order(std::size_t slave, std::uint64_t number) const {
   return found != orders_.end() && found->second == number;
 }
 
+bool LineCouplings::phase_taken(std::size_t slave, std::uint64_t number) const noexcept {
+  return couplings_->report(slave).phase_number >= (number & ~kPhaseBit);
+}
+
 ecat_master::RequestReport LineCouplings::judge(std::size_t slave, std::uint64_t number,
                                                 ecat_master::RequestReport report) const {
   if (!is_phase(number)) {

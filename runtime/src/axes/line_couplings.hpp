@@ -42,6 +42,8 @@ class LineCouplings {
                                                  ecat_master::RequestReport report) const;
   /// Whether the number is that of an order to shift the phase.
   [[nodiscard]] static bool is_phase(std::uint64_t number) noexcept { return (number & kPhaseBit) != 0; }
+  /// Whether the cycle has taken the order to shift the phase with this number.
+  [[nodiscard]] bool phase_taken(std::size_t slave, std::uint64_t number) const noexcept;
   /// Whether the number is that of the last order to couple the axis.
   [[nodiscard]] bool is_order(std::size_t slave, std::uint64_t number) const;
   /// Returns why the last coupling failed; kNone: its master no longer leads.

@@ -1,10 +1,16 @@
 #include "axes/request_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string_view>
+
+#include "driveline/trajectory/position_profile.hpp"
+#include "driveline/trajectory/profile_error.hpp"
+#include "driveline/trajectory/profile_limits.hpp"
+#include "driveline/trajectory/velocity_profile.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -41,6 +47,24 @@ std::optional<AxisRefusal> check(const Ranged& ranged) {
   return refusal;
 }
 
+/// Checks that a double resolves a position well below an increment.
+std::optional<AxisRefusal> check_position(const ecat_master::AxisConfig& axis, std::string_view quantity,
+                                          double position) {
+  const double farthest = ecat_master::farthest_position(axis);
+  return check({quantity, "", position, -farthest, farthest});
+}
+
+std::optional<AxisRefusal> check_positions(const ecat_master::AxisConfig& axis,
+                                           const ecat_master::AxisRequest& request) {
+  if (!std::isfinite(request.target)) return not_a_number("target");
+  if (ecat_master::names_position(request.command)) {
+    if (auto wrong = check_position(axis, "position", request.target)) return wrong;
+  }
+  if (auto wrong = check_position(axis, "distance", request.distance)) return wrong;
+  if (auto wrong = check_position(axis, "window", request.window_first)) return wrong;
+  return check_position(axis, "window", request.window_last);
+}
+
 std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, const ecat_master::AxisRequest& request) {
   constexpr double kHighestOverride = 2.0;
   const double fastest = axis.limits.max_velocity;
@@ -57,10 +81,7 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
       return check({"torque", "torque", request.target, -most, most});
     }
     default:
-      if (!std::isfinite(request.target)) return not_a_number("target");
-      if (!std::isfinite(request.distance)) return not_a_number("distance");
-      if (!std::isfinite(request.window_first) || !std::isfinite(request.window_last)) return not_a_number("window");
-      return std::nullopt;
+      return check_positions(axis, request);
   }
 }
 
@@ -101,6 +122,79 @@ std::optional<AxisRefusal> check_destination(const ecat_master::AxisConfig& axis
   return wrong;
 }
 
+/// Returns `value`, or `otherwise` where the request gives none.
+double or_else(double value, double otherwise) {
+  return value > 0.0 ? value : otherwise;
+}
+
+/// Limits of the motion that the master plans for the request, regardless of its direction.
+struct PlanLimits {
+  double velocity;
+  double acceleration;
+  double deceleration;
+  double jerk;
+
+  PlanLimits(const ecat_master::AxisConfig& axis, double override_factor, const ecat_master::AxisRequest& request)
+      : velocity(std::min(or_else(request.velocity, axis.limits.max_velocity) * or_else(override_factor, 1.0),
+                          axis.limits.max_velocity)),
+        acceleration(or_else(request.acceleration, axis.limits.max_acceleration)),
+        deceleration(or_else(request.deceleration, acceleration)),
+        jerk(or_else(request.jerk, axis.max_jerk.value_or(std::numeric_limits<double>::infinity()))) {}
+
+  [[nodiscard]] trajectory::ProfileLimits towards(double way) const {
+    const double faster = way < 0.0 ? deceleration : acceleration;
+    const double slower = way < 0.0 ? acceleration : deceleration;
+    return {velocity, -velocity, faster, -slower, jerk};
+  }
+  /// Upper bound of the distance from rest to rest within the longest duration.
+  [[nodiscard]] double reach() const {
+    constexpr double kTime = trajectory::kLongestProfileSeconds;
+    const double by_velocity = velocity * kTime;
+    const double by_acceleration = 0.5 * kTime * kTime / (1.0 / acceleration + 1.0 / deceleration);
+    // Four phases of equal duration.
+    const double by_jerk = jerk * kTime * kTime * kTime / 32.0;
+    return std::min({by_velocity, by_acceleration, by_jerk});
+  }
+  /// Upper bound of the velocity that is reached from rest within the longest duration.
+  [[nodiscard]] double velocity_reach() const {
+    constexpr double kTime = trajectory::kLongestProfileSeconds;
+    return std::min(acceleration * kTime, jerk * kTime * kTime / 4.0);
+  }
+};
+
+AxisRefusal too_long(std::string_view per, double reach) {
+  AxisRefusal refusal;
+  refusal.why = Why::kTooLong;
+  refusal.per = per;
+  refusal.highest = reach;
+  return refusal;
+}
+
+/// Checks that the motion, from rest at the present setpoint, lasts no longer than a profile can. The axis itself
+/// checks it from its motion in progress.
+std::optional<AxisRefusal> check_duration(const ecat_master::AxisConfig& axis, const ecat_master::AxisReport& report,
+                                          const ecat_master::AxisRequest& request) {
+  // Without limits the axis itself decides.
+  if (!(axis.limits.max_velocity > 0.0) || !(axis.limits.max_acceleration > 0.0)) return std::nullopt;
+  const PlanLimits limits(axis, report.override_factor, request);
+  if (request.command == AxisCommand::kMoveVelocity) {
+    const double velocity = request.target * or_else(report.override_factor, 1.0);
+    auto free = limits.towards(velocity);
+    free.max_velocity = axis.limits.max_velocity;
+    free.min_velocity = -axis.limits.max_velocity;
+    const double most = std::clamp(velocity, -axis.limits.max_velocity, axis.limits.max_velocity);
+    if (trajectory::plan_to_velocity({}, most, 0.0, free)) return std::nullopt;
+    return too_long("/s", limits.velocity_reach());
+  }
+  const bool planned_here =
+      ecat_master::leads_to_position(request.command) || request.command == AxisCommand::kMoveSuperimposed;
+  const auto to = planned_here ? destination(report, request) : std::nullopt;
+  if (!to || request.direction != ecat_master::MoveDirection::kNone) return std::nullopt;
+  const double way = *to - report.setpoint;
+  if (trajectory::plan_to_position({}, {way, 0.0, 0.0}, limits.towards(way))) return std::nullopt;
+  return too_long("", limits.reach());
+}
+
 }  // namespace
 
 std::optional<trajectory::PositionRange> range_of_requests(const ecat_master::AxisConfig& axis,
@@ -125,7 +219,8 @@ std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, co
   // For a torque request, `acceleration` is the slope in torque per second.
   if (request.command == AxisCommand::kTorque) return std::nullopt;
   if (auto wrong = check({"acceleration", "/s^2", request.acceleration, 0.0, limits.max_acceleration})) return wrong;
-  return check({"deceleration", "/s^2", request.deceleration, 0.0, limits.max_acceleration});
+  if (auto wrong = check({"deceleration", "/s^2", request.deceleration, 0.0, limits.max_acceleration})) return wrong;
+  return check_duration(axis, report, request);
 }
 
 }  // namespace driveline::runtime

@@ -9,7 +9,10 @@
 #include <string_view>
 #include <utility>
 
+#include "driveline/runtime/config/finite_number.hpp"
 #include "driveline/trajectory/axis_name.hpp"
+#include "driveline/trajectory/gear_ratio.hpp"
+#include "driveline/trajectory/position_unit.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -24,6 +27,8 @@ constexpr double kMaxEncoderNoise = 1e6;  // increments
 constexpr double kLeastCutoffHz = 0.1;
 constexpr double kMaxCutoffHz = 1e4;
 constexpr double kMaxLatencyUs = 100'000.0;
+/// The first letters of units.
+constexpr std::string_view kUnitLetters = "dmru";
 constexpr std::int64_t kMaxEncoderRange = std::int64_t{1} << 32;
 
 template <typename Named>
@@ -121,6 +126,38 @@ CamConfig read_cam(TomlReader reader, const std::filesystem::path& directory, co
   return cam;
 }
 
+AxisKind kind_of_master(const LineConfig& config, const CouplingConfig& coupling) {
+  return coupling.axis ? config.axes[*coupling.axis].kind : config.couplings.encoders[*coupling.encoder].unit->kind;
+}
+
+/// Reads "10 mm" as rad or m.
+double read_travel(const TomlReader& reader, const std::string& text, AxisKind kind, std::string_view whose) {
+  const auto end = text.find_first_of(kUnitLetters);
+  auto number = std::string_view(text).substr(0, end);
+  while (number.ends_with(' ')) number.remove_suffix(1);
+  const auto value = finite_number(number);
+  const auto* const unit =
+      end == std::string::npos ? nullptr : trajectory::find_position_unit(std::string_view(text).substr(end));
+  if (value && unit != nullptr && unit->kind == kind) return unit->to_si(*value);
+  reader.fail("ratio", fmt::format("\"{}\": the travel of the {} {} is expected, such as \"{}\"", text, kind_text(kind),
+                                   whose, kind == AxisKind::kLinear ? "10 mm" : "360 deg"));
+}
+
+/// Reads a gear ratio of two distances with units.
+trajectory::GearRatio read_travels(TomlReader& reader, AxisKind slave, AxisKind master) {
+  const auto texts = reader.texts_or("ratio", {});
+  if (texts.size() != 2) {
+    reader.fail(
+        "ratio",
+        "two distances are expected: [\"10 mm\", \"360 deg\"] moves the slave by 10 mm while its master turns by "
+        "360 deg");
+  }
+  const auto ratio = trajectory::GearRatio::of_travel(read_travel(reader, texts[0], slave, "slave"),
+                                                      read_travel(reader, texts[1], master, "master"));
+  if (!ratio) reader.fail("ratio", "both distances must be other than 0, and their ratio within 1 to 2^31");
+  return *ratio;
+}
+
 /// Reads a gear ratio: two whole numbers.
 trajectory::GearRatio read_ratio(TomlReader& reader) {
   const auto numbers = reader.numbers("ratio", -static_cast<double>(trajectory::kMaxGearNumber),
@@ -160,8 +197,23 @@ void check_circle(const TomlReader& reader, const LineConfig& config, const Coup
   }
 }
 
-AxisKind kind_of_master(const LineConfig& config, const CouplingConfig& coupling) {
-  return coupling.axis ? config.axes[*coupling.axis].kind : config.couplings.encoders[*coupling.encoder].unit->kind;
+/// Reads the ratio of the coupling. Whole numbers between an angle and a length count m and rad, which a note says.
+void read_coupling_ratio(TomlReader& reader, LineConfig& config, CouplingConfig& coupling) {
+  if (!reader.has("ratio")) return;
+  coupling.ratio_given = true;
+  const auto slave = config.axes[coupling.slave].kind;
+  const auto master = kind_of_master(config, coupling);
+  if (reader.holds_texts("ratio")) {
+    coupling.ratio = read_travels(reader, slave, master);
+    return;
+  }
+  coupling.ratio = read_ratio(reader);
+  if (slave == master) return;
+  const bool linear = slave == AxisKind::kLinear;
+  config.notes.push_back(fmt::format(
+      "{}: [{}, {}] counts {} of the slave per {} of its master; with units it is [\"{}\", \"{}\"]",
+      reader.place("ratio"), coupling.ratio.numerator(), coupling.ratio.denominator(), trajectory::si_unit(slave),
+      trajectory::si_unit(master), linear ? "10 mm" : "360 deg", linear ? "360 deg" : "10 mm"));
 }
 
 void check_cam(const TomlReader& reader, const LineConfig& config, const CouplingConfig& coupling) {
@@ -175,7 +227,7 @@ void check_cam(const TomlReader& reader, const LineConfig& config, const Couplin
                                  kind_text(slave), kind_text(master)));
 }
 
-CouplingConfig read_coupling(TomlReader reader, const LineConfig& config) {
+CouplingConfig read_coupling(TomlReader reader, LineConfig& config) {
   CouplingConfig coupling;
   const auto name = reader.text("slave");
   coupling.place = reader.place("slave");
@@ -189,7 +241,7 @@ CouplingConfig read_coupling(TomlReader reader, const LineConfig& config) {
   }
   read_master(reader, config, coupling);
   check_circle(reader, config, coupling);
-  if (reader.has("ratio")) coupling.ratio = read_ratio(reader);
+  read_coupling_ratio(reader, config, coupling);
   if (reader.has("cam")) {
     const auto cam = reader.text("cam");
     coupling.cam = find_named(config.couplings.cams, cam);

@@ -506,7 +506,7 @@ LineConfig read_config(const toml::table& table, const std::filesystem::path& fi
   read_output(root.table("output"), config);
   read_recovery(root.table("recovery"), config.recovery);
   root.finish();
-  config.notes = files.notes();
+  for (const auto& note : files.notes()) config.notes.push_back(note);
   return config;
 }
 

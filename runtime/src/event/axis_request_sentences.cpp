@@ -5,6 +5,7 @@
 
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
+#include "driveline/trajectory/profile_error.hpp"
 #include "event/event_sentence.hpp"
 
 namespace driveline::runtime {
@@ -92,8 +93,10 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
 }
 
 /// Returns what to do about the error; empty if the reason is sufficient.
-std::string_view remedy(AxisError error) {
+std::string remedy(const events::EventAxis& axis, AxisError error) {
   switch (error) {
+    case AxisError::kErrorStop:
+      return fmt::format("; `driveline axis {} reset` resets it", axis.name);
     case AxisError::kNotEnabled:
       return "; enable it first";
     case AxisError::kStopping:
@@ -107,10 +110,10 @@ std::string_view remedy(AxisError error) {
   }
 }
 
-std::string error_text(AxisError error, std::uint16_t code) {
+std::string error_text(const events::EventAxis& axis, AxisError error, std::uint16_t code) {
   auto text = std::string(ecat_master::to_text(error));
   if (code != 0) text += fmt::format(" ({})", ecat_master::cia402::error_text(code));
-  return text.append(remedy(error));
+  return text.append(remedy(axis, error));
 }
 
 std::string range_reason(const events::EventAxis& axis, double lowest, double highest) {
@@ -128,7 +131,7 @@ std::string failure_text(const events::EventAxis& axis, AxisError error, std::ui
   const auto& range = axis.software_limits;
   if (error == AxisError::kSkew && skew) return skew_text(axis, *skew);
   return error == AxisError::kOutsideRange && range ? range_reason(axis, range->min, range->max)
-                                                    : error_text(error, code);
+                                                    : error_text(axis, error, code);
 }
 
 std::string quantity_text(const events::EventAxis& axis, std::string_view per, double value) {
@@ -156,6 +159,10 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
           "{} {} is outside {} to {}{}", refusal.quantity, quantity_text(axis, refusal.per, refusal.value),
           quantity_text(axis, refusal.per, refusal.lowest), quantity_text(axis, refusal.per, refusal.highest),
           refusal.software_limits ? " (min_position, max_position)" : "");
+    case Why::kTooLong:
+      return fmt::format("the motion would take longer than {} s, the longest that is possible; by then it {} {}",
+                         trajectory::kLongestProfileSeconds, refusal.per.empty() ? "covers at most" : "reaches at most",
+                         length(axis, refusal.highest, refusal.per));
     case Why::kNoVelocityGain:
       return "torque control needs velocity_gain or inertia in the [[axis]] to limit the velocity";
     case Why::kTooMany:
@@ -172,7 +179,7 @@ std::string reason_of(const events::EventAxis& axis, const AxisRefusal& refusal)
     case Why::kByAxis:
       if (refusal.software_limits) return range_reason(axis, refusal.lowest, refusal.highest);
       if (refusal.error == AxisError::kSkew && refusal.skew) return skew_text(axis, *refusal.skew);
-      return error_text(refusal.error, refusal.error_code);
+      return error_text(axis, refusal.error, refusal.error_code);
   }
   return "the line is not in operation";
 }

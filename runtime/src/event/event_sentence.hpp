@@ -78,7 +78,7 @@ class EventSentence {
   std::string operator()(const events::ForbiddenCalls& facts) const;
   std::string operator()(const events::ForeignTraffic& facts) const;
   std::string operator()(const events::FaultRecorded& facts) const;
-  std::string operator()(const events::RecordingEnded& facts) const;
+  std::string operator()(const events::RecordingShortened& facts) const;
   std::string operator()(const events::CaptureIncomplete& facts) const;
   std::string operator()(const events::FileNotWritten& facts) const;
 

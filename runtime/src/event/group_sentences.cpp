@@ -50,12 +50,13 @@ std::string move_text(const events::EventGroup& group, const ClientGroupRequest&
 }
 
 /// Returns what to do about the error; empty if the reason is sufficient.
-std::string_view remedy(GroupError error) {
+std::string remedy(const events::EventGroup& group, GroupError error) {
   switch (error) {
     case GroupError::kNotEnabled:
       return "; enable it first";
     case GroupError::kErrorStop:
-      return "; reset leaves it";
+    case GroupError::kAxisErrorStop:
+      return fmt::format("; `driveline group {} reset` resets it", group.name);
     case GroupError::kStopping:
       return "; release-stop withdraws it";
     default:
@@ -63,15 +64,15 @@ std::string_view remedy(GroupError error) {
   }
 }
 
-std::string group_error_text(const GroupRefusal& refusal) {
+std::string group_error_text(const events::EventGroup& group, const GroupRefusal& refusal) {
   auto text = std::string(to_text(refusal.error));
   if (refusal.axis) text = fmt::format("axis {}: {}", refusal.axis->name, text);
   if (refusal.axis_error != ecat_master::AxisError::kNone) text += fmt::format(": {}", to_text(refusal.axis_error));
   if (refusal.error_code != 0) text += fmt::format(" ({})", ecat_master::cia402::error_text(refusal.error_code));
-  return text.append(remedy(refusal.error));
+  return text.append(remedy(group, refusal.error));
 }
 
-std::string reason_of(const GroupRefusal& refusal) {
+std::string reason_of(const events::EventGroup& group, const GroupRefusal& refusal) {
   const auto axis = refusal.axis.value_or(events::EventAxis{});
   switch (refusal.why) {
     case GroupWhy::kNotRunning:
@@ -90,7 +91,7 @@ std::string reason_of(const GroupRefusal& refusal) {
     case GroupWhy::kTooMany:
       return "too many requests: the request queue of the cycle is full";
     case GroupWhy::kByGroup:
-      return group_error_text(refusal);
+      return group_error_text(group, refusal);
   }
   return "the line is not in operation";
 }
@@ -135,27 +136,28 @@ std::string describe(const events::EventGroup& group, const ClientGroupRequest& 
 }
 
 std::string describe(const events::EventGroup& group, const GroupRefusal& refusal) {
-  return fmt::format("group {}: {}", group.name, reason_of(refusal));
+  return fmt::format("group {}: {}", group.name, reason_of(group, refusal));
 }
 
 std::string EventSentence::operator()(const events::GroupRequested& facts) const {
   const auto asked = fmt::format("{}: group {}: {}", facts.who, facts.group.name, describe(facts.group, facts.request));
-  return facts.refusal ? fmt::format("{}: refused: {}", asked, reason_of(*facts.refusal)) : asked;
+  return facts.refusal ? fmt::format("{}: refused: {}", asked, reason_of(facts.group, *facts.refusal)) : asked;
 }
 
 std::string EventSentence::operator()(const events::GroupPathBegun& facts) const {
   const auto asked = fmt::format("{}: group {}: path", facts.who, facts.group.name);
-  return facts.refusal ? fmt::format("{}: refused: {}", asked, reason_of(*facts.refusal)) : asked;
+  return facts.refusal ? fmt::format("{}: refused: {}", asked, reason_of(facts.group, *facts.refusal)) : asked;
 }
 
 std::string EventSentence::operator()(const events::GroupRequestFailed& facts) const {
   const auto asked = facts.request ? describe(facts.group, *facts.request) : std::string("path");
-  return fmt::format("{}: group {}: {}: failed: {}", facts.who, facts.group.name, asked, reason_of(facts.refusal));
+  return fmt::format("{}: group {}: {}: failed: {}", facts.who, facts.group.name, asked,
+                     reason_of(facts.group, facts.refusal));
 }
 
 std::string EventSentence::operator()(const events::GroupFailed& facts) const {
   return fmt::format("group {}: GroupErrorStop: {}; its axes come to rest on the path", facts.group.name,
-                     reason_of(facts.refusal));
+                     reason_of(facts.group, facts.refusal));
 }
 
 std::string EventSentence::operator()(const events::GroupRestored& facts) const {

@@ -23,9 +23,10 @@ std::string EventSentence::operator()(const events::FaultRecorded& facts) const 
                      facts.last ? "; the cycles around further faults are not recorded" : "");
 }
 
-std::string EventSentence::operator()(const events::RecordingEnded& facts) const {
-  return fmt::format("axes.csv and its plots end after {:.3f} s, with {} rows; the figures cover the whole run",
-                     facts.end_s, facts.rows);
+std::string EventSentence::operator()(const events::RecordingShortened& facts) const {
+  return fmt::format(
+      "axes.csv and its plots have the end of the run, {} rows from {:.3f} s on; the figures cover the whole run",
+      facts.rows, facts.begin_s);
 }
 
 std::string EventSentence::operator()(const events::CaptureIncomplete& facts) const {

@@ -10,6 +10,7 @@
 
 #include "driveline/trajectory/path_check.hpp"
 #include "driveline/trajectory/path_shaper.hpp"
+#include "driveline/trajectory/profile_error.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -41,6 +42,21 @@ GroupRefusal unusable(std::string reason) {
   refusal.why = GroupRefusal::Why::kBadMove;
   refusal.reason = std::move(reason);
   return refusal;
+}
+
+/// Checks that the path, at its feed, lasts no longer than a profile can.
+std::optional<GroupRefusal> check_duration(const MoveLimits& limits, const std::vector<trajectory::ShapedPiece>& pieces,
+                                           double feed) {
+  double length = 0.0;
+  for (const auto& shaped : pieces) length += shaped.piece.length();
+  const double least = length / trajectory::kLongestProfileSeconds;
+  if (!(feed > 0.0) || feed >= least) return std::nullopt;
+  const auto& unit =
+      limits.group.coordinates.empty() ? limits.group.axes.front().unit : limits.group.coordinates.front().unit;
+  return unusable(
+      fmt::format("the move would take longer than {} s, the longest that is possible; a feed of at least "
+                  "{:.6g} {}/s is expected",
+                  trajectory::kLongestProfileSeconds, unit.from_si(least), unit.name));
 }
 
 }  // namespace
@@ -95,6 +111,7 @@ std::optional<GroupRefusal> check_group_move(const MoveLimits& limits, const tra
   } catch (const std::invalid_argument& wrong) {
     return unusable(wrong.what());
   }
+  if (auto wrong = check_duration(limits, pieces, move.feed)) return wrong;
   if (limits.machine) return std::nullopt;
   for (const auto& shaped : pieces) {
     const auto& piece = shaped.piece;

@@ -447,9 +447,22 @@ GroupProgress GroupRequests::progress_of(std::size_t group, std::uint64_t reques
     over.refusal = refuse(Why::kNotRunning);
     return over;
   }
-  GroupProgress progress{running_->report(request), {}};
+  // Before the report: moves that have been planned have their refusals there.
+  const bool planned = running_->room(group) == ecat_master::AxisGroups::kMaxMoves;
+  GroupProgress progress{running_->report(request), {}, false};
+  const auto phase = progress.report.phase;
+  progress.accepted = phase == RequestPhase::kActive || phase == RequestPhase::kReached ||
+                      phase == RequestPhase::kDone || (phase == RequestPhase::kWaiting && planned && is_move(request));
   if (progress.report.error != GroupError::kNone) progress.refusal = of_group(group, progress.report, request);
   return progress;
+}
+
+/// Whether the request is a move, or moves, that are still pending.
+bool GroupRequests::is_move(std::uint64_t request) const {
+  return std::any_of(pending_.begin(), pending_.end(), [request](const Pending& pending) {
+    const bool moves = !pending.request || pending.request->verb == Verb::kMove;
+    return moves && request >= pending.number && request <= pending.last;
+  });
 }
 
 GroupStatus GroupRequests::status(std::size_t group) const {

@@ -428,8 +428,8 @@ void LineRun::take_down() {
   judge_axes();
   judge_tasks();
   if (recorder_ && recorder_->problem()) fail_with(events::FileNotWritten{*recorder_->problem()});
-  if (const auto end = recorder_ ? recorder_->cut_off_at_s() : std::nullopt)
-    note(events::RecordingEnded{*end, recorder_->rows()}, Severity::kNotice);
+  if (const auto begin = recorder_ ? recorder_->begins_at_s() : std::nullopt)
+    note(events::RecordingShortened{*begin, recorder_->rows()}, Severity::kNotice);
   if (operation_time_ > nanoseconds{0}) finish_fault_records();
 }
 

@@ -70,6 +70,7 @@ class LineRun {
   [[nodiscard]] bool in_operation() const noexcept { return watch_ != nullptr && master_.cycling(); }
   /// Diagnoses the line while it is in operation. The frames are sent in the gaps of the cycle.
   [[nodiscard]] ecat_master::Result<ecat_master::LineDiagnosis> diagnose();
+  [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
   /// Returns EoE and mailbox gateway of the line.
   [[nodiscard]] const LineServices& services() const noexcept { return services_; }
 

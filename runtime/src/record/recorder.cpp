@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string_view>
+
+#include "driveline/rt/output_place.hpp"
 
 namespace driveline::runtime {
 
@@ -30,7 +33,9 @@ Recorder::Recorder(const std::vector<ecat_master::AxisConfig>& axes, const std::
     columns_.push_back({axis.name, axis.linear(), &ecat_master::position_unit(axis), axis.increments_per_unit});
   }
   if (!csv) return;
-  csv_.emplace(*csv);
+  csv_name_ = *csv;
+  csv_.emplace(csv_name_);
+  rows_.emplace(csv_name_.parent_path(), kMaxRows);
   if (auto opened = csv_->problem(); !opened) problem_ = opened.error();
 }
 
@@ -98,7 +103,7 @@ void Recorder::add_to_row(const snapshot::AxisSample& sample) {
   row_.push_back(sample);
   if (row_.size() < errors_.size()) return;
   if (sample.cycle % every_ == 0) {
-    take_row(row_);
+    write_row(row_);
     last_row_.clear();
   } else {
     std::swap(row_, last_row_);
@@ -106,19 +111,14 @@ void Recorder::add_to_row(const snapshot::AxisSample& sample) {
   row_.clear();
 }
 
-void Recorder::take_row(const std::vector<snapshot::AxisSample>& row) {
-  if (rows_ < kMaxRows) return write_row(row);
-  cut_off_at_s_ = last_time_s_;
-}
-
 void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
   if (!first_time_ns_) {
     first_time_ns_ = row.front().time_ns;
     write_header(row);
   }
-  last_time_s_ = static_cast<double>(row.front().time_ns - *first_time_ns_) * 1e-9;
+  const double time_s = static_cast<double>(row.front().time_ns - *first_time_ns_) * 1e-9;
   fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "{:.6f}", last_time_s_);
+  fmt::format_to(std::back_inserter(text), "{:.6f}", time_s);
   const auto add = [&text](auto format, auto... values) {
     fmt::format_to(std::back_inserter(text), format, values...);
   };
@@ -147,16 +147,21 @@ void Recorder::write_row(const std::vector<snapshot::AxisSample>& row) {
         row[i].following_error * scale);
   }
   text.push_back('\n');
-  csv_->stream().write(text.data(), static_cast<std::streamsize>(text.size()));
-  ++rows_;
+  rows_->add(time_s, std::string_view(text.data(), text.size()));
 }
 
 void Recorder::finish(const snapshot::DrainCounters&) {
   if (!csv_ || !csv_->is_open()) return;
   // Also write the cycles after the last row if one of them could contain the peak.
   const bool more = std::any_of(extremes_.begin(), extremes_.end(), [](const auto& e) { return !std::isnan(e.least); });
-  if (more && !last_row_.empty()) take_row(last_row_);
-  if (rows_ == 0 || discarded_.load(std::memory_order_relaxed)) return csv_->discard();
+  if (more && !last_row_.empty()) write_row(last_row_);
+  if (rows() == 0 || discarded_.load(std::memory_order_relaxed)) return csv_->discard();
+  if (const auto error = rows_->write_to(csv_->stream())) {
+    const Result<void> wrong =
+        fail(ErrorKind::kMachine, rt::describe_output_error(csv_name_, error), csv_name_.string());
+    problem_ = wrong.error();
+    return csv_->discard();
+  }
   if (auto completed = csv_->complete(); !completed) problem_ = completed.error();
 }
 

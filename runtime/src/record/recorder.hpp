@@ -13,6 +13,7 @@
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/files/output_file.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
+#include "record/last_rows.hpp"
 
 namespace driveline::runtime {
 
@@ -38,11 +39,11 @@ struct FollowingError : ErrorFigures {
 /// Each row also contains the lowest and highest following error of all cycles since the preceding row, so that no peak
 /// is missing; as in the summary, these cover only cycles in Operation enabled.
 ///
-/// The file appears under its name only when it is complete and has rows. Functions run on the drain thread; read the
-/// results after it has ended.
+/// The file holds the last minutes of a run, however long that lasts. It appears under its name only when it is
+/// complete and has rows. Functions run on the drain thread; read the results after it has ended.
 class Recorder final : public snapshot::SampleConsumer {
  public:
-  /// Longest recording; a longer run continues without being recorded.
+  /// Most rows in the file; of a longer run it has the last ones, at least three quarters of this number.
   static constexpr std::uint64_t kMaxRows = 120'000;
 
   /// `csv`: output file; none: no file. `every`: one row per `every` cycles. `increments`: adds drive increments after
@@ -73,9 +74,11 @@ class Recorder final : public snapshot::SampleConsumer {
   void finish(const snapshot::DrainCounters& counters) override;
 
   [[nodiscard]] const std::vector<FollowingError>& following_errors() const noexcept { return errors_; }
-  [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
-  /// Time of the last row if the file was full and the run continued.
-  [[nodiscard]] std::optional<double> cut_off_at_s() const noexcept { return cut_off_at_s_; }
+  [[nodiscard]] std::uint64_t rows() const noexcept { return rows_ ? rows_->rows() : 0; }
+  /// Time of the first row if earlier ones have been dropped.
+  [[nodiscard]] std::optional<double> begins_at_s() const noexcept {
+    return rows_ ? rows_->begins_at_s() : std::nullopt;
+  }
   /// Why the file could not be written; none: the file exists, unless rows() is 0.
   [[nodiscard]] const std::optional<Error>& problem() const noexcept { return problem_; }
 
@@ -83,7 +86,6 @@ class Recorder final : public snapshot::SampleConsumer {
   [[nodiscard]] double path_error(const snapshot::AxisSample& sample) const noexcept;
   void add_to_row(const snapshot::AxisSample& sample);
   void write_header(const std::vector<snapshot::AxisSample>& row);
-  void take_row(const std::vector<snapshot::AxisSample>& row);
   void write_row(const std::vector<snapshot::AxisSample>& row);
 
   /// Extremes of an axis since the last row; in the order of the columns.
@@ -101,17 +103,16 @@ class Recorder final : public snapshot::SampleConsumer {
   };
   std::vector<FollowingError> errors_;
   std::vector<Column> columns_;
+  std::filesystem::path csv_name_;
   std::optional<OutputFile> csv_;
+  std::optional<LastRows> rows_;  ///< rows of csv_
   std::uint64_t every_;
   bool increments_;
   bool compensated_;
   std::vector<snapshot::AxisSample> row_;
   std::vector<snapshot::AxisSample> last_row_;  ///< complete, from a cycle after the last row of the file
   std::vector<Extremes> extremes_;              ///< indexed by axis
-  std::uint64_t rows_ = 0;
   std::optional<std::int64_t> first_time_ns_;
-  double last_time_s_ = 0.0;
-  std::optional<double> cut_off_at_s_;
   std::optional<Error> problem_;
   std::atomic<bool> discarded_{false};
   std::atomic<std::int64_t> operation_begin_{std::numeric_limits<std::int64_t>::max()};

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "driveline/wire/ethernet.hpp"
-#include "driveline/wire/registers.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -24,8 +23,6 @@ constexpr auto kBurstGap = microseconds{20};
 /// A master without frames for this long is gone: no more busy polling.
 constexpr auto kMasterGone = std::chrono::milliseconds{20};
 constexpr auto kLongestRest = std::chrono::milliseconds{1};
-constexpr std::size_t kMaxChanges = 4096;
-constexpr std::size_t kMaxOrders = 64;
 
 void count(std::atomic<std::uint64_t>& counter) noexcept {
   // There is only one writer: load and store suffice.
@@ -49,10 +46,7 @@ LineServer::LineServer(slaves::SimulatedLine& line, port::Port& primary, port::P
       clock_(clock),
       settings_(std::move(settings)),
       held_(kMaxHeld),
-      states_(line.size()),
-      changes_(kMaxChanges),
-      orders_(kMaxOrders),
-      answers_(kMaxOrders) {}
+      orders_(line) {}
 
 void LineServer::run(std::stop_token stop) noexcept {
   while (!stop.stop_requested()) {
@@ -174,49 +168,12 @@ void LineServer::release_held(Nanoseconds now) noexcept {
 
 void LineServer::housekeep(Nanoseconds now) noexcept {
   next_housekeeping_ = now + kHousekeeping;
-  LineOrder order;
-  while (orders_.try_pop(order)) carry_out(order, now);
-  watch_states();
+  orders_.carry_out(now);
+  orders_.watch_states();
   // Acquire pairs with the release by the owner; the store below passes the finished window to the owner.
   if (window_.load(std::memory_order_acquire) == Window::kWanted) {
     filled_ ^= 1U;
     window_.store(Window::kReady, std::memory_order_release);
-  }
-}
-
-void LineServer::carry_out(LineOrder order, Nanoseconds now) noexcept {
-  line_.advance(now);
-  auto& faults = line_.faults();
-  order.done = true;
-  switch (order.verb) {
-    case LineOrder::Verb::kBegin:
-      order.done = faults.begin(order.fault, now);
-      break;
-    case LineOrder::Verb::kHeal:
-      order.done = faults.heal(order.fault, now);
-      break;
-    case LineOrder::Verb::kHealAll:
-      faults.heal_all(now);
-      break;
-    case LineOrder::Verb::kSetSignal:
-      line_.slave(order.slave).device().signals()->set_signal(order.signal.number, order.value);
-      break;
-    case LineOrder::Verb::kReadSignal:
-      order.value = line_.slave(order.slave).device().signals()->signal(order.signal);
-      break;
-  }
-  answers_.try_push(order);
-}
-
-void LineServer::watch_states() noexcept {
-  for (std::size_t i = 0; i < line_.size(); ++i) {
-    const auto& slave = line_.slave(i);
-    // A slave without supply has no state.
-    const auto status = slave.powered() ? slave.esc().al_status() : wire::AlStatus{wire::AlState::kNone, false, false};
-    if (status == states_[i]) continue;
-    states_[i] = status;
-    changes_.try_push({static_cast<std::uint16_t>(i), status,
-                       static_cast<wire::AlStatusCode>(slave.esc().memory().get(wire::reg::kAlStatusCode))});
   }
 }
 

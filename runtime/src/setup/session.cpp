@@ -6,6 +6,7 @@
 
 #include "driveline/port/interface_check.hpp"
 #include "driveline/port/xdp_port.hpp"
+#include "setup/ordered_port.hpp"
 
 namespace driveline::runtime {
 
@@ -132,8 +133,10 @@ Result<void> Session::open_bus() {
     if (auto opened = open_interfaces(); !opened) return opened;
   } else {
     line_ = make_simulated_line(config_, *clock_, true);
-    wire_ = line_.get();
-    if (line_->wiring().master(slaves::MasterPort::kSecondary)) join_ends(*line_, line_->secondary());
+    orders_ = std::make_unique<LineOrders>(*line_);
+    ordered_ = std::make_unique<OrderedPort>(*line_, *orders_, *clock_);
+    wire_ = ordered_.get();
+    if (line_->wiring().master(slaves::MasterPort::kSecondary)) join_ends(*ordered_, line_->secondary());
   }
   if (!config_.output.capture) return {};
   auto capture = port::CapturePort::open(

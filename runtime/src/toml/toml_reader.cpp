@@ -137,6 +137,12 @@ std::string TomlReader::scalar_text(std::string_view key) {
   fail(key, fmt::format("is {}, a string or a number is expected", node == nullptr ? "missing" : type_name(*node)));
 }
 
+bool TomlReader::holds_texts(std::string_view key) {
+  const auto* node = table_->find(key);
+  const auto* const array = node == nullptr ? nullptr : node->as_array();
+  return array != nullptr && !array->empty() && array->front().is_string();
+}
+
 std::vector<double> TomlReader::numbers(std::string_view key, double minimum, double maximum) {
   const auto* node = table_->find(key);
   if (node == nullptr) fail(key, "is missing, an array of numbers is expected");

@@ -596,9 +596,68 @@ class Hand(ProgramTest):
         run = self.start_run()
         self.wait_for_state("x", "Standstill")
         begin = self.status()["x"]["position"]
-        self.assertEqual(self.axis("x", "move", "--by", "300deg", "--velocity", "200deg/s", "--no-wait").returncode, 0)
-        self.wait_for("the place", lambda: abs(self.status()["x"]["position"] - begin - 300) < 2)
+        left = self.axis("x", "move", "--by", "300deg", "--velocity", "200deg/s", "--no-wait")
+        self.assertEqual(left.returncode, 0, left.stderr)
+        self.assertIn("; accepted by the axis\n", left.stdout)
+        waiting = self.axis("x", "move", "--by", "5deg", "--buffer", "buffered", "--take-over", "--no-wait", "--json")
+        self.assertEqual(waiting.returncode, 0, waiting.stderr)
+        self.assertTrue(self.one_document(waiting.stdout)["axes"][0]["accepted"])
+        self.wait_for("the place", lambda: abs(self.status()["x"]["position"] - begin - 305) < 2)
         self.check_refused(self.axis("x", "jog", "1rpm", "--no-wait"), 2, "--no-wait is not possible with jog")
+        self.end(run)
+
+    @undisturbed
+    def test_faults_and_inputs_reach_the_line_in_the_run(self):
+        run = self.start_run()
+        self.wait_for_state("x", "Standstill")
+        self.assertIn("input  ENPO = 1\n", self.run_program("input", "x").stdout)
+        self.assertEqual(self.run_program("fault", "list").stdout, "no faults\n")
+        self.assertEqual(self.run_program("fault", "states").stdout, "OP: x y\n")
+        self.check_refused(self.run_program("fault", "dorp"), 1, "not a kind of fault", "drop")
+        self.check_refused(self.run_program("fault", "quit"), 1, "Ctrl-C ends this run")
+        self.assertEqual(self.run_program("fault", "mailbox-silent", "slave=y").stdout, "done\n")
+        self.assertIn("mailbox-silent slave=y", self.run_program("fault", "list", "--config", "line.toml").stdout)
+        self.assertEqual(self.run_program("fault", "heal", "all").stdout, "done\n")
+        self.assertEqual(self.run_program("fault", "list").stdout, "no faults\n")
+        self.assertEqual(self.run_program("input", "x", "ENPO=0").stdout, "done\n")
+        self.wait_for_state("x", "ErrorStop", "Disabled")
+        self.assertEqual(self.status()["y"]["state"], "Standstill")
+        for words in (("--config", "line.toml"), (), ("--control", self.sockets / "driveline" / "hand.socket")):
+            one = self.run_program("drive", *words, "-p", "1", "--json")
+            self.assertEqual(one.returncode, 0, one.stderr)
+            document = self.one_document(one.stdout)
+            self.assertEqual((document["al_state"], document["other_master"]), ("OP", False), words)
+            self.assertEqual(document["objects"]["status_word"] & 0x6F, 0x27, "the drive of the run is in Operation enabled")
+        self.assertEqual(self.run_program("drive", "-p", "0", "--json").stdout.count('"status_word"'), 1)
+        self.check_refused(self.run_program("drive", "-p", "2", "--once"), 1, "there is no slave 2, the line has 2")
+        self.assertIn("ENPO = 0\n", self.run_program("input", "x").stdout)
+        log = self.text("run.log")
+        self.assertRegex(log, r"control socket \d+ \(process \d+, user \d+\): fault mailbox-silent slave=y\n")
+        self.assertRegex(log, r"control socket \d+ \(process \d+, user \d+\): input x ENPO=0\n")
+        run.send_signal(signal.SIGINT)
+        run.wait(PATIENCE_S)  # the state of x at the end decides the status
+
+    @undisturbed
+    def test_refusal_is_the_result_of_a_command_that_does_not_wait(self):
+        run = self.start_run()
+        self.wait_for_state("x", "Standstill")
+        self.assertEqual(self.axis("x", "disable").returncode, 0)
+        self.check_refused(self.axis("x", "move", "--by", "10deg", "--no-wait"), 1, "axis x: the axis is not enabled")
+        self.check_refused(self.axis("all", "move", "--by", "10deg", "--no-wait"), 1, "axis x: the axis is not enabled")
+        self.end(run)
+
+    @undisturbed
+    def test_number_out_of_reach_leaves_the_motion_of_another_client(self):
+        run = self.start_run()
+        self.wait_for_state("x", "Standstill")
+        jog = self.start("axis", "x", "jog", "30deg/s", log="jog.log")
+        self.wait_for_state("x", "ContinuousMotion")
+        for request in (("move", "1e9deg"), ("move", "--by", "5deg", "--acceleration", "1e-300"), ("jog", "9deg/s", "--jerk", "1e-300")):
+            self.check_refused(self.axis("x", *request, "--take-over"), 1, "longer than 100000 s")
+        self.check_refused(self.axis("x", "position", "1e300deg", "--take-over"), 1, "position 1e+300 deg is outside")
+        self.assertEqual(self.status()["x"]["state"], "ContinuousMotion")
+        jog.send_signal(signal.SIGINT)
+        self.assertEqual(jog.wait(PATIENCE_S), 0, self.text("jog.log"))
         self.end(run)
 
     @undisturbed

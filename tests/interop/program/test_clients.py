@@ -418,6 +418,23 @@ class Top(ClientTest):
         self.assertGreaterEqual(len(cycles), 4)
         self.assertLess(cycles[0], cycles[-1])
 
+    def test_axes_are_shown_in_the_units_of_their_line(self):
+        run = self.start_run()
+        units = {axis: "rev" if axis == "z" else "deg" for axis in AXES}
+        described = self.write("units.toml", "".join(
+            f'[[slave]]\nname = "{axis}"\n[[axis]]\nname = "{axis}"\nunit = "{unit}"\nmax_velocity = 9\nmax_acceleration = 99\n'
+            for axis, unit in units.items()))
+        result = self.client("top", "--once", "--timeout", PATIENCE_S, "--config", described)
+        self.end_run(run)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        lines = [line for line in result.stdout.splitlines() if "OPERATION ENABLED" in line]
+        self.assertEqual([line.split()[0] for line in lines], AXES)
+        for line in lines:
+            unit = units[line.split()[0]]
+            self.assertRegex(line, rf"\A\w+ +-?\d+\.\d{{6}} {unit} +-?\d+\.\d{{6}} {unit}/s +-?\d\.\d{{3}}e[+-]\d\d {unit} ")
+            self.assertLessEqual(len(line), 80)
+        self.check_refused(self.client("top", "--config", "nowhere.toml"), 2, "nowhere.toml")
+
     def test_without_a_line_ends(self):
         self.check_refused(self.client("top", "--timeout", 1), 1, "no line publishes in domain", "no sample arrived for 1 s")
 

@@ -69,10 +69,14 @@ class Doctor(ProgramTest):
         self.assertEqual(document["cpu"], CPU)
         self.assertEqual(found["scheduler"]["requested"], "SCHED_FIFO 40")
 
-    def test_a_cpu_that_does_not_exist_prevents(self):
-        found, _, _ = self.findings("--cpu", 4000, status=1)
-        self.assertEqual(found["CPU"]["cost"], "prevents")
-        self.assertNotIn("load", found)
+    def test_a_cpu_that_does_not_exist_is_refused(self):
+        last = os.sysconf("SC_NPROCESSORS_CONF") - 1
+        self.check_refused(self.run_program("doctor", "--cpu", "4000"), 2, "--cpu 4000: this machine has",
+                           f"CPUs 0 to {last}" if last else "only CPU 0")
+        described = self.write("far.toml", '[realtime]\ncpu = 900\n[[slave]]\nname = "x"\nmodel = "msd"\n')
+        self.check_refused(self.run_program("doctor", "--config", described), 1, "[realtime] cpu = 900: this machine has")
+        near = self.run_program("doctor", "--config", described, "--cpu", str(CPU), "--json")
+        self.assertEqual(self.one_document(near.stdout)["cpu"], CPU)
         for wrong in ("x", "-1", "99999999"):
             result = self.run_program("doctor", f"--cpu={wrong}")
             self.assertEqual(result.returncode, 2, wrong)

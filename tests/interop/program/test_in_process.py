@@ -189,7 +189,7 @@ class VirtualTime(ProgramTest):
         self.assertEqual(self.run_program("run", "--config", "line.toml", "--virtual", "--duration", "0.1", "--no-plots",
                                           "--no-telemetry").returncode, 0)
         for wrong, sentence in ((["--distance", "0.0001"], "needed"), (["--distance", "2", "--velocity", "31"], "its limit of 30 rev/s"),
-                                (["--distance", "far"], "a number is expected, in rev"), ([], "give --distance")):
+                                (["--distance", "far"], "a number is expected, as 10rev"), ([], "give --distance")):
             result = self.run_program(*asked, *wrong)
             self.assertNotEqual(result.returncode, 0)
             self.assertIn(sentence, result.stderr)
@@ -333,7 +333,8 @@ class ThreadOfTheCycle(ProgramTest):
         # Its memory is there before the first cycle: a page fault in each would be seen.
         self.assertLess(thread["minor_faults"] + thread["major_faults"], document["cycles"])
         text = self.run_program("run", "--config", config, "--duration", 0.1, "--no-plots").stdout
-        self.assertRegex(text, r"\n  thread of the cycle: \d+ page faults \(\d+ from disk\), \d+ voluntary context switches, \d+ involuntary; it woke \d+\.\d us ahead\n")
+        self.assertRegex(text, r"\n  thread of the cycle: \d+ page faults \(\d+ from disk\), it woke \d+\.\d us ahead\n"
+                               r"    context switches   \d+ voluntary, \d+ involuntary\n")
         for ahead in (0, 25):
             fixed = self.write("fixed.toml", self.text("line.toml").replace("[realtime]", f"[realtime]\nwake_ahead_us = {ahead}"))
             result = self.run_program("run", "--config", fixed, "--duration", 0.1, "--no-plots", "--json")

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gaps.hpp"
+#include "options.hpp"
 #include "recording.hpp"
 #include "recording_file.hpp"
 
@@ -87,6 +88,24 @@ TEST_F(ClientFiles, ASampleThatCannotBeDecodedIsLeftOutOfATable) {
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 2);
   const auto table = content("events.csv");
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 2) << table;
+}
+
+TEST(DisplayUnits, AreThoseOfTheirAxesAndOtherwiseRadAndM) {
+  const std::vector<const char*> words{"top", "--unit", "a=b=deg", "--unit", "z=um"};
+  const auto options = read_options(static_cast<int>(words.size()), words.data());
+  ASSERT_TRUE(options) << options.error().text;
+  const auto& units = options->units;
+  EXPECT_EQ(units.of("a=b", false).name, "deg");
+  EXPECT_DOUBLE_EQ(1.5707963267948966 / units.of("a=b", false).si, 90.0);
+  EXPECT_DOUBLE_EQ(0.25 / units.of("z", true).si, 250'000.0);
+  EXPECT_EQ(units.of("z", false).name, "rad") << "a unit of the other kind";
+  EXPECT_EQ(units.of("y", true).name, "m");
+  for (const auto* const wrong : {"deg", "=deg", "x=feet", "x="}) {
+    const std::vector<const char*> bad{"top", "--unit", wrong};
+    const auto refused = read_options(static_cast<int>(bad.size()), bad.data());
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_EQ(refused.error().status, 2);
+  }
 }
 
 TEST_F(ClientFiles, AnOldRecordingIsThereUntilThereIsSomethingToRecord) {

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
+#include <string>
 
 namespace driveline::cli {
 namespace {
@@ -38,6 +40,27 @@ TEST(AxisView, AnEndlessAxisIsShownWithinItsModuloToo) {
   EXPECT_EQ(axis_line(axis), "axis x: Disabled at 1170 deg (90 of 360 deg)");
   EXPECT_EQ(motion_line(axis), "axis x: Disabled at 1170 deg (90 of 360 deg), 0 deg/s, 0 Nm");
   EXPECT_THAT(axes_table(nlohmann::json::array({axis})), HasSubstr("1170 deg (90 of 360 deg)"));
+}
+
+TEST(AxisView, TheTableFitsATerminalAndNamesEachOwnerOnce) {
+  auto moving = status_at(1000.25 * kTurn, std::nullopt);
+  moving.axis.name = "turntable";
+  moving.report->state = ecat_master::PlcopenState::kSynchronizedMotion;
+  moving.report->velocity = -100.0 * kTurn;
+  moving.report->torque = -12.3456;
+  auto other = moving;
+  other.axis.name = "y";
+  auto free = status_at(0.0, std::nullopt);
+  free.axis.name = "z";
+  moving.owner = other.owner = "control socket 123 (process 1234567, user 1000)";
+  free.owner = "";
+  const auto table = axes_table(nlohmann::json::array({to_json(moving), to_json(free), to_json(other)}));
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+  EXPECT_THAT(table,
+              HasSubstr("\nturntable  SynchronizedMotion  360090 deg  -36000 deg/s  -12.3456 Nm  -        100 %\n"));
+  EXPECT_THAT(table, HasSubstr("\ncommanded by control socket 123 (process 1234567, user 1000): turntable, y\n"
+                               "commanded by nobody: z\n"));
 }
 
 TEST(AxisView, OtherAxesHaveOnePlace) {

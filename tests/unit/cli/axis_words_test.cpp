@@ -201,6 +201,21 @@ TEST(AxisWords, WrongOnesGetASentenceWithWhatWasMeant) {
   EXPECT_THAT(refusal(rotary(), "move 1 buffer=buferred"), HasSubstr("did you mean buffered?"));
 }
 
+TEST(AxisWords, WrongSpellingsOfNumbersGetTheRightOne) {
+  EXPECT_EQ(refusal(rotary(), "move 90 deg"), "axis x: move: \"deg\" was not expected; did you mean 90deg?");
+  EXPECT_EQ(refusal(rotary(), "jog -20 deg/s"), "axis x: jog: \"deg/s\" was not expected; did you mean -20deg/s?");
+  EXPECT_EQ(refusal(linear(), "move 10 velocity=30 mm/s"),
+            "axis z: move: \"mm/s\" was not expected; a unit follows its number without a space");
+  EXPECT_EQ(refusal(rotary(), "move 90 grad"), "axis x: move: \"grad\" was not expected");
+  EXPECT_EQ(refusal(rotary(), "move 1,5deg"), "position \"1,5deg\": a decimal point is expected; did you mean 1.5deg?");
+  EXPECT_EQ(refusal(rotary(), "move 90 velocity=0,25rev/s"),
+            "velocity \"0,25rev/s\": a decimal point is expected; did you mean 0.25rev/s?");
+  EXPECT_THAT(refusal(rotary(), "move 1,2,3"), HasSubstr("axis x has no unit \",2,3\""));
+  const auto time = parse_time("1,5s", "--for");
+  ASSERT_FALSE(time);
+  EXPECT_THAT(time.error().text, HasSubstr("; did you mean 1.5s?"));
+}
+
 TEST(AxisWords, TimesAndAxes) {
   using std::chrono::milliseconds;
   EXPECT_EQ(parse_time("2s", "--for").value(), milliseconds{2000});

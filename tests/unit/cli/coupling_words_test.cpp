@@ -76,6 +76,26 @@ TEST_F(CouplingWords, AGearHasTheRatioOfItsCouplingOrItsOwn) {
   EXPECT_EQ(read(0, "gear-out").kind, CouplingOrder::Kind::kOut);
 }
 
+TEST_F(CouplingWords, AGearBetweenAnAngleAndALengthHasUnits) {
+  plan.couplings[1].encoder.reset();
+  plan.couplings[1].axis = 1;  // z in degrees follows y in mm
+  constexpr double kTurn = 6.283185307179586;
+  for (const auto* const text : {"gear-in 360deg:25mm", "gear-in \"360 deg : 25 mm\"", "gear-in 360 deg : 25 mm",
+                                 "gear-in 1 rev:0.025m", "gear-in 360:25", "gear-in -360deg:-25mm"}) {
+    EXPECT_DOUBLE_EQ(read(2, text).ratio.travel(0.05), 2.0 * kTurn) << text;
+  }
+  EXPECT_DOUBLE_EQ(read(0, "gear-in 5mm:0.03m").ratio.factor(), 1.0 / 6.0) << "of the same kind";
+  EXPECT_THAT(refusal(2, "gear-in 1/36"),
+              HasSubstr("axis z: gear-in: \"1/36\": the slave is rotary and its master linear: a ratio with units is "
+                        "expected, such as 360deg:10mm"));
+  EXPECT_THAT(refusal(2, "gear-in"), HasSubstr("and the [[coupling]] has no ratio: a ratio with units is expected"));
+  EXPECT_THAT(refusal(2, "gear-in 25mm:360deg"), HasSubstr("ratio, slave \"25mm\": axis z has no unit \"mm\""));
+  EXPECT_THAT(refusal(2, "gear-in 0deg:5mm"), HasSubstr("other than 0"));
+  plan.couplings[1].ratio = trajectory::GearRatio::of_travel(kTurn, 0.05).value();
+  plan.couplings[1].ratio_given = true;
+  EXPECT_DOUBLE_EQ(read(2, "gear-in").ratio.travel(0.1), 2.0 * kTurn);
+}
+
 TEST_F(CouplingWords, ACamHasPlacesOfItsZeroAndAPhaseLimitsOfTheMaster) {
   const auto cam = read(0, "cam-in lift master=100 slave=-5mm");
   EXPECT_EQ(cam.cam, 0U);

@@ -209,6 +209,8 @@ TEST_F(LineControlTest, QuestionsAreAnsweredByTheLineAndHoldUpNoStop) {
   EXPECT_THAT(ask(second, "group plotter enable").at("error").get<std::string>(),
               HasSubstr("the line has no groups of axes"));
   EXPECT_THAT(send_command(path, "quit", "run").value_or(""), HasSubstr("\"quit\" is not a command of a running line"));
+  EXPECT_THAT(send_command(path, "fault list", "run").value_or(""),
+              HasSubstr("error: the slaves of this line are on a network interface"));
 }
 
 }  // namespace

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <string>
+
+#include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -31,13 +34,23 @@ std::vector<rt::RealtimeItem> sample() {
 
 TEST(MachineReport, WhatCostsMostComesFirstAndWhatIsFineLast) {
   EXPECT_EQ(machine_text(sample()),
-            "PREVENTS  raw sockets              refused instead of allowed (Operation not permitted)\n"
+            "PREVENTS  raw sockets              refused instead of allowed (Operation not\n"
+            "                                   permitted)\n"
             "          costs: no frame can be sent\n"
             "          fix:   run as root\n"
             "SMALL     timer tick               ticks instead of stopped\n"
             "          costs: some us\n"
             "          fix:   boot with nohz_full=1\n"
             "ok        scheduler                SCHED_FIFO 80\n");
+}
+
+TEST(MachineReport, LinesAreBrokenBetweenWords) {
+  const std::string word(30, 'w');
+  EXPECT_EQ(wrapped("fix: ", word + " " + word + " " + std::string(12, 'e')),
+            "fix: " + word + " " + word + "\n     " + std::string(12, 'e'));
+  EXPECT_EQ(wrapped("fix: ", word + " " + word + " " + std::string(13, 'e')).find('\n'), 66U);
+  EXPECT_EQ(wrapped("fix: ", std::string(90, 'w') + " e"), "fix: " + std::string(90, 'w') + "\n     e") << "too long";
+  EXPECT_EQ(wrapped("", "a b"), "a b");
 }
 
 TEST(MachineReport, ProgramsFindEverythingInTheOrderOfTheLook) {

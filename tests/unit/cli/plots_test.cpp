@@ -167,7 +167,7 @@ TEST_F(Plots, MarksAreWhatHappenedInOperation) {
   report.longest_absence_at_s = 1.5;
   report.statistics.wake_latency.record(nanoseconds{100});
   report.events.push_back({runtime::events::MasterAway{}, runtime::Severity::kNotice, std::chrono::milliseconds{1250}});
-  report.events.push_back({runtime::events::RecordingEnded{}, runtime::Severity::kFault, std::nullopt});
+  report.events.push_back({runtime::events::RecordingShortened{}, runtime::Severity::kFault, std::nullopt});
   report.events.push_back({runtime::events::Progress{}, runtime::Severity::kProgress, std::chrono::seconds{2}});
   report.events.push_back({runtime::events::CommunicationLost{}, runtime::Severity::kFault, std::chrono::seconds{3}});
   const auto facts = plot_facts(report);

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
 
 namespace driveline::cli {
 namespace {
@@ -76,6 +78,45 @@ TEST(RunReport, JsonHasTheKeysOfTheContractAndNoOthers) {
                                                               "path_error_max", "path_error_rms", "owner"));
 }
 
+/// They were printed when they happened; a busy machine makes many.
+TEST(RunReport, TextHasTheSumOfTheAbsencesOfTheMasterAndJsonEach) {
+  auto report = report_of_a_run();
+  const auto add = [&](auto facts, runtime::Severity severity) {
+    report.events.push_back({std::move(facts), severity, std::chrono::milliseconds{2500}});
+  };
+  runtime::events::MasterAway away;
+  away.absence.since = std::chrono::milliseconds{2000};
+  away.absence.duration = std::chrono::microseconds{8100};
+  add(away, runtime::Severity::kNotice);
+  away.absence.duration = std::chrono::microseconds{1900};
+  add(away, runtime::Severity::kNotice);
+  add(runtime::events::MasterAwayOften{5, std::chrono::milliseconds{7}, std::chrono::milliseconds{2}},
+      runtime::Severity::kNotice);
+  const auto text = to_text(report);
+  EXPECT_THAT(text, HasSubstr("  the master was away 7 times, 17.0 ms in all, 8.1 ms at the longest\n"));
+  EXPECT_THAT(text, Not(HasSubstr("was away for")));
+  EXPECT_THAT(to_json(report)["events"].dump(), HasSubstr("the master was away for 8.1 ms at 2.000 s"));
+  away.absence.duration = std::chrono::milliseconds{54};
+  away.absence.effect = ecat_master::AbsenceEffect::kStopped;
+  add(away, runtime::Severity::kFault);
+  EXPECT_THAT(to_text(report), HasSubstr("2.500 s the master was away for 54.0 ms")) << "a fault is listed";
+}
+
+TEST(RunReport, NoLineOfTheTextIsWiderThanATerminal) {
+  auto report = report_of_a_run();
+  report.process_data.emplace();
+  report.process_data->layout = "overlapped";
+  report.process_data->wire.period = std::chrono::microseconds{125};
+  auto& group = report.process_data->groups.emplace_back();
+  group.name = "line";
+  group.datagrams = 1;
+  group.exchanges = 1'234'567;
+  report.thread.emplace();
+  report.axes[0].by_drive.emplace().maximum = 1.342;
+  std::istringstream lines(to_text(report));
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
 TEST(RunReport, JsonHasTheFigures) {
   EXPECT_EQ(to_json(report_of_a_run()), json::parse(R"({
     "state": "OP", "axes_count": 2, "cycle_ns": 125000, "duration_s": 5.0,
@@ -107,7 +148,7 @@ TEST(RunReport, WhatTheDriveReportsOfItsFollowingErrorStandsBesideOurs) {
   EXPECT_EQ(document["axes"][0]["drive_following_error_max"], 12.5);
   EXPECT_EQ(document["axes"][0]["drive_following_error_rms"], 3.5);
   EXPECT_FALSE(document["axes"][1].contains("drive_following_error_max")) << "60F4h is not mapped";
-  EXPECT_THAT(to_text(report), HasSubstr("0.12 rad      0.0305 rad   (60F4h: max 0.0125 rad)\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("0.12 rad    0.0305 rad   (60F4h: max 0.0125 rad)\n"));
   EXPECT_THAT(to_text(report), HasSubstr("0.008 mm        0.002 mm\n"));
   report.increments = true;
   EXPECT_THAT(to_text(report), HasSubstr("120.0 inc         30.50 inc   (60F4h: max 0.0125 rad, 12.5 inc)\n"));
@@ -156,8 +197,8 @@ TEST(RunReport, TextHasTheFigures) {
   EXPECT_THAT(text, HasSubstr("  wake-up latency             0.1      0.1      0.1      0.1\n"));
   EXPECT_THAT(text, HasSubstr("  cycle cost                  8.0      8.0      8.0      8.0\n"));
   EXPECT_THAT(text, HasSubstr("  following error  slave        maximum             RMS\n"
-                              "  x                    0       0.12 rad      0.0305 rad\n"
-                              "  z                    3       0.008 mm        0.002 mm\n"));
+                              "  x                   0       0.12 rad    0.0305 rad\n"
+                              "  z                   3       0.008 mm      0.002 mm\n"));
   EXPECT_THAT(text, HasSubstr("telemetry: 80000 axis samples published, 5 dropped, bridge restarted 2 times\n"));
   EXPECT_THAT(text, HasSubstr("  fault: out/axes.csv: cannot be written: No space left on device\n"));
   EXPECT_THAT(text, HasSubstr("out/axes.csv\n"));
@@ -167,7 +208,7 @@ TEST(RunReport, IncrementsStandBesideUnitsOnRequest) {
   auto report = report_of_a_run();
   EXPECT_THAT(to_text(report), Not(HasSubstr(" inc")));
   report.increments = true;
-  EXPECT_THAT(to_text(report), HasSubstr("  x                    0       0.12 rad      0.0305 rad         120.0 inc"
+  EXPECT_THAT(to_text(report), HasSubstr("  x                   0       0.12 rad    0.0305 rad         120.0 inc"
                                          "         30.50 inc\n"));
 }
 
@@ -206,8 +247,8 @@ TEST(RunReport, TellsWhatTheKernelHasCountedOfTheThreadOfTheCycle) {
   report.wake_ahead = nanoseconds{14'230};
   EXPECT_EQ(to_json(report)["realtime_thread"], json::parse(R"({"minor_faults": 12, "major_faults": 1,
     "voluntary_switches": 40010, "involuntary_switches": 31, "wake_ahead_ns": 14230})"));
-  EXPECT_THAT(to_text(report), HasSubstr("  thread of the cycle: 13 page faults (1 from disk), 40010 voluntary context "
-                                         "switches, 31 involuntary; it woke 14.2 us ahead\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("thread of the cycle: 13 page faults (1 from disk), it woke 14.2 us ahead\n"
+                                         "    context switches   40010 voluntary, 31 involuntary\n"));
 }
 
 TEST(RunReport, TextSaysWhenTelemetryWasOff) {

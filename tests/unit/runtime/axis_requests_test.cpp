@@ -94,6 +94,41 @@ TEST_F(AxisRequestsTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
   EXPECT_EQ(axis_requests.authority().owner_of(0), "") << "what is refused takes no axis";
 }
 
+TEST_F(AxisRequestsTest, RefusesMotionsThatLastTooLongWithTheBound) {
+  axis_requests.open(*single);
+  const auto who = caller("hand");
+  const std::string too_long =
+      "axis x: the motion would take longer than 100000 s, the longest that is possible; by then ";
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2e6)), too_long + "it covers at most 5.72958e+07 deg");
+  auto slow = ask(AxisCommand::kMoveRelative, -3.0);
+  slow.velocity = 1e-5;
+  EXPECT_EQ(refusal(who, 0, slow), too_long + "it covers at most 57.2958 deg");
+  auto soft = ask(AxisCommand::kMoveRelative, 3.0);
+  soft.acceleration = 1e-300;
+  soft.deceleration = 3e-300;
+  // 0.5 t^2 / (1 / a + 1 / d)
+  EXPECT_EQ(refusal(who, 0, soft), too_long + "it covers at most 2.14859e-289 deg");
+  auto jog = ask(AxisCommand::kMoveVelocity, 4.0);
+  jog.acceleration = 1e-6;
+  EXPECT_EQ(refusal(who, 0, jog), too_long + "it reaches at most 5.72958 deg/s");
+  jog.acceleration = 2.0;
+  jog.jerk = 1e-12;
+  EXPECT_EQ(refusal(who, 0, jog), too_long + "it reaches at most 0.143239 deg/s");
+  EXPECT_EQ(axis_requests.authority().owner_of(0), "") << "what is refused takes no axis";
+}
+
+TEST_F(AxisRequestsTest, RefusesPositionsThatCannotBeCounted) {
+  configs[0].increments_per_unit = 3000.0;
+  axis_requests.open(*single);
+  const auto who = caller("hand");
+  const std::string bounds = " deg is outside -8.39965e+10 deg to 8.39965e+10 deg";
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kSetPosition, 1e300)), "axis x: position 5.72958e+301" + bounds);
+  EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kDriveMoveRelative, -2e9)), "axis x: position -1.14592e+11" + bounds);
+  auto probe = ask(AxisCommand::kTouchProbe);
+  probe.window_last = 2e9;
+  EXPECT_EQ(refusal(who, 0, probe), "axis x: window 1.14592e+11" + bounds);
+}
+
 TEST_F(AxisRequestsTest, RefusesPlacesBeyondTheSoftwareLimits) {
   configs[0].software_limits = trajectory::PositionRange{-1.0, 2.0};
   axis_requests.open(*single);
@@ -103,6 +138,22 @@ TEST_F(AxisRequestsTest, RefusesPlacesBeyondTheSoftwareLimits) {
             "max_position)");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2.0)), "");
   EXPECT_EQ(refusal(who, 1, ask(AxisCommand::kMoveAbsolute, 2.5)), "") << "the other one has none";
+}
+
+TEST_F(AxisRequestsTest, AnAxisThatMustBeResetNamesTheCommand) {
+  AxisRefusal refusal;
+  refusal.why = AxisRefusal::Why::kByAxis;
+  refusal.error = ecat_master::AxisError::kErrorStop;
+  EXPECT_EQ(describe(events::event_axis(configs[1]), refusal),
+            "axis y: the axis is in ErrorStop and must be reset first; `driveline axis y reset` resets it");
+  GroupRefusal of_group;
+  of_group.why = GroupRefusal::Why::kByGroup;
+  of_group.error = ecat_master::GroupError::kErrorStop;
+  events::EventGroup group;
+  group.name = "table";
+  EXPECT_EQ(describe(group, of_group),
+            "group table: the group is in GroupErrorStop and must be reset first; `driveline group table reset` resets "
+            "it");
 }
 
 TEST_F(AxisRequestsTest, RefusesTorquesThatItCannotLead) {
@@ -265,6 +316,22 @@ TEST_F(AxisRequestsTest, WhoLeavesHisRequestsKeepsTheAxisUntilTheyAreOver) {
   axis_requests.watch();
   EXPECT_EQ(axis_requests.status(0).owner, "hand");
   EXPECT_THAT(refusal(caller("other"), 0, ask(AxisCommand::kMoveRelative, 1.0)), HasSubstr("commanded by hand"));
+}
+
+TEST_F(AxisRequestsTest, ARequestIsAcceptedWhenTheAxisHasTakenIt) {
+  axis_requests.open(*single);
+  const auto slower = axis_requests.submit(caller("hand"), 1, ask(AxisCommand::kSetOverride, 0.5));
+  const auto moved = axis_requests.submit(caller("hand"), 1, ask(AxisCommand::kMoveRelative, 1.5));
+  ASSERT_TRUE(slower && moved);
+  EXPECT_FALSE(axis_requests.progress(1, *slower).accepted) << "no cycle has taken it";
+  EXPECT_FALSE(axis_requests.progress(1, *moved).accepted);
+  cycle();
+  EXPECT_TRUE(axis_requests.progress(1, *slower).accepted);
+  const auto refused = axis_requests.progress(1, *moved);
+  EXPECT_FALSE(refused.accepted);
+  ASSERT_TRUE(refused.refusal);
+  EXPECT_EQ(describe(events::event_axis(configs[1]), *refused.refusal),
+            "axis y: the axis is not enabled; enable it first");
 }
 
 TEST_F(AxisRequestsTest, WhoGoesGivesHisAxesBack) {

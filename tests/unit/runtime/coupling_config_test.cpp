@@ -61,6 +61,28 @@ TEST_F(CouplingConfigTest, HasSlaveMasterAndLaw) {
   EXPECT_EQ(plan.cams[0].cam->kind(), trajectory::CamKind::kPeriodic);
 }
 
+TEST_F(CouplingConfigTest, ARatioMayHaveUnits) {
+  const std::string screw =
+      "[[virtual_axis]]\nname = \"w\"\nunit = \"mm\"\nmax_velocity = 100\nmax_acceleration = 1000\n"
+      "[[coupling]]\nslave = \"w\"\nmaster = \"x\"\nratio = ";
+  const auto with_units = read(screw + "[\"10 mm\", \"360deg\"]\n");
+  ASSERT_TRUE(with_units) << describe(with_units.error());
+  EXPECT_DOUBLE_EQ(with_units->couplings.couplings[0].ratio.travel(4.0 * 6.283185307179586), 0.04);
+  EXPECT_TRUE(with_units->couplings.couplings[0].ratio_given);
+  EXPECT_TRUE(with_units->notes.empty());
+  const auto without = read(screw + "[3, 2]\n");
+  ASSERT_TRUE(without) << describe(without.error());
+  EXPECT_DOUBLE_EQ(without->couplings.couplings[0].ratio.factor(), 1.5);
+  EXPECT_THAT(without->notes, testing::ElementsAre(HasSubstr(
+                                  "ratio: [3, 2] counts m of the slave per rad of its master; with units it is "
+                                  "[\"10 mm\", \"360 deg\"]")));
+  EXPECT_THAT(refusal(screw + "[\"360 deg\", \"10 mm\"]\n"),
+              HasSubstr("ratio: \"360 deg\": the travel of the linear slave is expected, such as \"10 mm\""));
+  for (const std::string ratio : {"[\"10 mm\"]", "[\"10\", \"360 deg\"]", "[\"0 mm\", \"360 deg\"]",
+                                  "[\"mm\", \"1 rev\"]", "[\"10 mm\", 360]", "[\"nan mm\", \"1 rev\"]"})
+    EXPECT_THAT(refusal(screw + ratio + "\n"), HasSubstr("[coupling 1] ratio")) << ratio;
+}
+
 TEST_F(CouplingConfigTest, RefusesWhatCannotBeWithFileAndLine) {
   const std::string x = "[[coupling]]\nslave = \"x\"\nmaster = ";
   EXPECT_THAT(refusal(x + "\"x\"\n"), HasSubstr(at(3) + "[coupling 1] master: \"x\" cannot be its own master"));

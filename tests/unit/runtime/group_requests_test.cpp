@@ -497,6 +497,10 @@ TEST_F(GroupByHand, WhatCannotBeIsRefusedBeforeItMoves) {
         arc.move.path.center = {0.0, 0.03};
         EXPECT_THAT(refusal(arc), HasSubstr("axis y: position"));
         EXPECT_THAT(refusal(move_to(std::numeric_limits<double>::quiet_NaN(), 0.0)), HasSubstr("group plotter: "));
+        EXPECT_THAT(
+            refusal(move_to(0.03, 0.04, 1e-300)),
+            HasSubstr("group plotter: the move would take longer than 100000 s, the longest that is possible; a "
+                      "feed of at least 0.000"));
         const auto taken = line->groups().add_moves(caller("hand"), 0, moves, true, true);
         EXPECT_TRUE(taken);
         EXPECT_EQ(taken ? taken->count : 0U, 1U) << "the second one is refused when it comes by itself";

@@ -210,22 +210,41 @@ TEST_F(RecorderTest, DroppedSamplesCostTheirRowAndNoOther) {
   feed(recorder, {sample(8, 0), sample(8, 1)});
   recorder.finish({});
   EXPECT_EQ(recorder.rows(), 2U);
-  EXPECT_FALSE(recorder.cut_off_at_s());
+  EXPECT_FALSE(recorder.begins_at_s());
   const auto text = read(csv());
   EXPECT_THAT(text,
               testing::HasSubstr("\n0.000000,1,1,0,1,1,0,0.1,0.1,0,0,0,0\n0.000875,8,8,0,8,8,0,0.8,0.8,0,0,0,0\n"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }
 
-TEST_F(RecorderTest, RecordingEndsAtTheLongestButErrorsGoOn) {
+TEST_F(RecorderTest, TheFileHasTheEndOfALongRunAndTheFiguresAllOfIt) {
+  constexpr std::uint64_t kPart = Recorder::kMaxRows / LastRows::kParts;
+  constexpr std::uint64_t kCycles = Recorder::kMaxRows + kPart + 7;
   Recorder recorder(two_axes(), csv(), 1);
-  for (std::uint64_t cycle = 0; cycle <= Recorder::kMaxRows; ++cycle)
+  for (std::uint64_t cycle = 0; cycle < kCycles; ++cycle)
+    feed(recorder, {sample(cycle, 0, cycle == 3 ? 2.0 : 0.0), sample(cycle, 1)});
+  recorder.finish({});
+  EXPECT_FALSE(recorder.problem());
+  constexpr std::uint64_t kFirst = 2 * kPart;
+  EXPECT_EQ(recorder.rows(), kCycles - kFirst);
+  EXPECT_NEAR(recorder.begins_at_s().value(), static_cast<double>(kFirst) * 125e-6, 1e-9);
+  const auto text = read(csv());
+  EXPECT_EQ(static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n')), kCycles - kFirst + 1);
+  EXPECT_THAT(text, testing::StartsWith("time[s],"));
+  const auto first = text.find('\n') + 1;
+  EXPECT_EQ(text.substr(first, 15), "7.500000,60000,") << "time since the start of the recording";
+  EXPECT_THAT(text.substr(text.rfind('\n', text.size() - 2)), testing::StartsWith("\n18.750750,150006,"));
+  EXPECT_EQ(recorder.following_errors()[0].maximum, 2.0);
+  EXPECT_THAT(files(), ElementsAre("axes.csv"));
+}
+
+TEST_F(RecorderTest, AFullRecordingIsComplete) {
+  Recorder recorder(two_axes(), csv(), 1);
+  for (std::uint64_t cycle = 0; cycle < Recorder::kMaxRows; ++cycle)
     feed(recorder, {sample(cycle, 0), sample(cycle, 1)});
-  feed(recorder, {sample(Recorder::kMaxRows + 1, 0, 2.0), sample(Recorder::kMaxRows + 1, 1)});
   recorder.finish({});
   EXPECT_EQ(recorder.rows(), Recorder::kMaxRows);
-  EXPECT_NEAR(recorder.cut_off_at_s().value(), static_cast<double>(Recorder::kMaxRows - 1) * 125e-6, 1e-9);
-  EXPECT_EQ(recorder.following_errors()[0].maximum, 2.0);
+  EXPECT_FALSE(recorder.begins_at_s());
 }
 
 TEST_F(RecorderTest, WithoutRowsThereIsNoFileAndAnOlderOneStays) {

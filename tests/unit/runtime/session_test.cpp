@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
+#include <cstdint>
+#include <vector>
+
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -64,6 +68,36 @@ TEST_F(SessionTest, NoBusIsMisuse) {
   ASSERT_FALSE(session);
   EXPECT_EQ(session.error().kind, ErrorKind::kCall);
   EXPECT_THAT(describe(session.error()), HasSubstr("a line description, a network interface, or both"));
+}
+
+TEST_F(SessionTest, OrdersToTheLineInThisProcessAreCarriedOutWithTheNextFrame) {
+  BusOptions options;
+  options.virtual_time = true;
+  const auto session = open(std::string(kSlave) + "[[slave]]\nname = \"y\"\n", options);
+  ASSERT_TRUE(session) << describe(session.error());
+  auto& orders = *(*session)->line_orders();
+  LineOrder order;
+  order.fault = {.kind = slaves::FaultKind::kPowerOff, .slave = 1};
+  order.number = 7;
+  ASSERT_TRUE(orders.order(order));
+  LineOrder answer;
+  EXPECT_FALSE(orders.next_answer(answer)) << "nothing has run the line";
+  EXPECT_TRUE((*session)->simulated_line()->slave(1).powered());
+  std::array<std::byte, 60> frame{};
+  static_cast<void>((*session)->port().send(frame));
+  ASSERT_TRUE(orders.next_answer(answer));
+  EXPECT_TRUE(answer.done);
+  EXPECT_EQ(answer.number, 7U);
+  EXPECT_FALSE((*session)->simulated_line()->slave(1).powered());
+  order.verb = LineOrder::Verb::kReportStates;
+  ASSERT_TRUE(orders.order(order));
+  static_cast<void>((*session)->port().send(frame));
+  StateChange change;
+  std::vector<std::uint16_t> off;
+  while (orders.next_change(change)) {
+    if (change.status.state == wire::AlState::kNone) off.push_back(change.slave);
+  }
+  EXPECT_EQ(off, (std::vector<std::uint16_t>{1}));
 }
 
 TEST_F(SessionTest, InterfaceOfTheFileHasNoVirtualTime) {

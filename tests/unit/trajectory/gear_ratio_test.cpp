@@ -35,6 +35,20 @@ TEST(GearRatio, RefusesWhatIsNoRatio) {
   EXPECT_TRUE(GearRatio::make(-kMaxGearNumber, kMaxGearNumber).has_value());
 }
 
+TEST(GearRatio, OfTwoDistancesHasAnyUnits) {
+  constexpr double kTurn = 6.283185307179586;
+  const auto screw = GearRatio::of_travel(0.01, kTurn).value();
+  EXPECT_DOUBLE_EQ(screw.travel(1000.0 * kTurn), 10.0);
+  EXPECT_DOUBLE_EQ(screw.factor(), 0.01 / kTurn);
+  const auto back = GearRatio::of_travel(kTurn, -0.025).value();
+  EXPECT_DOUBLE_EQ(back.travel(0.4), -16.0 * kTurn);
+  EXPECT_DOUBLE_EQ(back.factor(), -40.0 * kTurn);
+  for (const double wrong : {0.0, std::nan(""), HUGE_VAL, 1e-30, 1e30}) {
+    EXPECT_FALSE(GearRatio::of_travel(wrong, 3.0)) << wrong;
+    EXPECT_FALSE(GearRatio::of_travel(3.0, wrong)) << wrong;
+  }
+}
+
 // 355 : 113 of 10^9 increments is 3141592920 and 40 / 113: 113 * 3141592920 + 40 = 355 * 10^9.
 TEST(GearRatio, IsExactAfterAThousandMillionIncrements) {
   const auto ratio = GearRatio::make(355, 113).value();

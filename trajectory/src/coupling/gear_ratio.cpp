@@ -1,5 +1,6 @@
 #include "driveline/trajectory/gear_ratio.hpp"
 
+#include <cmath>
 #include <numeric>
 
 namespace driveline::trajectory {
@@ -25,8 +26,20 @@ tl::expected<GearRatio, GearError> GearRatio::make(std::int64_t numerator, std::
   return GearRatio(numerator / common, denominator / common);
 }
 
+std::optional<GearRatio> GearRatio::of_travel(double slave, double master) {
+  constexpr auto kMost = static_cast<double>(kMaxGearNumber);
+  const double factor = std::abs(slave / master);
+  // A zero or a value that is not finite makes the factor 0, infinite or NaN.
+  if (!std::isfinite(slave) || !(factor >= 1.0 / kMost && factor <= kMost)) return std::nullopt;
+  GearRatio ratio;
+  ratio.slave_ = master < 0.0 ? -slave : slave;
+  ratio.master_ = std::abs(master);
+  return ratio;
+}
+
 double GearRatio::travel(double master) const noexcept {
-  return master * static_cast<double>(numerator_) / static_cast<double>(denominator_);
+  // One of the two pairs is 1 : 1, so only two operations round.
+  return master * static_cast<double>(numerator_) * slave_ / (static_cast<double>(denominator_) * master_);
 }
 
 /// Split into whole turns of the denominator and a remainder, whose product is below 2^62.

@@ -121,6 +121,9 @@ class Line {
   /// Diagnoses the running line. Call on the owner's thread, in Observer::poll(). Errors: the line is not in operation
   /// (kCall), errors of the bus (kLine).
   [[nodiscard]] Result<ecat_master::LineDiagnosis> diagnose();
+  /// Returns the master of the line, for mailboxes and registers of its slaves; states and configuration belong to the
+  /// line. Call on the owner's thread, in Observer::poll(). Null: the line is not in operation.
+  [[nodiscard]] ecat_master::Master* master() noexcept;
   /// Returns ports, addresses and counters of EoE; none: the line has no [eoe] or is not in operation yet. Call on the
   /// owner's thread, in Observer::poll().
   [[nodiscard]] std::optional<EoeReport> eoe() const;

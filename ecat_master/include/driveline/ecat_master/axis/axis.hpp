@@ -122,6 +122,11 @@ struct AxisConfig {
 /// AxisConfig::position_tolerance if set, else the distance covered in 1 ms at maximum velocity, at least 0.05 rad or
 /// 0.001 m. \rtsafe
 [[nodiscard]] double position_tolerance(const AxisConfig& axis) noexcept;
+/// Highest magnitude of a position in requests, rad or m: 2^42 increments. Beyond it, a double with its 53 bits would
+/// resolve less than 1/1024 increment. \rtsafe
+[[nodiscard]] double farthest_position(const AxisConfig& axis) noexcept;
+/// Whether a position or a distance in requests is within farthest_position(). \rtsafe
+[[nodiscard]] bool representable(const AxisConfig& axis, double position) noexcept;
 
 /// Cycles by which the actual position of the axis lags behind its setpoints if the drive closes the position loop; 0
 /// if the master does.
@@ -234,6 +239,9 @@ class Axis {
   /// `called`. Returns both positions as they count from now on; they differ from `before` if a compensation was
   /// waiting for homing.
   [[nodiscard]] Homed home(const Homed& before, double called, bool forward) noexcept;
+  /// Whether 607Ah can hold `position`, in drive positions: a target is either within half the range of the drive
+  /// around its present position, where it may wrap around, or a number of 32 bits. \rtsafe
+  [[nodiscard]] bool holds_target(double position) const noexcept;
   /// Converts a position that the drive reported in increments, near its present position, to rad or m, as
   /// AxisInputs::position.
   [[nodiscard]] double position_of(std::int32_t increments) const noexcept;

@@ -50,6 +50,13 @@ enum class AxisCommand : std::uint8_t {
          command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
 }
 
+/// Whether `target` of the request is a position or a distance. \rtsafe
+[[nodiscard]] constexpr bool names_position(AxisCommand command) noexcept {
+  return leads_to_position(command) || command == AxisCommand::kMoveSuperimposed ||
+         command == AxisCommand::kSetPosition || command == AxisCommand::kDriveMoveAbsolute ||
+         command == AxisCommand::kDriveMoveRelative;
+}
+
 /// Whether the drive itself generates the motion, at a velocity. \rtsafe
 [[nodiscard]] constexpr bool runs_by_drive(AxisCommand command) noexcept {
   return command == AxisCommand::kDriveMoveVelocity || command == AxisCommand::kDriveRun;
@@ -158,6 +165,8 @@ enum class AxisError : std::uint8_t {
   kDirection,       ///< a direction needs kMoveAbsolute of an axis with a modulo
   kVelocityCount,   ///< 6042h cannot hold the velocity, or its unit (604Ch) is not known
   kTargetTimeout,   ///< the drive has not reached its target in time
+  kTooLong,         ///< the motion would last longer than trajectory::kLongestProfileSeconds
+  kTooFar,          ///< a position beyond farthest_position(), or a target that 607Ah cannot hold
   kInGroup,         ///< the axis belongs to an enabled group (AxisGroups)
   // Errors of a gantry.
   kGantryFollower,  ///< the axis is a follower; requests go to its leader

@@ -72,6 +72,11 @@ class SingleAxes final : public MotionControl {
   [[nodiscard]] std::uint64_t submit(std::size_t axis, const AxisRequest& request) noexcept;
   /// Progress of a request.
   [[nodiscard]] RequestReport report(std::uint64_t request) const noexcept { return table_.report(request); }
+  /// Whether the cycle has taken a request that is not a stop. A motion that is still kWaiting then waits for its turn:
+  /// the axis has accepted it.
+  [[nodiscard]] bool taken(std::uint64_t request) const noexcept {
+    return request <= taken_.load(std::memory_order_acquire);
+  }
   /// State of an axis as of the last cycle; its values may come from two cycles.
   [[nodiscard]] AxisReport axis_report(std::size_t axis) const noexcept;
   /// Number of the gantry that an axis belongs to; none: it is a single axis.
@@ -148,6 +153,7 @@ class SingleAxes final : public MotionControl {
   RequestTable table_;
   std::mutex submit_mutex_;  ///< serialises submitting threads, for the time of a copy; the cycle never locks it
   rt::SpscRing<NumberedRequest> requests_;
+  std::atomic<std::uint64_t> taken_{0};  ///< number of the last request taken from requests_, which is in their order
   std::unique_ptr<Stops> stops_;
   std::unique_ptr<Shared[]> shared_;
   std::vector<Feed> feeds_;

@@ -228,6 +228,9 @@ class SingleAxis {
   [[nodiscard]] trajectory::ProfileLimits limits_of(const AxisRequest& request, double way,
                                                     const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] trajectory::ProfileLimits full_limits() const noexcept;
+  [[nodiscard]] trajectory::ProfileLimits rest_limits(const AxisRequest& request) const noexcept;
+  [[nodiscard]] trajectory::ProfileLimits run_limits(const AxisRequest& request, double velocity) const noexcept;
+  [[nodiscard]] std::optional<double> end_of_run(double velocity) const noexcept;
   [[nodiscard]] double most_acceleration() const noexcept;
   void advance_motion(const trajectory::AxisSetpoint* fed, bool waits) noexcept;
   void bridge() noexcept;
@@ -246,7 +249,10 @@ class SingleAxis {
   void rest() noexcept;
   void stay_at(double position) noexcept;
   [[nodiscard]] bool in_range(double position) const noexcept;
-  [[nodiscard]] bool reachable(const Move& move) const noexcept;
+  [[nodiscard]] AxisError refusal_of_motion(const Move& move) const noexcept;
+  [[nodiscard]] std::optional<trajectory::Profile> way_to(double target, const AxisRequest& request) const noexcept;
+  [[nodiscard]] bool velocity_in_time(const AxisRequest& request) const noexcept;
+  [[nodiscard]] bool can_continue() const noexcept;
   [[nodiscard]] bool leaves_range(const trajectory::AxisSetpoint& from) const noexcept;
   [[nodiscard]] bool plan_on() noexcept;
   [[nodiscard]] double velocity_below() noexcept;

@@ -41,6 +41,7 @@ struct AxisProgress {
   ecat_master::RequestReport report;          ///< phase and reason
   std::optional<AxisRefusal> refusal{};       ///< reason with its facts; none: the request has not failed
   std::optional<double> recorded_position{};  ///< recorded by AxisCommand::kTouchProbe, rad or m, as requests count
+  bool accepted = false;  ///< the axis has accepted the request, which may still wait for its turn, or be over
 };
 
 /// State of an axis, and its owner.
@@ -162,6 +163,8 @@ class AxisRequests {
                                             ecat_master::AxisCommand command) const;
   [[nodiscard]] bool takes_over(const AxisCaller& caller, std::size_t axis) const;
   [[nodiscard]] AxisProgress progress_of(std::size_t axis, std::uint64_t request) const;
+  [[nodiscard]] bool accepted(std::size_t axis, std::uint64_t request, ecat_master::RequestPhase phase,
+                              bool taken) const;
   [[nodiscard]] bool is_probe(std::uint64_t request) const;
   void stop_axis(std::size_t axis);
   void drop(Pending& pending);

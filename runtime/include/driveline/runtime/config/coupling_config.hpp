@@ -46,6 +46,7 @@ struct CouplingConfig {
   bool actual = false;                   ///< the slave follows the actual position of the master, not its setpoints
   std::optional<std::size_t> encoder{};  ///< ... or number of the master encoder
   trajectory::GearRatio ratio{};         ///< default gear ratio
+  bool ratio_given = false;              ///< the file contains the ratio
   std::optional<std::size_t> cam{};      ///< number of the default cam; none: the line has no cam, or several
   trajectory::OnLoss on_loss = trajectory::OnLoss::kFollow;  ///< reaction if the slave cannot follow
   std::string place;                                         ///< place in the file

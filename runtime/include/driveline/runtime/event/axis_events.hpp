@@ -31,6 +31,7 @@ struct AxisRefusal {
     kProbeTaken,      ///< `owner` waits for the touch probe of the axis
     kNotANumber,      ///< `quantity` is not finite, or a magnitude is negative
     kOutside,         ///< `quantity` has the value `value`; `lowest` to `highest` are possible
+    kTooLong,         ///< would last longer than trajectory::kLongestProfileSeconds; `highest` is reached by then
     kNoVelocityGain,  ///< neither inertia nor velocity gain: the master cannot close its loop in CST
     kTooMany,         ///< more requests than the cycle can accept
     kByAxis,          ///< refused by the axis itself, with `error`

@@ -76,7 +76,7 @@ struct NoProcessData;
 struct NotInInit;
 struct Progress;
 struct RealtimeSetUp;
-struct RecordingEnded;
+struct RecordingShortened;
 struct ScaleDiffers;
 struct SlaveNotBack;
 struct SlaveNotConnected;
@@ -121,7 +121,7 @@ using EventKinds = EventKindList<
     events::CommunicationNotBack, events::BusFailed, events::ClocksChanged, events::ExchangeGroupZeroed,
     events::ExchangeGroupReleased, events::MasterAway, events::MasterAwayOften, events::AxisPresenceChanged,
     events::AxesStopped, events::AxesNotOff, events::NotInInit, events::AxisNeverEnabled, events::AxisOffItsSetpoint,
-    events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded, events::RecordingEnded,
+    events::ForbiddenCalls, events::ForeignTraffic, events::FaultRecorded, events::RecordingShortened,
     events::CaptureIncomplete, events::FileNotWritten, events::EoeUp, events::EoeAddressRefused, events::GatewayUp,
     events::GatewayWritten, events::GatewayWriteRefused, events::AxisRequested, events::AxisRequestFailed,
     events::AxisProbed, events::CallerRefused, events::AxisLeaseLost, events::AxisFailed, events::AxisNotReset,

@@ -54,9 +54,9 @@ struct FaultRecorded {
   std::filesystem::path file;  ///< the file
   bool last = false;           ///< no further faults are recorded
 };
-/// The recording of the axes is full; the line continued.
-struct RecordingEnded {
-  double end_s = 0.0;      ///< time of the last row since the first one
+/// The recording of the axes has only the last part of the run.
+struct RecordingShortened {
+  double begin_s = 0.0;    ///< time of its first row since the start of the recording
   std::uint64_t rows = 0;  ///< rows of axes.csv
 };
 /// Frames are missing in the capture.

@@ -24,6 +24,8 @@ namespace driveline::runtime {
 struct GroupProgress {
   ecat_master::GroupRequestReport report;  ///< phase and reason
   std::optional<GroupRefusal> refusal{};   ///< reason with its facts; none: the request has not failed
+  /// The group has accepted the request: a move is planned, and may still wait for its turn, or be over.
+  bool accepted = false;
 };
 
 /// State of a group, and its owner.
@@ -127,6 +129,7 @@ class GroupRequests final : private GroupGuard {
   [[nodiscard]] GroupRefusal of_group(std::size_t group, const ecat_master::GroupRequestReport& report,
                                       std::uint64_t request) const;
   [[nodiscard]] GroupProgress progress_of(std::size_t group, std::uint64_t request) const;
+  [[nodiscard]] bool is_move(std::uint64_t request) const;
   [[nodiscard]] MoveLimits limits_of(std::size_t group) const;
   [[nodiscard]] std::vector<double> joints_of(std::size_t group) const;
   [[nodiscard]] std::vector<double> place_of(std::size_t group) const;

@@ -10,32 +10,10 @@
 #include "driveline/rt/clock.hpp"
 #include "driveline/rt/histogram.hpp"
 #include "driveline/rt/realtime_thread.hpp"
-#include "driveline/rt/spsc_ring.hpp"
+#include "driveline/runtime/setup/line_orders.hpp"
 #include "driveline/slaves/line/simulated_line.hpp"
 
 namespace driveline::runtime {
-
-/// A change of the AL state of a slave, for the owner of the server.
-struct StateChange {
-  std::uint16_t slave = 0;
-  wire::AlStatus status;
-  wire::AlStatusCode code = wire::AlStatusCode::kNoError;
-};
-
-/// A command to the server, and its result.
-struct LineOrder {
-  /// Starts or heals a fault, heals all faults, sets or reads a signal of a device.
-  enum class Verb : std::uint8_t { kBegin, kHeal, kHealAll, kSetSignal, kReadSignal };
-  Verb verb = Verb::kBegin;
-  slaves::Fault fault{};  ///< kBegin, kHeal
-  bool done = false;      ///< in an answer: the command was executed
-  /// \name kSetSignal, kReadSignal: slave, signal and value
-  /// @{
-  std::uint16_t slave = 0;
-  slaves::SignalId signal{};
-  double value = 0.0;  ///< value to set, or the value read
-  /// @}
-};
 
 /// Serves a simulated line on one or two ports: every received frame passes the slaves and leaves at the port to which
 /// the wiring leads. A frame is answered at once; the slaves' firmware is simulated afterwards, at most 90 us later
@@ -73,12 +51,14 @@ class LineServer final : public rt::RealtimeTask {
   [[nodiscard]] std::uint64_t send_failures() const noexcept { return send_failures_.load(std::memory_order_relaxed); }
 
   // Called only on the thread of the owner.
+  /// Returns the queue of commands to the line, and of its answers and changes of state.
+  [[nodiscard]] LineOrders& orders() noexcept { return orders_; }
   /// Takes the next change of state; false: there is none.
-  [[nodiscard]] bool next_change(StateChange& change) noexcept { return changes_.try_pop(change); }
+  [[nodiscard]] bool next_change(StateChange& change) noexcept { return orders_.next_change(change); }
   /// Queues a command; false: the queue is full.
-  [[nodiscard]] bool order(const LineOrder& order) noexcept { return orders_.try_push(order); }
+  [[nodiscard]] bool order(const LineOrder& order) noexcept { return orders_.order(order); }
   /// Takes the next answer to a command; false: there is none.
-  [[nodiscard]] bool next_answer(LineOrder& answer) noexcept { return answers_.try_pop(answer); }
+  [[nodiscard]] bool next_answer(LineOrder& answer) noexcept { return orders_.next_answer(answer); }
   /// Requests the turn-around times since the last window; take_window() returns them shortly afterwards.
   void request_window() noexcept;
   /// Takes the requested window; false: it is not ready yet.
@@ -105,8 +85,6 @@ class LineServer final : public rt::RealtimeTask {
   void hold(std::span<const std::byte> frame, std::size_t port, Nanoseconds due) noexcept;
   void release_held(Nanoseconds now) noexcept;
   void housekeep(Nanoseconds now) noexcept;
-  void carry_out(LineOrder order, Nanoseconds now) noexcept;
-  void watch_states() noexcept;
   void rest(Nanoseconds until) noexcept;
 
   slaves::SimulatedLine& line_;
@@ -117,7 +95,6 @@ class LineServer final : public rt::RealtimeTask {
   std::vector<Held> held_;
   std::size_t first_held_ = 0;
   std::size_t held_count_ = 0;
-  std::vector<wire::AlStatus> states_;
   Nanoseconds next_housekeeping_{0};
 
   // The slaves' firmware is advanced a few slaves at a time, so that frames do not wait for all of them.
@@ -131,9 +108,7 @@ class LineServer final : public rt::RealtimeTask {
   Nanoseconds interval_{0};
   bool rested_ = true;
 
-  rt::SpscRing<StateChange> changes_;
-  rt::SpscRing<LineOrder> orders_;
-  rt::SpscRing<LineOrder> answers_;
+  LineOrders orders_;
   std::array<rt::Histogram, 2> windows_;
   std::size_t filled_ = 0;  ///< window in which the server records
   std::size_t taken_ = 0;   ///< window that the owner takes next

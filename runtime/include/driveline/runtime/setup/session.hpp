@@ -15,6 +15,7 @@
 #include "driveline/port/interface_port.hpp"
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/runtime/setup/composition.hpp"
+#include "driveline/runtime/setup/line_orders.hpp"
 
 namespace driveline::runtime {
 
@@ -75,6 +76,9 @@ class Session {
   [[nodiscard]] port::RedundantPort* ring() const noexcept { return ring_.get(); }
   /// Returns the line in this process; null: the bus is a network interface.
   [[nodiscard]] slaves::SimulatedLine* simulated_line() const noexcept { return line_.get(); }
+  /// Returns the commands to the line in this process, which are executed when a frame is sent; for one thread at a
+  /// time. Null: the bus is a network interface.
+  [[nodiscard]] LineOrders* line_orders() const noexcept { return orders_.get(); }
   /// An interface of the bus, and how it was opened.
   struct Wire {
     std::string interface;                ///< name of the interface
@@ -111,6 +115,8 @@ class Session {
   bool cycle_ = false;
   std::unique_ptr<rt::Clock> clock_;
   std::unique_ptr<slaves::SimulatedLine> line_;
+  std::unique_ptr<LineOrders> orders_;
+  std::unique_ptr<port::Port> ordered_;     ///< the primary interface of line_, which executes the commands
   std::vector<port::InterfaceLock> locks_;  ///< none: not claimed
   std::unique_ptr<port::InterfacePort> end_;
   std::unique_ptr<port::InterfacePort> end2_;

@@ -33,6 +33,8 @@ class TomlReader {
   [[nodiscard]] bool has(std::string_view key);
   /// Whether the value of this key is a string.
   [[nodiscard]] bool is_text(std::string_view key);
+  /// Whether the value of this key is an array whose first element is a string.
+  [[nodiscard]] bool holds_texts(std::string_view key);
   /// Returns a string.
   [[nodiscard]] std::string text(std::string_view key);
   /// Returns a string; `fallback` if the key is missing.

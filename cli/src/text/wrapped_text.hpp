@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace driveline::cli {
+
+/// Columns of the narrowest terminal that text is made for.
+inline constexpr std::size_t kTextColumns = 80;
+
+/// `prefix` and `text`, in lines of at most kTextColumns where the words permit it; further lines are indented by the
+/// length of `prefix`. No line feed at the end.
+[[nodiscard]] std::string wrapped(std::string_view prefix, std::string_view text);
+
+}  // namespace driveline::cli
