@@ -343,8 +343,9 @@ class Plot(ClientTest):
         for axis in AXES:
             self.assertIn(f">{axis} in rad<", picture)
         self.assertEqual(picture.count("demand (6062h)"), 1, "of the one drive that tells it")
-        for words in ("commanded", "actual", "following error", "error in rad", "time in s"):
-            self.assertIn(words, picture)
+            self.assertRegex(picture, rf">{axis} error in (1e-\d )?rad<")
+        for words in ("commanded", "actual", "following error", "time in s"):
+            self.assertEqual(picture.count(f">{words}<"), 1, "one legend, and the time below the last panel")
         self.assertGreater(self.curve_points(picture), 1000)
         self.check_events(picture)
         one = self.run_program("plot", "run.mcap", "--axis", "y", "--output", "y.svg")
