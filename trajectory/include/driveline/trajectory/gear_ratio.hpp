@@ -18,6 +18,11 @@ struct GearError {
   [[nodiscard]] std::string message() const;
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const GearError& error) {
+  return error.message();
+}
+
 /// Ratio of an electronic gear, two integers: the slave moves numerator / denominator times as far as the master. A
 /// plain value.
 ///
