@@ -104,7 +104,7 @@ void AxisRequests::close() {
     auto rest = take_due_calls(true);
     std::move(rest.begin(), rest.end(), std::back_inserter(due));
   }
-  make(std::move(due));
+  call_back(std::move(due));
 }
 
 void AxisRequests::guard(GroupGuard* groups) {
@@ -353,7 +353,7 @@ std::vector<AxisRequests::Call> AxisRequests::take_due_calls(bool all) {
 }
 
 /// Wakes the threads in wait(), and makes the calls without the lock.
-void AxisRequests::make(std::vector<Call> calls) {
+void AxisRequests::call_back(std::vector<Call> calls) {
   watched_.notify_all();
   for (const auto& call : calls) call.settled(call.progress);
 }
@@ -412,7 +412,7 @@ void AxisRequests::watch() {
     watch_requests();
     watch_leaving();
   }
-  make(std::move(due));
+  call_back(std::move(due));
 }
 
 void AxisRequests::watch_leases() {

@@ -198,7 +198,7 @@ class AxisRequests {
   void watch_requests();
   void watch_leaving();
   [[nodiscard]] std::vector<Call> take_due_calls(bool all);
-  void make(std::vector<Call> calls);
+  void call_back(std::vector<Call> calls);
 
   const std::vector<ecat_master::AxisConfig>& axes_;
   const rt::Clock& clock_;
