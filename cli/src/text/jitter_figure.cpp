@@ -21,6 +21,8 @@ constexpr double kMissedAt = 6.0;
 constexpr double kMissedWidth = 8.0;
 /// Space around the extra bars of a logarithmic axis, as a factor.
 constexpr double kLogMargin = 1.8;
+/// Space for the label of the longest delay, which is right of it, as a factor.
+constexpr double kLabelRoom = 4.0;
 
 /// Splits the name of a case: "idle_cycle_pure_sleep" into "idle" and "cycle_pure_sleep".
 std::pair<std::string, std::string> state_and_way(const std::string& name) {
@@ -188,7 +190,7 @@ std::optional<BenchFigure> log_figure_of(const std::string& state, const std::st
       "set key outside right top\nset lmargin 11\nset rmargin 24\nset xlabel 'us'\nset ylabel 'instants'\n",
       kPanelHeight * static_cast<int>(rows.size()) + 40, figure.name, rows.size(),
       gnuplot_text(fmt::format("{}, {}; red line: the period", metric, state)), lowest_us / kLogMargin / 1.1,
-      highest_us * kLogMargin * 1.1);
+      highest_us * kLabelRoom);
   int panel = 0;
   for (const auto* row : rows) {
     const auto way = state_and_way((*row)["case"].get<std::string>()).second;
