@@ -22,7 +22,7 @@ constexpr double kMissedWidth = 8.0;
 /// Space around the extra bars of a logarithmic axis, as a factor.
 constexpr double kLogMargin = 1.8;
 /// Space for the label of the longest delay, which is right of it, as a factor.
-constexpr double kLabelRoom = 4.0;
+constexpr double kLabelRoom = 6.0;
 
 /// Splits the name of a case: "idle_cycle_pure_sleep" into "idle" and "cycle_pure_sleep".
 std::pair<std::string, std::string> state_and_way(const std::string& name) {
