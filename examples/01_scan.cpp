@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   if (argc > 1) {
     auto port = port::RawSocketPort::open({argv[1]}, clock);
     if (!port) {
-      std::puts(port.error().message.c_str());
+      std::puts(port::describe(port.error()).c_str());
       return 1;
     }
     line = std::move(*port);

@@ -39,7 +39,7 @@ int main() {
   std::vector<ecat_master::Axis> axes;
   if (done) axes.emplace_back(config, master.image().places()[0], plan.pdos);
   if (!done || !path) {
-    std::puts(done ? path.error().message().c_str() : ecat_master::describe(done.error()).c_str());
+    std::puts(done ? trajectory::describe(path.error()).c_str() : ecat_master::describe(done.error()).c_str());
     return 1;
   }
   ecat_master::Motion motion(std::move(axes), trajectory::Interpolator::clamped_spline(*path), {});

@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
   const auto lock = port::InterfaceLock::take(argv[1]);  // an interface has a single master
   if (!lock) return fail(std::string(argv[1]) + " has a master already");
   const auto port = port::RawSocketPort::open({argv[1]}, clock);
-  if (!port) return fail(port.error().message);
+  if (!port) return fail(port::describe(port.error()));
   ecat_master::Master master(**port, clock);
   if (const auto found = master.scan(); !found) return fail(ecat_master::describe(found.error()));
 
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   std::vector<trajectory::AxisLimits> limits;
   for (const auto& axis : configs) limits.push_back(axis.limits);
   if (const auto checked = trajectory::check_limits(*path, limits, 1e-3); !checked)
-    return fail(checked.error().message());
+    return fail(trajectory::describe(checked.error()));
   if (const auto done = master.configure(plans); !done) return fail(ecat_master::describe(done.error()));
 
   std::vector<ecat_master::Axis> axes;
@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
   const auto started = master.start_cycle(&motion, {}, cycle, [&](ecat_master::CyclicCore& core) {
     return std::make_unique<ecat_master::RealtimeRunner>(core, clock, realtime, 0us);
   });
-  if (!started) return fail(started.error().message());
+  if (!started) return fail(rt::describe(started.error()));
   for (const auto& line : rt::to_lines(static_cast<ecat_master::RealtimeRunner*>(master.runner())->report()))
     std::puts(line.c_str());
   if (const auto up = master.go_operational(); !up) return fail(ecat_master::describe(up.error()));

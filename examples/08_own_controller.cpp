@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <numbers>
 
-#include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/runtime/line.hpp"
 
 using namespace driveline;
@@ -88,22 +87,15 @@ int run(const char* file, const runtime::Line::Options& options, std::uint32_t d
   auto& line = **opened;
   if (line.config().axes.empty()) return fail("the line description has no [[axis]]");
 
-  bridge::DdsConfig dds;
-  dds.domain_id = line.config().telemetry.domain;
-  dds.line_name = line.config().name;
-  for (const auto& axis : line.config().axes) dds.axes.push_back({.name = axis.name});
-  const auto publisher = bridge::DdsPublisher::create(dds);
-  if (!publisher) return fail(bridge::describe(publisher.error()));
-
   Spring spring;
   Console console(line);
   line.observe(console);
-  line.add(**publisher);
   const runtime::TaskPlan plan{
       .name = "spring", .timing = {.divider = divider}, .drives = {line.config().axes[0].name}};
   if (auto added = line.add(spring, plan); !added) return fail(runtime::describe(added.error()));
   runtime::Line::RunSettings settings;
   settings.duration_s = kRunSeconds;
+  settings.telemetry = true;  // by the process driveline-bridge, where it is installed
   const auto report = line.run(settings);
   if (!report) return fail(runtime::describe(report.error()));
 
@@ -118,7 +110,7 @@ int run(const char* file, const runtime::Line::Options& options, std::uint32_t d
   std::printf("  %llu cycles, %llu periods missed, %llu samples of the axis published\n",
               static_cast<unsigned long long>(report->statistics.cycles),
               static_cast<unsigned long long>(report->statistics.missed_periods),
-              static_cast<unsigned long long>((*publisher)->counters().published));
+              static_cast<unsigned long long>(report->telemetry ? report->telemetry->published : 0));
   for (const auto& [what, where] : report->files) std::printf("  %s: %s\n", what.c_str(), where.c_str());
   return report->failure() == nullptr ? 0 : fail(runtime::describe(*report->failure()));
 }

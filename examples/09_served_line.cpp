@@ -191,13 +191,13 @@ int serve(const char* file, const char* interface, const runtime::DeviceRegistry
   socket.interface = interface;
   socket.arrival_times = true;
   const auto port = port::RawSocketPort::open(socket, clock);
-  if (!port) return fail(port.error().message);
+  if (!port) return fail(port::describe(port.error()));
   const auto line = runtime::make_simulated_line(*config, clock, false);
   runtime::LineServer server(*line, **port, clock);
   auto realtime = config->realtime;
   realtime.policy = rt::RealtimePolicy::kDegrade;
   rt::RealtimeThread thread;
-  if (const auto started = thread.start(realtime, server); !started) return fail(started.error().message());
+  if (const auto started = thread.start(realtime, server); !started) return fail(rt::describe(started.error()));
   std::fprintf(stderr, "%zu slaves on %s; Ctrl-C ends\n", line->size(), interface);
   while (interrupted == 0) std::this_thread::sleep_for(20ms);
   thread.request_stop();

@@ -294,6 +294,7 @@ def types_text(types):
 class Row:
     topic: str
     structure: Structure
+    reliable: bool
     kept: bool
     counter: str = ""
     counter_of: str = ""
@@ -304,14 +305,14 @@ class Row:
 
 def read_row(words, types, fail):
     if len(words) != 5:
-        fail("five words are expected: topic, type, reader, gaps, rows")
-    topic, name, reader, gaps, rows = words
+        fail("five words are expected: topic, type, writer, gaps, rows")
+    topic, name, writer, gaps, rows = words
     structure = types.get(name)
     if not isinstance(structure, Structure):
         fail(f"no structure {name} in the IDL")
-    if reader not in ("best_effort", "kept"):
-        fail(f"reader {reader!r} is neither best_effort nor kept")
-    row = Row(topic, structure, reader == "kept")
+    if writer not in ("best_effort", "reliable", "kept"):
+        fail(f"writer {writer!r}: best_effort, reliable or kept is expected")
+    row = Row(topic, structure, writer != "best_effort", writer == "kept")
     if gaps != "-":
         row.counter, _, row.counter_of = gaps.partition("/")
     if rows != "-":
@@ -356,9 +357,9 @@ def read_topics(file, types):
 
 
 def row_text(row, types):
-    flag = str(row.kept).lower()
+    flags = f"{str(row.reliable).lower()}, {str(row.kept).lower()}"
     return (f'    {{"{row.topic}", "{row.structure.name}", "{ros_name(row.structure.name, "/msg/")}", '
-            f'R"schema({schema(row.structure, types)})schema",\n     &{symbol(row.structure.name)}, {flag}, "{row.counter}", '
+            f'R"schema({schema(row.structure, types)})schema",\n     &{symbol(row.structure.name)}, {flags}, "{row.counter}", '
             f'"{row.counter_of}", "{row.rows}", "{row.partner_index}", "{row.partners}"}},')
 
 

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "mcap_format.hpp"
+#include "mcap_ros2.hpp"
 #include "recording.hpp"
 #include "recording_file.hpp"
 
@@ -62,11 +63,12 @@ class McapRecording final : public Recording {
     Writer head;
     head.bytes(mcap::kMagic);
     const auto header = head.begin(Opcode::kHeader);
-    head.string("");  // no profile: the schemas define times and topics
+    head.string(mcap::kRos2Profile);
     head.string(kLibrary);
     head.end(header);
     add_schemas(head);
     add_channels(head);
+    add_metadata(head);
     constexpr std::uint64_t kOffsetOfChunkIndices = 26;  // size in the summary, once there are any
     end_size_ = end_of_file().size() + kOffsetOfChunkIndices;
     return add_piece(head);
@@ -158,11 +160,37 @@ class McapRecording final : public Recording {
       const auto channel = to.begin(Opcode::kChannel);
       to.number(id_of(i));
       to.number(id_of(i));
-      to.string(topics_[i]->name);
+      to.string(mcap::recorded_name(*topics_[i]));
       to.string("cdr");
-      to.number(std::uint32_t{0});  // no metadata
+      add_entry(to, mcap::kOfferedQosKey, mcap::offered_qos_profiles(*topics_[i]));
       to.end(channel);
     }
+  }
+
+  /// Writes a map with one entry, preceded by its length.
+  static void add_entry(Writer& to, std::string_view key, std::string_view value) {
+    constexpr std::size_t kLengths = 2 * sizeof(std::uint32_t);
+    to.number(static_cast<std::uint32_t>(kLengths + key.size() + value.size()));
+    to.string(key);
+    to.string(value);
+  }
+
+  /// The record by which players of ROS 2 know how to read the metadata of the channels. `to` is the start of the file.
+  void add_metadata(Writer& to) {
+    metadata_at_ = to.size();
+    const auto metadata = to.begin(Opcode::kMetadata);
+    to.string(mcap::kRos2Metadata);
+    add_entry(to, mcap::kRos2DistroKey, mcap::kRos2Distro);
+    to.end(metadata);
+    metadata_length_ = to.size() - metadata_at_;
+  }
+
+  void add_metadata_index(Writer& to) const {
+    const auto index = to.begin(Opcode::kMetadataIndex);
+    to.number(std::uint64_t{metadata_at_});
+    to.number(std::uint64_t{metadata_length_});
+    to.string(mcap::kRos2Metadata);
+    to.end(index);
   }
 
   /// Writes the chunk and its message indices.
@@ -221,7 +249,7 @@ class McapRecording final : public Recording {
     to.number(static_cast<std::uint16_t>(topics_.size()));
     to.number(static_cast<std::uint32_t>(topics_.size()));
     to.number(std::uint32_t{0});  // attachments
-    to.number(std::uint32_t{0});  // metadata
+    to.number(std::uint32_t{1});  // metadata
     to.number(static_cast<std::uint32_t>(chunks_.size()));
     to.number(messages == 0 ? 0 : first_ns_);
     to.number(last_ns_);
@@ -250,6 +278,7 @@ class McapRecording final : public Recording {
     group(Opcode::kSchema, [&] { add_schemas(end); });
     group(Opcode::kChannel, [&] { add_channels(end); });
     group(Opcode::kStatistics, [&] { add_statistics(end); });
+    group(Opcode::kMetadataIndex, [&] { add_metadata_index(end); });
     group(Opcode::kChunkIndex, [&] {
       for (const auto& entry : chunks_) add_chunk_index(end, entry);
     });
@@ -279,6 +308,8 @@ class McapRecording final : public Recording {
   std::vector<const Topic*> topics_;
   std::vector<std::uint64_t> written_;  ///< number of samples per topic
   std::vector<std::uint64_t> waiting_;  ///< number of samples per topic in the unfinished chunk
+  std::size_t metadata_at_ = 0;         ///< offset of the metadata record in the file
+  std::size_t metadata_length_ = 0;
   mcap::Crc data_crc_;
   std::vector<ChunkEntry> chunks_;
   std::uint64_t end_size_ = 0;  // size of the end of the file if it ended now

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <memory>
@@ -21,12 +22,17 @@ namespace {
 // Dimensions of a picture in pixels.
 constexpr double kWidth = 760;
 constexpr double kPanelHeight = 110;  // of each of the two panels of an axis
-constexpr double kSpacing = 55;       // between panels: tics and legend
-constexpr double kAbove = 40;
+constexpr double kSpacing = 48;       // between panels: ticks, and the name of the lower one
+constexpr double kAbove = 62;         // legend, and the name of the first panel
 constexpr double kBelow = 62;
 constexpr double kLineHeight = 16;         // text line of an event
 constexpr std::size_t kIntervals = 1500;   // more than the picture has pixels
 constexpr std::size_t kLongestText = 110;  // characters of an event's text
+constexpr int kNameTag = 10'000;           // label of a panel's name, above those of all events
+constexpr std::string_view kCommanded = "with lines lw 4 lc rgb '#9ecae1'";
+constexpr std::string_view kDemand = "with lines lc rgb '#238b45'";
+constexpr std::string_view kActual = "with lines lc rgb '#08306b'";
+constexpr std::string_view kError = "with lines lc rgb '#a63603'";
 constexpr std::string_view kBatch = "driveline/v1/axis_batch";
 constexpr std::string_view kAxis = "driveline/axis_telemetry";
 constexpr std::string_view kEvent = "driveline/v1/event";
@@ -122,6 +128,45 @@ class Curves {
   std::map<std::int64_t, std::int64_t> times_;  ///< line time by wall-clock time
 };
 
+/// Vertical axis of a panel.
+struct Scale {
+  double low = -1;
+  double high = 1;
+  double step = 1;  ///< distance between ticks, a round number
+  int power = 0;    ///< the labels are in units of ten to this power, a multiple of 3, so that they stay short
+};
+
+/// The scale of some members of all points, with a margin; NaN is ignored. A value that does not change has room for
+/// ticks of six digits that differ.
+Scale scale_of(const std::vector<Point>& points, std::initializer_list<double Point::*> members) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (const auto& point : points) {
+    for (const auto member : members) {
+      if (!std::isfinite(point.*member)) continue;
+      low = std::min(low, point.*member);
+      high = std::max(high, point.*member);
+    }
+  }
+  constexpr double kLeastShare = 1e-3;
+  const double magnitude = std::max(std::abs(low), std::abs(high));
+  const double span = std::max(high - low, kLeastShare * magnitude);
+  if (!(span > 0) || !std::isfinite(span)) return {};
+  constexpr double kMargin = 0.04;
+  constexpr double kTickIntervals = 5;
+  Scale scale{0.5 * (low + high) - (0.5 + kMargin) * span, 0.5 * (low + high) + (0.5 + kMargin) * span};
+  const double ten = std::pow(10.0, std::floor(std::log10(span / kTickIntervals)));
+  constexpr double kRounding = 1e-9;
+  const double digit = span / kTickIntervals / ten - kRounding;
+  scale.step = (digit <= 1 ? 1 : digit <= 2 ? 2 : digit <= 5 ? 5 : 10) * ten;
+  constexpr double kLeastPlain = 0.01;
+  constexpr double kGreatestPlain = 1e5;
+  if (magnitude < kLeastPlain || magnitude >= kGreatestPlain) {
+    scale.power = 3 * static_cast<int>(std::floor(std::log10(magnitude) / 3));
+  }
+  return scale;
+}
+
 /// Quotes a string for gnuplot: texts come from recordings, and must not end the string and inject commands.
 std::string in_quotes(std::string_view text) {
   std::string safe = "'";
@@ -169,12 +214,12 @@ class Picture {
     const auto below = kBelow + kLineHeight * static_cast<double>(events_.size());
     const auto height = kAbove + panels_count * kPanelHeight + (panels_count - 1) * kSpacing + below;
     auto text = fmt::format(
-        "set terminal svg size {},{} font 'sans,11' background 'white' noenhanced\nset output {}\nset grid\nset key "
-        "above\n"
+        "set terminal svg size {},{} font 'sans,11' background 'white' noenhanced\nset output {}\nset grid\n"
+        "set key at screen 0.5,screen {:.6f} center top horizontal samplen 2\nset style textbox opaque noborder\n"
         "set xrange [0:{:.9g}]\n",
-        kWidth, height, in_quotes(output), std::max(seconds(end_ns_), 1e-9));
+        kWidth, height, in_quotes(output), 1 - 8 / height, std::max(seconds(end_ns_), 1e-9));
     for (std::size_t i = 0; i < axes_.size(); ++i) text += data(i);
-    text += fmt::format("set multiplot layout {},1 margins 0.14,0.98,{:.6f},{:.6f} spacing 0,{:.6f}\n",
+    text += fmt::format("set multiplot layout {},1 margins 0.08,0.98,{:.6f},{:.6f} spacing 0,{:.6f}\n",
                         2 * axes_.size(), below / height, 1 - kAbove / height, kSpacing / height);
     text += arrows();
     for (std::size_t i = 0; i < axes_.size(); ++i) {
@@ -195,14 +240,22 @@ class Picture {
     return text + "END\n";
   }
 
-  /// A vertical line for each event, with its number, in every panel.
+  /// A vertical line for each event in every panel, and the numbers of the events; those of events that are too close
+  /// for two numbers share one: "3-5".
   [[nodiscard]] std::string arrows() const {
     std::string text;
-    for (std::size_t i = 0; i < events_.size(); ++i) {
-      const auto at = events_[i].first;
+    for (const auto& [at, sentence] : events_) {
       text +=
           fmt::format("set arrow from {0:.9f}, graph 0 to {0:.9f}, graph 1 nohead dashtype 2 lc rgb '#a63603'\n", at);
-      text += fmt::format("set label '{}' at {:.9f}, graph 1.07 center font 'sans,9'\n", i + 1, at);
+    }
+    constexpr double kLabelShare = 0.08;  // of the width
+    for (std::size_t first = 0; first < events_.size();) {
+      auto end = first + 1;
+      while (end < events_.size() && events_[end].first - events_[first].first < kLabelShare * seconds(end_ns_)) ++end;
+      text += fmt::format("set label '{}' at {:.9f}, graph 0.9 center front boxed font 'sans,9'\n",
+                          end == first + 1 ? fmt::format("{}", end) : fmt::format("{}-{}", first + 1, end),
+                          0.5 * (events_[first].first + events_[end - 1].first));
+      first = end;
     }
     return text;
   }
@@ -221,20 +274,46 @@ class Picture {
     return text;
   }
 
+  static bool has_demand(const Axis& axis) {
+    return std::any_of(axis.points.begin(), axis.points.end(),
+                       [](const Point& point) { return !std::isnan(point.demand); });
+  }
+
   /// The two panels of an axis; `below` follows the second panel of the last axis.
   [[nodiscard]] std::string panels(std::size_t i, const std::string& below) const {
     const auto& axis = axes_[i];
-    auto text = fmt::format("set ylabel {}\n", in_quotes(fmt::format("{} in {}", axis.name, axis.unit)));
     // Draws the actual position over a broad pale band, so that both are visible where they coincide.
-    const bool demands = std::any_of(axis.points.begin(), axis.points.end(),
-                                     [](const Point& point) { return !std::isnan(point.demand); });
-    text += fmt::format(
-        "plot $axis{0} using 1:2 with lines lw 4 lc rgb '#9ecae1' title 'commanded', {1}"
-        "'' using 1:3 with lines lc rgb '#08306b' title 'actual'\n",
-        i, demands ? "'' using 1:5 with lines lc rgb '#238b45' title 'demand (6062h)', " : "");
+    const bool demands = has_demand(axis);
+    const auto positions = scale_of(axis.points, {&Point::target, &Point::actual, &Point::demand});
+    auto text = vertical_axis(axis, "", positions) + (i == 0 ? "plot " + legend() : std::string("plot ")) +
+                fmt::format("$axis{0} using 1:($2*1e{1}) {2} notitle, {3}'' using 1:($3*1e{1}) {4} notitle\n", i,
+                            -positions.power, kCommanded,
+                            demands ? fmt::format("'' using 1:($5*1e{}) {} notitle, ", -positions.power, kDemand) : "",
+                            kActual);
+    if (i == 0) text += "unset key\n";
     if (i + 1 == axes_.size()) text += "set xlabel 'time in s'\n" + below;
-    text += fmt::format("set ylabel {}\n", in_quotes(fmt::format("error in {}", axis.unit)));
-    return text + fmt::format("plot $axis{} using 1:4 with lines lc rgb '#a63603' title 'following error'\n", i);
+    const auto errors = scale_of(axis.points, {&Point::error});
+    return text + vertical_axis(axis, " error", errors) +
+           fmt::format("plot $axis{} using 1:($4*1e{}) {} notitle\n", i, -errors.power, kError);
+  }
+
+  /// Range, ticks and name of a panel. The name is above it, where a long one has room.
+  [[nodiscard]] static std::string vertical_axis(const Axis& axis, std::string_view quantity, const Scale& scale) {
+    const double factor = std::pow(10.0, -scale.power);
+    return fmt::format(
+        "set label {} {} at graph 0,graph 1 left offset 0,0.7\nset yrange [{:.9g}:{:.9g}]\nset ytics {:.9g}\n",
+        kNameTag,
+        in_quotes(fmt::format("{}{} in {}{}", axis.name, quantity,
+                              scale.power == 0 ? "" : fmt::format("1e{} ", scale.power), axis.unit)),
+        scale.low * factor, scale.high * factor, scale.step * factor);
+  }
+
+  /// Entries of the one legend, which the first panel draws.
+  [[nodiscard]] std::string legend() const {
+    const bool demands = std::any_of(axes_.begin(), axes_.end(), has_demand);
+    return fmt::format(
+        "keyentry {} title 'commanded', {}keyentry {} title 'actual', keyentry {} title 'following error', ",
+        kCommanded, demands ? fmt::format("keyentry {} title 'demand (6062h)', ", kDemand) : "", kActual, kError);
   }
 
   std::vector<Axis> axes_;

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "mcap_format.hpp"
+#include "mcap_ros2.hpp"
 
 namespace driveline::bridge::clients {
 namespace {
@@ -131,7 +132,7 @@ class RecordingReader {
   Outcome<void> channel(Fields& fields) {
     const auto number = fields.number(2);
     const auto schema = fields.number(2);
-    const auto* const topic = find_topic(fields.string());
+    const auto* const topic = mcap::find_recorded(fields.string());
     if (topic == nullptr) return {};  // topic of another program
     if (schemas_[schema] != topic->text) {
       return failed(fmt::format("{} was recorded from a line of another version", topic->name));

@@ -56,6 +56,7 @@ struct Topic {
   std::string_view schema;  ///< type name in a recording, e.g. "driveline/msg/Event"
   std::string_view text;    ///< type definition in a recording (ros2msg)
   const StructType* structure;
+  bool reliable;                   ///< the writer repeats lost samples for readers that request it
   bool kept;                       ///< the writer stores samples for late subscribers
   std::string_view counter;        ///< field that counts samples
   std::string_view counter_of;     ///< field that identifies the counter

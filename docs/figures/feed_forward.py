@@ -97,8 +97,8 @@ def main():
         print(json.dumps(drive(folder, "identify", "x", "--distance", "12")["load"], indent=1))
         draw("identify", 520,
              f"load='{folder}/load.csv'\nset key above\nset format x ''\nset ylabel 'torque, Nm'\n"
-             "plot load skip 1 using 1:5 with points pt 7 ps 0.5 lc rgb '#9ecae1' title 'measured', "
-             "load skip 1 using 1:6 with points pt 7 ps 0.25 lc rgb '#08306b' title 'by the figures found'\n"
+             "plot load skip 1 using 1:6 with points pt 7 ps 0.9 lc rgb '#9ecae1' title 'by the figures found', "
+             "load skip 1 using 1:5 with points pt 7 ps 0.25 lc rgb '#08306b' title 'measured'\n"
              "set format x\nset xlabel 'time in s'\nset ylabel 'difference, mNm'\n"
              "plot load skip 1 using 1:(1000*($5-$6)) with impulses lc rgb '#dd181f' notitle")
 

@@ -93,6 +93,8 @@ plot '$folder/axes.csv' skip 1 every 4 using 1:(\$28*2.5/2.4) with lines title '
 unset multiplot
 PLOT
 
+"$build/driveline" plan examples/delta.jsonl --picture docs/figures/delta.svg > /dev/null
+
 docs/figures/clocks.sh "$build"
 docs/figures/feed_forward.py "$build"
 docs/figures/motion.py "$build"

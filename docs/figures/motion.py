@@ -118,7 +118,7 @@ def group(folder):
     draw("group", 640, "2,1",
          "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\n"
          f"plot '{file}' using 2:3 with lines lw 1.5 title 'way of the axes'\n"
-         "set size noratio\nset xlabel 's'\nset ylabel 'mm/s'\n"
+         "set size noratio\nset xlabel 'time in s'\nset ylabel 'speed, mm/s'\n"
          f"plot '{file}' using 1:4 with lines lw 1.5 title 'speed along it'")
 
 
@@ -183,7 +183,7 @@ def delta(folder):
          f"plot '{file}' using 2:4 with lines lw 1.5 title 'way of the tool, from the front'\n"
          "set xlabel ''\nset ylabel 'mm'\n"
          f"plot '{file}' using 1:2 with lines title 'x', '{file}' using 1:3 with lines title 'y', '{file}' using 1:4 with lines title 'z'\n"
-         "set xlabel 's'\nset ylabel 'mm/s'\n"
+         "set xlabel 'time in s'\nset ylabel 'speed, mm/s'\n"
          f"plot '{file}' using 1:5 with lines lw 1.5 title 'speed of the tool'")
 
 

@@ -21,6 +21,8 @@ constexpr double kMissedAt = 6.0;
 constexpr double kMissedWidth = 8.0;
 /// Space around the extra bars of a logarithmic axis, as a factor.
 constexpr double kLogMargin = 1.8;
+/// Space for the label of the longest delay, which is right of it, as a factor.
+constexpr double kLabelRoom = 6.0;
 
 /// Splits the name of a case: "idle_cycle_pure_sleep" into "idle" and "cycle_pure_sleep".
 std::pair<std::string, std::string> state_and_way(const std::string& name) {
@@ -110,7 +112,7 @@ BenchFigure figure_of(const std::string& state, const std::string& metric, const
 }
 
 /// Bars of equal width on a logarithmic axis, in us: from, to, count. A block each for the bars in time, for times
-/// below the resolution of the clock, and for missed periods; together they contain all measurements.
+/// below the resolution of the clock, and for missed periods at their delays; together they contain all measurements.
 std::string log_blocks(const json& row, double lowest_us) {
   const auto& histogram = row["histogram"];
   const auto deadline_us = histogram["deadline_us"].get<double>();
@@ -121,19 +123,25 @@ std::string log_blocks(const json& row, double lowest_us) {
   const auto missed = histogram["missed"].get<std::uint64_t>();
   const auto unresolved = histogram["unresolved"]["count"].get<std::uint64_t>();
   auto left = row["n"].get<std::uint64_t>() - missed - unresolved;
-  std::string text;
+  std::string in_time;
+  std::string too_late;
   for (const auto& bin : histogram["log_bins"]) {
     const auto from_us = edge_us(bin[0].get<std::int64_t>());
     const auto to_us = edge_us(bin[0].get<std::int64_t>() + 1);
-    if (from_us >= deadline_us || left == 0) break;
-    // The bin that contains the deadline ends there: the rest of it was missed.
-    const auto count = std::min(left, to_us > deadline_us ? left : bin[1].get<std::uint64_t>());
-    text += fmt::format("{:.6g} {:.6g} {}\n", from_us, std::min(to_us, deadline_us), count);
-    left -= count;
+    const auto count = bin[1].get<std::uint64_t>();
+    // The bin that contains the deadline is split there: the rest of it was missed.
+    const auto before = from_us < deadline_us ? std::min(left, count) : 0;
+    if (before > 0) in_time += fmt::format("{:.6g} {:.6g} {}\n", from_us, std::min(to_us, deadline_us), before);
+    if (before < count && to_us > deadline_us) {
+      too_late += fmt::format("{:.6g} {:.6g} {}\n", std::max(from_us, deadline_us), to_us, count - before);
+    }
+    left -= before;
   }
-  if (text.empty()) text = "1 1 0\n";
-  text += fmt::format("\n\n{:.6g} {:.6g} {}\n\n\n", lowest_us / kLogMargin, lowest_us / 1.1, unresolved);
-  return text + fmt::format("{:.6g} {:.6g} {}\n\n\n", deadline_us * 1.2, deadline_us * kLogMargin, missed);
+  // Gnuplot ignores an empty block, which would renumber the following ones.
+  const std::string nothing = "1 1 0\n";
+  return (in_time.empty() ? nothing : in_time) +
+         fmt::format("\n\n{:.6g} {:.6g} {}\n\n\n", lowest_us / kLogMargin, lowest_us / 1.1, unresolved) +
+         (too_late.empty() ? nothing : too_late) + "\n\n";
 }
 
 std::string log_panel(const json& row, const std::string& file, const std::string& way, int panel) {
@@ -149,8 +157,7 @@ std::string log_panel(const json& row, const std::string& file, const std::strin
   double height = 0.98;
   for (const auto& [name, key] :
        {std::pair{"p50", "p50"}, std::pair{"p99", "p99"}, std::pair{"p99.9", "p999"}, std::pair{"max", "max"}}) {
-    if (us(key) > 0.0 && us(key) < deadline_us)
-      script += mark(number, us(key), fmt::format("{} {:.2f}", name, us(key)), height);
+    if (us(key) > 0.0) script += mark(number, us(key), fmt::format("{} {:.2f}", name, us(key)), height);
     ++number;
     height -= 0.14;
   }
@@ -174,7 +181,7 @@ std::optional<BenchFigure> log_figure_of(const std::string& state, const std::st
     if (!histogram.contains("log_bins") || histogram["deadline_us"].get<double>() <= 0.0) return std::nullopt;
     const auto below = histogram["unresolved"]["below_bin"].get<double>();
     lowest_us = std::min(lowest_us, std::pow(10.0, below / histogram["per_decade"].get<double>()) / 1000.0);
-    highest_us = std::max(highest_us, histogram["deadline_us"].get<double>());
+    highest_us = std::max({highest_us, histogram["deadline_us"].get<double>(), (*row)["max"].get<double>() / 1000.0});
   }
   BenchFigure figure{fmt::format("jitter_{}_{}_log", state, metric), {}, {}};
   figure.script = fmt::format(
@@ -183,7 +190,7 @@ std::optional<BenchFigure> log_figure_of(const std::string& state, const std::st
       "set key outside right top\nset lmargin 11\nset rmargin 24\nset xlabel 'us'\nset ylabel 'instants'\n",
       kPanelHeight * static_cast<int>(rows.size()) + 40, figure.name, rows.size(),
       gnuplot_text(fmt::format("{}, {}; red line: the period", metric, state)), lowest_us / kLogMargin / 1.1,
-      highest_us * kLogMargin * 1.1);
+      highest_us * kLabelRoom);
   int panel = 0;
   for (const auto* row : rows) {
     const auto way = state_and_way((*row)["case"].get<std::string>()).second;

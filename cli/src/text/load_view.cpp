@@ -96,15 +96,18 @@ runtime::Result<void> write_load_csv(const LoadEstimate& load, const ecat_master
 
 tl::expected<Drawing, std::string> draw_load(const std::filesystem::path& directory,
                                              const ecat_master::AxisConfig& axis) {
+  // Draw the measurement over a wide pale band of the model, so that both stay visible where they are equal.
   const auto script = fmt::format(
       "set terminal pngcairo size 1400,800 font 'sans,11' noenhanced\n"
       "set output 'load.png'\nset datafile separator ','\nset grid\nset key above\n"
-      "set multiplot layout 2,1 title {0}\nset xlabel 'time in s'\nset ylabel 'in {1}'\n"
-      "plot 'load.csv' skip 1 using 1:5 with points pt 7 ps 0.6 lc rgb '#9ecae1' title 'torque measured', "
-      "'' skip 1 using 1:6 with points pt 7 ps 0.3 lc rgb '#08306b' title 'model'\n"
-      "plot 'load.csv' skip 1 using 1:($5-$6) with impulses title 'measured minus model'\n"
+      "set multiplot layout 2,1 title {0}\nset lmargin 11\nset xlabel 'time in s'\nset ylabel '{1} in {2}'\n"
+      "plot 'load.csv' skip 1 using 1:6 with points pt 7 ps 1.2 lc rgb '#9ecae1' title 'model', "
+      "'' skip 1 using 1:5 with points pt 7 ps 0.4 lc rgb '#08306b' title 'measured'\n"
+      "set ylabel 'difference in 1e-3 {2}'\n"
+      "plot 'load.csv' skip 1 using 1:(($5-$6)*1e3) with impulses title 'measured minus model'\n"
       "unset multiplot\n",
-      gnuplot_text(fmt::format("load of axis {}", axis.name)), axis.linear() ? "N" : "Nm");
+      gnuplot_text(fmt::format("load of axis {}", axis.name)), axis.linear() ? "force" : "torque",
+      axis.linear() ? "N" : "Nm");
   return draw(directory, "load.gp", script, {{"load_plot", "load.png"}});
 }
 

@@ -28,7 +28,6 @@ namespace driveline::cli {
 
 /// Draws load.png from load.csv in `directory`: torque as measured and by the model, and the difference. Error: a
 /// sentence.
-/// sentence.
 [[nodiscard]] tl::expected<Drawing, std::string> draw_load(const std::filesystem::path& directory,
                                                            const ecat_master::AxisConfig& axis);
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "driveline/runtime/files/output_file.hpp"
 #include "text/gnuplot.hpp"
@@ -25,210 +24,87 @@ double log_us(std::chrono::nanoseconds time) {
   return std::log10(static_cast<double>(time.count()) / 1000.0);
 }
 
-/// Draws a distribution of jitter.csv: bars a tenth of a decade wide, on an axis of logarithms of microseconds. Gnuplot
-/// adds up the counts that fall into the same bar, so nothing is lost.
-std::string jitter_panel(int column, const std::string& title, std::chrono::nanoseconds deadline,
-                         const std::array<std::chrono::nanoseconds, 4>& figures) {
-  const auto us = [&figures](std::size_t i) { return static_cast<double>(figures[i].count()) / 1000.0; };
-  const auto whole = fmt::format("{}: p50 {:.2f} us, p99 {:.2f} us, p99.9 {:.2f} us, max {:.2f} us", title, us(0),
-                                 us(1), us(2), us(3));
-  std::string script = fmt::format("unset arrow\nunset label\nset title {}\ndeadline = {}\n", gnuplot_text(whole),
-                                   deadline.count() > 0 ? deadline.count() : std::chrono::nanoseconds::max().count());
-  if (deadline.count() > 0) {
-    script +=
-        fmt::format("set arrow 9 from {0:.4f},graph 0 to {0:.4f},graph 1 nohead lw 2 lc 'red'\n", log_us(deadline));
-  }
+/// Times below the resolution of the clock have a bar of their own, here on the axis of logarithms.
+constexpr std::int64_t kResolutionNs = 25;
+constexpr double kUnresolvedAt = -2.0;
+
+/// End of the axis: all that was measured, and the deadline.
+double end_of_axis(const PlotFacts& facts) {
+  constexpr double kLeastEnd = 0.2;
+  constexpr double kMargin = 0.2;
+  const auto longest = std::max({facts.period, facts.wake.back(), facts.cost.back()});
+  return longest.count() > 0 ? std::max(log_us(longest) + kMargin, kLeastEnd) : kLeastEnd;
+}
+
+/// Vertical lines at the percentiles, with labels below one another.
+std::string percentile_marks(const std::array<std::chrono::nanoseconds, 4>& figures, double end) {
+  std::string script;
   int number = 1;
   for (const auto* name : {"p50", "p99", "p99.9", "max"}) {
     const auto time = figures[static_cast<std::size_t>(number) - 1];
-    const bool shown = time.count() >= 25 && (deadline.count() == 0 || time < deadline);
-    if (shown) {
+    if (time.count() >= kResolutionNs) {
+      // A label near the right end is left of its line, or the picture would cut it.
+      const bool left = log_us(time) > kUnresolvedAt + 0.85 * (end - kUnresolvedAt);
       script += fmt::format(
           "set arrow {0} from {1:.4f},graph 0 to {1:.4f},graph 1 nohead dt 3\n"
-          "set label {0} '{2} {3:.2f} us' at {1:.4f},graph {4:.2f} offset 0.4,0 font ',9'\n",
-          number, log_us(time), name, static_cast<double>(time.count()) / 1000.0, 1.0 - 0.07 * number);
-    }
-    ++number;
-  }
-  script += fmt::format(
-      "plot 'jitter.csv' skip 1 using (bar($1,$2)):($1>=25 && $1<deadline ? ${0} : 0) smooth frequency with boxes "
-      "lc rgb '#4477aa' title 'cycles', \\\n"
-      "     '' skip 1 using (-2.0):($1<25 ? ${0} : 0) smooth frequency with boxes lc rgb '#999999' title 'below 25 ns'",
-      column);
-  if (deadline.count() == 0) return script + "\n";
-  return script + fmt::format(
-                      ", \\\n     '' skip 1 using ({:.4f}):($1>=deadline ? ${} : 0) smooth frequency with boxes lc rgb "
-                      "'red' title 'missed periods'\n",
-                      log_us(deadline) + 0.3, column);
-}
-
-std::string jitter_script(const PlotFacts& facts) {
-  return terminal(800) +
-         "set output 'jitter.png'\n"
-         "set datafile separator ','\n"
-         // The sum of both columns is twice the number of cycles. Without this range gnuplot fails if a kind of bars
-         // has no counts.
-         "stats 'jitter.csv' skip 1 using ($3+$4) nooutput\n"
-         "set multiplot layout 2,1\n"
-         "set ylabel 'cycles'\nset xlabel 'time'\n"
-         "set logscale y\nset grid\nset style fill solid 0.7\nset boxwidth 0.1\nset key outside right\n"
-         "set yrange [0.5:STATS_sum+2]\nset xrange [-2.2:*]\n"
-         "set xtics ('< 25 ns' -2, '100 ns' -1, '1 us' 0, '10 us' 1, '100 us' 2, '1 ms' 3, '10 ms' 4, '100 ms' 5, '1 "
-         "s' 6)\n"
-         "bar(from, to) = (floor(10*log10((from + to) / 2000.0)) + 0.5) / 10\n" +
-         jitter_panel(3, "wake-up latency", facts.period, facts.wake) +
-         jitter_panel(4, "cost of the cycle", std::chrono::nanoseconds{0}, facts.cost) + "unset multiplot\n";
-}
-
-/// Draws vertical lines at events, red where the master was away.
-std::string marks_script(const std::vector<PlotMark>& marks) {
-  std::string script;
-  int number = 1;
-  for (const auto& mark : marks) {
-    const auto* color = mark.missed ? "#dd181f" : "#606060";
-    script += fmt::format("set arrow {0} from {1:.6f},graph 0 to {1:.6f},graph 1 nohead dt 2 lc rgb '{2}'\n", number,
-                          mark.time_s, color);
-    // Missed periods come in bursts, so their colour must do without labels.
-    if (!mark.missed) {
-      script += fmt::format("set label {} {} at {:.6f},graph 0.02 rotate by 90 font ',8' tc rgb '{}' offset 0.5,0\n",
-                            number, gnuplot_text(mark.text), mark.time_s, color);
+          "set label {0} '{2} {3:.2f} us' at {1:.4f},graph {4:.2f} {5} font ',9'\n",
+          number, log_us(time), name, static_cast<double>(time.count()) / 1000.0, 1.03 - 0.07 * number,
+          left ? "right offset -0.4,0" : "offset 0.4,0");
     }
     ++number;
   }
   return script;
 }
 
-/// The same curve on the second axis in increments, but invisible, so that both axes have the range of the data.
-std::string on_second_axis(std::string_view column, double increments, std::string_view rows = "") {
-  return fmt::format(", '' skip 1{} using 1:(({})*{:.17g}) axes x1y2 with lines lt nodraw notitle", rows, column,
-                     increments);
+/// Draws a distribution of jitter.csv: bars a tenth of a decade wide, on an axis of logarithms of microseconds. Gnuplot
+/// adds up the counts that fall into the same bar, so nothing is lost. Bars from the deadline on are the missed
+/// periods; one begins at the deadline, so none has both.
+std::string jitter_panel(int column, const std::string& title, std::chrono::nanoseconds deadline,
+                         const std::array<std::chrono::nanoseconds, 4>& figures, double end) {
+  const auto us = [&figures](std::size_t i) { return static_cast<double>(figures[i].count()) / 1000.0; };
+  const bool has_deadline = deadline.count() > 0;
+  auto script = fmt::format("unset arrow\nunset label\nset title {}\ndeadline = {}\norigin = {}\n",
+                            gnuplot_text(fmt::format("{}: p50 {:.2f} us, p99 {:.2f} us, p99.9 {:.2f} us, max {:.2f} us",
+                                                     title, us(0), us(1), us(2), us(3))),
+                            has_deadline ? deadline.count() : std::chrono::nanoseconds::max().count(),
+                            has_deadline ? "log10(deadline / 1000.0)" : "0");
+  if (has_deadline) {
+    script +=
+        fmt::format("set arrow 9 from {0:.4f},graph 0 to {0:.4f},graph 1 nohead lw 2 lc 'red'\n", log_us(deadline));
+  }
+  script += percentile_marks(figures, end);
+  script += fmt::format(
+      "plot 'jitter.csv' skip 1 using (bar($1)):($1>={1} && $1<deadline ? ${0} : 0) smooth frequency with boxes "
+      "lc rgb '#4477aa' title 'cycles', \\\n     '' skip 1 using ({2}):($1<{1} ? ${0} : 0) smooth frequency with "
+      "boxes lc rgb '#999999' title 'below {1} ns'",
+      column, kResolutionNs, kUnresolvedAt);
+  if (!has_deadline) return script + "\n";
+  return script + fmt::format(
+                      ", \\\n     '' skip 1 using (bar($1)):($1>=deadline ? ${} : 0) smooth frequency with boxes lc "
+                      "rgb 'red' title 'a period or more too late'\n",
+                      column);
 }
 
-/// A small plot of an axis.
-class AxisPlot {
- public:
-  /// `increments`: adds a second axis in increments.
-  AxisPlot(const runtime::AxisRunReport& axis, bool increments)
-      : scale_(increments ? std::optional(axis.increments_per_unit) : std::nullopt) {
-    text_ = fmt::format("set ylabel {}\n", gnuplot_text(fmt::format("{} in {}", axis.name, axis.unit)));
-    if (scale_) {
-      text_ +=
-          "set yrange [*:*] noextend\nset y2range [*:*] noextend\nset ytics nomirror\nset y2tics format '%.0f'\n"
-          "set y2label 'increments'\n";
-    }
-    text_ += "plot 'axes.csv' skip 1";
-  }
-
-  /// Adds a curve of a column, drawn `with` this style.
-  void add(std::size_t column, std::string_view with) {
-    text_ += fmt::format("{} using 1:{} {}", begun_ ? ", '' skip 1" : "", column, with);
-    begun_ = true;
-    if (scale_) text_ += on_second_axis(fmt::format("${}", column), *scale_);
-  }
-
-  /// Fills the area between two columns.
-  void fill(std::size_t lower, std::size_t upper, std::string_view with) {
-    text_ += fmt::format("{} using 1:{}:{} {}", begun_ ? ", '' skip 1" : "", lower, upper, with);
-    begun_ = true;
-  }
-
-  /// `around`: a column. If the axis does not move, the range is one increment to either side of it.
-  [[nodiscard]] std::string finish(std::size_t around) const {
-    if (!scale_) return text_ + "\n";
-    auto text = text_;
-    for (const auto* sign : {"+", "-"}) {
-      const auto beside = fmt::format("${}{}{:.17g}", around, sign, 1.0 / *scale_);
-      text += fmt::format(", '' skip 1 every ::::0 using 1:({}) with lines lt nodraw notitle", beside) +
-              on_second_axis(beside, *scale_, " every ::::0");
-    }
-    return text + "\n";
-  }
-
- private:
-  std::optional<double> scale_;
-  std::string text_;
-  bool begun_ = false;
-};
-
-/// Column numbers of an axis in axes.csv: time, three columns per axis, their torques, minimum and maximum following
-/// error of each, then the following errors and the demands of the drives that report them (Recorder).
-struct AxisColumns {
-  std::size_t commanded;
-  std::size_t least;  ///< least following error; the next column is the greatest
-};
-
-AxisColumns columns_of(std::size_t axis, std::size_t axes) {
-  return {2 + 3 * axis, 2 + 4 * axes + 2 * axis};
-}
-
-/// Adds the range of the following error between the rows of the file, so that no maximum is lost.
-void add_error_band(AxisPlot& plot, const AxisColumns& columns) {
-  plot.fill(columns.least, columns.least + 1, "with filledcurves lt 1 notitle");
-  plot.add(columns.least, "with lines lt 1 title 'minimum and maximum'");
-  plot.add(columns.least + 1, "with lines lt 1 notitle");
-}
-
-/// Starts a picture of the axes, two side by side, with `panels` plots per axis, one below the other.
-std::string axes_head(std::size_t axes, std::size_t panels, std::string_view output, std::string_view title) {
-  const std::size_t columns = axes > 1 ? 2 : 1;
-  const auto rows = panels * ((axes + columns - 1) / columns);
-  return "reset\n" + terminal(static_cast<int>(std::max<std::size_t>(rows, 2) * (panels > 1 ? 200 : 250))) +
-         fmt::format(
-             "set output '{}'\nset datafile separator ','\nset multiplot layout {},{} title '{}'\nset grid\n"
-             "set key outside right samplen 2\nset lmargin 11\nset rmargin 24\nset autoscale xfix\nset xlabel 'time in "
-             "s'\n",
-             output, rows, columns, title);
-}
-
-/// Column of the first demand that a drive reports.
-std::size_t first_demand(const std::vector<runtime::AxisRunReport>& axes) {
-  const auto reporting = std::count_if(axes.begin(), axes.end(), [](const auto& axis) { return axis.by_drive; });
-  return 2 + 6 * axes.size() + static_cast<std::size_t>(reporting);
-}
-
-/// Draws commanded position, demand of the drive and actual position, and the following error below.
-std::string positions_script(const std::vector<runtime::AxisRunReport>& axes, bool increments,
-                             const std::vector<PlotMark>& marks) {
-  auto script = axes_head(axes.size(), 2, "positions.png",
-                          "commanded and actual position; below, the following error; red lines: periods missed") +
-                marks_script(marks);
-  auto demand = first_demand(axes);
-  for (std::size_t first = 0; first < axes.size(); first += 2) {
-    const auto end = std::min(axes.size(), first + 2);
-    for (auto i = first; i < end; ++i) {
-      AxisPlot plot(axes[i], increments);
-      const auto columns = columns_of(i, axes.size());
-      // Draw the actual position over a wide pale band, so that both stay visible where they are equal.
-      plot.add(columns.commanded, "with lines lw 4 lc rgb '#9ecae1' title 'commanded'");
-      if (axes[i].demand_recorded) plot.add(demand++, "with lines lc rgb '#238b45' title 'demand (6062h)'");
-      plot.add(columns.commanded + 1, "with lines lc rgb '#08306b' title 'actual'");
-      script += plot.finish(columns.commanded);
-    }
-    // With an odd number of axes, the last one has no neighbour.
-    if (end == first + 1 && axes.size() > 1) script += "set multiplot next\n";
-    for (auto i = first; i < end; ++i) {
-      AxisPlot plot(axes[i], increments);
-      const auto columns = columns_of(i, axes.size());
-      add_error_band(plot, columns);
-      script += plot.finish(columns.least);
-    }
-  }
-  return script + "unset multiplot\n";
-}
-
-std::string errors_script(const std::vector<runtime::AxisRunReport>& axes, bool increments,
-                          const std::vector<PlotMark>& marks) {
-  auto script = axes_head(axes.size(), 1, "following_error.png", "following error; red lines: periods missed") +
-                marks_script(marks);
-  auto reported = 2 + 6 * axes.size();
-  for (std::size_t i = 0; i < axes.size(); ++i) {
-    AxisPlot plot(axes[i], increments);
-    const auto columns = columns_of(i, axes.size());
-    add_error_band(plot, columns);
-    if (axes[i].by_drive) plot.add(reported++, "with lines lt 2 title 'by the drive (60F4h)'");
-    script += plot.finish(columns.least);
-  }
-  return script + "unset multiplot\n";
+std::string jitter_script(const PlotFacts& facts) {
+  const double end = end_of_axis(facts);
+  return terminal(800) +
+         "set output 'jitter.png'\n"
+         "set datafile separator ','\n"
+         // The sum of both columns is twice the number of cycles. Without this range gnuplot fails if a kind of bars
+         // has no counts. The labels of the percentiles need the upper third.
+         "stats 'jitter.csv' skip 1 using ($3+$4) nooutput\n"
+         "set multiplot layout 2,1\n"
+         "set ylabel 'cycles'\nset xlabel 'time'\n"
+         "set logscale y\nset grid\nset style fill solid 0.7\nset boxwidth 0.1\n"
+         "set key tmargin right horizontal samplen 2\n"
+         "set yrange [0.5:0.5*(2*STATS_sum+4)**1.5]\n" +
+         fmt::format("set xrange [-2.2:{:.4f}]\n", end) +
+         "set xtics ('< 25 ns' -2, '100 ns' -1, '1 us' 0, '10 us' 1, '100 us' 2, '1 ms' 3, '10 ms' 4, '100 ms' 5, '1 "
+         "s' 6)\n"
+         // `ns` is at least 1 here: times below the resolution are not drawn by this.
+         "bar(ns) = (floor(10*(log10((ns > 1 ? ns : 1)/1000.0) - origin)) + 0.5) / 10 + origin\n" +
+         jitter_panel(3, "wake-up latency", facts.period, facts.wake, end) +
+         jitter_panel(4, "cost of the cycle", std::chrono::nanoseconds{0}, facts.cost, end) + "unset multiplot\n";
 }
 
 }  // namespace
@@ -240,15 +116,13 @@ PlotFacts plot_facts(const runtime::RunReport& report) {
   };
   PlotFacts facts{report.period, of(report.statistics.wake_latency), of(report.statistics.cost), {}};
   if (report.statistics.missed_periods > 0)
-    facts.marks.push_back({report.longest_absence_at_s, true, "longest absence"});
+    facts.marks.push_back({report.longest_absence_at_s, true, "the longest absence of the master"});
   for (const auto& event : report.events) {
     if (facts.marks.size() == kMaxMarks) break;
     if (!event.time || event.severity < runtime::Severity::kNotice) continue;
     const bool away = event.is<runtime::events::MasterAway>() || event.is<runtime::events::MasterAwayOften>();
-    facts.marks.push_back({std::chrono::duration<double>(*event.time).count(), away,
-                           away               ? "periods missed"
-                           : event.is_fault() ? "fault"
-                                              : "event"});
+    facts.marks.push_back(
+        {std::chrono::duration<double>(*event.time).count(), away, describe(event, report.increments)});
   }
   return facts;
 }
@@ -276,7 +150,8 @@ tl::expected<Drawing, std::string> draw_plots(const std::filesystem::path& direc
   auto script = jitter_script(facts);
   std::map<std::string, std::string> pictures{{"jitter_plot", "jitter.png"}};
   if (!axes.empty()) {
-    script += positions_script(axes, increments, facts.marks) + errors_script(axes, increments, facts.marks);
+    const AxisPlots plots(axes, increments, facts.marks, column_ranges(directory / "axes.csv"));
+    script += plots.positions() + plots.errors();
     pictures["position_plot"] = "positions.png";
     pictures["following_error_plot"] = "following_error.png";
   }

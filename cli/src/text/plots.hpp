@@ -9,16 +9,10 @@
 
 #include "driveline/runtime/error.hpp"
 #include "driveline/runtime/record/run_report.hpp"
+#include "text/axis_plots.hpp"
 #include "text/gnuplot.hpp"
 
 namespace driveline::cli {
-
-/// An event, drawn as a vertical line in the pictures of the axes.
-struct PlotMark {
-  double time_s = 0.0;  ///< time in operation
-  bool missed = false;  ///< the master was away: periods without a cycle
-  std::string text{};   ///< label of a word or two
-};
 
 /// Additional data for the pictures.
 struct PlotFacts {
@@ -39,8 +33,9 @@ struct PlotFacts {
 /// Draws the files in `directory` (jitter.csv, and axes.csv unless `axes` is empty) with gnuplot: jitter.png,
 /// positions.png, following_error.png. The gnuplot scripts remain beside them. Axes are in their units; with
 /// `increments` a second axis is in drive increments. The bars of jitter.png have equal width on a logarithmic axis and
-/// contain every cycle: times below 25 ns, the resolution of the clock, and wake-ups that were a period or more too
-/// late have bars of their own. Error: a sentence (gnuplot is missing or failed).
+/// contain every cycle: times below 25 ns, the resolution of the clock, have a bar of their own, and wake-ups that were
+/// a period or more too late are red. The pictures of the axes have one legend, numbers at the events, and the
+/// sentences about them below. Error: a sentence (gnuplot is missing or failed).
 [[nodiscard]] tl::expected<Drawing, std::string> draw_plots(const std::filesystem::path& directory,
                                                             const std::vector<runtime::AxisRunReport>& axes,
                                                             bool increments = false, const PlotFacts& facts = {});

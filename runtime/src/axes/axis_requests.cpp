@@ -1,6 +1,7 @@
 #include "driveline/runtime/axes/axis_requests.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "axes/line_couplings.hpp"
@@ -92,11 +93,18 @@ void AxisRequests::occupy(const std::string& owner) {
 }
 
 void AxisRequests::close() {
-  const std::lock_guard guard(lock_);
-  single_ = nullptr;
-  couplings_ = nullptr;
-  together_ = false;
-  pending_.clear();
+  std::vector<Call> due;
+  {
+    const std::lock_guard guard(lock_);
+    due = take_due_calls(false);
+    single_ = nullptr;
+    couplings_ = nullptr;
+    together_ = false;
+    pending_.clear();
+    auto rest = take_due_calls(true);
+    std::move(rest.begin(), rest.end(), std::back_inserter(due));
+  }
+  call_back(std::move(due));
 }
 
 void AxisRequests::guard(GroupGuard* groups) {
@@ -184,7 +192,7 @@ AxisRequests::Submitted AxisRequests::try_to_submit(const AxisCaller& caller, st
   if (single_ == nullptr && !together_) return refused(Why::kNotRunning);
   if (together_ && stops(request.command)) {
     stop_all_();
-    return 0;
+    return kRunEnded;
   }
   const auto report = single_ != nullptr ? single_->axis_report(axis) : ecat_master::AxisReport{};
   if (auto wrong = check_request(axes_[axis], report, request)) return tl::unexpected(std::move(*wrong));
@@ -273,7 +281,7 @@ AxisProgress AxisRequests::progress(std::size_t axis, std::uint64_t request) con
 }
 
 AxisProgress AxisRequests::progress_of(std::size_t axis, std::uint64_t request) const {
-  if (request == 0) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}, true};
+  if (request == kRunEnded) return {{RequestPhase::kDone, AxisError::kNone}, {}, {}, true};
   if (single_ == nullptr) {
     AxisRefusal refusal;
     return {{RequestPhase::kAborted, AxisError::kNone}, refusal, {}, false};
@@ -336,6 +344,39 @@ bool AxisRequests::is_probe(std::uint64_t request) const {
   });
 }
 
+AxisProgress AxisRequests::wait(std::size_t axis, std::uint64_t request, std::chrono::nanoseconds limit) const {
+  // A sum of the time and the greatest duration would overflow.
+  constexpr std::chrono::nanoseconds kLongest = std::chrono::hours{24 * 365};
+  const auto end = std::chrono::steady_clock::now() + std::min(limit, kLongest);
+  std::unique_lock lock(lock_);
+  while (!has_settled(progress_of(axis, request).report.phase)) {
+    if (watched_.wait_until(lock, end) == std::cv_status::timeout) break;
+  }
+  return progress_of(axis, request);
+}
+
+void AxisRequests::when_settled(std::size_t axis, std::uint64_t request, Settled settled) {
+  const std::lock_guard guard(lock_);
+  calls_.push_back({axis, request, std::move(settled), {}});
+}
+
+/// Removes the calls whose requests have settled. `all`: the others as well, because the line goes out of operation.
+std::vector<AxisRequests::Call> AxisRequests::take_due_calls(bool all) {
+  for (auto& call : calls_) call.progress = progress_of(call.axis, call.request);
+  const auto due = std::stable_partition(calls_.begin(), calls_.end(), [all](const Call& call) {
+    return !all && !has_settled(call.progress.report.phase);
+  });
+  std::vector<Call> taken(std::make_move_iterator(due), std::make_move_iterator(calls_.end()));
+  calls_.erase(due, calls_.end());
+  return taken;
+}
+
+/// Wakes the threads in wait(), and makes the calls without the lock.
+void AxisRequests::call_back(std::vector<Call> calls) {
+  watched_.notify_all();
+  for (const auto& call : calls) call.settled(call.progress);
+}
+
 AxisStatus AxisRequests::status(std::size_t axis) const {
   const std::lock_guard guard(lock_);
   AxisStatus status{events::event_axis(axes_.at(axis)), authority_.owner_of(axis), {}, {}};
@@ -380,11 +421,17 @@ void AxisRequests::drop(Pending& pending) {
 }
 
 void AxisRequests::watch() {
-  const std::lock_guard guard(lock_);
-  settle_take_overs();
-  watch_leases();
-  watch_requests();
-  watch_leaving();
+  std::vector<Call> due;
+  {
+    const std::lock_guard guard(lock_);
+    settle_take_overs();
+    watch_leases();
+    // Before watch_requests(), which forgets the requests that are over.
+    due = take_due_calls(false);
+    watch_requests();
+    watch_leaving();
+  }
+  call_back(std::move(due));
 }
 
 void AxisRequests::watch_leases() {

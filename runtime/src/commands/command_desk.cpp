@@ -233,7 +233,7 @@ void CommandDesk::request(Client& client, const CommandRecord& record, std::size
     return;
   }
   const auto lease = held(client, record);
-  if (*submitted == 0) {
+  if (*submitted == AxisRequests::kRunEnded) {
     answer(record, CommandResult::kDone, "all axes stop, and the run ends", lease);
     return;
   }

@@ -47,7 +47,9 @@ for (const channel of reader.channelsById.values()) {
 }
 const counts = Object.fromEntries([...reader.statistics.channelMessageCounts].map(([id, count]) => [reader.channelsById.get(id).topic, Number(count)]));
 const types = Object.fromEntries([...reader.channelsById.values()].map((channel) => [channel.topic, reader.schemasById.get(channel.schemaId).name]));
-console.log(JSON.stringify({ records, complete, counts, types, library: reader.header.library, chunks: reader.chunkIndexes.length }));
+const qos = Object.fromEntries([...reader.channelsById.values()].map((channel) => [channel.topic, channel.metadata.get("offered_qos_profiles")]));
+const { library, profile } = reader.header;
+console.log(JSON.stringify({ records, complete, counts, types, qos, library, profile, chunks: reader.chunkIndexes.length }));
 for await (const message of reader.readMessages()) {
   const { topic } = reader.channelsById.get(message.channelId);
   const sample = decoders.get(message.channelId).readMessage(message.data);

@@ -46,6 +46,15 @@ class Cursor:
             entries.append(part.take(layout))
         return entries
 
+    def words(self):
+        """A map of strings; each key is in it once."""
+        part, entries = Cursor(self.blob(self.take("I"))), {}
+        while part.at < len(part.data):
+            key = part.text()
+            check(key not in entries, f"{key} is in a map twice")
+            entries[key] = part.text()
+        return entries
+
     def end(self):
         check(self.at == len(self.data), f"{len(self.data) - self.at} bytes too many in a record")
 
@@ -68,6 +77,7 @@ class File:
         self.data = path.read_bytes()
         self.schemas, self.channels, self.messages = {}, {}, []
         self.chunks, self.indices = [], {}  # indices: offset of a message index: (channel, entries)
+        self.metadata = []  # (offset, length, name, map)
         data = self.data
         check(data[:8] == MAGIC and data[-8:] == MAGIC and len(data) > 16, "magic bytes are missing")
         footer_at = len(data) - 8 - 9 - 20
@@ -91,6 +101,10 @@ class File:
                 self.chunk(at, content)
             elif opcode == MESSAGE_INDEX:
                 self.message_index(at, content)
+            elif opcode == METADATA:
+                cursor = Cursor(content)
+                self.metadata.append((at, 9 + len(content), cursor.text(), cursor.words()))
+                cursor.end()
             elif opcode == DATA_END:
                 check(struct.unpack("<I", content)[0] == zlib.crc32(self.data[:at]), "checksum of the data")
                 ended = True
@@ -106,7 +120,7 @@ class File:
             check(number != 0 and self.schemas.setdefault(number, schema) == schema, f"schema {number} has changed")
         elif opcode == CHANNEL:
             number, schema = cursor.take("HH")
-            channel = (schema, cursor.text(), cursor.text(), cursor.blob(cursor.take("I")))
+            channel = (schema, cursor.text(), cursor.text(), cursor.words())
             check(schema in self.schemas, f"channel {number} comes before its schema")
             check(self.channels.setdefault(number, channel) == channel, f"channel {number} has changed")
         elif opcode == MESSAGE:
@@ -147,7 +161,7 @@ class File:
         chunk["indices_end"] = at + 9 + len(content)
 
     def summary(self, footer_at):
-        groups, statistics, chunk_indices, offsets = {}, [], [], []
+        groups, statistics, chunk_indices, metadata_indices, offsets = {}, [], [], [], []
         for at, opcode, content in split(self.data, self.summary_at, footer_at):
             check((opcode == SUMMARY_OFFSET) == (at >= self.offsets_at), "offsets of the summary stand at its end")
             begin, _ = groups.get(opcode, (at, at))
@@ -158,6 +172,8 @@ class File:
                 statistics.append((cursor.take("QHIIIIQQ"), dict(cursor.pairs("HQ"))))
             elif opcode == CHUNK_INDEX:
                 chunk_indices.append((cursor.take("QQQQ"), dict(cursor.pairs("HQ")), cursor.take("Q"), cursor.text(), cursor.take("QQ")))
+            elif opcode == METADATA_INDEX:
+                metadata_indices.append((*cursor.take("QQ"), cursor.text()))
             elif opcode == SUMMARY_OFFSET:
                 offsets.append(cursor.take("BQQ"))
             else:
@@ -166,6 +182,7 @@ class File:
             cursor.end()
         groups.pop(SUMMARY_OFFSET, None)
         check(sorted(offsets) == sorted((opcode, begin, end - begin) for opcode, (begin, end) in groups.items()), "offsets of the summary")
+        check(metadata_indices == [(at, length, name) for at, length, name, _ in self.metadata], "indices of the metadata")
         self.check_chunk_indices(chunk_indices)
         check(len(statistics) == 1, "statistics")
         self.check_statistics(*statistics[0])
@@ -179,7 +196,7 @@ class File:
 
     def check_statistics(self, numbers, counts):
         times = [message[2] for message in self.messages] or [0]
-        expected = (len(self.messages), len(self.schemas), len(self.channels), 0, 0, len(self.chunks), min(times), max(times))
+        expected = (len(self.messages), len(self.schemas), len(self.channels), 0, len(self.metadata), len(self.chunks), min(times), max(times))
         check(numbers == expected, f"statistics {numbers}, {expected} are in the file")
         found = {number: sum(message[0] == topic for message in self.messages) for number, (_, topic, _, _) in self.channels.items()}
         check(counts == found, f"counts {counts}, {found} are in the file")

@@ -27,6 +27,18 @@ def known_topics():
     return {words[0]: words[1] for words in rows if words and words[0] != "#"}
 
 
+def recorded_name(topic):
+    """The name of a topic in a recording: topics of ROS 2 have the names that nodes know."""
+    return topic.removeprefix("rt") if topic.startswith("rt/") else topic
+
+
+def documented_qos():
+    """QoS of the writers by topic, from the page of topics: (reliable, transient local)."""
+    text = (ROOT / "docs/dds_topics.md").read_text(encoding="utf-8")
+    rows = re.findall(r"(?m)^\| `([\w/]+)` \| `\w+(?:::\w+)+` \| [^|]* \| ([^|]*) \|", text)
+    return {topic: ("best effort" not in qos, "transient local" in qos) for topic, qos in rows}
+
+
 class ClientTest(ProgramTest):
     def setUp(self):
         super().setUp()
@@ -125,14 +137,11 @@ class Record(ClientTest):
         self.assertEqual(set(told), set(known_topics()))
         file = mcap_check.File(self.directory / "all.mcap")
         self.assertEqual(file.library, "driveline")
-        for name, topic in told.items():
-            self.assertEqual(sum(message[0] == name for message in file.messages), topic["samples"], name)
-            self.assertEqual([message[1] for message in file.messages if message[0] == name], list(range(topic["samples"])))
-        for schema, topic, encoding, _ in file.channels.values():
-            name, language, _ = file.schemas[schema]
-            self.assertEqual((language, encoding), ("ros2msg", "cdr"))
-            package, *_, kind = known_topics()[topic].split("::")
-            self.assertEqual(name, f"{package}/msg/{kind.removesuffix('_')}")
+        for topic, counts in told.items():
+            name = recorded_name(topic)
+            self.assertEqual(sum(message[0] == name for message in file.messages), counts["samples"], name)
+            self.assertEqual([message[1] for message in file.messages if message[0] == name], list(range(counts["samples"])))
+        self.check_profile_of_ros2(file)
         for _, _, logged, published, data in file.messages:
             self.assertIn(data[:2], (b"\0\0", b"\0\1"), "the bytes of DDS with their header")
             self.assertLessEqual(published, logged + 10**9)
@@ -144,6 +153,29 @@ class Record(ClientTest):
         missing = sum(cycles[-1] - cycles[0] + 1 - len(cycles) for cycles in by_axis.values())
         self.assertEqual(missing, told[TELEMETRY]["missing"])
         self.assertIn("all in OP", [event["text"] for event in self.samples("all.mcap", EVENT)])
+
+    def check_profile_of_ros2(self, file):
+        """What a player of ROS 2 reads: names and types of its own topics, and the QoS with which each is published."""
+        self.assertEqual(file.profile, "ros2")
+        self.assertEqual([(name, content) for _, _, name, content in file.metadata], [("rosbag2", {"ROS_DISTRO": "humble"})])
+        topics = {recorded_name(topic): (topic, kind) for topic, kind in known_topics().items()}
+        self.assertLessEqual({"/joint_states", "/diagnostics"}, set(topics))
+        self.assertEqual({topic for _, topic, _, _ in file.channels.values()}, set(topics))
+        for schema, name, encoding, metadata in file.channels.values():
+            schema_name, language, _ = file.schemas[schema]
+            self.assertEqual((language, encoding), ("ros2msg", "cdr"))
+            topic, kind = topics[name]
+            package, *_, kind = kind.split("::")
+            self.assertEqual(schema_name, f"{package}/msg/{kind.removesuffix('_')}")
+            self.assertEqual(list(metadata), ["offered_qos_profiles"])
+            policies = dict(re.findall(r"(?m)^[- ] (\w+): (\w+)$", metadata["offered_qos_profiles"]))
+            # rmw/types.h: reliable 1, best effort 2; transient local 1, volatile 2; automatic 1.
+            reliable, transient_local = documented_qos()[topic]
+            self.assertEqual(policies, {"history": "3", "depth": "0", "reliability": "1" if reliable else "2",
+                                        "durability": "1" if transient_local else "2", "liveliness": "1",
+                                        "avoid_ros_namespace_conventions": "false" if name != topic else "true"}, name)
+            for times in ("deadline", "lifespan", "liveliness_lease_duration"):
+                self.assertIn(f"  {times}:\n    sec: 9223372036\n    nsec: 854775807\n", metadata["offered_qos_profiles"])
 
     def check_batches(self, told):
         batches = self.samples("all.mcap", BATCH)
@@ -342,9 +374,10 @@ class Plot(ClientTest):
         picture = self.text("run.svg")
         for axis in AXES:
             self.assertIn(f">{axis} in rad<", picture)
+            self.assertRegex(picture, rf">{axis} error in (1e-\d )?rad<")
         self.assertEqual(picture.count("demand (6062h)"), 1, "of the one drive that tells it")
-        for words in ("commanded", "actual", "following error", "error in rad", "time in s"):
-            self.assertIn(words, picture)
+        for words in ("commanded", "actual", "following error", "time in s"):
+            self.assertEqual(picture.count(f">{words}<"), 1, "one legend, and the time below the last panel")
         self.assertGreater(self.curve_points(picture), 1000)
         self.check_events(picture)
         one = self.run_program("plot", "run.mcap", "--axis", "y", "--output", "y.svg")
@@ -497,7 +530,7 @@ class Topics(ProgramTest):
                 (good.replace("double d", "@key double d"), row.replace("S best", "T best"), "topics.txt:1: no structure m::T"),
                 (good.replace("double d", "@key string d"), row, "a.idl:5: key 'd'"),
                 (good, row.replace(" n ", " d "), "topics.txt:1: d is no whole number"),
-                (good, row.replace("best_effort", "quick"), "topics.txt:1: reader 'quick'"),
+                (good, row.replace("best_effort", "quick"), "topics.txt:1: writer 'quick'"),
                 (good, row.replace("n -", "n d"), "topics.txt:1: d is no sequence"),
                 (good, row + row, "topics.txt:2: topic t has a row already"),
                 (good, "", "no topic has the type m::S"),
@@ -512,6 +545,9 @@ class Topics(ProgramTest):
         text = (ROOT / "docs/dds_topics.md").read_text(encoding="utf-8")
         documented = dict(re.findall(r"(?m)^\| `([\w/]+)` \| `(\w+(?:::\w+)+)` \|", text))
         self.assertEqual(documented, known_topics())
+        rows = (line.split() for line in (ROOT / "bridge/idl/topics.txt").read_text(encoding="utf-8").splitlines())
+        qos = {words[0]: (words[2] != "best_effort", words[2] == "kept") for words in rows if words and words[0] != "#"}
+        self.assertEqual(documented_qos(), qos)
 
 
 if __name__ == "__main__":

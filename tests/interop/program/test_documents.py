@@ -62,6 +62,16 @@ def goes_by_itself(arguments):
     return "--iface" not in arguments and arguments != WAITS and arguments[0] not in BESIDE_IT
 
 
+class Examples(unittest.TestCase):
+    def test_have_as_many_lines_as_the_documents_say(self):
+        lines = [len(file.read_text(encoding="utf-8").splitlines()) for file in (ROOT / "examples").glob("*.cpp")]
+        for document in ("README.md", "docs/reference.md", "examples/README.md"):
+            text = " ".join((ROOT / document).read_text(encoding="utf-8").split())
+            told = re.search(r"programs(?: have| of| in `examples/`, of) (\d+) to (\d+) lines", text)
+            self.assertIsNotNone(told, document)
+            self.assertEqual((int(told[1]), int(told[2])), (min(lines), max(lines)), document)
+
+
 class InProcess(DocumentTest):
     def test_commands_run(self):
         shown = [arguments for arguments in commands() if goes_by_itself(arguments)]

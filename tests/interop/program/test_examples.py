@@ -1,13 +1,15 @@
 """The example programs that use a network interface, each against the program on the other end of a pair."""
 import csv
 import os
+import pathlib
 import re
 import signal
 import struct
+import subprocess
 import time
 import unittest
 
-from program import ATTEMPTS, CYCLONE_SUBSCRIBER, EXAMPLES, PATIENCE_S, WireTest, again_when_disturbed
+from program import ATTEMPTS, CYCLONE_SUBSCRIBER, DRIVELINE, EXAMPLES, PATIENCE_S, WireTest, again_when_disturbed
 
 EXAMPLE = os.environ["INTERFACE_EXAMPLE"]
 CONTROLLER = os.environ["CONTROLLER_EXAMPLE"]
@@ -89,6 +91,18 @@ class OnTheWire(WireTest):
 class OwnController(WireTest):
     """A task of its user drives an axis by torque; everything else is what `run` has."""
     DRIVE = '[realtime]\npolicy = "degrade"\n[[slave]]\nname = "x"\n'
+
+    def setUp(self):
+        super().setUp()
+        # The bridge is beside the program, which the example is not.
+        os.environ["DRIVELINE_BRIDGE"] = str(pathlib.Path(DRIVELINE).parent / "driveline-bridge")
+        self.addCleanup(os.environ.pop, "DRIVELINE_BRIDGE", None)
+
+    def test_links_no_dds(self):
+        """A library that parses what a network sends is not in the process of a line."""
+        linked = subprocess.run(["ldd", CONTROLLER], capture_output=True, text=True, check=True).stdout
+        self.assertNotIn("fastrtps", linked)
+        self.assertNotIn("ddsc", linked)
 
     def write_line(self, domain=0, more="", cycle_us=125):
         text = (EXAMPLES / "own_controller.toml").read_text(encoding="utf-8")

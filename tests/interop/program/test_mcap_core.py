@@ -7,7 +7,7 @@ import sys
 import unittest
 
 from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT
-from test_clients import BATCH, STATUS, TELEMETRY, ClientTest
+from test_clients import BATCH, STATUS, TELEMETRY, ClientTest, recorded_name
 
 sys.path.insert(0, str(EXAMPLES))
 import read_recording  # noqa: E402
@@ -59,11 +59,15 @@ class McapCore(ClientTest):
         self.end_run(run)
         head, read = self.read("run.mcap")
         self.assertTrue(head["complete"])
-        self.assertEqual(head["counts"], {name: topic["samples"] for name, topic in told.items()})
+        self.assertEqual(head["counts"], {recorded_name(name): topic["samples"] for name, topic in told.items()})
         self.assertEqual(head["records"]["ChunkIndex"], head["chunks"])
-        self.assertEqual(head["types"]["rt/joint_states"], "sensor_msgs/msg/JointState")
+        self.assertEqual(head["profile"], "ros2")
+        self.assertEqual(head["types"]["/joint_states"], "sensor_msgs/msg/JointState")
+        self.assertIn("reliability: 1\n", head["qos"]["/joint_states"])
+        self.assertEqual((head["records"]["Metadata"], head["records"]["MetadataIndex"]), (1, 1))
         for name in told:
-            self.assertEqual(sorted(sample["sequence"] for sample in read if sample["topic"] == name), list(range(told[name]["samples"])))
+            self.assertEqual(sorted(sample["sequence"] for sample in read if sample["topic"] == recorded_name(name)),
+                             list(range(told[name]["samples"])))
         self.check_values(read)
 
     def check_values(self, read):

@@ -188,6 +188,20 @@ class Plan(ProgramTest):
             for point in points:
                 x, y = map(float, point.split(","))
                 self.assertTrue(0.0 <= x <= 800.0 and 0.0 <= y <= 760.0, point)
+        self.check_axes(svg, curves[0])
+
+    def check_axes(self, svg, path):
+        """Both charts have names, units and ticks, and the ticks agree with the curve."""
+        texts = [(element.text, float(element.get("x")), float(element.get("y"))) for element in svg.iter() if element.tag.endswith("text")]
+        words = [text for text, _, _ in texts]
+        for label in ("x in mm", "y in mm", "speed along the path in mm/s", "time in s"):
+            self.assertEqual(words.count(label), 1, label)
+        below = {float(text): x for text, x, y in texts if text.lstrip("-").isdigit() and 470.0 < y < 490.0}
+        self.assertGreaterEqual(len(below), 5)
+        # The contour is from x = 0 mm to x = 400 mm.
+        across = [float(point.split(",")[0]) for point in path]
+        self.assertAlmostEqual(min(across), below[0.0], delta=1.0)
+        self.assertAlmostEqual(max(across), below[400.0], delta=1.0)
 
     def test_what_cannot_be_planned_is_refused_with_file_and_line(self):
         cases = {

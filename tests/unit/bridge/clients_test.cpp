@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "gaps.hpp"
+#include "mcap_ros2.hpp"
 #include "options.hpp"
+#include "recorded.hpp"
 #include "recording.hpp"
 #include "recording_file.hpp"
 
@@ -130,6 +132,54 @@ TEST_F(ClientFiles, AnOldRecordingIsThereUntilThereIsSomethingToRecord) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.mcap.part"));
   ASSERT_TRUE(file->finish({'!'}));
   EXPECT_EQ(content("run.mcap"), "new!");
+}
+
+TEST(RecordingForRos2, TopicsOfRos2HaveTheNamesThatNodesKnow) {
+  for (const auto& topic : topics()) {
+    const auto name = mcap::recorded_name(topic);
+    if (topic.name == "rt/joint_states") {
+      EXPECT_EQ(name, "/joint_states");
+    } else if (topic.name != "rt/diagnostics") {
+      EXPECT_EQ(name, topic.name);
+    }
+    EXPECT_EQ(mcap::find_recorded(name), &topic);
+    EXPECT_EQ(mcap::find_recorded(topic.name), &topic) << "older recordings have the DDS names";
+  }
+  EXPECT_EQ(mcap::find_recorded("/tf"), nullptr);
+}
+
+TEST(RecordingForRos2, QosIsWrittenAsItsOwnRecorderDoes) {
+  // metadata.yaml of a recording of /turtle1/cmd_vel by ROS 2 Humble with Fast DDS, reliable and volatile.
+  const std::string published =
+      "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n  deadline:\n    sec: 9223372036\n    nsec: "
+      "854775807\n  lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n  "
+      "liveliness_lease_duration:\n"
+      "    sec: 9223372036\n    nsec: 854775807\n  avoid_ros_namespace_conventions: false";
+  EXPECT_EQ(mcap::offered_qos_profiles(*find_topic("rt/joint_states")), published);
+  const auto status = mcap::offered_qos_profiles(*find_topic("driveline/line_status"));
+  EXPECT_THAT(status, HasSubstr("reliability: 1\n  durability: 1\n")) << "reliable, transient local";
+  EXPECT_THAT(status, HasSubstr("avoid_ros_namespace_conventions: true"));
+  EXPECT_THAT(mcap::offered_qos_profiles(*find_topic("driveline/axis_telemetry")),
+              HasSubstr("reliability: 2\n  durability: 2\n"));
+}
+
+TEST_F(ClientFiles, ARecordingOfATopicOfRos2IsReadBack) {
+  const auto* const joints = find_topic("rt/joint_states");
+  auto made = create_recording(path("run.mcap"), false, {joints});
+  ASSERT_TRUE(made);
+  const std::vector<std::uint8_t> bytes{0, 1, 0, 0, 7};
+  ASSERT_TRUE((*made)->take_place());
+  ASSERT_TRUE((*made)->add({joints, bytes, 2'000'000'005, 2'000'000'003}));
+  ASSERT_TRUE((*made)->finish());
+  EXPECT_THAT(content("run.mcap"),
+              testing::AllOf(HasSubstr("/joint_states"), testing::Not(HasSubstr("rt/joint_states"))));
+  std::size_t found = 0;
+  ASSERT_TRUE(read_recording(path("run.mcap"), [&](const Recorded& each) {
+    ++found;
+    EXPECT_EQ(each.topic, joints);
+    EXPECT_EQ(each.received_ns, 2'000'000'005);
+  }));
+  EXPECT_EQ(found, 1U);
 }
 
 TEST_F(ClientFiles, ALinkToARecordingStays) {

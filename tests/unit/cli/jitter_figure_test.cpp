@@ -72,7 +72,9 @@ TEST(JitterFigure, EqualLogarithmicBarsHoldAllThatWasMeasured) {
   EXPECT_EQ(figures[1].name, "jitter_idle_wake_latency_log");
   EXPECT_EQ(figures[1].data,
             "# cycle\n0.0316228 0.0354813 1\n12.5893 14.1254 2\n112.202 125 1\n\n\n0.0139549 0.0228353 3\n\n\n"
-            "150 225 3\n\n\n");
+            "125 125.893 1\n281.838 316.228 2\n\n\n")
+      << "missed periods are at their delays";
+  EXPECT_THAT(figures[1].script, HasSubstr("'max 300.50' at 300.5,"));
   EXPECT_THAT(figures[1].script, HasSubstr("set logscale xy"));
   EXPECT_THAT(figures[1].script, HasSubstr("'unresolved: 3'"));
   EXPECT_THAT(figures[1].script, HasSubstr("'missed: 3'"));

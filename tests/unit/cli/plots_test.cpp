@@ -1,7 +1,10 @@
 #include "text/plots.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <stdlib.h>
+
+#include <array>
 
 #include "driveline/runtime/event.hpp"
 #include "support/temporary_directory.hpp"
@@ -11,6 +14,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
 
 /// Sets an environment variable; the destructor restores it.
 class ScopedEnvironment {
@@ -42,6 +47,14 @@ class Plots : public test::TemporaryDirectory {
     for (int i = 0; i < 100; ++i)
       text += std::to_string(i) +
               (i < 10 ? ",1,2,0.5,3,4,-0.5,0,0,nan,nan,nan,nan\n" : ",1,2,0.5,3,4,-0.5,0,0,0.4,0.6,-0.7,-0.1\n");
+    write(directory / "axes.csv", text);
+  }
+  /// Rows of the positions of x and y: target and actual. All other values are 0.
+  void write_values(const std::vector<std::array<double, 4>>& rows) const {
+    std::string text = "head\n";
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      text += fmt::format("{},{},{},0,{},{},0,0,0,0,0,0,0\n", i, rows[i][0], rows[i][1], rows[i][2], rows[i][3]);
+    }
     write(directory / "axes.csv", text);
   }
   static std::vector<runtime::AxisRunReport> axes() {
@@ -86,11 +99,11 @@ TEST_F(Plots, ScriptThatIsLeftDrawsTheRightColumns) {
   leave_csv_files();
   ASSERT_TRUE(draw_plots(directory, axes()));
   const auto script = read(directory / "plots.gp");
-  EXPECT_THAT(script, testing::HasSubstr("using 1:2 with lines lw 4 lc rgb '#9ecae1' title 'commanded'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:3 with lines lc rgb '#08306b' title 'actual'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:10:11 with filledcurves"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:5 with lines lw 4 lc rgb '#9ecae1' title 'commanded'"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:12:13 with filledcurves"));
+  EXPECT_THAT(script, HasSubstr("using 1:2 with lines lw 4 lc rgb '#9ecae1' notitle"));
+  EXPECT_THAT(script, HasSubstr("using 1:3 with lines lc rgb '#08306b' notitle"));
+  EXPECT_THAT(script, HasSubstr("using 1:10:11 with filledcurves"));
+  EXPECT_THAT(script, HasSubstr("using 1:5 with lines lw 4 lc rgb '#9ecae1' notitle"));
+  EXPECT_THAT(script, HasSubstr("using 1:12:13 with filledcurves"));
 }
 
 TEST_F(Plots, DemandsOfDrivesThatReportThemAreDrawn) {
@@ -104,60 +117,114 @@ TEST_F(Plots, DemandsOfDrivesThatReportThemAreDrawn) {
   write(directory / "axes.csv", text);
   ASSERT_TRUE(draw_plots(directory, some));
   const auto script = read(directory / "plots.gp");
-  EXPECT_THAT(script, testing::HasSubstr("using 1:14 with lines lt 2 title 'by the drive (60F4h)'"));
-  EXPECT_THAT(script,
-              testing::HasSubstr("using 1:15 with lines lc rgb '#238b45' title 'demand (6062h)', '' skip 1 using "
-                                 "1:6 with lines"));
+  EXPECT_THAT(script, HasSubstr("using 1:14 with lines lt 2 notitle"));
+  EXPECT_THAT(script, HasSubstr("using 1:15 with lines lc rgb '#238b45' notitle, '' skip 1 using 1:6 with lines"));
+  EXPECT_THAT(script, HasSubstr("title 'demand (6062h)'"));
+  EXPECT_THAT(script, HasSubstr("title 'by the drive (60F4h)'"));
 }
 
-TEST_F(Plots, AxesNameTheirUnitsAndIncrementsOnRequest) {
+TEST_F(Plots, EachPanelHasANameOfItsOwnAndThePictureOneLegend) {
+  leave_csv_files();
+  auto named = axes();
+  named[1].unit = "mm";
+  ASSERT_TRUE(draw_plots(directory, named));
+  const auto script = read(directory / "plots.gp");
+  for (const auto* name : {"'x in rad'", "'x error in rad'", "'y in mm'", "'y error in mm'"}) {
+    EXPECT_THAT(script, HasSubstr(fmt::format("set label 100 {} at graph 0,graph 1 left", name)));
+  }
+  EXPECT_EQ(script.find("title 'commanded'"), script.rfind("title 'commanded'"));
+  EXPECT_THAT(script, Not(HasSubstr("set key outside"))) << "a legend beside each panel takes its width";
+}
+
+TEST_F(Plots, LabelsOfTicksAreShort) {
+  leave_csv_files();
+  write_values({{0.000'002, 0.000'002, 123.456, 123.456}, {0.000'004, 0.000'004, 123.456, 123.456}});
+  ASSERT_TRUE(draw_plots(directory, axes()));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, HasSubstr("set label 100 'x in 1e-6 rad' at graph 0,graph 1 left offset 0,0.7\n"
+                                "set yrange [1.92:4.08]\nset ytics 0.5\n"
+                                "plot 'axes.csv' skip 1 using 1:($2*1e6) with lines"));
+  EXPECT_THAT(script, HasSubstr("set yrange [123.389334:123.522666]\nset ytics 0.05\n"))
+      << "y stands still: its ticks differ all the same";
+}
+
+TEST_F(Plots, IncrementsOnRequest) {
   leave_csv_files();
   auto named = axes();
   named[1].unit = "mm";
   named[1].increments_per_unit = 104.25;
   ASSERT_TRUE(draw_plots(directory, named));
-  auto script = read(directory / "plots.gp");
-  EXPECT_THAT(script, testing::HasSubstr("set ylabel 'x in rad'\n"));
-  EXPECT_THAT(script, testing::HasSubstr("set ylabel 'y in mm'\n"));
-  EXPECT_THAT(script, testing::Not(testing::HasSubstr("increments")));
+  EXPECT_THAT(read(directory / "plots.gp"), Not(HasSubstr("increments")));
   const auto plain = read(directory / "following_error.png");
   const auto drawn = draw_plots(directory, named, true);
   ASSERT_TRUE(drawn) << drawn.error();
-  script = read(directory / "plots.gp");
-  EXPECT_THAT(script, testing::HasSubstr("set y2label 'increments'\n"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:(($2)*1000) axes x1y2 with lines lt nodraw"));
-  EXPECT_THAT(script, testing::HasSubstr("using 1:(($12)*104.25) axes x1y2 with lines lt nodraw"));
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, HasSubstr("'y in mm; right: increments'"));
+  // y from 3 to 4 mm with a margin of 0.04 mm on either side, in increments.
+  EXPECT_THAT(script, HasSubstr("set yrange [2.96:4.04]\nset ytics 0.2\nset ytics nomirror\nset y2range [308.5"));
+  EXPECT_THAT(script, HasSubstr("set y2tics 50 format '%.0f'\n"));
   EXPECT_THAT(read(directory / "following_error.png"), testing::AllOf(IsPng(), testing::Ne(plain)));
 }
 
-TEST_F(Plots, JitterHasEqualLogarithmicBarsTheDeadlineAndWhatWasMissed) {
+TEST_F(Plots, AnAxisThatDoesNotMoveHasTicksOfAnIncrement) {
+  leave_csv_files();
+  write_values({{0.5, 0.5, 0.5, 0.5}});
+  auto coarse = axes();
+  coarse[0].increments_per_unit = 5.0;
+  ASSERT_TRUE(draw_plots(directory, coarse, true));
+  EXPECT_THAT(read(directory / "plots.gp"), HasSubstr("set yrange [0.284:0.716]\nset ytics 0.1\n"))
+      << "an increment of 0.2 rad to either side";
+}
+
+TEST_F(Plots, JitterHasEqualLogarithmicBarsTheDeadlineAndMissedPeriodsAtTheirDelay) {
   leave_csv_files();
   using namespace std::chrono_literals;
   ASSERT_TRUE(draw_plots(directory, {}, false, {.period = 125us, .wake = {550ns, 1040ns, 20us, 3ms}}));
   const auto script = read(directory / "plots.gp");
-  EXPECT_THAT(script, testing::HasSubstr("bar(from, to) = (floor(10*log10((from + to) / 2000.0)) + 0.5) / 10"));
-  EXPECT_THAT(script, testing::HasSubstr("deadline = 125000\n"));
-  EXPECT_THAT(script, testing::HasSubstr("set arrow 9 from 2.0969,graph 0 to 2.0969,graph 1 nohead lw 2 lc 'red'"));
-  EXPECT_THAT(script, testing::HasSubstr("'p99 1.04 us' at 0.0170"));
-  EXPECT_THAT(script, testing::Not(testing::HasSubstr("'max 3000.00 us'"))) << "beyond the deadline, where the bar is";
-  EXPECT_THAT(script, testing::HasSubstr("using (-2.0):($1<25 ? $3 : 0) smooth frequency"));
   EXPECT_THAT(script,
-              testing::HasSubstr("using (2.3969):($1>=deadline ? $3 : 0) smooth frequency with boxes lc rgb 'red'"));
+              HasSubstr("bar(ns) = (floor(10*(log10((ns > 1 ? ns : 1)/1000.0) - origin)) + 0.5) / 10 + origin"));
+  EXPECT_THAT(script, HasSubstr("deadline = 125000\norigin = log10(deadline / 1000.0)\n"))
+      << "a bar begins at the deadline, so that none has both kinds";
+  EXPECT_THAT(script, HasSubstr("set arrow 9 from 2.0969,graph 0 to 2.0969,graph 1 nohead lw 2 lc 'red'"));
+  EXPECT_THAT(script, HasSubstr("'p99 1.04 us' at 0.0170"));
+  EXPECT_THAT(script, HasSubstr("'max 3000.00 us' at 3.4771,graph 0.75 right")) << "left of its line: it is the end";
+  EXPECT_THAT(script, HasSubstr("set xrange [-2.2:3.6771]"));
+  EXPECT_THAT(script, HasSubstr("using (-2):($1<25 ? $3 : 0) smooth frequency"));
+  EXPECT_THAT(script, HasSubstr("using (bar($1)):($1>=deadline ? $3 : 0) smooth frequency with boxes lc rgb 'red'"));
   EXPECT_THAT(read(directory / "jitter.png"), IsPng());
 }
 
-TEST_F(Plots, PositionsHaveTheFollowingErrorBelowAndWhatHappenedAcross) {
+TEST_F(Plots, EventsHaveNumbersAndTheirSentencesStandBelow) {
   leave_csv_files();
-  ASSERT_TRUE(
-      draw_plots(directory, axes(), false, {.marks = {{12.5, true, "periods missed"}, {20.0, false, "fault"}}}));
+  const std::vector<PlotMark> marks{{20.0, false, "axis y: unavailable"},
+                                    {12.5, true, "periods missed"},
+                                    {21.5, false, "axis y: available again"},
+                                    {60.0, false, "it's over"}};
+  ASSERT_TRUE(draw_plots(directory, axes(), false, {.marks = marks}));
   const auto script = read(directory / "plots.gp");
-  EXPECT_THAT(script, testing::HasSubstr("set multiplot layout 2,2 title 'commanded and actual position"));
-  EXPECT_THAT(script, testing::HasSubstr(
-                          "set arrow 1 from 12.500000,graph 0 to 12.500000,graph 1 nohead dt 2 lc rgb '#dd181f'"));
-  EXPECT_THAT(script, testing::HasSubstr("set label 2 'fault' at 20.000000"));
-  EXPECT_THAT(script, testing::HasSubstr("set autoscale xfix")) << "the time ends with the data";
-  EXPECT_THAT(script, testing::HasSubstr("set key outside right"));
+  EXPECT_THAT(script, HasSubstr("set multiplot layout 2,2 title 'commanded and actual position"));
+  EXPECT_THAT(script,
+              HasSubstr("set arrow 1 from 12.500000,graph 0 to 12.500000,graph 1 nohead dt 2 lc rgb '#dd181f'"));
+  EXPECT_THAT(script, HasSubstr("set label 1 '1-2' at 20.750000,graph 0.9")) << "of 99 s: their labels would overlap";
+  EXPECT_THAT(script, HasSubstr("set label 2 '3' at 60.000000,graph 0.9"));
+  EXPECT_THAT(script, HasSubstr("set label 1 '1  20.000 s  axis y: unavailable' at screen 0.02"));
+  EXPECT_THAT(script, HasSubstr("set label 3 '3  60.000 s  it''s over' at screen 0.02"));
+  EXPECT_THAT(script, HasSubstr("title 'events, listed below'"));
+  EXPECT_THAT(script, HasSubstr("set autoscale xfix")) << "the time ends with the data";
   EXPECT_THAT(read(directory / "positions.png"), IsPng());
+}
+
+TEST_F(Plots, LongListsOfEventsAndLongSentencesAreCut) {
+  leave_csv_files();
+  std::vector<PlotMark> marks;
+  for (int i = 0; i < 40; ++i) marks.push_back({2.0 * i, false, std::string(199, '-') + "µ and more"});
+  const auto drawn = draw_plots(directory, axes(), false, {.marks = marks});
+  ASSERT_TRUE(drawn) << drawn.error();
+  const auto script = read(directory / "plots.gp");
+  EXPECT_THAT(script, HasSubstr("'24  46.000 s  " + std::string(199, '-') + " ...' at screen"))
+      << "a character of two bytes is not cut in half";
+  EXPECT_THAT(script, HasSubstr("'and 16 more events'"));
+  EXPECT_THAT(script, Not(HasSubstr("'25  ")));
 }
 
 TEST_F(Plots, MarksAreWhatHappenedInOperation) {
@@ -178,15 +245,15 @@ TEST_F(Plots, MarksAreWhatHappenedInOperation) {
   EXPECT_TRUE(facts.marks[1].missed);
   EXPECT_EQ(facts.marks[1].time_s, 1.25);
   EXPECT_FALSE(facts.marks[2].missed);
-  EXPECT_EQ(facts.marks[2].text, "fault");
+  EXPECT_EQ(facts.marks[2].text, describe(report.events[3]));
 }
 
 TEST_F(Plots, OneAxisHasTheWholePicture) {
   leave_csv_files();
   ASSERT_TRUE(draw_plots(directory, axes()));
-  EXPECT_THAT(read(directory / "plots.gp"), testing::HasSubstr("set multiplot layout 1,2 title"));
+  EXPECT_THAT(read(directory / "plots.gp"), HasSubstr("set multiplot layout 1,2 title"));
   ASSERT_TRUE(draw_plots(directory, {axes().front()}));
-  EXPECT_THAT(read(directory / "plots.gp"), testing::HasSubstr("set multiplot layout 1,1 title"));
+  EXPECT_THAT(read(directory / "plots.gp"), HasSubstr("set multiplot layout 1,1 title"));
 }
 
 TEST_F(Plots, WhatADriveReportsIsDrawnBesideOurs) {
@@ -198,9 +265,8 @@ TEST_F(Plots, WhatADriveReportsIsDrawnBesideOurs) {
   both[1].by_drive = {1.0, 1.0};
   ASSERT_TRUE(draw_plots(directory, both));
   const auto script = read(directory / "plots.gp");
-  EXPECT_THAT(script,
-              testing::HasSubstr("notitle, '' skip 1 using 1:14 with lines lt 2 title 'by the drive (60F4h)'\n"));
-  EXPECT_EQ(script.find("60F4h"), script.rfind("60F4h")) << "x reports none";
+  EXPECT_THAT(script, HasSubstr("notitle, '' skip 1 using 1:14 with lines lt 2 notitle\n"));
+  EXPECT_EQ(script.find("lt 2 notitle"), script.rfind("lt 2 notitle")) << "x reports none";
 }
 
 TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {
@@ -220,7 +286,7 @@ TEST_F(Plots, NamesAreTextsAndNoCommands) {
   const auto pictures = draw_plots(directory, named);
   ASSERT_TRUE(pictures) << pictures.error();
   EXPECT_FALSE(std::filesystem::exists(proof));
-  EXPECT_THAT(read(directory / "plots.gp"), testing::HasSubstr("set ylabel 'x'' system "));
+  EXPECT_THAT(read(directory / "plots.gp"), HasSubstr("set label 100 'x'' system "));
   write(directory / "clocks.csv", "time[s],x,y\n0,1,2\n1,2,3\n");
   const auto clocks = draw_clocks(directory, {named[0].name, named[1].name});
   EXPECT_TRUE(clocks) << clocks.error();

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <future>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -353,6 +354,70 @@ TEST_F(AxisRequestsTest, WhoGoesTakesAlongTheMotionsThatAreStillQueued) {
   EXPECT_EQ(single->report(*moved).phase, ecat_master::RequestPhase::kAborted);
 }
 
+TEST_F(AxisRequestsTest, AThreadWaitsForTheEndOfARequest) {
+  axis_requests.open(*single);
+  const auto moved = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
+  ASSERT_TRUE(moved);
+  EXPECT_NE(*moved, 0U);
+  EXPECT_EQ(axis_requests.wait(0, *moved, {}).report.phase, ecat_master::RequestPhase::kWaiting) << "the time is over";
+  auto waits = std::async(std::launch::async, [&] { return axis_requests.wait(0, *moved, std::chrono::hours{1}); });
+  while (waits.wait_for(milliseconds{1}) != std::future_status::ready) {
+    cycle();  // in which the axis refuses the request: it is not enabled
+    axis_requests.watch();
+  }
+  const auto progress = waits.get();
+  EXPECT_EQ(progress.report.phase, ecat_master::RequestPhase::kError);
+  ASSERT_TRUE(progress.refusal);
+  EXPECT_EQ(progress.refusal->error, ecat_master::AxisError::kNotEnabled);
+}
+
+TEST_F(AxisRequestsTest, AThreadThatWaitsGoesOnWhenTheLineGoesOutOfOperation) {
+  axis_requests.open(*single);
+  const auto moved = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
+  ASSERT_TRUE(moved);
+  auto waits = std::async(std::launch::async, [&] { return axis_requests.wait(0, *moved, std::chrono::hours{1}); });
+  axis_requests.close();
+  const auto progress = waits.get();
+  EXPECT_EQ(progress.report.phase, ecat_master::RequestPhase::kAborted);
+  ASSERT_TRUE(progress.refusal);
+  EXPECT_EQ(progress.refusal->why, AxisRefusal::Why::kNotRunning);
+}
+
+TEST_F(AxisRequestsTest, CallsBackOnceWhenARequestHasSettled) {
+  axis_requests.open(*single);
+  const auto who = caller("hand");
+  const auto moved = axis_requests.submit(who, 0, ask(AxisCommand::kMoveRelative, 1.0));
+  ASSERT_TRUE(moved);
+  std::vector<ecat_master::RequestPhase> phases;
+  axis_requests.when_settled(0, *moved, [&](const AxisProgress& progress) {
+    phases.push_back(progress.report.phase);
+    EXPECT_TRUE(axis_requests.submit(who, 0, ask(AxisCommand::kHalt))) << "without the lock";
+  });
+  axis_requests.watch();
+  EXPECT_THAT(phases, IsEmpty()) << "the request waits for the cycle";
+  cycle();
+  axis_requests.watch();
+  axis_requests.watch();
+  EXPECT_THAT(phases, ElementsAre(ecat_master::RequestPhase::kError));
+}
+
+TEST_F(AxisRequestsTest, CallsBackWhenTheLineGoesOutOfOperation) {
+  axis_requests.open(*single);
+  const auto first = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
+  ASSERT_TRUE(first);
+  cycle();
+  const auto second = axis_requests.submit(caller("hand"), 1, ask(AxisCommand::kMoveRelative, 1.0));
+  ASSERT_TRUE(second);
+  std::vector<ecat_master::RequestPhase> phases;
+  const auto note = [&](const AxisProgress& progress) { phases.push_back(progress.report.phase); };
+  axis_requests.when_settled(1, *second, note);
+  axis_requests.when_settled(0, *first, note);
+  axis_requests.close();
+  axis_requests.close();
+  EXPECT_THAT(phases, ElementsAre(ecat_master::RequestPhase::kError, ecat_master::RequestPhase::kAborted))
+      << "first those that were over";
+}
+
 TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   axis_requests.occupy("path");
   auto hand = caller("hand");
@@ -363,7 +428,10 @@ TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   const auto stopped = axis_requests.submit(hand, 1, ask(AxisCommand::kHalt));
   ASSERT_TRUE(stopped);
   EXPECT_EQ(stops, 1);
-  EXPECT_TRUE(axis_requests.progress(1, *stopped).report.over());
+  EXPECT_EQ(*stopped, AxisRequests::kRunEnded);
+  EXPECT_EQ(axis_requests.progress(1, *stopped).report.phase, ecat_master::RequestPhase::kDone);
+  EXPECT_EQ(axis_requests.wait(1, *stopped, std::chrono::nanoseconds::max()).report.phase,
+            ecat_master::RequestPhase::kDone);
 }
 
 /// Clients choose their names themselves.

@@ -76,6 +76,10 @@ struct EsiError {
 
 /// Formats the error as a sentence, "file:line: path: problem, expected ...".
 [[nodiscard]] std::string to_text(const EsiError& error);
+/// The same.
+[[nodiscard]] inline std::string describe(const EsiError& error) {
+  return to_text(error);
+}
 
 /// Reads an ESI file in UTF-8, UTF-16 or ISO 8859-1. `file_name` is used in messages only.
 ///

@@ -249,6 +249,10 @@ struct SiiError {
 
 /// Formats the error as a sentence for display.
 [[nodiscard]] std::string to_text(const SiiError& error);
+/// The same.
+[[nodiscard]] inline std::string describe(const SiiError& error) {
+  return to_text(error);
+}
 
 /// Returns the CRC-8 of the configuration area: polynomial x^8 + x^2 + x + 1, initial value 0xFF (ETG.1000.6 5.4, word
 /// 0x07).

@@ -44,6 +44,11 @@ struct RealtimeError {
   [[nodiscard]] std::string message() const;
 };
 
+/// The error as sentences.
+[[nodiscard]] inline std::string describe(const RealtimeError& error) {
+  return error.message();
+}
+
 /// The most costly of the items that are not ok, the first of them in a tie; null if all are ok.
 [[nodiscard]] const RealtimeItem* most_important(const std::vector<RealtimeItem>& items) noexcept;
 

@@ -24,6 +24,11 @@ struct SwitchLogError {
   [[nodiscard]] std::string message() const;
 };
 
+/// The error as a sentence with the remedy.
+[[nodiscard]] inline std::string describe(const SwitchLogError& error) {
+  return error.message();
+}
+
 /// The threads that a CPU switched to, recorded by the kernel (perf_event_open(2): context switches of a CPU) in memory
 /// that it shares with this process: the last 1,000 or so. Each switch costs about 0.3 us more while the log is open.
 /// Interrupts of a thread, and the host of a virtual machine, do not appear.

@@ -19,6 +19,11 @@ struct GearError {
   [[nodiscard]] std::string message() const;
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const GearError& error) {
+  return error.message();
+}
+
 /// Ratio of an electronic gear: the slave moves numerator / denominator times as far as the master, two integers, or by
 /// the distances of of_travel(), such as 10 mm for each 360 deg of the master. A plain value.
 ///

@@ -31,6 +31,11 @@ struct KinematicError {
   std::string key{};   ///< the wrong parameter, or "type" for the kind; empty: a parameter is missing
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const KinematicError& error) {
+  return error.reason;
+}
+
 /// Creates the machine of a kind.
 [[nodiscard]] tl::expected<std::unique_ptr<Kinematics>, KinematicError> make_kinematics(
     std::string_view kind, std::span<const KinematicParameter> parameters);

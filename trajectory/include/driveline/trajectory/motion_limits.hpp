@@ -36,6 +36,11 @@ struct LimitViolation {
   [[nodiscard]] std::string message() const;
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const LimitViolation& error) {
+  return error.message();
+}
+
 /// Evaluates the whole path at the cycle's period, like the cycle itself, and compares it with the limits (one per
 /// axis). The acceleration of an axis is both the value that the interpolator reports and the change of velocity
 /// between two samples, starting and ending at standstill; this detects corners of a linear path and a spline that

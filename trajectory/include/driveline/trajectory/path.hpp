@@ -59,6 +59,11 @@ struct PathError {
   [[nodiscard]] std::string message() const;
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const PathError& error) {
+  return error.message();
+}
+
 /// A multi-axis path sampled in time. Created by PathBuilder, parse_path_csv or load_path, and therefore always valid:
 /// 1..kMaxPathAxes axes with distinct names, at least two points, strictly increasing times, all values finite and
 /// within the limits above. Besides the position, an axis may give its velocity, and its acceleration, at every point.

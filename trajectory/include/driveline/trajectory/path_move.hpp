@@ -62,6 +62,11 @@ struct PathMoveError {
   std::string reason;  ///< one sentence without a full stop, without file and line
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const PathMoveError& error) {
+  return error.reason;
+}
+
 /// Largest difference between the distances of both ends of an arc from its centre, as a fraction of the radius.
 inline constexpr double kArcClosure = 1e-4;
 

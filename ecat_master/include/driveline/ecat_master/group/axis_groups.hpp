@@ -84,7 +84,8 @@ class AxisGroups {
   // Functions for any thread except that of the cycle.
   /// The configurations given to the constructor.
   [[nodiscard]] const std::vector<AxisGroupSettings>& groups() const noexcept { return configs_; }
-  /// Submits a request to a group. Returns the number for report(); 0: no such group, or the queue is full.
+  /// Submits a request to a group, a number below that of groups(). Returns the number for report(); 0: not submitted,
+  /// because the queue is full.
   ///
   /// kStop, kHalt, kInterrupt and kDisable wait for nothing, neither for planning nor for other requests: the next
   /// cycle takes them, and there is always room for them. If another request of the same kind follows before that, the
@@ -92,7 +93,8 @@ class AxisGroups {
   /// overtakes a queued request to resume motion, that request ends as aborted.
   [[nodiscard]] std::uint64_t submit(std::size_t group, const GroupRequest& request);
   /// Queues a move of a group. It is planned after the moves that were queued before it, and after the cycle has taken
-  /// the requests that were submitted before it. Returns the number for report(); 0: no such group, or no room().
+  /// the requests that were submitted before it. Returns the number for report(); 0: not queued, because there is no
+  /// room().
   [[nodiscard]] std::uint64_t move(std::size_t group, const GroupMove& move);
   /// Queues several moves as one path: all of them, or none, then 0. Returns the number of the first move; the others
   /// have consecutive numbers. Every move except the last continues (GroupMove::continues), and every move except the

@@ -103,16 +103,18 @@ struct AxisRequest {
   BufferMode buffer = BufferMode::kAborting;       ///< for motions; positioning by the drive: kAborting, kBuffered
   MoveDirection direction = MoveDirection::kNone;  ///< kMoveAbsolute of an axis with AxisConfig::modulo
   bool on = true;                                  ///< kPower
-  std::int8_t mode = 8;       ///< kSetMode: 6060h, 8 to 10; 7 only from 8 and back, if the drive has it
-  double target = 0.0;        ///< position, distance, velocity, torque or factor
+  std::int8_t mode = 8;  ///< kSetMode: 6060h, 8 to 10; 7 only from 8 and back, if the drive has it
+  /// Position or distance in rad or m, velocity in rad/s or m/s, torque in Nm or force in N, or a factor, as `command`
+  /// says.
+  double target = 0.0;
   double velocity = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Must not exceed it
-  double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: torque per second, 0: at once
+  double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: Nm/s or N/s, 0: at once
   double deceleration = 0.0;  ///< likewise; 0: as `acceleration`
   double jerk = 0.0;          ///< rad/s^3 or m/s^3; 0: the limit of the axis
   ProbeTrigger trigger = ProbeTrigger::kFirstRising;  ///< kTouchProbe, kHomeByProbe
-  double window_first = 0.0;                          ///< kTouchProbe: first end of the window in which an event counts
+  double window_first = 0.0;                          ///< kTouchProbe: first end of the window of events, rad or m
   double window_last = 0.0;                           ///< other end of the window; equal ends: any position
-  double distance = 0.0;                              ///< kHomeByProbe, signed by the direction
+  double distance = 0.0;                              ///< kHomeByProbe, signed by the direction, rad or m
 };
 static_assert(std::is_trivially_copyable_v<AxisRequest>);
 

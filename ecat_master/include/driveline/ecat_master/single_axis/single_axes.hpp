@@ -63,7 +63,8 @@ class SingleAxes final : public MotionControl {
   void add_signal(MasterSignal& signal) { signals_.push_back(&signal); }
 
   // Any thread.
-  /// Submits a request to an axis. Returns the number for report(); 0: no such axis, or the queue is full.
+  /// Submits a request to an axis, a number below that of axes(). Returns the number for report(); 0: not submitted,
+  /// because the queue is full.
   ///
   /// A stop, a halt and a switch-off wait for nothing: the next cycle takes them, and there is always room for them. If
   /// another request of the same kind follows before that, the first ends as aborted. Other requests, and stops and

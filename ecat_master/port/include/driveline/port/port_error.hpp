@@ -24,4 +24,9 @@ struct PortError {
   std::string message;                          ///< one sentence: what is wrong and, where there is one, the remedy
 };
 
+/// The error as a sentence.
+[[nodiscard]] inline std::string describe(const PortError& error) {
+  return error.message;
+}
+
 }  // namespace driveline::port

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -44,6 +46,12 @@ struct AxisProgress {
   bool accepted = false;  ///< the axis has accepted the request, which may still wait for its turn, or be over
 };
 
+/// Whether there is nothing more to wait for: the request is over, has reached its velocity or torque, or is unknown.
+[[nodiscard]] constexpr bool has_settled(ecat_master::RequestPhase phase) noexcept {
+  return ecat_master::is_over(phase) || phase == ecat_master::RequestPhase::kReached ||
+         phase == ecat_master::RequestPhase::kUnknown;
+}
+
 /// State of an axis, and its owner.
 struct AxisStatus {
   events::EventAxis axis;                           ///< name and unit
@@ -78,6 +86,11 @@ class GroupGuard {
 /// lock, which is never held while a path is checked or planned, so that a stop does not wait for that.
 class AxisRequests {
  public:
+  /// Number of a request that has ended the run of all axes. Its progress is done: there is nothing to follow up.
+  static constexpr std::uint64_t kRunEnded = std::numeric_limits<std::uint64_t>::max();
+  /// Receives the progress of a request that has settled.
+  using Settled = std::function<void(const AxisProgress&)>;
+
   /// `stop_all` ends the run in an orderly way. `axes` and `clock`, which measures keep-alive times, must outlive it.
   AxisRequests(const std::vector<ecat_master::AxisConfig>& axes, const rt::Clock& clock,
                std::function<void()> stop_all);
@@ -104,8 +117,8 @@ class AxisRequests {
   [[nodiscard]] std::optional<std::size_t> find(std::string_view name) const noexcept;
   /// Returns the configuration of the axes, in the order of the line description.
   [[nodiscard]] const std::vector<ecat_master::AxisConfig>& axes() const noexcept { return axes_; }
-  /// Forwards a request to the axis. Returns its number for progress(); 0: the request has ended the run of all axes,
-  /// and there is nothing to follow up.
+  /// Forwards a request to the axis. Returns its number for progress(), wait() and when_settled(), never 0; kRunEnded:
+  /// all axes are moved together, and the request has ended the run.
   [[nodiscard]] tl::expected<std::uint64_t, AxisRefusal> submit(const AxisCaller& caller, std::size_t axis,
                                                                 const ecat_master::AxisRequest& request);
   /// Same for an order about the gear or cam of an axis; needs the lease of the slave axis.
@@ -117,6 +130,14 @@ class AxisRequests {
   [[nodiscard]] bool holds(const AxisCaller& caller, std::size_t axis) const;
   /// Returns the progress of a request to this axis.
   [[nodiscard]] AxisProgress progress(std::size_t axis, std::uint64_t request) const;
+  /// Waits until a request has settled (has_settled()), the line goes out of operation, or `limit` has passed, measured
+  /// in real time, also if the line is on virtual time. Returns the progress as of then. Blocks its thread, which must
+  /// not be that of the line: the line would wait for itself.
+  [[nodiscard]] AxisProgress wait(std::size_t axis, std::uint64_t request, std::chrono::nanoseconds limit) const;
+  /// Calls `settled` once: when the request has settled, or when the line goes out of operation. The call is made on
+  /// the thread of the line, within some milliseconds and without a lock, so `settled` may submit requests; it must not
+  /// block. It must stay callable until then.
+  void when_settled(std::size_t axis, std::uint64_t request, Settled settled);
   /// Returns the present state of the axis.
   [[nodiscard]] AxisStatus status(std::size_t axis) const;
   /// Prolongs the leases of a caller that is alive.
@@ -146,6 +167,13 @@ class AxisRequests {
     bool caller_left = false;  ///< the caller left before the axis accepted the request
     std::string coupling{};    ///< text of a CouplingOrder, for events
   };
+  /// A call that is due when its request has settled.
+  struct Call {
+    std::size_t axis = 0;
+    std::uint64_t request = 0;
+    Settled settled;
+    AxisProgress progress{};
+  };
   /// How a request obtains its axis.
   enum class Access : std::uint8_t {
     kOpen,       ///< the caller already owns the axis, or the request needs no lease
@@ -172,12 +200,15 @@ class AxisRequests {
   void watch_leases();
   void watch_requests();
   void watch_leaving();
+  [[nodiscard]] std::vector<Call> take_due_calls(bool all);
+  void call_back(std::vector<Call> calls);
 
   const std::vector<ecat_master::AxisConfig>& axes_;
   const rt::Clock& clock_;
   std::function<void()> stop_all_;
   AxisAuthority authority_;
   mutable std::mutex lock_;
+  mutable std::condition_variable watched_;  ///< notified after each watch(), and when the line goes out of operation
   ecat_master::SingleAxes* single_ = nullptr;
   GroupGuard* groups_ = nullptr;
   LineCouplings* couplings_ = nullptr;
@@ -185,6 +216,7 @@ class AxisRequests {
   std::vector<Pending> pending_;
   std::vector<std::string> leaving_;  ///< callers whose leases last until their requests are over
   std::vector<EventFacts> events_;
+  std::vector<Call> calls_;
 };
 
 }  // namespace driveline::runtime
