@@ -248,7 +248,7 @@ class LostExchanges : public testing::TestWithParam<std::uint32_t> {
   /// Loses this number of exchanges and runs on for 10 ms.
   void lose(LineOperation& operation, int exchanges) {
     left = exchanges;
-    operation.run(GetParam() * exchanges * microseconds{125} + milliseconds{10});
+    operation.run(static_cast<int>(GetParam()) * exchanges * microseconds{125} + milliseconds{10});
     EXPECT_EQ(left, 0);
   }
 
