@@ -20,6 +20,8 @@ target_compile_options(driveline_warnings INTERFACE -Wall -Wextra -Wconversion -
 if(DRIVELINE_SANITIZE)
   add_compile_options(-fsanitize=${DRIVELINE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${DRIVELINE_SANITIZE})
+  # The standard library checks its preconditions, too: an empty optional that is read is no error of memory.
+  add_compile_definitions(_GLIBCXX_ASSERTIONS)
 endif()
 
 # Nothing replaces a function of ours at run time, and nothing reads errno after a function of the maths library. Told so,
