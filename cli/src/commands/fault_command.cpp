@@ -40,9 +40,10 @@ Execute prepare_fault(Arguments& to) {
   to.option("--config", &options->config, Value::file(), "Line description of the running line");
   to.option("--control", &options->control, Value::file("PATH"),
             "Socket of `simulate --control` or of a `run`; default: that of the only line that runs");
-  to.required(&options->words, Value::text("COMMAND"),
-              "KIND KEY=VALUE ..., heal KIND KEY=VALUE ..., heal all, list, states, quit; help lists the kinds, personas "
-              "the quirks of real drives");
+  to.required(
+      &options->words, Value::text("COMMAND"),
+      "KIND KEY=VALUE ..., heal KIND KEY=VALUE ..., heal all, list, states, quit; help lists the kinds, personas "
+      "the quirks of real drives");
   return [options] { return fault(*options); };
 }
 

@@ -17,7 +17,6 @@ constexpr std::string_view kAxis = "axis ";
 constexpr std::string_view kGroup = "group ";
 constexpr std::string_view kFault = "fault ";
 constexpr std::string_view kInput = "input ";
-constexpr std::string_view kDrive = "drive ";
 constexpr std::array<std::string_view, 4> kQuestions{"diag", "diag json", "eoe", "eoe json"};
 
 }  // namespace
@@ -56,7 +55,7 @@ CommandReply LineControl::execute(const CommandSender& sender, std::string_view 
   if (command.starts_with(kGroup)) return {groups_.execute(sender, command.substr(kGroup.size())), true, false};
   if (command.starts_with(kFault) || command.starts_with(kInput)) return {order_line(sender, command)};
   const bool question = std::find(kQuestions.begin(), kQuestions.end(), command) != kQuestions.end();
-  if (!question && !command.starts_with(kDrive)) {
+  if (!question && !command.starts_with(kDriveQuestion)) {
     return {
         fmt::format("error: \"{}\" is not a command of a running line; expected: diag, eoe, diag json, eoe json, axis, "
                     "group, drive, fault or input",

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -14,6 +15,9 @@
 #include "line/line_console.hpp"
 
 namespace driveline::cli {
+
+/// First word of the questions about the drives of the line.
+inline constexpr std::string_view kDriveQuestion = "drive ";
 
 /// The control socket of a running line, served by its own thread, so that a stop is accepted even while the line's
 /// thread waits for a slave. Questions about the line as a whole are answered by the line's thread.

@@ -243,9 +243,8 @@ class RunConsole final : public ConsoleObserver {
   }
 
   [[nodiscard]] std::string answer(std::string_view question) {
-    constexpr std::string_view kDrive = "drive ";
     if (question.starts_with("diag")) return diagnosis(question == "diag json");
-    if (question.starts_with(kDrive)) return answer_about_drives(line_, question.substr(kDrive.size()));
+    if (question.starts_with(kDriveQuestion)) return answer_about_drives(line_, question.substr(kDriveQuestion.size()));
     return eoe(question == "eoe json");
   }
 

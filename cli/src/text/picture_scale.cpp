@@ -18,7 +18,7 @@ constexpr double kGreatestPlain = 1e5;
 constexpr double kLeastShare = 1e-3;
 
 /// Space between the greatest value and the frame, as a share of the range.
-constexpr double kMargin = 0.04;
+constexpr double kScaleMargin = 0.04;
 
 double round_step(double raw) {
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -56,8 +56,8 @@ PictureScale scale_of(const ValueRange& values, double resolution, int intervals
   if (!(span > 0.0)) return {};
   const double middle = 0.5 * (values.low + values.high);
   PictureScale scale;
-  scale.low = middle - (0.5 + kMargin) * span;
-  scale.high = middle + (0.5 + kMargin) * span;
+  scale.low = middle - (0.5 + kScaleMargin) * span;
+  scale.high = middle + (0.5 + kScaleMargin) * span;
   scale.step = round_step(span / intervals);
   scale.power = power_of(std::max(magnitude, 0.5 * span));
   return scale;

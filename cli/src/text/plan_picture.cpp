@@ -17,8 +17,8 @@ namespace {
 // Sizes in pixels.
 constexpr double kPictureWidth = 800.0;
 constexpr double kPictureHeight = 790.0;
-constexpr double kLeft = 64.0;    // ticks left of a chart
-constexpr double kWidth = 716.0;  // of a chart
+constexpr double kChartLeft = 64.0;    // ticks left of a chart
+constexpr double kChartWidth = 716.0;  // of a chart
 constexpr double kPlaneTop = 32.0;
 constexpr double kPlaneHeight = 430.0;
 constexpr double kSpeedTop = 540.0;
@@ -40,8 +40,8 @@ class Chart {
   Chart(double top, double height, const ValueRange& x, const ValueRange& y, bool is_square)
       : top_(top), height_(height), x_(scale_of(x, 0.0, 8)), y_(scale_of(y)) {
     if (!is_square) return;
-    const double unit = std::max((x_.high - x_.low) / kWidth, (y_.high - y_.low) / height_);
-    widen(x_, unit * kWidth);
+    const double unit = std::max((x_.high - x_.low) / kChartWidth, (y_.high - y_.low) / height_);
+    widen(x_, unit * kChartWidth);
     widen(y_, unit * height_);
     x_.step = y_.step = std::max(x_.step, y_.step);
     x_.power = y_.power = std::max(x_.power, y_.power);
@@ -58,14 +58,15 @@ class Chart {
     }
     for (const double value : ticks(y_)) {
       const double down = place(x_.low, value).second;
-      text += grid_line(kLeft, down, kLeft + kWidth, down) + text_at(kLeft - 6.0, down + 4.0, "end", tick(y_, value));
+      text += grid_line(kChartLeft, down, kChartLeft + kChartWidth, down) +
+              text_at(kChartLeft - 6.0, down + 4.0, "end", tick(y_, value));
     }
     return text +
-           fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#606060\"/>\n", kLeft,
-                       top_, kWidth, height_) +
-           text_at(kLeft + 0.5 * kWidth, top_ + height_ + 34.0, "middle",
+           fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"#606060\"/>\n",
+                       kChartLeft, top_, kChartWidth, height_) +
+           text_at(kChartLeft + 0.5 * kChartWidth, top_ + height_ + 34.0, "middle",
                    fmt::format("{} in {}", x_label, x_.unit(x_unit))) +
-           text_at(kLeft, top_ - 8.0, "start", fmt::format("{} in {}", y_label, y_.unit(y_unit)));
+           text_at(kChartLeft, top_ - 8.0, "start", fmt::format("{} in {}", y_label, y_.unit(y_unit)));
   }
   [[nodiscard]] std::string curve(const std::vector<std::pair<double, double>>& points) const {
     std::string text = "<polyline fill=\"none\" stroke=\"#1f5fa8\" stroke-width=\"1.3\" points=\"";
@@ -110,7 +111,7 @@ class Chart {
     return fmt::format("{:.6g}", scale.labelled(value));
   }
   [[nodiscard]] std::pair<double, double> place(double at_x, double at_y) const {
-    return {kLeft + (at_x - x_.low) / (x_.high - x_.low) * kWidth,
+    return {kChartLeft + (at_x - x_.low) / (x_.high - x_.low) * kChartWidth,
             top_ + height_ - (at_y - y_.low) / (y_.high - y_.low) * height_};
   }
 

@@ -15,10 +15,6 @@ using slaves::kPersonas;
 using slaves::PersonaRow;
 using slaves::PersonaValue;
 
-tl::unexpected<Error> problem(std::string reason) {
-  return fail(ErrorKind::kSetting, std::move(reason));
-}
-
 std::string unknown_name(std::string_view name) {
   std::vector<std::string_view> names;
   for (const auto& row : kPersonas) names.push_back(row.name);
@@ -38,11 +34,12 @@ std::string limits_text(const PersonaValue& value) {
 }
 
 Result<slaves::Persona> with_value(const PersonaRow& row, std::string_view text) {
-  if (row.value.meaning.empty()) return problem(fmt::format("\"{}\" has no value, \"={}\" is given", row.name, text));
+  if (row.value.meaning.empty())
+    return fail(ErrorKind::kSetting, fmt::format("\"{}\" has no value, \"={}\" is given", row.name, text));
   const auto number = whole_number(text);
   if (!number || *number < row.value.lowest || *number > row.value.highest) {
-    return problem(
-        fmt::format("the value of \"{}\" is \"{}\", {} is expected", row.name, text, limits_text(row.value)));
+    return fail(ErrorKind::kSetting,
+                fmt::format("the value of \"{}\" is \"{}\", {} is expected", row.name, text, limits_text(row.value)));
   }
   return slaves::Persona{row.kind, static_cast<std::uint32_t>(*number)};
 }
@@ -53,7 +50,7 @@ Result<slaves::Persona> parse_persona(std::string_view text) {
   const auto equals = text.find('=');
   const auto name = text.substr(0, equals);
   const auto row = std::find_if(kPersonas.begin(), kPersonas.end(), [name](const auto& r) { return r.name == name; });
-  if (row == kPersonas.end()) return problem(unknown_name(name));
+  if (row == kPersonas.end()) return fail(ErrorKind::kSetting, unknown_name(name));
   if (equals == std::string_view::npos) return slaves::Persona{row->kind, row->value.standard};
   return with_value(*row, text.substr(equals + 1));
 }
