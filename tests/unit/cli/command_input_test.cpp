@@ -101,9 +101,9 @@ TEST_F(CommandSocket, WhatAServerSaysBeforeItClosesIsHeard) {
   auto connection = CommandConnection::open(path, "run");
   ASSERT_TRUE(connection) << connection.error().text;
   say(port::FileDescriptor{::accept(listener.get(), nullptr, nullptr)}, "error: full\n");
-  const auto answer = connection->ask("status");
-  ASSERT_TRUE(answer) << answer.error().text;
-  EXPECT_EQ(*answer, "error: full");
+  const auto last_words = connection->ask("status");
+  ASSERT_TRUE(last_words) << last_words.error().text;
+  EXPECT_EQ(*last_words, "error: full");
 }
 
 TEST_F(CommandSocket, WhoStaysIsAnsweredAgainAndMissedWhenHeGoes) {
