@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,7 @@
 
 #include "driveline/ecat_master/cia402/cia402.hpp"
 #include "driveline/ecat_master/cia402/error_code.hpp"
+#include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -78,12 +80,21 @@ AxisRow row_of(const nlohmann::json& axis) {
           factor == axis.end() ? "-" : fmt::format("{:.4g} %", 100.0 * factor->get<double>())};
 }
 
-std::string line_of(const AxisRow& row, const std::array<std::size_t, kRight.size()>& widths) {
+using Widths = std::array<std::size_t, kRight.size()>;
+
+/// Two spaces between columns, or one where the row does not fit into a terminal otherwise.
+std::size_t gap_between(const Widths& widths) {
+  const auto columns = std::accumulate(widths.begin(), widths.end(), std::size_t{0});
+  return columns + 2 * (widths.size() - 1) <= kTextColumns ? 2 : 1;
+}
+
+std::string line_of(const AxisRow& row, const Widths& widths) {
+  const std::string gap(gap_between(widths), ' ');
   std::string line;
   for (std::size_t i = 0; i < row.size(); ++i) {
-    const auto* const gap = i == 0 ? "" : "  ";
-    line += kRight.at(i) ? fmt::format("{}{:>{}}", gap, row.at(i), widths.at(i))
-                         : fmt::format("{}{:<{}}", gap, row.at(i), widths.at(i));
+    if (i > 0) line += gap;
+    line += kRight.at(i) ? fmt::format("{:>{}}", row.at(i), widths.at(i))
+                         : fmt::format("{:<{}}", row.at(i), widths.at(i));
   }
   while (line.ends_with(' ')) line.pop_back();
   return line + '\n';
@@ -162,7 +173,7 @@ std::string owners_text(const runtime::AxisRequests& axis_requests) {
 std::string axes_table(const nlohmann::json& axes) {
   std::vector<AxisRow> rows{{"axis", "state", "position", "velocity", "torque", "mode", "override"}};
   for (const auto& axis : axes) rows.push_back(row_of(axis));
-  std::array<std::size_t, kRight.size()> widths{};
+  Widths widths{};
   for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) widths.at(i) = std::max(widths.at(i), row.at(i).size());
   }

@@ -23,7 +23,8 @@ std::string rhythm(const ecat_master::ExchangeGroupSettings& settings) {
 
 std::string wire_text(const runtime::WireBudget& wire) {
   return fmt::format(
-      "    busiest cycle      {:.1f} us of {:.1f} us on the wire, {:.1f} %: frames {:.1f}, line {:.1f} {}\n"
+      "    busiest cycle      {:.1f} us of {:.1f} us on the wire, {:.1f} %:\n"
+      "                       frames {:.1f} us, line {:.1f} us ({})\n"
       "    acyclic frames     {} bytes a cycle\n",
       us(wire.total()), us(wire.period), 100.0 * wire.utilisation(), us(wire.frames), us(wire.line),
       wire.line_measured ? "measured" : "assumed", wire.acyclic_bytes);

@@ -152,8 +152,9 @@ trajectory::GearRatio read_travels(TomlReader& reader, AxisKind slave, AxisKind 
         "two distances are expected: [\"10 mm\", \"360 deg\"] moves the slave by 10 mm while its master turns by "
         "360 deg");
   }
-  const auto ratio = trajectory::GearRatio::of_travel(read_travel(reader, texts[0], slave, "slave"),
-                                                      read_travel(reader, texts[1], master, "master"));
+  const double of_slave = read_travel(reader, texts[0], slave, "slave");
+  const double of_master = read_travel(reader, texts[1], master, "master");
+  const auto ratio = trajectory::GearRatio::of_travel(of_slave, of_master);
   if (!ratio) reader.fail("ratio", "both distances must be other than 0, and their ratio within 1 to 2^31");
   return *ratio;
 }

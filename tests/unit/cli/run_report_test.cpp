@@ -149,7 +149,7 @@ TEST(RunReport, WhatTheDriveReportsOfItsFollowingErrorStandsBesideOurs) {
   EXPECT_EQ(document["axes"][0]["drive_following_error_rms"], 3.5);
   EXPECT_FALSE(document["axes"][1].contains("drive_following_error_max")) << "60F4h is not mapped";
   EXPECT_THAT(to_text(report), HasSubstr("0.12 rad    0.0305 rad   (60F4h: max 0.0125 rad)\n"));
-  EXPECT_THAT(to_text(report), HasSubstr("0.008 mm        0.002 mm\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("0.008 mm      0.002 mm\n"));
   report.increments = true;
   EXPECT_THAT(to_text(report), HasSubstr("120.0 inc         30.50 inc   (60F4h: max 0.0125 rad, 12.5 inc)\n"));
 }
@@ -196,7 +196,7 @@ TEST(RunReport, TextHasTheFigures) {
   EXPECT_THAT(text, HasSubstr("  path late             2.0 ms\n"));
   EXPECT_THAT(text, HasSubstr("  wake-up latency             0.1      0.1      0.1      0.1\n"));
   EXPECT_THAT(text, HasSubstr("  cycle cost                  8.0      8.0      8.0      8.0\n"));
-  EXPECT_THAT(text, HasSubstr("  following error  slave        maximum             RMS\n"
+  EXPECT_THAT(text, HasSubstr("  following error slave        maximum           RMS\n"
                               "  x                   0       0.12 rad    0.0305 rad\n"
                               "  z                   3       0.008 mm      0.002 mm\n"));
   EXPECT_THAT(text, HasSubstr("telemetry: 80000 axis samples published, 5 dropped, bridge restarted 2 times\n"));

@@ -228,10 +228,10 @@ TEST(SoeClient, AWriteWithoutMailboxFails) {
 TEST(SoeClient, WhatIsCutOrOddIsNamed) {
   const std::string malformed = "slave 3: sent a malformed mailbox";
   SoeBench bench;
-  bench.answer_each({"0240", "1240 1100 01", "0241 1100 01"});
-  EXPECT_EQ(bench.read(), malformed);
+  bench.answer_each({"1240 1100 01", "0241 1100 01", "0240"});
   EXPECT_EQ(bench.read(), malformed) << "half an error code";
   EXPECT_EQ(bench.read(), malformed) << "an element that nobody has asked for";
+  EXPECT_EQ(bench.read(), malformed) << "no header, and no answer to the requests that are sent again";
 }
 
 TEST(SoeClient, AnswersOfTheWrongKindWithoutEndEndInTheTimeout) {

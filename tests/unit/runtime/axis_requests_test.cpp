@@ -101,10 +101,10 @@ TEST_F(AxisRequestsTest, RefusesMotionsThatLastTooLongWithTheBound) {
   const std::string too_long =
       "axis x: the motion would take longer than 100000 s, the longest that is possible; by then ";
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2e6)), too_long + "it covers at most 5.72958e+07 deg");
-  auto slow = ask(AxisCommand::kMoveRelative, -3.0);
+  auto slow = ask(AxisCommand::kMoveAbsolute, -3.0);
   slow.velocity = 1e-5;
   EXPECT_EQ(refusal(who, 0, slow), too_long + "it covers at most 57.2958 deg");
-  auto soft = ask(AxisCommand::kMoveRelative, 3.0);
+  auto soft = ask(AxisCommand::kMoveAbsolute, 3.0);
   soft.acceleration = 1e-300;
   soft.deceleration = 3e-300;
   // 0.5 t^2 / (1 / a + 1 / d)

@@ -157,7 +157,7 @@ TEST_F(GenericFamilyTest, FilesForAllSlavesOfTheBus) {
   std::filesystem::copy_file(directory / "terminals.xml", directory / "esi" / "t.xml");
   config = parse(std::string(one) + "[bus]\nesi = [\"esi\"]\n");
   ASSERT_TRUE(config) << describe(config.error());
-  EXPECT_EQ(config->esi_library->size(), 6U);
+  EXPECT_EQ(config->esi_library->size(), 7U);
   EXPECT_THAT(describe(parse(std::string(one) + "[bus]\nesi = [\"no.xml\"]\n").error()),
               HasSubstr("line.toml:4: [bus] esi: "));
 }
