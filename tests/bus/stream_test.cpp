@@ -129,8 +129,7 @@ class StreamLine {
 
   void cycle() {
     operation.cycle();
-    const auto place = drives.clock.now() / kStreamPeriod * kStreamPeriod + microseconds{110};
-    drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
+    drives.settle();
     for (auto& judge : judges) judge.look();
   }
   void cycles(int count) {
