@@ -1,6 +1,5 @@
 #include "driveline/trajectory/position_profile.hpp"
 
-#include <cmath>
 #include <optional>
 
 #include "driveline/trajectory/velocity_profile.hpp"
@@ -29,7 +28,7 @@ tl::expected<Profile, ProfileError> begin(const AxisTask& task, const AxisSetpoi
 }
 
 void finish(tl::expected<Profile, ProfileError>& profile, const AxisSetpoint& to) noexcept {
-  if (!(profile->duration_s() <= kLongestProfileSeconds) || !std::isfinite(profile->end().position)) {
+  if (!(profile->duration_s() <= kLongestProfileSeconds) || !profile->arrives_at(to.position)) {
     profile = tl::unexpected(ProfileError{Reason::kTooLong, 0.0});
   } else {
     profile->end_at(to);

@@ -35,6 +35,13 @@ void Profile::append(double duration_s, double acceleration, double jerk) noexce
   end_ = {start_position_ + after.position, after.velocity, after.acceleration};
 }
 
+bool Profile::arrives_at(double position) const noexcept {
+  double reach = std::abs(end_displacement_);
+  for (std::size_t i = 0; i < count_; ++i) reach = std::max(reach, std::abs(phases_[i].displacement));
+  const double rounding = 1e-6 * reach + 1e-9 * (std::abs(start_position_) + std::abs(position));
+  return std::abs(start_position_ + end_displacement_ - position) <= rounding;
+}
+
 void Profile::end_at(const AxisSetpoint& to) noexcept {
   end_ = {to.position, to.velocity, to.acceleration};
 }

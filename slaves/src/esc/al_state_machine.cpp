@@ -60,7 +60,7 @@ void AlStateMachine::handle_request(const Esc::AlRequest& request, Nanoseconds n
   if (control.state == state_) return publish();
   publish();
   pending_ = Pending{control.state, request.time + options_.transition_delay};
-  if (pending_->due <= now) on_time(now);
+  run_pending(now);
 }
 
 AlStatusCode AlStateMachine::check_legal(AlState target) const noexcept {
@@ -83,6 +83,12 @@ void AlStateMachine::on_time(Nanoseconds now) noexcept {
     synchronisation_.on_time(now, outputs_written());
     react_to_synchronisation();
   }
+  run_pending(now);
+}
+
+/// Executes the transition that is due. Apart from the supervision: a request is handled before the pulses that have
+/// passed since the last frame are counted, and the supervision would find them missing.
+void AlStateMachine::run_pending(Nanoseconds now) noexcept {
   if (!pending_ || pending_->due > now) return;
   return pending_->waits ? give_up_waiting() : execute(pending_->target, now);
 }

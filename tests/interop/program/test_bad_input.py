@@ -372,7 +372,7 @@ class Hostile(ProgramTest):
                 # What is there when the run has ended goes with the file system.
                 seen = f"seen{size}"
                 (self.directory / seen).mkdir()
-                keep = f'status=$?; for f in full/*; do cp "$f" {seen}/; done; exit $status'
+                keep = f'status=$?; for f in full/*; do [ -e "$f" ] && cp "$f" {seen}/; done; exit $status'
                 self.prefix = ["unshare", "-m", "sh", "-c", f'{made} && "$0" "$@"; {keep}']
                 result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", "100ms", "--json",
                                           "--no-telemetry", "--output", "full")

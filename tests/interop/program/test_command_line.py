@@ -53,7 +53,7 @@ class Help(ProgramTest):
                     self.assertEqual(arguments[:len(command)], command)
                     if "--iface" in arguments or "--control" in arguments:
                         continue  # these want a line that is served; tried with the documents
-                    if command in (["axis"], ["echo"], ["group"], ["plot"], ["record"], ["top"]):
+                    if command in (["axis"], ["echo"], ["fault"], ["group"], ["input"], ["plot"], ["record"], ["top"]):
                         continue  # they want a line that runs; see test_by_hand, test_groups and test_clients
                     if command == ["bench"] and not (pathlib.Path(DRIVELINE).parent / "bench").is_dir():
                         continue  # built without benchmarks

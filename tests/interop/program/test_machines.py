@@ -213,7 +213,7 @@ class Hand(ProgramTest):
 
     @undisturbed
     def test_path_with_outputs_is_told_to_a_running_line(self):
-        self.write("line.toml", DELTA.replace("cycle_us = 500", "cycle_us = 2000") + "[bus]\nmax_lost_cycles = 1000\n")
+        self.write("line.toml", DELTA.replace("cycle_us = 500", "cycle_us = 2000").replace("max_lost_ms = 50", "max_lost_cycles = 1000"))
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         self.wait_for("the axes", lambda: "Standstill" in self.run_program("axis", "a3", "status").stdout)

@@ -149,6 +149,15 @@ TEST(PositionProfile, RefusesWhatTakesForEverOrOverflows) {
             Reason::kTooLong);
   EXPECT_EQ(plan({{0.0, 1e200, 0.0}, {}, ProfileLimits::symmetric(1.0, 1.0, 1.0)}).error().reason, Reason::kTooLong);
   EXPECT_EQ(plan({{0.0, 0.0, 1e200}, {}, ProfileLimits::symmetric(1.0, 1.0, 1.0)}).error().reason, Reason::kTooLong);
+  // On the way back the axis can hardly brake; its profile used to end where it turns.
+  for (const double deceleration : {1e-12, 1e-15, 1e-30, 1e-300}) {
+    for (const double jerk : {1e5, 1e300, kInfinity}) {
+      const ProfileLimits limits{47.0, -47.0, deceleration, -1000.0, jerk};
+      const auto profile = plan({{0.3, 4.0, 0.0}, {-1.7, 0.0, 0.0}, limits});
+      ASSERT_FALSE(profile) << deceleration << " " << jerk;
+      EXPECT_EQ(profile.error().reason, Reason::kTooLong);
+    }
+  }
 }
 
 // A state of any kind that can be the start or end of a motion.

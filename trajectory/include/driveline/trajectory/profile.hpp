@@ -46,6 +46,10 @@ class Profile {
   /// velocity continues without acceleration. \rtsafe
   [[nodiscard]] AxisSetpoint evaluate(double elapsed_s) const noexcept;
 
+  /// Whether the phases end at this position, apart from rounding: to plan with limits of extreme ratios may lose a
+  /// phase to an overflow. \rtsafe
+  [[nodiscard]] bool arrives_at(double position) const noexcept;
+
   /// Whether the end has been reached. \rtsafe
   [[nodiscard]] bool finished(double elapsed_s) const noexcept { return elapsed_s >= duration_s_; }
   /// Duration of all phases. \rtsafe

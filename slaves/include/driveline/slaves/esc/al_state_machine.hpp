@@ -103,6 +103,7 @@ class AlStateMachine {
   void check_configuration() noexcept;
   void execute(wire::AlState target, Nanoseconds now) noexcept;
   void finish(wire::AlState target, Nanoseconds now) noexcept;
+  void run_pending(Nanoseconds now) noexcept;
   void give_up_waiting() noexcept;
   [[nodiscard]] bool ready_for_op() const noexcept;
   void start_synchronisation() noexcept;
