@@ -1,5 +1,5 @@
 // How many axes can a line have? Measures time and memory of the master's part of a cycle for 1 to 256 axes at cycle
-// times of 62.5 us to 4 ms, and computes the limit of the wire.
+// times of 62.5 us to 4 ms, and what the cycle costs that stops all of them, and computes the limit of the wire.
 #include <fmt/format.h>
 #include <algorithm>
 #include <array>
@@ -17,6 +17,7 @@
 #include "support/line_rig.hpp"
 #include "support/realtime.hpp"
 #include "support/report.hpp"
+#include "support/stop_cost.hpp"
 #include "support/stopwatch.hpp"
 
 namespace {
@@ -31,6 +32,9 @@ constexpr std::array<double, 7> kCyclesUs = {62.5, 125, 250, 500, 1000, 2000, 40
 /// For each number of axes and cycle time.
 constexpr int kCycles = 1000;
 constexpr int kWarmUp = 10;
+constexpr std::array<std::size_t, 3> kStoppedAxes = {8, 32, 256};
+/// Stops of all axes, for each number of axes and each load.
+constexpr int kStops = 100;
 /// Largest number of axes for which the wire time is computed.
 constexpr std::size_t kMaxOnTheWire = 1024;
 constexpr double kNsPerUs = 1000.0;
@@ -212,6 +216,17 @@ void report_limits(Report& report, const std::vector<Line>& lines, DriveBytes by
   }
 }
 
+void report_stops(Report& report, std::size_t axes, StopLoad load, int stops) {
+  const auto name = fmt::format("{}_axes{}", axes, load == StopLoad::kNothing ? "" : "_and_requests_that_wait");
+  fmt::print(stderr, "scale: stops of {} ...\n", name);
+  const auto costs = measure_stops(axes, load, stops);
+  const auto moving = summarize(costs.moving.all());
+  report.add({name, "cycle_of_moving_axes", "ns", moving});
+  report.add(
+      {name, "cycle_that_stops_all_axes", "ns", summarize(costs.stopping.all()), std::nullopt,
+       Baseline{"cycle_of_moving_axes", moving, ratios_by_turn(costs.stopping.medians(), costs.moving.medians())}});
+}
+
 void measure_all(const Options& options) {
   Report report("scale");
   claim_cpu(last_cpu());
@@ -220,12 +235,19 @@ void measure_all(const Options& options) {
   for (const auto axes : kAxes) lines.push_back(measure_line(axes, options.count(kCycles), bytes));
   report_lines(report, lines, bytes);
   report_limits(report, lines, bytes);
+  for (const auto axes : kStoppedAxes) {
+    for (const auto load : {StopLoad::kNothing, StopLoad::kRequests})
+      report_stops(report, axes, load, options.count(kStops));
+  }
   report.note(fmt::format(
       "MSD drives, {} bytes of outputs and {} of inputs each. master_part: a cycle without the time inside the port.\n"
       "limit_of_the_wire: frames one after the other, the last one through the line, at most {}.\n"
       "limit_of_this_machine: the master's part in 99 of 100 cycles fits the cycle; limit_of_both: one after the "
       "other.\n"
-      "Both of at most {} axes, on the straight lines between what was measured.",
+      "Both of at most {} axes, on the straight lines between what was measured.\n"
+      "cycle_that_stops_all_axes: the master's part of the cycle that takes a stop of each axis, by turns with cycles\n"
+      "of the same line without requests; and_requests_that_wait: the queue is full after 10,000 requests, and a move\n"
+      "waits in each axis.",
       bytes.outputs, bytes.inputs, kMaxOnTheWire, lines.back().axes));
   report.print(options);
 }
@@ -233,5 +255,8 @@ void measure_all(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run(argc, argv, "How many axes can a line have, by cycle time, machine and wire?", measure_all);
+  return run(
+      argc, argv,
+      "How many axes can a line have, by cycle time, machine and wire, and what does a stop of all of them cost?",
+      measure_all);
 }

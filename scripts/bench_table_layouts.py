@@ -401,6 +401,19 @@ def roundtrip(documents):
          ("ratio, 95 % interval, aim 1.05", "l"), ("ratio to the loop of `send` and `recv`, aim 0.9", "l")], rows)
 
 
+def stops_of_all_axes(figures):
+    """Of `scale`; documents of earlier commits have no such figures."""
+    rows = []
+    for case in figures.cases("cycle_that_stops_all_axes"):
+        axes, waits = re.fullmatch(r"(\d+)_axes(_and_requests_that_wait)?", case).groups()
+        rows.append([axes, "10,000 requests, a move in each axis" if waits else "nothing", figures.time(case, "cycle_of_moving_axes"),
+                     *(figures.time(case, "cycle_that_stops_all_axes", key) for key in ("p50", "p99")),
+                     sure_ratio(figures.row(case, "cycle_that_stops_all_axes"), 1)])
+    return ["", *table([("axes", "r"), ("what waits", "l"), ("master's part of a cycle while all axes move, p50", "r"),
+                        ("of the cycle that stops all of them, p50", "r"), ("p99", "r"), ("ratio, 95 % interval", "l")],
+                       rows)] if rows else []
+
+
 def scale(documents):
     figures = Figures(documents["scale"])
     rows = []
@@ -411,7 +424,7 @@ def scale(documents):
                      f"{value('way_through_the_line'):.1f} µs", f"{value('memory_of_the_master') / 1024:.1f} MiB"])
     return where_from(documents["scale"]) + table(
         [("axes", "r"), ("the master's part every 125 µs, p50", "r"), ("p99", "r"), ("every 1 ms, p50", "r"), ("p99", "r"),
-         ("frames on the wire", "r"), ("way through the line", "r"), ("memory of the master", "r")], rows)
+         ("frames on the wire", "r"), ("way through the line", "r"), ("memory of the master", "r")], rows) + stops_of_all_axes(figures)
 
 
 def scale_limits(documents):

@@ -91,24 +91,61 @@ std::size_t LineRig::heap_of_master() const {
   return heap_bytes() - heap_of_line_ - heap_of_path_;
 }
 
-void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {
+void LineRig::configure() {
   require(master_.scan());
   require(master_.configure(runtime::make_slave_plans(config_)));
-  make_motion();
-  const auto started = master_.start_cycle(motion_.get(), {&line_ring_, &axis_ring_},
-                                           runtime::cycle_settings(config_, master_), make_runner);
+}
+
+void LineRig::to_operational(ecat_master::MotionControl& motion, const ecat_master::Master::MakeRunner& make_runner) {
+  const auto started =
+      master_.start_cycle(&motion, {&line_ring_, &axis_ring_}, runtime::cycle_settings(config_, master_), make_runner);
   if (!started) throw std::runtime_error(started.error().message());
   require(master_.go_operational());
-  motion_->request_start();
+}
+
+template <typename There>
+void LineRig::pass_until(const There& there, const char* failure) {
   const auto deadline = clock_.now() + std::chrono::seconds{5};
-  while (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
-    if (clock_.now() > deadline) throw std::runtime_error("the axes did not reach the path");
+  while (!there()) {
+    if (clock_.now() > deadline) throw std::runtime_error(failure);
     master_.pass(std::chrono::milliseconds{1});
     drain();
   }
+}
+
+void LineRig::count_from_here() {
   master_.core()->count(false);
   master_.pass(2 * kPeriod);
   master_.core()->count(true);
+}
+
+void LineRig::bring_up(const ecat_master::Master::MakeRunner& make_runner) {
+  configure();
+  make_motion();
+  to_operational(*motion_, make_runner);
+  motion_->request_start();
+  pass_until([this] { return motion_->phase() == ecat_master::MotionPhase::kFollowing; },
+             "the axes did not reach the path");
+  count_from_here();
+}
+
+void LineRig::bring_up_single_axes(const ecat_master::Master::MakeRunner& make_runner) {
+  configure();
+  single_axes_ = std::make_unique<ecat_master::SingleAxes>(runtime::make_axes(config_, master_),
+                                                           runtime::single_axis_settings(config_));
+  to_operational(*single_axes_, make_runner);
+  for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+    if (single_axes_->submit(i, {.command = ecat_master::AxisCommand::kPower}) == 0)
+      throw std::runtime_error("the queue has no room for the power of every axis");
+  }
+  const auto enabled = [this] {
+    for (std::size_t i = 0; i < config_.axes.size(); ++i) {
+      if (single_axes_->axis_report(i).state != ecat_master::PlcopenState::kStandstill) return false;
+    }
+    return true;
+  };
+  pass_until(enabled, "the axes were not enabled");
+  count_from_here();
 }
 
 void LineRig::drain() {
@@ -120,8 +157,9 @@ void LineRig::drain() {
   }
 }
 
-void LineRig::check() {
-  if (motion_->phase() != ecat_master::MotionPhase::kFollowing) {
+void LineRig::check_motion() const {
+  if (single_axes_ && single_axes_->failed()) throw Disturbed("an axis has failed during the measurement");
+  if (motion_ && motion_->phase() != ecat_master::MotionPhase::kFollowing) {
     const auto failure = motion_->failure();
     throw Disturbed(
         fmt::format("the axes left the path during the measurement: {}, cause {} (axis {}, status word 0x{:04X}, error "
@@ -129,6 +167,10 @@ void LineRig::check() {
                     to_text(motion_->phase()), static_cast<int>(failure.cause), failure.axis, failure.status_word,
                     failure.error_code));
   }
+}
+
+void LineRig::check() {
+  check_motion();
   const auto& statistics = master_.core()->statistics();
   if (statistics.lost_frames + statistics.wkc_errors > 0) {
     throw Disturbed(fmt::format("{} frames lost and {} wrong working counters during the measurement",

@@ -6,6 +6,7 @@
 
 #include "driveline/ecat_master/cyclic/motion.hpp"
 #include "driveline/ecat_master/master.hpp"
+#include "driveline/ecat_master/single_axis/single_axes.hpp"
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/simulated_line.hpp"
 #include "support/timed_port.hpp"
@@ -21,32 +22,47 @@ inline constexpr slaves::LineOptions kNoDelays{.delays = {std::chrono::nanosecon
 [[nodiscard]] runtime::LineConfig describe_line(std::size_t axes, std::chrono::nanoseconds period);
 
 /// A line of simulated MSD drives in this process and the master that runs them, composed by the runtime as from a line
-/// description, every axis on its own sine. Frames take no time on the wire: only computing is measured.
+/// description. Every axis follows its own sine, or waits for requests. Frames take no time on the wire: only computing
+/// is measured.
 class LineRig {
  public:
   static constexpr std::chrono::nanoseconds kPeriod = std::chrono::microseconds{125};
 
+  /// `path_duration`: length of the path for bring_up(); not used by bring_up_single_axes().
   LineRig(rt::Clock& clock, std::size_t axes, std::chrono::nanoseconds path_duration);
 
   /// Takes the line to OP and all axes onto the path. The runner from `make_runner` runs the cycles and must leave the
   /// rings to drain(). Throws std::runtime_error on failure.
   void bring_up(const ecat_master::Master::MakeRunner& make_runner);
+  /// Like bring_up(), but the axes are commanded by requests: takes the line to OP and all axes to standstill, enabled.
+  void bring_up_single_axes(const ecat_master::Master::MakeRunner& make_runner);
   /// Empties the telemetry rings, as their reader would. One thread.
   void drain();
-  /// Throws Disturbed if the axes have left the path or process data have been lost since bring_up(): the figures would
-  /// be invalid. On virtual time nothing can disturb it, so a retry is useless. Only while no cycle runs.
+  /// Throws Disturbed if the axes have left the path, a single axis has failed, or process data have been lost since
+  /// bring_up(): the figures would be invalid. On virtual time nothing can disturb it, so a retry is useless. Only
+  /// while no cycle runs.
   void check();
 
   [[nodiscard]] TimedPort& port() noexcept { return port_; }
   [[nodiscard]] slaves::SimulatedLine& line() noexcept { return line_; }
   [[nodiscard]] ecat_master::Master& master() noexcept { return master_; }
+  /// Only after bring_up().
   [[nodiscard]] ecat_master::Motion& motion() noexcept { return *motion_; }
+  /// Only after bring_up_single_axes().
+  [[nodiscard]] ecat_master::SingleAxes& single_axes() noexcept { return *single_axes_; }
   /// Memory in bytes that the master and the objects behind it have allocated since this line was created, without its
   /// path but with what the drives have allocated at their start. For single-threaded programs.
   [[nodiscard]] std::size_t heap_of_master() const;
 
  private:
+  void configure();
   void make_motion();
+  void to_operational(ecat_master::MotionControl& motion, const ecat_master::Master::MakeRunner& make_runner);
+  void count_from_here();
+  /// Lets cycles run until `there()`; throws std::runtime_error with `failure` after 5 s.
+  template <typename There>
+  void pass_until(const There& there, const char* failure);
+  void check_motion() const;
 
   rt::Clock& clock_;
   std::chrono::nanoseconds path_duration_;
@@ -58,6 +74,7 @@ class LineRig {
   rt::SpscRing<snapshot::LineSample> line_ring_;
   rt::SpscRing<snapshot::AxisSample> axis_ring_;
   std::unique_ptr<ecat_master::Motion> motion_;
+  std::unique_ptr<ecat_master::SingleAxes> single_axes_;
   ecat_master::Master master_;
 };
 

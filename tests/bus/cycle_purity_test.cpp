@@ -1,5 +1,11 @@
 #include <gmock/gmock.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
+#include <random>
+#include <span>
+
+#include "counted_cycle.hpp"
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/sdo_request.hpp"
 #include "driveline/ecat_master/group/axis_groups.hpp"
@@ -12,76 +18,32 @@ namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
-using ecat_master::CycleRunner;
 using ecat_master::CyclicCore;
 using ecat_master::MotionFailure;
 using ecat_master::MotionPhase;
 using ecat_master::ReceiveStrategy;
 using rt::RtGuard;
 
-/// Counters of the guarded code so far.
-struct Ledger {
+/// Counters of the guarded code so far: page faults, and what RtGuard counts.
+struct Ledger : PageFaultLedger {
   RtGuard::Counts counts;
-  std::uint64_t cycles = 0;
 
-  void close() {
+  void open() noexcept {
+    PageFaultLedger::open();
+    RtGuard::enter();
+  }
+  void close() noexcept {
     const auto more = RtGuard::leave();
+    PageFaultLedger::close();
     counts.allocations += more.allocations;
     counts.frees += more.frees;
     counts.locks += more.locks;
   }
 };
 
-/// Runs every cycle under guard.
-class GuardedRunner final : public CycleRunner {
- public:
-  GuardedRunner(CyclicCore& core, rt::Clock& clock, Ledger& ledger)
-      : core_(core), clock_(clock), timer_(clock, core.settings().period), ledger_(ledger) {}
-
-  [[nodiscard]] tl::expected<void, rt::RealtimeError> start() override {
-    timer_.start(core_.first_grid(clock_.now() + 4 * timer_.period()));
-    return {};
-  }
-  void pass(nanoseconds duration) override {
-    const auto end = clock_.now() + duration;
-    do {
-      RtGuard::enter();
-      core_.cycle(timer_.wait_next());
-      timer_.shift_phase(core_.grid_shift());
-      ledger_.close();
-      ++ledger_.cycles;
-    } while (clock_.now() < end);
-  }
-  void stop() override {}
-
- private:
-  CyclicCore& core_;
-  rt::Clock& clock_;
-  rt::CycleTimer timer_;
-  Ledger& ledger_;
-};
-
-/// Suspends the guard while the simulated line works: its drives may allocate for mailboxes, the master may not.
-class UnguardedLine final : public PassingPort {
- public:
-  UnguardedLine(port::Port& inner, Ledger& ledger) : PassingPort(inner), ledger_(ledger) {}
-
-  [[nodiscard]] port::SendStatus send(std::span<const std::byte> frame) noexcept override {
-    ledger_.close();
-    const auto status = inner_.send(frame);
-    RtGuard::enter();
-    return status;
-  }
-  [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override {
-    ledger_.close();
-    const auto frame = inner_.receive();
-    RtGuard::enter();
-    return frame;
-  }
-
- private:
-  Ledger& ledger_;
-};
+using GuardedRunner = CountedRunner<Ledger>;
+/// Its drives may allocate for mailboxes, the master may not.
+using UnguardedLine = UncountedLine<Ledger>;
 
 class CyclePurity : public testing::Test {
  protected:
@@ -479,6 +441,139 @@ class WastefulPort final : public PassingPort {
  private:
   std::vector<std::byte> copy_;
 };
+
+/// More requests than the queue takes, of every kind, while axes move and frames are lost.
+TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
+  using ecat_master::AxisCommand;
+  UnguardedLine line(drives.line(), ledger);
+  RunOptions options;
+  options.single_axes = true;
+  LineOperation operation(drives, line, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  auto& axes = operation.single_axes();
+  const auto ask = [&axes](std::size_t axis, AxisCommand command, double target, ecat_master::BufferMode buffer = {}) {
+    ecat_master::AxisRequest request;
+    request.command = command;
+    request.target = target;
+    request.buffer = buffer;
+    return axes.submit(axis, request) != 0;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_TRUE(ask(axis, AxisCommand::kPower, 0.0));
+  operation.run(milliseconds{200});
+  ASSERT_EQ(axes.axis_report(2).state, ecat_master::PlcopenState::kStandstill);
+  const LockedMemory locked;
+  if (!locked.refusal().empty()) GTEST_SKIP() << locked.refusal();
+  ledger = {};
+  int accepted = 0;
+  for (int i = 0; i < 2500; ++i) {
+    const auto axis = static_cast<std::size_t>(i % 3);
+    accepted += ask(axis, AxisCommand::kMoveAbsolute, i % 2 == 0 ? 3.0 : -3.0) ? 1 : 0;
+    accepted += ask(axis, AxisCommand::kMoveRelative, 0.5, ecat_master::BufferMode::kBlendingLow) ? 1 : 0;
+    accepted += ask(axis, AxisCommand::kSetOverride, 0.2 + 0.3 * (i % 4)) ? 1 : 0;
+    accepted += ask(axis, i % 50 == 49 ? AxisCommand::kHalt : AxisCommand::kMoveVelocity, i % 7) ? 1 : 0;
+    if (i % 10 == 0) operation.cycle();
+    if (i % 500 == 0) drives.line().drop_frames(1);
+  }
+  EXPECT_LT(accepted, 9000) << "the queue was never full";
+  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_TRUE(ask(axis, AxisCommand::kStop, 0.0));
+  operation.cycle();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    EXPECT_EQ(axes.axis_report(axis).state, ecat_master::PlcopenState::kStopping);
+  operation.run(milliseconds{200});
+  EXPECT_GE(ledger.cycles, 1500U);
+  EXPECT_EQ(ledger.minor, 0);
+  EXPECT_EQ(ledger.major, 0);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
+/// Delivers forged frames among the answers of the line: its own ones, changed anywhere, cut and extended.
+class ForgingPort final : public PassingPort {
+ public:
+  using PassingPort::PassingPort;
+
+  [[nodiscard]] std::optional<port::ReceivedFrame> receive() noexcept override {
+    if (hostile && !seen_.empty() && random_() % 3 != 0) return forge();
+    auto frame = inner_.receive();
+    if (frame) seen_.assign(frame->bytes.begin(), frame->bytes.end());
+    return frame;
+  }
+
+  bool hostile = false;
+  std::uint64_t forged = 0;
+
+ private:
+  port::ReceivedFrame forge() {
+    ++forged;
+    forgery_ = seen_;
+    // Most often its headers: numbers, commands, addresses, lengths, working counters.
+    for (auto changes = random_() % 9; changes > 0; --changes) {
+      const auto within = random_() % 3 != 0 ? std::min<std::size_t>(forgery_.size(), 48) : forgery_.size();
+      forgery_[random_() % within] = static_cast<std::byte>(random_());
+    }
+    if (random_() % 4 == 0) forgery_.resize(random_() % (port::kMaxFrameBytes + 1), std::byte{0xA5});
+    return {forgery_, {}};
+  }
+
+  std::mt19937 random_{33};
+  std::vector<std::byte> seen_;
+  std::vector<std::byte> forgery_;
+};
+
+TEST_F(CyclePurity, HostileFramesCauseNoPageFault) {
+  ForgingPort forging(drives.line());
+  UnguardedLine line(forging, ledger);
+  LineOperation operation(drives, line, RunOptions{.repeat = true});
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ASSERT_EQ(sentence(operation.master().go_operational()), "");
+  operation.motion().request_start();
+  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  const LockedMemory locked;
+  if (!locked.refusal().empty()) GTEST_SKIP() << locked.refusal();
+  ledger = {};
+  forging.hostile = true;
+  operation.run(milliseconds{1500});
+  EXPECT_GE(ledger.cycles, 10'000U);
+  EXPECT_GT(forging.forged, 10'000U);
+  EXPECT_GT(operation.statistics().stale_frames + operation.statistics().foreign_frames, 1000U);
+  EXPECT_EQ(ledger.minor, 0);
+  EXPECT_EQ(ledger.major, 0);
+  EXPECT_EQ(ledger.counts.total(), 0U);
+}
+
+/// Writes to a page that the kernel has reserved but not mapped, in every cycle.
+class FaultingTask final : public ecat_master::CycleTask {
+ public:
+  FaultingTask() : page_(::mmap(nullptr, kBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0)) {
+    EXPECT_NE(page_, MAP_FAILED);
+  }
+  ~FaultingTask() override { ::munmap(page_, kBytes); }
+  FaultingTask(const FaultingTask&) = delete;
+  FaultingTask& operator=(const FaultingTask&) = delete;
+
+  void update(const ecat_master::TaskCycle&) noexcept override {
+    ::madvise(page_, kBytes, MADV_DONTNEED);
+    *static_cast<volatile char*>(page_) = 1;
+  }
+
+ private:
+  static constexpr std::size_t kBytes = 4096;
+  void* page_;
+};
+
+TEST_F(CyclePurity, APageFaultInsideTheCycleWouldBeSeen) {
+  FaultingTask task;
+  RunOptions options;
+  options.task = &task;
+  LineOperation operation(drives, options);
+  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  operation.start_cycle(guarded());
+  ledger = {};
+  operation.run(milliseconds{10});
+  EXPECT_GE(ledger.minor, static_cast<std::int64_t>(ledger.cycles));
+}
 
 TEST_F(CyclePurity, AnAllocationInsideTheCycleWouldBeSeen) {
   WastefulPort port(drives.line());

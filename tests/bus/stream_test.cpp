@@ -1,9 +1,13 @@
 // Setpoints from another process, followed by axes of simulated drives: whatever the client writes, and whenever it
 // dies, the demands of the drives stay within the limits of their axes.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -17,6 +21,7 @@
 #include <variant>
 #include <vector>
 
+#include "counted_cycle.hpp"
 #include "demand_judge.hpp"
 #include "drive_line.hpp"
 #include "driveline/rt/shared_broadcast.hpp"
@@ -72,8 +77,8 @@ RunOptions stream_options(ecat_master::CycleTask& task) {
 /// The client end of a session, without the socket.
 class FarEnd {
  public:
-  explicit FarEnd(const StreamSession& session)
-      : ring_memory(open(session.setpoints().descriptor(), stream::setpoint_ring())),
+  explicit FarEnd(const StreamSession& session, rt::SharedSealing sealing = rt::SharedSealing::kComplete)
+      : ring_memory(open(session.setpoints().descriptor(), stream::setpoint_ring(), sealing)),
         broadcast_memory(open(session.status().descriptor(), stream::status_broadcast())),
         ring(ring_memory),
         broadcast(broadcast_memory) {}
@@ -94,8 +99,9 @@ class FarEnd {
     return record;
   }
 
-  static rt::SharedMapping open(int descriptor, const rt::SharedLayout& layout) {
-    auto opened = rt::SharedMapping::open(descriptor, layout);
+  static rt::SharedMapping open(int descriptor, const rt::SharedLayout& layout,
+                                rt::SharedSealing sealing = rt::SharedSealing::kComplete) {
+    auto opened = rt::SharedMapping::open(descriptor, layout, sealing);
     return std::move(std::get<rt::SharedMapping>(opened));
   }
 
@@ -115,13 +121,14 @@ class StreamLine {
         options(stream_options(hub)),
         drives(axes),
         port(drives.line(), LossyPort::Direction::kBack, [this](auto, auto) { return lose; }),
-        operation(drives, port, options) {
+        counted(port, page_faults),
+        operation(drives, counted, options) {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
     EXPECT_EQ(sentence(operation.to_safe_op()), "");
     operation.start_cycle([this, axes](ecat_master::CyclicCore& core) -> std::unique_ptr<ecat_master::CycleRunner> {
       late_axes.lead_to(operation.single_axes());
       for (std::size_t i = 0; i < axes; ++i) operation.single_axes().add_feed(hub.feed(i), {i});
-      return std::make_unique<ecat_master::InlineRunner>(core, drives.clock);
+      return std::make_unique<CountedRunner<PageFaultLedger>>(core, drives.clock, page_faults);
     });
     EXPECT_EQ(sentence(operation.master().go_operational()), "");
     cycles(100);
@@ -160,24 +167,33 @@ class StreamLine {
     request.target = target;
     ASSERT_NE(operation.single_axes().submit(axis, request), 0U);
   }
-  /// Admits a client, which takes over its axes from any owner.
-  void admit(std::size_t axes, trajectory::StreamMethod method) {
+  /// Makes the session of a client, which takes over its axes from any owner. It does not belong to the cycle yet.
+  void make_session(std::size_t axes, trajectory::StreamMethod method,
+                    rt::SharedSealing sealing = rt::SharedSealing::kComplete) {
     std::vector<StreamSession::Member> members;
     for (std::size_t i = 0; i < axes; ++i) {
       const bool moved = !authority.owner_of(i).empty();
       members.push_back({i, runtime::stream_bounds(LineOperation::axis(i, options)), take_over(i, "stream"), moved});
     }
     auto made = StreamSession::make(std::move(members), true, {.method = method, .keep_alive = kKeepAlive},
-                                    kStreamPeriod, authority);
+                                    kStreamPeriod, authority, sealing);
     ASSERT_TRUE(made);
     session = std::move(*made);
-    ASSERT_TRUE(hub.add(*session));
-    client.emplace(*session);
+    client.emplace(*session, sealing);
     streamed = 0;
+  }
+  /// Admits a client, which takes over its axes from any owner.
+  void admit(std::size_t axes, trajectory::StreamMethod method) {
+    make_session(axes, method);
+    ASSERT_TRUE(hub.add(*session));
   }
   /// Admits a client, and enables its axes.
   void let_in(std::size_t axes, trajectory::StreamMethod method = trajectory::StreamMethod::kHermite) {
     admit(axes, method);
+    enable(axes);
+  }
+  /// Lets the client enable its axes.
+  void enable(std::size_t axes) {
     for (int i = 0; i < 8000; ++i) {
       client->say(stream::RecordKind::kHeartbeat);
       cycle();
@@ -231,6 +247,8 @@ class StreamLine {
   RunOptions options;
   DriveLine drives;
   LossyPort port;
+  PageFaultLedger page_faults;
+  UncountedLine<PageFaultLedger> counted;
   LineOperation operation;
   std::vector<DemandJudge> judges;
   std::unique_ptr<StreamSession> session;
@@ -354,6 +372,54 @@ TEST(Stream, LossesAndNonsenseBetweenSetpointsCostOnlyThose) {
     EXPECT_GT(status.count(reason), 50U) << to_text(reason);
   }
   line.expect_obedience();
+}
+
+/// What a client may try with memory that it shares with the cycle. Returns how much of it succeeded.
+int misuse_of(const rt::SharedRegion& region, std::span<std::uint64_t> mapped) {
+  const auto bytes = static_cast<off_t>(region.words().size_bytes());
+  int done = 0;
+  done += ::fallocate(region.descriptor(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, 0, bytes) == 0 ? 1 : 0;
+  done += ::ftruncate(region.descriptor(), 0) == 0 ? 1 : 0;
+  done += ::madvise(mapped.data(), mapped.size_bytes(), MADV_REMOVE) == 0 ? 1 : 0;
+  return done;
+}
+
+/// Wrong, old and impossible indexes, records of all rounds, and random words.
+void scribble(std::span<std::uint64_t> words, std::mt19937_64& random, int round) {
+  const auto record_words = (sizeof(SetpointRecord) + 7) / 8;
+  for (int i = 0; i < 200; ++i) words[random() % words.size()] = random();
+  const auto tail = words[rt::shared_detail::kTailWord];
+  words[rt::shared_detail::kHeadWord] = round % 3 == 0 ? random() : tail + random() % 9;
+  if (round % 2 == 0) return;
+  for (auto at = rt::shared_detail::kRecordsWord; at + record_words <= words.size(); at += record_words) {
+    words[at] = static_cast<std::uint64_t>(round);
+    words[at + 1] = 1 | std::uint64_t{2} << 32U;
+    words[at + 2] = random() % 100'000'000;
+  }
+}
+
+TEST(Stream, AClientThatMisusesItsMemoryCausesNoPageFault) {
+  StreamLine line;
+  const LockedMemory locked;
+  if (!locked.refusal().empty()) GTEST_SKIP() << locked.refusal();
+  line.make_session(2, Method::kHermite, rt::SharedSealing::kSizeOnly);
+  const auto words = line.client->ring_memory.words();
+  EXPECT_GT(misuse_of(line.session->setpoints(), words), 0) << "not prevented before the client has mapped its memory";
+  ASSERT_TRUE(line.session->close_to_writers());
+  ASSERT_TRUE(line.hub.add(*line.session));
+  line.page_faults = {};
+  line.enable(2);
+  std::mt19937_64 random(33);
+  for (int round = 0; round < 400; ++round) {
+    scribble(words, random, round);
+    EXPECT_EQ(misuse_of(line.session->setpoints(), words), 0);
+    EXPECT_EQ(misuse_of(line.session->status(), line.client->broadcast_memory.words()), 0);
+    line.cycles(8);
+  }
+  EXPECT_GT(line.client->status().count(Refusal::kImpossibleIndex), 100U) << "the cycle has read that memory";
+  EXPECT_GE(line.page_faults.cycles, 3200U);
+  EXPECT_EQ(line.page_faults.minor, 0);
+  EXPECT_EQ(line.page_faults.major, 0);
 }
 
 TEST(Stream, AnAxisElsewhereOrInMotionIsBroughtOntoTheStream) {

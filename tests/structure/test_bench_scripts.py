@@ -235,6 +235,25 @@ class Tables(Folder):
         self.assertRegex(self.page.read_text(encoding="utf-8"), r"one drive.*\| 123 µs \|.*\*\*missed\*\*")
         self.assertRegex(self.page.read_text(encoding="utf-8"), r"\| `drive` \| 4 \| \d \| `1_drive`")
 
+    def test_the_table_of_scale_has_the_cycle_that_stops_all_axes_when_it_was_measured(self):
+        file = self.results / "scale.json"
+        document = json.loads(file.read_text(encoding="utf-8"))
+        document["results"] = [row for row in document["results"] if "stop" not in row["metric"] and "moving" not in row["metric"]]
+        file.write_text(json.dumps(document), encoding="utf-8")
+        self.assertEqual(self.tables().returncode, 0)
+        self.assertNotIn("that stops all of them", self.page.read_text(encoding="utf-8"))
+        figures = {"unit": "ns", "n": 100, "p50": 30_000.0, "p99": 40_000.0, "p999": 50_000.0, "max": 50_000.0}
+        for case in ("256_axes", "256_axes_and_requests_that_wait"):
+            document["results"] += [{"case": case, "metric": "cycle_of_moving_axes", **figures},
+                                    {"case": case, "metric": "cycle_that_stops_all_axes", **figures, "p50": 234_000.0,
+                                     "against": "cycle_of_moving_axes", "ratio_p50": 7.8, "ratio_p999": 1.0,
+                                     "ratio_turns": {"turns": 100, "mean": 7.8, "low": 7.7, "high": 7.9}}]
+        file.write_text(json.dumps(document), encoding="utf-8")
+        self.assertEqual(self.tables().returncode, 0)
+        text = self.page.read_text(encoding="utf-8")
+        self.assertIn("| 256 | nothing | 30 µs | 234 µs | 40 µs | 7.8 (7.7 to 7.9) |", text)
+        self.assertIn("| 256 | 10,000 requests, a move in each axis | 30 µs | 234 µs | 40 µs | 7.8 (7.7 to 7.9) |", text)
+
     def test_what_cannot_be_made_has_a_sentence(self):
         text = self.page.read_text(encoding="utf-8")
         self.page.write_text(text.replace("<!-- table: wake -->", "<!-- table: sleep -->"), encoding="utf-8")

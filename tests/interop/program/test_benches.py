@@ -83,6 +83,7 @@ class Soak(Bench):
 class Scale(Bench):
     AXES = (1, 2, 4, 8, 16, 32, 64, 128, 256)
     CYCLES_US = ("62.5", "125", "250", "500", "1000", "2000", "4000")
+    STOPS = [f"{axes}_axes{waits}" for axes in (8, 32, 256) for waits in ("", "_and_requests_that_wait")]
 
     def test_cost_and_memory_by_axes_and_cycle_time_and_what_the_wire_allows(self):
         rows = self.rows_of("scale", "--quick")
@@ -90,7 +91,13 @@ class Scale(Bench):
         limits = ("limit_of_the_wire", "limit_of_this_machine", "limit_of_both")
         self.assertEqual(set(rows), {(f"{axes}_axes", metric) for axes in self.AXES for metric in of_line} |
                          {(f"{axes}_axes_every_{cycle}_us", "master_part") for axes in self.AXES for cycle in self.CYCLES_US} |
-                         {(f"every_{cycle}_us", limit) for cycle in self.CYCLES_US for limit in limits})
+                         {(f"every_{cycle}_us", limit) for cycle in self.CYCLES_US for limit in limits} |
+                         {(case, metric) for case in self.STOPS for metric in ("cycle_of_moving_axes", "cycle_that_stops_all_axes")})
+        for case in self.STOPS:
+            moving, stopping = rows[case, "cycle_of_moving_axes"], rows[case, "cycle_that_stops_all_axes"]
+            self.assertEqual((stopping["n"], moving["n"]), (10, 160))
+            self.assertEqual((stopping["against"], stopping["ratio_turns"]["turns"]), ("cycle_of_moving_axes", 10))
+            self.assertAlmostEqual(stopping["ratio_p50"], stopping["p50"] / moving["p50"], places=2)
         value = lambda case, metric: rows[case, metric]["p50"]
         for row in rows.values():
             self.assertGreaterEqual(row["p50"], 0)
