@@ -118,7 +118,14 @@ class GroupByHand : public test::TemporaryDirectory {
     line->observe(hand);
     line->add(way);
   }
-  [[nodiscard]] GroupState state() { return line->groups().status(0).report->state; }
+  /// The report of the group, of an axis; the default one as long as the line is not in operation.
+  [[nodiscard]] ecat_master::GroupReport look() {
+    return line->groups().status(0).report.value_or(ecat_master::GroupReport{});
+  }
+  [[nodiscard]] ecat_master::AxisReport look(std::size_t axis) {
+    return line->axes().status(axis).report.value_or(ecat_master::AxisReport{});
+  }
+  [[nodiscard]] GroupState state() { return look().state; }
   [[nodiscard]] double place(std::size_t axis) { return line->groups().status(0).setpoint.at(axis); }
   [[nodiscard]] std::uint64_t submit(const ClientGroupRequest& request, const std::string& who = "hand") {
     const auto taken = line->groups().submit(caller(who), 0, request);
@@ -143,8 +150,8 @@ class GroupByHand : public test::TemporaryDirectory {
     std::uint64_t request = 0;
     steps.insert(steps.begin(), {
                                     [this] {
-                                      return line->axes().status(0).report->state == PlcopenState::kStandstill &&
-                                             line->axes().status(1).report->state == PlcopenState::kStandstill &&
+                                      return look(0).state == PlcopenState::kStandstill &&
+                                             look(1).state == PlcopenState::kStandstill &&
                                              line->axes().status(1).owner.empty();
                                     },
                                     [this, &request] {
@@ -255,7 +262,7 @@ TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
       [&] {
         EXPECT_EQ(place(0), held_at);
         EXPECT_LT(held_at, 0.05);
-        EXPECT_TRUE(line->groups().status(0).report->interrupted);
+        EXPECT_TRUE(look().interrupted);
         static_cast<void>(submit(ask(Verb::kResume)));
         static_cast<void>(submit(ask(Verb::kOverride, 0.25)));
         looks = 0;
@@ -263,7 +270,7 @@ TEST_F(GroupByHand, HoldsResumesAndSlowsDownOnThePath) {
       },
       [&] { return ++looks > 10; },
       [&] {
-        EXPECT_NEAR(line->groups().status(0).report->speed, 0.025, 1e-6) << "a quarter of max_feed";
+        EXPECT_NEAR(look().speed, 0.025, 1e-6) << "a quarter of max_feed";
         EXPECT_EQ(refusal(ask(Verb::kOverride, 2.5)), "group plotter: override 2.5 is outside 0 to 2");
         EXPECT_THAT(refusal(ask(Verb::kOverride, std::numeric_limits<double>::quiet_NaN())),
                     HasSubstr("override nan is outside 0 to 2"));
@@ -534,7 +541,7 @@ TEST_F(GroupByHand, TheLossOfOneDriveStopsTheOthersOnThePath) {
         const auto now = *line->groups().status(0).report;
         EXPECT_EQ(now.error, ecat_master::GroupError::kAxisFailed);
         EXPECT_EQ(now.failed_axis, 1U);
-        rests_at = line->axes().status(0).report->setpoint;
+        rests_at = look(0).setpoint;
         EXPECT_GT(rests_at, 0.01) << "it was on its way";
         EXPECT_LT(rests_at, 0.5);
         EXPECT_THAT(failure(request), HasSubstr("group plotter: axis y: an axis has failed: "));
@@ -546,7 +553,7 @@ TEST_F(GroupByHand, TheLossOfOneDriveStopsTheOthersOnThePath) {
       [&] {
         EXPECT_EQ(phase(request), RequestPhase::kDone) << failure(request);
         EXPECT_EQ(state(), GroupState::kDisabled);
-        EXPECT_NEAR(line->axes().status(0).report->setpoint, rests_at, kExact);
+        EXPECT_NEAR(look(0).setpoint, rests_at, kExact);
         return true;
       },
   });

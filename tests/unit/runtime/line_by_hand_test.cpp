@@ -47,7 +47,11 @@ class LineByHand : public test::TemporaryDirectory {
     line = std::move(*opened);
     line->observe(hand);
   }
-  [[nodiscard]] PlcopenState state(std::size_t axis) { return line->axes().status(axis).report->state; }
+  /// The report of an axis; the default one as long as the line is not in operation.
+  [[nodiscard]] ecat_master::AxisReport look(std::size_t axis) {
+    return line->axes().status(axis).report.value_or(ecat_master::AxisReport{});
+  }
+  [[nodiscard]] PlcopenState state(std::size_t axis) { return look(axis).state; }
   [[nodiscard]] bool over(std::size_t axis, std::uint64_t request) {
     return line->axes().progress(axis, request).report.over();
   }
@@ -73,13 +77,13 @@ TEST_F(LineByHand, MovesOneAxisWhileTheOtherHoldsItsPlace) {
   hand.on_look = [&] {
     auto& axes = line->axes();
     if (request == 0 && state(0) == PlcopenState::kStandstill && axes.status(0).owner.empty()) {
-      from = axes.status(0).report->position;
-      other = axes.status(1).report->position;
+      from = look(0).position;
+      other = look(1).position;
       request = axes.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.5)).value();
     }
     if (request == 0 || !over(0, request)) return;
-    to = axes.status(0).report->position;
-    other -= axes.status(1).report->position;
+    to = look(0).position;
+    other -= look(1).position;
     line->request_stop();
   };
   const auto report = run();
@@ -126,7 +130,7 @@ TEST_F(LineByHand, WhoDiesWhileAnAxisMovesStopsIt) {
       left = true;
     }
     if (!left || state(0) != PlcopenState::kStandstill) return;
-    EXPECT_NEAR(axes.status(0).report->velocity, 0.0, 0.2);
+    EXPECT_NEAR(look(0).velocity, 0.0, 0.2);
     EXPECT_EQ(axes.status(0).owner, "");
     line->request_stop();
   };
@@ -217,7 +221,7 @@ TEST_F(LineByHand, AnAxisHomesByItsDrive) {
     homing = homing || state(1) == PlcopenState::kHoming;
     if (!over(1, homed)) return;
     EXPECT_EQ(axes.progress(1, homed).report.phase, ecat_master::RequestPhase::kDone);
-    place = axes.status(1).report->position;
+    place = look(1).position;
     line->request_stop();
   };
   const auto report = run();
@@ -239,14 +243,14 @@ TEST_F(LineByHand, AnAxisIsLedByATorqueNoFasterThanItMay) {
     auto request = ask(AxisCommand::kTorque, 0.5);
     request.velocity = 3.0;
     if (pulled == 0) pulled = axes.submit(caller("hand"), 0, request).value();
-    fastest = std::max(fastest, axes.status(0).report->velocity);
+    fastest = std::max(fastest, look(0).velocity);
     if (++looks == 50) {
       EXPECT_EQ(state(0), PlcopenState::kContinuousMotion);
       EXPECT_EQ(axes.progress(0, pulled).report.phase, ecat_master::RequestPhase::kReached);
-      EXPECT_EQ(axes.status(0).report->mode, 10);
+      EXPECT_EQ(look(0).mode, 10);
       halted = axes.submit(caller("hand"), 0, ask(AxisCommand::kHalt)).value();
     }
-    if (halted == 0 || !over(0, halted) || axes.status(0).report->mode != 8) return;
+    if (halted == 0 || !over(0, halted) || look(0).mode != 8) return;
     EXPECT_EQ(state(0), PlcopenState::kStandstill);
     line->request_stop();
   };
@@ -280,7 +284,7 @@ TEST_F(LineByHand, NoRequestLeavesTheSoftwareLimits) {
   double highest = 0.0;
   hand.on_look = [&] {
     auto& axes = line->axes();
-    if (axes.status(0).report) highest = std::max(highest, std::abs(axes.status(0).report->velocity));
+    highest = std::max(highest, std::abs(look(0).velocity));
     const bool ready =
         request != 0 ? over(0, request) : state(0) == PlcopenState::kStandstill && axes.status(0).owner.empty();
     if (!ready) return;
