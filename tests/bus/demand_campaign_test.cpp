@@ -201,7 +201,9 @@ class Sequence {
   }
   void cycle() {
     operation_.cycle();
-    drives_.settle();
+    // Advance to a fixed point in the period at which neither a control step of the drives nor a frame is due.
+    const auto place = drives_.clock.now() / kPeriod * kPeriod + microseconds{110};
+    drives_.leave_alone(std::max(place - drives_.clock.now(), nanoseconds{0}));
     look();
     ++now_;
     note_taken(asked_);

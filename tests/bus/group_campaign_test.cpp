@@ -94,7 +94,7 @@ class GroupSequence {
   void cycle() {
     line_.groups->plan();
     line_.operation.cycle();
-    line_.drives.settle();
+    line_.settle();
     look();
     for (std::size_t group = 0; group < 2; ++group)
       ++coverage_.states[static_cast<std::size_t>(line_.group_state(group))];

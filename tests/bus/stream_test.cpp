@@ -136,7 +136,8 @@ class StreamLine {
 
   void cycle() {
     operation.cycle();
-    drives.settle();
+    const auto place = drives.clock.now() / kStreamPeriod * kStreamPeriod + microseconds{110};
+    drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
     for (auto& judge : judges) judge.look();
   }
   void cycles(int count) {

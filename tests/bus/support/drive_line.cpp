@@ -88,20 +88,6 @@ void DriveLine::leave_alone(nanoseconds duration) {
   line_->advance(clock.now());
 }
 
-nanoseconds DriveLine::place_in_period() {
-  using slaves::msd::kControlStep;
-  using slaves::msd::kProcessDataPeriod;
-  const auto& core = drive(0);
-  const bool takes_next = core.running_time() / kControlStep % 2 == 0;
-  const auto next = core.cycle_end().value_or(clock.now()) + (takes_next ? nanoseconds{0} : kControlStep);
-  return (clock.now() + 2 * kProcessDataPeriod - next + kControlStep) % kProcessDataPeriod;
-}
-
-void DriveLine::settle() {
-  constexpr nanoseconds kPlace = microseconds{110};
-  leave_alone(std::max(kPlace - place_in_period(), nanoseconds{0}));
-}
-
 runtime::LineConfig LineOperation::describe(std::size_t drives, const RunOptions& options) {
   runtime::LineConfig config;
   config.period = options.period;
@@ -215,15 +201,7 @@ ecat_master::MotionControl& LineOperation::make_motion() {
   return *motion_;
 }
 
-/// Waits so that the frames are at the same place in the drives' period however long the bring-up has taken.
-void LineOperation::await_frame_place() {
-  constexpr nanoseconds kPlace = microseconds{10};
-  drives_.leave_alone((slaves::msd::kProcessDataPeriod + kPlace - drives_.place_in_period()) %
-                      slaves::msd::kProcessDataPeriod);
-}
-
 void LineOperation::start_cycle(ecat_master::Master::MakeRunner make_runner) {
-  await_frame_place();
   auto& motion = make_motion();
   auto settings = runtime::cycle_settings(config_, *master_);
   if (options_.task != nullptr) tasks_.add(*options_.task, {1, 0, options_.task_order});

@@ -41,12 +41,6 @@ class DriveLine {
   [[nodiscard]] bool all_in(wire::AlState state) noexcept;
   /// Advances the time of the drives alone, without a master.
   void leave_alone(nanoseconds duration);
-  /// Time since the last but one control step of the first drive before which it takes process data, less than 125 us:
-  /// where in its period the drive is. Process data are taken at 62.5 us.
-  [[nodiscard]] nanoseconds place_in_period();
-  /// Advances to 110 us of the drive's period unless it is past it: neither a control step nor a frame is due there if
-  /// the frames go out at 10 us (LineOperation::start_cycle()).
-  void settle();
 
  private:
   std::vector<slaves::msd::DriveCore*> drives_;
@@ -151,7 +145,6 @@ class LineOperation {
   std::vector<snapshot::LineSample> line_samples;
 
  private:
-  void await_frame_place();
   [[nodiscard]] ecat_master::Master::Settings master_settings() const;
   [[nodiscard]] ecat_master::MotionControl& make_motion();
   void drain();

@@ -33,7 +33,7 @@ class LateLine {
     for (std::size_t i = 0; i < axes; ++i) judges.emplace_back(drives, i, LineOperation::axis(i, options).limits);
     EXPECT_EQ(sentence(operation.to_motion()), "");
     EXPECT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
-    drives.settle();
+    settle();
     ecat_master::MasterAbsence before;
     while (operation.master().core()->take_absence(before)) continue;
   }
@@ -51,12 +51,17 @@ class LateLine {
     return options;
   }
 
+  /// Advances to a fixed point in the period at which neither a control step of the drives nor a frame is due.
+  void settle() {
+    const auto place = drives.clock.now() / kLatePeriod * kLatePeriod + microseconds{110};
+    drives.leave_alone(std::max(place - drives.clock.now(), nanoseconds{0}));
+  }
   void look() {
     for (auto& judge : judges) judge.look();
   }
   void cycle() {
     operation.cycle();
-    drives.settle();
+    settle();
     look();
   }
   void cycles(int count) {
