@@ -36,7 +36,8 @@ Slave::Slave(std::unique_ptr<Device> device, const SlaveOptions& options)
       esc_(esc_options(device_->profile(), options),
            options.sii_image.empty() ? device_->profile().sii_image : options.sii_image),
       al_(esc_, *device_, options.al),
-      mailbox_(esc_, *device_) {
+      mailbox_(esc_, *device_),
+      first_exchange_(period_ / 2) {
   tell_eeprom();
 }
 
@@ -60,6 +61,7 @@ void Slave::restart(Nanoseconds now) noexcept {
   exchanging_ = sync_driven_ = false;
   stalled_until_.reset();
   next_step_ = now;
+  first_exchange_ = now + period_ / 2;
   tell_eeprom();
   device_->restart();
 }
@@ -186,8 +188,12 @@ void Slave::after_state_change(Nanoseconds time) noexcept {
   if (al_.inputs_running() == exchanging_) return;
   exchanging_ = al_.inputs_running();
   sync_driven_ = false;
-  next_step_ = time + period_;
+  next_step_ = own_step_after(time);
   if (exchanging_) publish_inputs(time);
+}
+
+Slave::Nanoseconds Slave::own_step_after(Nanoseconds time) const noexcept {
+  return first_exchange_ + ((time - first_exchange_) / period_ + 1) * period_;
 }
 
 void Slave::hand_over_outputs(Nanoseconds time) noexcept {

@@ -83,6 +83,9 @@ class Slave {
   void hand_over_outputs(Nanoseconds time) noexcept;
   void publish_inputs(Nanoseconds time) noexcept;
   [[nodiscard]] Nanoseconds next_event() const noexcept;
+  /// The first step of the device after `time`. The firmware counts its steps from its start: a change of state does not
+  /// move them, so that how long a bring-up took does not decide where in the period the device exchanges process data.
+  [[nodiscard]] Nanoseconds own_step_after(Nanoseconds time) const noexcept;
 
   std::unique_ptr<Device> device_;
   Nanoseconds period_;
@@ -94,6 +97,7 @@ class Slave {
   bool sync_driven_ = false;  ///< process data are transferred at SYNC0, not in steps of the device
   bool exchanging_ = false;   ///< inputs have been published since SAFEOP was entered
   Nanoseconds next_step_{0};
+  Nanoseconds first_exchange_;  ///< half a period after the device's start
   std::optional<Nanoseconds> stalled_until_;
   Nanoseconds stalled_since_{0};
   Nanoseconds due_{0};
