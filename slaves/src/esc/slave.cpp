@@ -37,7 +37,7 @@ Slave::Slave(std::unique_ptr<Device> device, const SlaveOptions& options)
            options.sii_image.empty() ? device_->profile().sii_image : options.sii_image),
       al_(esc_, *device_, options.al),
       mailbox_(esc_, *device_),
-      first_exchange_(period_ / 2) {
+      first_exchange_(period_ / 4) {
   tell_eeprom();
 }
 
@@ -61,7 +61,7 @@ void Slave::restart(Nanoseconds now) noexcept {
   exchanging_ = sync_driven_ = false;
   stalled_until_.reset();
   next_step_ = now;
-  first_exchange_ = now + period_ / 2;
+  first_exchange_ = now + period_ / 4;
   tell_eeprom();
   device_->restart();
 }

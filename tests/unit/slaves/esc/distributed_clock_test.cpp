@@ -333,7 +333,7 @@ TEST_F(DistributedClockTest, BufferEventsAreStampedWhenAskedFor) {
   EXPECT_EQ(get(reg::kPdiBufferChangeTime), 0U);
   write(0x0816, bytes({0xC1}));
   write(0x081E, bytes({0x41}));
-  pass(1ms);
+  pass(1ms + 31250ns);  // the application works a quarter of a period after its start, and then every 125 us
   const auto written = static_cast<std::uint32_t>(now().count());
   write_outputs(bytes({1, 2, 3, 4}));
   EXPECT_EQ(get(reg::kEcatBufferChangeTime), written);

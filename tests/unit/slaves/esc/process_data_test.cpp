@@ -6,6 +6,9 @@ namespace {
 
 class ProcessDataTest : public BenchSlave {
  protected:
+  /// The device works a quarter of a period after its start for the first time, and then every 125 us.
+  static constexpr std::chrono::nanoseconds kFirstStep{31250};
+
   std::vector<std::byte> read_inputs() { return read(kInputsAddress, 6).data; }
 };
 
@@ -17,11 +20,29 @@ TEST_F(ProcessDataTest, InputsAreThereWhenSafeOpIsReported) {
 
 TEST_F(ProcessDataTest, InputsFollowInStepsOfTheDevice) {
   go_to(AlState::kSafeOp);
+  pass(kFirstStep);
   device().inputs[3] = bytes({7});
   pass(124us);
   EXPECT_EQ(read_inputs()[0], std::byte{0});
   pass(1us);
   EXPECT_EQ(read_inputs()[0], std::byte{7});
+}
+
+/// How long a bring-up takes must not decide where in the period a free-running device exchanges process data.
+TEST_F(ProcessDataTest, StepsOfTheDeviceCountFromItsStart) {
+  for (const auto later : {7us, 41us, 90us}) {
+    SCOPED_TRACE(later.count());
+    rebuild();
+    pass(later);
+    ASSERT_NE(now() % 125us, 0us);
+    go_to(AlState::kSafeOp);
+    device().inputs[3] = bytes({7});
+    const auto step = (kFirstStep + 125us - now() % 125us) % 125us;
+    pass(step - 1us);
+    EXPECT_EQ(read_inputs()[0], std::byte{0});
+    pass(1us);
+    EXPECT_EQ(read_inputs()[0], std::byte{7});
+  }
 }
 
 TEST_F(ProcessDataTest, OutputsReachTheDeviceInOpOnly) {
@@ -55,6 +76,7 @@ TEST_F(ProcessDataTest, OutputsAreTakenOverBeforeTheStep) {
 
 TEST_F(ProcessDataTest, TheDeviceLivesOnWhileNoFramesCome) {
   go_to(AlState::kSafeOp);
+  pass(kFirstStep);
   const auto steps = device().advance_count;
   pass(100ms);
   EXPECT_EQ(device().advance_count, steps + 800);

@@ -97,7 +97,7 @@ class Slave {
   bool sync_driven_ = false;  ///< process data are transferred at SYNC0, not in steps of the device
   bool exchanging_ = false;   ///< inputs have been published since SAFEOP was entered
   Nanoseconds next_step_{0};
-  Nanoseconds first_exchange_;  ///< half a period after the device's start
+  Nanoseconds first_exchange_;  ///< a quarter of a period after the device's start
   std::optional<Nanoseconds> stalled_until_;
   Nanoseconds stalled_since_{0};
   Nanoseconds due_{0};
