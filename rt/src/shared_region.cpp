@@ -35,6 +35,15 @@ void write_header(std::span<std::uint64_t> words, const SharedLayout& layout) {
   store<std::memory_order_release>(words[kMagic], kSharedMagic);
 }
 
+/// Maps each page for the owner by a write that changes nothing, so that the cycle causes no page fault; a peer may be
+/// writing at the same time.
+void touch_pages(std::span<std::uint64_t> words) {
+  const auto page_words = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) / sizeof(std::uint64_t);
+  for (std::size_t at = 0; at < words.size(); at += page_words) {
+    std::atomic_ref{words[at]}.fetch_or(0, std::memory_order_relaxed);
+  }
+}
+
 }  // namespace
 
 tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::string& name, SharedLayout layout,
@@ -60,6 +69,7 @@ tl::expected<SharedRegion, SharedRegionError> SharedRegion::create(const std::st
   if (const auto failed = region.map(descriptor, true)) {
     return Failure{*failed};
   }
+  touch_pages(region.words());
   write_header(region.words(), layout);
   if (::fcntl(descriptor, F_ADD_SEALS, shared_detail::seals_of(layout.form, sealing)) != 0) {
     return Failure{call_failed("fcntl(F_ADD_SEALS)")};
@@ -82,11 +92,8 @@ tl::expected<void, SharedRegionError> SharedRegion::close_to_writers() {
   if (::fallocate(descriptor_, 0, 0, static_cast<off_t>(words().size_bytes())) != 0) {
     return Failure{call_failed("fallocate")};
   }
-  // A write that changes nothing maps a page that was returned; the peer may be writing at the same time.
-  const auto page_words = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) / sizeof(std::uint64_t);
-  for (std::size_t at = 0; at < words().size(); at += page_words) {
-    std::atomic_ref{words()[at]}.fetch_or(0, std::memory_order_relaxed);
-  }
+  // Pages that the peer returned before are mapped again.
+  touch_pages(words());
   return {};
 }
 
