@@ -1,23 +1,17 @@
 """A line of many drives that a process serves on a network interface: found, brought to OP, moved."""
-from program import LONGEST_WATCHDOG_MS, WireTest
+from program import MOST_LOST_CYCLES, PATIENT_SLAVE, WireTest
 
 # A path has no more (trajectory/path.hpp); the drives beyond exchange process data and stand still.
 MAX_AXES = 128
-# A machine that does something else delays the answers of a large line by seconds.
-PATIENT = ("timeouts = {preop_ms = 60000, safeop_ms = 60000, op_ms = 60000, back_to_init_ms = 60000, back_to_safeop_ms = 60000, "
-           "mailbox_request_ms = 60000, mailbox_response_ms = 60000}\n"
-           f"watchdog = {{process_data_ms = {LONGEST_WATCHDOG_MS}}}\n")
-
-
 RUN = ("--duration", 0.6, "--json", "--no-plots")
 
 
 def line_of(count, cycle_us):
     """A line of `count` drives that swing so slowly that a machine that stalls makes no drive lose its way."""
     names = [f"d{i}" for i in range(count)]
-    slaves = "".join(f'[[slave]]\nname = "{name}"\n{PATIENT}' for name in names)
+    slaves = "".join(f'[[slave]]\nname = "{name}"\n{PATIENT_SLAVE}' for name in names)
     axes = "".join(f'[[axis]]\nname = "{name}"\n' for name in names[:MAX_AXES])
-    text = (f'[line]\ncycle_us = {cycle_us}\n[bus]\nmax_lost_cycles = 1000\n[realtime]\npolicy = "degrade"\n'
+    text = (f'[line]\ncycle_us = {cycle_us}\n[bus]\nmax_lost_cycles = {MOST_LOST_CYCLES}\n[realtime]\npolicy = "degrade"\n'
             f'[path]\nfile = "path.csv"\nrepeat = true\n[telemetry]\nenabled = false\n{slaves}{axes}')
     header = "time[s]," + ",".join(f"{name}[rad]" for name in names[:MAX_AXES])
     rows = [f"{2 * i}" + f",{0.2 * (i % 2)}" * min(count, MAX_AXES) for i in range(3)]

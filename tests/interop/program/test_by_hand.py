@@ -5,7 +5,7 @@ import subprocess
 import sys
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 NOBODY = 65534
 # A busy machine may suspend a command, or the run, for longer than the axes wait for a sign of life.
@@ -357,7 +357,7 @@ class Hand(ProgramTest):
     """A run in real time and commands that speak to it."""
 
     def start_run(self, *arguments, line=LINE):
-        self.write("line.toml", line)
+        self.write("line.toml", patient(line))
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", *arguments, log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         return run
@@ -699,7 +699,7 @@ class Hand(ProgramTest):
     @undisturbed
     def test_axes_of_a_path_are_the_paths_and_a_stop_ends_the_run(self):
         self.write("path.csv", "time[s],x[deg],y[deg]\n0,0,0\n10,10,10\n20,0,0\n")
-        self.write("line.toml", LINE + '[path]\nfile = "path.csv"\nrelative = true\nrepeat = true\n')
+        self.write("line.toml", patient(LINE) + '[path]\nfile = "path.csv"\nrelative = true\nrepeat = true\n')
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
         self.check_refused(self.axis("x", "move", "1", "--take-over"), 1, "axis x: is moved by the path of this run")

@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 # A busy machine may suspend a command, or the run, for longer than a group waits for a sign of life.
 undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
@@ -136,7 +136,7 @@ class Hand(ProgramTest):
     """A run in real time and commands that speak to it."""
 
     def start_run(self, line=LINE):
-        self.write("line.toml", line)
+        self.write("line.toml", patient(line))
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         self.wait_for("the axes", lambda: all(axis["state"] == "Standstill" and not axis["owner"] for axis in self.axes()))

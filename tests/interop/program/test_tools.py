@@ -536,8 +536,7 @@ class OnTheWire(WireTest):
 
     @again_when(*DISTURBED)
     def test_a_line_in_op_is_taken_over_from_the_dead_and_not_from_the_living(self):
-        text = self.write_gentle_line(cycle_us=2000).read_text(encoding="utf-8")
-        config = self.write("line.toml", re.sub(r'(\[\[slave\]\]\nname = "\w")', r"\1\nwatchdog = {process_data_ms = 6500}", text))
+        config = self.write_gentle_line(cycle_us=2000)
         self.start_line(config)
         for _ in range(ATTEMPTS):
             master = self.start_master(config, "--no-telemetry")
