@@ -86,7 +86,10 @@ def again_when(*sentences):
     return decorate
 
 
-again_when_disturbed = again_when(*DISTURBED, WATCHDOG)
+# Said of a bridge that is suspended for as long as one that hangs.
+BRIDGE_STILL = "bridge does not respond"
+
+again_when_disturbed = again_when(*DISTURBED, WATCHDOG, BRIDGE_STILL)
 
 
 def was_disturbed(result):

@@ -19,7 +19,7 @@ SKIPPED = 77
 ATTEMPTS = 4
 # The drives' watchdogs run out after 100 ms; at 125 us the axes put up with less.
 SUSPENDED_S = 0.02
-LOOK_INTERVAL_S = 0.002
+LOOK_INTERVAL_S = 0.004
 
 
 class Witness(threading.Thread):
