@@ -7,7 +7,7 @@ import signal
 import subprocess
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 NOBODY = 65534
 CLIENT = os.environ["STREAM_EXAMPLE"]
@@ -37,7 +37,7 @@ class Stream(ProgramTest):
 
     def line(self, users=(str(NOBODY),), tail=""):
         allowed = ", ".join(f'"{user}"' for user in users)
-        return self.write("line.toml", f'{LINE}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n{tail}')
+        return self.write("line.toml", f'{patient(LINE)}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n{tail}')
 
     def start_run(self, *arguments, log="run.log", **description):
         run = self.start("run", "--config", self.line(**description), "--no-plots", "--json", *arguments, log=log)
@@ -225,6 +225,7 @@ class Stream(ProgramTest):
         self.assertTrue(any('axis x: stream client "probe"' in event and "has taken it over from control socket" in event
                             for event in events), events)
 
+    @undisturbed
     def test_a_setpoint_that_is_refused_is_told_with_axis_value_and_limit(self):
         """In the summary, and in the events of the JSON document."""
         config = self.line()
@@ -247,6 +248,7 @@ class Stream(ProgramTest):
             self.assertRegex(told, sentence)
             self.assertEqual(told.count("axis x: position"), 1, "the others are counted")
 
+    @undisturbed
     def test_strangers_are_not_let_in(self):
         run = self.start_run(users=("1",))
         probe = self.start_probe("x")
@@ -273,10 +275,11 @@ class Stream(ProgramTest):
                            'there is no user "nobody-of-that-name" on this machine')
         self.check_refused(self.run_program("run", "--config", self.line(tail='axes = ["w"]\n')), 2, 'no [[axis]] named "w"')
 
+    @undisturbed
     def test_the_example_is_what_its_readers_are_told(self):
         text = (EXAMPLES / "stream.toml").read_text(encoding="utf-8")
         text = text.replace("/tmp/driveline-stream.sock", str(self.socket))
-        run = self.start("run", "--config", self.write("stream.toml", text), "--no-plots", log="run.log")
+        run = self.start("run", "--config", self.write("stream.toml", patient(text)), "--no-plots", log="run.log")
         self.wait_for("live setpoints", lambda: "live setpoints of x, y at" in self.text("run.log"), run)
         client = self.run_program(self.socket, "x", "y", "0.2", program=CLIENT)
         self.assertIn(client.returncode, (0, 1), client.stderr)

@@ -35,7 +35,7 @@ LEAVE_COUNTER = r"""
 import socket, struct, sys
 wire = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4))
 wire.bind(("dl-master", 0))
-wire.settimeout(1)
+wire.settimeout(30)
 
 def access(command, address, data):
     body = struct.pack("<BBHHHH", command, 0x5A, 0x1001, address, len(data), 0) + data + bytes(2)
