@@ -213,7 +213,7 @@ class Stream(ProgramTest):
         run = self.start_run()
         self.wait_for("x enabled", lambda: self.status()["x"]["state"] == "Standstill")
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
-        self.wait_for("the jog", lambda: self.status()["x"]["state"] == "ContinuousMotion")
+        self.wait_for("the jog", lambda: self.status()["x"]["state"] == "ContinuousMotion", jog)
         probe = self.start_probe("y", "x")
         self.assertEqual(probe.wait(PATIENCE_S), 2)
         self.assertRegex(self.said()[0], r"\Arefused: axis x: is commanded by control socket .*\(process \d+, user \d+\)\Z")
