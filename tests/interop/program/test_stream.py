@@ -37,7 +37,9 @@ class Stream(ProgramTest):
 
     def line(self, users=(str(NOBODY),), tail=""):
         allowed = ", ".join(f'"{user}"' for user in users)
-        return self.write("line.toml", f'{patient(LINE)}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n{tail}')
+        # Half a second late is the most that a line permits.
+        late = "delay_ms = 500\nkeep_alive_ms = 10000\n" if self.last_attempt else ""
+        return self.write("line.toml", f'{patient(LINE)}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n{late}{tail}')
 
     def start_run(self, *arguments, log="run.log", **description):
         run = self.start("run", "--config", self.line(**description), "--no-plots", "--json", *arguments, log=log)
