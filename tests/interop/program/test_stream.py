@@ -22,6 +22,8 @@ LINE = ('[bus]\nmax_lost_cycles = 800\n[line]\nname = "streamed"\ncycle_us = 125
         + "".join(f'[[axis]]\nname = "{axis}"\nunit = "deg"\nmax_velocity = {MAX_VELOCITY}\nmax_acceleration = {MAX_ACCELERATION}\n'
                   for axis in AXES))
 KILLS = 100
+# No client is silent for so long on a machine that stands still.
+LONG_ALIVE_MS = 8000
 
 
 class Stream(ProgramTest):
@@ -35,11 +37,12 @@ class Stream(ProgramTest):
     # As somebody without privileges wherever that can be done.
     stranger = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"] if os.geteuid() == 0 else []
 
-    def line(self, users=(str(NOBODY),), tail=""):
+    def line(self, users=(str(NOBODY),), tail="", keep_alive_ms=LONG_ALIVE_MS):
         allowed = ", ".join(f'"{user}"' for user in users)
         # Half a second late is the most that a line permits.
-        late = "delay_ms = 500\nkeep_alive_ms = 10000\n" if self.last_attempt else ""
-        return self.write("line.toml", f'{patient(LINE)}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n{late}{tail}')
+        late = "delay_ms = 500\n" if self.last_attempt else ""
+        return self.write("line.toml", f'{patient(LINE)}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n'
+                          f'keep_alive_ms = {keep_alive_ms}\n{late}{tail}')
 
     def start_run(self, *arguments, log="run.log", **description):
         run = self.start("run", "--config", self.line(**description), "--no-plots", "--json", *arguments, log=log)
@@ -155,7 +158,7 @@ class Stream(ProgramTest):
 
     @undisturbed
     def test_a_client_that_stands_still_loses_its_axes(self):
-        run = self.start_run()
+        run = self.start_run(keep_alive_ms=500)
         probe = self.start_probe("x", "y")
         self.wait_for_word("x follows", probe)
         probe.send_signal(signal.SIGSTOP)
