@@ -9,6 +9,7 @@
 #include <cmath>
 #include <memory>
 #include <span>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -94,8 +95,33 @@ int transfers(ecat_master::MailboxEngine& engine, std::uint16_t slave, std::uint
   return right;
 }
 
-TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
-  // On the real clock: a waiting thread drives the engine for the others.
+/// Measures for how long the machine lets a thread wait, on the real clock.
+class Standstill {
+ public:
+  [[nodiscard]] nanoseconds longest() const { return nanoseconds{longest_ns_.load()}; }
+
+ private:
+  void watch(const std::stop_token& stop) {
+    const rt::MonotonicClock clock;
+    for (auto before = clock.now(); !stop.stop_requested();) {
+      std::this_thread::sleep_for(milliseconds{5});
+      const auto now = clock.now();
+      longest_ns_ = std::max(longest_ns_.load(), (now - before).count());
+      before = now;
+    }
+  }
+
+  std::atomic<nanoseconds::rep> longest_ns_{0};
+  std::jthread thread_{[this](const std::stop_token& stop) { watch(stop); }};
+};
+
+struct SerialsRead {
+  std::string start;           ///< what went wrong before the threads began
+  std::array<int, 8> right{};  ///< by thread: how often it read the right serial number
+};
+
+/// Lets each thread read fifty serial numbers. On the real clock: a waiting thread drives the engine for the others.
+SerialsRead read_serials() {
   rt::MonotonicClock clock;
   std::vector<std::unique_ptr<slaves::Slave>> made;
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -105,21 +131,35 @@ TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
   }
   slaves::SimulatedLine drives(clock, std::move(made));
   ecat_master::Master master(drives, clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  SerialsRead read;
+  read.start = sentence(master.scan());
+  if (read.start.empty()) read.start = sentence(master.enter_pre_op());
+  if (!read.start.empty()) return read;
   std::vector<std::jthread> threads;
-  std::array<int, 8> right{};
   for (std::uint16_t i = 0; i < 8; ++i) {
     threads.emplace_back([&, i] {
       for (int n = 0; n < 50; ++n) {
         const auto slave = static_cast<std::uint16_t>((i + n) % 4);
         const auto serial = CoeClient(master.mailboxes(), slave).upload_as<std::uint32_t>(0x1018, 4);
-        if (serial && *serial == 1000U + slave) ++right[i];
+        if (serial && *serial == 1000U + slave) ++read.right[i];
       }
     });
   }
   threads.clear();
-  EXPECT_THAT(right, testing::Each(50));
+  return read;
+}
+
+TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
+  // Answers are late where the machine stands still for about as long as a master waits for them.
+  constexpr auto kAboutATimeout = std::chrono::seconds{1};
+  for (int left = 3; left >= 0; --left) {
+    const Standstill standstill;
+    const auto read = read_serials();
+    if (left > 0 && standstill.longest() > kAboutATimeout) continue;
+    EXPECT_EQ(read.start, "");
+    EXPECT_THAT(read.right, testing::Each(50));
+    break;
+  }
 }
 
 TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {

@@ -12,13 +12,15 @@ import tempfile
 import time
 import unittest
 
+from patient_line import patient_line
+
 PREFIX = pathlib.Path(sys.argv.pop(1))
 UNIT = PREFIX / "lib/systemd/system/driveline@.service"
 BRIDGE_UNIT = PREFIX / "lib/systemd/system/driveline-bridge@.service"
 UNITS = [unit for unit in (UNIT, BRIDGE_UNIT) if unit.exists()]
 EXAMPLES = PREFIX / "share/driveline/examples"
 NOBODY = 65534
-PATIENCE_S = 60
+PATIENCE_S = 120
 
 
 def settings(unit=UNIT):
@@ -139,7 +141,7 @@ class Service(unittest.TestCase):
         return (self.folder / "log").read_text(encoding="utf-8")
 
     def test_runs_with_its_rights_alone_and_tells_how_it_gets_on(self):
-        process = self.start((EXAMPLES / "by_hand.toml").read_text(encoding="utf-8"))
+        process = self.start(patient_line(EXAMPLES))
         told = self.told()
         self.assertEqual(told.get("READY"), "1", self.text())
         self.assertRegex(told["STATUS"], "in OP, ")
@@ -162,7 +164,7 @@ class Service(unittest.TestCase):
         self.assertNotRegex("\n".join(on_stderr), r"[0-9] s  ", "progress, second by second, fills the journal")
 
     def test_signs_of_life_end_when_the_process_stands_still(self):
-        process = self.start((EXAMPLES / "by_hand.toml").read_text(encoding="utf-8"))
+        process = self.start(patient_line(EXAMPLES))
         self.assertEqual(self.told().get("READY"), "1", self.text())
         self.told()
         process.send_signal(signal.SIGSTOP)
@@ -179,7 +181,7 @@ class Service(unittest.TestCase):
 
     @unittest.skipUnless(BRIDGE_UNIT.exists(), "built without Fast DDS")
     def test_the_bridge_has_a_service_of_its_own(self):
-        line = (EXAMPLES / "by_hand.toml").read_text(encoding="utf-8")
+        line = patient_line(EXAMPLES)
         self.assertIn("[telemetry]\nenabled = false\n", line)
         run = self.start(line.replace("enabled = false\n", "bridge = \"service\"\ndomain = 97\n"))
         self.assertEqual(self.told().get("READY"), "1", self.text())

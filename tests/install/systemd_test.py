@@ -10,12 +10,15 @@ import tempfile
 import time
 import unittest
 
+from patient_line import patient_line
+
 PREFIX = pathlib.Path(sys.argv.pop(1))
 UNIT = "driveline@cell.service"
 SYSTEMD = pathlib.Path("/lib/systemd/systemd")
 NAMESPACES = ["unshare", "--mount", "--pid", "--uts", "--ipc", "--cgroup", "--fork", "--kill-child"]
 RIGHTS = ("cap_net_raw", "cap_sys_nice", "cap_ipc_lock")
 PATIENCE_S = 120
+WATCHDOG_S = 15
 
 # What systemd and the unit write lies in file systems of their own. The program is a copy outside of /home and /tmp,
 # which the unit hides from it.
@@ -68,6 +71,9 @@ class Systemd(unittest.TestCase):
         units.mkdir()
         text = (PREFIX / "lib/systemd/system/driveline@.service").read_text(encoding="utf-8")
         self.assertIn(f"ExecStart={PREFIX}/bin/driveline ", text)
+        # A machine that stands still for as long as a watchdog of two seconds would seem to be a process that does.
+        text, watchdogs = re.subn(r"(?m)^WatchdogSec=.*$", f"WatchdogSec={WATCHDOG_S}", text)
+        self.assertEqual(watchdogs, 1)
         (units / "driveline@.service").write_text(text.replace(f"{PREFIX}/bin/", "/run/program/"), encoding="utf-8")
         for target in ("basic", "sysinit", "shutdown"):
             (units / f"{target}.target").write_text("[Unit]\nDescription=nothing else\n", encoding="utf-8")
@@ -81,7 +87,7 @@ class Systemd(unittest.TestCase):
         for name, entry in (("passwd", "driveline:x:990:990::/:/usr/sbin/nologin"), ("group", "driveline:x:990:")):
             known = pathlib.Path("/etc", name).read_text(encoding="utf-8")
             (self.folder / "etc" / name).write_text(f"{known.rstrip()}\n{entry}\n", encoding="utf-8")
-        shutil.copy2(PREFIX / "share/driveline/examples/by_hand.toml", lines / "cell.toml")
+        (lines / "cell.toml").write_text(patient_line(PREFIX / "share/driveline/examples"), encoding="utf-8")
 
     def first_process(self):
         """PID 1 of the namespaces, by its number outside; nothing while there is none."""

@@ -163,8 +163,8 @@ class SyntheticLine {
     }
   }
 
-  rt::SpscRing<LineSample> lines_{4096};
-  rt::SpscRing<AxisSample> axes_{32768};
+  rt::SpscRing<LineSample> lines_{16'384};
+  rt::SpscRing<AxisSample> axes_{131'072};
   std::unique_ptr<DdsPublisher> publisher_;
   std::unique_ptr<snapshot::DrainThread> drain_;
   std::atomic<bool> running_{true};

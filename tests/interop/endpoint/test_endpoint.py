@@ -10,17 +10,19 @@ import struct
 import subprocess
 import sys
 import threading
-import time
 import unittest
 
 FRAME, ADDRESS, LINK, STATUS, READY, FAILED = range(1, 7)
 ETH_P_ALL = 3
 BROADCAST = b"\xff" * 6
+# Far longer than anything here takes, so that a machine that stands still fails no test.
+PATIENCE_S = 60
+ATTEMPTS = 10  # to get an answer within a second or two
 PROGRAM = ""
 
 
 def run(*command, **options):
-    return subprocess.run(command, capture_output=True, text=True, timeout=30, **options)
+    return subprocess.run(command, capture_output=True, text=True, timeout=2 * PATIENCE_S, **options)
 
 
 class EndPoint:
@@ -33,7 +35,7 @@ class EndPoint:
         with theirs:
             self.process = subprocess.Popen([PROGRAM, "--socket", str(theirs.fileno())], pass_fds=[theirs.fileno()],
                                             stderr=subprocess.PIPE, text=True)
-        self.socket.settimeout(10)
+        self.socket.settimeout(PATIENCE_S)
         self.first = self.socket.recv(65536)
         self.set_address(self.ip)
         self.send(LINK, b"\1")
@@ -47,7 +49,7 @@ class EndPoint:
 
     def end(self):
         self.socket.close()
-        status = self.process.wait(timeout=5)
+        status = self.process.wait(timeout=PATIENCE_S)
         self.process.stderr.close()
         return status
 
@@ -109,11 +111,20 @@ class Network(unittest.TestCase):
         self.switch.start()
         self.addCleanup(self.switch.end)
 
-    def answers(self, ip):
-        return run("ping", "-c", "1", "-W", "2", ip).returncode == 0
+    @staticmethod
+    def answers_once(ip, *options):
+        return run("ping", "-c", "1", "-W", "2", *options, ip).returncode == 0
+
+    def answers(self, ip, *options):
+        """A single answer may be late, or lost as on any network."""
+        return any(self.answers_once(ip, *options) for _ in range(ATTEMPTS))
+
+    def becomes_silent(self, ip):
+        """The end point takes some time to do what it is told."""
+        return any(not self.answers_once(ip) for _ in range(ATTEMPTS))
 
     def get(self, ip, path="/state.json", *options):
-        return run("curl", "-sS", "--max-time", "10", *options, f"http://{ip}{path}")
+        return run("curl", "-sS", "--max-time", str(PATIENCE_S), *options, f"http://{ip}{path}")
 
 
 class OneEndPoint(Network):
@@ -129,8 +140,7 @@ class OneEndPoint(Network):
 
     def test_answers_pings_up_to_whole_frames(self):
         self.assertTrue(self.answers("192.168.38.1"))
-        result = run("ping", "-c", "2", "-W", "2", "-M", "do", "-s", "1472", "192.168.38.1")
-        self.assertEqual(result.returncode, 0, result.stdout)
+        self.assertTrue(self.answers("192.168.38.1", "-M", "do", "-s", "1472"))
 
     def test_shows_page_and_document(self):
         page = self.get("192.168.38.1", "/", "-D", "-")
@@ -147,7 +157,7 @@ class OneEndPoint(Network):
 
     def test_echoes_at_port_7(self):
         sent = os.urandom(1 << 20)
-        with socket.create_connection(("192.168.38.1", 7), timeout=10) as connection:
+        with socket.create_connection(("192.168.38.1", 7), timeout=PATIENCE_S) as connection:
             sender = threading.Thread(target=connection.sendall, args=(sent,))
             sender.start()
             received = bytearray()
@@ -162,14 +172,12 @@ class OneEndPoint(Network):
         point = self.points[0]
         self.assertTrue(self.answers("192.168.38.1"))
         point.set_address("192.168.38.77")
-        time.sleep(0.2)
         self.assertTrue(self.answers("192.168.38.77"))
-        self.assertFalse(self.answers("192.168.38.1"))
+        self.assertFalse(self.answers_once("192.168.38.1"))
         point.send(LINK, b"\0")
-        time.sleep(0.2)
-        self.assertFalse(self.answers("192.168.38.77"))
+        self.assertTrue(self.becomes_silent("192.168.38.77"))
+        self.assertFalse(self.answers_once("192.168.38.77"))
         point.send(LINK, b"\1")
-        time.sleep(0.2)
         self.assertTrue(self.answers("192.168.38.77"))
 
     def test_passes_over_messages_that_it_does_not_understand(self):

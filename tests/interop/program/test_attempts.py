@@ -46,8 +46,8 @@ class Slower(program.ProgramTest):
                                          "run", "--config", "line.toml", "--iface", "eth0")
         self.assertEqual((result.returncode, len(commands)), (0, program.ATTEMPTS + 1))
         slower = tomllib.loads(self.text("slower.toml"))
-        self.assertEqual((slower["line"]["cycle_us"], slower["bus"]["max_lost_cycles"]), (2000, 1000))
-        self.assertEqual(slower["slave"], [{"name": "x", "watchdog": {"process_data_ms": 6500}}])
+        self.assertEqual((slower["line"]["cycle_us"], slower["bus"]["max_lost_cycles"]), (2000, 10_000))
+        self.assertEqual(slower["slave"], [{"name": "x", "watchdog": {"process_data_ms": 6500}, "timeouts": program.LONG_TIMEOUTS}])
         self.assertEqual(slower["path"]["file"], str((self.directory / "path.csv").resolve()))
 
     def test_the_interface_may_be_in_the_description(self):

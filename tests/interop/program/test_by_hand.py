@@ -5,7 +5,7 @@ import subprocess
 import sys
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 NOBODY = 65534
 # A busy machine may suspend a command, or the run, for longer than the axes wait for a sign of life.
@@ -357,7 +357,7 @@ class Hand(ProgramTest):
     """A run in real time and commands that speak to it."""
 
     def start_run(self, *arguments, line=LINE):
-        self.write("line.toml", line)
+        self.write("line.toml", patient(line))
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", *arguments, log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         return run
@@ -370,8 +370,9 @@ class Hand(ProgramTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         return {one["name"]: one for one in self.one_document(result.stdout)["axes"]}
 
-    def wait_for_state(self, axis, *states):
-        self.wait_for(f"axis {axis} in {states}", lambda: self.status()[axis]["state"] in states)
+    def wait_for_state(self, axis, *states, process=None):
+        """`process`: the command without which it does not come to that state."""
+        self.wait_for(f"axis {axis} in {states}", lambda: self.status()[axis]["state"] in states, process)
 
     def end(self, run, status=0):
         run.send_signal(signal.SIGINT)
@@ -414,7 +415,7 @@ class Hand(ProgramTest):
         self.wait_for_state("y", "Standstill")
         self.assertEqual(self.axis("y", "move", "--by", "300deg").returncode, 0)
         home = self.start("axis", "y", "home", log="home.log")
-        self.wait_for_state("y", "Homing")
+        self.wait_for_state("y", "Homing", process=home)
         self.check_refused(self.axis("y", "move", "0"), 1, "axis y: is commanded by control socket")
         home.send_signal(signal.SIGINT)
         self.assertEqual(home.wait(PATIENCE_S), 1)
@@ -482,8 +483,8 @@ class Hand(ProgramTest):
         self.assertAlmostEqual(self.one_document(followed.stdout)["axes"][0]["position"], 150, delta=2)
         self.check_refused(self.axis("x", "drive-move", "1", "--buffer", "blending_low"), 2, "aborting, buffered are possible")
         jog = self.start("axis", "x", "drive-jog", "60rpm", log="jog.log")
-        self.wait_for_state("x", "ContinuousMotion")
-        self.wait_for("pv", lambda: self.status()["x"]["mode"] == "pv")
+        self.wait_for_state("x", "ContinuousMotion", process=jog)
+        self.wait_for("pv", lambda: self.status()["x"]["mode"] == "pv", jog)
         jog.send_signal(signal.SIGINT)
         self.assertEqual(jog.wait(PATIENCE_S), 0, self.text("jog.log"))
         self.wait_for_state("x", "Standstill")
@@ -514,7 +515,7 @@ class Hand(ProgramTest):
         run = self.start_run()
         self.wait_for_state("x", "Standstill")
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
-        self.wait_for_state("x", "ContinuousMotion")
+        self.wait_for_state("x", "ContinuousMotion", process=jog)
         self.check_refused(self.axis("x", "home", "--take-over"), 1, "axis x: the axis is not at a standstill")
         x = self.status()["x"]
         self.assertIn(f"process {jog.pid}", x["owner"])
@@ -552,7 +553,7 @@ class Hand(ProgramTest):
         self.wait_for_state("x", "Standstill")
         for number, status in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGSTOP, None), (signal.SIGINT, 0)):
             jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
-            self.wait_for_state("x", "ContinuousMotion")
+            self.wait_for_state("x", "ContinuousMotion", process=jog)
             jog.send_signal(number)
             self.wait_for_state("x", "Standstill")
             self.assertEqual(self.status()["x"]["owner"], "", number)
@@ -569,7 +570,7 @@ class Hand(ProgramTest):
         run = self.start_run()
         self.wait_for_state("x", "Standstill")
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
-        self.wait_for_state("x", "ContinuousMotion")
+        self.wait_for_state("x", "ContinuousMotion", process=jog)
         self.check_refused(self.axis("x", "move", "1"), 1, f"axis x: is commanded by control socket", f"process {jog.pid}")
         self.assertEqual(self.axis("y", "move", "--by", "1").returncode, 0, "each axis by itself")
         self.assertEqual(self.axis("x", "stop").returncode, 0)
@@ -578,7 +579,7 @@ class Hand(ProgramTest):
         self.check_refused(self.axis("x", "move", "1"), 1, "release-stop withdraws it")
         self.assertEqual(self.axis("x", "release-stop").returncode, 0)
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
-        self.wait_for_state("x", "ContinuousMotion")
+        self.wait_for_state("x", "ContinuousMotion", process=jog)
         self.assertEqual(self.axis("x", "move", "--by", "1", "--take-over").returncode, 0)
         self.assertEqual(jog.wait(PATIENCE_S), 1)
         document = self.end(run)
@@ -651,7 +652,7 @@ class Hand(ProgramTest):
         run = self.start_run()
         self.wait_for_state("x", "Standstill")
         jog = self.start("axis", "x", "jog", "30deg/s", log="jog.log")
-        self.wait_for_state("x", "ContinuousMotion")
+        self.wait_for_state("x", "ContinuousMotion", process=jog)
         for request in (("move", "1e9deg"), ("move", "--by", "5deg", "--acceleration", "1e-300"), ("jog", "9deg/s", "--jerk", "1e-300")):
             self.check_refused(self.axis("x", *request, "--take-over"), 1, "longer than 100000 s")
         self.check_refused(self.axis("x", "position", "1e300deg", "--take-over"), 1, "position 1e+300 deg is outside")
@@ -699,7 +700,7 @@ class Hand(ProgramTest):
     @undisturbed
     def test_axes_of_a_path_are_the_paths_and_a_stop_ends_the_run(self):
         self.write("path.csv", "time[s],x[deg],y[deg]\n0,0,0\n10,10,10\n20,0,0\n")
-        self.write("line.toml", LINE + '[path]\nfile = "path.csv"\nrelative = true\nrepeat = true\n')
+        self.write("line.toml", patient(LINE) + '[path]\nfile = "path.csv"\nrelative = true\nrepeat = true\n')
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("following the path", lambda: "following the path" in self.text("run.log"), run)
         self.check_refused(self.axis("x", "move", "1", "--take-over"), 1, "axis x: is moved by the path of this run")

@@ -12,12 +12,16 @@ import time
 import unittest
 
 from cycle_counts import CycleCounts
-from program import CYCLONE_SUBSCRIBER, DISTURBED, PATIENCE_S, ROOT, WATCHDOG, ProgramTest, again_when
+from program import ATTEMPTS, BRIDGE_STILL, CYCLONE_SUBSCRIBER, DISTURBED, PATIENCE_S, ROOT, WATCHDOG, ProgramTest, again_when, patient
 
 COMMANDER = os.environ["CYCLONE_COMMANDER"]
 COMMAND_FLOOD = os.environ["COMMAND_FLOOD"]
-# A busy machine may suspend a client for longer than its leases last.
-undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease")
+# A busy machine may suspend a client for longer than its leases or setpoints last, or the line waits for a sign of life.
+undisturbed = again_when(*DISTURBED, WATCHDOG, BRIDGE_STILL, "no longer renews its lease", "has no setpoints left", "it was silent")
+# Of most tests; far longer than a machine stands still.
+LONG_LEASES = "enabled = true\ninsecure = true\nlease_timeout_ms = 20000"
+# Of those in which leases end.
+SHORT_LEASES = "enabled = true\ninsecure = true\nlease_timeout_ms = 2000"
 MAX_VELOCITY, MAX_ACCELERATION, MAX_JERK = 5.0, 10.0, 200.0  # rad/s, ...
 WINDOW = 20  # cycles of 1 ms
 FLOODS = 3  # clients at once: together they send what two processors can
@@ -102,16 +106,16 @@ class CommandTest(ProgramTest):
         os.environ.pop("DRIVELINE_BRIDGE", None)
         self.addCleanup(os.environ.pop, "DRIVELINE_BRIDGE", None)
 
-    def line(self, commands="enabled = true\ninsecure = true\nlease_timeout_ms = 2000", telemetry="", tail="", limits=""):
+    def line(self, commands=LONG_LEASES, telemetry="", tail="", limits=""):
         axis = (f'{limits}max_velocity = {MAX_VELOCITY}\nmax_acceleration = {MAX_ACCELERATION}\nmax_jerk = {MAX_JERK}\n')
-        return self.write("line.toml", '[bus]\nmax_lost_cycles = 1000\n[line]\nname = "commanded"\ncycle_us = 1000\n'
+        return self.write("line.toml", patient('[line]\nname = "commanded"\ncycle_us = 1000\n'
                           f'[realtime]\npolicy = "degrade"\n[telemetry]\ndomain = {self.domain}\n{telemetry}\n[commands]\n{commands}\n'
                           '[[slave]]\nname = "x"\n[[slave]]\nname = "y"\n'
-                          f'[[axis]]\nname = "x"\n{axis}[[axis]]\nname = "y"\n{axis}{tail}')
+                          f'[[axis]]\nname = "x"\n{axis}[[axis]]\nname = "y"\n{axis}{tail}'))
 
     def streaming_line(self):
         """Setpoints may come 30 ms late; a machine that suspends a client for two seconds ends its stream."""
-        return {"tail": '[stream]\nsocket = "stream.sock"\ndelay_ms = 30\nkeep_alive_ms = 2000\ninterpolation = "hermite"\n'}
+        return {"commands": SHORT_LEASES, "tail": '[stream]\nsocket = "stream.sock"\ndelay_ms = 30\nkeep_alive_ms = 2000\ninterpolation = "hermite"\n'}
 
     def start_run(self, **description):
         run = self.start("run", "--config", self.line(**description), "--no-plots", "--json", log="run.log")
@@ -217,8 +221,10 @@ class ByCyclone(CommandTest):
 
     @undisturbed
     def test_resets_an_axis_that_has_failed(self):
-        run = self.start_run(tail='[recovery]\naxes = "continue"\n[[fault]]\nat_ms = 6000\nkind = "power-off"\nslave = "y"\nfor_ms = 500\n')
+        run = self.start_run(tail='[recovery]\naxes = "continue"\n')
         panel = self.commander().wait_for_line()
+        fault = self.run_program("fault", "power-off", "slave=y", "for_ms=500")
+        self.assertEqual(fault.returncode, 0, fault.stderr)
         self.wait_for_state("y", "ErrorStop", run)
         self.wait_for_sentence("slave 1 (y): back in OP", run)
         panel.acquire("y")
@@ -255,7 +261,7 @@ class ByCyclone(CommandTest):
 
     @undisturbed
     def test_that_is_killed_leaves_axes_that_stop_within_their_limits(self):
-        run = self.start_run()
+        run = self.start_run(commands=SHORT_LEASES)
         panel = self.commander().wait_for_line()
         panel.acquire("x")
         self.check(panel.do("jog x 4"), "DONE")
@@ -271,7 +277,7 @@ class ByCyclone(CommandTest):
 
     @undisturbed
     def test_that_stands_still_loses_its_axis_and_does_not_get_it_back_by_going_on(self):
-        run = self.start_run()
+        run = self.start_run(commands=SHORT_LEASES)
         panel = self.commander().wait_for_line()
         panel.acquire("x")
         self.check(panel.do("jog x 4"), "DONE")
@@ -470,6 +476,7 @@ class ABridge(CycleCounts, CommandTest):
               file=sys.stderr)
         self.check_counts("a flood of commands", counted, {"data KiB": 0})
 
+    @undisturbed
     def test_that_writes_garbage_moves_nothing(self):
         liar = self.write("liar", GARBAGE)
         liar.chmod(0o755)
@@ -516,9 +523,9 @@ class Secured(CommandTest):
                 '</General><Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>15</MaxAutoParticipantIndex>'
                 f'<Peers><Peer address="127.0.0.1"/></Peers></Discovery>{security}</Domain>'}
 
-    def start_reader(self, log, environment):
-        """Ends with status 0 when telemetry reaches that participant within 8 s."""
-        return self.start(self.domain, 10, 8, program=CYCLONE_SUBSCRIBER, log=log, env=environment)
+    def start_reader(self, log, environment, seconds=8):
+        """Ends with status 0 when telemetry reaches that participant within that time."""
+        return self.start(self.domain, 10, seconds, program=CYCLONE_SUBSCRIBER, log=log, env=environment)
 
     def reader_ends(self, reader, log):
         """Its exit status and all that it has said."""
@@ -528,7 +535,7 @@ class Secured(CommandTest):
     def test_lets_in_whom_the_permissions_name_and_nobody_else(self):
         self.make_keys(line="line", panel="command", eye="observe")
         self.make_keys("others", panel="command")
-        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
+        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 20000", telemetry='security = "keys/line"')
         self.wait_for_sentence("commands: accepted over DDS from the participants that the permissions allow", run)
         panel = self.commander(env=self.environment("panel")).wait_for_line()
         panel.acquire("x")
@@ -538,7 +545,7 @@ class Secured(CommandTest):
         commanders = [self.commander("panel", f"{name}.log", env=environment) for name, environment in strangers.items()]
         readers = {f"{name}-reads.log": self.start_reader(f"{name}-reads.log", environment) for name, environment in strangers.items()}
         # Who may read does, and may not command.
-        status, said = self.reader_ends(self.start_reader("eye-reads.log", self.environment("eye")), "eye-reads.log")
+        status, said = self.reader_ends(self.start_reader("eye-reads.log", self.environment("eye"), PATIENCE_S // 2), "eye-reads.log")
         self.assertEqual(status, 0, said)
         eye = self.commander("eye", "eye.log", env=self.environment("eye"))
         self.assertEqual(eye.process.wait(PATIENCE_S), 2)
@@ -558,13 +565,16 @@ class Secured(CommandTest):
     @undisturbed
     def test_shows_itself_to_clients_of_driveline_with_the_keys_of_an_observer(self):
         self.make_keys(line="line", office="observe")
-        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
+        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 20000", telemetry='security = "keys/line"')
         seen = self.client("echo", "line_status", "--count", 1, "--json", "--timeout", PATIENCE_S, keys="office")
         self.assertEqual(seen.returncode, 0, seen.stderr)
         self.assertEqual(json.loads(seen.stdout)["name"], "commanded")
-        recorded = self.client("record", "--output", "run.mcap", "--duration", 1, "--json", "--timeout", PATIENCE_S, keys="office")
-        self.assertEqual(recorded.returncode, 0, recorded.stderr)
-        counts = {topic["name"]: topic["samples"] for topic in self.one_document(recorded.stdout)["topics"]}
+        for _ in range(ATTEMPTS):  # a machine that stands still for a part of the second leaves few samples
+            recorded = self.client("record", "--output", "run.mcap", "--force", "--duration", 1, "--json", "--timeout", PATIENCE_S, keys="office")
+            self.assertEqual(recorded.returncode, 0, recorded.stderr)
+            counts = {topic["name"]: topic["samples"] for topic in self.one_document(recorded.stdout)["topics"]}
+            if counts["driveline/v1/axis_batch"] > 100:
+                break
         self.assertGreater(counts["driveline/v1/axis_batch"], 100)
         self.assertNotIn("driveline/v1/command", counts)
         page = self.client("top", "--once", "--timeout", PATIENCE_S, keys="office")
@@ -583,7 +593,7 @@ class Secured(CommandTest):
         """He has an identity of the authority, and rules of his own making."""
         self.make_keys(line="line", panel="command", eye="observe")
         self.make_keys("others", eye="command")
-        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 2000", telemetry='security = "keys/line"')
+        run = self.start_run(commands="enabled = true\nlease_timeout_ms = 20000", telemetry='security = "keys/line"')
         keys = self.directory / "keys"
         forged = []
         # Permissions and governance that another authority has signed, those of another one, and those without a signature.
@@ -640,6 +650,7 @@ class Settings(CommandTest):
         self.check_refused(result, result.returncode, *parts)
         return result
 
+    @undisturbed
     def test_are_off_unless_the_file_says_otherwise(self):
         self.start_run(commands="")
         # Its readers would match at once.
@@ -647,6 +658,7 @@ class Settings(CommandTest):
         time.sleep(3)
         self.assertEqual(silent.said(), [])
 
+    @undisturbed
     def test_without_security_are_refused_or_printed(self):
         self.assertEqual(self.refused("[commands] enabled: needs [telemetry] security, or insecure = true").returncode, 2)
         run = self.start_run()

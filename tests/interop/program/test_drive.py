@@ -7,12 +7,11 @@ import select
 import signal
 import struct
 import subprocess
-import sys
 import termios
 import time
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, WireTest
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
 
 LINE8 = EXAMPLES / "line8.toml"
 NIC8 = EXAMPLES / "line8-nic.toml"
@@ -179,32 +178,24 @@ class OverTheWire(WireTest):
         self.wait_for_init(line)
         self.end_line(line)
 
+    @again_when_disturbed
     def test_a_line_in_op_is_not_disturbed(self):
         # The test is about disturbance by the mailbox, not about the speed of this machine.
         config = self.write_gentle_line(cycle_us=2000)
         line = self.start_line(config)
-        master = self.start_master(config, "--duration", "60")
-        looks = 0
+        master = self.start_master(config)
         for _ in range(8):
             result = self.drive("-p", "1", "--json")
-            if master.poll() is not None:
-                break
             self.assertEqual(result.returncode, 0, result.stderr)
             document = self.one_document(result.stdout)
             self.assertEqual((document["al_state"], document["state"], document["other_master"]),
                              ("OP", "Operation enabled", True))
             self.assertEqual(document["mode_name"], "cyclic synchronous position")
-            looks += 1
         page = self.drive("-p", "1", "--once").stdout
-        if master.poll() is None:
-            self.assertIn("Another master works with this line", page)
-            self.assertIn("EtherCAT  OP", page)
-        status = self.end(master, signal.SIGINT)
-        if "communication lost" in self.text("master.log") or "fault 0x8611" in self.text("master.log"):
-            print("this machine is too busy for it", file=sys.stderr)
-        else:
-            self.assertEqual((status, looks), (0, 8))
-            self.assertEqual(self.one_document(self.text("master.log.out"))["faults"], [])
+        self.assertIn("Another master works with this line", page)
+        self.assertIn("EtherCAT  OP", page)
+        self.assertEqual(self.end(master, signal.SIGINT), 0, self.logs())
+        self.assertEqual(self.one_document(self.text("master.log.out"))["faults"], [])
         self.wait_for_init(line)
         self.end_line(line)
 

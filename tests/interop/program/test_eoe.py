@@ -9,7 +9,7 @@ import subprocess
 import sys
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, WireTest, again_when_disturbed
+from program import DRIVELINE, EXAMPLES, MOST_LOST_CYCLES, PATIENCE_S, PATIENT_SLAVE, SANITIZED, WireTest, again_when_disturbed
 
 MEGABYTE = 1 << 20
 # Of the transfer to one drive; .ci/long makes it longer.
@@ -63,9 +63,9 @@ print(answer[10:11].hex(), answer[14:18].hex())
 
 def description(drives, interface="", cycle_us=1000, tail=""):
     """Drives that hold their places: what is tested is the network, on a machine that may be busy."""
-    slaves = "".join(f'[[slave]]\nname = "d{n}"\nip = "192.168.38.{5 + n}"\n[slave.watchdog]\nprocess_data_ms = 6500\n'
+    slaves = "".join(f'[[slave]]\nname = "d{n}"\n{PATIENT_SLAVE}ip = "192.168.38.{5 + n}"\n'
                      for n in range(drives))
-    return (f'[line]\ncycle_us = {cycle_us}\n[bus]\n{interface}\nmax_lost_cycles = 5000\n[realtime]\npolicy = "degrade"\n'
+    return (f'[line]\ncycle_us = {cycle_us}\n[bus]\n{interface}\nmax_lost_cycles = {MOST_LOST_CYCLES}\n[realtime]\npolicy = "degrade"\n'
             f'[eoe]\ninterface = "dl-eoe"\naddress = "192.168.38.1/24"\n[telemetry]\nenabled = false\n{slaves}{tail}')
 
 
@@ -137,6 +137,7 @@ class InProcess(EoeTest):
         self.assertEqual(document["state"], "OP")
         self.assertEqual([port["name"] for port in document["eoe"]["ports"]], ["dl-eoe", "x", "y", "z"])
 
+    @again_when_disturbed
     def test_eight_drives_at_once(self):
         run = self.start_run(self.write("line.toml", description(8)))
         addresses = [f"192.168.38.{5 + n}" for n in range(8)]
@@ -146,6 +147,7 @@ class InProcess(EoeTest):
             self.check_echo(transfer, address, MEGABYTE // 4)
         self.end_run(run)
 
+    @again_when_disturbed
     def test_an_installed_program_finds_its_end_point(self):
         for folder, name in (("bin", "driveline"), ("libexec/driveline", "driveline-endpoint")):
             (self.directory / folder).mkdir(parents=True)
@@ -154,6 +156,7 @@ class InProcess(EoeTest):
         self.wait_until_reachable("192.168.38.5")
         self.end_run(run)
 
+    @again_when_disturbed
     def test_an_interface_that_was_made_before_is_used(self):
         for command in ("ip tuntap add dl-eoe mode tap", "ip address add 192.168.38.1/24 dev dl-eoe", "ip link set dl-eoe up"):
             subprocess.run([*self.prefix, *command.split()], check=True, timeout=PATIENCE_S)
@@ -162,6 +165,7 @@ class InProcess(EoeTest):
         self.wait_until_reachable("192.168.38.5")
         self.end_run(run)
 
+    @again_when_disturbed
     def test_an_interface_that_is_handed_over_is_used(self):
         """A program that may open /dev/net/tun hands the descriptor to one that need not."""
         text = description(1).replace('interface = "dl-eoe"', 'interface = "fd:9"')
@@ -176,6 +180,7 @@ class InProcess(EoeTest):
         result = self.run_program("run", "--config", self.write("line.toml", text))
         self.check_refused(result, 1, "TAP interface fd:0", "not that of a TAP interface")
 
+    @again_when_disturbed
     def test_a_deleted_interface_takes_its_link_down_and_nothing_else(self):
         run = self.start_run(self.write("line.toml", description(1)))
         self.wait_until_reachable("192.168.38.5")
@@ -183,6 +188,7 @@ class InProcess(EoeTest):
         self.wait_for("the link is down", lambda: not self.ports()["dl-eoe"]["link"])
         self.assertEqual(self.end_run(run)["state"], "OP")
 
+    @again_when_disturbed
     def test_the_gateway_of_a_running_line(self):
         text = description(1).replace("[telemetry]", "[gateway]\n[telemetry]")
         self.write("line.toml", text)
@@ -205,11 +211,13 @@ class InProcess(EoeTest):
         self.assertEqual(asked.returncode, 0, asked.stderr)
         return asked.stdout.strip(), "\n".join(self.end_run(run)["events"])
 
+    @again_when_disturbed
     def test_the_gateway_is_read_only(self):
         answer, events = self.write_over_gateway("")
         self.assertEqual(answer, "80 21000008", "an SDO abort: local control")
         self.assertRegex(events, r"mailbox gateway: udp [0-9.:]+ may not write 6085h:0 = 0x00000001 of slave 0 \(d0\)")
 
+    @again_when_disturbed
     def test_a_named_address_writes_over_the_gateway(self):
         answer, events = self.write_over_gateway('write_addresses = ["127.0.0.1"]')
         self.assertEqual(answer[:2], "60", "the drive has accepted it")
@@ -245,6 +253,7 @@ class FromAServicePc(EoeTest):
         return subprocess.run(["ip", "netns", "exec", self.service_pc, *command], capture_output=True, text=True,
                               timeout=PATIENCE_S, check=False)
 
+    @again_when_disturbed
     def test_the_printed_routes_lead_to_the_drives(self):
         text = description(1).replace("[telemetry]", 'service_address = "192.168.40.1/24"\n[telemetry]')
         run = self.start_run(self.write("line.toml", text))
@@ -264,6 +273,7 @@ class FromAServicePc(EoeTest):
 
 
 class OverVeth(EoeTest):
+    @again_when_disturbed
     def test_another_process_has_the_drives(self):
         config = self.write("line.toml", description(2, cycle_us=2000))
         line = self.start_line(config)
@@ -274,6 +284,7 @@ class OverVeth(EoeTest):
         self.end_run(run)
         self.end_line(line)
 
+    @again_when_disturbed
     def test_a_drive_that_was_switched_off_gets_its_address_again(self):
         config = self.write("line.toml", description(1, cycle_us=2000, tail='[recovery]\naxes = "continue"\n'))
         line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket", log="line.log")
@@ -286,6 +297,7 @@ class OverVeth(EoeTest):
         self.wait_until_reachable("192.168.38.5")
         self.end_run(run)
 
+    @again_when_disturbed
     def test_lost_ethercat_frames_lose_no_fragment(self):
         config = self.write("line.toml", description(1, cycle_us=2000))
         line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket", log="line.log")
@@ -302,6 +314,7 @@ class OverVeth(EoeTest):
         document = self.end_run(run)
         self.assertGreater(document["lost_frames"], 0, "the fault has done nothing")
 
+    @again_when_disturbed
     def test_lost_fragments_cost_their_frames_alone(self):
         config = self.write("line.toml", description(1, cycle_us=2000))
         line = self.start("simulate", "--config", config, "--iface", "dl-line", "--control", "line.socket", log="line.log")

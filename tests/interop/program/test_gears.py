@@ -4,7 +4,7 @@ import io
 import signal
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 HEAD = '[line]\nname = "gears"\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n[bus]\nmax_lost_cycles = 1000\n[telemetry]\nenabled = false\n'
@@ -151,7 +151,7 @@ class ByHand(ProgramTest):
 
     @undisturbed
     def test_axis_is_coupled_and_released_by_commands(self):
-        self.write("line.toml", HEAD + SLAVES + AXES + VIRTUAL + '[[coupling]]\nslave = "x"\nmaster = "shaft"\n')
+        self.write("line.toml", patient(HEAD + SLAVES + AXES + VIRTUAL) + '[[coupling]]\nslave = "x"\nmaster = "shaft"\n')
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         self.wait_for("axis x at rest", lambda: "Standstill" in self.run_program("axis", "x", "status").stdout)

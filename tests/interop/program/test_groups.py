@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 # A busy machine may suspend a command, or the run, for longer than a group waits for a sign of life.
 undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
@@ -136,7 +136,7 @@ class Hand(ProgramTest):
     """A run in real time and commands that speak to it."""
 
     def start_run(self, line=LINE):
-        self.write("line.toml", line)
+        self.write("line.toml", patient(line))
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         self.wait_for("the axes", lambda: all(axis["state"] == "Standstill" and not axis["owner"] for axis in self.axes()))
@@ -205,7 +205,7 @@ class Hand(ProgramTest):
         self.write("circle.jsonl", HEAD + "".join(json.dumps({"line": point, "tolerance": 0.05}) + "\n" for point in points))
         run = self.start_run()
         path = self.start("group", "plotter", "path", "circle.jsonl", log="path.log", stdin=subprocess.PIPE, text=True)
-        self.wait_for("a way", lambda: self.place()[0] > 5)
+        self.wait_for("a way", lambda: self.place()[0] > 5, path)
         self.check_refused(self.group("override", "50%"), 1, "axis x is commanded by control socket", f"process {path.pid}")
         path.stdin.write("override 150%\nhold\nnonsense\n")
         path.stdin.flush()
@@ -227,7 +227,7 @@ class Hand(ProgramTest):
         for number, status in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGSTOP, None), (signal.SIGINT, 1)):
             self.assertEqual(self.group("move", "0", "0").returncode, 0)
             moving = self.start("group", "plotter", "move", "390", "195", "--feed", "50", log="move.log")
-            self.wait_for("a way", lambda: self.place()[0] > 2)
+            self.wait_for("a way", lambda: self.place()[0] > 2, moving)
             moving.send_signal(number)
             self.wait_for_state("GroupStandby")
             x, y = self.place()
@@ -244,7 +244,7 @@ class Hand(ProgramTest):
     def test_everybody_may_stop_a_group_and_one_commands_it(self):
         run = self.start_run()
         moving = self.start("group", "plotter", "move", "390", "195", "--feed", "50", log="move.log")
-        self.wait_for("a way", lambda: self.place()[0] > 2)
+        self.wait_for("a way", lambda: self.place()[0] > 2, moving)
         self.check_refused(self.group("move", "0", "0"), 1, "group plotter: axis x is commanded by control socket", f"process {moving.pid}")
         self.assertEqual(self.group("stop").returncode, 0)
         self.assertEqual(moving.wait(PATIENCE_S), 1)

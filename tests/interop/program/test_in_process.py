@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, ProgramTest, line_description, path_csv
+from program import AXES, DRIVELINE, EXAMPLES, PATIENCE_S, SANITIZED, ProgramTest, again_when_disturbed, line_description, patient, path_csv
 
 LINE8 = EXAMPLES / "line8.toml"
 
@@ -296,6 +296,7 @@ seed = FAULT
 
 
 class LateMaster(ProgramTest):
+    @again_when_disturbed
     def test_one_that_was_away_for_too_long_says_so_first(self):
         for _ in range(4):  # a machine that is busy may stop it before the test does
             run = self.start("run", "--config", LINE8, "--duration", 60, "--json", "--no-plots", "--no-telemetry",
@@ -319,8 +320,8 @@ class LateMaster(ProgramTest):
 
 class ThreadOfTheCycle(ProgramTest):
     def test_its_page_faults_and_context_switches_are_in_document_and_summary(self):
-        config = self.write("line.toml", '[line]\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n'
-                            '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n')
+        config = self.write("line.toml", patient('[line]\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n'
+                            '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n'))
         result = self.run_program("run", "--config", config, "--duration", 0.5, "--json", "--no-plots")
         self.assertEqual(result.returncode, 0, result.stderr)
         document = self.one_document(result.stdout)
@@ -344,8 +345,8 @@ class ThreadOfTheCycle(ProgramTest):
 
     def test_it_gets_its_answers_however_it_waits_for_them(self):
         for receive in ("spin", "sleep", "block"):
-            config = self.write("line.toml", f'[line]\ncycle_us = 1000\n[bus]\nmax_lost_cycles = 800\n[realtime]\npolicy = "degrade"\nreceive = "{receive}"\n'
-                                '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n')
+            config = self.write("line.toml", patient(f'[line]\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\nreceive = "{receive}"\n'
+                                '[telemetry]\nenabled = false\n[[slave]]\nname = "x"\n'))
             for time, most_lost in (([], 0.5), (["--virtual"], 0)):
                 result = self.run_program("run", "--config", config, "--duration", 0.5, "--json", "--no-plots", *time)
                 self.assertEqual(result.returncode, 0, result.stderr)
@@ -360,7 +361,7 @@ class Trace(ProgramTest):
     PHASES = ["send", "receive", "judge", "inputs", "tasks before motion", "motion", "tasks after motion", "publish"]
 
     def traced(self, *options):
-        config = self.write("line.toml", self.LINE)
+        config = self.write("line.toml", patient(self.LINE))
         result = self.run_program("run", "--config", config, "--duration", 0.5, "--json", "--no-plots", "--trace", "t.json",
                                   *options)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -406,7 +407,7 @@ class Trace(ProgramTest):
         self.assertEqual(max(cycle["wake_latency_ns"] for cycle in cycles), document["wake_latency_ns"]["max"])
         self.assertEqual(sum(cycle["missed_periods"] for cycle in cycles), document["missed_periods"])
         ranked = sorted((cycle for cycle in cycles if "worst" in cycle), key=lambda cycle: cycle["worst"])
-        self.assertEqual([cycle["worst"] for cycle in ranked], list(range(1, 17)))
+        self.assertEqual([cycle["worst"] for cycle in ranked], list(range(1, 1 + min(16, len(cycles)))))
         self.assertEqual(trace["otherData"]["cycles_of_the_run"], document["cycles"])
 
     def test_a_run_on_virtual_time_has_one_too(self):
@@ -551,7 +552,7 @@ class FilesAndSummary(ProgramTest):
 class Memory(ProgramTest):
     def peak_mib(self, *arguments):
         with open(self.directory / "run.log", "wb") as log:
-            process = subprocess.Popen([DRIVELINE, "run", "--config", LINE8, "--duration", "1", "--no-telemetry",
+            process = subprocess.Popen([DRIVELINE, "run", "--config", self.with_patience(LINE8), "--duration", "1", "--no-telemetry",
                                         "--no-plots", *arguments], cwd=self.directory, stdout=log, stderr=log)
             self.addCleanup(self.kill, process)
             _, status, usage = os.wait4(process.pid, 0)
@@ -564,6 +565,7 @@ class Memory(ProgramTest):
         self.assertLess(self.peak_mib("--virtual"), 64)
 
     @unittest.skipIf(SANITIZED, "a sanitizer has memory of its own")
+    @again_when_disturbed
     def test_stays_under_64_mib_with_all_memory_locked(self):
         self.assertLess(self.peak_mib(), 64)
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import unittest
 
-from program import PATIENCE_S, SANITIZED, ProgramTest, line_description, path_csv
+from program import PATIENCE_S, SANITIZED, ProgramTest, line_description, path_csv, patient
 
 HAS_BRIDGE = bool(os.environ.get("CYCLONE_SUBSCRIBER"))  # built with DDS
 MIB = 1 << 20
@@ -98,9 +98,9 @@ class Signals(LimitTest):
 class Names(LimitTest):
     def named(self, before, name):
         """The line of the examples with another name behind `before`."""
-        text = line_description(cycle_us=2000, path=self.write("still.csv", path_csv([(0, 0), (1, 0)])),
-                                head="[bus]\nmax_lost_cycles = 800")
-        return self.write("line.toml", re.sub(re.escape(before) + '".*"', lambda _: before + json.dumps(name), text, count=1))
+        text = line_description(cycle_us=2000, path=self.write("still.csv", path_csv([(0, 0), (1, 0)])))
+        text = re.sub(re.escape(before) + '".*"', lambda _: before + json.dumps(name), text, count=1)
+        return self.write("line.toml", patient(text))
 
     def test_of_lines_are_no_paths(self):
         for name in ("../../x", "/etc/x", "..", "a\nb\0c", "%2E/"):

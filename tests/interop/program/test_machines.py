@@ -4,7 +4,7 @@ import math
 import signal
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 undisturbed = again_when(*DISTURBED, WATCHDOG, "no longer renews its lease", "the master was away")
 DELTA = (EXAMPLES / "delta.toml").read_text(encoding="utf-8")
@@ -180,7 +180,7 @@ class Hand(ProgramTest):
 
     @undisturbed
     def test_tool_is_moved_by_commands(self):
-        self.write("line.toml", scara_line())
+        self.write("line.toml", patient(scara_line()))
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         self.wait_for("the elbow", lambda: "Standstill" in self.run_program("axis", "elbow", "status").stdout)
@@ -213,7 +213,7 @@ class Hand(ProgramTest):
 
     @undisturbed
     def test_path_with_outputs_is_told_to_a_running_line(self):
-        self.write("line.toml", DELTA.replace("cycle_us = 500", "cycle_us = 2000").replace("max_lost_ms = 50", "max_lost_cycles = 1000"))
+        self.write("line.toml", patient(DELTA.replace("cycle_us = 500", "cycle_us = 2000")))
         run = self.start("run", "--config", "line.toml", "--no-plots", "--json", log="run.log")
         self.wait_for("the line in operation", lambda: "there is no [path]" in self.text("run.log"), run)
         self.wait_for("the axes", lambda: "Standstill" in self.run_program("axis", "a3", "status").stdout)

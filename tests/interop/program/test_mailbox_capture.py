@@ -5,7 +5,7 @@ import subprocess
 import sys
 import unittest
 
-from program import PATIENCE_S
+from program import PATIENCE_S, again_when_disturbed
 from test_eoe import EoeTest, description
 
 EOE, FOE = "ecat_mailbox.eoe.type", "ecat_mailbox.foe_opmode"
@@ -15,7 +15,7 @@ ASK_DRIVE = """
 import socket, struct, sys, time
 wire = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4))
 wire.bind(("dl-master", 0))
-wire.settimeout(1)
+wire.settimeout(30)
 
 def access(command, address, data):
     head = struct.pack("<BBHHHH", command, 0x5A, 0x1001, address, len(data), 0)
@@ -87,6 +87,7 @@ class Capture(EoeTest):
         asked = self.run_program("-c", ASK_DRIVE, program=sys.executable)
         self.assertEqual((asked.returncode, asked.stdout.strip()), (0, "[5, 9, 3, 7, 1]"), asked.stderr)
 
+    @again_when_disturbed
     def test_wireshark_knows_every_service_and_finds_nothing_malformed(self):
         config = self.write("line.toml", description(1, cycle_us=2000))
         line = self.start_line(config)

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT
+from program import DRIVELINE, EXAMPLES, PATIENCE_S, ROOT, again_when_disturbed
 from test_clients import BATCH, STATUS, TELEMETRY, ClientTest, recorded_name
 
 sys.path.insert(0, str(EXAMPLES))
@@ -53,6 +53,7 @@ class McapCore(ClientTest):
         head, *samples = map(json.loads, result.stdout.splitlines())
         return head, samples
 
+    @again_when_disturbed
     def test_reads_every_sample(self):
         run = self.start_run(telemetry="ros2 = true")
         told = self.record("run.mcap", "--duration", 3)

@@ -144,6 +144,7 @@ class Ports(WireTest):
         result = self.run_program("run", "--config", config, "--iface", "dl-master", "--duration", 1, "--no-plots")
         self.check_refused(result, 1, reason)
 
+    @again_when_disturbed
     def test_doctor_says_whether_it_is_possible(self):
         self.skip_without_xdp()
         config = self.config("xdp")

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import unittest
 
-from program import CYCLONE_SUBSCRIBER, DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest
+from program import CYCLONE_SUBSCRIBER, DRIVELINE, EXAMPLES, PATIENCE_S, ProgramTest, again_when_disturbed
 
 WATCH = os.environ.get("FAST_DDS_WATCH", "")
 PROFILE = EXAMPLES / "shared_memory_profile.xml"
@@ -96,6 +96,7 @@ class SharedMemory(SharedMemoryTest):
         self.loopback("up")
         self.wait_for_samples("other", other, beyond=before + DOWN_CYCLES)
 
+    @again_when_disturbed
     def test_is_for_the_user_of_the_bridge_and_all_others_have_udp(self):
         run = self.run_line(f'shared_memory = true\nuser = "{OWNER}"')
         readers = {name: self.watch(user, name) for name, user in (("owner", OWNER), ("other", OTHER))}
@@ -106,6 +107,7 @@ class SharedMemory(SharedMemoryTest):
         self.assertEqual(received.returncode, 0, received.stdout + received.stderr + self.logs())
         self.assertEqual(self.end_run(run)["telemetry"]["restarts"], 0)
 
+    @again_when_disturbed
     def test_survives_bridges_that_are_killed_and_what_they_leave(self):
         run = self.run_line(f'shared_memory = true\nuser = "{OWNER}"')
         readers = {name: self.watch(user, name) for name, user in (("owner", OWNER), ("other", OTHER))}
@@ -125,6 +127,7 @@ class SharedMemory(SharedMemoryTest):
         readers["owner"].wait(PATIENCE_S)
         self.assertLessEqual(len(self.segments()), 1, self.files())
 
+    @again_when_disturbed
     def test_bridge_is_that_user_and_has_no_privileges(self):
         run = self.run_line(f'shared_memory = true\nuser = "{OWNER}"')
         lines = pathlib.Path(f"/proc/{self.bridge_of(run)}/status").read_text().splitlines()
@@ -140,6 +143,7 @@ class SharedMemory(SharedMemoryTest):
         self.end_run(run)
         self.assertEqual(self.files(), [])
 
+    @again_when_disturbed
     def test_is_off_by_itself(self):
         run = self.run_line(f'user = "{OWNER}"')
         reader = self.watch(OWNER, "owner")
@@ -149,6 +153,7 @@ class SharedMemory(SharedMemoryTest):
         self.assertNotIn("/dev/shm", maps)
         self.end_run(run)
 
+    @again_when_disturbed
     def test_of_a_run_that_is_not_root_is_for_its_own_user(self):
         run = self.run_line(f'shared_memory = true\nuser = "{OTHER}"', user=OTHER)
         self.assertEqual(len([name for name in self.files(OTHER) if SEGMENT.fullmatch(name)]), 1)
@@ -162,6 +167,7 @@ class WithoutRoom(SharedMemoryTest):
     """/dev/shm has room for the locks of a segment, and not for the segment itself."""
     SHARED_OPTIONS = "mode=1777,size=64k"
 
+    @again_when_disturbed
     def test_samples_go_by_udp_and_the_run_tells_it(self):
         run = self.run_line(f'shared_memory = true\nuser = "{OWNER}"')
         self.wait_for("its remark", lambda: "shared memory: /dev/shm has less than 512 KiB left" in self.text("run.log"), run)
@@ -175,6 +181,7 @@ class FilledUp(SharedMemoryTest):
     """/dev/shm has room at the start, and none as soon as the line runs."""
     SHARED_OPTIONS = "mode=1777,size=2m"
 
+    @again_when_disturbed
     def test_while_the_line_runs_disturbs_nobody(self):
         run = self.run_line(f'shared_memory = true\nuser = "{OWNER}"')
         self.wait_for("the segment", self.segments, run)

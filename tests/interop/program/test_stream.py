@@ -7,7 +7,7 @@ import signal
 import subprocess
 import unittest
 
-from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when
+from program import DISTURBED, EXAMPLES, PATIENCE_S, WATCHDOG, ProgramTest, again_when, patient
 
 NOBODY = 65534
 CLIENT = os.environ["STREAM_EXAMPLE"]
@@ -22,6 +22,8 @@ LINE = ('[bus]\nmax_lost_cycles = 800\n[line]\nname = "streamed"\ncycle_us = 125
         + "".join(f'[[axis]]\nname = "{axis}"\nunit = "deg"\nmax_velocity = {MAX_VELOCITY}\nmax_acceleration = {MAX_ACCELERATION}\n'
                   for axis in AXES))
 KILLS = 100
+# No client is silent for so long on a machine that stands still.
+LONG_ALIVE_MS = 8000
 
 
 class Stream(ProgramTest):
@@ -35,9 +37,12 @@ class Stream(ProgramTest):
     # As somebody without privileges wherever that can be done.
     stranger = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"] if os.geteuid() == 0 else []
 
-    def line(self, users=(str(NOBODY),), tail=""):
+    def line(self, users=(str(NOBODY),), tail="", keep_alive_ms=LONG_ALIVE_MS):
         allowed = ", ".join(f'"{user}"' for user in users)
-        return self.write("line.toml", f'{LINE}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n{tail}')
+        # Half a second late is the most that a line permits.
+        late = "delay_ms = 500\n" if self.last_attempt else ""
+        return self.write("line.toml", f'{patient(LINE)}[stream]\nsocket = "{self.socket}"\nusers = [{allowed}]\n'
+                          f'keep_alive_ms = {keep_alive_ms}\n{late}{tail}')
 
     def start_run(self, *arguments, log="run.log", **description):
         run = self.start("run", "--config", self.line(**description), "--no-plots", "--json", *arguments, log=log)
@@ -153,7 +158,7 @@ class Stream(ProgramTest):
 
     @undisturbed
     def test_a_client_that_stands_still_loses_its_axes(self):
-        run = self.start_run()
+        run = self.start_run(keep_alive_ms=500)
         probe = self.start_probe("x", "y")
         self.wait_for_word("x follows", probe)
         probe.send_signal(signal.SIGSTOP)
@@ -213,7 +218,7 @@ class Stream(ProgramTest):
         run = self.start_run()
         self.wait_for("x enabled", lambda: self.status()["x"]["state"] == "Standstill")
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
-        self.wait_for("the jog", lambda: self.status()["x"]["state"] == "ContinuousMotion")
+        self.wait_for("the jog", lambda: self.status()["x"]["state"] == "ContinuousMotion", jog)
         probe = self.start_probe("y", "x")
         self.assertEqual(probe.wait(PATIENCE_S), 2)
         self.assertRegex(self.said()[0], r"\Arefused: axis x: is commanded by control socket .*\(process \d+, user \d+\)\Z")
@@ -225,6 +230,7 @@ class Stream(ProgramTest):
         self.assertTrue(any('axis x: stream client "probe"' in event and "has taken it over from control socket" in event
                             for event in events), events)
 
+    @undisturbed
     def test_a_setpoint_that_is_refused_is_told_with_axis_value_and_limit(self):
         """In the summary, and in the events of the JSON document."""
         config = self.line()
@@ -247,6 +253,7 @@ class Stream(ProgramTest):
             self.assertRegex(told, sentence)
             self.assertEqual(told.count("axis x: position"), 1, "the others are counted")
 
+    @undisturbed
     def test_strangers_are_not_let_in(self):
         run = self.start_run(users=("1",))
         probe = self.start_probe("x")
@@ -273,10 +280,11 @@ class Stream(ProgramTest):
                            'there is no user "nobody-of-that-name" on this machine')
         self.check_refused(self.run_program("run", "--config", self.line(tail='axes = ["w"]\n')), 2, 'no [[axis]] named "w"')
 
+    @undisturbed
     def test_the_example_is_what_its_readers_are_told(self):
         text = (EXAMPLES / "stream.toml").read_text(encoding="utf-8")
         text = text.replace("/tmp/driveline-stream.sock", str(self.socket))
-        run = self.start("run", "--config", self.write("stream.toml", text), "--no-plots", log="run.log")
+        run = self.start("run", "--config", self.write("stream.toml", patient(text)), "--no-plots", log="run.log")
         self.wait_for("live setpoints", lambda: "live setpoints of x, y at" in self.text("run.log"), run)
         client = self.run_program(self.socket, "x", "y", "0.2", program=CLIENT)
         self.assertIn(client.returncode, (0, 1), client.stderr)

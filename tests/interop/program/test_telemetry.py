@@ -5,10 +5,11 @@ import signal
 import time
 import unittest
 
-from program import AXES, CYCLONE_BATCHES, CYCLONE_DIAGNOSTICS, CYCLONE_JOINTS, CYCLONE_LINE, CYCLONE_SUBSCRIBER, CYCLONE_WATCH, PATIENCE_S, ProgramTest, WireTest, again_when_disturbed
+from program import AXES, CYCLONE_BATCHES, CYCLONE_DIAGNOSTICS, CYCLONE_JOINTS, CYCLONE_LINE, CYCLONE_SUBSCRIBER, CYCLONE_WATCH, DISTURBED, PATIENCE_S, WATCHDOG, ProgramTest, WireTest, again_when, again_when_disturbed, patient
 
 
 class Telemetry(ProgramTest):
+    @again_when_disturbed
     def test_cyclone_dds_receives_plausible_values(self):
         domain = self.own_domain()
         config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}\ndecimation = 1")
@@ -32,18 +33,16 @@ class Telemetry(ProgramTest):
         low, high = self.GENTLE_RANGE_RAD
         play = 0.1  # the axes lag behind and overshoot a little
         for axis in document["axes"]:
-            with self.subTest(axis=axis["name"]):
-                self.assertGreaterEqual(axis["actual_position_min"], low - play)
-                self.assertLessEqual(axis["actual_position_max"], high + play)
-                self.assertGreaterEqual(axis["samples"], 30)
-                self.assertEqual(axis["backward"], 0)
-                self.assertEqual(axis["kind"], "rotary")
-                self.assertEqual(axis["last"]["state"], "OPERATION_ENABLED")
-                self.assertEqual(axis["last"]["mode"], 8)
+            self.assertGreaterEqual(axis["actual_position_min"], low - play, axis)
+            self.assertLessEqual(axis["actual_position_max"], high + play, axis)
+            self.assertGreaterEqual(axis["samples"], 30, axis)
+            self.assertEqual((axis["backward"], axis["kind"], axis["last"]["state"], axis["last"]["mode"]),
+                             (0, "rotary", "OPERATION_ENABLED", 8), axis)
         self.assertTrue(any(axis["actual_position_max"] > axis["actual_position_min"] for axis in document["axes"]))
         published = self.one_document(self.text("run.log.out"))["telemetry"]["published"]
         self.assertGreaterEqual(published, status["telemetry"]["published"])
 
+    @again_when_disturbed
     def test_cyclone_dds_receives_every_cycle_and_what_has_happened(self):
         domain = self.own_domain()
         config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}")
@@ -66,6 +65,7 @@ class Telemetry(ProgramTest):
         self.assertEqual(sentences["all in OP"]["severity"], "PROGRESS")
         self.assertLess(abs(now_ns - sentences["all in OP"]["wall_time_ns"]), PATIENCE_S * 1e9)
 
+    @again_when_disturbed
     def test_joint_states_are_as_a_ros_2_node_wants_them(self):
         domain = self.own_domain()
         config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}\nros2 = true")
@@ -96,6 +96,7 @@ class Telemetry(ProgramTest):
             self.assertEqual([axis["level"], axis["message"]], [0, "operation enabled"])
             self.assertEqual([axis["values"]["mode"], axis["values"]["owner"]], ["8", "path"])
 
+    @again_when_disturbed
     def test_cyclone_dds_learns_how_the_clocks_are(self):
         domain = self.own_domain()
         config = self.write_gentle_line(head="[dc]", cycle_us=1000, telemetry=f"domain = {domain}\ndecimation = 1")
@@ -224,9 +225,10 @@ class WhatChangesNowAndThen(ProgramTest):
         self.wait_for("the condition", look, run)
         return found[0]
 
+    @again_when_disturbed
     def test_slaves_topology_and_statistics_are_those_of_the_line(self):
         domain = self.own_domain()
-        config = self.write("trouble.toml", TROUBLE.format(domain=domain))
+        config = self.write("trouble.toml", patient(TROUBLE.format(domain=domain)))
         scanned = self.one_document(self.run_program("scan", "--config", config, "--json").stdout)["slaves"]
         run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
         self.wait_for("all in OP", lambda: "all in OP" in self.text("run.log"), run)
@@ -247,9 +249,10 @@ class WhatChangesNowAndThen(ProgramTest):
         done = self.run_program("axis", *words)
         self.assertEqual(done.returncode, 0, done.stderr + self.logs())
 
+    @again_when(*DISTURBED, WATCHDOG, "no longer renews its lease")
     def test_axes_are_told_as_who_commands_them_sees_them(self):
         domain = self.own_domain()
-        config = self.write("hand.toml", BY_HAND.format(domain=domain))
+        config = self.write("hand.toml", patient(BY_HAND.format(domain=domain)))
         run = self.start("run", "--config", config, "--json", "--no-plots", log="run.log")
         x, y = self.receive_when(domain, lambda got: [axis["plcopen_state"] for axis in got["axes"]] == ["STANDSTILL"] * 2,
                                  run)["axes"]
@@ -260,7 +263,7 @@ class WhatChangesNowAndThen(ProgramTest):
         self.assertNotEqual(x["digital_inputs"], 0, "the safety relay is closed")
         jog = self.start("axis", "x", "jog", "60rpm", log="jog.log")
         x, y = self.receive_when(domain, lambda got: [axis["plcopen_state"] for axis in got["axes"]] == ["CONTINUOUS_MOTION", "STANDSTILL"],
-                                 run)["axes"]
+                                 jog)["axes"]
         self.assertEqual(x["owner"], f"control socket {x['owner'].split()[2]} (process {jog.pid}, user {os.geteuid()})")
         self.assertEqual([y["owner"], y["plcopen_state"]], ["", "STANDSTILL"])
         self.check_samples(self.steady_samples(domain, run), x["digital_inputs"])
@@ -327,11 +330,14 @@ class WhatChangesNowAndThen(ProgramTest):
         self.assertEqual(statistics["cycle_period_ns"], 1_000_000)
         self.assertLess(abs(statistics["wall_time_ns"] - time.time_ns()), 60e9)
         total, last = statistics["total"], statistics["last"]
-        self.assertAlmostEqual(last["duration_ns"], 1e9, delta=0.3e9)
+        # A second, or longer by what the master was away.
+        self.assertGreaterEqual(last["duration_ns"], 0.7e9)
+        self.assertLessEqual(last["cycles"], 1300)
         self.assertEqual(last["duration_ns"], (last["cycles"] + last["missed_periods"]) * 1_000_000)
         self.assertGreaterEqual(statistics["number"], 2)
-        # The document begins with operation, the statistics with the cycle, which is before; and it ends later.
-        self.assertLessEqual(total["lost_frames"] - document["lost_frames"], 3)
+        # The document begins with operation, the statistics with the cycle, which is before; and it ends later. A frame is late
+        # where the master was away.
+        self.assertLessEqual(total["lost_frames"] - document["lost_frames"], 3 + total["missed_periods"])
         self.assertGreaterEqual(total["lost_frames"], 1, "damaged ones; some carry no process data")
         self.assertIs(statistics["dc_locked"], True)
         self.assertTrue(0 < last["dc_difference"]["max_ns"] < 100_000, last)
@@ -340,12 +346,19 @@ class WhatChangesNowAndThen(ProgramTest):
             self.assertEqual(times, sorted(times), name)
             self.assertGreater(times[0], 0, name)
 
+    @again_when_disturbed
     def test_a_late_subscriber_has_it_all_and_the_last_is_that_of_the_end(self):
         domain = self.own_domain()
         config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}")
-        subscriber = self.start(domain, 10**6, 10, program=CYCLONE_LINE, log="subscriber.log")
-        result = self.run_program("run", "--config", config, "--json", "--no-plots", "--duration", "3")
-        self.assertEqual(result.returncode, 0, result.stderr)
+        for seconds in (10, 30, 60):  # a slow machine needs longer to start a run and to end it
+            subscriber = self.start(domain, 10**6, seconds, program=CYCLONE_LINE, log="subscriber.log")
+            begin = time.monotonic()
+            result = self.run_program("run", "--config", config, "--json", "--no-plots", "--duration", "3")
+            took_ms = 1000 * (time.monotonic() - begin)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            time.sleep(1)
+            if subscriber.poll() is None:
+                break
         subscriber.wait(PATIENCE_S)
         got = self.one_document(self.text("subscriber.log.out"))
         document = self.one_document(result.stdout)
@@ -355,13 +368,14 @@ class WhatChangesNowAndThen(ProgramTest):
         self.assertGreaterEqual(total["cycles"], document["cycles"])
         self.assertGreaterEqual(total["missed_periods"], document["missed_periods"])
         self.assertGreaterEqual(total["wake_latency"]["max_ns"], document["wake_latency_ns"]["max"] * 0.99)
-        self.assertLess(total["cycles"] - document["cycles"], 2000)
+        self.assertLess(total["cycles"], took_ms)
 
 
 class AMaster(ProgramTest):
     def watch(self, domain, seconds):
         return self.one_document(self.run_program(domain, seconds, program=CYCLONE_WATCH).stdout)
 
+    @again_when_disturbed
     def test_that_stands_still_is_noticed(self):
         domain = self.own_domain()
         config = self.write_gentle_line(cycle_us=1000, telemetry=f"domain = {domain}")

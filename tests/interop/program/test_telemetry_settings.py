@@ -6,7 +6,7 @@ import subprocess
 import time
 import unittest
 
-from program import AXES, EXAMPLES, PATIENCE_S, ProgramTest
+from program import ATTEMPTS, AXES, EXAMPLES, PATIENCE_S, ProgramTest, again_when_disturbed, patient
 
 CYCLONE_WRITERS = os.environ.get("CYCLONE_WRITERS", "")
 DISCOVERY_SERVER = os.environ.get("DISCOVERY_SERVER", "")
@@ -42,6 +42,16 @@ class SettingsTest(ProgramTest):
         self.assertIn(result.returncode, (0, 1), result.stderr + self.logs())
         return [json.loads(line) for line in result.stdout.splitlines()]
 
+    def gaps_when(self, holds, topic, *arguments):
+        """Between the cycles of samples that come one after the other. Looked at again while a machine that stood still has
+        made samples late, so that `holds` does not."""
+        for _ in range(ATTEMPTS):
+            cycles = [sample["cycle"] for sample in self.echo(topic, *arguments)]
+            gaps = [after - before for before, after in zip(cycles, cycles[1:])]
+            if holds(gaps):
+                break
+        return gaps
+
     def writers(self, *partition, seconds=PATIENCE_S // 2, **options):
         """How many statuses Cyclone DDS has read, and the writers that it knows, by topic."""
         result = self.run_program(self.domain, seconds, *partition, program=CYCLONE_WRITERS, **options)
@@ -51,6 +61,7 @@ class SettingsTest(ProgramTest):
 
 
 class Settings(SettingsTest):
+    @again_when_disturbed
     def test_each_topic_has_its_rate(self):
         run = self.start_run('[telemetry.rates]\naxis_telemetry = "100 Hz"\naxis_batch = 4\nline_status = "2 Hz"\n'
                              'event = "off"\ntopology = "off"')
@@ -63,26 +74,26 @@ class Settings(SettingsTest):
         self.assertEqual({number % 4 for number in numbers}, {0})
         self.assertIn(4, [after - before for before, after in zip(numbers, numbers[1:])])
         # Statuses that nothing has hurried come with half a second and more between them: 500 cycles.
-        told = [status["cycle"] for status in self.echo(STATUS, "--count", 4)][1:]
-        self.assertGreaterEqual(min(after - before for before, after in zip(told, told[1:])), 250, told)
+        gaps = self.gaps_when(lambda gaps: min(gaps[1:]) >= 250, STATUS, "--count", 4)[1:]
+        self.assertGreaterEqual(min(gaps), 250, gaps)
         _, found = self.writers()
         self.assertNotIn("driveline/v1/event", found)
         self.assertNotIn("driveline/v1/topology", found)
         self.assertIn("driveline/v1/slave", found)
         self.end_run(run)
 
+    @again_when_disturbed
     def test_what_does_not_change_is_told_once_in_a_second(self):
         os.environ["XDG_RUNTIME_DIR"] = str(self.sockets)
-        config = self.write("line.toml", '[bus]\nmax_lost_cycles = 800\n[line]\nname = "still"\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n'
+        config = self.write("line.toml", patient('[line]\nname = "still"\ncycle_us = 1000\n[realtime]\npolicy = "degrade"\n'
                             f'[telemetry]\ndomain = {self.domain}\n[telemetry.rates]\naxis_telemetry = "change"\n'
-                            '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n')
+                            '[[slave]]\nname = "x"\n[[axis]]\nname = "x"\n'))
         run = self.start("run", "--config", config, "--no-enable", "--json", "--no-plots", log="run.log")
         # What the drive tells in its first cycles changes: status word and mode.
         self.wait_for("a second of operation", lambda: "exchanging" in self.text("run.log"), run)
-        cycles = [sample["cycle"] for sample in self.echo(TELEMETRY, "--count", 4, "--timeout", PATIENCE_S)]
-        for before, after in zip(cycles, cycles[1:]):
-            self.assertGreaterEqual(after - before, 900, cycles)
-            self.assertLessEqual(after - before, 2500, cycles)
+        once_in_a_second = lambda gaps: all(900 <= gap <= 2500 for gap in gaps)
+        gaps = self.gaps_when(once_in_a_second, TELEMETRY, "--count", 4, "--timeout", PATIENCE_S)
+        self.assertTrue(once_in_a_second(gaps), gaps)
         watching = self.start("echo", TELEMETRY, "--json", "--domain", self.domain, log="echo.log")
         self.wait_for("samples", lambda: self.text("echo.log.out"), watching)
         self.assertEqual(self.run_program("axis", "x", "enable").returncode, 0, self.logs())
@@ -91,6 +102,7 @@ class Settings(SettingsTest):
         self.assertGreater(len(set(states())), 2, "each state on the way is a change")
         self.end_run(run)
 
+    @again_when_disturbed
     def test_samples_that_are_off_are_not_missed(self):
         run = self.start_run('[telemetry.rates]\naxis_telemetry = "off"\naxis_batch = "off"')
         _, found = self.writers()
@@ -99,6 +111,7 @@ class Settings(SettingsTest):
         telemetry = self.end_run(run)["telemetry"]
         self.assertEqual(telemetry["published"], 0)
 
+    @again_when_disturbed
     def test_a_partition_is_seen_by_who_asks_for_it(self):
         run = self.start_run('partition = "hall2/press"\nros2 = true\n[commands]\nenabled = true\ninsecure = true')
         statuses, found = self.writers("hall2/press")
@@ -115,6 +128,7 @@ class Settings(SettingsTest):
         self.assertEqual(self.echo(STATUS, "--timeout", SILENCE_S), [])
         self.end_run(run)
 
+    @again_when_disturbed
     def test_qos_profiles_reach_the_readers(self):
         before = self.start_run("")
         _, own = self.writers()
@@ -147,6 +161,7 @@ class Settings(SettingsTest):
                 result = self.run_program("run", "--config", line, "--no-plots")
                 self.check_refused(result, 2, str(self.directory / "qos.xml"), *parts)
 
+    @again_when_disturbed
     def test_a_discovery_server_brings_line_and_readers_together(self):
         port = 20000 + os.getpid() % 10000
         server = self.start("127.0.0.1", port, program=DISCOVERY_SERVER, log="server.log")
@@ -206,6 +221,7 @@ class TwoMachines(SettingsTest):
         return {**os.environ, "CYCLONEDDS_URI": f'<Domain><General><Interfaces><NetworkInterface address="{self.PC}"/></Interfaces>'
                 "</General><Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery></Domain>"}
 
+    @again_when_disturbed
     def test_peers_find_each_other_where_no_multicast_goes(self):
         run = self.start_run(f'interfaces = ["{self.LINE}"]\npeers = ["{self.PC}"]')
         self.assertEqual(len(self.echo(STATUS, "--interface", self.PC, "--count", 1, "--timeout", PATIENCE_S)), 1, self.logs())
@@ -213,6 +229,7 @@ class TwoMachines(SettingsTest):
         self.assertGreater(statuses, 0, self.logs())
         self.end_run(run)
 
+    @again_when_disturbed
     def test_a_discovery_server_on_a_third_machine_brings_them_together(self):
         port = 20000 + os.getpid() % 10000
         self.prefix = ["ip", "netns", "exec", self.router]
@@ -226,6 +243,7 @@ class TwoMachines(SettingsTest):
         self.assertEqual(self.echo(STATUS, "--interface", self.PC, "--timeout", SILENCE_S), [], "found without the server")
         self.end_run(run)
 
+    @again_when_disturbed
     def test_a_network_that_is_down_for_a_while_costs_samples_and_nothing_else(self):
         run = self.start_run(f'interfaces = ["{self.LINE}"]\npeers = ["{self.PC}"]')
         reader = self.start("echo", STATUS, "--json", "--domain", self.domain, "--interface", self.PC, log="echo.log")
@@ -241,6 +259,7 @@ class TwoMachines(SettingsTest):
         document = self.end_run(run)
         self.assertEqual((document["state"], document["faults"], document["telemetry"]["restarts"]), ("OP", [], 0))
 
+    @again_when_disturbed
     def test_without_peers_they_do_not(self):
         run = self.start_run(f'interfaces = ["{self.LINE}"]')
         self.assertEqual(self.echo(STATUS, "--interface", self.PC, "--timeout", SILENCE_S), [])
