@@ -90,7 +90,7 @@ struct Missed {
   std::vector<double> run{};
   std::vector<double> loop{};
   std::vector<double> cyclictest{};
-  std::vector<double> awake_us{};  ///< of `run`, per period
+  std::vector<double> awake_us{};  ///< time for which `run` is awake in a period
 };
 
 Missed take_turns(int turns, std::chrono::milliseconds turn) {

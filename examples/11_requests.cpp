@@ -55,7 +55,7 @@ class Client {
     return progress.report.phase == RequestPhase::kDone;
   }
 
-  /// Is called back at the end, and meanwhile looks where the axis is.
+  /// Gets a call-back at the end, and meanwhile polls the position of the axis.
   bool move_back() {
     const auto number = axes_.submit(
         caller_, kAxis, {.command = AxisCommand::kMoveRelative, .target = -kQuarterTurnRad, .velocity = 3.0});

@@ -35,7 +35,7 @@ class DriveCycles {
   rt::VirtualClock clock_;
   LineRig rig_;
   std::unique_ptr<bool[]> valid_;
-  std::vector<std::vector<std::byte>> outputs_;  ///< of the prepared cycles
+  std::vector<std::vector<std::byte>> outputs_;  ///< outputs that the prepared cycles send
   std::int64_t cycle_ = 0;
   std::chrono::nanoseconds time_{};
 };

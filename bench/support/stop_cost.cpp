@@ -141,7 +141,7 @@ class StoppedLine {
   StopLoad load_;
   rt::VirtualClock clock_{};
   LineRig rig_;
-  CountedRunner* runner_ = nullptr;  ///< of the master
+  CountedRunner* runner_ = nullptr;  ///< belongs to the master
   double direction_ = 1.0;
   std::vector<std::uint64_t> waiting_{};  ///< the moves that wait for the present ones to end
 };

@@ -116,10 +116,10 @@ def group(folder):
     write_columns(folder / "group.csv", times, x, y, speeds)
     file = folder / "group.csv"
     draw("group", 640, "2,1",
-         "set size ratio -1\nset xlabel 'x, mm'\nset ylabel 'y, mm'\n"
-         f"plot '{file}' using 2:3 with lines lw 1.5 title 'way of the axes'\n"
-         "set size noratio\nset xlabel 'time in s'\nset ylabel 'speed, mm/s'\n"
-         f"plot '{file}' using 1:4 with lines lw 1.5 title 'speed along it'")
+         "set size ratio -1\nset xrange [-25:425]\nset xlabel 'x, mm'\nset ylabel 'y, mm'\n"
+         f"plot '{file}' using 2:3 with lines lw 1.5 title 'path of the axes'\n"
+         "set size noratio\nset xrange [*:*]\nset xlabel 'time in s'\nset ylabel 'speed, mm/s'\n"
+         f"plot '{file}' using 1:4 with lines lw 1.5 title 'speed along the path'")
 
 
 def flying_saw(folder):
@@ -179,9 +179,9 @@ def delta(folder):
     write_columns(folder / "delta.csv", times, *zip(*tools), speeds)
     file = folder / "delta.csv"
     draw("delta_line", 720, "3,1",
-         "set xlabel 'x, mm'\nset ylabel 'z, mm'\n"
-         f"plot '{file}' using 2:4 with lines lw 1.5 title 'way of the tool, from the front'\n"
-         "set xlabel ''\nset ylabel 'mm'\n"
+         "set xlabel 'x, mm'\nset ylabel 'z, mm'\nset yrange [-640:-430]\n"
+         f"plot '{file}' using 2:4 with lines lw 1.5 title 'path of the tool, from the front'\n"
+         "set xlabel ''\nset ylabel 'position, mm'\nset yrange [*:*]\n"
          f"plot '{file}' using 1:2 with lines title 'x', '{file}' using 1:3 with lines title 'y', '{file}' using 1:4 with lines title 'z'\n"
          "set xlabel 'time in s'\nset ylabel 'speed, mm/s'\n"
          f"plot '{file}' using 1:5 with lines lw 1.5 title 'speed of the tool'")

@@ -175,7 +175,7 @@ TEST(LateMotion, DemandOfTheDriveObeysTheLimitsWhateverIsLate) {
   }
 }
 
-/// Of a thread that is faster than the cycle, or of two threads.
+/// One thread may submit both within a cycle, or two threads one each.
 TEST(LateMotion, AStopIsObeyedThoughAStartFollowsInTheSameCycle) {
   LateLine line;
   auto& motion = line.operation.motion();

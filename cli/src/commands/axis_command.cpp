@@ -30,7 +30,7 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-/// How often the line is asked for progress; also a sign of life of this command.
+/// Interval at which the command requests the progress from the line, and so shows that it is alive.
 constexpr std::chrono::milliseconds kAskInterval{50};
 /// The same until the axis has accepted the request, which takes a few cycles.
 constexpr std::chrono::milliseconds kAcceptInterval{2};

@@ -33,7 +33,7 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-/// How often the line is asked for progress; also a sign of life of this command.
+/// Interval at which the command requests the progress from the line, and so shows that it is alive.
 constexpr std::chrono::milliseconds kLookInterval{50};
 /// The same while moves are being sent, and until the group has accepted a request.
 constexpr std::chrono::milliseconds kGiveInterval{10};

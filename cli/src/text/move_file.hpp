@@ -23,7 +23,7 @@ struct FileMove {
 /// units.
 struct MoveFile {
   std::vector<trajectory::NamedAxis> axes;
-  std::vector<trajectory::NamedAxis> coordinates;  ///< of the moves: axes or, with a machine, those of the tool
+  std::vector<trajectory::NamedAxis> coordinates;  ///< names of move coordinates: axes, or those of the tool
   std::optional<trajectory::Machine> machine;      ///< none: coordinates are axes
   std::vector<std::string> outputs;                ///< names; moves contain their indices
   trajectory::ContourSettings settings;

@@ -101,7 +101,7 @@ trajectory::AxisSetpoint SetpointSupply::bridge(std::uint32_t held_up) const noe
   return {sent_ + velocity * period_s_, velocity, acceleration};
 }
 
-/// Moves evenly to the setpoint of the next exchange, the next one that the drive sees.
+/// Moves evenly to the setpoint of the next exchange, which the drive receives next.
 trajectory::AxisSetpoint SetpointSupply::bridge_to_exchange() const noexcept {
   const auto left = divider_ - std::min(since_, divider_ - 1);
   auto later = coast_;

@@ -48,7 +48,7 @@ class Refusal final : public MailboxDialogue {
   std::uint16_t source_;
 };
 
-/// A message of another slave. A slave that does not take it costs the sender its answer, and nobody else anything.
+/// A message of another slave. If the slave does not take it, only the sender remains without an answer.
 class ForwardedMail final : public MailboxDialogue {
  public:
   ForwardedMail(std::uint16_t source, wire::MailboxType type, std::span<const std::byte> service)

@@ -8,7 +8,7 @@
 namespace driveline::runtime {
 namespace {
 
-/// Returns "axis x: position 120 deg, -90 deg to 90 deg are possible".
+/// Returns "axis x: position 120 deg, allowed are -90 deg to 90 deg".
 std::string fault_text(const events::EventAxis& axis, const SetpointFault& fault, stream::Refusal reason) {
   using Figure = SetpointFault::Figure;
   const auto* const name = fault.figure == Figure::kPosition       ? "position"

@@ -167,7 +167,7 @@ Result write_through(int file, std::string_view text) {
 std::string write_parameters(const ObjectDictionary& dictionary) {
   std::string text(kHeader);
   std::vector<bool> seen(dictionary.table().slot_count());
-  // Of two addresses of a value, the standard's is used.
+  // A value with a standard and a manufacturer's address is written with the standard one.
   for (const bool manufacturer : {false, true}) {
     for (const auto& row : dictionary.table().rows()) {
       if (!is_stored(row) || (row.index >= 0x2000 && row.index < 0x6000) != manufacturer) continue;

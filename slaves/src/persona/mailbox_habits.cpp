@@ -66,7 +66,7 @@ std::vector<std::byte> upload_of_device_type(std::uint16_t address) {
   return sdo_message(CoeService::kSdoRequest, sdo, address);
 }
 
-/// The value of 1000h for a servo drive, which nobody has asked for since power-on.
+/// The value of 1000h for a servo drive, as an answer to no request since power-on.
 std::vector<std::byte> stale_answer() {
   SdoHeader sdo;
   sdo.command = wire::expedited_command(static_cast<std::uint8_t>(wire::SdoResponseCommand::kInitiateUpload), 4);

@@ -73,7 +73,7 @@ TEST_F(Exhausted, OneClientAfterTheOtherIsTurnedAway) {
   ASSERT_FALSE(accepts());
   EXPECT_TRUE(reserve.turn_away(listener.get()));
   EXPECT_EQ(heard(clients[1]), "");
-  // Nobody waits any more, and Linux still complains about the descriptors first.
+  // No client waits any more, and Linux still reports the lack of descriptors first.
   ASSERT_FALSE(accepts());
   EXPECT_TRUE(reserve.turn_away(listener.get()));
 }

@@ -23,7 +23,7 @@ class PublishedValue {
   PublishedValue(const PublishedValue&) = delete;
   PublishedValue& operator=(const PublishedValue&) = delete;
 
-  /// Makes `value` the one that is read. One thread. \rtsafe
+  /// Publishes `value`, which read() then returns. One thread. \rtsafe
   void write(const T& value) noexcept {
     const auto version = version_.load(std::memory_order_relaxed);
     version_.store(version + 1, std::memory_order_relaxed);

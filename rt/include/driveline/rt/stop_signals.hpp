@@ -12,7 +12,7 @@ namespace driveline::rt {
 
 /// Distinguishes a request to stop from the demand to end at once. Several signals are often one request: timeout(1)
 /// sends SIGTERM to the program and to its process group, and when a terminal is closed, both the kernel and the shell
-/// send SIGHUP. Only a signal after a pause shows that somebody does not want to wait any longer.
+/// send SIGHUP. Only a signal after a pause shows that the user does not want to wait any longer.
 class StopRequest {
  public:
   /// Signals with shorter pauses between them are one request.

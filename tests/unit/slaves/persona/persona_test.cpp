@@ -284,7 +284,7 @@ struct Row {
   std::string (*observe)(PersonaRig&);
   const char* with;
   const char* without;
-  const char* device = "";  ///< of the example file; empty: a drive
+  const char* device = "";  ///< name in the example file; empty: a drive
 };
 
 const std::vector<Row>& rows() {

@@ -290,7 +290,7 @@ class Motion final : public MotionControl {
   std::int64_t path_begin_ = 0;                  ///< start of the path, in given periods
   std::int64_t given_ = 0;                       ///< periods since the start for which setpoints were generated
   std::int64_t phase_given_ = 0;                 ///< value of given_ when the phase started
-  std::uint32_t held_up_ = 0;                    ///< consecutive periods in which all waited for the setpoints of one
+  std::uint32_t held_up_ = 0;                    ///< consecutive periods in which the path waited for one axis
   std::vector<Supply> supplies_;
   std::vector<Absence> absences_;
   std::unique_ptr<std::atomic<AxisPresence>[]> presence_shared_;

@@ -101,7 +101,7 @@ class GroupRequests final : private GroupGuard {
  private:
   struct Group;
   struct MoveCheck;
-  using Guard = std::unique_lock<std::mutex>;  ///< of lock_
+  using Guard = std::unique_lock<std::mutex>;  ///< holds lock_
   /// A request, or consecutive moves, that were not over at the last watch().
   struct Pending {
     std::uint64_t number = 0;  ///< first number that is not over

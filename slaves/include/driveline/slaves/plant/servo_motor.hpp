@@ -164,7 +164,7 @@ class ServoMotor {
   bool shorted_ = false;
   bool through_windings_;  ///< the windings determine the torque of the next step
   bool encoder_connected_ = true;
-  std::int64_t count_ = 0;  ///< of the position, without noise: many ask for it in every step
+  std::int64_t count_ = 0;  ///< encoder count without noise, cached: read often in every step
   std::int64_t held_count_ = 0;
   double turn_begin_rad_ = 0.0;  ///< start of the present revolution of the shaft
   double turn_end_rad_ = 0.0;

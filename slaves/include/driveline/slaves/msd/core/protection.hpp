@@ -81,7 +81,7 @@ class Protection {
   double overcurrent_a_;  ///< amplitude
   std::uint32_t warnings_ = 0;
   std::uint32_t shown_warnings_ = 0;
-  bool changed_ = true;      ///< what publish() shows is not in the dictionary yet
+  bool changed_ = true;      ///< the dictionary does not have the values of publish() yet
   std::uint16_t text_slot_;  ///< text slot of the first warning, P 33[1]
 };
 
