@@ -93,8 +93,8 @@ std::string line_of(const AxisRow& row, const Widths& widths) {
   std::string line;
   for (std::size_t i = 0; i < row.size(); ++i) {
     if (i > 0) line += gap;
-    line += kRight.at(i) ? fmt::format("{:>{}}", row.at(i), widths.at(i))
-                         : fmt::format("{:<{}}", row.at(i), widths.at(i));
+    line +=
+        kRight.at(i) ? fmt::format("{:>{}}", row.at(i), widths.at(i)) : fmt::format("{:<{}}", row.at(i), widths.at(i));
   }
   while (line.ends_with(' ')) line.pop_back();
   return line + '\n';

@@ -249,7 +249,7 @@ Execute prepare_axis(Arguments& to) {
       {"--acceleration", "Maximum acceleration, e.g. 100deg/s^2"},
       {"--deceleration", "Maximum deceleration; default: the acceleration"},
       {"--jerk", "Highest jerk"},
-      {"--by", "move, drive-move: by this distance from the commanded position"},
+      {"--by", "Distance: move, from the commanded position; drive-move, from the actual position"},
       {"--add", "move: by this distance from the end of the previous motion"},
       {"--superimpose", "move: by this distance superimposed on the motion in progress"},
       {"--buffer", "How the motion follows the previous one: aborting, buffered, blending_low, ..."},

@@ -32,7 +32,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::string_view kWhereFrom =
-    "build the benchmark programs with `cmake --build build` in a source tree, and name their folder with --dir "
+    "build the benchmark programs in a source tree (`cmake --preset release`, `cmake --build build`), and name their "
+    "folder with --dir "
     "(build/bench)";
 
 struct Options {

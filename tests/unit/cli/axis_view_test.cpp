@@ -57,8 +57,7 @@ TEST(AxisView, TheTableFitsATerminalAndNamesEachOwnerOnce) {
   const auto table = axes_table(nlohmann::json::array({to_json(moving), to_json(free), to_json(other)}));
   std::istringstream lines(table);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
-  EXPECT_THAT(table,
-              HasSubstr("\nturntable SynchronizedMotion 360090 deg -36000 deg/s -12.3456 Nm -       100 %\n"));
+  EXPECT_THAT(table, HasSubstr("\nturntable SynchronizedMotion 360090 deg -36000 deg/s -12.3456 Nm -       100 %\n"));
   EXPECT_THAT(table, HasSubstr("\ncommanded by control socket 123 (process 1234567, user 1000): turntable, y\n"
                                "commanded by nobody: z\n"));
 }

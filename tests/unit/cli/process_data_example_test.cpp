@@ -135,10 +135,11 @@ TEST_F(ProcessDataExample, ShowsAddressesNamesGroupsDatagramsAndWireTime) {
   const auto named = runtime::name_process_data(config, *master);
   ASSERT_TRUE(named);
   const auto text = image_text(config, *master, *named);
-  for (const auto* part : {"process data: overlapped, ", "group terminals    every 4 cycles from 0, 2 slave(s)",
-                           "group slow         every 40 cycles from 2, 1 slave(s)", "inputs.Channel 8/Input",
-                           "outputs.lamp", "x.Position actual value", "mixed.Select", "LRD",
-                           " us of 250.0 us on the wire, ", " us (measured)\n", "copy    inputs.6010:01 -> outputs.7010:01, 1 bits"}) {
+  for (const auto* part :
+       {"process data: overlapped, ", "group terminals    every 4 cycles from 0, 2 slave(s)",
+        "group slow         every 40 cycles from 2, 1 slave(s)", "inputs.Channel 8/Input", "outputs.lamp",
+        "x.Position actual value", "mixed.Select", "LRD", " us of 250.0 us on the wire, ", " us (measured)\n",
+        "copy    inputs.6010:01 -> outputs.7010:01, 1 bits"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
   // Outputs and inputs of the drive in the same bytes, those of the device without LRW not.

@@ -83,8 +83,9 @@ class Slave {
   void hand_over_outputs(Nanoseconds time) noexcept;
   void publish_inputs(Nanoseconds time) noexcept;
   [[nodiscard]] Nanoseconds next_event() const noexcept;
-  /// The first step of the device after `time`. The firmware counts its steps from its start: a change of state does not
-  /// move them, so that how long a bring-up took does not decide where in the period the device exchanges process data.
+  /// The first step of the device after `time`. The firmware counts its steps from its start: a change of state does
+  /// not move them, so that how long a bring-up took does not decide where in the period the device exchanges process
+  /// data.
   [[nodiscard]] Nanoseconds own_step_after(Nanoseconds time) const noexcept;
 
   std::unique_ptr<Device> device_;
