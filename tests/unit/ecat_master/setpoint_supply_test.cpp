@@ -122,6 +122,17 @@ TEST(SetpointSupply, BetweenRareExchangesTheStepIsWithinTheLimitsWhicheverSetpoi
   EXPECT_LE(std::abs(next - with_last), 1.001 * most);
 }
 
+/// The setpoints in between lead to that of the next exchange, the only one that the drive receives.
+TEST(SetpointSupply, BetweenRareExchangesTheAxisMovesEvenly) {
+  RareExchanges rare(600.0);
+  const double velocity = rare.supply.bridge().velocity;
+  for (int i = 1; i < RareExchanges::kDivider; ++i) {
+    rare.supply.set_reached(false, false);
+    rare.supply.note(rare.supply.bridge(), Mode::kCyclicPosition);
+    ASSERT_NEAR(rare.supply.bridge().velocity, velocity, 1e-9) << "cycle " << i;
+  }
+}
+
 /// A missed period between two exchanges costs the drive no setpoint.
 TEST(SetpointSupply, MissedPeriodsBetweenRareExchangesLeaveTheDriveOnItsWay) {
   RareExchanges rare(0.0);
