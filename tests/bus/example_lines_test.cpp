@@ -1,7 +1,9 @@
-// The example lines set a limit for machines that are away for some milliseconds now and then, such as virtual machines.
-// Their axes bridge an absence within it, and stop after a longer one.
+// The example lines set a limit for machines that are away for some milliseconds now and then, such as virtual
+// machines. Their axes bridge an absence within it, and stop after a longer one.
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <memory>
 #include <string>
 
 #include "drive_line.hpp"
