@@ -37,7 +37,7 @@ class Client {
 
   void work() {
     done_ = finish({.command = AxisCommand::kPower, .on = true}) && finish({.command = AxisCommand::kHome}) &&
-            finish({.command = AxisCommand::kMoveAbsolute, .target = kQuarterTurnRad}) && move_back() &&
+            finish({.command = AxisCommand::kMoveAbsolute, .target_si = kQuarterTurnRad}) && move_back() &&
             finish({.command = AxisCommand::kPower, .on = false});
     line_.request_stop();
   }
@@ -58,7 +58,7 @@ class Client {
   /// Gets a call-back at the end, and meanwhile polls the position of the axis.
   bool move_back() {
     const auto number = axes_.submit(
-        caller_, kAxis, {.command = AxisCommand::kMoveRelative, .target = -kQuarterTurnRad, .velocity = 3.0});
+        caller_, kAxis, {.command = AxisCommand::kMoveRelative, .target_si = -kQuarterTurnRad, .velocity_si = 3.0});
     if (!number) return refused(number.error());
     axes_.when_settled(kAxis, *number, [](const runtime::AxisProgress& progress) {
       std::printf("called back: %s\n", std::string(to_text(progress.report.phase)).c_str());

@@ -107,9 +107,9 @@ class StoppedLine {
   static AxisRequest ask(AxisCommand command, double target = 0.0) {
     AxisRequest request;
     request.command = command;
-    request.target = target;
-    if (command == AxisCommand::kMoveRelative) request.velocity = kVelocity;
-    if (command != AxisCommand::kSetOverride) request.acceleration = kAcceleration;
+    request.target_si = target;
+    if (command == AxisCommand::kMoveRelative) request.velocity_si = kVelocity;
+    if (command != AxisCommand::kSetOverride) request.acceleration_si = kAcceleration;
     return request;
   }
   /// Starts a move of each axis in the other direction than in the turn before.

@@ -84,7 +84,7 @@ class LinePage {
     auto page = head();
     page.emplace_back();
     page.push_back(
-        fmt::format("{:<7}{:>16}{:>19}{:>15} {:<18} {}", "axis", "position", "velocity", "error", "state", "mode"));
+        fmt::format("{:<7}{:>16}{:>18}{:>15} {:<18} {}", "axis", "position", "velocity", "error", "state", "mode"));
     for (const auto& [number, axis] : axes_) page.push_back(axis_line(axis.value));
     const auto& faults = status_->value.find("faults")->parts;
     if (!faults.empty()) page.insert(page.end(), {"", "faults"});
@@ -136,7 +136,7 @@ class LinePage {
     const auto& unit = units_.of(name, axis.find("kind")->text() == "AXIS_LINEAR");
     const auto value = [&](std::string_view field) { return axis.find(field)->number(); };
     const auto shown = [&](std::string_view field) { return value(field) / unit.si; };
-    return fmt::format("{:<7}{:>12.6f} {:<3}{:>13.6f} {:<5}{:>11.3e} {:<3} {:<18} {}", visible(name),
+    return fmt::format("{:<7}{:>12.6f} {:<3}{:>12.6f} {:<5}{:>11.3e} {:<3} {:<18} {}", visible(name),
                        shown("actual_position"), unit.name, shown("actual_velocity"), fmt::format("{}/s", unit.name),
                        shown("following_error"), unit.name, state_name(*axis.find("state")),
                        mode_name(static_cast<std::int64_t>(value("mode"))));

@@ -20,6 +20,40 @@ AlReport decode_report(std::span<const std::byte> bytes) {
           static_cast<wire::AlStatusCode>(wire::load_le<std::uint16_t>(bytes.subspan(4)))};
 }
 
+/// AL status codes of a refusal that may pass by itself; docs/real_drives.md lists them with the reasons. The names of
+/// the codes are those of ETG.1020, "AL status codes"; whether a state may be requested again is not in the standard.
+constexpr std::array kPassingRefusals = {
+    // No reason is given, or it depends on the load of the slave.
+    wire::AlStatusCode::kNoError,
+    wire::AlStatusCode::kUnspecifiedError,
+    wire::AlStatusCode::kNoMemory,
+    // The application, its data or its hardware are not ready.
+    wire::AlStatusCode::kNoValidInputs,
+    wire::AlStatusCode::kNoValidOutputs,
+    wire::AlStatusCode::kNoValidInputsAndOutputs,
+    wire::AlStatusCode::kEepromNoAccess,
+    wire::AlStatusCode::kExternalHardwareNotReady,
+    wire::AlStatusCode::kSlaveRestartedLocally,
+    // The slave still reports the loss of its previous master.
+    wire::AlStatusCode::kSyncManagerWatchdog,
+    wire::AlStatusCode::kBackgroundWatchdog,
+    // Slaves that apply a mapping in the background compare the sync managers with the previous mapping: SOEM #79 and
+    // #701 (0x001D, 0x001E), SOEM #530 (0x0024).
+    wire::AlStatusCode::kInvalidOutputConfiguration,
+    wire::AlStatusCode::kInvalidInputConfiguration,
+    wire::AlStatusCode::kInvalidInputMapping,
+    wire::AlStatusCode::kInvalidOutputMapping,
+    // The slave has not locked to SYNC0 yet.
+    wire::AlStatusCode::kSynchronizationError,
+    wire::AlStatusCode::kFatalSyncError,
+    wire::AlStatusCode::kNoSyncError,
+    wire::AlStatusCode::kPllError,
+    wire::AlStatusCode::kDcSyncIoError,
+    wire::AlStatusCode::kDcSyncTimeout,
+};
+/// Codes from here on are those of vendors (ETG.1020). Their reasons are unknown, so they may pass.
+constexpr std::uint16_t kFirstVendorCode = 0x8000;
+
 /// A register of a slave and the value to be written.
 struct RegisterValue {
   SlaveRef slave;
@@ -225,37 +259,8 @@ std::chrono::nanoseconds StateTimeouts::limit(wire::AlState target, bool down) c
 }
 
 bool may_pass(wire::AlStatusCode code) noexcept {
-  using Code = wire::AlStatusCode;
-  switch (code) {
-    case Code::kNoError:
-    case Code::kUnspecifiedError:
-    case Code::kNoMemory:
-    case Code::kNoValidInputs:
-    case Code::kNoValidOutputs:
-    case Code::kSynchronizationError:
-    case Code::kSyncManagerWatchdog:
-    // Drives that apply a mapping in the background compare the sync managers with the mapping of before.
-    case Code::kInvalidSyncManagerConfiguration:
-    case Code::kInvalidOutputConfiguration:
-    case Code::kInvalidInputConfiguration:
-    case Code::kInvalidInputMapping:
-    case Code::kInvalidOutputMapping:
-    case Code::kInconsistentSettings:
-    case Code::kBackgroundWatchdog:
-    case Code::kNoValidInputsAndOutputs:
-    case Code::kFatalSyncError:
-    case Code::kNoSyncError:
-    case Code::kPllError:
-    case Code::kDcSyncIoError:
-    case Code::kDcSyncTimeout:
-    case Code::kEepromNoAccess:
-    case Code::kExternalHardwareNotReady:
-    case Code::kSlaveRestartedLocally:
-      return true;
-    default:
-      // Codes of vendors have unknown reasons.
-      return static_cast<std::uint16_t>(code) >= 0x8000;
-  }
+  return static_cast<std::uint16_t>(code) >= kFirstVendorCode ||
+         std::find(kPassingRefusals.begin(), kPassingRefusals.end(), code) != kPassingRefusals.end();
 }
 
 std::vector<Result<void>> change_states(Bus& bus, std::span<const StateTarget> slaves, wire::AlState target,

@@ -84,7 +84,7 @@ class ScrewLine : public SingleLine {
   /// Moves to `target` and waits until the axis is at rest.
   void go(double target, double velocity = 20.0) {
     auto asked = move(target, velocity);
-    asked.acceleration = asked.deceleration = 400.0;
+    asked.acceleration_si = asked.deceleration_si = 400.0;
     ASSERT_EQ(finish(submit(asked), 40'000).phase, RequestPhase::kDone);
     cycles(2500);
   }
@@ -254,19 +254,19 @@ TEST(Compensation, BeginsWithHomingWhereThatIsAskedFor) {
   EXPECT_NEAR(line.shaft(), -1.0, kAtRest) << "not before it";
   line.go(0.0);
   auto search = request(AxisCommand::kHomeByProbe, slaves::Screw(kScrew, 0.0).position_of(kMark + kBefore), 2.0);
-  search.distance = 4.0;
+  search.distance_si = 4.0;
   search.trigger = ProbeTrigger::kFirstRising;
   for (int again = 0; again < 2; ++again) {
     SCOPED_TRACE(again);
     ASSERT_EQ(line.finish(line.submit(search), 40'000).phase, RequestPhase::kDone);
     line.cycles(2500);
-    EXPECT_NEAR(line.load(), search.target, kAtRest) << "it stands at its mark, the backlash taken up";
+    EXPECT_NEAR(line.load(), search.target_si, kAtRest) << "it stands at its mark, the backlash taken up";
     for (const double target : {12.0, 10.0, 10.5, 4.0}) {
       line.go(target);
       EXPECT_NEAR(line.load(), target, kAtRest);
       EXPECT_NEAR(line.shown(), line.load(), 5e-4);
     }
-    line.go(search.target - 1.0);
+    line.go(search.target_si - 1.0);
   }
   line.expect_obedience();
 }

@@ -50,7 +50,7 @@ class CoupledLine : public SingleLine {
   }
   void run_master(double velocity, double acceleration = 200.0) {
     auto asked = request(AxisCommand::kMoveVelocity, velocity);
-    asked.acceleration = acceleration;
+    asked.acceleration_si = acceleration;
     ASSERT_NE(submit(asked, 0), 0U);
   }
 

@@ -131,7 +131,7 @@ TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
   const auto ask = [&](AxisCommand command, double target, ecat_master::BufferMode buffer) {
     ecat_master::AxisRequest request;
     request.command = command;
-    request.target = target;
+    request.target_si = target;
     request.buffer = buffer;
     for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NE(axes.submit(axis, request), 0U);
     operation.run(milliseconds{20});
@@ -456,7 +456,7 @@ TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
   const auto ask = [&axes](std::size_t axis, AxisCommand command, double target, ecat_master::BufferMode buffer = {}) {
     ecat_master::AxisRequest request;
     request.command = command;
-    request.target = target;
+    request.target_si = target;
     request.buffer = buffer;
     return axes.submit(axis, request) != 0;
   };

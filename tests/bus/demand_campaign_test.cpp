@@ -272,22 +272,22 @@ class Sequence {
     request.command = any_command(axes().axis_report(axis).state);
     request.buffer = static_cast<BufferMode>(pick(6));
     request.on = !chance(4);
-    request.target = number(-30.0, 30.0);
-    if (request.command == AxisCommand::kSetOverride) request.target = number(-0.1, 2.1);
+    request.target_si = number(-30.0, 30.0);
+    if (request.command == AxisCommand::kSetOverride) request.target_si = number(-0.1, 2.1);
     // With its load, the acceleration stays within the limits.
-    if (request.command == AxisCommand::kTorque) request.target = number(-0.15, 0.15);
+    if (request.command == AxisCommand::kTorque) request.target_si = number(-0.15, 0.15);
     request.mode = static_cast<std::int8_t>(7 + pick(4));
     request.trigger = std::array{ProbeTrigger::kFirstRising, ProbeTrigger::kFirstFalling, ProbeTrigger::kSecondRising,
                                  ProbeTrigger::kZeroPulse}[pick(4)];
-    request.distance = number(-8.0, 8.0);
+    request.distance_si = number(-8.0, 8.0);
     const bool by_drive = request.command >= AxisCommand::kDriveMoveAbsolute;
-    if (chance(2)) request.velocity = number(0.01, 50.0);
-    if (chance(3)) request.acceleration = number(50.0, 1000.0);
-    if (!by_drive && chance(3)) request.deceleration = number(50.0, 1000.0);
-    if (!by_drive && chance(3)) request.jerk = std::exp(number(8.0, 14.0));
+    if (chance(2)) request.velocity_si = number(0.01, 50.0);
+    if (chance(3)) request.acceleration_si = number(50.0, 1000.0);
+    if (!by_drive && chance(3)) request.deceleration_si = number(50.0, 1000.0);
+    if (!by_drive && chance(3)) request.jerk_si = std::exp(number(8.0, 14.0));
     // A drive stops at each of its targets.
     if (by_drive && blends(request.buffer)) request.buffer = BufferMode::kBuffered;
-    if (by_drive && scene_.interpolates) request.velocity = request.acceleration = 0.0;
+    if (by_drive && scene_.interpolates) request.velocity_si = request.acceleration_si = 0.0;
     asked_ = {axes().submit(axis, request), now_, request.command};
     if (request.command == AxisCommand::kMoveSuperimposed) may_halt_on_top(axis);
     keep_going();
@@ -309,7 +309,7 @@ class Sequence {
     const auto axis = runs_() % kAxes;
     AxisRequest request;
     request.command = AxisCommand::kDriveRun;
-    request.target = std::uniform_real_distribution(-40.0, 40.0)(runs_);
+    request.target_si = std::uniform_real_distribution(-40.0, 40.0)(runs_);
     ran_ = {axes().submit(axis, request), now_, request.command};
   }
 

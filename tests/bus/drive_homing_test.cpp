@@ -191,7 +191,7 @@ TEST(DriveHoming, InEveryCyclicModeComesBackToIt) {
     ASSERT_EQ(line.home().phase, RequestPhase::kDone);
     EXPECT_EQ(line.now().mode, mode);
     auto soft = move(0.0);
-    soft.acceleration = 600.0;
+    soft.acceleration_si = 600.0;
     EXPECT_EQ(line.ask(soft).phase, RequestPhase::kDone);
     line.cycles(2000);
     EXPECT_NEAR(line.revolutions(), kHomingCamLeft + home_offset(24) / 1048576.0, 0.01);

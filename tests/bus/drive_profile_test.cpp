@@ -56,12 +56,12 @@ INSTANTIATE_TEST_SUITE_P(OfDrives, EveryProfile, testing::Values(Variant::kMsd, 
 TEST(DriveProfile, VelocityAndRampsAreGivenWhereTheyAreMapped) {
   ProfileLine line(mapped_options());
   auto slow = by(3.0);
-  slow.velocity = 4.0;
-  slow.acceleration = 100.0;
+  slow.velocity_si = 4.0;
+  slow.acceleration_si = 100.0;
   const auto id = line.submit(slow);
   EXPECT_NEAR(line.fastest(6000), 4.0, 0.2);
   EXPECT_EQ(line.finish(id).phase, RequestPhase::kDone);
-  slow.deceleration = 100.0;
+  slow.deceleration_si = 100.0;
   EXPECT_EQ(line.ask(slow).error, AxisError::kMode) << "6084h is not mapped";
   const auto fast = line.submit(by(10.0));
   EXPECT_NEAR(line.fastest(6000), 50.0, 1.0) << "the limit of the axis";
@@ -144,9 +144,9 @@ TEST(DriveProfile, IsRefusedWithTheReason) {
   EXPECT_EQ(endless.ask(by(-12'900.0)).error, AxisError::kTooFar);
   EXPECT_EQ(endless.state(), PlcopenState::kStandstill);
   auto fast = to(1.0);
-  fast.velocity = 51.0;
+  fast.velocity_si = 51.0;
   EXPECT_EQ(line.ask(fast).error, AxisError::kOverLimit);
-  fast.velocity = 5.0;
+  fast.velocity_si = 5.0;
   EXPECT_EQ(line.ask(fast).error, AxisError::kMode) << "6081h is not mapped";
   line.submit(request(AxisCommand::kMoveVelocity, 1.0));
   line.cycles(100);

@@ -83,9 +83,9 @@ INSTANTIATE_TEST_SUITE_P(OfDrives, EverySetpointSet, testing::Values(Variant::kM
 TEST(SetpointSet, EachTargetHasItsVelocityWhereThatIsMapped) {
   ProfileLine line(mapped_options());
   auto first = by(1.0);
-  first.velocity = 4.0;
+  first.velocity_si = 4.0;
   auto second = then(by(3.0));
-  second.velocity = 20.0;
+  second.velocity_si = 20.0;
   const auto slow = line.submit(first);
   const auto fast = line.submit(second);
   double fastest = 0.0;

@@ -81,7 +81,7 @@ TEST(DriveVelocityMode, CountsOfTheDriveDecideWhatCanBeAsked) {
   EXPECT_EQ(line.ask(run_at(0.4 * kRpm)).error, AxisError::kVelocityCount) << "nothing would be left of it";
   EXPECT_EQ(line.ask(run_at(51.0)).error, AxisError::kOverLimit);
   auto ramped = run_at(10.0);
-  ramped.acceleration = 100.0;
+  ramped.acceleration_si = 100.0;
   EXPECT_EQ(line.ask(ramped).error, AxisError::kMode) << "its ramps are set in the drive";
   EXPECT_EQ(line.ask(run_at(std::numeric_limits<double>::infinity())).error, AxisError::kNotFinite);
   const auto still = line.submit(run_at(0.0));

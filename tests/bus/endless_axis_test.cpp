@@ -24,7 +24,7 @@ void append(RunOptions& options, std::uint8_t subindex, std::int32_t value) {
 
 /// In CST the motion of the axis includes the response of the master's loop to friction.
 AxisRequest soft(AxisRequest asked) {
-  asked.acceleration = asked.deceleration = 600.0;
+  asked.acceleration_si = asked.deceleration_si = 600.0;
   return asked;
 }
 

@@ -416,6 +416,17 @@ TEST(HiddenPdos, EndWhereTheListOfTheDriveEnds) {
                                     ": the list should have 2 elements, 1 are used");
 }
 
+TEST(HiddenPdos, EndWhereTheListEndsAlsoForATool) {
+  FixedDrive drive({{0x1C12, 2, SdoAbort::kSubindexDoesNotExist, Way::kRead}});
+  ASSERT_TRUE(drive.master().scan());
+  ASSERT_TRUE(drive.master().enter_pre_op());
+  ecat_master::CoeClient coe(*drive.master().mailbox(0));
+  const auto outputs = read_assigned_pdos(coe, 0x1C12);
+  ASSERT_EQ(sentence(outputs), "");
+  ASSERT_EQ(outputs->size(), 1U);
+  EXPECT_EQ(outputs->front().index, 0x1600);
+}
+
 TEST(NothingAssigned, IsNotedForADriveThatHasPdos) {
   FixedDrive drive({}, [](esi::DeviceDescription& device) {
     for (auto* pdos : {&device.rx_pdos, &device.tx_pdos}) {
@@ -526,7 +537,8 @@ TEST_P(PassingRefusal, OfSafeOpThatStaysIsNamedAfterThreeRequests) {
 INSTANTIATE_TEST_SUITE_P(Codes, PassingRefusal,
                          testing::Values(AlStatusCode::kUnspecifiedError, AlStatusCode::kNoValidInputs,
                                          AlStatusCode::kInvalidOutputConfiguration,
-                                         AlStatusCode::kInvalidInputConfiguration, AlStatusCode::kPllError,
+                                         AlStatusCode::kInvalidInputConfiguration, AlStatusCode::kInvalidInputMapping,
+                                         AlStatusCode::kInvalidOutputMapping, AlStatusCode::kPllError,
                                          AlStatusCode::kExternalHardwareNotReady, static_cast<AlStatusCode>(0x8042)));
 
 class LastingRefusal : public testing::TestWithParam<AlStatusCode> {};
@@ -540,9 +552,10 @@ TEST_P(LastingRefusal, OfSafeOpIsNotRepeated) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Codes, LastingRefusal,
-                         testing::Values(AlStatusCode::kNoValidFirmware, AlStatusCode::kInvalidWatchdogConfiguration,
-                                         AlStatusCode::kNeedsColdStart, AlStatusCode::kSyncModeNotSupported,
-                                         AlStatusCode::kDcSync0CycleTime));
+                         testing::Values(AlStatusCode::kNoValidFirmware, AlStatusCode::kInvalidSyncManagerConfiguration,
+                                         AlStatusCode::kInvalidSyncManagerTypes, AlStatusCode::kInconsistentSettings,
+                                         AlStatusCode::kInvalidWatchdogConfiguration, AlStatusCode::kNeedsColdStart,
+                                         AlStatusCode::kSyncModeNotSupported, AlStatusCode::kDcSync0CycleTime));
 
 TEST(PassingRefusalOfADrive, IsNotRepeatedWithoutRetries) {
   FixedDrive drive;

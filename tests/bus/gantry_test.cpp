@@ -273,7 +273,7 @@ TEST(Gantry, HomesTogetherAndIsSquareThen) {
   GantryLine line(settings);
   auto search = request(AxisCommand::kHomeByProbe, 100.0, 3.0);
   search.trigger = ProbeTrigger::kFirstRising;
-  search.distance = 4.0;
+  search.distance_si = 4.0;
   const auto id = line.submit(search);
   line.cycles(2000);
   EXPECT_EQ(line.ask(move(0.0)).error, AxisError::kNotAtRest) << "nothing begins meanwhile";
@@ -302,15 +302,15 @@ TEST(Gantry, WithoutAMarkHomingEndsAtRest) {
   line.cycles(1000);
   auto search = request(AxisCommand::kHomeByProbe, 0.0, 5.0);
   search.trigger = ProbeTrigger::kFirstRising;
-  search.distance = -1.0;
+  search.distance_si = -1.0;
   EXPECT_EQ(line.ask(search).error, AxisError::kNoEdge);
   EXPECT_EQ(line.state(), PlcopenState::kStandstill);
-  search.distance = 4.0;
+  search.distance_si = 4.0;
   const auto id = line.submit(search);
   line.cycles(1000);
   EXPECT_EQ(line.ask(request(AxisCommand::kHalt)).phase, RequestPhase::kDone);
   EXPECT_EQ(line.phase(id), RequestPhase::kAborted);
-  search.distance = 0.0;
+  search.distance_si = 0.0;
   EXPECT_EQ(line.ask(search).error, AxisError::kNothingToDo);
   EXPECT_EQ(line.ask(move(1.0, 10.0)).phase, RequestPhase::kDone);
   line.expect_obedience();

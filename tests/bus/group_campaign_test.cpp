@@ -148,7 +148,7 @@ class GroupSequence {
     AxisRequest request;
     request.command = kAsked[pick(kAsked.size())];
     request.on = chance(2);
-    request.target = number(-20.0, 20.0);
+    request.target_si = number(-20.0, 20.0);
     static_cast<void>(line_.axes().submit(pick(kAxes), request));
   }
   void fail() {

@@ -71,8 +71,8 @@ class EncoderLine : public SingleLine {
   [[nodiscard]] CouplingState coupled() const { return couplings->report(0).state; }
   void run_master(double velocity, double acceleration = 200.0) {
     auto asked = request(AxisCommand::kMoveVelocity, velocity);
-    asked.acceleration = acceleration;
-    asked.jerk = 4000.0;
+    asked.acceleration_si = acceleration;
+    asked.jerk_si = 4000.0;
     ASSERT_NE(submit(asked, 1), 0U);
   }
   /// Difference between the positions that both drives have reported in the same frame.

@@ -84,8 +84,8 @@ TEST(MoveDirection, OfAnAxisThatMovesIsKeptWithoutTurningRound) {
     line.cycles(300 + static_cast<int>(number(0.0, 400.0)));
     const double from = line.setpoint();
     auto asked = place(number(0.0, kModulo), run % 3 == 0 ? MoveDirection::kNegative : MoveDirection::kPositive);
-    asked.deceleration = number(200.0, 1000.0);
-    if (run % 2 == 0) asked.jerk = number(1e4, 1e6);
+    asked.deceleration_si = number(200.0, 1000.0);
+    if (run % 2 == 0) asked.jerk_si = number(1e4, 1e6);
     const auto id = line.submit(asked);
     double highest = from;
     double last = from;
@@ -97,7 +97,7 @@ TEST(MoveDirection, OfAnAxisThatMovesIsKeptWithoutTurningRound) {
       highest = std::max(highest, last);
     }
     ASSERT_EQ(line.phase(id), RequestPhase::kDone);
-    EXPECT_NEAR(std::remainder(last - asked.target, kModulo), 0.0, kHair);
+    EXPECT_NEAR(std::remainder(last - asked.target_si, kModulo), 0.0, kHair);
     if (asked.direction == MoveDirection::kPositive) {
       EXPECT_LT(back, kHair) << "it never goes back";
     } else {

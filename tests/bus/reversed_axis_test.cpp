@@ -26,7 +26,7 @@ RunOptions reversed_options(Mode mode = Mode::kCyclicPosition) {
 
 /// In CST the motion of the axis includes the response of the master's loop to friction.
 AxisRequest gentle(AxisRequest asked) {
-  asked.acceleration = asked.deceleration = 600.0;
+  asked.acceleration_si = asked.deceleration_si = 600.0;
   return asked;
 }
 
@@ -145,7 +145,7 @@ TEST(ReversedDrive, OffsetsAndTorqueLimitsHaveTheSignOfTheAxis) {
 TEST(ReversedDrive, ATorqueHasTheDirectionOfTheAxis) {
   ReversedLine line;
   auto pull = request(AxisCommand::kTorque, 0.2, 10.0);
-  pull.acceleration = 5.0;
+  pull.acceleration_si = 5.0;
   line.submit(pull);
   double fastest = 0.0;
   for (int i = 0; i < 4000; ++i) {

@@ -114,10 +114,10 @@ TEST(SingleAxis, RequestsAreRefusedWithTheReason) {
   EXPECT_EQ(refused(move(1.0, 51.0)), AxisError::kOverLimit);
   EXPECT_EQ(refused(request(AxisCommand::kMoveVelocity, 50.1)), AxisError::kOverLimit);
   auto hard = move(1.0);
-  hard.acceleration = 1001.0;
+  hard.acceleration_si = 1001.0;
   EXPECT_EQ(refused(hard), AxisError::kOverLimit);
-  hard.acceleration = 0.0;
-  hard.deceleration = 1001.0;
+  hard.acceleration_si = 0.0;
+  hard.deceleration_si = 1001.0;
   EXPECT_EQ(refused(hard), AxisError::kOverLimit);
   EXPECT_EQ(refused(request(AxisCommand::kSetOverride, 2.1)), AxisError::kOverLimit);
   EXPECT_EQ(refused(request(AxisCommand::kSetOverride, -0.1)), AxisError::kOverLimit);

@@ -165,7 +165,7 @@ class StreamLine {
   void ask(std::size_t axis, AxisCommand command, double target = 0.0) {
     ecat_master::AxisRequest request;
     request.command = command;
-    request.target = target;
+    request.target_si = target;
     ASSERT_NE(operation.single_axes().submit(axis, request), 0U);
   }
   /// Makes the session of a client, which takes over its axes from any owner. It does not belong to the cycle yet.
@@ -428,7 +428,7 @@ TEST(Stream, AnAxisElsewhereOrInMotionIsBroughtOntoTheStream) {
   line.let_in(2);
   ecat_master::AxisRequest jog;
   jog.command = AxisCommand::kMoveVelocity;
-  jog.target = -20.0;
+  jog.target_si = -20.0;
   static_cast<void>(line.operation.single_axes().submit(0, jog));
   for (int i = 0; i < 800; ++i) {
     line.client->say(stream::RecordKind::kHeartbeat);

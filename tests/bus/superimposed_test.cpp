@@ -134,7 +134,7 @@ TEST(Superimposed, OnAVelocityThatSlowsDownTheSumKeepsTheLimits) {
   for (const bool lost : {false, true}) {
     RunningLine line(48.0);
     auto slower = request(AxisCommand::kMoveVelocity, 10.0);
-    slower.acceleration = 100.0;
+    slower.acceleration_si = 100.0;
     line.submit(slower);
     const auto id = line.submit(on_top(8.0));
     line.cycles(300);

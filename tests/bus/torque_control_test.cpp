@@ -15,7 +15,7 @@ namespace {
 
 AxisRequest torque(double target, double velocity = 0.0, double ramp = 0.0) {
   auto made = request(AxisCommand::kTorque, target, velocity);
-  made.acceleration = ramp;
+  made.acceleration_si = ramp;
   return made;
 }
 
@@ -229,7 +229,7 @@ TEST(SoftwareLimits, AWayThatLeavesThemIsRefusedAndTheOldOneGoesOn) {
   line.cycles(600);
   ASSERT_GT(line.axes().axis_report(0).velocity, 30.0);
   auto soft = move(4.9, 50.0);
-  soft.deceleration = 200.0;
+  soft.deceleration_si = 200.0;
   EXPECT_EQ(line.ask(soft).error, AxisError::kOutsideRange) << "it could not stop before 5";
   EXPECT_EQ(line.finish(way).phase, RequestPhase::kDone);
 }

@@ -51,15 +51,15 @@ RunOptions probe_options(Variant variant = Variant::kMsd) {
 AxisRequest probe(ProbeTrigger trigger, double first = 0.0, double last = 0.0) {
   auto made = request(AxisCommand::kTouchProbe);
   made.trigger = trigger;
-  made.window_first = first;
-  made.window_last = last;
+  made.window_first_si = first;
+  made.window_last_si = last;
   return made;
 }
 
 AxisRequest search(ProbeTrigger trigger, double distance, double velocity, double name = 0.0) {
   auto made = request(AxisCommand::kHomeByProbe, name, velocity);
   made.trigger = trigger;
-  made.distance = distance;
+  made.distance_si = distance;
   return made;
 }
 
@@ -227,7 +227,7 @@ TEST_P(EverySearch, ComesToRestAtItsHome) {
     // In CST the axis is judged by its actual motion.
     const double soft = mode == 10 ? 600.0 : 0.0;
     auto asked = search(ProbeTrigger::kFirstRising, 8.0, velocity, 50.0);
-    asked.acceleration = soft;
+    asked.acceleration_si = soft;
     const auto id = line.submit(asked);
     line.cycles(100);
     EXPECT_EQ(line.state(), PlcopenState::kHoming);
@@ -238,7 +238,7 @@ TEST_P(EverySearch, ComesToRestAtItsHome) {
     EXPECT_NEAR(line.now().position, 50.0, 0.02);
     EXPECT_NEAR(line.drives.drive(0).position_rad(), kCloses, tolerance(velocity) + 0.02);
     auto away = move(49.0);
-    away.acceleration = soft;
+    away.acceleration_si = soft;
     EXPECT_EQ(line.ask(away).phase, RequestPhase::kDone);
     EXPECT_NEAR(line.axes().setpoints()[0].position, kCloses - 1.0, tolerance(velocity));
     line.expect_obedience();

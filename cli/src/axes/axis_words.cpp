@@ -174,15 +174,15 @@ class RequestReader {
       case AxisCommand::kMoveAbsolute:
       case AxisCommand::kSetPosition:
       case AxisCommand::kDriveMoveAbsolute:
-        return take(request_.target, Quantity::kPosition, word, "position");
+        return take(request_.target_si, Quantity::kPosition, word, "position");
       case AxisCommand::kHomeByProbe:
-        return take(request_.distance, Quantity::kPosition, word, "distance");
+        return take(request_.distance_si, Quantity::kPosition, word, "distance");
       case AxisCommand::kMoveVelocity:
       case AxisCommand::kDriveMoveVelocity:
       case AxisCommand::kDriveRun:
-        return take(request_.target, Quantity::kVelocity, word, "velocity");
+        return take(request_.target_si, Quantity::kVelocity, word, "velocity");
       case AxisCommand::kTorque:
-        return take(request_.target, Quantity::kTorque, word, "torque");
+        return take(request_.target_si, Quantity::kTorque, word, "torque");
       case AxisCommand::kSetOverride:
         return read_override(word);
       default:
@@ -195,7 +195,7 @@ class RequestReader {
     const bool percent = word.ends_with('%');
     const auto value = runtime::finite_number(word.substr(0, word.size() - (percent ? 1 : 0)));
     if (!value) return misused(fmt::format("override \"{}\": a factor such as 50% or 0.5 is expected", word));
-    request_.target = percent ? *value / kPercent : *value;
+    request_.target_si = percent ? *value / kPercent : *value;
     return {};
   }
 
@@ -215,22 +215,22 @@ class RequestReader {
     const bool torque = verb_.command == AxisCommand::kTorque;
     if (moves(verb_.command)) {
       if (name == "velocity" && verb_.command != AxisCommand::kMoveVelocity)
-        return take(request_.velocity, Quantity::kVelocity, value, name);
+        return take(request_.velocity_si, Quantity::kVelocity, value, name);
       if (name == "acceleration")
-        return take(request_.acceleration, torque ? Quantity::kTorqueRate : Quantity::kAcceleration, value, name);
-      if (name == "deceleration") return take(request_.deceleration, Quantity::kAcceleration, value, name);
-      if (name == "jerk") return take(request_.jerk, Quantity::kJerk, value, name);
+        return take(request_.acceleration_si, torque ? Quantity::kTorqueRate : Quantity::kAcceleration, value, name);
+      if (name == "deceleration") return take(request_.deceleration_si, Quantity::kAcceleration, value, name);
+      if (name == "jerk") return take(request_.jerk_si, Quantity::kJerk, value, name);
       if (name == "buffer" && verb_.command != AxisCommand::kHomeByProbe) return read_buffer(kBufferModes, value);
     }
     if (ramps_by_drive(verb_.command)) {
       const bool position = verb_.command == AxisCommand::kDriveMoveAbsolute;
-      if (name == "velocity" && position) return take(request_.velocity, Quantity::kVelocity, value, name);
+      if (name == "velocity" && position) return take(request_.velocity_si, Quantity::kVelocity, value, name);
       if (name == "buffer" && position) return read_buffer(kDriveBufferModes, value);
-      if (name == "acceleration") return take(request_.acceleration, Quantity::kAcceleration, value, name);
-      if (name == "deceleration") return take(request_.deceleration, Quantity::kAcceleration, value, name);
+      if (name == "acceleration") return take(request_.acceleration_si, Quantity::kAcceleration, value, name);
+      if (name == "deceleration") return take(request_.deceleration_si, Quantity::kAcceleration, value, name);
     }
     if (verb_.command == AxisCommand::kHomeByProbe && name == "at")
-      return take(request_.target, Quantity::kPosition, value, name);
+      return take(request_.target_si, Quantity::kPosition, value, name);
     if (verb_.command == AxisCommand::kTouchProbe && (name == "from" || name == "to")) return read_window(name, value);
     if (verb_.command == AxisCommand::kMoveAbsolute && name == "direction")
       return choose(std::span<const MoveDirection>(kDirections), name, value, request_.direction);
@@ -249,13 +249,13 @@ class RequestReader {
   [[nodiscard]] Outcome<void> read_window(std::string_view name, std::string_view value) {
     const bool first = name == "from";
     (first ? window_first_ : window_last_) = true;
-    return take(first ? request_.window_first : request_.window_last, Quantity::kPosition, value, name);
+    return take(first ? request_.window_first_si : request_.window_last_si, Quantity::kPosition, value, name);
   }
 
   [[nodiscard]] Outcome<void> relative(AxisCommand command, std::string_view value) {
     operand_ = true;
     request_.command = command;
-    return take(request_.target, Quantity::kPosition, value, "distance");
+    return take(request_.target_si, Quantity::kPosition, value, "distance");
   }
 
   /// Returns the choice that `value` names.

@@ -17,6 +17,7 @@
 #include "line/mailbox_registers.hpp"
 #include "text/json_text.hpp"
 #include "text/plots.hpp"
+#include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -28,6 +29,8 @@ using std::chrono::nanoseconds;
 /// Interval between two readings of the clock differences.
 constexpr auto kReadInterval = milliseconds{5};
 constexpr double kDefaultSeconds = 3.0;
+/// The other columns of the table leave this to a name.
+constexpr std::size_t kNameColumns = 11;
 /// Cycle of the master without a file: only the clocks depend on it, and its lock window, a hundredth of it, is wide
 /// enough for the wake-ups of an ordinary machine.
 constexpr auto kDefaultPeriod = milliseconds{1};
@@ -242,27 +245,29 @@ class ClockSession {
 
   [[nodiscard]] std::string table(const std::map<std::string, std::filesystem::path>& files) {
     auto& watch = *master_.clock_watch();
-    auto text = fmt::format("{:>3} {:<10} {:>6} {:>3} {:>8} {:<9} {:>20} {:>6} {:>6}\n", "pos", "name", "clock", "ref",
+    auto text = fmt::format("{:>3} {:<11} {:>6} {:>3} {:>8} {:<9} {:>20} {:>6} {:>6}\n", "pos", "name", "clock", "ref",
                             "delay ns", "", "offset ns", "now ns", "max ns");
     const auto list = names();
     for (std::size_t i = 0; i < list.size(); ++i) {
       const auto& clock = watch.clocks().slaves[i];
       if (!clock.present) {
-        text += fmt::format("{:>3} {:<10} {:>6}\n", i, list[i], "none");
+        text += fmt::format("{:>3} {:<11} {:>6}\n", i, shortened(list[i], kNameColumns), "none");
         continue;
       }
-      text += fmt::format(
-          "{:>3} {:<10} {:>6} {:>3} {:>8} {:<9} {:>20} {:>6} {:>6}\n", i, list[i], clock.wide ? "64 bit" : "32 bit",
-          i == watch.clocks().reference ? "*" : "", static_cast<std::int32_t>(clock.delay), to_text(clock.quality),
-          static_cast<std::int64_t>(clock.offset), clock.difference.count(), watch.differences(i).max().count());
+      text += fmt::format("{:>3} {:<11} {:>6} {:>3} {:>8} {:<9} {:>20} {:>6} {:>6}\n", i,
+                          shortened(list[i], kNameColumns), clock.wide ? "64 bit" : "32 bit",
+                          i == watch.clocks().reference ? "*" : "", static_cast<std::int32_t>(clock.delay),
+                          to_text(clock.quality), static_cast<std::int64_t>(clock.offset), clock.difference.count(),
+                          watch.differences(i).max().count());
       text += signal_line(clock.signals, margin_of(i));
     }
     const double cycle_us = std::chrono::duration<double, std::micro>(period()).count();
     text += status_.locked
-                ? fmt::format(
-                      "\nthe cycle of {} us is locked to the reference clock, which runs {:+.2f} ppm relative to this "
-                      "machine; phase {:+.0f} ns\n",
-                      cycle_us, ppm(), status_.mean_error_ns)
+                ? '\n' +
+                      wrapped("", fmt::format("the cycle of {} us is locked to the reference clock, which runs "
+                                              "{:+.2f} ppm relative to this machine; phase {:+.0f} ns",
+                                              cycle_us, ppm(), status_.mean_error_ns)) +
+                      '\n'
                 : fmt::format("\nthe cycle of {} us is NOT LOCKED to the reference clock, whose speed is not known\n",
                               cycle_us);
     for (const auto& [key, path] : files) text += fmt::format("  {:<14}{}\n", key, path.string());

@@ -11,6 +11,7 @@
 #include "line/line_check.hpp"
 #include "text/json_text.hpp"
 #include "text/line_description.hpp"
+#include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -25,14 +26,20 @@ struct ScanOptions {
 };
 
 std::string table(std::span<const SlaveView> slaves) {
-  std::string text = fmt::format("{:>4} {:>8} {:>6}  {:>10} {:>10} {:>10} {:>10}  {}\n", "pos", "address", "alias",
-                                 "vendor", "product", "revision", "serial", "name");
+  // Names get what the other columns leave of a terminal. A sentence about a slave is complete.
+  std::size_t serial = std::string_view("serial").size();
   for (const auto& view : slaves) {
-    text += fmt::format("{:>4}   0x{:04X} {:>6}  ", view.slave.ref.position, view.slave.ref.station, view.slave.alias);
+    if (view.sii) serial = std::max(serial, std::to_string(view.sii->serial_number).size());
+  }
+  std::string text = fmt::format("{:>3} {:>7} {:>5} {:>10} {:>10} {:>10} {:>{}} {}\n", "pos", "address", "alias",
+                                 "vendor", "product", "revision", "serial", serial, "name");
+  const auto left = text.find("name");
+  for (const auto& view : slaves) {
+    text += fmt::format("{:>3}  0x{:04X} {:>5} ", view.slave.ref.position, view.slave.ref.station, view.slave.alias);
     if (view.sii) {
-      text +=
-          fmt::format("0x{:08X} 0x{:08X} 0x{:08X} {:>10}  {}\n", view.sii->vendor_id, view.sii->product_code,
-                      view.sii->revision, view.sii->serial_number, view.trouble.empty() ? view.name() : view.trouble);
+      text += fmt::format("0x{:08X} 0x{:08X} 0x{:08X} {:>{}} {}\n", view.sii->vendor_id, view.sii->product_code,
+                          view.sii->revision, view.sii->serial_number, serial,
+                          view.trouble.empty() ? shortened(view.name(), kTextColumns - left) : view.trouble);
     } else {
       text += view.trouble + "\n";
     }

@@ -14,6 +14,7 @@
 #include "text/image_view.hpp"
 #include "text/input_values.hpp"
 #include "text/machine_json.hpp"
+#include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -97,12 +98,17 @@ struct Absences {
   }
 };
 
+/// An event in lines of a terminal, further ones indented below the sentence.
+std::string event_lines(const runtime::Event& event, bool increments) {
+  const auto seconds = std::chrono::duration<double>(event.time.value_or(std::chrono::nanoseconds{0})).count();
+  return wrapped(fmt::format("  {:.3f} s ", seconds), runtime::describe(event, increments)) + '\n';
+}
+
 std::string events_to_text(const runtime::RunReport& report) {
   std::string text;
   Absences absences;
   for (const auto& event : report.events) {
-    if (event.time && !absences.add(event))
-      text += fmt::format("  {}\n", runtime::describe_with_time(event, report.increments));
+    if (event.time && !absences.add(event)) text += event_lines(event, report.increments);
   }
   if (absences.count == 0) return text;
   const auto ms = [](std::chrono::nanoseconds time) { return static_cast<double>(time.count()) / 1e6; };
@@ -134,15 +140,17 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
 /// Following errors in the units of the axes, those reported by the drives and, if requested, increments.
 std::string axes_to_text(const std::vector<runtime::AxisRunReport>& axes, bool increments) {
   std::size_t widest = std::string_view("following error").size();
-  for (const auto& axis : axes) widest = std::max(widest, axis.name.size());
+  // With the value of the drive, the table is as wide as a terminal.
+  constexpr std::size_t kWidestName = 17;
+  for (const auto& axis : axes) widest = std::clamp(axis.name.size(), widest, kWidestName);
   auto text = fmt::format("\n  {:<{}}{:>6}{:>15}{:>14}\n", "following error", widest, "slave", "maximum", "RMS");
   for (const auto& axis : axes) {
     const auto shown = [&axis](double length) {
       return fmt::format("{:.4g} {}", length / axis.increments_per_unit, axis.unit);
     };
-    text +=
-        fmt::format("  {:<{}}{:>6}{:>15}{:>14}", axis.name, widest, axis.slave ? fmt::format("{}", *axis.slave) : "-",
-                    shown(axis.following_error_max), shown(axis.following_error_rms));
+    text += fmt::format("  {:<{}}{:>6}{:>15}{:>14}", shortened(axis.name, kWidestName), widest,
+                        axis.slave ? fmt::format("{}", *axis.slave) : "-", shown(axis.following_error_max),
+                        shown(axis.following_error_rms));
     if (increments)
       text += fmt::format("{:>14.1f} inc{:>14.2f} inc", axis.following_error_max, axis.following_error_rms);
     if (axis.by_drive) {
@@ -363,7 +371,7 @@ std::string to_text(const runtime::RunReport& report) {
   if (report.events_left_out > 0)
     text +=
         fmt::format("  {} more events between the first and the last ones are not stored\n", report.events_left_out);
-  for (const auto& fault : faults_of(report)) text += fmt::format("  fault: {}\n", fault);
+  for (const auto& fault : faults_of(report)) text += wrapped("  fault: ", fault) + '\n';
   for (const auto& [key, path] : report.files) text += fmt::format("  {:<22}{}\n", key, path.string());
   return text;
 }

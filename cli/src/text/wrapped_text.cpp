@@ -25,4 +25,15 @@ std::string wrapped(std::string_view prefix, std::string_view text) {
   return lines;
 }
 
+std::string shortened(std::string_view text, std::size_t columns) {
+  constexpr std::string_view kRest = "...";
+  // A character of UTF-8 has one byte that is not 10xxxxxx.
+  const auto begins = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; };
+  if (static_cast<std::size_t>(std::count_if(text.begin(), text.end(), begins)) <= columns) return std::string(text);
+  std::size_t characters = 0;
+  const auto end = std::find_if(text.begin(), text.end(),
+                                [&](char byte) { return begins(byte) && ++characters > columns - kRest.size(); });
+  return std::string(text.begin(), end).append(kRest);
+}
+
 }  // namespace driveline::cli

@@ -13,4 +13,8 @@ inline constexpr std::size_t kTextColumns = 80;
 /// length of `prefix`. No line feed at the end.
 [[nodiscard]] std::string wrapped(std::string_view prefix, std::string_view text);
 
+/// `text`, for a column of a table: if it has more than `columns` characters, its begin and "...". `columns`: at
+/// least 4.
+[[nodiscard]] std::string shortened(std::string_view text, std::size_t columns);
+
 }  // namespace driveline::cli

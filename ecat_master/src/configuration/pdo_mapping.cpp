@@ -58,7 +58,10 @@ Result<std::vector<PdoMapping>> read_assigned_pdos(CoeClient& coe, std::uint16_t
   std::vector<PdoMapping> pdos;
   for (unsigned i = 1; i <= *count; ++i) {
     const auto index = coe.upload_as<std::uint16_t>(assignment, static_cast<std::uint8_t>(i));
+    // A list may end before the number of its elements, and have unused ones, which are 0.
+    if (!index && i > 1 && index.error().is<facts::SdoAbort>()) break;
     if (!index) return tl::unexpected(index.error());
+    if (*index == 0) continue;
     const auto objects = coe.upload_as<std::uint8_t>(*index, 0);
     if (!objects) return tl::unexpected(objects.error());
     PdoMapping pdo;

@@ -342,7 +342,7 @@ std::uint64_t Couplings::engage_at(std::size_t slave, const trajectory::Coupling
 std::uint64_t Couplings::disengage(std::size_t slave) noexcept {
   const auto* const feed = find(slave);
   if (feed == nullptr || feed->report().state == CouplingState::kIdle) return 0;
-  return axes_.submit(slave, {.command = AxisCommand::kMoveVelocity, .target = feed->velocity()});
+  return axes_.submit(slave, {.command = AxisCommand::kMoveVelocity, .target_si = feed->velocity()});
 }
 
 std::uint64_t Couplings::shift_phase(std::size_t slave, double offset, bool relative,

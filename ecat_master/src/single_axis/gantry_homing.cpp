@@ -8,10 +8,11 @@ namespace driveline::ecat_master {
 AxisError Gantry::refusal_of_homing(const AxisRequest& request) const noexcept {
   if (phase_ != Phase::kFormed) return AxisError::kNotEnabled;
   if (leader_.state() != PlcopenState::kStandstill || !offset_.finished()) return AxisError::kNotAtRest;
-  if (!std::isfinite(request.distance) || !std::isfinite(request.target)) return AxisError::kNotFinite;
+  if (!std::isfinite(request.distance_si) || !std::isfinite(request.target_si)) return AxisError::kNotFinite;
   const auto& config = leader_.axis().config();
-  if (!representable(config, request.distance) || !representable(config, request.target)) return AxisError::kTooFar;
-  if (!(std::abs(request.distance) > 0.0)) return AxisError::kNothingToDo;
+  if (!representable(config, request.distance_si) || !representable(config, request.target_si))
+    return AxisError::kTooFar;
+  if (!(std::abs(request.distance_si) > 0.0)) return AxisError::kNothingToDo;
   for (const auto* const axis : {&leader_, &follower_}) {
     if (!axis->axis().probe().possible(request.trigger)) return AxisError::kProbeObjects;
   }
@@ -55,7 +56,7 @@ void Gantry::advance_homing() noexcept {
       if (leader_.axis().probe().phase() < armed || follower_.axis().probe().phase() < armed) return;
       auto way = homing_request_;
       way.command = AxisCommand::kMoveRelative;
-      way.target = way.distance;
+      way.target_si = way.distance_si;
       search_ = ask(leader_, way);
       homing_ = Homing::kSearching;
       return;
@@ -65,7 +66,7 @@ void Gantry::advance_homing() noexcept {
       if (over(probes_) && error_of(probes_) == AxisError::kNone) {
         auto back = homing_request_;
         back.command = AxisCommand::kMoveAbsolute;
-        back.target = leader_.recorded().position;
+        back.target_si = leader_.recorded().position;
         search_ = ask(leader_, back);
         homing_ = Homing::kReturning;
         return;
@@ -97,8 +98,8 @@ void Gantry::name_marks() noexcept {
   const double mark = leader_.recorded().position - leader_.position_offset();
   const double other = follower_.recorded().position - follower_.position_offset();
   square_at_ = other - mark + settings_.offset;
-  leader_.set_home(homing_request_.target - mark);
-  follower_.set_home(homing_request_.target - mark - *square_at_);
+  leader_.set_home(homing_request_.target_si - mark);
+  follower_.set_home(homing_request_.target_si - mark - *square_at_);
 }
 
 }  // namespace driveline::ecat_master

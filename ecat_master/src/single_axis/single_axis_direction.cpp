@@ -13,7 +13,7 @@ double SingleAxis::place_of(const AxisRequest& request, const AxisSetpoint& from
   const auto& config = axis_->config();
   const double modulo = *config.modulo;
   const double rest = resting_place(request, from);
-  const double nearest = std::remainder(request.target - offset_ - rest, modulo);
+  const double nearest = std::remainder(request.target_si - offset_ - rest, modulo);
   // An axis that is already there, apart from rounding, does not make a full turn.
   const double nothing = 0.5 / config.increments_per_unit;
   if (request.direction == MoveDirection::kPositive && nearest < -nothing) return rest + nearest + modulo;

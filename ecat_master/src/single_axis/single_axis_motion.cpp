@@ -45,7 +45,7 @@ PlcopenState state_of(AxisCommand command) noexcept {
 }  // namespace
 
 double SingleAxis::velocity_of(const AxisRequest& request) const noexcept {
-  return or_else(request.velocity, axis_->config().limits.max_velocity);
+  return or_else(request.velocity_si, axis_->config().limits.max_velocity);
 }
 
 trajectory::ProfileLimits SingleAxis::full_limits() const noexcept {
@@ -66,8 +66,8 @@ trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, doub
   const double most = axis_->config().limits.max_velocity;
   const double velocity = std::clamp(velocity_of(request) * override_, 0.0, most);
   const double most_acceleration = limits.max_acceleration;
-  const double faster = std::min(or_else(request.acceleration, most_acceleration), most_acceleration);
-  const double slower = std::min(or_else(request.deceleration, faster), most_acceleration);
+  const double faster = std::min(or_else(request.acceleration_si, most_acceleration), most_acceleration);
+  const double slower = std::min(or_else(request.deceleration_si, faster), most_acceleration);
   limits.max_velocity = velocity;
   limits.min_velocity = -velocity;
   limits.max_acceleration = way >= 0.0 ? faster : slower;
@@ -79,7 +79,7 @@ trajectory::ProfileLimits SingleAxis::limits_of(const AxisRequest& request, doub
 /// Jerk limit of a motion. An axis with high acceleration would exceed max_velocity at this jerk; the velocity has
 /// precedence.
 double SingleAxis::jerk_of(const AxisRequest& request, const AxisSetpoint& now) const noexcept {
-  const double asked = or_else(request.jerk, axis_->config().max_jerk.value_or(kNoJerkLimit));
+  const double asked = or_else(request.jerk_si, axis_->config().max_jerk.value_or(kNoJerkLimit));
   const double most = axis_->config().limits.max_velocity;
   const double room = now.acceleration > 0.0 ? most - now.velocity : most + now.velocity;
   const double needed = 0.5 * now.acceleration * now.acceleration * kALittleMore;
@@ -89,11 +89,11 @@ double SingleAxis::jerk_of(const AxisRequest& request, const AxisSetpoint& now) 
 double SingleAxis::target_of(const AxisRequest& request, const AxisSetpoint& from, double last_target) const noexcept {
   switch (request.command) {
     case AxisCommand::kMoveAbsolute:
-      return request.direction == MoveDirection::kNone ? request.target - offset_ : place_of(request, from);
+      return request.direction == MoveDirection::kNone ? request.target_si - offset_ : place_of(request, from);
     case AxisCommand::kMoveAdditive:
-      return last_target + request.target;
+      return last_target + request.target_si;
     default:
-      return from.position + request.target;
+      return from.position + request.target_si;
   }
 }
 
@@ -166,7 +166,7 @@ void SingleAxis::replan() noexcept {
 double SingleAxis::velocity_below() noexcept {
   const double limit = axis_->config().limits.max_velocity;
   const double most = superimposed_ ? std::max(limit - on_top_velocity_, 0.0) : limit;
-  const double wanted = std::clamp(active_->request.target * override_, -limit, limit);
+  const double wanted = std::clamp(active_->request.target_si * override_, -limit, limit);
   held_back_ = std::abs(wanted) > most * kALittleMore;
   return std::clamp(wanted, -most, most);
 }
@@ -221,7 +221,7 @@ AxisError SingleAxis::refusal_of_motion(const Move& move) const noexcept {
   const auto& from = generator_.state();
   switch (move.request.command) {
     case AxisCommand::kMoveVelocity:
-      if (range && !(move.request.target > 0.0 ? from.position < range->max : from.position > range->min))
+      if (range && !(move.request.target_si > 0.0 ? from.position < range->max : from.position > range->min))
         return AxisError::kOutsideRange;
       return velocity_in_time(move.request) ? AxisError::kNone : AxisError::kTooLong;
     case AxisCommand::kStop:
@@ -254,7 +254,7 @@ std::optional<trajectory::Profile> SingleAxis::way_to(double target, const AxisR
 /// Whether a motion at a velocity reaches it, and then the end of the range, in the time that a profile may last.
 bool SingleAxis::velocity_in_time(const AxisRequest& request) const noexcept {
   const double most = axis_->config().limits.max_velocity;
-  const double velocity = std::clamp(request.target * override_, -most, most);
+  const double velocity = std::clamp(request.target_si * override_, -most, most);
   const auto limits = run_limits(request, velocity);
   const auto& from = generator_.state();
   const auto end = end_of_run(velocity);
@@ -284,7 +284,7 @@ bool SingleAxis::leaves_range(const AxisSetpoint& from) const noexcept {
 /// Limits of a stop or a halt, which specifies its own deceleration.
 trajectory::ProfileLimits SingleAxis::rest_limits(const AxisRequest& request) const noexcept {
   const double most = most_acceleration();
-  const double braking = std::min(or_else(request.deceleration, most), most);
+  const double braking = std::min(or_else(request.deceleration_si, most), most);
   return trajectory::ProfileLimits::symmetric(axis_->config().limits.max_velocity, braking,
                                               jerk_of(request, generator_.state()));
 }

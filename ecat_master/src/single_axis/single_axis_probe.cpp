@@ -13,23 +13,23 @@ constexpr std::chrono::milliseconds kProbeReaction{500};
 
 /// Equal ends accept every position.
 bool in_window(const AxisRequest& asked, double position) noexcept {
-  const auto [low, high] = std::minmax(asked.window_first, asked.window_last);
+  const auto [low, high] = std::minmax(asked.window_first_si, asked.window_last_si);
   return !(low < high) || (position >= low && position <= high);
 }
 
 }  // namespace
 
 AxisError SingleAxis::refusal_of_probe(const AxisRequest& request) const noexcept {
-  const bool finite =
-      std::isfinite(request.window_first) && std::isfinite(request.window_last) && std::isfinite(request.distance);
+  const bool finite = std::isfinite(request.window_first_si) && std::isfinite(request.window_last_si) &&
+                      std::isfinite(request.distance_si);
   if (!finite) return AxisError::kNotFinite;
-  for (const double position : {request.window_first, request.window_last, request.distance}) {
+  for (const double position : {request.window_first_si, request.window_last_si, request.distance_si}) {
     if (!representable(axis_->config(), position)) return AxisError::kTooFar;
   }
   if (!axis_->probe().possible(request.trigger)) return AxisError::kProbeObjects;
   if (request.command == AxisCommand::kTouchProbe) return AxisError::kNone;
-  if (!(std::abs(request.distance) > 0.0)) return AxisError::kNothingToDo;
-  const double end = generator_.state().position + request.distance;
+  if (!(std::abs(request.distance_si) > 0.0)) return AxisError::kNothingToDo;
+  const double end = generator_.state().position + request.distance_si;
   if (!in_range(end)) return AxisError::kOutsideRange;
   return !(override_ > 0.0) || way_to(end, request) ? AxisError::kNone : AxisError::kTooLong;
 }
@@ -99,7 +99,7 @@ void SingleAxis::advance_search() noexcept {
   if (search_ == Search::kSearching) return;
   if (probe.phase() == TouchProbe::Phase::kArmed) {
     search_ = Search::kSearching;
-    active_->target = generator_.state().position + active_->request.distance;
+    active_->target = generator_.state().position + active_->request.distance_si;
     return replan();
   }
   if (!exceeded(probe_since_, kProbeReaction)) return;
@@ -120,8 +120,8 @@ bool SingleAxis::arrive_in_search() noexcept {
 /// be taken up.
 bool SingleAxis::name_home() noexcept {
   const auto& asked = active_->request;
-  const auto homed = axis_->home({home_, setpoint_.position}, asked.target, asked.distance > 0.0);
-  offset_ = asked.target - homed.mark;
+  const auto homed = axis_->home({home_, setpoint_.position}, asked.target_si, asked.distance_si > 0.0);
+  offset_ = asked.target_si - homed.mark;
   homed_ = snapshot::AxisHomed::kYes;
   if (!(std::abs(homed.setpoint - setpoint_.position) > 0.0)) return true;
   watch_.forget();

@@ -12,12 +12,12 @@ AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexc
   if (!axis_->supports(mode)) return AxisError::kNoSuchMode;
   if (!mode_may_change() || !axis_->can_change(mode)) return AxisError::kMode;
   // Values whose objects are not mapped are set in the drive, so a request must not contain them.
-  const bool given = (!(request.velocity > 0.0) || (ramps && objects.takes_velocity())) &&
-                     (!(request.acceleration > 0.0) || (ramps && objects.takes_acceleration())) &&
-                     (!(request.deceleration > 0.0) || (ramps && objects.takes_deceleration())) &&
-                     !(request.jerk > 0.0);
+  const bool given = (!(request.velocity_si > 0.0) || (ramps && objects.takes_velocity())) &&
+                     (!(request.acceleration_si > 0.0) || (ramps && objects.takes_acceleration())) &&
+                     (!(request.deceleration_si > 0.0) || (ramps && objects.takes_deceleration())) &&
+                     !(request.jerk_si > 0.0);
   if (!given) return AxisError::kMode;
-  if (mode == cia402::Mode::kVelocity && !objects.holds_target(request.target)) return AxisError::kVelocityCount;
+  if (mode == cia402::Mode::kVelocity && !objects.holds_target(request.target_si)) return AxisError::kVelocityCount;
   if (runs_by_drive(request.command)) return AxisError::kNone;
   // The drive stops at each target ("the velocity is set to 0", MSD manual 12.2.1).
   if (blends(request.buffer)) return AxisError::kMode;
@@ -29,9 +29,9 @@ AxisError SingleAxis::refusal_of_profile(const AxisRequest& request) const noexc
 /// Target in drive positions. A distance starts at the present setpoint, or at the last target if positionings are
 /// waiting.
 double SingleAxis::drive_target_of(const AxisRequest& request) const noexcept {
-  if (request.command == AxisCommand::kDriveMoveAbsolute) return request.target - offset_;
-  if (!waits_for_drive(request)) return setpoint_.position + request.target;
-  return (waiting_count_ > 0 ? waiting_[waiting_count_ - 1].target : drive_target_.position) + request.target;
+  if (request.command == AxisCommand::kDriveMoveAbsolute) return request.target_si - offset_;
+  if (!waits_for_drive(request)) return setpoint_.position + request.target_si;
+  return (waiting_count_ > 0 ? waiting_[waiting_count_ - 1].target : drive_target_.position) + request.target_si;
 }
 
 /// Whether the request waits for a positioning under way, including one whose end the drive has just reached.
@@ -68,10 +68,10 @@ void SingleAxis::begin_profile(const Move& move) noexcept {
 void SingleAxis::give_to_drive(const Move& move) noexcept {
   const auto& request = move.request;
   const bool velocity = runs_by_drive(request.command);
-  drive_target_ = {velocity ? setpoint_.position : move.target, velocity ? request.target : 0.0, 0.0};
+  drive_target_ = {velocity ? setpoint_.position : move.target, velocity ? request.target_si : 0.0, 0.0};
   const auto& limits = axis_->config().limits;
-  const double faster = request.acceleration > 0.0 ? request.acceleration : limits.max_acceleration;
-  axis_->profile().set(velocity_of(request), faster, request.deceleration > 0.0 ? request.deceleration : faster);
+  const double faster = request.acceleration_si > 0.0 ? request.acceleration_si : limits.max_acceleration;
+  axis_->profile().set(velocity_of(request), faster, request.deceleration_si > 0.0 ? request.deceleration_si : faster);
   given_since_ = cycle_;
 }
 

@@ -125,17 +125,18 @@ AxisError SingleAxis::refusal_by_drive(const AxisRequest& request) const noexcep
 
 AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexcept {
   const auto& limits = axis_->config().limits;
-  if (!std::isfinite(request.target)) return AxisError::kNotFinite;
-  if (names_position(request.command) && !representable(axis_->config(), request.target)) return AxisError::kTooFar;
-  for (const double magnitude : {request.velocity, request.acceleration, request.deceleration, request.jerk}) {
+  if (!std::isfinite(request.target_si)) return AxisError::kNotFinite;
+  if (names_position(request.command) && !representable(axis_->config(), request.target_si)) return AxisError::kTooFar;
+  for (const double magnitude :
+       {request.velocity_si, request.acceleration_si, request.deceleration_si, request.jerk_si}) {
     if (!is_magnitude(magnitude)) return AxisError::kNotFinite;
   }
   const bool runs = request.command == AxisCommand::kMoveVelocity || runs_by_drive(request.command);
-  const double speed = std::max(request.velocity, runs ? std::abs(request.target) : 0.0);
+  const double speed = std::max(request.velocity_si, runs ? std::abs(request.target_si) : 0.0);
   const bool over = speed > limits.max_velocity * kRounding ||
-                    request.acceleration > limits.max_acceleration * kRounding ||
-                    request.deceleration > limits.max_acceleration * kRounding ||
-                    request.jerk > axis_->config().max_jerk.value_or(request.jerk) * kRounding;
+                    request.acceleration_si > limits.max_acceleration * kRounding ||
+                    request.deceleration_si > limits.max_acceleration * kRounding ||
+                    request.jerk_si > axis_->config().max_jerk.value_or(request.jerk_si) * kRounding;
   const bool directed = request.direction != MoveDirection::kNone;
   if (directed && (request.command != AxisCommand::kMoveAbsolute || !axis_->config().modulo))
     return AxisError::kDirection;
@@ -145,7 +146,7 @@ AxisError SingleAxis::refusal_by_numbers(const AxisRequest& request) const noexc
   if (request.command == AxisCommand::kTouchProbe || request.command == AxisCommand::kHomeByProbe)
     return refusal_of_probe(request);
   const bool factor = request.command == AxisCommand::kSetOverride;
-  if (factor && (request.target < 0.0 || request.target > kHighestOverride)) return AxisError::kOverLimit;
+  if (factor && (request.target_si < 0.0 || request.target_si > kHighestOverride)) return AxisError::kOverLimit;
   return AxisError::kNone;
 }
 
@@ -153,10 +154,10 @@ AxisError SingleAxis::refusal_of_torque(const AxisRequest& request) const noexce
   const auto& config = axis_->config();
   const double range = config.rated_torque * std::numeric_limits<std::int16_t>::max() / 1000.0;
   const double most = std::min(config.max_torque.value_or(range) * kRounding, range);
-  const bool over = request.velocity > config.limits.max_velocity * kRounding ||
-                    request.deceleration > config.limits.max_acceleration * kRounding ||
-                    request.jerk > config.max_jerk.value_or(request.jerk) * kRounding;
-  if (over || std::abs(request.target) > most) return AxisError::kOverLimit;
+  const bool over = request.velocity_si > config.limits.max_velocity * kRounding ||
+                    request.deceleration_si > config.limits.max_acceleration * kRounding ||
+                    request.jerk_si > config.max_jerk.value_or(request.jerk_si) * kRounding;
+  if (over || std::abs(request.target_si) > most) return AxisError::kOverLimit;
   if (!axis_->supports(cia402::Mode::kCyclicTorque)) return AxisError::kNoSuchMode;
   const bool possible = axis_->can_change(cia402::Mode::kCyclicTorque) && mode_may_change();
   return possible ? AxisError::kNone : AxisError::kMode;
@@ -180,9 +181,9 @@ void SingleAxis::take(std::uint64_t id, const AxisRequest& request) noexcept {
       state_ = active_ ? PlcopenState::kDiscreteMotion : PlcopenState::kStandstill;
       return finish(id, RequestPhase::kDone);
     case AxisCommand::kSetOverride:
-      return take_override(id, request.target);
+      return take_override(id, request.target_si);
     case AxisCommand::kSetPosition:
-      offset_ = request.target - setpoint_.position;
+      offset_ = request.target_si - setpoint_.position;
       // A waiting motion may now lead to another position.
       if (generator_.goes_on()) replan();
       return finish(id, RequestPhase::kDone);
@@ -305,16 +306,17 @@ void SingleAxis::take_superimposed(std::uint64_t id, const AxisRequest& request)
                            under_way == AxisCommand::kMoveAdditive;
   if (!to_position && superimpose(id, request)) return;
   if (!to_position) return finish(id, RequestPhase::kError, AxisError::kNothingToDo);
-  if (!in_range(active_->target + request.target)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
+  if (!in_range(active_->target + request.target_si)) return finish(id, RequestPhase::kError, AxisError::kOutsideRange);
   auto both = active_->request;
-  both.velocity = std::min(velocity_of(active_->request) + velocity_of(request), axis_->config().limits.max_velocity);
-  if (override_ > 0.0 && !way_to(active_->target + request.target, both))
+  both.velocity_si =
+      std::min(velocity_of(active_->request) + velocity_of(request), axis_->config().limits.max_velocity);
+  if (override_ > 0.0 && !way_to(active_->target + request.target_si, both))
     return finish(id, RequestPhase::kError, AxisError::kTooLong);
   finish(superimposed_request_, RequestPhase::kAborted);
   superimposed_request_ = id;
   table_->set(id, {RequestPhase::kActive, AxisError::kNone});
   active_->request = both;
-  active_->target += request.target;
+  active_->target += request.target_si;
   last_target_ = active_->target;
   replan();
 }

@@ -19,11 +19,11 @@ constexpr double kShareOfVelocity = 0.1;
 double SingleAxis::velocity_on_top(const AxisRequest& request) const noexcept {
   const double most = axis_->config().limits.max_velocity;
   if (active_->request.command != AxisCommand::kMoveVelocity)
-    return request.velocity > 0.0 ? request.velocity : kShareOfVelocity * most;
-  const double left = most - std::min(std::abs(active_->request.target * override_), most);
-  return request.velocity > 0.0 && request.velocity <= left * (1.0 + 1e-9) ? request.velocity
-         : request.velocity > 0.0                                          ? 0.0
-                                                                           : left;
+    return request.velocity_si > 0.0 ? request.velocity_si : kShareOfVelocity * most;
+  const double left = most - std::min(std::abs(active_->request.target_si * override_), most);
+  return request.velocity_si > 0.0 && request.velocity_si <= left * (1.0 + 1e-9) ? request.velocity_si
+         : request.velocity_si > 0.0                                             ? 0.0
+                                                                                 : left;
 }
 
 /// Returns false if there is no motion to superimpose on.
@@ -37,12 +37,12 @@ bool SingleAxis::superimpose(std::uint64_t id, const AxisRequest& request) noexc
     return true;
   }
   const double most = config.limits.max_acceleration;
-  const double acceleration = request.acceleration > 0.0 ? request.acceleration : kShareOnTop * most;
+  const double acceleration = request.acceleration_si > 0.0 ? request.acceleration_si : kShareOnTop * most;
   const double own_jerk = config.max_jerk.value_or(std::numeric_limits<double>::infinity());
   const auto limits = trajectory::ProfileLimits::symmetric(velocity, std::min(acceleration, most),
-                                                           request.jerk > 0.0 ? request.jerk : own_jerk);
+                                                           request.jerk_si > 0.0 ? request.jerk_si : own_jerk);
   const double from = on_top_.state().position;
-  if (!on_top_.to_position({from + request.target, 0.0, 0.0}, limits)) {
+  if (!on_top_.to_position({from + request.target_si, 0.0, 0.0}, limits)) {
     finish(id, RequestPhase::kError, AxisError::kTooLong);
     return true;
   }

@@ -61,11 +61,11 @@ void SingleAxis::advance_torque() noexcept {
     velocity_before_ = inputs.velocity;
   }
   const double step =
-      request.acceleration > 0.0 ? request.acceleration * period_s_ : std::numeric_limits<double>::infinity();
-  torque_nm_ += std::clamp(request.target - torque_nm_, -step, step);
+      request.acceleration_si > 0.0 ? request.acceleration_si * period_s_ : std::numeric_limits<double>::infinity();
+  torque_nm_ += std::clamp(request.target_si - torque_nm_, -step, step);
   const double slower = torque_top_ - kBrakingShare * axis_->config().limits.max_acceleration * period_s_;
   torque_top_ = std::max(velocity_of(request), slower);
-  if (!(std::abs(request.target - torque_nm_) > 0.0))
+  if (!(std::abs(request.target_si - torque_nm_) > 0.0))
     table_->set(active_->id, {RequestPhase::kReached, AxisError::kNone});
   step_velocity_ = inputs.velocity;
   setpoint_ = {place_under_torque(), inputs.velocity, acceleration_, within_velocity(torque_nm_)};

@@ -56,13 +56,13 @@ std::optional<AxisRefusal> check_position(const ecat_master::AxisConfig& axis, s
 
 std::optional<AxisRefusal> check_positions(const ecat_master::AxisConfig& axis,
                                            const ecat_master::AxisRequest& request) {
-  if (!std::isfinite(request.target)) return not_a_number("target");
+  if (!std::isfinite(request.target_si)) return not_a_number("target");
   if (ecat_master::names_position(request.command)) {
-    if (auto wrong = check_position(axis, "position", request.target)) return wrong;
+    if (auto wrong = check_position(axis, "position", request.target_si)) return wrong;
   }
-  if (auto wrong = check_position(axis, "distance", request.distance)) return wrong;
-  if (auto wrong = check_position(axis, "window", request.window_first)) return wrong;
-  return check_position(axis, "window", request.window_last);
+  if (auto wrong = check_position(axis, "distance", request.distance_si)) return wrong;
+  if (auto wrong = check_position(axis, "window", request.window_first_si)) return wrong;
+  return check_position(axis, "window", request.window_last_si);
 }
 
 std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, const ecat_master::AxisRequest& request) {
@@ -72,13 +72,13 @@ std::optional<AxisRefusal> check_target(const ecat_master::AxisConfig& axis, con
     case AxisCommand::kMoveVelocity:
     case AxisCommand::kDriveMoveVelocity:
     case AxisCommand::kDriveRun:
-      return check({"velocity", "/s", request.target, -fastest, fastest});
+      return check({"velocity", "/s", request.target_si, -fastest, fastest});
     case AxisCommand::kSetOverride:
-      return check({"override", "-", request.target, 0.0, kHighestOverride});
+      return check({"override", "-", request.target_si, 0.0, kHighestOverride});
     case AxisCommand::kTorque: {
       // 6071h has 16 bits.
       const double most = axis.rated_torque * std::numeric_limits<std::int16_t>::max() / 1000.0;
-      return check({"torque", "torque", request.target, -most, most});
+      return check({"torque", "torque", request.target_si, -most, most});
     }
     default:
       return check_positions(axis, request);
@@ -98,15 +98,15 @@ std::optional<double> destination(const ecat_master::AxisReport& report, const e
   switch (request.command) {
     case AxisCommand::kMoveAbsolute:
     case AxisCommand::kDriveMoveAbsolute:
-      return request.target;
+      return request.target_si;
     case AxisCommand::kHomeByProbe:
-      return report.setpoint + request.distance;
+      return report.setpoint + request.distance_si;
     case AxisCommand::kMoveRelative:
     case AxisCommand::kMoveAdditive:
     case AxisCommand::kMoveSuperimposed:
     case AxisCommand::kDriveMoveRelative:
       if (report.state != ecat_master::PlcopenState::kStandstill) return std::nullopt;
-      return report.setpoint + request.target;
+      return report.setpoint + request.target_si;
     default:
       return std::nullopt;
   }
@@ -135,11 +135,11 @@ struct PlanLimits {
   double jerk;
 
   PlanLimits(const ecat_master::AxisConfig& axis, double override_factor, const ecat_master::AxisRequest& request)
-      : velocity(std::min(or_else(request.velocity, axis.limits.max_velocity) * or_else(override_factor, 1.0),
+      : velocity(std::min(or_else(request.velocity_si, axis.limits.max_velocity) * or_else(override_factor, 1.0),
                           axis.limits.max_velocity)),
-        acceleration(or_else(request.acceleration, axis.limits.max_acceleration)),
-        deceleration(or_else(request.deceleration, acceleration)),
-        jerk(or_else(request.jerk, axis.max_jerk.value_or(std::numeric_limits<double>::infinity()))) {}
+        acceleration(or_else(request.acceleration_si, axis.limits.max_acceleration)),
+        deceleration(or_else(request.deceleration_si, acceleration)),
+        jerk(or_else(request.jerk_si, axis.max_jerk.value_or(std::numeric_limits<double>::infinity()))) {}
 
   [[nodiscard]] trajectory::ProfileLimits towards(double way) const {
     const double faster = way < 0.0 ? deceleration : acceleration;
@@ -178,7 +178,7 @@ std::optional<AxisRefusal> check_duration(const ecat_master::AxisConfig& axis, c
   if (!(axis.limits.max_velocity > 0.0) || !(axis.limits.max_acceleration > 0.0)) return std::nullopt;
   const PlanLimits limits(axis, report.override_factor, request);
   if (request.command == AxisCommand::kMoveVelocity) {
-    const double velocity = request.target * or_else(report.override_factor, 1.0);
+    const double velocity = request.target_si * or_else(report.override_factor, 1.0);
     auto free = limits.towards(velocity);
     free.max_velocity = axis.limits.max_velocity;
     free.min_velocity = -axis.limits.max_velocity;
@@ -214,12 +214,12 @@ std::optional<AxisRefusal> check_request(const ecat_master::AxisConfig& axis, co
     return refusal;
   }
   const auto& limits = axis.limits;
-  if (auto wrong = check({"velocity", "/s", request.velocity, 0.0, limits.max_velocity})) return wrong;
-  if (!std::isfinite(request.jerk) || request.jerk < 0.0) return not_a_number("jerk");
-  // For a torque request, `acceleration` is the slope in torque per second.
+  if (auto wrong = check({"velocity", "/s", request.velocity_si, 0.0, limits.max_velocity})) return wrong;
+  if (!std::isfinite(request.jerk_si) || request.jerk_si < 0.0) return not_a_number("jerk");
+  // For a torque request, `acceleration_si` is the slope in torque per second.
   if (request.command == AxisCommand::kTorque) return std::nullopt;
-  if (auto wrong = check({"acceleration", "/s^2", request.acceleration, 0.0, limits.max_acceleration})) return wrong;
-  if (auto wrong = check({"deceleration", "/s^2", request.deceleration, 0.0, limits.max_acceleration})) return wrong;
+  if (auto wrong = check({"acceleration", "/s^2", request.acceleration_si, 0.0, limits.max_acceleration})) return wrong;
+  if (auto wrong = check({"deceleration", "/s^2", request.deceleration_si, 0.0, limits.max_acceleration})) return wrong;
   return check_duration(axis, report, request);
 }
 

@@ -85,11 +85,11 @@ AxisRequest request_of(const CommandRecord& record, const KindName& kind) {
   const bool moves = kind.kind == CommandKind::kJog || kind.kind == CommandKind::kMoveAbsolute ||
                      kind.kind == CommandKind::kMoveRelative;
   if (!moves) return request;
-  request.target = record.target;
-  request.velocity = kind.kind == CommandKind::kJog ? 0.0 : record.velocity;
-  request.acceleration = record.acceleration;
-  request.deceleration = record.deceleration;
-  request.jerk = record.jerk;
+  request.target_si = record.target;
+  request.velocity_si = kind.kind == CommandKind::kJog ? 0.0 : record.velocity;
+  request.acceleration_si = record.acceleration;
+  request.deceleration_si = record.deceleration;
+  request.jerk_si = record.jerk;
   return request;
 }
 

@@ -45,8 +45,9 @@ std::string_view trigger_text(ecat_master::ProbeTrigger trigger) {
 /// Returns "1, rising edge, from 10 deg to 20 deg".
 std::string probe_text(const events::EventAxis& axis, const AxisRequest& request) {
   auto text = fmt::format(" {}", trigger_text(request.trigger));
-  if (request.window_first == request.window_last) return text;
-  return text + fmt::format(", from {} to {}", length(axis, request.window_first), length(axis, request.window_last));
+  if (request.window_first_si == request.window_last_si) return text;
+  return text +
+         fmt::format(", from {} to {}", length(axis, request.window_first_si), length(axis, request.window_last_si));
 }
 
 /// Returns the text that follows the name of the command.
@@ -56,22 +57,22 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
       return request.on ? " on" : " off";
     case AxisCommand::kMoveAbsolute:
     case AxisCommand::kDriveMoveAbsolute:
-      return fmt::format(" to {}", length(axis, request.target));
+      return fmt::format(" to {}", length(axis, request.target_si));
     case AxisCommand::kMoveRelative:
     case AxisCommand::kDriveMoveRelative:
     case AxisCommand::kMoveAdditive:
     case AxisCommand::kMoveSuperimposed:
-      return fmt::format(" by {}", length(axis, request.target));
+      return fmt::format(" by {}", length(axis, request.target_si));
     case AxisCommand::kMoveVelocity:
     case AxisCommand::kDriveMoveVelocity:
     case AxisCommand::kDriveRun:
-      return fmt::format(" {}", length(axis, request.target, "/s"));
+      return fmt::format(" {}", length(axis, request.target_si, "/s"));
     case AxisCommand::kTorque:
-      return fmt::format(" {:.6g} {}", request.target, torque_unit(axis));
+      return fmt::format(" {:.6g} {}", request.target_si, torque_unit(axis));
     case AxisCommand::kSetPosition:
-      return fmt::format(" {}", length(axis, request.target));
+      return fmt::format(" {}", length(axis, request.target_si));
     case AxisCommand::kSetOverride:
-      return fmt::format(" {:.4g} %", 100.0 * request.target);
+      return fmt::format(" {:.4g} %", 100.0 * request.target_si);
     case AxisCommand::kSetMode:
       return fmt::format(" {}", to_text(static_cast<ecat_master::cia402::Mode>(request.mode)));
     case AxisCommand::kReset:
@@ -86,8 +87,8 @@ std::string target_text(const events::EventAxis& axis, const AxisRequest& reques
     case AxisCommand::kTouchProbe:
       return probe_text(axis, request);
     case AxisCommand::kHomeByProbe:
-      return fmt::format(" {}, as far as {}, at {}", trigger_text(request.trigger), length(axis, request.distance),
-                         length(axis, request.target));
+      return fmt::format(" {}, as far as {}, at {}", trigger_text(request.trigger), length(axis, request.distance_si),
+                         length(axis, request.target_si));
   }
   return {};
 }
@@ -195,14 +196,14 @@ std::string describe(const events::EventAxis& axis, const AxisRequest& request) 
     text += ", the shortest way";
   else if (request.direction != ecat_master::MoveDirection::kNone)
     text += fmt::format(", in {} direction", ecat_master::to_text(request.direction));
-  add("velocity", request.velocity, "/s");
+  add("velocity", request.velocity_si, "/s");
   if (request.command != AxisCommand::kTorque) {
-    add("acceleration", request.acceleration, "/s^2");
-  } else if (request.acceleration > 0.0) {
-    text += fmt::format(", {:.6g} {}/s", request.acceleration, torque_unit(axis));
+    add("acceleration", request.acceleration_si, "/s^2");
+  } else if (request.acceleration_si > 0.0) {
+    text += fmt::format(", {:.6g} {}/s", request.acceleration_si, torque_unit(axis));
   }
-  add("deceleration", request.deceleration, "/s^2");
-  add("jerk", request.jerk, "/s^3");
+  add("deceleration", request.deceleration_si, "/s^2");
+  add("jerk", request.jerk_si, "/s^3");
   if (request.buffer != BufferMode::kAborting) text += fmt::format(", {}", ecat_master::to_text(request.buffer));
   return text;
 }

@@ -16,6 +16,7 @@ using wire::SdoHeader;
 
 constexpr std::size_t kServiceAt = MailboxHeader::kSize;
 constexpr std::size_t kSdoAt = kServiceAt + CoeHeader::kSize;
+constexpr std::size_t kSdoDataAt = kSdoAt + 4;  // after command, index and sub-index
 constexpr std::size_t kCounterByte = 5;
 /// An emergency of a drive whose DC link voltage is too low at power-on (CiA 402, error code 3220h; error register bit
 /// 2, voltage).
@@ -73,6 +74,17 @@ std::vector<std::byte> stale_answer() {
   sdo.index = 0x1000;
   sdo.data = wire::to_le_bytes(std::uint32_t{0x00020192});
   return sdo_message(CoeService::kSdoResponse, sdo);
+}
+
+/// Returns the header of an expedited upload response; none: the message is another one.
+std::optional<SdoHeader> expedited_upload(std::span<const std::byte> mail) noexcept {
+  const auto header = MailboxHeader::decode(mail);
+  if (!header || header->type != wire::MailboxType::kCoe || mail.size() <= kSdoAt) return std::nullopt;
+  const auto coe = CoeHeader::decode(mail.subspan(kServiceAt));
+  const auto sdo = SdoHeader::decode(mail.subspan(kSdoAt));
+  if (!coe || coe->service != CoeService::kSdoResponse || !sdo || !sdo->expedited()) return std::nullopt;
+  if (sdo->specifier() != static_cast<std::uint8_t>(wire::SdoResponseCommand::kInitiateUpload)) return std::nullopt;
+  return *sdo;
 }
 
 std::vector<std::byte> emergency() {
@@ -163,19 +175,27 @@ std::uint8_t MailboxHabits::next_counter() noexcept {
 void MailboxHabits::rewrite_size(std::span<std::byte> mail) const noexcept {
   const bool four = has_persona(personas_, Kind::kFourByteAnswers);
   const bool none = has_persona(personas_, Kind::kAnswersWithoutSize);
-  const auto header = MailboxHeader::decode(mail);
-  if ((!four && !none) || !header || header->type != wire::MailboxType::kCoe || mail.size() <= kSdoAt) return;
-  const auto coe = CoeHeader::decode(mail.subspan(kServiceAt));
-  const auto sdo = SdoHeader::decode(mail.subspan(kSdoAt));
-  if (!coe || coe->service != CoeService::kSdoResponse || !sdo || !sdo->expedited()) return;
-  if (sdo->specifier() != static_cast<std::uint8_t>(wire::SdoResponseCommand::kInitiateUpload)) return;
+  if (!four && !none) return;
+  const auto sdo = expedited_upload(mail);
+  if (!sdo) return;
   const auto size = none ? std::uint8_t{0} : SdoHeader::kSizeIndicated;
   const unsigned rest = sdo->command & 0xF2U;  // without n and s
   mail[kSdoAt] = static_cast<std::byte>(rest | size);
 }
 
+/// The answer to an upload of 1C12h:00 or 1C13h:00.
+void MailboxHabits::rewrite_assignment(std::span<std::byte> mail) const noexcept {
+  const auto* persona = find_persona(personas_, Kind::kOverstatedAssignment);
+  if (persona == nullptr) return;
+  const auto sdo = expedited_upload(mail);
+  if (!sdo || (sdo->index != 0x1C12 && sdo->index != 0x1C13) || sdo->subindex != 0) return;
+  const auto counted = std::to_integer<std::uint32_t>(mail[kSdoDataAt]) + persona->value;
+  mail[kSdoDataAt] = static_cast<std::byte>(std::min(counted, std::uint32_t{255}));
+}
+
 void MailboxHabits::rewrite(std::span<std::byte> mail) noexcept {
   if (mail.size() <= kCounterByte) return;
+  rewrite_assignment(mail);
   rewrite_size(mail);
   const auto type = std::to_integer<unsigned>(mail[kCounterByte]) & 0x0FU;
   mail[kCounterByte] = static_cast<std::byte>(type | unsigned{next_counter()} << 4U);

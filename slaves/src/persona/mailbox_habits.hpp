@@ -32,7 +32,7 @@ class MailboxHabits {
   [[nodiscard]] bool may_send(Nanoseconds now) const noexcept { return now >= answer_at_; }
   /// Writes the next message that the personas add or with which they refuse; returns its length, 0: there is none.
   [[nodiscard]] std::size_t own_message(std::span<std::byte> out);
-  /// Changes size indication and counter of a message that is about to be sent. \rtsafe
+  /// Changes size indication, number of assigned PDOs and counter of a message that is about to be sent. \rtsafe
   void rewrite(std::span<std::byte> mail) noexcept;
 
  private:
@@ -43,6 +43,7 @@ class MailboxHabits {
   void add_unasked();
   [[nodiscard]] std::uint8_t next_counter() noexcept;
   void rewrite_size(std::span<std::byte> mail) const noexcept;
+  void rewrite_assignment(std::span<std::byte> mail) const noexcept;
 
   std::vector<Persona> personas_;
   SdoObstacles obstacles_;

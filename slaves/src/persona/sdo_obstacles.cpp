@@ -82,21 +82,33 @@ bool concerns(const Rule& rule, const SdoRequest& request) noexcept {
   return !rule.sub || header.complete_access() || header.subindex == *rule.sub;
 }
 
-/// Whether the request sets the number of entries of a PDO to more than `limit`. With complete access it is the first
-/// byte as well.
-bool maps_more(const SdoRequest& request, std::uint32_t limit) noexcept {
+bool is_mapping(std::uint16_t index) noexcept {
+  return (index >= 0x1600 && index <= 0x17FF) || (index >= 0x1A00 && index <= 0x1BFF);
+}
+
+bool is_assignment(std::uint16_t index) noexcept {
+  return index == 0x1C12 || index == 0x1C13;
+}
+
+/// Whether the persona limits the number of elements of an object.
+bool limits_elements(Kind kind) noexcept {
+  return kind == Kind::kMappingLimit || kind == Kind::kAssignmentLimit;
+}
+
+/// Whether the request sets the number of elements of an object to more than the persona allows. With complete access
+/// it is the first byte as well.
+bool exceeds_limit(const Persona& persona, const SdoRequest& request) noexcept {
   const auto& header = request.header;
-  const bool rx = header.index >= 0x1600 && header.index <= 0x17FF;
-  const bool tx = header.index >= 0x1A00 && header.index <= 0x1BFF;
-  if (!request.write || header.subindex != 0 || (!rx && !tx) || request.data.empty()) return false;
-  return std::to_integer<std::uint32_t>(request.data.front()) > limit;
+  if (!limits_elements(persona.kind) || !request.write || header.subindex != 0 || request.data.empty()) return false;
+  const bool limited = persona.kind == Kind::kMappingLimit ? is_mapping(header.index) : is_assignment(header.index);
+  return limited && std::to_integer<std::uint32_t>(request.data.front()) > persona.value;
 }
 
 }  // namespace
 
 SdoObstacles::SdoObstacles(std::span<const Persona> personas) {
   std::copy_if(personas.begin(), personas.end(), std::back_inserter(personas_), [](const Persona& persona) {
-    return persona.kind == Kind::kMappingLimit ||
+    return limits_elements(persona.kind) ||
            std::any_of(kRules.begin(), kRules.end(), [&](const Rule& rule) { return rule.kind == persona.kind; });
   });
 }
@@ -106,7 +118,7 @@ std::optional<SdoRefusal> SdoObstacles::refuse(std::span<const std::byte> mail) 
   const auto request = initiate_request(mail);
   if (!request) return std::nullopt;
   for (const auto& persona : personas_) {
-    if (persona.kind == Kind::kMappingLimit && maps_more(*request, persona.value)) {
+    if (exceeds_limit(persona, *request)) {
       return SdoRefusal{request->header, static_cast<std::uint32_t>(SdoAbort::kMappingTooLong)};
     }
     for (const auto& rule : kRules) {

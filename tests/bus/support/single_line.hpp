@@ -27,8 +27,8 @@ inline constexpr nanoseconds kSinglePeriod = microseconds{125};
 inline AxisRequest request(AxisCommand command, double target = 0.0, double velocity = 0.0) {
   AxisRequest made;
   made.command = command;
-  made.target = target;
-  made.velocity = velocity;
+  made.target_si = target;
+  made.velocity_si = velocity;
   return made;
 }
 

@@ -448,6 +448,9 @@ class Top(ClientTest):
         for axis in AXES:
             self.assertRegex(result.stdout, rf"(?m)^{axis} +-?\d+\.\d{{6}} rad +-?\d+\.\d{{6}} rad/s +-?\d\.\d{{3}}e[+-]\d\d rad +"
                                             r"OPERATION ENABLED +CSP$")
+        table = [line for line in result.stdout.splitlines() if line.split(" ")[0] in ("axis", *AXES)]
+        self.assertEqual(len(table), 1 + len(AXES))
+        self.assertLessEqual(max(map(len, table)), 80, table)
         # The last ones of the run, in its words and order: on a machine that is away again and again the first are gone.
         shown = re.findall(r"(?m)^  \d\d:\d\d:\d\d\.\d{3}  (.+)$", result.stdout.partition("\nevents\n")[2])
         told = self.text("run.log").splitlines()

@@ -57,6 +57,7 @@ class Clocks(ProgramTest):
         self.assertEqual([row[1] for row in rows], ["x", "y", "z", "a", "b", "c", "u", "v"])
         self.assertEqual([row[4] for row in rows].count("*"), 1)
         self.assertIn("locked to the reference clock", result.stdout)
+        self.assertLessEqual(max(map(len, result.stdout.splitlines())), 80, result.stdout)
         lines = self.text("figures/clocks.csv").splitlines()
         self.assertGreater(len(lines), 150)
         self.assertTrue(all(line.count(",") == 8 for line in lines))

@@ -188,7 +188,11 @@ class VirtualTime(ProgramTest):
             line.write(keys)
         self.assertEqual(self.run_program("run", "--config", "line.toml", "--virtual", "--duration", "0.1", "--no-plots",
                                           "--no-telemetry").returncode, 0)
-        for wrong, sentence in ((["--distance", "0.0001"], "needed"), (["--distance", "2", "--velocity", "31"], "its limit of 30 rev/s"),
+        # In the axis's own unit, whatever unit is given.
+        moved = self.run_program(*asked, "--distance", "-720deg", "--velocity", "60rad/s", "--no-plots")
+        self.assertRegex(moved.stderr, r"(?m)^axis x moves -2 rev back and forth for \d+\.\d s, at most 9\.5493 rev/s$")
+        for wrong, sentence in ((["--distance", "2mm"], 'axis x has no unit "mm" for it; rev, rad, deg are possible'),
+                                (["--distance", "0.0001"], "needed"), (["--distance", "2", "--velocity", "31"], "its limit of 30 rev/s"),
                                 (["--distance", "far"], "a number is expected, as 10rev"), ([], "give --distance")):
             result = self.run_program(*asked, *wrong)
             self.assertNotEqual(result.returncode, 0)
@@ -528,6 +532,21 @@ class FilesAndSummary(ProgramTest):
             self.assertEqual(len(told), 1 if full else 0, told)
         self.assertRegex(told[0], r"axes.csv and its plots have the end of the run, \d+ rows from \d+\.\d{3} s on; the "
                          r"figures cover the whole run")
+
+    def test_a_run_that_fails_has_its_last_minutes(self):
+        self.write("line.toml", '[line]\nname = "l"\ncycle_us = 1000\n[path]\nfile = "path.csv"\nrepeat = true\n'
+                   '[[slave]]\nname = "x"\n[[slave.input]]\nentry = "ENPO"\nshape = "steps"\nat_ms = [0, 131000]\n'
+                   'values = [1, 0]\n[[axis]]\nname = "x"\n')
+        self.write("path.csv", "time[s],x[rad]\n0,0\n1,1\n2,0\n")
+        result = self.run_program("run", "--config", "line.toml", "--virtual", "--duration", 200, "--json",
+                                  "--no-telemetry", "--no-plots")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("axis x: no longer in operation", self.one_document(result.stdout)["faults"][0])
+        rows = self.text("out/axes.csv").splitlines()[1:]
+        first, last = (float(row.split(",")[0]) for row in (rows[0], rows[-1]))
+        self.assertGreater(last, 131)
+        self.assertGreater(first, 1)
+        self.assertGreater(last - first, 90)
 
     def test_summary_is_for_people(self):
         result = self.run_program("run", "--config", LINE8, "--virtual", "--duration", 0.5, "--no-telemetry",

@@ -217,7 +217,10 @@ class InProcess(ProgramTest):
         self.assertEqual(document["slaves"][7]["parent"], {"slave": 6, "port": 1})
 
     def test_description_of_what_was_found_runs_unchanged(self):
-        self.assertEqual(len(self.tool("scan").splitlines()), 9)
+        table = self.tool("scan").splitlines()
+        self.assertEqual(len(table), 9)
+        self.assertLessEqual(max(map(len, table)), 80, table)
+        self.assertTrue(table[1].endswith(" MSD Servo Drive (sim..."), table)
         self.tool("scan", "--write", "line.toml")
         result = self.run_program("run", "--config", "line.toml", "--virtual", "--duration", 0.2, "--json", "--no-plots",
                                   "--no-telemetry")

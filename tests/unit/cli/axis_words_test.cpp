@@ -61,26 +61,26 @@ TEST(AxisWords, AreSeparatedBySpacesAndHeldTogetherByQuotes) {
 }
 
 TEST(AxisWords, NumbersHaveTheUnitOfTheAxisOrTheirOwn) {
-  EXPECT_DOUBLE_EQ(read(rotary(), "move 90").target, 90.0 * kDegree);
-  EXPECT_DOUBLE_EQ(read(rotary(), "move +90deg").target, 90.0 * kDegree);
-  EXPECT_DOUBLE_EQ(read(rotary(), "move -1.5rad").target, -1.5);
-  EXPECT_DOUBLE_EQ(read(rotary(), "move \"2 rev\"").target, 4.0 * std::numbers::pi);
-  EXPECT_DOUBLE_EQ(read(linear(), "move 10").target, 0.01);
-  EXPECT_DOUBLE_EQ(read(linear(), "move 10um").target, 1e-5);
-  EXPECT_DOUBLE_EQ(read(rotary(), "jog -20rpm").target, -20.0 * 2.0 * std::numbers::pi / 60.0);
-  EXPECT_DOUBLE_EQ(read(linear(), "jog 6m/min").target, 0.1);
-  EXPECT_DOUBLE_EQ(read(rotary(), "torque 0.5Nm").target, 0.5);
+  EXPECT_DOUBLE_EQ(read(rotary(), "move 90").target_si, 90.0 * kDegree);
+  EXPECT_DOUBLE_EQ(read(rotary(), "move +90deg").target_si, 90.0 * kDegree);
+  EXPECT_DOUBLE_EQ(read(rotary(), "move -1.5rad").target_si, -1.5);
+  EXPECT_DOUBLE_EQ(read(rotary(), "move \"2 rev\"").target_si, 4.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(read(linear(), "move 10").target_si, 0.01);
+  EXPECT_DOUBLE_EQ(read(linear(), "move 10um").target_si, 1e-5);
+  EXPECT_DOUBLE_EQ(read(rotary(), "jog -20rpm").target_si, -20.0 * 2.0 * std::numbers::pi / 60.0);
+  EXPECT_DOUBLE_EQ(read(linear(), "jog 6m/min").target_si, 0.1);
+  EXPECT_DOUBLE_EQ(read(rotary(), "torque 0.5Nm").target_si, 0.5);
 }
 
 TEST(AxisWords, SettingsBelongToMotions) {
   const auto request =
       read(rotary(), "move by=10 velocity=30deg/s acceleration=100deg/s^2 deceleration=50 jerk=1000 buffer=buffered");
   EXPECT_EQ(request.command, AxisCommand::kMoveRelative);
-  EXPECT_DOUBLE_EQ(request.target, 10.0 * kDegree);
-  EXPECT_DOUBLE_EQ(request.velocity, 30.0 * kDegree);
-  EXPECT_DOUBLE_EQ(request.acceleration, 100.0 * kDegree);
-  EXPECT_DOUBLE_EQ(request.deceleration, 50.0 * kDegree);
-  EXPECT_DOUBLE_EQ(request.jerk, 1000.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.target_si, 10.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.velocity_si, 30.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.acceleration_si, 100.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.deceleration_si, 50.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.jerk_si, 1000.0 * kDegree);
   EXPECT_EQ(request.buffer, BufferMode::kBuffered);
   EXPECT_EQ(read(rotary(), "move add=1").command, AxisCommand::kMoveAdditive);
   EXPECT_EQ(read(rotary(), "move superimpose=1").command, AxisCommand::kMoveSuperimposed);
@@ -96,8 +96,8 @@ TEST(AxisWords, EveryRequestHasItsWord) {
   EXPECT_EQ(read(rotary(), "release-stop").command, AxisCommand::kReleaseStop);
   EXPECT_EQ(read(rotary(), "halt").command, AxisCommand::kHalt);
   EXPECT_EQ(read(rotary(), "position 0").command, AxisCommand::kSetPosition);
-  EXPECT_DOUBLE_EQ(read(rotary(), "override 50%").target, 0.5);
-  EXPECT_DOUBLE_EQ(read(rotary(), "override 1.2").target, 1.2);
+  EXPECT_DOUBLE_EQ(read(rotary(), "override 50%").target_si, 0.5);
+  EXPECT_DOUBLE_EQ(read(rotary(), "override 1.2").target_si, 1.2);
   EXPECT_EQ(read(rotary(), "mode csp").mode, 8);
   EXPECT_EQ(read(rotary(), "mode cst").mode, 10);
   EXPECT_EQ(read(rotary(), "mode ip").mode, 7);
@@ -117,8 +117,8 @@ TEST(AxisWords, ATouchProbeHasAnInputAndAnEdge) {
   EXPECT_EQ(trigger("probe falling 2"), ProbeTrigger::kSecondFalling);
   EXPECT_EQ(trigger("probe zero"), ProbeTrigger::kZeroPulse);
   const auto window = read(rotary(), "probe 2 from=10 to=-20deg");
-  EXPECT_DOUBLE_EQ(window.window_first, 10.0 * kDegree);
-  EXPECT_DOUBLE_EQ(window.window_last, -20.0 * kDegree);
+  EXPECT_DOUBLE_EQ(window.window_first_si, 10.0 * kDegree);
+  EXPECT_DOUBLE_EQ(window.window_last_si, -20.0 * kDegree);
   EXPECT_EQ(
       refusal(rotary(), "probe 3"),
       "axis x: probe: \"3\" was not expected; expected are 1, 2 or zero (touch probe) and rising or falling (edge)");
@@ -136,11 +136,11 @@ TEST(AxisWords, HomingByATouchProbeHasADistance) {
   const auto request = read(linear(), "home-probe -100 2 falling velocity=5mm/s at=7 acceleration=20");
   EXPECT_EQ(request.command, AxisCommand::kHomeByProbe);
   EXPECT_EQ(request.trigger, ProbeTrigger::kSecondFalling);
-  EXPECT_DOUBLE_EQ(request.distance, -0.1);
-  EXPECT_DOUBLE_EQ(request.velocity, 0.005);
-  EXPECT_DOUBLE_EQ(request.acceleration, 0.02);
-  EXPECT_DOUBLE_EQ(request.target, 0.007);
-  EXPECT_DOUBLE_EQ(read(linear(), "home-probe 1").distance, 0.001) << "the first number is the distance";
+  EXPECT_DOUBLE_EQ(request.distance_si, -0.1);
+  EXPECT_DOUBLE_EQ(request.velocity_si, 0.005);
+  EXPECT_DOUBLE_EQ(request.acceleration_si, 0.02);
+  EXPECT_DOUBLE_EQ(request.target_si, 0.007);
+  EXPECT_DOUBLE_EQ(read(linear(), "home-probe 1").distance_si, 0.001) << "the first number is the distance";
   EXPECT_EQ(refusal(linear(), "home-probe"), "axis z: home-probe needs a distance, with the sign of its direction");
   EXPECT_EQ(refusal(linear(), "home-probe rising"), "distance \"rising\": a number is expected, as 10mm");
   EXPECT_EQ(refusal(linear(), "home-probe 1 buffer=buffered"), "axis z: home-probe: \"buffer=\" does not belong there");
@@ -159,10 +159,10 @@ TEST(AxisWords, PositionsOfAModuloHaveADirection) {
 TEST(AxisWords, DrivesMoveByThemselves) {
   auto request = read(rotary(), "drive-move 90 velocity=30 acceleration=10 deceleration=20");
   EXPECT_EQ(request.command, AxisCommand::kDriveMoveAbsolute);
-  EXPECT_DOUBLE_EQ(request.target, 90.0 * kDegree);
-  EXPECT_DOUBLE_EQ(request.velocity, 30.0 * kDegree);
-  EXPECT_DOUBLE_EQ(request.acceleration, 10.0 * kDegree);
-  EXPECT_DOUBLE_EQ(request.deceleration, 20.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.target_si, 90.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.velocity_si, 30.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.acceleration_si, 10.0 * kDegree);
+  EXPECT_DOUBLE_EQ(request.deceleration_si, 20.0 * kDegree);
   EXPECT_EQ(read(rotary(), "drive-move by=-1rev").command, AxisCommand::kDriveMoveRelative);
   EXPECT_EQ(read(rotary(), "drive-move 90 buffer=buffered").buffer, BufferMode::kBuffered);
   EXPECT_EQ(refusal(rotary(), "drive-move 90 buffer=blending_low"),
@@ -170,10 +170,10 @@ TEST(AxisWords, DrivesMoveByThemselves) {
   EXPECT_EQ(refusal(rotary(), "drive-jog 9 buffer=buffered"), "axis x: drive-jog: \"buffer=\" does not belong there");
   request = read(rotary(), "drive-jog -60rpm deceleration=20");
   EXPECT_EQ(request.command, AxisCommand::kDriveMoveVelocity);
-  EXPECT_DOUBLE_EQ(request.target, -2.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(request.target_si, -2.0 * std::numbers::pi);
   request = read(rotary(), "drive-run 30rpm");
   EXPECT_EQ(request.command, AxisCommand::kDriveRun);
-  EXPECT_DOUBLE_EQ(request.target, std::numbers::pi);
+  EXPECT_DOUBLE_EQ(request.target_si, std::numbers::pi);
   EXPECT_EQ(refusal(rotary(), "drive-run"), "axis x: drive-run needs a velocity");
   EXPECT_EQ(refusal(rotary(), "drive-run 1 acceleration=3"),
             "axis x: drive-run: \"acceleration=\" does not belong there");

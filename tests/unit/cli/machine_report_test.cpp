@@ -51,6 +51,10 @@ TEST(MachineReport, LinesAreBrokenBetweenWords) {
   EXPECT_THAT(wrapped("fix: ", word + " " + word + " " + std::string(13, 'e')), testing::SizeIs(80)) << "just fits";
   EXPECT_EQ(wrapped("fix: ", std::string(90, 'w') + " e"), "fix: " + std::string(90, 'w') + "\n     e") << "too long";
   EXPECT_EQ(wrapped("", "a b"), "a b");
+  EXPECT_EQ(shortened("spindle", 7), "spindle");
+  EXPECT_EQ(shortened("spindles", 7), "spin...");
+  EXPECT_EQ(shortened("\xC3\x84\xC3\x84\xC3\x84\xC3\x84", 4), "\xC3\x84\xC3\x84\xC3\x84\xC3\x84") << "UTF-8";
+  EXPECT_EQ(shortened("\xC3\x84\xC3\x84\xC3\x84\xC3\x84\xC3\x84\xC3\x84", 5), "\xC3\x84\xC3\x84...");
 }
 
 TEST(MachineReport, ProgramsFindEverythingInTheOrderOfTheLook) {

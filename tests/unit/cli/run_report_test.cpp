@@ -112,7 +112,12 @@ TEST(RunReport, NoLineOfTheTextIsWiderThanATerminal) {
   group.datagrams = 1;
   group.exchanges = 1'234'567;
   report.thread.emplace();
+  report.axes[0].name = "the leader of the gantry";
   report.axes[0].by_drive.emplace().maximum = 1.342;
+  const ecat_master::StartupNote refused{
+      1, ecat_master::notes::WriteRefused{{0x1C32, 2}, wire::SdoAbort::kValueRange, 1'000'000, 125'000}};
+  for (const auto severity : {runtime::Severity::kNotice, runtime::Severity::kFault})
+    report.events.push_back({runtime::events::StartupNoted{refused}, severity, std::chrono::milliseconds{12'500}});
   std::istringstream lines(to_text(report));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }

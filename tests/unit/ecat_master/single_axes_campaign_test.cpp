@@ -245,13 +245,13 @@ class Sequence {
     request.command = static_cast<AxisCommand>(pick(static_cast<std::size_t>(AxisCommand::kSetMode)));
     request.buffer = static_cast<BufferMode>(pick(6));
     request.on = !chance(4);
-    request.target = request.command == AxisCommand::kSetOverride ? number(-0.1, 2.1) : number(-30.0, 30.0);
-    if (chance(2)) request.velocity = number(0.01, 50.0);
-    if (chance(3)) request.acceleration = number(1.0, 1000.0);
-    if (chance(3)) request.deceleration = number(1.0, 1000.0);
-    if (chance(3)) request.jerk = std::exp(number(4.0, 10.8));
-    if (chance(30)) request.target = kStrange[pick(kStrange.size())];
-    if (chance(60)) request.velocity = kStrange[pick(kStrange.size())];
+    request.target_si = request.command == AxisCommand::kSetOverride ? number(-0.1, 2.1) : number(-30.0, 30.0);
+    if (chance(2)) request.velocity_si = number(0.01, 50.0);
+    if (chance(3)) request.acceleration_si = number(1.0, 1000.0);
+    if (chance(3)) request.deceleration_si = number(1.0, 1000.0);
+    if (chance(3)) request.jerk_si = std::exp(number(4.0, 10.8));
+    if (chance(30)) request.target_si = kStrange[pick(kStrange.size())];
+    if (chance(60)) request.velocity_si = kStrange[pick(kStrange.size())];
     static_cast<void>(axes_.submit(pick(kAxes), request));
     // Re-enable axes, because a campaign whose axes are off has nothing to judge.
     const auto axis = pick(kAxes);

@@ -95,8 +95,8 @@ class AxesWithoutDrives {
   static AxisRequest ask(AxisCommand command, double target = 0.0, double velocity = 0.0) {
     AxisRequest request;
     request.command = command;
-    request.target = target;
-    request.velocity = velocity;
+    request.target_si = target;
+    request.velocity_si = velocity;
     return request;
   }
   static AxisRequest off() {

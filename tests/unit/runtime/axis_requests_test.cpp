@@ -82,7 +82,7 @@ TEST_F(AxisRequestsTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
   axis_requests.open(*single);
   const auto who = caller("hand");
   auto fast = ask(AxisCommand::kMoveAbsolute, 1.0);
-  fast.velocity = 20.0;
+  fast.velocity_si = 20.0;
   EXPECT_EQ(refusal(who, 0, fast), "axis x: velocity 1145.92 deg/s is outside 0 deg/s to 572.958 deg/s");
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveVelocity, -20.0)),
             "axis x: velocity -1145.92 deg/s is outside -572.958 deg/s to 572.958 deg/s");
@@ -90,7 +90,7 @@ TEST_F(AxisRequestsTest, RefusesNumbersThatCannotBeInTheUnitOfTheAxis) {
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, std::numeric_limits<double>::quiet_NaN())),
             "axis x: target is not a finite number");
   auto backwards = ask(AxisCommand::kMoveAbsolute, 1.0);
-  backwards.acceleration = -1.0;
+  backwards.acceleration_si = -1.0;
   EXPECT_THAT(refusal(who, 0, backwards), HasSubstr("acceleration -57.2958 deg/s^2 is outside"));
   EXPECT_EQ(axis_requests.authority().owner_of(0), "") << "what is refused takes no axis";
 }
@@ -102,18 +102,18 @@ TEST_F(AxisRequestsTest, RefusesMotionsThatLastTooLongWithTheBound) {
       "axis x: the motion would take longer than 100000 s, the longest that is possible; by then ";
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kMoveAbsolute, 2e6)), too_long + "it covers at most 5.72958e+07 deg");
   auto slow = ask(AxisCommand::kMoveAbsolute, -3.0);
-  slow.velocity = 1e-5;
+  slow.velocity_si = 1e-5;
   EXPECT_EQ(refusal(who, 0, slow), too_long + "it covers at most 57.2958 deg");
   auto soft = ask(AxisCommand::kMoveAbsolute, 3.0);
-  soft.acceleration = 1e-300;
-  soft.deceleration = 3e-300;
+  soft.acceleration_si = 1e-300;
+  soft.deceleration_si = 3e-300;
   // 0.5 t^2 / (1 / a + 1 / d)
   EXPECT_EQ(refusal(who, 0, soft), too_long + "it covers at most 2.14859e-289 deg");
   auto jog = ask(AxisCommand::kMoveVelocity, 4.0);
-  jog.acceleration = 1e-6;
+  jog.acceleration_si = 1e-6;
   EXPECT_EQ(refusal(who, 0, jog), too_long + "it reaches at most 5.72958 deg/s");
-  jog.acceleration = 2.0;
-  jog.jerk = 1e-12;
+  jog.acceleration_si = 2.0;
+  jog.jerk_si = 1e-12;
   EXPECT_EQ(refusal(who, 0, jog), too_long + "it reaches at most 0.143239 deg/s");
   EXPECT_EQ(axis_requests.authority().owner_of(0), "") << "what is refused takes no axis";
 }
@@ -126,7 +126,7 @@ TEST_F(AxisRequestsTest, RefusesPositionsThatCannotBeCounted) {
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kSetPosition, 1e300)), "axis x: position 5.72958e+301" + bounds);
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kDriveMoveRelative, -2e9)), "axis x: position -1.14592e+11" + bounds);
   auto probe = ask(AxisCommand::kTouchProbe);
-  probe.window_last = 2e9;
+  probe.window_last_si = 2e9;
   EXPECT_EQ(refusal(who, 0, probe), "axis x: window 1.14592e+11" + bounds);
 }
 
@@ -171,12 +171,12 @@ TEST_F(AxisRequestsTest, RefusesTorquesThatItCannotLead) {
   EXPECT_EQ(refusal(who, 0, ask(AxisCommand::kTorque, -100.0)),
             "axis x: torque -100 Nm is outside -78.6408 Nm to 78.6408 Nm");
   auto fast = ask(AxisCommand::kTorque, 0.5);
-  fast.velocity = 20.0;
+  fast.velocity_si = 20.0;
   EXPECT_THAT(refusal(who, 0, fast), HasSubstr("velocity 1145.92 deg/s is outside"));
   static_cast<void>(told());
   auto ramp = ask(AxisCommand::kTorque, 0.5);
-  ramp.velocity = 1.0;
-  ramp.acceleration = 2.0;
+  ramp.velocity_si = 1.0;
+  ramp.acceleration_si = 2.0;
   EXPECT_EQ(refusal(who, 0, ramp), "");
   EXPECT_THAT(told(), ElementsAre("hand: axis x: torque 0.5 Nm, velocity 57.2958 deg/s, 2 Nm/s"));
 }
@@ -266,11 +266,11 @@ TEST_F(AxisRequestsTest, RequestsOfProbesAndDrivesHaveSentences) {
   axis_requests.open(*single);
   auto probe = ask(AxisCommand::kTouchProbe);
   probe.trigger = ecat_master::ProbeTrigger::kSecondFalling;
-  probe.window_last = 1.0;
+  probe.window_last_si = 1.0;
   auto homing = ask(AxisCommand::kHomeByProbe, 0.5);
   homing.trigger = ecat_master::ProbeTrigger::kZeroPulse;
-  homing.distance = -0.5;
-  homing.velocity = 1.0;
+  homing.distance_si = -0.5;
+  homing.velocity_si = 1.0;
   for (const auto& request :
        {probe, homing, ask(AxisCommand::kDriveMoveAbsolute, 1.0), ask(AxisCommand::kDriveMoveVelocity, -1.0),
         ask(AxisCommand::kDriveRun, 1.0), ask(AxisCommand::kAbortTrigger)})
@@ -281,14 +281,14 @@ TEST_F(AxisRequestsTest, RequestsOfProbesAndDrivesHaveSentences) {
                                   "hand: axis x: drive_move_absolute to 57.2958 deg",
                                   "hand: axis x: drive_move_velocity -57.2958 deg/s",
                                   "hand: axis x: drive_run 57.2958 deg/s", "hand: axis x: abort_trigger"));
-  homing.distance = -1.5;
+  homing.distance_si = -1.5;
   EXPECT_THAT(refusal(caller("hand"), 0, homing), HasSubstr("position -85.9437 deg is outside -57.2958 deg to"));
   EXPECT_THAT(refusal(caller("hand"), 0, ask(AxisCommand::kDriveMoveAbsolute, 2.5)),
               HasSubstr("position 143.239 deg is outside"));
   for (const auto command : {AxisCommand::kDriveMoveVelocity, AxisCommand::kDriveRun}) {
     EXPECT_THAT(refusal(caller("hand"), 0, ask(command, 11.0)), HasSubstr("velocity 630.254 deg/s is outside"));
   }
-  probe.window_first = std::numeric_limits<double>::infinity();
+  probe.window_first_si = std::numeric_limits<double>::infinity();
   EXPECT_EQ(refusal(caller("hand"), 0, probe), "axis x: window is not a finite number");
 }
 

@@ -290,7 +290,7 @@ TEST_F(GroupByHand, AnAxisInAGroupTakesNoRequestsOfItsOwn) {
   std::uint64_t single = 0;
   AxisRequest by;
   by.command = AxisCommand::kMoveRelative;
-  by.target = 0.01;
+  by.target_si = 0.01;
   const auto report = run({
       [&] {
         EXPECT_FALSE(line->axes().submit(caller("other"), 0, by)) << "its owner is that of the group";

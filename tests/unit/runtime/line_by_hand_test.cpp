@@ -241,7 +241,7 @@ TEST_F(LineByHand, AnAxisIsLedByATorqueNoFasterThanItMay) {
     auto& axes = line->axes();
     if (pulled == 0 && (state(0) != PlcopenState::kStandstill || !axes.status(0).owner.empty())) return;
     auto request = ask(AxisCommand::kTorque, 0.5);
-    request.velocity = 3.0;
+    request.velocity_si = 3.0;
     if (pulled == 0) pulled = axes.submit(caller("hand"), 0, request).value();
     fastest = std::max(fastest, look(0).velocity);
     if (++looks == 50) {

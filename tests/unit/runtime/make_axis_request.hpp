@@ -11,7 +11,7 @@ namespace driveline::runtime {
 inline ecat_master::AxisRequest ask(ecat_master::AxisCommand command, double target = 0.0) {
   ecat_master::AxisRequest request;
   request.command = command;
-  request.target = target;
+  request.target_si = target;
   return request;
 }
 

@@ -69,7 +69,7 @@ class Mover final : public Observer {
     if (status.report->state == ecat_master::PlcopenState::kStandstill && !asked) {
       ecat_master::AxisRequest request;
       request.command = ecat_master::AxisCommand::kMoveAbsolute;
-      request.target = 0.02;
+      request.target_si = 0.02;
       AxisCaller caller;
       caller.name = "test";
       asked = line_.axes().submit(caller, 1, request).has_value();
@@ -133,7 +133,7 @@ class Coupler final : public Observer {
     if (looks_ == 30) {
       ecat_master::AxisRequest request;
       request.command = ecat_master::AxisCommand::kMoveAbsolute;
-      request.target = 3.0;
+      request.target_si = 3.0;
       static_cast<void>(line_.axes().submit(caller, 2, request));
     }
   }

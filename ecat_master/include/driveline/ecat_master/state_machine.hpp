@@ -45,7 +45,8 @@ struct StateRetries {
 };
 
 /// Whether a refusal may pass by itself: the slave was not ready, or its application had not yet applied what was
-/// written to it. False for what only another configuration, firmware or state changes.
+/// written to it. False for what only another configuration, firmware or state changes. docs/real_drives.md lists the
+/// codes.
 [[nodiscard]] bool may_pass(wire::AlStatusCode code) noexcept;
 
 /// A slave in a change of state.

@@ -398,6 +398,9 @@ TEST(MsdSynchronisationType, ParametersOfBothSyncManagersShowWhatRuns) {
     EXPECT_EQ(rig.read(index, 0x0D), 5U);
     EXPECT_EQ(rig.read(index, 0x20), 0U);
   }
+  margin.missed = 9;
+  rig.device.sync_margin(margin);
+  for (const std::uint16_t index : {std::uint16_t{0x1C32}, std::uint16_t{0x1C33}}) EXPECT_EQ(rig.read(index, 0x0B), 9U);
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kFatalSyncError);
   for (const std::uint16_t index : {std::uint16_t{0x1C32}, std::uint16_t{0x1C33}}) EXPECT_EQ(rig.read(index, 0x20), 1U);
 }

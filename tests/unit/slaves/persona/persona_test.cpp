@@ -50,6 +50,18 @@ std::string three_entries(PersonaRig& rig) {
   return two + ", " + rig.download(0x1A00, 0, {3});
 }
 
+/// Two and three PDOs in 1C13h.
+std::string three_pdos(PersonaRig& rig) {
+  enter_pre_op(rig);
+  rig.download(0x1C13, 0, {0});
+  rig.download(0x1C13, 1, {0x00, 0x1A});
+  rig.download(0x1C13, 2, {0x01, 0x1A});
+  rig.download(0x1C13, 3, {0x02, 0x1A});
+  const auto two = rig.download(0x1C13, 0, {2});
+  rig.download(0x1C13, 0, {0});
+  return two + ", " + rig.download(0x1C13, 0, {3});
+}
+
 std::string complete_upload(PersonaRig& rig) {
   enter_pre_op(rig);
   return rig.sdo({0x50, 0x18, 0x10, 0, 0, 0, 0, 0}).substr(0, 23);
@@ -327,6 +339,14 @@ const std::vector<Row>& rows() {
        three_entries,
        "60 00 1A 00 00 00 00 00, 80 00 1A 00 42 00 04 06",
        "60 00 1A 00 00 00 00 00, 60 00 1A 00 00 00 00 00"},
+      {{Kind::kAssignmentLimit, 2},
+       three_pdos,
+       "60 13 1C 00 00 00 00 00, 80 13 1C 00 42 00 04 06",
+       "60 13 1C 00 00 00 00 00, 60 13 1C 00 00 00 00 00"},
+      {{Kind::kOverstatedAssignment, 2},
+       assignments<0x1C12, 0x1C13>,
+       "4F 12 1C 00 06 00 00 00, 4F 13 1C 00 06 00 00 00",
+       "4F 12 1C 00 04 00 00 00, 4F 13 1C 00 04 00 00 00"},
       {{Kind::kNoCompleteAccess}, complete_upload, "80 18 10 00 04 00 01 06", "51 18 10 00 12 00 00 00", "MX4"},
       {{Kind::kFourByteAnswers}, upload<0x1C00, 3>, "43 00 1C 03 03 00 00 00", "4F 00 1C 03 03 00 00 00"},
       {{Kind::kAnswersWithoutSize}, upload<0x1C00, 3>, "42 00 1C 03 03 00 00 00", "4F 00 1C 03 03 00 00 00"},

@@ -33,7 +33,8 @@ struct AssignmentPlan {
 [[nodiscard]] Result<void> write_pdo_configuration(CoeClient& coe, const PdoConfiguration& configuration);
 
 /// Reads the PDOs that the slave has assigned to a sync manager (`assignment`: 1C10h + its number), and their mapping.
-/// Errors: those of CoeClient.
+/// An assignment of which at least one element could be read ends at the first one that the slave aborts; elements that
+/// are 0 are skipped. Errors: those of CoeClient.
 [[nodiscard]] Result<std::vector<PdoMapping>> read_assigned_pdos(CoeClient& coe, std::uint16_t assignment);
 
 /// Reads back the assigned PDOs of 1C12h or 1C13h and returns their total length in bytes.

@@ -18,25 +18,26 @@ enum class AxisCommand : std::uint8_t {
   kStop,              ///< MC_Stop: comes to rest; other motion is refused until kReleaseStop
   kReleaseStop,       ///< withdraws the stop request (MC_Stop with Execute false)
   kHalt,              ///< MC_Halt: comes to rest; may be replaced by other motion
-  kMoveAbsolute,      ///< MC_MoveAbsolute: to the position `target`
-  kMoveRelative,      ///< MC_MoveRelative: by `target`, from the setpoint at its start
-  kMoveAdditive,      ///< MC_MoveAdditive: by `target`, from the target of the previous motion
-  kMoveSuperimposed,  ///< MC_MoveSuperimposed: by `target`, superimposed on the motion in progress
-  kMoveVelocity,      ///< MC_MoveVelocity: at the velocity `target`, until stopped
-  kFollow,            ///< follows the setpoints of a SetpointFeed; `target` is not used
-  kTorque,            ///< MC_TorqueControl: with the torque `target`, no faster than `velocity`
-  kSetPosition,       ///< MC_SetPosition: names the present setpoint `target`
-  kSetOverride,       ///< MC_SetOverride: scales velocities by `target`, 0 to 2
+  kMoveAbsolute,      ///< MC_MoveAbsolute: to the position `target_si`
+  kMoveRelative,      ///< MC_MoveRelative: by `target_si`, from the setpoint at its start
+  kMoveAdditive,      ///< MC_MoveAdditive: by `target_si`, from the target of the previous motion
+  kMoveSuperimposed,  ///< MC_MoveSuperimposed: by `target_si`, superimposed on the motion in progress
+  kMoveVelocity,      ///< MC_MoveVelocity: at the velocity `target_si`, until stopped
+  kFollow,            ///< follows the setpoints of a SetpointFeed; `target_si` is not used
+  kTorque,            ///< MC_TorqueControl: with the torque `target_si`, no faster than `velocity_si`
+  kSetPosition,       ///< MC_SetPosition: names the present setpoint `target_si`
+  kSetOverride,       ///< MC_SetOverride: scales velocities by `target_si`, 0 to 2
   kSetMode,           ///< changes to the cyclic mode `mode`, bumpless
   kTouchProbe,    ///< MC_TouchProbe: records the position of the axis at `trigger`, within the window if one is given
   kAbortTrigger,  ///< MC_AbortTrigger: ends a touch probe request
-  kHomeByProbe,   ///< homing by the master: up to `distance` until `trigger`, whose position is named `target`
+  kHomeByProbe,   ///< homing by the master: up to `distance_si` until `trigger`, whose position is named `target_si`
   // Movements of the profile generator in the drive (all but kHaltSuperimposed).
-  kDriveMoveAbsolute,  ///< to the position `target` (profile position mode)
-  kDriveMoveRelative,  ///< by `target`, from the actual position
-  kDriveMoveVelocity,  ///< at the velocity `target`, until stopped (profile velocity mode)
+  kDriveMoveAbsolute,  ///< to the position `target_si` (profile position mode)
+  kDriveMoveRelative,  ///< by `target_si`, from the actual position
+  kDriveMoveVelocity,  ///< at the velocity `target_si`, until stopped (profile velocity mode)
   kHaltSuperimposed,   ///< MC_HaltSuperimposed: the superimposed motion comes to rest, the motion below continues
-  kDriveRun,  ///< at the velocity `target`, until stopped, along the ramp of the drive (velocity mode: U/f operation)
+  kDriveRun,           ///< at the velocity `target_si`, until stopped, along the ramp of the drive (velocity mode: U/f
+                       ///< operation)
 };
 
 /// Whether the command brings an axis to rest or ends a stop: any client may send it. \rtsafe
@@ -50,7 +51,7 @@ enum class AxisCommand : std::uint8_t {
          command == AxisCommand::kMoveAdditive || command == AxisCommand::kHomeByProbe;
 }
 
-/// Whether `target` of the request is a position or a distance. \rtsafe
+/// Whether `target_si` of the request is a position or a distance. \rtsafe
 [[nodiscard]] constexpr bool names_position(AxisCommand command) noexcept {
   return leads_to_position(command) || command == AxisCommand::kMoveSuperimposed ||
          command == AxisCommand::kSetPosition || command == AxisCommand::kDriveMoveAbsolute ||
@@ -97,7 +98,8 @@ enum class MoveDirection : std::uint8_t {
   kNegative,  ///< the next one in negative direction
 };
 
-/// A request to an axis, in SI units: rad or m, Nm or N. Copied bytewise through ring buffers.
+/// A request to an axis. Copied bytewise through ring buffers. Members that end in `_si` are in SI units of the kind of
+/// the axis: rad or m, per second where they are velocities, Nm or N.
 struct AxisRequest {
   AxisCommand command = AxisCommand::kHalt;        ///< the command
   BufferMode buffer = BufferMode::kAborting;       ///< for motions; positioning by the drive: kAborting, kBuffered
@@ -106,15 +108,15 @@ struct AxisRequest {
   std::int8_t mode = 8;  ///< kSetMode: 6060h, 8 to 10; 7 only from 8 and back, if the drive has it
   /// Position or distance in rad or m, velocity in rad/s or m/s, torque in Nm or force in N, or a factor, as `command`
   /// says.
-  double target = 0.0;
-  double velocity = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Must not exceed it
-  double acceleration = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: Nm/s or N/s, 0: at once
-  double deceleration = 0.0;  ///< likewise; 0: as `acceleration`
-  double jerk = 0.0;          ///< rad/s^3 or m/s^3; 0: the limit of the axis
+  double target_si = 0.0;
+  double velocity_si = 0.0;      ///< magnitude, rad/s or m/s; 0: the limit of the axis. Must not exceed it
+  double acceleration_si = 0.0;  ///< rad/s^2 or m/s^2; 0: the limit. kTorque: Nm/s or N/s, 0: at once
+  double deceleration_si = 0.0;  ///< likewise; 0: as `acceleration_si`
+  double jerk_si = 0.0;          ///< rad/s^3 or m/s^3; 0: the limit of the axis
   ProbeTrigger trigger = ProbeTrigger::kFirstRising;  ///< kTouchProbe, kHomeByProbe
-  double window_first = 0.0;                          ///< kTouchProbe: first end of the window of events, rad or m
-  double window_last = 0.0;                           ///< other end of the window; equal ends: any position
-  double distance = 0.0;                              ///< kHomeByProbe, signed by the direction, rad or m
+  double window_first_si = 0.0;                       ///< kTouchProbe: first end of the window of events, rad or m
+  double window_last_si = 0.0;                        ///< other end of the window; equal ends: any position
+  double distance_si = 0.0;                           ///< kHomeByProbe, signed by the direction, rad or m
 };
 static_assert(std::is_trivially_copyable_v<AxisRequest>);
 

@@ -25,6 +25,8 @@ enum class PersonaKind : std::uint8_t {
   kFixedAssignment,
   kFixedMapping,
   kMappingLimit,
+  kAssignmentLimit,
+  kOverstatedAssignment,
   kNoCompleteAccess,
   kFourByteAnswers,
   kAnswersWithoutSize,
@@ -60,7 +62,7 @@ enum class PersonaKind : std::uint8_t {
   kLateModeDisplay,
 };
 /// Number of rows of kPersonas.
-inline constexpr std::size_t kPersonaCount = 48;
+inline constexpr std::size_t kPersonaCount = 50;
 
 /// Value of a persona, for users.
 struct PersonaValue {
@@ -129,6 +131,16 @@ inline constexpr std::array<PersonaRow, kPersonaCount> kPersonas{{
      {"entries in a PDO", 8, 1, 255},
      "a PDO takes only this number of entries (0x06040042)",
      "linuxcnc-ethercat #343"},
+    {PersonaKind::kAssignmentLimit,
+     "assignment-limit",
+     {"PDOs", 1, 1, 254},
+     "1C12h and 1C13h take only this number of PDOs (0x06040042)",
+     "linuxcnc-ethercat #515"},
+    {PersonaKind::kOverstatedAssignment,
+     "overstated-assignment",
+     {"PDOs", 3, 1, 200},
+     "1C12h:00 and 1C13h:00 count this number of PDOs more than are assigned",
+     "canopen #327"},
     {PersonaKind::kNoCompleteAccess, "no-complete-access", persona_detail::kNone,
      "complete access is refused (0x06010004) although the EEPROM offers it", "SOEM #589"},
     {PersonaKind::kFourByteAnswers, "four-byte-answers", persona_detail::kNone,

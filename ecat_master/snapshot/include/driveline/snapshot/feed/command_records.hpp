@@ -46,10 +46,10 @@ struct CommandRecord {
   std::uint32_t kind = 0;            ///< CommandKind, or any other value
   std::uint32_t reserved = 0;        ///< 0
   double target = 0;                 ///< rad, m, rad/s or m/s
-  double velocity = 0;               ///< AxisRequest::velocity
-  double acceleration = 0;           ///< AxisRequest::acceleration
-  double deceleration = 0;           ///< AxisRequest::deceleration
-  double jerk = 0;                   ///< AxisRequest::jerk
+  double velocity = 0;               ///< AxisRequest::velocity_si
+  double acceleration = 0;           ///< AxisRequest::acceleration_si
+  double deceleration = 0;           ///< AxisRequest::deceleration_si
+  double jerk = 0;                   ///< AxisRequest::jerk_si
 };
 
 /// Outcome of a command, by its number in the IDL.
