@@ -112,7 +112,8 @@ TEST(RunReport, NoLineOfTheTextIsWiderThanATerminal) {
   group.datagrams = 1;
   group.exchanges = 1'234'567;
   report.thread.emplace();
-  report.axes[0].by_drive.emplace().maximum = 1.342;
+  report.axes[0].by_drive = runtime::AxisRunReport::Reported{};
+  report.axes[0].by_drive->maximum = 1.342;
   std::istringstream lines(to_text(report));
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
