@@ -113,7 +113,8 @@ TEST(RunReport, NoLineOfTheTextIsWiderThanATerminal) {
   group.exchanges = 1'234'567;
   report.thread.emplace();
   report.axes[0].name = "the leader of the gantry";
-  report.axes[0].by_drive.emplace().maximum = 1.342;
+  report.axes[0].by_drive = runtime::AxisRunReport::Reported{};
+  report.axes[0].by_drive->maximum = 1.342;
   const ecat_master::StartupNote refused{
       1, ecat_master::notes::WriteRefused{{0x1C32, 2}, wire::SdoAbort::kValueRange, 1'000'000, 125'000}};
   for (const auto severity : {runtime::Severity::kNotice, runtime::Severity::kFault})

@@ -42,8 +42,7 @@ std::optional<TrapezoidStretch::Point> TrapezoidStretch::next(double displacemen
     return Point{start_s + missing / b_.top};
   }
   const double needed = std::sqrt(squared);
-  return Point{needed <= b_.top ? std::max(start_s, duration_of(needed))
-                                : top_s + (displacement - way_of(b_.top)) / b_.top};
+  return Point{needed <= b_.top ? duration_of(needed) : top_s + (displacement - way_of(b_.top)) / b_.top};
 }
 
 double TrapezoidStretch::displacement(const Point& point) const noexcept {
