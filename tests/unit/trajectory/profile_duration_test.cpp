@@ -196,6 +196,8 @@ TEST(ProfileDuration, GapsAreWhereThereIsNoProfile) {
       if (!profile) {
         const auto next = plan(motion, profile.error().possible_duration_s);
         ASSERT_TRUE(next.has_value()) << motion.text();
+        ASSERT_NEAR(next->duration_s(), profile.error().possible_duration_s, 1e-9 * next->duration_s())
+            << motion.text();
       }
     }
   }

@@ -37,12 +37,12 @@ std::optional<TrapezoidStretch::Point> TrapezoidStretch::next(double displacemen
     // The displacement decreases only while the axis moves backwards.
     return velocity < 0.0 && squared >= 0.0 ? std::optional(Point{duration_of(-std::sqrt(squared))}) : std::nullopt;
   }
-  const double needed = std::sqrt(squared);
-  if (needed <= b_.top) {
-    return Point{duration_of(needed)};
-  }
   const double top_s = duration_of(b_.top);
-  return Point{start_s > top_s ? start_s + missing / b_.top : top_s + (displacement - way_of(b_.top)) / b_.top};
+  if (start_s >= top_s) {
+    return Point{start_s + missing / b_.top};
+  }
+  const double needed = std::sqrt(squared);
+  return Point{needed <= b_.top ? duration_of(needed) : top_s + (displacement - way_of(b_.top)) / b_.top};
 }
 
 double TrapezoidStretch::displacement(const Point& point) const noexcept {
