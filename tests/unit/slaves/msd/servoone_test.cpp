@@ -192,7 +192,6 @@ TEST(FirmwareVersionText, IsReadAndWrittenAsTheManualsDo) {
   }
 }
 
-
 /// When the LED changes within 12 s, in ms.
 std::vector<int> changes(auto&& led) {
   std::vector<int> times;
