@@ -211,8 +211,7 @@ TEST(Superimposed, OnASynchronisedMotionItStaysBesideItsMaster) {
 TEST(Superimposed, KeepsTheSoftwareLimits) {
   auto options = single_options();
   options.software_limits = trajectory::PositionRange{-1.0, 30.0};
-  SingleLine line(1, options);
-  line.enable();
+  Enabled<SingleLine> line(1, options);
   line.submit(request(AxisCommand::kMoveVelocity, 10.0));
   line.cycles(800);
   const auto id = line.submit(on_top(40.0, 20.0));
