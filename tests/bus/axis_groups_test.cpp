@@ -119,8 +119,7 @@ TEST(AxisGroups, RefuseWhatTheirStateDoesNotAllow) {
   EXPECT_EQ(error_of(GroupCommand::kDisable), GroupError::kStopping);
   // Submitted in the same cycle, executed in this order.
   const auto released = line.submit_to_group(GroupCommand::kReleaseStop);
-  const auto moved = line.groups->move(0, line_to({0.2, 0.1}));
-  EXPECT_EQ(line.finish_of_group(moved).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to({0.2, 0.1}))).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(released), RequestPhase::kDone);
   EXPECT_EQ(line.groups->submit(7, {}), 0U);
   EXPECT_EQ(line.groups->move(7, {}), 0U);
@@ -186,8 +185,7 @@ TEST(AxisGroups, AStopOfOneAxisStopsAllOnThePath) {
   auto moved = line.groups->move(0, line_to(to));
   line.cycles(800);
   ASSERT_EQ(line.group_state(), GroupState::kMoving);
-  const auto halted = line.submit(request(AxisCommand::kHalt), 1);
-  EXPECT_EQ(line.finish(halted).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask(request(AxisCommand::kHalt), 1).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(moved), RequestPhase::kAborted);
   EXPECT_EQ(line.groups->report(moved).error, GroupError::kAxisAsked);
   EXPECT_EQ(line.groups->report(moved).axis, 1U);
@@ -281,8 +279,7 @@ TEST(AxisGroups, AMoveThatWasAnnouncedAndDoesNotComeIsNotWaitedFor) {
   StandbyGroup line(2);
   auto first = line_to({0.5, 0.5});
   first.continues = true;
-  const auto id = line.groups->move(0, first);
-  EXPECT_EQ(line.finish_of_group(id).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, first)).phase, RequestPhase::kDone);
   EXPECT_LT(apart(line.place(), {0.5, 0.5}), kExact);
 }
 
@@ -552,14 +549,12 @@ TEST(AxisGroups, AMoveThatFollowsAStopOrAHaltIsPlannedAfterIt) {
   const auto first = line.groups->move(0, line_to({8.0, 6.0}));
   line.cycles(400);
   const auto halted = line.submit_to_group(GroupCommand::kHalt);
-  const auto next = line.groups->move(0, line_to({1.0, 1.0}));
-  EXPECT_EQ(line.finish_of_group(next).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to({1.0, 1.0}))).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(first), RequestPhase::kAborted);
   EXPECT_EQ(line.group_phase(halted), RequestPhase::kDone);
   EXPECT_LT(apart(line.place(), {1.0, 1.0}), kExact);
   const auto stopped = line.submit_to_group(GroupCommand::kStop);
-  const auto refused = line.groups->move(0, line_to({2.0, 2.0}));
-  EXPECT_EQ(line.finish_of_group(refused).error, GroupError::kStopping);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to({2.0, 2.0}))).error, GroupError::kStopping);
   EXPECT_EQ(line.group_phase(stopped), RequestPhase::kDone);
   line.expect_obedience();
 }

@@ -180,14 +180,10 @@ TEST(Compensation, NoOrderOfEventsBreaksALimit) {
           line.submit(request(AxisCommand::kMoveRelative, 0.002 * any(-40, 40)));
           break;
         case 2:
-          line.lose_out = true;
-          line.cycles(any(1, 3));
-          line.lose_out = false;
+          lose_outputs(line, any(1, 3));
           break;
         case 3:
-          line.lose_back = true;
-          line.cycles(any(1, 3));
-          line.lose_back = false;
+          lose_inputs(line, any(1, 3));
           break;
         default:
           line.stall(any(1, 5));

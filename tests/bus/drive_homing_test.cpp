@@ -211,8 +211,7 @@ TEST(DriveHoming, AStopAtAnyMomentLeavesTheAxisAtRest) {
     Enabled<HomingLine> line(35);
     line.submit(request(AxisCommand::kHome));
     line.cycles(moment);
-    const auto stop = line.submit(request(AxisCommand::kStop));
-    EXPECT_EQ(line.finish(stop).phase, RequestPhase::kDone);
+    EXPECT_EQ(line.ask(request(AxisCommand::kStop)).phase, RequestPhase::kDone);
     EXPECT_EQ(line.ask(request(AxisCommand::kReleaseStop)).phase, RequestPhase::kDone);
     line.expect_use();
     line.expect_obedience();
@@ -286,9 +285,7 @@ TEST(DriveHoming, SingleLostFramesAreNoMatter) {
 TEST(DriveHoming, LostCommunicationEndsIt) {
   Enabled<HomingLine> line(17);
   const auto homing = line.home_under_way();
-  line.lose_back = true;
-  line.cycles(20);
-  line.lose_back = false;
+  lose_inputs(line, 20);
   EXPECT_EQ(line.axes().report(homing).error, AxisError::kLost);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   expect_recovery(line);

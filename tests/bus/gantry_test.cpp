@@ -335,14 +335,10 @@ TEST(Gantry, LostFramesAndMissedPeriodsDoNotPartThem) {
           line.submit(request(AxisCommand::kMoveVelocity, any(-40, 40)));
           break;
         case 1:
-          line.lose_out = true;
-          line.cycles(any(1, 3));
-          line.lose_out = false;
+          lose_outputs(line, any(1, 3));
           break;
         case 2:
-          line.lose_back = true;
-          line.cycles(any(1, 3));
-          line.lose_back = false;
+          lose_inputs(line, any(1, 3));
           break;
         default:
           line.stall(any(1, 5));

@@ -241,8 +241,7 @@ TEST(SoftwareLimits, AVelocityEndsAtThem) {
 
 TEST(SoftwareLimits, ATorqueThatLeadsTheAxisToThemStopsIt) {
   Enabled<SingleLine> line(1, limited());
-  const auto id = line.submit(torque(0.15, 20.0));
-  EXPECT_EQ(line.finish(id).error, AxisError::kOutsideRange);
+  EXPECT_EQ(line.ask(torque(0.15, 20.0)).error, AxisError::kOutsideRange);
   line.cycles(2000);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   EXPECT_LT(line.axes().axis_report(0).position, 5.05);

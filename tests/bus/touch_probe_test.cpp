@@ -185,9 +185,7 @@ TEST(TouchProbe, LostFramesAreNoMatterButALostDriveIs) {
   EXPECT_NEAR(line.now().recorded_position, kCloses, 10.0 * 125e-6 + 1e-3);
   const auto next = line.submit(probe(ProbeTrigger::kFirstRising));
   line.cycles(10);
-  line.lose_back = true;
-  line.cycles(20);
-  line.lose_back = false;
+  lose_inputs(line, 20);
   EXPECT_EQ(line.axes().report(next).error, AxisError::kLost);
 }
 
@@ -311,9 +309,7 @@ TEST(HomingByProbe, AFaultOrLostCommunicationEndsIt) {
     if (fault) {
       line.drives.drive(0).raise(slaves::msd::Fault::kOvercurrent);
     } else {
-      line.lose_back = true;
-      line.cycles(20);
-      line.lose_back = false;
+      lose_inputs(line, 20);
     }
     EXPECT_EQ(line.finish(homing).error, fault ? AxisError::kFault : AxisError::kLost);
     line.cycles(20'000);

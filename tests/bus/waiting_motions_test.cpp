@@ -172,9 +172,7 @@ TEST(WaitingMotions, ABlendedOneGoesOnBehindAGap) {
     const auto second = line.submit(move(from + 4.0, 20.0, BufferMode::kBlendingPrevious));
     for (int i = 0; i < 8000 && line.setpoint() < from + 1.995; ++i) line.cycle();
     if (lost) {
-      line.lose_out = true;
-      line.cycles(4);
-      line.lose_out = false;
+      lose_outputs(line, 4);
     } else {
       line.stall(4);
     }

@@ -134,6 +134,21 @@ class SingleLine {
   std::vector<DemandJudge> judges;
 };
 
+/// Runs cycles whose frames are lost on their way to the drives.
+template <typename Line>
+void lose_outputs(Line& line, int count) {
+  line.lose_out = true;
+  line.cycles(count);
+  line.lose_out = false;
+}
+/// The same on their way back.
+template <typename Line>
+void lose_inputs(Line& line, int count) {
+  line.lose_back = true;
+  line.cycles(count);
+  line.lose_back = false;
+}
+
 /// A line whose first axis is enabled.
 template <typename Line>
 struct Enabled : Line {
