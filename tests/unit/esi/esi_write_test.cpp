@@ -156,8 +156,7 @@ TEST(WriteEsi, ArrayWithUnequalElementsBecomesARecord) {
 TEST(WriteEsi, TextsThatXmlCannotHold) {
   DeviceDescription device = sample_device();
   device.name = std::string("bell\x07") + "M\xFCller";  // a control character, and ISO 8859-1 as SII images have it
-  const auto file = must(read_esi(write_esi({device}), "own.xml"));
-  EXPECT_EQ(file->devices.at(0).name, "bell M\xC3\xBCller");
+  EXPECT_EQ(must(read_esi(write_esi({device}), "own.xml"))->devices.at(0).name, "bell M\xC3\xBCller");
 }
 
 }  // namespace

@@ -93,8 +93,7 @@ TEST(SynchronisedProfiles, WaitUntilTheEndOfAGap) {
   const std::array axes{gap, slow, gap};
   std::array<Profile, 3> profiles;
   const double end_s = possible_durations(gap.from, gap.to, gap.limits)->gaps()[0].end_s;
-  const auto plan = must(plan_synchronised(axes, Synchronisation::kTime, profiles));
-  EXPECT_NEAR(plan->duration_s, end_s, 1e-9);
+  EXPECT_NEAR(must(plan_synchronised(axes, Synchronisation::kTime, profiles))->duration_s, end_s, 1e-9);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     expect_right(axes[i], profiles[i]);
   }

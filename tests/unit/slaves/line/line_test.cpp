@@ -61,8 +61,7 @@ TEST_F(LineTest, BytesBehindTheLastDatagramComeBackUnchanged) {
   build(1);
   auto frame = make_frame(Command::kBrd, DatagramAddress::physical(0, 0), bytes({0}));
   for (std::size_t i = 29; i < frame.size(); ++i) frame[i] = static_cast<std::byte>(i);
-  const auto reply = must(exchange(frame, line(), line()));
-  EXPECT_TRUE(std::equal(frame.begin() + 29, frame.end(), reply->frame.begin() + 29));
+  EXPECT_TRUE(std::equal(frame.begin() + 29, frame.end(), must(exchange(frame, line(), line()))->frame.begin() + 29));
 }
 
 TEST_F(LineTest, SeveralDatagramsTakeEffectInOrder) {

@@ -135,10 +135,8 @@ TEST_F(TopologyTest, AutoClosedPortOpensForAFrameThatComesIn) {
 TEST_F(TopologyTest, RingIsPassedFromEndToEnd) {
   build(3, {}, Wiring::ring(3));
   const auto frame = make_frame(Command::kBrd, DatagramAddress::physical(0, 0), bytes({0}));
-  const auto forward = must(exchange(frame, line(), line().secondary()));
-  EXPECT_EQ(forward->working_counter, 3);
-  const auto backward = must(exchange(frame, line().secondary(), line()));
-  EXPECT_EQ(backward->working_counter, 0);
+  EXPECT_EQ(must(exchange(frame, line(), line().secondary()))->working_counter, 3);
+  EXPECT_EQ(must(exchange(frame, line().secondary(), line()))->working_counter, 0);
   EXPECT_EQ(dl_status(2).ports[1], kUp);
 }
 
