@@ -7,19 +7,17 @@
 #include "driveline/slaves/msd/msd_table.hpp"
 #include "driveline/wire/frame.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
 namespace facts = ecat_master::facts;
-using ecat_master::MotionPhase;
 
 TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
   DriveLine drives(2);
-  LineOperation operation(drives, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, RunOptions{.repeat = true});
   const auto missed = operation.statistics().missed_periods;
   for (std::uint32_t i = 0; i < 250; ++i) {
     for (std::size_t drive = 0; drive < 2; ++drive) {
@@ -41,9 +39,7 @@ TEST(SdoWhileCycling, AThousandTransfersDisturbNothing) {
 /// What the axes reported over the cycles of a motion, while `beside` ran between them.
 std::vector<snapshot::AxisSample> samples_of_a_motion(const std::function<void(LineOperation&)>& beside) {
   DriveLine drives(2);
-  LineOperation operation(drives, RunOptions{.repeat = true});
-  EXPECT_EQ(sentence(operation.to_motion()), "");
-  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, RunOptions{.repeat = true});
   operation.axis_samples.clear();
   const auto begin = operation.statistics().cycles;
   beside(operation);
@@ -89,9 +85,7 @@ Wire read_registers_on_a_wire(std::size_t acyclic_bytes) {
   slaves::LineOptions wire_options;
   wire_options.byte_time = nanoseconds{80};
   DriveLine drives(24, {}, wire_options);
-  LineOperation operation(drives, RunOptions{.repeat = true, .acyclic_bytes = acyclic_bytes});
-  EXPECT_EQ(sentence(operation.to_motion()), "");
-  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, RunOptions{.repeat = true, .acyclic_bytes = acyclic_bytes});
   auto& core = *operation.master().core();
   const auto count_anew = [&] {
     core.count(false);
@@ -130,8 +124,7 @@ TEST(AcyclicBudget, WithoutItTheyWait) {
 
 TEST(SdoWhileCycling, LongObjectsAndAborts) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   CoeClient coe(*operation.master().mailbox(0));
   const auto name = coe.upload(0x1008, 0);
   ASSERT_EQ(sentence(name), "");
@@ -153,8 +146,7 @@ TEST_P(LossWhileCycling, OneFrameInFiveOfAnyKind) {
     bool armed = false;
     Chance chance(5, seed);
     LossyPort port(drives.line(), GetParam(), [&](auto, auto) { return armed && chance(); });
-    LineOperation operation(drives, port);
-    ASSERT_EQ(sentence(operation.to_op()), "");
+    IdleOperation operation(drives, port);
     CoeClient coe(*operation.master().mailbox(0));
     armed = true;
     for (std::uint32_t i = 0; i < 20; ++i) {
@@ -174,8 +166,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, LossWhileCycling,
 
 TEST(AcyclicWork, ThroughADeadLineEndsWithAnError) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   drives.line().drop_frames(1'000'000);
   CoeClient coe(*operation.master().mailbox(0));
   const auto read = coe.upload(0x6041, 0);
@@ -186,8 +177,7 @@ TEST(AcyclicWork, ThroughADeadLineEndsWithAnError) {
 
 TEST(AcyclicWork, ReadsManyRegistersInAFewFrames) {
   DriveLine drives(8);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   const auto before = operation.master().core()->cycles();
   const auto reports = operation.master().al_status();
   ASSERT_EQ(sentence(reports), "");
@@ -218,8 +208,7 @@ TEST(MailboxStatus, ComesWithTheProcessDataAndCostsNoDatagram) {
                       reads += reads_of(frame, 0x1200);
                     },
                     {});
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, port);
   ASSERT_NE(operation.master().image().places()[1].mailbox_offset, ecat_master::ProcessDataPlace::kNone);
   polls = reads = 0;
   for (int i = 0; i < 50; ++i) {
@@ -233,8 +222,7 @@ TEST(MailboxStatus, ComesWithTheProcessDataAndCostsNoDatagram) {
 
 TEST(MailboxStatus, IsAskedForAgainWhenTheCycleEnds) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   ASSERT_EQ(sentence(operation.master().shut_down()), "");
   ASSERT_EQ(sentence(operation.master().enter_pre_op()), "");
   EXPECT_EQ(sentence(CoeClient(*operation.master().mailbox(1)).upload(0x1018, 1)), "");
@@ -242,8 +230,7 @@ TEST(MailboxStatus, IsAskedForAgainWhenTheCycleEnds) {
 
 TEST(MailboxStatus, OfASlaveThatIsGoneIsNotTakenFromOldProcessData) {
   DriveLine drives(3);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   drives.line().set_power(2, false);
   operation.run(milliseconds{2});
   const auto begin = drives.clock.now();
@@ -255,9 +242,7 @@ TEST(MailboxStatus, OfASlaveThatIsGoneIsNotTakenFromOldProcessData) {
 
 TEST(Emergencies, ArriveWithTheFaultThatCausedThem) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{10});
   ASSERT_EQ(sentence(operation.master().mailbox(1)->poll()), "");

@@ -23,8 +23,7 @@ constexpr double kExact = 1e-9;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(AxisGroups, MoveAlongAStraightLineTogether) {
-  GroupLine line(3);
-  line.take_axes();
+  StandbyGroup line(3);
   EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion);
   const auto from = line.place();
   const GroupVector to{3.0, -2.0, 1.0};
@@ -120,8 +119,7 @@ TEST(AxisGroups, RefuseWhatTheirStateDoesNotAllow) {
   EXPECT_EQ(error_of(GroupCommand::kDisable), GroupError::kStopping);
   // Submitted in the same cycle, executed in this order.
   const auto released = line.submit_to_group(GroupCommand::kReleaseStop);
-  const auto moved = line.groups->move(0, line_to({0.2, 0.1}));
-  EXPECT_EQ(line.finish_of_group(moved).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to({0.2, 0.1}))).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(released), RequestPhase::kDone);
   EXPECT_EQ(line.groups->submit(7, {}), 0U);
   EXPECT_EQ(line.groups->move(7, {}), 0U);
@@ -130,8 +128,7 @@ TEST(AxisGroups, RefuseWhatTheirStateDoesNotAllow) {
 }
 
 TEST(AxisGroups, RefuseMovesThatCannotBeWithASentence) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   const auto reason_of = [&line](const GroupMove& move) {
     const auto id = line.groups->move(0, move);
     EXPECT_EQ(line.finish_of_group(id).error, GroupError::kBadMove);
@@ -163,8 +160,7 @@ TEST(AxisGroups, RefuseMovesThatCannotBeWithASentence) {
 }
 
 TEST(AxisGroups, TheirAxesRefuseRequestsOfTheirOwn) {
-  GroupLine line(3, {{"pair", {0, 1}}});
-  line.take_axes();
+  StandbyGroup line(3, {{"pair", {0, 1}}});
   ASSERT_NE(line.groups->move(0, line_to({4.0, 4.0})), 0U);
   line.cycles(200);
   for (const auto command :
@@ -183,15 +179,13 @@ TEST(AxisGroups, TheirAxesRefuseRequestsOfTheirOwn) {
 }
 
 TEST(AxisGroups, AStopOfOneAxisStopsAllOnThePath) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   const auto from = line.place();
   const GroupVector to{8.0, 6.0};
   auto moved = line.groups->move(0, line_to(to));
   line.cycles(800);
   ASSERT_EQ(line.group_state(), GroupState::kMoving);
-  const auto halted = line.submit(request(AxisCommand::kHalt), 1);
-  EXPECT_EQ(line.finish(halted).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask(request(AxisCommand::kHalt), 1).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(moved), RequestPhase::kAborted);
   EXPECT_EQ(line.groups->report(moved).error, GroupError::kAxisAsked);
   EXPECT_EQ(line.groups->report(moved).axis, 1U);
@@ -223,8 +217,7 @@ TEST(AxisGroups, AStopOfOneAxisStopsAllOnThePath) {
 }
 
 TEST(AxisGroups, AnAbortingMoveBeginsWhereThePathWasLeft) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   const auto from = line.place();
   const auto first = line.groups->move(0, line_to({8.0, 0.0}));
   auto waiting = line_to({8.0, 8.0});
@@ -246,8 +239,7 @@ TEST(AxisGroups, AnAbortingMoveBeginsWhereThePathWasLeft) {
 }
 
 TEST(AxisGroups, BufferedMovesStopInBetweenAndBlendedOnesDoNot) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   const auto slowest_at_corner = [&line](GroupBuffer buffer, double shift) {
     EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to({shift, shift}))).phase, RequestPhase::kDone);
     auto first = line_to({shift + 3.0, shift});
@@ -284,18 +276,15 @@ TEST(AxisGroups, BufferedMovesStopInBetweenAndBlendedOnesDoNot) {
 
 // A move was announced but not submitted: the axes still reach the end of their path.
 TEST(AxisGroups, AMoveThatWasAnnouncedAndDoesNotComeIsNotWaitedFor) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   auto first = line_to({0.5, 0.5});
   first.continues = true;
-  const auto id = line.groups->move(0, first);
-  EXPECT_EQ(line.finish_of_group(id).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, first)).phase, RequestPhase::kDone);
   EXPECT_LT(apart(line.place(), {0.5, 0.5}), kExact);
 }
 
 TEST(AxisGroups, APathInPartsDoesNotStopBetweenThemHoweverLongTheAxesHaveStoodBefore) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   ASSERT_EQ(line.finish_of_group(line.groups->move(0, line_to({0.1, 0.0}))).phase, RequestPhase::kDone);
   line.cycles(1000);
   auto first = line_to({0.3, 0.0});
@@ -317,8 +306,7 @@ TEST(AxisGroups, APathInPartsDoesNotStopBetweenThemHoweverLongTheAxesHaveStoodBe
 }
 
 TEST(AxisGroups, RelativeMovesAndArcs) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   const auto from = line.place();
   auto by = line_to({1.0, 2.0});
   by.relative = true;
@@ -344,8 +332,7 @@ TEST(AxisGroups, RelativeMovesAndArcs) {
 }
 
 TEST(AxisGroups, AreInterruptedContinuedReversedAndHeldOnThePath) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   const auto from = line.place();
   const GroupVector to{10.0, 5.0};
   const auto id = line.groups->move(0, line_to(to, 40.0));
@@ -378,8 +365,7 @@ TEST(AxisGroups, AreInterruptedContinuedReversedAndHeldOnThePath) {
 }
 
 TEST(AxisGroups, AfterAFailureAreResetAndEnabledAnew) {
-  GroupLine line(3);
-  line.take_axes();
+  StandbyGroup line(3);
   const auto id = line.groups->move(0, line_to({9.0, 9.0, 9.0}));
   line.cycles(800);
   line.drives.drive(1).raise(slaves::msd::Fault::kOvercurrent);
@@ -410,8 +396,7 @@ TEST(AxisGroups, AfterAFailureAreResetAndEnabledAnew) {
 
 // Paths of any length in bounded memory, submitted as there is room.
 TEST(AxisGroups, FollowAPathWithoutEnd) {
-  GroupLine line(2, {{"plotter", {0, 1}, 256}});
-  line.take_axes();
+  StandbyGroup line(2, {{"plotter", {0, 1}, 256}});
   constexpr int kMoves = 2000;
   constexpr int kPart = 16;
   std::uint64_t last = 0;
@@ -500,8 +485,7 @@ TEST(AxisGroups, AnAxisOfAGroupIsTheMasterOfAGear) {
 /// As many requests and moves as the queues take, while the axes move.
 TEST(AxisGroups, AStopIsTakenInTheNextCycleWhateverWaits) {
   for (const bool of_axis : {false, true}) {
-    GroupLine line(2);
-    line.take_axes();
+    StandbyGroup line(2);
     const auto first = line.groups->move(0, line_to({8.0, 6.0}));
     line.cycles(400);
     std::vector<std::uint64_t> moves;
@@ -526,8 +510,7 @@ TEST(AxisGroups, AStopIsTakenInTheNextCycleWhateverWaits) {
 }
 
 TEST(AxisGroups, WhatWouldResumeTheMotionDoesNotDoSoAfterALaterStop) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   ASSERT_NE(line.groups->move(0, line_to({8.0, 6.0})), 0U);
   line.cycles(400);
   ASSERT_EQ(line.ask_group(GroupCommand::kInterrupt).phase, RequestPhase::kDone);
@@ -562,26 +545,22 @@ TEST(AxisGroups, WhatWouldResumeTheMotionDoesNotDoSoAfterALaterStop) {
 }
 
 TEST(AxisGroups, AMoveThatFollowsAStopOrAHaltIsPlannedAfterIt) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   const auto first = line.groups->move(0, line_to({8.0, 6.0}));
   line.cycles(400);
   const auto halted = line.submit_to_group(GroupCommand::kHalt);
-  const auto next = line.groups->move(0, line_to({1.0, 1.0}));
-  EXPECT_EQ(line.finish_of_group(next).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to({1.0, 1.0}))).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(first), RequestPhase::kAborted);
   EXPECT_EQ(line.group_phase(halted), RequestPhase::kDone);
   EXPECT_LT(apart(line.place(), {1.0, 1.0}), kExact);
   const auto stopped = line.submit_to_group(GroupCommand::kStop);
-  const auto refused = line.groups->move(0, line_to({2.0, 2.0}));
-  EXPECT_EQ(line.finish_of_group(refused).error, GroupError::kStopping);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to({2.0, 2.0}))).error, GroupError::kStopping);
   EXPECT_EQ(line.group_phase(stopped), RequestPhase::kDone);
   line.expect_obedience();
 }
 
 TEST(AxisGroups, ArePlannedByAThreadOfTheirOwn) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   line.groups->start_planning();
   for (const double to : {1.0, -1.0, 2.0}) {
     const auto id = line.groups->move(0, line_to({to, -to}));
@@ -595,8 +574,7 @@ TEST(AxisGroups, ArePlannedByAThreadOfTheirOwn) {
 
 /// Cycle, planning and client are threads of their own.
 TEST(AxisGroups, AreStoppedWhileAThreadPlans) {
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   line.groups->start_planning();
   for (int turn = 0; turn < 10; ++turn) {
     std::vector<std::uint64_t> moves;

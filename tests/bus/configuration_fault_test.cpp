@@ -3,19 +3,18 @@
 #include "drive_line.hpp"
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
 using ecat_master::CoeClient;
 namespace facts = ecat_master::facts;
-using ecat_master::Master;
 using wire::AlState;
 
 TEST(PdoMappingTooLong, IsRefusedByTheDriveWithItsReason) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   // 2 + 1 + 4 + 2 = 9 bytes; the drive takes 8 (MSD manual 8.3.4).
   plans[1].pdos.outputs = {{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}, {0x6071, 0, 16}}}};
@@ -28,8 +27,7 @@ TEST(PdoMappingTooLong, IsRefusedByTheDriveWithItsReason) {
 
 TEST(PdoMappingTooLong, MayBeFollowedByAGoodOne) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   // Whatever was exchanged before, the mailbox restarts: one to nine entries are written before the failure, so that
   // every mailbox counter occurs.
   for (std::size_t entries = 0; entries < 9; ++entries) {
@@ -47,8 +45,7 @@ TEST(PdoMappingTooLong, MayBeFollowedByAGoodOne) {
 
 TEST(EnterPreOp, LeavesNothingOfAnEarlierConfiguration) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives);
   ASSERT_EQ(sentence(operation.master().enter_pre_op()), "");
   EXPECT_TRUE(drives.all_in(AlState::kPreOp));
   for (std::size_t i = 0; i < 2; ++i) {
@@ -60,8 +57,7 @@ TEST(EnterPreOp, LeavesNothingOfAnEarlierConfiguration) {
 
 TEST(StartupSdo, NamesTheObjectThatDoesNotExist) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   plans[0].startup_sdos.push_back({0x5FFF, 3, {std::byte{1}}});
   EXPECT_EQ(sentence(operation.master().configure(plans)),
@@ -70,8 +66,7 @@ TEST(StartupSdo, NamesTheObjectThatDoesNotExist) {
 
 TEST(StartupSdo, IsWrittenBeforeTheTransitionItIsPlannedFor) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   const auto value = wire::to_le_bytes<std::uint32_t>(4242);
   plans[1].startup_sdos.push_back({0x6065, 0, {value.begin(), value.end()}, false, AlState::kOp});
@@ -84,8 +79,7 @@ TEST(StartupSdo, IsWrittenBeforeTheTransitionItIsPlannedFor) {
 
 TEST(Watchdogs, AreSetAsPlanned) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   plans[1].watchdog = {2498, 500, 0};
   ASSERT_EQ(sentence(operation.master().configure(plans)), "");
@@ -163,8 +157,7 @@ TEST(RefusedTransition, NamesFmmusThatAreNotAsTheyWereWritten) {
 TEST(RefusedTransition, NamesEverySizeThatDisagrees) {
   DriveLine drives(2);
   ChangingPort port(drives.line(), shorten_sync_manager(3), {});
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives, port);
   EXPECT_EQ(everything_about(operation, operation.plans()),
             "slave 0: requested SAFEOP, is in PREOP + error, AL status code 0x001E (invalid input configuration); sync "
             "manager "
@@ -191,8 +184,7 @@ TEST(RefusedTransition, NamesPdosThatAreNotThePlannedOnes) {
 
 TEST(RefusedTransition, NamesTheWatchdogThatIsSwitchedOff) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   plans[0].watchdog.process_data = 0;
   EXPECT_THAT(everything_about(operation, plans),
@@ -207,8 +199,7 @@ TEST(RefusedTransition, NamesTheWatchdogThatIsSwitchedOff) {
 
 TEST(RefusedTransition, NamesMailboxesOfAnotherDevicesFile) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   auto file = operation.master().slaves()[0].info.description;
   file.sync_managers[0].start_address = 0x1E00;
@@ -249,9 +240,7 @@ TEST(RefusedTransition, ToOpIsNamedAndMayBeRepeated) {
 
 TEST(DeadSlave, IsNamedWithTheRegisterThatItDidNotAnswer) {
   DriveLine drives(3);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(drives.line(), drives.clock);
   drives.line().set_power(2, false);
   CoeClient coe(*master.mailbox(2));
   const auto done = coe.upload(0x6041, 0);

@@ -281,8 +281,7 @@ TEST(Couplings, AMasterThatFailsBringsItsSlaveToRest) {
   EXPECT_EQ(line.coupled(), CouplingState::kIdle);
   line.judges[1].expect_obedience();
   // A master that does not move by setpoints cannot be coupled to.
-  const auto again = line.couplings.engage(1, line.gear(1, 1), CatchUp::kPosition);
-  EXPECT_EQ(line.finish(again).phase, RequestPhase::kError);
+  EXPECT_EQ(line.finish(line.couplings.engage(1, line.gear(1, 1), CatchUp::kPosition)).phase, RequestPhase::kError);
 }
 
 TEST(Couplings, APeriodicCamAndAPhase) {

@@ -13,6 +13,7 @@
 #include "driveline/port/redundant_port.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -62,8 +63,7 @@ class CyclePurity : public testing::Test {
 
 TEST_F(CyclePurity, TheMasterNeitherAllocatesNorLocksWhateverHappens) {
   UnguardedLine line(drives.line(), ledger);
-  LineOperation operation(drives, line, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, line, RunOptions{.repeat = true});
   operation.start_cycle(guarded());
   ledger = {};
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
@@ -122,8 +122,7 @@ TEST_F(CyclePurity, SingleAxesPlanTheirMotionsWithoutEither) {
   UnguardedLine line(drives.line(), ledger);
   RunOptions options;
   options.single_axes = true;
-  LineOperation operation(drives, line, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, line, options);
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   ledger = {};
@@ -168,8 +167,7 @@ TEST_F(CyclePurity, GroupsFollowTheirPathsWithoutEither) {
   RunOptions options;
   options.single_axes = true;
   options.samples = false;
-  LineOperation operation(many, line, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(many, line, options);
   operation.start_cycle([&](CyclicCore& core) { return std::make_unique<GuardedRunner>(core, many.clock, ledger); });
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   AxisGroups groups(operation.single_axes(), {{"contour", {0, 1, 2}, 256}, {"lines", {3, 4, 5, 6, 7, 8, 9, 10, 11}}},
@@ -232,8 +230,7 @@ TEST_F(CyclePurity, GroupsFollowTheirPathsWithoutEither) {
 }
 
 TEST_F(CyclePurity, TheSimulatedLineIsAsPureWithoutMailboxTraffic) {
-  LineOperation operation(drives, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, RunOptions{.repeat = true});
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   operation.motion().request_start();
@@ -255,8 +252,7 @@ TEST_F(CyclePurity, GroupsRecoveryRecordingAndTracingDoNotChangeThat) {
   ecat_master::CycleTrace trace;
   options.trace = &trace;
   options.amplitude_rad = 0.1;
-  LineOperation operation(drives, line, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, line, options);
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   ledger = {};
@@ -292,8 +288,7 @@ TEST_F(CyclePurity, ARedundantPortIsPureWholeAndBroken) {
   UnguardedLine primary(ring.line(), ledger);
   UnguardedLine secondary(ring.line().secondary(), ledger);
   port::RedundantPort port(primary, secondary, ring.clock);
-  LineOperation operation(ring, port, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(ring, port, RunOptions{.repeat = true});
   operation.start_cycle([&](CyclicCore& core) { return std::make_unique<GuardedRunner>(core, ring.clock, ledger); });
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   ledger = {};
@@ -316,8 +311,7 @@ TEST_F(CyclePurity, NoWayOfWaitingForTheAnswersChangesThat) {
     SCOPED_TRACE(static_cast<int>(receive));
     DriveLine far(4, {}, {}, slaves::Wiring::line(4, microseconds{25}));  // answers take 200 us
     UnguardedLine line(far.line(), ledger);
-    LineOperation operation(far, line, RunOptions{.period = milliseconds{1}, .receive = receive, .repeat = true});
-    ASSERT_EQ(sentence(operation.to_safe_op()), "");
+    ConfiguredOperation operation(far, line, RunOptions{.period = milliseconds{1}, .receive = receive, .repeat = true});
     operation.start_cycle([&](CyclicCore& core) { return std::make_unique<GuardedRunner>(core, far.clock, ledger); });
     ASSERT_EQ(sentence(operation.master().go_operational()), "");
     operation.motion().request_start();
@@ -402,8 +396,7 @@ TEST_F(CyclePurity, RequestsOfTheCycleAndCopiedProcessDataDoNotChangeThat) {
         {0, 8 * places[0].input_offset + 56, 8 * places[2].output_offset + 56, 32},
         {1, 8 * places[1].input_offset + 61, 8 * places[2].output_offset + 121, 7}};
   };
-  LineOperation operation(drives, line, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, line, options);
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   auto& mailboxes = operation.master().mailboxes();
@@ -448,8 +441,7 @@ TEST_F(CyclePurity, TenThousandRequestsCauseNoPageFault) {
   UnguardedLine line(drives.line(), ledger);
   RunOptions options;
   options.single_axes = true;
-  LineOperation operation(drives, line, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, line, options);
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   auto& axes = operation.single_axes();
@@ -524,8 +516,7 @@ class ForgingPort final : public PassingPort {
 TEST_F(CyclePurity, HostileFramesCauseNoPageFault) {
   ForgingPort forging(drives.line());
   UnguardedLine line(forging, ledger);
-  LineOperation operation(drives, line, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, line, RunOptions{.repeat = true});
   operation.start_cycle(guarded());
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   operation.motion().request_start();
@@ -567,8 +558,7 @@ TEST_F(CyclePurity, APageFaultInsideTheCycleWouldBeSeen) {
   FaultingTask task;
   RunOptions options;
   options.task = &task;
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, options);
   operation.start_cycle(guarded());
   ledger = {};
   operation.run(milliseconds{10});
@@ -577,8 +567,7 @@ TEST_F(CyclePurity, APageFaultInsideTheCycleWouldBeSeen) {
 
 TEST_F(CyclePurity, AnAllocationInsideTheCycleWouldBeSeen) {
   WastefulPort port(drives.line());
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, port);
   operation.start_cycle(guarded());
   ledger = {};
   operation.run(milliseconds{10});

@@ -8,6 +8,7 @@
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -143,8 +144,7 @@ TEST(ProcessDataSetup, TravelsForAllSlavesTogether) {
                       if (fmmus && drives.state(0) == AlState::kPreOp) ++frames;
                     },
                     {});
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, port);
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
   EXPECT_EQ(frames, 1U) << "not one for each drive";
 }
@@ -153,15 +153,13 @@ TEST(PortsThatWereLeftClosed, AreOpenedBeforeSlavesAreCounted) {
   constexpr auto kLoopControl = static_cast<std::uint16_t>(wire::reg::kDlControl.address + 1);
   DriveLine drives(4);
   {
-    Master predecessor(drives.line(), drives.clock);
-    ASSERT_EQ(sentence(predecessor.scan()), "");
+    ScannedMaster predecessor(drives.line(), drives.clock);
     // Port 1 always closed (3 in bits 2 and 3), first far away, then nearby: one hides the other.
     const std::array<std::byte, 1> closed{std::byte{0x0C}};
     ASSERT_EQ(sentence(predecessor.bus().write(predecessor.slaves()[2].info.ref, kLoopControl, closed)), "");
     ASSERT_EQ(sentence(predecessor.bus().write(predecessor.slaves()[0].info.ref, kLoopControl, closed)), "");
   }
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   EXPECT_EQ(master.slaves().size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(drives.slave(i).esc().memory().at(kLoopControl, 1)[0], std::byte{0}) << i;

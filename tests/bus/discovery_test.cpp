@@ -3,6 +3,7 @@
 #include "drive_line.hpp"
 #include "driveline/esi/sii.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -14,8 +15,7 @@ class Discovery : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(Discovery, FindsEveryDriveWithItsIdentity) {
   DriveLine drives(GetParam());
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   ASSERT_EQ(master.slaves().size(), GetParam());
   for (std::size_t i = 0; i < GetParam(); ++i) {
     const auto& info = master.slaves()[i].info;
@@ -39,8 +39,7 @@ TEST(DiscoveryOfOneDrive, ReadsTheWholeEepromUpToTheEndOfItsCategories) {
     slaves::SlaveOptions options;
     options.sii.reads_8_bytes = eight;
     DriveLine drives(1, options);
-    Master master(drives.line(), drives.clock);
-    ASSERT_EQ(sentence(master.scan()), "");
+    ScannedMaster master(drives.line(), drives.clock);
     const auto& image = drives.slave(0).device().profile().sii_image;
     const auto& read = master.slaves()[0].info.sii;
     ASSERT_LE(read.size(), image.size() + 8);
@@ -55,8 +54,7 @@ TEST(DiscoveryOfOneDrive, WaitsForASlowEeprom) {
   slaves::SlaveOptions options;
   options.sii.busy_time = milliseconds{9};
   DriveLine drives(2, options);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   EXPECT_EQ(master.slaves()[1].info.description.serial_number, 1001U);
 }
 
@@ -64,8 +62,7 @@ TEST(DiscoveryOfOneDrive, GivesUpOnAnEepromThatStaysBusy) {
   slaves::SlaveOptions options;
   options.sii.busy_time = std::chrono::hours{1};
   DriveLine drives(2, options);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   ASSERT_TRUE(master.slaves()[0].info.problem);
   EXPECT_EQ(describe(*master.slaves()[0].info.problem), "slave 0: EEPROM interface stays busy at word 0x0000");
   EXPECT_EQ(sentence(master.enter_pre_op()), "slave 0: EEPROM interface stays busy at word 0x0000");
@@ -90,12 +87,10 @@ TEST(DiscoveryOfNothing, WithoutSlavesThatAnswer) {
 TEST(DiscoveryAfterAnotherMaster, TakesOverALineInOp) {
   DriveLine drives(3);
   {
-    LineOperation first(drives);
-    ASSERT_EQ(sentence(first.to_op()), "");
+    IdleOperation first(drives);
     ASSERT_TRUE(drives.all_in(AlState::kOp));
   }  // the master ends without telling the drives
-  Master second(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(second.scan()), "");
+  ScannedMaster second(drives.line(), drives.clock);
   EXPECT_EQ(second.slaves().size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(drives.state(i), AlState::kInit);
@@ -108,8 +103,7 @@ TEST(DiscoveryAfterAnotherMaster, TakesOverALineInOp) {
 
 TEST(PeekStates, TellsStatesWithoutChangingThem) {
   DriveLine drives(3);
-  LineOperation first(drives);
-  ASSERT_EQ(sentence(first.to_safe_op()), "");
+  ConfiguredOperation first(drives);
   drives.slave(1).al().fall_back(AlState::kPreOp, wire::AlStatusCode::kUnspecifiedError);
   Master onlooker(drives.line(), drives.clock);
   const auto reports = onlooker.peek_states();
@@ -127,8 +121,7 @@ TEST(PeekStates, TellsStatesWithoutChangingThem) {
 
 TEST(WrongPlan, NamesTheNumberOfSlaves) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   plans.push_back(plans[0]);
   const auto done = operation.master().configure(plans);
@@ -138,8 +131,7 @@ TEST(WrongPlan, NamesTheNumberOfSlaves) {
 
 TEST(WrongPlan, NamesTheForeignVendor) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   plans[1].vendor_id = 0x9A;
   EXPECT_EQ(sentence(operation.master().configure(plans)),
@@ -148,8 +140,7 @@ TEST(WrongPlan, NamesTheForeignVendor) {
 
 TEST(WrongPlan, NamesTheForeignProduct) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   plans[0].product_code = 0x12345678;
   EXPECT_EQ(sentence(operation.master().configure(plans)),
@@ -158,8 +149,7 @@ TEST(WrongPlan, NamesTheForeignProduct) {
 
 TEST(WrongPlan, MayBeFollowedByTheRightOne) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives);
   auto plans = operation.plans();
   plans[0].product_code = 1;
   ASSERT_FALSE(operation.master().configure(plans));

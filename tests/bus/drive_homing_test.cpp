@@ -9,6 +9,7 @@
 
 #include "driveline/slaves/msd/core/variant.hpp"
 #include "single_line.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -40,39 +41,19 @@ constexpr double kEdgeTolerance = 1.5 * kSlowSearch * 62.5e-6;
 
 /// Home positions of the methods of CiA 402 on this machine.
 const std::vector<Homing>& homings() {
-  static const std::vector<Homing> kHomings{{1, -4.0},
-                                            {2, 4.0},
-                                            {3, 1.0},
-                                            {4, 2.0},
-                                            {5, -1.0},
-                                            {6, -2.0},
-                                            {7, 0.0},
-                                            {8, 1.0},
-                                            {9, 1.0},
-                                            {10, 2.0},
-                                            {11, 2.0},
-                                            {12, 1.0},
-                                            {13, 1.0},
-                                            {14, 0.0},
-                                            {17, -kHomingLimit, kEdgeTolerance},
-                                            {18, kHomingLimit, kEdgeTolerance},
-                                            {19, kHomingEdge, kEdgeTolerance},
-                                            {20, kHomingEdge, kEdgeTolerance},
-                                            {21, -kHomingEdge, kEdgeTolerance},
-                                            {22, -kHomingEdge, kEdgeTolerance},
-                                            {23, kHomingCamLeft, kEdgeTolerance},
-                                            {24, kHomingCamLeft, kEdgeTolerance},
-                                            {25, kHomingCamRight, kEdgeTolerance},
-                                            {26, kHomingCamRight, kEdgeTolerance},
-                                            {27, kHomingCamRight, kEdgeTolerance},
-                                            {28, kHomingCamRight, kEdgeTolerance},
-                                            {29, kHomingCamLeft, kEdgeTolerance},
-                                            {30, kHomingCamLeft, kEdgeTolerance},
-                                            {33, 0.0},
-                                            {34, 1.0},
-                                            // At the present position, within increments and position loop errors.
-                                            {35, 0.2, 1e-4},
-                                            {37, 0.2, 1e-4}};
+  static const std::vector kHomings = {
+      Homing{1, -4.0}, Homing{2, 4.0}, Homing{3, 1.0}, Homing{4, 2.0}, Homing{5, -1.0}, Homing{6, -2.0}, Homing{7, 0.0},
+      Homing{8, 1.0}, Homing{9, 1.0}, Homing{10, 2.0}, Homing{11, 2.0}, Homing{12, 1.0}, Homing{13, 1.0},
+      Homing{14, 0.0}, Homing{17, -kHomingLimit, kEdgeTolerance}, Homing{18, kHomingLimit, kEdgeTolerance},
+      Homing{19, kHomingEdge, kEdgeTolerance}, Homing{20, kHomingEdge, kEdgeTolerance},
+      Homing{21, -kHomingEdge, kEdgeTolerance}, Homing{22, -kHomingEdge, kEdgeTolerance},
+      Homing{23, kHomingCamLeft, kEdgeTolerance}, Homing{24, kHomingCamLeft, kEdgeTolerance},
+      Homing{25, kHomingCamRight, kEdgeTolerance}, Homing{26, kHomingCamRight, kEdgeTolerance},
+      Homing{27, kHomingCamRight, kEdgeTolerance}, Homing{28, kHomingCamRight, kEdgeTolerance},
+      Homing{29, kHomingCamLeft, kEdgeTolerance}, Homing{30, kHomingCamLeft, kEdgeTolerance}, Homing{33, 0.0},
+      Homing{34, 1.0},
+      // At the present position, within increments and position loop errors.
+      Homing{35, 0.2, 1e-4}, Homing{37, 0.2, 1e-4}};
   return kHomings;
 }
 
@@ -90,24 +71,18 @@ std::vector<MachineSwitch> switches_for(int method) {
   return switches;
 }
 
-template <typename Integer>
-void set(RunOptions& options, std::uint16_t index, std::uint8_t subindex, Integer value) {
-  const auto bytes = wire::to_le_bytes(value);
-  options.startup.push_back({index, subindex, {bytes.begin(), bytes.end()}});
-}
-
 RunOptions homing_options(int method, Variant variant = Variant::kMsd) {
   auto options = single_options();
   options.variant = variant;
   const auto per_s = [](double revolutions) { return static_cast<std::uint32_t>(revolutions * 1048576.0); };
-  set<std::uint16_t>(options, 0x2065, 0, 6);   // ISD00: negative limit switch
-  set<std::uint16_t>(options, 0x2066, 0, 5);   // ISD01: positive limit switch
-  set<std::uint16_t>(options, 0x2067, 0, 10);  // ISD02: reference switch
-  set<std::int8_t>(options, 0x6098, 0, static_cast<std::int8_t>(method));
-  set<std::int32_t>(options, 0x607C, 0, home_offset(method));
-  set<std::uint32_t>(options, 0x6099, 1, per_s(4.0));
-  set<std::uint32_t>(options, 0x6099, 2, per_s(kSlowSearch));
-  set<std::uint32_t>(options, 0x609A, 0, per_s(100.0));
+  set_object<std::uint16_t>(options, 0x2065, 0, 6);   // ISD00: negative limit switch
+  set_object<std::uint16_t>(options, 0x2066, 0, 5);   // ISD01: positive limit switch
+  set_object<std::uint16_t>(options, 0x2067, 0, 10);  // ISD02: reference switch
+  set_object<std::int8_t>(options, 0x6098, 0, static_cast<std::int8_t>(method));
+  set_object<std::int32_t>(options, 0x607C, 0, home_offset(method));
+  set_object<std::uint32_t>(options, 0x6099, 1, per_s(4.0));
+  set_object<std::uint32_t>(options, 0x6099, 2, per_s(kSlowSearch));
+  set_object<std::uint32_t>(options, 0x609A, 0, per_s(100.0));
   return options;
 }
 
@@ -141,8 +116,7 @@ class EveryHoming : public testing::TestWithParam<std::tuple<Homing, Variant>> {
 
 TEST_P(EveryHoming, MakesItsZeroThatOfTheAxis) {
   const auto& [homing, variant] = GetParam();
-  HomingLine line(homing.method, variant);
-  line.enable();
+  Enabled<HomingLine> line(homing.method, variant);
   EXPECT_EQ(line.ask(request(AxisCommand::kSetPosition, 77.0)).phase, RequestPhase::kDone);
   const auto done = line.home();
   ASSERT_EQ(done.phase, RequestPhase::kDone) << to_text(done.error);
@@ -170,8 +144,7 @@ INSTANTIATE_TEST_SUITE_P(OfDrives, EveryHoming,
                          });
 
 TEST(DriveHoming, TheResultOfTheOneBeforeIsNotTaken) {
-  HomingLine line(8);
-  line.enable();
+  Enabled<HomingLine> line(8);
   ASSERT_EQ(line.home().phase, RequestPhase::kDone);
   EXPECT_EQ(line.ask(move(-6.0)).phase, RequestPhase::kDone);
   const double before = line.revolutions();
@@ -182,8 +155,7 @@ TEST(DriveHoming, TheResultOfTheOneBeforeIsNotTaken) {
 
 TEST(DriveHoming, InEveryCyclicModeComesBackToIt) {
   for (const auto mode : {std::int8_t{9}, std::int8_t{10}}) {
-    HomingLine line(24);
-    line.enable();
+    Enabled<HomingLine> line(24);
     auto change = request(AxisCommand::kSetMode);
     change.mode = mode;
     ASSERT_EQ(line.ask(change).phase, RequestPhase::kDone);
@@ -216,8 +188,7 @@ TEST(DriveHoming, BeginsAtAStandstillAndNothingElseBeginsMeanwhile) {
 }
 
 TEST(DriveHoming, AStopInterruptsIt) {
-  HomingLine line(17);
-  line.enable();
+  Enabled<HomingLine> line(17);
   const auto homing = line.home_under_way();
   const auto stop = line.submit(request(AxisCommand::kStop));
   line.cycles(2);
@@ -237,12 +208,10 @@ TEST(DriveHoming, AStopInterruptsIt) {
 TEST(DriveHoming, AStopAtAnyMomentLeavesTheAxisAtRest) {
   for (const int moment : {0, 1, 2, 5, 9, 10, 12, 14, 20, 40}) {
     SCOPED_TRACE(moment);
-    HomingLine line(35);
-    line.enable();
+    Enabled<HomingLine> line(35);
     line.submit(request(AxisCommand::kHome));
     line.cycles(moment);
-    const auto stop = line.submit(request(AxisCommand::kStop));
-    EXPECT_EQ(line.finish(stop).phase, RequestPhase::kDone);
+    EXPECT_EQ(line.ask(request(AxisCommand::kStop)).phase, RequestPhase::kDone);
     EXPECT_EQ(line.ask(request(AxisCommand::kReleaseStop)).phase, RequestPhase::kDone);
     line.expect_use();
     line.expect_obedience();
@@ -250,8 +219,7 @@ TEST(DriveHoming, AStopAtAnyMomentLeavesTheAxisAtRest) {
 }
 
 TEST(DriveHoming, SwitchedOffMeanwhileItComesToRestFirst) {
-  HomingLine line(17);
-  line.enable();
+  Enabled<HomingLine> line(17);
   const auto homing = line.home_under_way();
   EXPECT_EQ(line.ask(power(false)).phase, RequestPhase::kDone);
   EXPECT_EQ(line.phase(homing), RequestPhase::kAborted);
@@ -270,8 +238,7 @@ void expect_recovery(HomingLine& line) {
 }
 
 TEST(DriveHoming, AFaultOfTheDriveEndsIt) {
-  HomingLine line(17);
-  line.enable();
+  Enabled<HomingLine> line(17);
   const auto homing = line.home_under_way();
   line.drives.drive(0).raise(slaves::msd::Fault::kOvercurrent);
   EXPECT_EQ(line.finish(homing).error, AxisError::kFault);
@@ -282,9 +249,8 @@ TEST(DriveHoming, AFaultOfTheDriveEndsIt) {
 
 TEST(DriveHoming, ADriveThatFindsNoHomeSaysSo) {
   auto options = homing_options(19);
-  set<std::uint16_t>(options, 0x2067, 0, 0);  // the reference switch is not connected
-  HomingLine line(options, 19);
-  line.enable();
+  set_object<std::uint16_t>(options, 0x2067, 0, 0);  // the reference switch is not connected
+  Enabled<HomingLine> line(options, 19);
   const auto failed = line.home();
   EXPECT_EQ(failed.phase, RequestPhase::kError);
   EXPECT_EQ(failed.error, AxisError::kHoming);
@@ -295,16 +261,14 @@ TEST(DriveHoming, ADriveThatFindsNoHomeSaysSo) {
 TEST(DriveHoming, ADriveThatDoesNotFindItInTimeIsStopped) {
   auto options = homing_options(17);
   options.homing_timeout = milliseconds{200};
-  HomingLine line(options, 17);
-  line.enable();
+  Enabled<HomingLine> line(options, 17);
   EXPECT_EQ(line.home().error, AxisError::kHomingTimeout);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   expect_recovery(line);
 }
 
 TEST(DriveHoming, SingleLostFramesAreNoMatter) {
-  HomingLine line(24);
-  line.enable();
+  Enabled<HomingLine> line(24);
   const auto homing = line.submit(request(AxisCommand::kHome));
   for (int cycle = 0; cycle < 400'000 && !line.axes().report(homing).over(); ++cycle) {
     line.lose_out = cycle % 5 == 1;
@@ -319,20 +283,16 @@ TEST(DriveHoming, SingleLostFramesAreNoMatter) {
 }
 
 TEST(DriveHoming, LostCommunicationEndsIt) {
-  HomingLine line(17);
-  line.enable();
+  Enabled<HomingLine> line(17);
   const auto homing = line.home_under_way();
-  line.lose_back = true;
-  line.cycles(20);
-  line.lose_back = false;
+  lose_inputs(line, 20);
   EXPECT_EQ(line.axes().report(homing).error, AxisError::kLost);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   expect_recovery(line);
 }
 
 TEST(DriveHoming, AnAbsenceOfTheMasterEndsIt) {
-  HomingLine line(17);
-  line.enable();
+  Enabled<HomingLine> line(17);
   const auto homing = line.home_under_way();
   line.stall(5);
   EXPECT_EQ(line.phase(homing), RequestPhase::kActive);
@@ -344,8 +304,7 @@ TEST(DriveHoming, AnAbsenceOfTheMasterEndsIt) {
 TEST(DriveHoming, AModeThatTheDriveDoesNotHaveIsRefused) {
   auto options = homing_options(24);
   options.supported_modes = 0x03E7U & ~(1U << 5U) & ~(1U << 9U);  // no hm, no cst
-  HomingLine line(options, 24);
-  line.enable();
+  Enabled<HomingLine> line(options, 24);
   EXPECT_EQ(line.ask(request(AxisCommand::kHome)).error, AxisError::kNoSuchMode);
   EXPECT_EQ(line.ask(request(AxisCommand::kTorque)).error, AxisError::kNoSuchMode);
   auto change = request(AxisCommand::kSetMode);

@@ -94,8 +94,7 @@ TEST(DriveProfile, AMotionOfTheMasterFollowsBehindAHalt) {
     ProfileLine line;
     const auto driven = line.submit(before);
     line.cycles(1000);
-    const auto next = line.submit(move(1.0, 20.0));
-    EXPECT_EQ(line.finish(next, 20'000).phase, RequestPhase::kDone);
+    EXPECT_EQ(line.finish(line.submit(move(1.0, 20.0)), 20'000).phase, RequestPhase::kDone);
     EXPECT_EQ(line.phase(driven), RequestPhase::kAborted);
     EXPECT_NEAR(line.setpoint(), 1.0, 1e-9);
     EXPECT_EQ(line.now().mode, 8);
@@ -160,8 +159,7 @@ TEST(DriveProfile, AVelocityEndsAtTheSoftwareLimits) {
   auto options = profile_options();
   options.software_limits = trajectory::PositionRange{-5.0, 5.0};
   ProfileLine line(options);
-  const auto running = line.submit(at(10.0));
-  EXPECT_EQ(line.finish(running).error, AxisError::kOutsideRange);
+  EXPECT_EQ(line.ask(at(10.0)).error, AxisError::kOutsideRange);
   line.cycles(1000);
   EXPECT_EQ(line.state(), PlcopenState::kStandstill);
   EXPECT_LT(line.now().position, 5.1) << "as the drive halts";
@@ -206,9 +204,7 @@ TEST(DriveProfile, LostCommunicationOrAnAbsenceOfTheMasterEndsIt) {
     const auto driven = line.submit(at(10.0));
     line.cycles(1000);
     if (lost) {
-      line.lose_back = true;
-      line.cycles(20);
-      line.lose_back = false;
+      lose_inputs(line, 20);
     } else {
       line.stall(9);
     }

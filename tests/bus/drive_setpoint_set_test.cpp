@@ -130,8 +130,7 @@ TEST(SetpointSet, OneThatComesLateIsReachedAllTheSame) {
     const double from = line.setpoint();
     const auto first = line.submit(by(1.0));
     line.cycles(moment);
-    const auto second = line.submit(then(to(from + 1.5)));
-    EXPECT_EQ(line.finish(second).phase, RequestPhase::kDone);
+    EXPECT_EQ(line.ask(then(to(from + 1.5))).phase, RequestPhase::kDone);
     EXPECT_EQ(line.phase(first), RequestPhase::kDone);
     line.cycles(200);
     EXPECT_NEAR(line.now().position, from + 1.5, 0.01);
@@ -173,8 +172,7 @@ TEST(SetpointSet, EachTargetHasItsTimeToBeReached) {
   options.target_timeout = milliseconds{500};
   ProfileLine line(options);
   const auto first = line.submit(by(4.0));
-  const auto second = line.submit(then(by(4.0)));
-  EXPECT_EQ(line.finish(second).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask(then(by(4.0))).phase, RequestPhase::kDone);
   EXPECT_EQ(line.phase(first), RequestPhase::kDone);
 }
 

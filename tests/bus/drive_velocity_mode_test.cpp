@@ -54,8 +54,7 @@ TEST(DriveVelocityMode, AMotionOfTheMasterFollowsBehindAHalt) {
   ProfileLine line(velocity_mode_options());
   const auto driven = line.submit(run_at(20.0));
   line.cycles(1000);
-  const auto next = line.submit(move(1.0, 20.0));
-  EXPECT_EQ(line.finish(next, 20'000).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish(line.submit(move(1.0, 20.0)), 20'000).phase, RequestPhase::kDone);
   EXPECT_EQ(line.phase(driven), RequestPhase::kAborted);
   EXPECT_NEAR(line.setpoint(), 1.0, 1e-9);
   EXPECT_EQ(line.now().mode, 8);

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "single_line.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -16,11 +17,6 @@ using ecat_master::cia402::Mode;
 
 constexpr double kEndlessTurn = 6.283185307179586;
 constexpr std::int32_t kEndlessRange = 1048576;
-
-void append(RunOptions& options, std::uint8_t subindex, std::int32_t value) {
-  const auto bytes = wire::to_le_bytes(value);
-  options.startup.push_back({0x607B, subindex, {bytes.begin(), bytes.end()}});
-}
 
 /// In CST the motion of the axis includes the response of the master's loop to friction.
 AxisRequest soft(AxisRequest asked) {
@@ -33,8 +29,8 @@ RunOptions endless(Mode mode, std::int32_t low, std::int32_t high) {
   options.mode = mode;
   options.range_min = low;
   options.range_max = high;
-  append(options, 1, low);
-  append(options, 2, high);
+  set_object<std::int32_t>(options, 0x607B, 1, low);
+  set_object<std::int32_t>(options, 0x607B, 2, high);
   return options;
 }
 
@@ -67,8 +63,7 @@ TEST_P(EndlessAxis, TurnsOnOverThreeEndsOfItsRange) {
   const auto [mode, direction] = GetParam();
   for (const std::int32_t low : {0, -300'000}) {
     SCOPED_TRACE(low);
-    SingleLine line(1, endless(mode, low, low + kEndlessRange - 1), {}, 0.3);
-    line.enable();
+    Enabled<SingleLine> line(1, endless(mode, low, low + kEndlessRange - 1), {}, 0.3);
     const double from = line.setpoint();
     const double shaft = line.drives.drive(0).position_rad();
     Rounds rounds;
@@ -98,8 +93,7 @@ TEST_P(EndlessAxis, TurnsOnOverTheEndOfThe32Bits) {
   const auto [mode, direction] = GetParam();
   auto options = single_options();
   options.mode = mode;
-  SingleLine line(1, options, {}, direction * (2048.0 * kEndlessTurn - 3.0));
-  line.enable();
+  Enabled<SingleLine> line(1, options, {}, direction * (2048.0 * kEndlessTurn - 3.0));
   const double from = line.setpoint();
   EXPECT_EQ(line.ask(soft(request(AxisCommand::kMoveRelative, direction * 6.0))).phase, RequestPhase::kDone);
   EXPECT_NEAR(line.setpoint(), from + direction * 6.0, 1e-6);
@@ -125,8 +119,7 @@ TEST(EndlessReversedAxis, TurnsOnOverThreeEndsOfItsRange) {
   for (const double direction : {1.0, -1.0}) {
     auto options = endless(Mode::kCyclicPosition, 0, kEndlessRange - 1);
     options.reversed = true;
-    SingleLine line(1, options, {}, 0.3);
-    line.enable();
+    Enabled<SingleLine> line(1, options, {}, 0.3);
     const double from = line.setpoint();
     const double shaft = line.drives.drive(0).position_rad();
     Rounds rounds;

@@ -18,6 +18,7 @@
 #include "driveline/slaves/ethernet_link.hpp"
 #include "edited_line.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -25,7 +26,6 @@ namespace {
 using ecat_master::CoeClient;
 using ecat_master::EoePort;
 using ecat_master::Master;
-using ecat_master::MotionPhase;
 using Bytes = std::vector<std::byte>;
 using Frames = std::vector<Bytes>;
 
@@ -96,9 +96,7 @@ struct Echoes final : ecat_master::EoeReceiver {
 
 TEST(EoeOfALine, CarriesFramesBothWaysBeforeTheCycle) {
   DriveLine drives(3);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(drives.line(), drives.clock);
   Echoes echoes(drives, master);
   for (int i = 0; i < 50; ++i) echoes.send();
   echoes.await(std::chrono::seconds{5}, drives.clock);
@@ -107,9 +105,7 @@ TEST(EoeOfALine, CarriesFramesBothWaysBeforeTheCycle) {
 
 TEST(EoeOfALine, DisturbsNeitherTheMotionNorTheSdos) {
   DriveLine drives(3);
-  LineOperation operation(drives, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, RunOptions{.repeat = true});
   Echoes echoes(drives, operation.master());
   const auto missed = operation.statistics().missed_periods;
   nanoseconds longest{0};
@@ -131,8 +127,7 @@ TEST(EoeOfALine, DisturbsNeitherTheMotionNorTheSdos) {
 
 TEST(EoeOfALine, UsesAlmostEveryCycleForAFragment) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   Echoes echoes(drives, operation.master());
   for (int i = 0; i < 40; ++i) echoes.send();
   const auto before = operation.master().core()->cycles();
@@ -145,8 +140,7 @@ TEST(EoeOfALine, UsesAlmostEveryCycleForAFragment) {
 
 TEST(EoeOfALine, LetsAnSdoWaitForNoMoreThanTheFragmentsOnTheWire) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   Echoes echoes(drives, operation.master());
   const auto upload = [&] {
     const auto before = operation.master().core()->cycles();
@@ -173,8 +167,7 @@ TEST_P(EoeLoss, OfOneFrameInAHundredLosesNoFragment) {
     bool armed = false;
     Chance chance(100, seed);
     LossyPort port(drives.line(), GetParam(), [&](auto, auto) { return armed && chance(); });
-    LineOperation operation(drives, port);
-    ASSERT_EQ(sentence(operation.to_op()), "");
+    IdleOperation operation(drives, port);
     Echoes echoes(drives, operation.master());
     armed = true;
     for (int round = 0; round < 4; ++round) {
@@ -194,9 +187,7 @@ TEST_P(EoeLoss, BeforeTheCycleLosesNoFragment) {
     bool armed = false;
     Chance chance(20, seed);
     LossyPort port(drives.line(), GetParam(), [&](auto, auto) { return armed && chance(); });
-    Master master(port, drives.clock);
-    ASSERT_EQ(sentence(master.scan()), "");
-    ASSERT_EQ(sentence(master.enter_pre_op()), "");
+    PreOpMaster master(port, drives.clock);
     Echoes echoes(drives, master);
     armed = true;
     for (int i = 0; i < 50; ++i) echoes.send();
@@ -211,8 +202,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, EoeLoss, testing::Values(LossyPort::Direction::kO
 
 TEST(EoeOfALine, TheAddressOfADriveIsSetAndReadWhileFramesPass) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   Echoes echoes(drives, operation.master());
   for (int i = 0; i < 20; ++i) echoes.send();
   ecat_master::EoeClient client(operation.master().mailboxes(), 0);
@@ -228,8 +218,7 @@ TEST(EoeOfALine, TheAddressOfADriveIsSetAndReadWhileFramesPass) {
 
 TEST(EoeOfALine, APortComesBackWithItsSlave) {
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   Echoes echoes(drives, operation.master());
   ecat_master::LineSupervisor supervisor(operation.master());
   drives.line().set_power(1, false);
@@ -256,9 +245,7 @@ TEST(EoeOfALine, ASlaveWithoutEoeHasNoPort) {
     image.mailbox_protocols &= static_cast<std::uint16_t>(~esi::sii_mailbox::kEoe);
     profile.sii_image = esi::encode_sii(image);
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(drives.line(), drives.clock);
   EXPECT_FALSE(master.supports_eoe(0));
   struct Nobody final : ecat_master::EoeReceiver {
     void receive(std::uint16_t /*position*/, std::span<const std::byte> /*frame*/) override {}

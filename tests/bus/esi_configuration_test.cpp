@@ -3,6 +3,7 @@
 
 #include "drive_line.hpp"
 #include "driveline/esi/esi_file.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -57,8 +58,7 @@ TEST_P(EsiConfiguration, TakesTheDrivesToOpAndLetsThemFollowAPath) {
   RunOptions options;
   options.variant = GetParam().variant;
   options.mode = GetParam().mode;
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.master().scan()), "");
+  ScannedOperation operation(drives, options);
   auto plans = operation.plans();
   for (auto& plan : plans) {
     plan.vendor_id = device.vendor_id;

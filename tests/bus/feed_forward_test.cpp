@@ -19,6 +19,7 @@
 #include "driveline/runtime/identify/test_motion.hpp"
 #include "driveline/runtime/line.hpp"
 #include "driveline/snapshot/sample_consumer.hpp"
+#include "support/must.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -233,16 +234,13 @@ class Records final : public snapshot::SampleConsumer {
 TEST_F(FeedForwardLine, ATestMotionFindsTheLoad) {
   const auto running = line("", "");
   const auto& axis = running->config().axes.front();
-  auto path = runtime::make_test_path({12.0, 80.0, 1000.0}, axis);
-  ASSERT_TRUE(path) << describe(path.error());
+  auto path = must(runtime::make_test_path({12.0, 80.0, 1000.0}, axis));
   ecat_master::PathSource source(std::move(*path), std::span(&axis.limits, 1), ecat_master::LatePolicy::kStay);
   ASSERT_TRUE(running->use(source));
   Records records;
   running->add(records);
-  const auto report = running->run();
-  ASSERT_TRUE(report) << describe(report.error());
-  const auto load = runtime::estimate_load(records.list, {});
-  ASSERT_TRUE(load) << describe(load.error());
+  ASSERT_EQ(failure_text(running->run()), "");
+  const auto load = must(runtime::estimate_load(records.list, {}));
   EXPECT_NEAR(load->inertia.value, kInertia, 0.02 * kInertia);
   EXPECT_NEAR(load->viscous_friction.value, kViscous, 0.05 * kViscous);
   EXPECT_NEAR(load->coulomb_friction.value, kCoulomb, 0.03 * kCoulomb);

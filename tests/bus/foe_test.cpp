@@ -10,6 +10,7 @@
 #include "driveline/slaves/msd/core/firmware_image.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -203,9 +204,7 @@ TEST(FoeParameters, WithAnythingWrongChangeNothing) {
 
 TEST(FoeParameters, AreReadInOperationAndWrittenInPreOpOnly) {
   DriveLine drives(2);
-  LineOperation operation(drives, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, RunOptions{.repeat = true});
   FoeClient foe(operation.master().mailboxes(), 0);
   const auto set = foe.read({"parameters.txt", 0});
   ASSERT_EQ(sentence(set), "");
@@ -242,8 +241,7 @@ TEST(FoeMailbox, AnSdoWaitsForTheFileAndBothAreRight) {
 /// Counts the cycles of a packet, so that the file can be short.
 TEST(FoeSpeed, FourMebibytesTakeLessThanFiveSecondsAt125Microseconds) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   const auto before = operation.master().core()->cycles();
   const auto file = FoeClient(operation.master().mailboxes(), 0).read({"parameters.txt", 0});
   ASSERT_EQ(sentence(file), "");
@@ -262,8 +260,7 @@ TEST(FoeLostFrames, OneInAHundredCostsNothingButTime) {
     DriveLine drives(1);
     std::mt19937 random(11);
     LossyPort port(drives.line(), way, [&](auto, auto) { return random() % 100 == 0; });
-    Master master(port, drives.clock);
-    ASSERT_EQ(sentence(master.scan()), "");
+    ScannedMaster master(port, drives.clock);
     const auto boot = enter_bootstrap(master.mailboxes(), master.slaves()[0].info);
     ASSERT_EQ(sentence(boot), "");
     const auto file = firmware(200'000);

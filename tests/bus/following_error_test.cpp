@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "drive_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -20,8 +21,7 @@ constexpr double kIncrementRad = 2.0 * 3.14159265 / 1048576.0;
 
 /// Samples of all axes while they were on the path.
 std::vector<AxisSample> samples_on_the_path(LineOperation& operation) {
-  EXPECT_EQ(sentence(operation.to_motion()), "");
-  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  follow_path(operation);
   operation.axis_samples.clear();
   EXPECT_TRUE(operation.run_until(MotionPhase::kHolding, std::chrono::seconds{2}));
   return operation.axis_samples;
@@ -87,9 +87,7 @@ TEST(FollowingError, OfALateFrameIsThatOfTheInstantOfItsPosition) {
   constexpr auto kPeriod = milliseconds{1};
   for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity}) {
     DriveLine drives(1);
-    LineOperation operation(drives, RunOptions{.period = kPeriod, .mode = mode, .amplitude_rad = kAmplitudeRad});
-    ASSERT_EQ(sentence(operation.to_motion()), "");
-    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    FollowingOperation operation(drives, RunOptions{.period = kPeriod, .mode = mode, .amplitude_rad = kAmplitudeRad});
     operation.run(milliseconds{100});
     operation.cycle();
     const auto on_time = operation.axis_samples.back();
@@ -124,9 +122,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, FollowingErrorOfTheLoop, testing::Values(Mode::k
 TEST(FollowingError, OfAnAxisThatIsHeldGrowsWithItsPath) {
   for (const auto mode : {Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
     DriveLine drives(1);
-    LineOperation operation(drives, RunOptions{.mode = mode});
-    ASSERT_EQ(sentence(operation.to_motion()), "");
-    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+    FollowingOperation operation(drives, RunOptions{.mode = mode});
     auto& drive = drives.drive(0);
     const auto blocked = drive.signals().find_signal(slaves::SignalId::Direction::kInput, "AXIS_BLOCKED");
     ASSERT_TRUE(blocked);

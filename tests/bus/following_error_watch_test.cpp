@@ -7,6 +7,7 @@
 
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "single_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -37,9 +38,7 @@ TEST_P(WatchedFollowingError, StopsAllAxesWithinTheirLimits) {
   auto options = watched(GetParam() == Mode::kCyclicTorque ? 4 * kWindow : kWindow);
   options.mode = GetParam();
   DriveLine drives(2);
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, options);
   operation.run(milliseconds{80});
   ASSERT_EQ(operation.motion().phase(), MotionPhase::kFollowing) << "nothing is wrong so far";
   block(drives.drive(1), true);
@@ -69,9 +68,7 @@ TEST_P(WatchedFollowingError, IsNotThereWithoutAWindow) {
   options.amplitude_rad = 6.0;
   options.mode = GetParam();
   DriveLine drives(1);
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, options);
   operation.run(milliseconds{80});
   block(drives.drive(0), true);
   operation.run(milliseconds{30});

@@ -11,6 +11,7 @@
 #include "driveline/ecat_master/single_axis/gantry.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "single_line.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -39,13 +40,7 @@ GantrySettings pair_settings() {
 
 RunOptions gantry_options() {
   auto options = single_options();
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
-                                                {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
-                                                {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}, {0x60B8, 0, 16}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
-                                                {0x1A01, {{0x606C, 0, 32}, {0x60BA, 0, 32}}},
-                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}, {0x60B9, 0, 16}}}}};
-  options.startup.push_back({0x206A, 0, {std::byte{15}, std::byte{0}}});  // ISD05: PROBE
+  map_touch_probe(options);
   return options;
 }
 
@@ -340,14 +335,10 @@ TEST(Gantry, LostFramesAndMissedPeriodsDoNotPartThem) {
           line.submit(request(AxisCommand::kMoveVelocity, any(-40, 40)));
           break;
         case 1:
-          line.lose_out = true;
-          line.cycles(any(1, 3));
-          line.lose_out = false;
+          lose_outputs(line, any(1, 3));
           break;
         case 2:
-          line.lose_back = true;
-          line.cycles(any(1, 3));
-          line.lose_back = false;
+          lose_inputs(line, any(1, 3));
           break;
         default:
           line.stall(any(1, 5));

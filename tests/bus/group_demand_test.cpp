@@ -140,8 +140,7 @@ constexpr double kMaxJerk = AxisGroups::kShareOfAcceleration * kMaxAcceleration 
 TEST(GroupDemand, HoldOverrideReverseAndResumeAtAThousandRandomTimesStayOnThePath) {
   std::mt19937_64 random(20260718);
   const auto any = [&random](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
-  GroupLine line(PointsOfPath::kAxes);
-  line.take_axes();
+  StandbyGroup line(PointsOfPath::kAxes);
   const auto moves = random_path(random, 24);
   PointsOfPath path(line.place(), moves);
   const auto first = line.groups->move_path(0, moves);
@@ -325,8 +324,7 @@ TEST(GroupDemand, ManyAxesAreHeldOverriddenAndReversedOnTheirLine) {
 
 // The inputs of an axis fail, because its slave has no power.
 TEST(GroupDemand, ALostAxisStopsTheOthersOnThePath) {
-  GroupLine line(3);
-  line.take_axes();
+  StandbyGroup line(3);
   const auto from = demands(line, 3);
   const GroupVector to{6.0, 9.0, 4.0};
   ASSERT_NE(line.groups->move(0, line_to(to, 60.0)), 0U);
@@ -358,8 +356,7 @@ TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
     const auto any = [&random](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
-    GroupLine line(PointsOfPath::kAxes);
-    line.take_axes();
+    StandbyGroup line(PointsOfPath::kAxes);
     const auto moves = random_path(random, 40);
     PointsOfPath path(line.place(), moves);
     const auto first = line.groups->move_path(0, moves);
@@ -402,8 +399,7 @@ TEST(GroupDemand, LostFramesAndMissedPeriodsNeverMakeAxesLeap) {
 TEST(GroupDemand, APathWaitsForSetpointsThatAreLostAndPeriodsThatAreMissed) {
   constexpr double kFeed = 20.0;
   constexpr double kStep = kFeed * 125e-6;
-  GroupLine line(2);
-  line.take_axes();
+  StandbyGroup line(2);
   ASSERT_NE(line.groups->move(0, line_to({20.0, 10.0}, kFeed)), 0U);
   line.cycles(1200);
   const auto steps_during = [&line](const std::function<void()>& disturb) {
@@ -432,8 +428,7 @@ TEST(GroupDemand, APathBridgesGapsAsLongAsTheLineAllows) {
   for (const int periods : {9, 64, 65, 80, 200}) {
     for (const int kind : {0, 1, 2}) {
       SCOPED_TRACE(testing::Message() << periods << " periods, kind " << kind);
-      GroupLine line(2, {}, options);
-      line.take_axes();
+      StandbyGroup line(2, {}, options);
       const auto id = line.groups->move(0, line_to({12.0, 6.0}, 30.0));
       line.cycles(800);
       if (kind == 0) {

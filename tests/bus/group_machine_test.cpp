@@ -94,8 +94,7 @@ TEST(GroupMachine, ThePathIsThatOfTheToolAndTheLimitsAreThoseOfTheJoints) {
   // A new path starts where the tool is after the previous one was left.
   id = line.groups->move(0, line_to(from, 2.0));
   line.cycles(1000);
-  const auto aborting = line.groups->move(0, line_to(to, 2.0));
-  EXPECT_EQ(line.finish_of_group(aborting).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.finish_of_group(line.groups->move(0, line_to(to, 2.0))).phase, RequestPhase::kDone);
   EXPECT_EQ(line.group_phase(id), RequestPhase::kAborted);
   EXPECT_LT(apart(line.tool(), to), kOnPath);
   line.expect_obedience();

@@ -4,6 +4,7 @@
 #include "driveline/ecat_master/discovery/device_identification.hpp"
 #include "driveline/ecat_master/discovery/line_comparison.hpp"
 #include "edited_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -181,8 +182,7 @@ TEST(LineComparison, AnEepromThatCannotBeReadIsNoForeignDevice) {
 TEST(PlanByAlias, FindsTheDriveWhereverItIs) {
   EditedLine drives(
       3, [](std::size_t drive, auto& profile) { set_alias(profile, static_cast<std::uint16_t>(30 - 10 * drive)); });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   std::vector<ecat_master::SlavePlan> plans(3);
   for (std::size_t i = 0; i < 3; ++i) {
     plans[i].name = "axis " + std::to_string(i);
@@ -198,8 +198,7 @@ TEST(PlanByAlias, FindsTheDriveWhereverItIs) {
 
 TEST(PlanByAlias, RefusesAnAliasThatIsThereTwice) {
   EditedLine drives(3, [](std::size_t, auto& profile) { set_alias(profile, 4); });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   std::vector<ecat_master::SlavePlan> plans(1);
   plans[0].alias = 4;
   EXPECT_EQ(sentence(master.configure(plans)), "slave 0 and slave 1 both answer to alias 4");
@@ -209,8 +208,7 @@ TEST(PlanByDeviceId, FindsTheDriveByItsIdentificationSelector) {
   EditedLine drives(3, [](std::size_t drive, auto& profile) {
     if (drive != 1) profile.device_id = static_cast<std::uint16_t>(100 + drive);
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   std::vector<ecat_master::SlavePlan> plans(3);
   plans[0].device_id = 102;
   plans[1].device_id = 100;
@@ -225,9 +223,7 @@ TEST(PlanByDeviceId, FindsTheDriveByItsIdentificationSelector) {
 
 TEST(PlanByDeviceId, LeavesTheStatesAlone) {
   EditedLine drives(2, [](std::size_t, auto& profile) { profile.device_id = 9; });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(master.identify_devices()), "");
   EXPECT_EQ(master.slaves()[0].info.device_id, 9);
   for (const std::size_t i : {0U, 1U}) EXPECT_EQ(drives.slave(i).state(), AlState::kPreOp);
@@ -243,8 +239,7 @@ TEST(WrongWiring, InAndOutSwappedIsRefusedUnlessMeant) {
     DriveLine drives(3, {}, options, wiring);
     ecat_master::Master::Settings settings;
     settings.accept_swapped_ports = meant;
-    Master master(drives.line(), drives.clock, settings);
-    ASSERT_EQ(sentence(master.scan()), "");
+    ScannedMaster master(drives.line(), drives.clock, settings);
     std::vector<ecat_master::SlavePlan> plans(3);
     EXPECT_EQ(sentence(master.configure(plans)),
               meant ? "" : "slave 2: IN and OUT are swapped, frames come in at port 1");
@@ -255,8 +250,7 @@ TEST(BadEeprom, WithAWrongChecksumIsNamedAndTheOthersAreFound) {
   EditedLine drives(3, [](std::size_t drive, auto& profile) {
     if (drive == 1) profile.sii_image[14] ^= std::byte{0x55};
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   ASSERT_TRUE(master.slaves()[1].info.problem);
   EXPECT_THAT(
       describe(*master.slaves()[1].info.problem),
@@ -282,8 +276,7 @@ TEST(BadEeprom, WithCategoriesThatLeadNowhereIsNamed) {
     // The first category claims the maximum length of the format.
     if (drive == 0) profile.sii_image[2 * 0x41] = profile.sii_image[2 * 0x41 + 1] = std::byte{0x7F};
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   ASSERT_TRUE(master.slaves()[0].info.problem);
   EXPECT_FALSE(master.slaves()[0].info.usable());
   EXPECT_THAT(describe(*master.slaves()[0].info.problem), testing::StartsWith("slave 0: EEPROM content is not usable"));
@@ -298,8 +291,7 @@ TEST(BadEeprom, ThatIsBlankIsNamed) {
   EditedLine drives(2, [](std::size_t drive, auto& profile) {
     if (drive == 1) std::fill(profile.sii_image.begin(), profile.sii_image.end(), std::byte{0xFF});
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   std::vector<ecat_master::SlavePlan> plans(2);
   for (auto& plan : plans) plan.vendor_id = 0x28;
   EXPECT_EQ(sentence(master.configure(plans)), "slave 1: EEPROM is blank: all bytes are 0xFF");
@@ -310,8 +302,7 @@ TEST(BadEeprom, IsADifferenceOfItsOwnWhereverThePlanIsByAlias) {
     set_alias(profile, static_cast<std::uint16_t>(10 + drive));
     if (drive == 2) profile.sii_image[2 * 0x41] = profile.sii_image[2 * 0x41 + 1] = std::byte{0x7F};
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   std::vector<ecat_master::SlavePlan> plans(3);
   for (std::size_t i = 0; i < 3; ++i) plans[i].alias = static_cast<std::uint16_t>(10 + i);
   EXPECT_THAT(sentence(master.configure(plans)), testing::StartsWith("slave 2: EEPROM content is not usable"));
@@ -324,8 +315,7 @@ TEST(BadEeprom, IsInTheDiagnosisAndSoAreDuplicateAliases) {
     if (drive != 1) set_alias(profile, 77);
     if (drive == 1) profile.sii_image[14] ^= std::byte{0x55};
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   const auto diagnosis = ecat_master::diagnose(master, nullptr, nullptr);
   ASSERT_EQ(sentence(diagnosis), "");
   EXPECT_THAT(diagnosis->problems,
@@ -343,8 +333,7 @@ TEST(BadEeprom, WithoutCategoriesIsASlaveWithoutMailbox) {
     profile.sii_image.resize(2 * 0x40);
     profile.sii_image.resize(2 * 0x44, std::byte{0xFF});
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   EXPECT_TRUE(master.slaves()[0].info.usable());
   EXPECT_TRUE(master.slaves()[0].info.description.sync_managers.empty());
   EXPECT_EQ(master.slaves()[0].info.description.vendor_id, 0x28U);
@@ -354,8 +343,7 @@ TEST(ChangedIdentity, IsRefusedByThePlanThatWorkedBefore) {
   EditedLine drives(2, [](std::size_t drive, auto& profile) {
     if (drive == 1) profile.sii_image[2 * 0x0C] = std::byte{0x77};  // revision, low byte
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   std::vector<ecat_master::SlavePlan> plans(2);
   for (auto& plan : plans) plan.revision = IdentityRule::equal(slaves::msd::kRevision);
   EXPECT_THAT(sentence(master.configure(plans)),
@@ -370,8 +358,7 @@ TEST(Bootstrap, OpensTheMailboxesOfThatState) {
     using Use = slaves::SyncManagerLayout::Use;
     profile.bootstrap_mailboxes = {{Use::kMailboxOut, 0x1000, 64, 512, 256}, {Use::kMailboxIn, 0x1200, 64, 512, 256}};
   });
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(enter_bootstrap(master.mailboxes(), master.slaves()[1].info)), "");
   EXPECT_EQ(drives.slave(1).state(), AlState::kBootstrap);
   EXPECT_EQ(drives.slave(0).state(), AlState::kInit) << "one slave of the line, not all";
@@ -381,8 +368,7 @@ TEST(Bootstrap, OpensTheMailboxesOfThatState) {
 
 TEST(Bootstrap, IsRefusedToASlaveWithoutIt) {
   DriveLine drives(1);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   auto slave = master.slaves()[0].info;
   slave.description.bootstrap_rx_size = slave.description.bootstrap_tx_size = 0;
   EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), slave)),

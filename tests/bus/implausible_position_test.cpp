@@ -6,6 +6,7 @@
 
 #include "drive_line.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -31,8 +32,7 @@ class ImplausiblePosition : public testing::TestWithParam<Mode> {
   ImplausiblePosition() : drives(2), operation(drives, RunOptions{.mode = GetParam(), .amplitude_rad = 6.0}) {}
 
   void start() {
-    ASSERT_EQ(sentence(operation.to_motion()), "");
-    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, seconds{2}));
+    follow_path(operation);
     operation.run(milliseconds{80});
   }
   /// Runs one cycle. Speeds are those of the shaft.
@@ -160,8 +160,7 @@ TEST_P(PlausiblePosition, GoesOnWhereTheThirtyTwoBitsEnd) {
     DriveLine drives(1, {}, {}, std::nullopt, slaves::msd::Variant::kMsd, side * (kEnd - 0.5));
     LineOperation operation(drives, RunOptions{.mode = GetParam(), .relative = true, .amplitude_rad = side});
     const double begin = drives.drive(0).position_rad();
-    ASSERT_EQ(sentence(operation.to_motion()), "");
-    ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, seconds{2}));
+    follow_path(operation);
     double farthest = 0.0;
     double fastest = 0.0;
     while (operation.motion().phase() == MotionPhase::kFollowing) {
@@ -184,8 +183,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, PlausiblePosition,
 /// to Operation enabled, but the shaft does not move.
 TEST(PlausibleFactors, MakeANewPlaceToBeEnabledAt) {
   DriveLine drives(2);
-  LineOperation operation(drives, RunOptions{.relative = true});
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, RunOptions{.relative = true});
   operation.run(milliseconds{20});
   const double before = operation.motion().axes()[1].inputs().position;
   const double shaft = drives.drive(1).position_rad();

@@ -135,8 +135,7 @@ TEST(InterpolatedPosition, HasNoWayButToCsp) {
 }
 
 TEST(InterpolatedPosition, IsRefusedWithoutItsObjectOrByADriveThatDoesNotHaveIt) {
-  SingleLine without;
-  without.enable();
+  Enabled<SingleLine> without;
   EXPECT_EQ(without.ask(into(7)).error, AxisError::kMode) << "60C1h:01 is not mapped";
   auto options = interpolated_options();
   options.supported_modes = 0x03E7U & ~(1U << 6U);

@@ -5,6 +5,7 @@
 #include "drive_line.hpp"
 #include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -213,8 +214,7 @@ TEST(SlaveWithoutLrw, IsToldByItsEepromAndGetsLwrAndLrd) {
         std::make_unique<slaves::generic::GenericDevice>(model, slaves::generic::GenericOptions{})));
   }
   slaves::SimulatedLine line(clock, std::move(made));
-  Master master(line, clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(line, clock);
   EXPECT_FALSE(master.slaves()[0].info.description.not_lrw);
   EXPECT_TRUE(master.slaves()[1].info.description.not_lrw);
   ASSERT_EQ(sentence(master.configure({})), "");

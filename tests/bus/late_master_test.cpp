@@ -6,6 +6,7 @@
 
 #include "drive_line.hpp"
 #include "late_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -20,8 +21,7 @@ using testing::HasSubstr;
 
 TEST(LateMaster, CountsItsWholeAbsence) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   operation.run(milliseconds{2});
   operation.master().core()->count(false);
   operation.cycle();
@@ -49,8 +49,7 @@ TEST(LateMaster, CountsItsWholeAbsence) {
 /// As for a supervising thread that is faster than the cycle.
 TEST(LateMaster, CountingThatIsRestartedBetweenTwoCyclesStartsAnew) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   operation.run(milliseconds{2});
   ASSERT_GT(operation.statistics().cycles, 16U);
   operation.master().core()->count(false);
@@ -77,8 +76,7 @@ TEST(LateMaster, TheAbsenceThatEndsTheCountingIsCounted) {
   EndsCountingAtOnce task;
   RunOptions options;
   options.task = &task;
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, options);
   operation.run(milliseconds{2});
   task.core = operation.master().core();
   drives.clock.advance(50 * kLatePeriod);

@@ -8,6 +8,8 @@
 #include "drive_line.hpp"
 #include "driveline/ecat_master/sii/sii_writer.hpp"
 #include "driveline/esi/sii.hpp"
+#include "started_line.hpp"
+#include "support/must.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -30,8 +32,7 @@ TEST(LineSurvey, LeavesARunningLineAsItIs) {
   ASSERT_TRUE(operation.to_safe_op()) << "no line to look at";
   ecat_master::DirectExchange exchange(drives.line(), drives.clock);
   ecat_master::Bus bus(exchange);
-  const auto slaves = ecat_master::survey(bus);
-  ASSERT_TRUE(slaves) << sentence(slaves);
+  const auto slaves = must(ecat_master::survey(bus));
   ASSERT_EQ(slaves->size(), 4U);
   for (const auto& slave : *slaves) {
     EXPECT_EQ(slave.al.status.state, wire::AlState::kSafeOp);
@@ -50,15 +51,13 @@ TEST(LineSurvey, GivesAddressesWhereTheyAreMissingOrNotUnique) {
   DriveLine drives(3);
   ecat_master::DirectExchange exchange(drives.line(), drives.clock);
   ecat_master::Bus bus(exchange);
-  const auto first = ecat_master::survey(bus);
-  ASSERT_TRUE(first);
+  const auto first = must(ecat_master::survey(bus));
   std::set<std::uint16_t> stations;
   for (const auto& slave : *first) stations.insert(slave.ref.station);
   EXPECT_EQ(stations.size(), 3U);
   EXPECT_EQ(stations.count(0), 0U);
   ASSERT_TRUE(bus.write((*first)[2].ref, wire::reg::kStationAddress, (*first)[0].ref.station));
-  const auto second = ecat_master::survey(bus);
-  ASSERT_TRUE(second);
+  const auto second = must(ecat_master::survey(bus));
   EXPECT_NE((*second)[0].ref.station, (*second)[2].ref.station);
 }
 
@@ -66,8 +65,7 @@ TEST(LineSurvey, SaysWhatTheControllerIs) {
   DriveLine drives(2);
   ecat_master::DirectExchange exchange(drives.line(), drives.clock);
   ecat_master::Bus bus(exchange);
-  const auto last = ecat_master::read_esc_information(bus, ref_of(bus, 1));
-  ASSERT_TRUE(last);
+  const auto last = must(ecat_master::read_esc_information(bus, ref_of(bus, 1)));
   EXPECT_EQ(ecat_master::esc_type_name(last->type), "ET1100");
   EXPECT_EQ(last->fmmus, 8);
   EXPECT_EQ(last->sync_managers, 8);
@@ -80,8 +78,7 @@ TEST(LineSurvey, OneSlaveWithoutReadableEepromDoesNotHideTheOthers) {
   DriveLine drives(3);
   ecat_master::DirectExchange exchange(drives.line(), drives.clock);
   ecat_master::Bus bus(exchange);
-  const auto slaves = ecat_master::survey(bus);
-  ASSERT_TRUE(slaves);
+  const auto slaves = must(ecat_master::survey(bus));
   drives.slave(1).esc().sii().set_busy_time(std::chrono::hours{1});
   std::vector<ecat_master::SlaveRef> refs;
   for (const auto& slave : *slaves) refs.push_back(slave.ref);
@@ -103,8 +100,7 @@ TEST(EepromWrite, NewImageIsThereAfterThePowerCycle) {
   image.checksum = esi::sii_checksum(image.config.bytes());
   const auto bytes = esi::encode_sii(image);
   drives.slave(1).esc().sii().set_busy_time(milliseconds{5});
-  const auto report = ecat_master::write_sii(bus, ref_of(bus, 1), bytes);
-  ASSERT_TRUE(report) << ecat_master::describe(report.error());
+  ASSERT_EQ(failure_text(ecat_master::write_sii(bus, ref_of(bus, 1), bytes)), "");
   EXPECT_EQ(image_of(drives, 1), bytes);
   EXPECT_EQ(ecat_master::survey(bus).value()[1].alias, 0) << "loaded at power-on only";
   drives.line().set_power(1, false);
@@ -140,8 +136,7 @@ TEST(EepromWrite, PowerCutAtAnyWordIsNoticedAtTheNextStart) {
     drives.leave_alone(milliseconds{10});
     EXPECT_FALSE(drives.slave(0).esc().sii().loaded()) << "a half image passed for a good one after word " << cut;
     // The master reports the wrong checksum, whatever the power cut has done to the identity.
-    ecat_master::Master master(drives.line(), drives.clock);
-    ASSERT_EQ(sentence(master.scan()), "");
+    ScannedMaster master(drives.line(), drives.clock);
     std::vector<ecat_master::SlavePlan> plans(1);
     plans[0].vendor_id = image.vendor_id;
     plans[0].product_code = image.product_code;

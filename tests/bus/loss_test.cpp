@@ -6,6 +6,7 @@
 
 #include "drive_line.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -126,9 +127,7 @@ TEST_P(LostMailboxReply, IsRepeatedByTheDrive) {
   bool armed = false;
   MailboxReplyLoss loss{GetParam()};
   LossyPort port(drives.line(), Direction::kBack, [&](auto, auto frame) { return armed && loss(frame); });
-  Master master(port, drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(port, drives.clock);
   CoeClient coe(*master.mailbox(0));
   armed = true;
   const auto begin = drives.clock.now();
@@ -155,9 +154,7 @@ TEST(LostMailboxRequestAcknowledge, DoesNotWriteTwice) {
     const auto datagram = first_datagram(frame);
     return armed && datagram.command == wire::Command::kFpwr && datagram.ado == 0x1000 && seen++ < 2;
   });
-  Master master(port, drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(port, drives.clock);
   CoeClient coe(*master.mailbox(0));
   armed = true;
   ASSERT_EQ(sentence(coe.download_as<std::uint32_t>(0x6065, 0, 12345)), "");
@@ -171,9 +168,7 @@ TEST(LostCyclicFrames, CostTheirCycleAndNothingElse) {
   DriveLine drives(2);
   bool armed = false;
   LossyPort port(drives.line(), Direction::kBack, [&](auto number, auto) { return armed && number % 10 == 3; });
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, port);
   armed = true;
   operation.run(milliseconds{100});
   EXPECT_EQ(operation.motion().phase(), MotionPhase::kFollowing);
@@ -191,9 +186,7 @@ TEST(LateFrames, AreCountedAndNeverTakenForNewOnes) {
   // 2.4 cycles late, while a later frame is awaited.
   LatePort port(drives.line(), drives.clock, microseconds{300},
                 [&](std::uint64_t number) { return armed && number % 7 == 0; });
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, port);
   operation.run(milliseconds{60});
   operation.axis_samples.clear();
   operation.line_samples.clear();
@@ -259,9 +252,7 @@ class LostExchanges : public testing::TestWithParam<std::uint32_t> {
 };
 
 TEST_P(LostExchanges, AreBridgedUpToTheLimitWhateverTheCyclesBetweenThem) {
-  LineOperation operation(drives, port, options());
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, port, options());
   operation.run(milliseconds{50});
   for (const int exchanges : {1, 7}) {
     lose(operation, exchanges);
@@ -271,9 +262,7 @@ TEST_P(LostExchanges, AreBridgedUpToTheLimitWhateverTheCyclesBetweenThem) {
 }
 
 TEST_P(LostExchanges, BeyondTheLimitStopTheAxes) {
-  LineOperation operation(drives, port, options());
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, port, options());
   operation.run(milliseconds{50});
   lose(operation, 8);
   EXPECT_NE(operation.motion().phase(), MotionPhase::kFollowing);
@@ -283,8 +272,7 @@ TEST_P(LostExchanges, BeyondTheLimitStopTheAxes) {
 TEST_P(LostExchanges, AreCountedForASingleAxisAsWell) {
   auto single = options();
   single.single_axes = true;
-  LineOperation operation(drives, port, single);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, port, single);
   auto& axes = operation.single_axes();
   ecat_master::AxisRequest request;
   request.command = ecat_master::AxisCommand::kPower;

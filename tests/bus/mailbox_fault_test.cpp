@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "edited_line.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -273,8 +274,7 @@ TEST(TwoMastersOnOneWire, EachTakesItsOwnFramesOnly) {
 TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
   DriveLine drives(3);
   SharedWire wire(drives.line());
-  LineOperation operation(drives, wire.a);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, wire.a);
   ecat_master::LineSupervisor supervisor(operation.master());
   Master second(wire.b, drives.clock);
   const auto live = [&] {
@@ -314,8 +314,7 @@ TEST(TwoMastersOnOneWire, ThatOneCyclesIsToldWithWhatTheOtherDoes) {
 TEST(TwoMastersOnOneWire, AToolOfThisProgramIsNobodyToSpeakOfUntilItChangesStates) {
   DriveLine drives(3);
   SharedWire wire(drives.line());
-  LineOperation operation(drives, wire.a);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, wire.a);
   ecat_master::LineSupervisor supervisor(operation.master());
   Master tool(wire.b, drives.clock, {.exchange = {.guest = true}});
   const auto live = [&] {
@@ -351,8 +350,7 @@ TEST(TwoMastersOnOneWire, AMasterThatComesFindsOutWhoseTheLineIs) {
   const auto nobodys = second.find_owner(kTimeout);
   ASSERT_EQ(sentence(nobodys), "");
   EXPECT_FALSE(nobodys->in_op);
-  LineOperation operation(drives, wire.a);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, wire.a);
   operation.run(milliseconds{5});
   Master third(wire.b, drives.clock);
   const auto driven = third.find_owner(kTimeout);
@@ -370,8 +368,7 @@ TEST(TwoMastersOnOneWire, AMasterThatComesFindsOutWhoseTheLineIs) {
 TEST(TwoMastersOnOneWire, ALineThatWasLeftInOpIsNobodys) {
   DriveLine drives(3);
   SharedWire wire(drives.line());
-  LineOperation operation(drives, wire.a);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, wire.a);
   Master other(wire.b, drives.clock);
   // Drives without watchdog, and a silent first master.
   ASSERT_TRUE(other.bus().broadcast_write(wire::reg::kWatchdogTimeProcessData.address, std::array<std::byte, 2>{}));
@@ -409,8 +406,7 @@ class NoisyPort final : public PassingPort {
 TEST(ForeignTraffic, BetweenAllFramesChangesNothing) {
   DriveLine drives(3);
   NoisyPort port(drives.line());
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, port);
   operation.run(milliseconds{50});
   EXPECT_TRUE(drives.all_in(wire::AlState::kOp));
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);

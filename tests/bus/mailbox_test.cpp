@@ -8,6 +8,7 @@
 #include "driveline/ecat_master/coe/sdo_request.hpp"
 #include "driveline/ecat_master/coe/sdo_script.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -120,8 +121,7 @@ TEST(MailboxDialogues, CallBackMayAskAgain) {
 
 TEST(MailboxDialogues, WithoutAnOpenMailboxFailAtOnce) {
   DriveLine drives(1);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   EXPECT_EQ(sentence(CoeClient(master.mailboxes(), 0).upload(0x1018, 1)), "slave 0: has no CoE mailbox");
 }
 
@@ -216,9 +216,7 @@ TEST(SdoInformationOfADrive, ListsObjectsAndDescribesThem) {
 
 TEST(EmergenciesOfTheLine, AreFetchedWithoutBeingAskedFor) {
   DriveLine drives(3);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   drives.drive(1).set_dc_link(false);
   operation.run(milliseconds{10});
   const auto fetched_from = drives.clock.now();

@@ -143,14 +143,10 @@ TEST(MasterSignal, LostFramesAndMissedPeriodsMakeNoLeap) {
   for (int round = 0; round < 60; ++round) {
     switch (any(0, 2)) {
       case 0:
-        line.lose_back = true;
-        line.cycles(any(1, 7));
-        line.lose_back = false;
+        lose_inputs(line, any(1, 7));
         break;
       case 1:
-        line.lose_out = true;
-        line.cycles(any(1, 7));
-        line.lose_out = false;
+        lose_outputs(line, any(1, 7));
         break;
       default:
         line.stall(any(1, 7));

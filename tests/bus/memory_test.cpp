@@ -3,6 +3,7 @@
 #include <malloc.h>
 
 #include "drive_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -20,8 +21,7 @@ TEST(MemoryOfTheMaster, StaysSmallWith256Drives) {
   DriveLine drives(kDrives);
   const auto before = heap_bytes();
   RunOptions options;
-  ecat_master::Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   std::vector<ecat_master::SlavePlan> plans;
   for (std::size_t i = 0; i < kDrives; ++i) plans.push_back(LineOperation::plan(i, options));
   ASSERT_EQ(sentence(master.configure(std::move(plans))), "");

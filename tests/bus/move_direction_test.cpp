@@ -135,8 +135,7 @@ TEST(MoveDirection, IsRefusedWhereItMeansNothing) {
   auto relative = request(AxisCommand::kMoveRelative, 1.0);
   relative.direction = MoveDirection::kPositive;
   EXPECT_EQ(line.ask(relative).error, AxisError::kDirection);
-  SingleLine straight;
-  straight.enable();
+  Enabled<SingleLine> straight;
   EXPECT_EQ(straight.ask(place(1.0, MoveDirection::kShortest)).error, AxisError::kDirection) << "no modulo";
 }
 

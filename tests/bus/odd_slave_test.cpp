@@ -7,6 +7,7 @@
 #include "driveline/ecat_master/discovery/line_survey.hpp"
 #include "edited_line.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -22,9 +23,7 @@ std::size_t with_counter_1(std::span<std::byte> out, std::size_t length) {
 
 TEST(OddSlave, ThatIsDeafAfterPreOpAnswersTheRepeatedRequest) {
   EditedLine drives(2);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(drives.line(), drives.clock);
   const auto hears_from = drives.clock.now() + milliseconds{300};
   drives.device(1).swallows = [&](auto) { return drives.clock.now() < hears_from; };
   const auto product = CoeClient(master.mailboxes(), 1).upload_as<std::uint32_t>(0x1018, 2);
@@ -44,9 +43,7 @@ TEST(OddSlave, ThatIsDeafAfterPreOpAnswersTheRepeatedRequest) {
 
 TEST(OddSlave, ThatLosesARequestButNotesItsCounterAnswersTheLastOne) {
   EditedLine drives(1);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(drives.line(), drives.clock);
   std::size_t lost = 0;
   std::byte noted{0};
   drives.device(0).swallows = [&](std::span<const std::byte> mailbox) {
@@ -64,9 +61,7 @@ TEST(OddSlave, WithAConstantMailboxCounterGivesEveryValueWhateverIsLost) {
   bool armed = false;
   Chance chance(kOneIn);
   LossyPort port(drives.line(), LossyPort::Direction::kBack, [&](auto, auto) { return armed && chance(); });
-  Master master(port, drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
-  ASSERT_EQ(sentence(master.enter_pre_op()), "");
+  PreOpMaster master(port, drives.clock);
   drives.device(0).changes_answer = with_counter_1;
   armed = true;
   CoeClient coe(master.mailboxes(), 0);

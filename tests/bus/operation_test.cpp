@@ -9,6 +9,7 @@
 #include "driveline/ecat_master/state_machine.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -21,8 +22,7 @@ using wire::AlState;
 
 TEST(Configuration, TakesAllDrivesToSafeOp) {
   DriveLine drives(8);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives);
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
   // 16 + 8 + 32 bits, 2 * 32, 2 * 16: 19 bytes each way (MSD manual 8.3.4); a byte of AL status, one of the mailbox.
   const auto& image = operation.master().image();
@@ -40,8 +40,7 @@ TEST(Configuration, TakesAllDrivesToSafeOp) {
 /// single slaves, of its choice and in its order.
 TEST(Configuration, TransitionsAreTheMastersOrTheApplications) {
   DriveLine drives(3);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives);
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp)) << "the master's";
   auto& bus = operation.master().bus();
   const auto states = [&] { return std::array{drives.state(0), drives.state(1), drives.state(2)}; };
@@ -60,8 +59,7 @@ TEST(Configuration, TransitionsAreTheMastersOrTheApplications) {
 
 TEST(Configuration, WritesStartupParametersIntoTheDrives) {
   DriveLine drives(1);
-  LineOperation operation(drives, RunOptions{.period = milliseconds{2}});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, RunOptions{.period = milliseconds{2}});
   const auto& dictionary = drives.drive(0).dictionary();
   using slaves::msd::kValue;
   EXPECT_EQ(dictionary.get(kValue.interpolation_period_value), 2);
@@ -72,8 +70,7 @@ TEST(Configuration, WritesStartupParametersIntoTheDrives) {
 
 TEST(Operation, BringsAllDrivesToOpWithoutAWorkingCounterError) {
   DriveLine drives(8);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   EXPECT_TRUE(drives.all_in(AlState::kOp));
   operation.run(milliseconds{50});
   const auto& statistics = operation.statistics();
@@ -93,8 +90,7 @@ TEST(Operation, BringsAllDrivesToOpWithoutAWorkingCounterError) {
 
 TEST(Operation, SixtyFourDrivesInOp) {
   DriveLine drives(64);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   EXPECT_TRUE(drives.all_in(AlState::kOp));
   EXPECT_EQ(operation.statistics().wkc_errors, 0U);
   EXPECT_EQ(operation.statistics().lost_frames, 0U);
@@ -103,8 +99,7 @@ TEST(Operation, SixtyFourDrivesInOp) {
 TEST(Operation, MoreDrivesThanOneFrameHolds) {
   DriveLine drives(80);
   // Half the delay of real controllers, or the answer would arrive after the end of a 125 us cycle.
-  LineOperation operation(drives, RunOptions{.period = microseconds{250}});
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, RunOptions{.period = microseconds{250}});
   EXPECT_EQ(operation.master().image().datagrams().size(), 2U);
   EXPECT_TRUE(drives.all_in(AlState::kOp));
   operation.run(milliseconds{5});
@@ -161,9 +156,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, Tracking,
 
 /// Runs all drives along the path to its end; returns the farthest position of axis 0.
 double peak_of_a_run(DriveLine& drives, const RunOptions& options) {
-  LineOperation operation(drives, options);
-  EXPECT_EQ(sentence(operation.to_motion()), "");
-  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, options);
   double peak = 0.0;
   while (operation.motion().phase() == MotionPhase::kFollowing) {
     operation.cycle();
@@ -188,9 +181,7 @@ TEST(RelativePath, BeginsWhereTheAxesStand) {
 
 TEST(RelativePath, StaysInItsPlaceWhenItIsRepeated) {
   DriveLine drives(1);
-  LineOperation operation(drives, RunOptions{.repeat = true, .relative = true});
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives, RunOptions{.repeat = true, .relative = true});
   double peak = 0.0;
   double lowest = 0.0;
   operation.axis_samples.clear();
@@ -205,9 +196,7 @@ TEST(RelativePath, StaysInItsPlaceWhenItIsRepeated) {
 
 TEST(BringUp, PassesEveryStateOfCia402) {
   DriveLine drives(3);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
     std::vector<AxisState> states;
     for (const auto& sample : operation.axis_samples) {
@@ -232,9 +221,7 @@ TEST(BringUp, DoesNotMoveTheAxesBeforeTheApproach) {
 
 TEST(ShutDown, SwitchesTheDrivesOffAndTakesThemToInit) {
   DriveLine drives(3);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   operation.run(milliseconds{100});
   operation.motion().request_stop();
   ASSERT_TRUE(operation.run_until(MotionPhase::kIdle, std::chrono::seconds{2}));
@@ -251,9 +238,7 @@ TEST(ShutDown, SwitchesTheDrivesOffAndTakesThemToInit) {
 
 TEST(ShutDown, AStartInTheSameCycleDoesNotUndoTheStop) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   operation.run(milliseconds{100});
   operation.motion().request_stop();
   operation.motion().request_start();
@@ -272,9 +257,7 @@ TEST(ShutDown, AStartInTheSameCycleDoesNotUndoTheStop) {
 
 TEST(ShutDown, BrakesOnARampInsteadOfStoppingDead) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   operation.run(milliseconds{100});
   const double speed = std::abs(operation.motion().setpoints()[0].velocity);
   ASSERT_GT(speed, 1.0);
@@ -292,9 +275,7 @@ TEST(ShutDown, BrakesOnARampInsteadOfStoppingDead) {
 
 TEST(ShutDown, TheFirstSetpointOfTheStopIsAPeriodAheadOfTheLastOneOfThePath) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_motion()), "");
-  ASSERT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   operation.run(milliseconds{100});
   operation.motion().request_stop();
   auto last = operation.motion().setpoints()[0];
@@ -341,8 +322,7 @@ TEST(ShutDown, TakesOneStateAfterTheOther) {
                       }
                     },
                     {});
-  LineOperation operation(drives, port);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives, port);
   EXPECT_EQ(asked, (std::vector<unsigned>{1, 2, 4, 8}));
   asked.clear();
   ASSERT_EQ(sentence(operation.master().shut_down()), "");
@@ -365,8 +345,7 @@ TEST(SlowSlaves, AreWaitedForInEveryTransition) {
   slaves::SlaveOptions options;
   options.al.transition_delay = milliseconds{40};
   DriveLine drives(2, options);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_op()), "");
+  IdleOperation operation(drives);
   EXPECT_TRUE(drives.all_in(AlState::kOp));
   EXPECT_EQ(sentence(operation.master().shut_down()), "");
   EXPECT_TRUE(drives.all_in(AlState::kInit));
@@ -374,8 +353,7 @@ TEST(SlowSlaves, AreWaitedForInEveryTransition) {
 
 TEST(SlowSlaves, AreNamedWhenTheyAreTooSlow) {
   DriveLine drives(2);
-  LineOperation operation(drives, RunOptions{.state_timeout = milliseconds{500}});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, RunOptions{.state_timeout = milliseconds{500}});
   drives.slave(1).al().set_transition_delay(std::chrono::seconds{1});
   operation.start_cycle();
   EXPECT_EQ(sentence(operation.master().go_operational()),
@@ -385,9 +363,7 @@ TEST(SlowSlaves, AreNamedWhenTheyAreTooSlow) {
 /// The samples of a run, for a comparison of all bytes.
 std::vector<snapshot::AxisSample> recorded_run() {
   DriveLine drives(3);
-  LineOperation operation(drives);
-  EXPECT_EQ(sentence(operation.to_motion()), "");
-  EXPECT_TRUE(operation.run_until(MotionPhase::kFollowing, std::chrono::seconds{2}));
+  FollowingOperation operation(drives);
   operation.run(milliseconds{200});
   drives.line().drop_frames(3);
   operation.run(milliseconds{50});

@@ -87,8 +87,7 @@ TEST(OutOfReach, ARefusedRequestLeavesTheMotionUnderWay) {
 TEST(OutOfReach, AnAxisAtRestStaysReady) {
   for (const auto& row : impossible()) {
     SCOPED_TRACE(row.name);
-    SingleLine line;
-    line.enable();
+    Enabled<SingleLine> line;
     const double from = line.setpoint();
     const bool halts = row.asked.command == AxisCommand::kHalt;  // nothing is left to brake
     EXPECT_EQ(line.ask(row.asked).error, halts ? AxisError::kNone : row.error);
@@ -99,8 +98,7 @@ TEST(OutOfReach, AnAxisAtRestStaysReady) {
 }
 
 TEST(OutOfReach, AWaitingMotionEndsInItsTurnAndTheAxisStands) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   const auto first = line.submit(move(from + 3.0, 20.0));
   const auto second = line.submit(move(kTooLongWay, 20.0, BufferMode::kBuffered));
@@ -116,8 +114,7 @@ TEST(OutOfReach, AnOverrideThatMakesTheMotionTooLongIsRefused) {
     SCOPED_TRACE(runs);
     auto options = single_options();
     options.software_limits = trajectory::PositionRange{-900.0, 900.0};
-    SingleLine line(1, options);
-    line.enable();
+    Enabled<SingleLine> line(1, options);
     const auto moving = line.submit(runs ? request(AxisCommand::kMoveVelocity, 20.0) : move(800.0, 20.0));
     line.cycles(1000);
     EXPECT_EQ(line.ask(request(AxisCommand::kSetOverride, 1e-6)).error, AxisError::kTooLong);
@@ -134,8 +131,7 @@ TEST(OutOfReach, AnOverrideThatMakesTheMotionTooLongIsRefused) {
 }
 
 TEST(OutOfReach, ASuperimposedDistanceLeavesTheMotionBelow) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   const auto below = line.submit(move(from + 8.0, 20.0));
   line.cycles(1000);
@@ -150,8 +146,7 @@ TEST(OutOfReach, ASuperimposedDistanceLeavesTheMotionBelow) {
 TEST(OutOfReach, AMoveHeldByAnOverrideOfZeroIsAcceptedInsideTheSoftwareLimits) {
   auto options = single_options();
   options.software_limits = trajectory::PositionRange{-5.0, 9.0};
-  SingleLine line(1, options);
-  line.enable();
+  Enabled<SingleLine> line(1, options);
   const double from = line.setpoint();
   ASSERT_EQ(line.ask(request(AxisCommand::kSetOverride, 0.0)).phase, RequestPhase::kDone);
   const auto held = line.submit(move(from + 2.0, 20.0));

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "edited_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -33,8 +34,7 @@ void expect_same(const PdoConfiguration& found, const PdoConfiguration& written)
 
 TEST(OwnPdos, AreReadBackAsTheyWereWrittenFromAllSlavesAtOnce) {
   DriveLine drives(16);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives);
   const auto infos = infos_of(operation.master());
   auto begin = drives.clock.now();
   ecat_master::StartupNotes notes;
@@ -53,8 +53,7 @@ TEST(OwnPdos, AreReadBackAsTheyWereWrittenFromAllSlavesAtOnce) {
 
 TEST(OwnPdos, ASilentSlaveHasAnErrorOfItsOwn) {
   DriveLine drives(3);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives);
   drives.slave(1).mailbox().set_fault(slaves::MailboxTransport::Fault::kSilent);
   ecat_master::StartupNotes notes;
   const auto found = read_pdo_configurations(operation.master().mailboxes(), infos_of(operation.master()), notes);
@@ -99,8 +98,7 @@ TEST(NamedPdos, WithoutObjectsAreTakenAsTheDriveHasMappedThem) {
   DriveLine drives(3);
   {
     // An earlier master has mapped PDOs and left the drives in PREOP.
-    LineOperation before(drives);
-    ASSERT_EQ(sentence(before.to_safe_op()), "");
+    ConfiguredOperation before(drives);
   }
   LineOperation operation(drives);
   auto& master = operation.master();
@@ -141,11 +139,9 @@ TEST(LineWithoutDescription, RunsWithWhatTheSlavesHaveAssigned) {
   DriveLine drives(3);
   {
     // An earlier master has mapped PDOs and left the drives in PREOP: the mapping stays.
-    LineOperation before(drives);
-    ASSERT_EQ(sentence(before.to_safe_op()), "");
+    ConfiguredOperation before(drives);
   }
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   ASSERT_EQ(sentence(master.configure({})), "");
   for (std::size_t i = 0; i < 3; ++i) expect_same(master.slaves()[i].plan.pdos, ecat_master::axis_pdo_configuration());
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
@@ -153,8 +149,7 @@ TEST(LineWithoutDescription, RunsWithWhatTheSlavesHaveAssigned) {
 
 TEST(LineWithoutDescription, RunsWithNothingAssigned) {
   DriveLine drives(2);
-  Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   EXPECT_EQ(sentence(master.configure({})), "");
   EXPECT_TRUE(drives.all_in(AlState::kSafeOp));
 }

@@ -5,6 +5,7 @@
 #include "driveline/ecat_master/configuration/configuration_check.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "fault_ports.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -100,8 +101,7 @@ TEST(RefusedTransition, ThatJustDoesNotHappenHasTheSameFacts) {
 
 TEST(RefusedTransition, ToBootHasTheSameFacts) {
   DriveLine drives(2);
-  ecat_master::Master master(drives.line(), drives.clock);
-  ASSERT_EQ(sentence(master.scan()), "");
+  ScannedMaster master(drives.line(), drives.clock);
   drives.slave(1).al().refuse(AlState::kBootstrap, wire::AlStatusCode::kBootstrapNotSupported);
   EXPECT_EQ(sentence(enter_bootstrap(master.mailboxes(), master.slaves()[1].info)),
             "slave 1: requested BOOT, is in INIT + error, AL status code 0x0013 (bootstrap not supported)");

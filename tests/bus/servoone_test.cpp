@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "drive_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -47,8 +48,7 @@ TEST_P(ServoOneLine, ErrorIndicationTellsWatchdogFromInvalidConfiguration) {
   }
   EXPECT_NE(sentence(operation.master().shut_down()), "a line that nobody served");
   // SAFEOP with a sync manager of the wrong length.
-  LineOperation again(drives, RunOptions{.variant = GetParam()});
-  ASSERT_EQ(sentence(again.to_safe_op()), "");
+  ConfiguredOperation again(drives, RunOptions{.variant = GetParam()});
   EXPECT_EQ(indication(0), ErrorIndication::kNone);
   auto& bus = again.master().bus();
   const auto slave = again.master().slaves()[0].info.ref;

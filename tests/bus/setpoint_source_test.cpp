@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "drive_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -129,8 +130,7 @@ TEST(SetpointSource, IsTakenWhileTheAxesHoldTheEndOfThePath) {
 
 TEST(SetpointSource, OfAnIdleMotionIsThatOfTheNextStart) {
   DriveLine drives(2);
-  LineOperation operation(drives, RunOptions{});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, RunOptions{});
   operation.start_cycle();
   ASSERT_EQ(sentence(operation.to_op()), "");
   Swing swing(2);
@@ -164,8 +164,7 @@ TEST(SetpointSource, ThatLeadsOutOfTheSoftwareLimitsIsStoppedBeforeThem) {
   DriveLine drives(2);
   RunOptions options;
   options.software_limits = trajectory::PositionRange{-1.0, 1.5};
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, options);
   operation.start_cycle();
   ASSERT_EQ(sentence(operation.to_op()), "");
   Swing swing(2);
@@ -186,8 +185,7 @@ TEST(SetpointSource, ThatBeginsOutsideTheSoftwareLimitsMovesNothing) {
   DriveLine drives(2);
   RunOptions options;
   options.software_limits = trajectory::PositionRange{1.0, 5.0};
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, options);
   operation.start_cycle();
   ASSERT_EQ(sentence(operation.to_op()), "");
   Swing swing(2);
@@ -204,8 +202,7 @@ class WrongSetpoint : public testing::TestWithParam<AxisSetpoint> {};
 TEST_P(WrongSetpoint, NeverLeavesAndStopsTheAxesWithinTheirLimits) {
   DriveLine drives(2);
   const RunOptions options;
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, options);
   operation.start_cycle();
   ASSERT_EQ(sentence(operation.to_op()), "");
   Swing swing(2);
@@ -231,8 +228,7 @@ TEST(SetpointSource, ThatGivesTorquesIsTheController) {
   DriveLine drives(2);
   RunOptions options;
   options.mode = Mode::kCyclicTorque;
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, options);
   operation.start_cycle();
   ASSERT_EQ(sentence(operation.to_op()), "");
   Spring spring(2);
@@ -253,8 +249,7 @@ TEST(SetpointSource, ThatLetsAnAxisGetTooFastIsStopped) {
   DriveLine drives(1);
   RunOptions options;
   options.mode = Mode::kCyclicTorque;
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, options);
   operation.start_cycle();
   ASSERT_EQ(sentence(operation.to_op()), "");
   Spring spring(1);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "single_line.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -67,8 +68,7 @@ TEST(SingleAxis, WaitsForABrakeThatOpens) {
   constexpr int kOpensCycles = 400;
   for (const bool waits : {true, false}) {
     auto options = single_options();
-    const auto bytes = wire::to_le_bytes(std::bit_cast<std::uint32_t>(kOpensMs));
-    options.startup.push_back({0x20D5, 0, {bytes.begin(), bytes.end()}});
+    set_object(options, 0x20D5, 0, std::bit_cast<std::uint32_t>(kOpensMs));
     options.follow_bit = waits;
     SingleLine line(1, options);
     line.submit(power(true));
@@ -129,8 +129,7 @@ TEST(SingleAxis, RequestsAreRefusedWithTheReason) {
 }
 
 TEST(SingleAxis, ABufferedMotionIsTakenWhileItWaitsForItsTurn) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   const auto first = line.submit(move(from + 20.0, 30.0));
   line.cycles(400);
@@ -143,8 +142,7 @@ TEST(SingleAxis, ABufferedMotionIsTakenWhileItWaitsForItsTurn) {
 }
 
 TEST(SingleAxis, ANewMotionReplacesTheOneUnderWayWithoutAStep) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   const auto first = line.submit(move(from + 20.0, 50.0));
   line.cycles(1500);
@@ -218,8 +216,7 @@ TEST(SingleAxis, AnAxisThatRunsOnTakesNoReportFromAnother) {
 }
 
 TEST(SingleAxis, BufferedMotionsFollowOneAnother) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   const auto first = line.submit(move(from + 1.0));
   const auto second = line.submit(move(from + 2.0, 10.0, BufferMode::kBuffered));
@@ -236,8 +233,7 @@ TEST(SingleAxis, BufferedMotionsFollowOneAnother) {
 }
 
 TEST(SingleAxis, NineWaitingMotionsAreTooMany) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   line.submit(move(line.setpoint() + 100.0));
   std::vector<std::uint64_t> waiting;
   for (int i = 0; i < 9; ++i) waiting.push_back(line.submit(move(i, 10.0, BufferMode::kBuffered)));
@@ -266,8 +262,7 @@ double velocity_at(SingleLine& line, double place, std::uint64_t last) {
 
 TEST(SingleAxis, BlendedMotionsPassTheEndOfTheFirstAtAVelocity) {
   const auto passing = [](BufferMode mode, double first_velocity, double second_velocity) {
-    SingleLine line;
-    line.enable();
+    Enabled<SingleLine> line;
     const double from = line.setpoint();
     line.submit(move(from + 10.0, first_velocity));
     const auto second = line.submit(move(from + 20.0, second_velocity, mode));
@@ -284,8 +279,7 @@ TEST(SingleAxis, BlendedMotionsPassTheEndOfTheFirstAtAVelocity) {
 }
 
 TEST(SingleAxis, ABlendedMotionThatTurnsRoundStopsInBetween) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   line.submit(move(from + 5.0, 30.0));
   const auto back = line.submit(move(from, 30.0, BufferMode::kBlendingPrevious));
@@ -299,8 +293,7 @@ TEST(SingleAxis, ABlendedMotionThatTurnsRoundStopsInBetween) {
 }
 
 TEST(SingleAxis, ABlendedMotionIsNoFasterThanTheWayBehindItAllows) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   line.submit(move(from + 5.0, 30.0));
   const auto little = line.submit(move(from + 5.01, 30.0, BufferMode::kBlendingPrevious));
@@ -314,8 +307,7 @@ TEST(SingleAxis, ABlendedMotionIsNoFasterThanTheWayBehindItAllows) {
 }
 
 TEST(SingleAxis, RunsAtAVelocityUntilItIsHalted) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const auto running = line.submit(request(AxisCommand::kMoveVelocity, -20.0));
   line.cycles(2);
   EXPECT_EQ(line.state(), PlcopenState::kContinuousMotion);
@@ -331,8 +323,7 @@ TEST(SingleAxis, RunsAtAVelocityUntilItIsHalted) {
 }
 
 TEST(SingleAxis, AStopIsLockedUntilItIsReleased) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   line.submit(request(AxisCommand::kMoveVelocity, 30.0));
   line.cycles(1000);
   const auto stop = line.submit(request(AxisCommand::kStop));
@@ -348,8 +339,7 @@ TEST(SingleAxis, AStopIsLockedUntilItIsReleased) {
 }
 
 TEST(SingleAxis, AnOverrideSlowsDownAndHolds) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   const auto way = line.submit(move(from + 10.0, 20.0));
   line.cycles(500);
@@ -371,8 +361,7 @@ TEST(SingleAxis, AnOverrideSlowsDownAndHolds) {
 }
 
 TEST(SingleAxis, RelativeAdditiveAndSuperimposedMotionsAddUp) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 2.0)).phase, RequestPhase::kDone);
   EXPECT_NEAR(line.setpoint(), from + 2.0, 1e-12);
@@ -391,8 +380,7 @@ TEST(SingleAxis, RelativeAdditiveAndSuperimposedMotionsAddUp) {
 }
 
 TEST(SingleAxis, APositionThatIsSetChangesTheNamesOfPlacesAndNothingElse) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const auto before = line.axes().setpoints()[0].position;
   EXPECT_EQ(line.ask(request(AxisCommand::kSetPosition, 100.0)).phase, RequestPhase::kDone);
   line.cycle();
@@ -423,8 +411,7 @@ TEST(SingleAxis, AFaultOfOneDriveStopsItAndNoOther) {
 }
 
 TEST(SingleAxis, ChangesItsModeWhileItMoves) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const auto running = line.submit(request(AxisCommand::kMoveVelocity, 20.0));
   line.cycles(800);
   for (const auto mode : {std::int8_t{9}, std::int8_t{10}, std::int8_t{8}}) {
@@ -444,8 +431,7 @@ TEST(SingleAxis, ChangesItsModeWhileItMoves) {
 }
 
 TEST(SingleAxis, IsSwitchedOffAtRestOnly) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   line.submit(request(AxisCommand::kMoveVelocity, 40.0));
   line.cycles(1000);
   EXPECT_EQ(line.ask(power(false)).phase, RequestPhase::kDone);
@@ -453,8 +439,7 @@ TEST(SingleAxis, IsSwitchedOffAtRestOnly) {
 }
 
 TEST(SingleAxis, PowerThatIsAskedForAgainOnTheWayToRestHalts) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   line.submit(request(AxisCommand::kMoveVelocity, 40.0));
   line.cycles(1000);
   const auto off = line.submit(power(false));
@@ -468,8 +453,7 @@ TEST(SingleAxis, PowerThatIsAskedForAgainOnTheWayToRestHalts) {
 }
 
 TEST(SingleAxis, TooLongAnAbsenceOfTheMasterStopsIt) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   line.submit(request(AxisCommand::kMoveVelocity, 10.0));
   line.cycles(1000);
   line.stall(5);
@@ -516,8 +500,7 @@ TEST(SingleAxis, FollowingInCstReturnsGentlyBehindAGap) {
   auto options = single_options();
   options.mode = ecat_master::cia402::Mode::kCyclicTorque;
   options.feed = &feed;
-  SingleLine line(1, options);
-  line.enable();
+  Enabled<SingleLine> line(1, options);
   const auto followed = line.submit(request(AxisCommand::kFollow));
   line.cycles(2000);
   ASSERT_EQ(line.phase(followed), RequestPhase::kReached);

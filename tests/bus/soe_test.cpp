@@ -9,11 +9,12 @@
 #include "driveline/ecat_master/configuration/process_variables.hpp"
 #include "fault_ports.hpp"
 #include "soe_line.hpp"
+#include "started_line.hpp"
+#include "support/must.hpp"
 
 namespace driveline::bus_test {
 namespace {
 
-using ecat_master::Master;
 using ecat_master::SoeClient;
 using testing::HasSubstr;
 using testing::SizeIs;
@@ -43,8 +44,7 @@ TEST(SoeOnTheLine, ReadsTheListOfAllAndEverythingAboutEachInMailboxesOfAnySize) 
     }
     const auto together = line.soe().read({0, {1}}, wire::SoeElementSet::of(0xFE));
     ASSERT_EQ(sentence(together), "") << mailbox;
-    const auto parameter = decode_parameter(*together);
-    ASSERT_TRUE(parameter);
+    const auto parameter = must(decode_parameter(*together));
     EXPECT_EQ(parameter->name, "NC cycle time (TNcyc)");
     EXPECT_EQ(parameter->unit, "us");
     EXPECT_EQ(parameter->preset, parameter->value);
@@ -150,9 +150,7 @@ TEST(SoeOnTheLine, LongWritesArriveWholeBetweenSdosAndOtherWritesWhenFramesAreLo
     SoeLine line(34);
     unsigned frames = 0;
     LossyPort port(*line.line, way, [&](auto, auto) { return ++frames % 13 == 0; });
-    Master master(port, line.clock);
-    ASSERT_EQ(sentence(master.scan()), "");
-    ASSERT_EQ(sentence(master.enter_pre_op()), "");
+    PreOpMaster master(port, line.clock);
     SoeClient soe(master.mailboxes(), 0);
     ecat_master::CoeClient coe(master.mailboxes(), 0);
     for (std::size_t size = 300; size < 310; ++size) {
@@ -196,9 +194,7 @@ TEST(SoeOnTheLine, LostFramesCostNothingButTime) {
     SoeLine line(34);
     unsigned frames = 0;
     LossyPort port(*line.line, way, [&](auto, auto) { return ++frames % 20 == 0; });
-    Master master(port, line.clock);
-    ASSERT_EQ(sentence(master.scan()), "");
-    ASSERT_EQ(sentence(master.enter_pre_op()), "");
+    PreOpMaster master(port, line.clock);
     SoeClient soe(master.mailboxes(), 0);
     for (int i = 0; i < 20; ++i) {
       ASSERT_THAT(soe.idn_list({0, {17}}).value(), SizeIs(10));
@@ -253,8 +249,7 @@ TEST(SoeProcessData, GoThroughTheCycle) {
   }));
   ASSERT_EQ(sentence(line.master.go_operational()), "");
   auto& image = line.master.core()->image();
-  const auto command = variables.entry<std::int32_t>("b.0x002F:1");
-  ASSERT_TRUE(command) << describe(command.error());
+  const auto command = must(variables.entry<std::int32_t>("b.0x002F:1"));
   command->set(image.outputs(), -70000);
   line.master.pass(milliseconds{5});
   EXPECT_EQ(variables.entry<std::int32_t>("b.0x0033:1")->get(image.inputs()), -70000);

@@ -30,6 +30,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/records.hpp"
 #include "fault_ports.hpp"
+#include "startup_objects.hpp"
 #include "stream/single_axes_access.hpp"
 #include "stream/stream_bounds.hpp"
 #include "stream/stream_hub.hpp"
@@ -67,10 +68,7 @@ RunOptions stream_options(ecat_master::CycleTask& task) {
   RunOptions options;
   options.single_axes = true;
   options.task = &task;
-  const auto rate =
-      static_cast<std::uint32_t>(LineOperation::axis(0, options).limits.max_acceleration * kDemandIncrements);
-  const auto bytes = wire::to_le_bytes(rate);
-  options.startup = {{0x6085, 0, {bytes.begin(), bytes.end()}}};
+  limit_quick_stops(options);
   return options;
 }
 
@@ -258,12 +256,19 @@ class StreamLine {
   int streamed = 0;
 };
 
+/// A line that has let a client in, which now leads all axes.
+struct LedLine : StreamLine {
+  explicit LedLine(std::size_t axes = 2, trajectory::StreamMethod method = trajectory::StreamMethod::kHermite)
+      : StreamLine(axes) {
+    let_in(axes, method);
+    forget();
+  }
+};
+
 class StreamRate : public testing::TestWithParam<int> {};
 
 TEST_P(StreamRate, AxesFollowOnTime) {
-  StreamLine line;
-  line.let_in(2);
-  line.forget();
+  LedLine line;
   line.stream_swing(4000, GetParam());
   const auto status = line.client->status();
   EXPECT_EQ(status.state, SessionState::kStreaming);
@@ -302,9 +307,7 @@ double behind_the_swing(const StreamLine& line, nanoseconds time) {
 class StreamMethods : public testing::TestWithParam<trajectory::StreamMethod> {};
 
 TEST_P(StreamMethods, NoneBreaksALimit) {
-  StreamLine line(1);
-  line.let_in(1, GetParam());
-  line.forget();
+  LedLine line(1, GetParam());
   line.stream_swing(3000, 8);
   EXPECT_EQ(line.state(0), PlcopenState::kSynchronizedMotion);
   const nanoseconds now{line.client->status().stream_ns};
@@ -321,9 +324,7 @@ INSTANTIATE_TEST_SUITE_P(All, StreamMethods,
                                          Method::kQuintic, Method::kBSpline));
 
 TEST(Stream, JitterWithinTheDelayIsNotSeen) {
-  StreamLine line;
-  line.let_in(2);
-  line.forget();
+  LedLine line;
   std::mt19937_64 random(21);
   int sent = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -340,9 +341,7 @@ TEST(Stream, JitterWithinTheDelayIsNotSeen) {
 }
 
 TEST(Stream, LossesAndNonsenseBetweenSetpointsCostOnlyThose) {
-  StreamLine line;
-  line.let_in(2);
-  line.forget();
+  LedLine line;
   std::mt19937_64 random(22);
   for (int i = 0; i < 8000; ++i) {
     if (i % 8 == 0) {
@@ -445,9 +444,7 @@ TEST(Stream, AnAxisElsewhereOrInMotionIsBroughtOntoTheStream) {
 }
 
 TEST(Stream, ByHandAnAxisIsTakenAndOnlyGivenBackWhenAsked) {
-  StreamLine line;
-  line.let_in(2);
-  line.forget();
+  LedLine line;
   line.stream_swing(1000, 8);
   ecat_master::AxisRequest halt;
   halt.command = AxisCommand::kHalt;
@@ -466,9 +463,7 @@ TEST(Stream, ByHandAnAxisIsTakenAndOnlyGivenBackWhenAsked) {
 }
 
 TEST(Stream, ByHandAnAxisIsTakenOverInMotionAndGivenBack) {
-  StreamLine line;
-  line.let_in(2);
-  line.forget();
+  LedLine line;
   std::mt19937_64 random(26);
   for (int i = 0; i < 12; ++i) {
     line.stream_swing(static_cast<int>(200 + random() % 1000), 8);
@@ -500,9 +495,7 @@ TEST(Stream, ByHandAnAxisIsTakenOverInMotionAndGivenBack) {
 }
 
 TEST(Stream, FromTheHandAnAxisIsTakenOverInMotion) {
-  StreamLine line;
-  line.let_in(2);
-  line.forget();
+  LedLine line;
   line.client->say(stream::RecordKind::kEnd);
   line.see_out();
   std::mt19937_64 random(27);
@@ -523,9 +516,7 @@ TEST(Stream, FromTheHandAnAxisIsTakenOverInMotion) {
 }
 
 TEST(Stream, AMasterThatIsAwayAndLostFramesBreakNoLimit) {
-  StreamLine line;
-  line.let_in(2);
-  line.forget();
+  LedLine line;
   std::mt19937_64 random(23);
   for (int i = 0; i < 40; ++i) {
     line.stream_swing(static_cast<int>(50 + random() % 100), 8);

@@ -113,9 +113,7 @@ TEST(Superimposed, GoesOnThroughAChangeOfModeBehindAGap) {
     int passed = 600 + 3 + after - 1;
     const auto id = line.submit(on_top(-8.0, 12.0));
     line.cycles(600);
-    line.lose_out = true;
-    line.cycles(3);
-    line.lose_out = false;
+    lose_outputs(line, 3);
     line.cycles(after - 1);
     auto change = request(AxisCommand::kSetMode);
     change.mode = static_cast<std::int8_t>(ecat_master::cia402::Mode::kCyclicVelocity);
@@ -189,8 +187,7 @@ TEST(Superimposed, OnASynchronisedMotionItStaysBesideItsMaster) {
   line.cycles(2000);
   const auto beside = [&] { return line.setpoint(1) - law.at(line.setpoint(0)).position; };
   EXPECT_NEAR(beside(), 0.0, 1e-10);
-  const auto id = line.submit(on_top(0.75, 4.0), 1);
-  EXPECT_EQ(line.finish(id).phase, RequestPhase::kDone);
+  EXPECT_EQ(line.ask(on_top(0.75, 4.0), 1).phase, RequestPhase::kDone);
   EXPECT_NEAR(beside(), 0.75, 1e-9);
   EXPECT_EQ(line.state(1), PlcopenState::kSynchronizedMotion);
   line.submit(request(AxisCommand::kMoveVelocity, -10.0), 0);
@@ -211,8 +208,7 @@ TEST(Superimposed, OnASynchronisedMotionItStaysBesideItsMaster) {
 TEST(Superimposed, KeepsTheSoftwareLimits) {
   auto options = single_options();
   options.software_limits = trajectory::PositionRange{-1.0, 30.0};
-  SingleLine line(1, options);
-  line.enable();
+  Enabled<SingleLine> line(1, options);
   line.submit(request(AxisCommand::kMoveVelocity, 10.0));
   line.cycles(800);
   const auto id = line.submit(on_top(40.0, 20.0));
@@ -245,9 +241,7 @@ TEST(Superimposed, NoOrderOfEventsBreaksALimit) {
           line.submit(request(AxisCommand::kSetOverride, 0.1 * any(0, 15)));
           break;
         case 5:
-          line.lose_out = true;
-          line.cycles(any(1, 3));
-          line.lose_out = false;
+          lose_outputs(line, any(1, 3));
           break;
         case 6:
           line.submit(any(0, 1) == 0 ? request(AxisCommand::kHalt) : move(0.1 * any(-300, 300)));

@@ -17,6 +17,7 @@
 #include "drive_line.hpp"
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/slaves/ethernet_link.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -165,8 +166,7 @@ TEST(SdoFromSeveralThreads, AllGetTheirAnswers) {
 TEST(CycleInItsThread, CarriesTransfersOfOthersWhileTheAxesMove) {
   constexpr int kTransfers = 30;
   DriveLine drives(3);
-  LineOperation operation(drives, RunOptions{.repeat = true});
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, RunOptions{.repeat = true});
   operation.start_cycle([&](CyclicCore& core) { return std::make_unique<ThreadRunner>(core, drives.clock); });
   auto& master = operation.master();
   ASSERT_EQ(sentence(master.go_operational()), "");
@@ -212,8 +212,7 @@ TEST(CycleInItsThread, AFailureIsCompleteForThoseWhoReadItMeanwhile) {
   DriveLine drives(1);
   RunOptions options;
   options.software_limits = trajectory::PositionRange{-0.5, 0.5};
-  LineOperation operation(drives, options);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives, options);
   operation.start_cycle([&](CyclicCore& core) { return std::make_unique<ThreadRunner>(core, drives.clock); });
   ASSERT_EQ(sentence(operation.master().go_operational()), "");
   auto& motion = operation.motion();
@@ -240,8 +239,7 @@ TEST(CycleInItsThread, AFailureIsCompleteForThoseWhoReadItMeanwhile) {
 /// A thread that waits for a slave knows nothing of the start of the cycle, nor of its end.
 TEST(CycleInItsThread, IsStartedAndEndedWhileOthersReadTheTime) {
   DriveLine drives(1);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives);
   auto& exchange = operation.master().bus().exchange();
   std::jthread reader([&](const std::stop_token& stop) {
     for (auto before = exchange.now(); !stop.stop_requested();) {
@@ -286,8 +284,7 @@ struct Counter final : ecat_master::EoeReceiver {
 TEST(CycleInItsThread, CarriesEthernetFramesBesideTransfers) {
   constexpr int kFrames = 40;
   DriveLine drives(2);
-  LineOperation operation(drives);
-  ASSERT_EQ(sentence(operation.to_safe_op()), "");
+  ConfiguredOperation operation(drives);
   std::array<Mirror, 2> mirrors;
   Counter counter;
   std::vector<std::shared_ptr<ecat_master::EoePort>> ports;

@@ -7,6 +7,7 @@
 
 #include "drive_line.hpp"
 #include "fault_ports.hpp"
+#include "support/must.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -203,8 +204,7 @@ SlavePortFacts facts(std::initializer_list<unsigned> open) {
 
 TEST(TopologyOfFacts, WithoutReceiveTimesTheOrderIsEnough) {
   const std::vector<SlavePortFacts> line{facts({0, 1, 2, 3}), facts({0}), facts({0, 1}), facts({0}), facts({0})};
-  const auto found = build_topology(line);
-  ASSERT_TRUE(found);
+  const auto found = must(build_topology(line));
   EXPECT_EQ(found->slaves[1].parent, (PortRef{0, 3}));
   EXPECT_EQ(found->slaves[2].parent, (PortRef{0, 1}));
   EXPECT_EQ(found->slaves[3].parent, (PortRef{2, 1}));
@@ -215,8 +215,7 @@ TEST(TopologyOfFacts, ClocksThatComeRoundChangeNothing) {
   std::vector<SlavePortFacts> line{facts({0, 1}), facts({0})};
   line[0].receive_times_valid = line[1].receive_times_valid = true;
   line[0].receive_time_ns = {0xFFFF'FFF0U, 0x10U, 0, 0};
-  const auto found = build_topology(line);
-  ASSERT_TRUE(found);
+  const auto found = must(build_topology(line));
   EXPECT_EQ(found->slaves[0].entry_port, 0);
   EXPECT_EQ(found->slaves[0].span_ns, 0x20U);
 }
@@ -235,8 +234,7 @@ TEST(TopologyOfFacts, TooFewOpenPortsAreAnErrorWithTheSlave) {
 }
 
 TEST(TopologyOfFacts, NoSlavesNoTree) {
-  const auto found = build_topology({});
-  ASSERT_TRUE(found);
+  const auto found = must(build_topology({}));
   EXPECT_FALSE(found->first());
   EXPECT_EQ(to_tree_text(*found, {}), "master\n");
 }
@@ -244,8 +242,7 @@ TEST(TopologyOfFacts, NoSlavesNoTree) {
 TEST(TopologyText, DrawsChainsAndBranches) {
   std::vector<SlavePortFacts> line{facts({0, 1, 2, 3}), facts({0}), facts({0, 1}), facts({0}), facts({0})};
   line[4].link[1] = true;
-  const auto found = build_topology(line);
-  ASSERT_TRUE(found);
+  const auto found = must(build_topology(line));
   const std::vector<std::string> labels{"junction", "a", "b", "c", "d"};
   EXPECT_EQ(to_tree_text(*found, labels),
             "master\n"
@@ -258,8 +255,7 @@ TEST(TopologyText, DrawsChainsAndBranches) {
 
 TEST(TopologyText, GraphvizNamesThePortsOfEveryCable) {
   const std::vector<SlavePortFacts> line{facts({0, 1}), facts({0, 1})};
-  const auto found = build_topology(line);
-  ASSERT_TRUE(found);
+  const auto found = must(build_topology(line));
   const std::vector<std::string> labels{"the \"first\"", "last"};
   EXPECT_EQ(to_graphviz(*found, labels),
             "digraph line {\n"

@@ -20,8 +20,7 @@ AxisRequest torque(double target, double velocity = 0.0, double ramp = 0.0) {
 }
 
 TEST(TorqueControl, GivesTheTorqueThatIsAskedAndNoMore) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   // A load that keeps the axis from turning.
   line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.5);
   line.cycles(800);
@@ -42,8 +41,7 @@ TEST(TorqueControl, GivesTheTorqueThatIsAskedAndNoMore) {
 }
 
 TEST(TorqueControl, RampsItsTorque) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, 0.4);
   line.cycles(800);
   const double from = line.axes().axis_report(0).torque;
@@ -58,8 +56,7 @@ TEST(TorqueControl, RampsItsTorque) {
 
 TEST(TorqueControl, IsNoFasterThanItMay) {
   for (const double direction : {1.0, -1.0}) {
-    SingleLine line;
-    line.enable();
+    Enabled<SingleLine> line;
     line.submit(torque(0.2 * direction, 10.0, 5.0));
     double fastest = 0.0;
     for (int i = 0; i < 4000; ++i) {
@@ -76,8 +73,7 @@ TEST(TorqueControl, IsNoFasterThanItMay) {
 }
 
 TEST(TorqueControl, AnotherTorqueReplacesIt) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const auto first = line.submit(torque(0.15, 20.0));
   line.cycles(600);
   EXPECT_EQ(line.phase(first), RequestPhase::kReached);
@@ -95,8 +91,7 @@ TEST(TorqueControl, OutOfAMotionAndIntoAnotherIsWithinTheLimits) {
     for (const double load_nm : {0.0, 0.2, -0.2}) {
       for (const int moment : {100, 137, 400, 900}) {
         SCOPED_TRACE(testing::Message() << velocity << " rad/s, " << load_nm << " Nm, cycle " << moment);
-        SingleLine line;
-        line.enable();
+        Enabled<SingleLine> line;
         line.drives.drive(0).set_machine_input(slaves::msd::MachineInput::kLoad, load_nm);
         line.submit(request(AxisCommand::kMoveVelocity, velocity));
         line.cycles(moment);
@@ -119,8 +114,7 @@ std::pair<int, int> most_torque(std::optional<double> limit) {
   auto options = single_options();
   options.max_torque = limit;
   options.mode = ecat_master::cia402::Mode::kCyclicTorque;
-  SingleLine line(1, options);
-  line.enable();
+  Enabled<SingleLine> line(1, options);
   line.submit(move(4.0));
   std::pair<int, int> most{0, 0};
   const auto& values = line.drives.drive(0).dictionary();
@@ -158,8 +152,7 @@ TEST(TorqueLimit, ThatLeavesNothingIsRefused) {
 TEST(TorqueLimit, ATorqueBeyondItIsRefused) {
   auto options = single_options();
   options.max_torque = 0.24;
-  SingleLine line(1, options);
-  line.enable();
+  Enabled<SingleLine> line(1, options);
   EXPECT_EQ(line.ask(torque(0.25)).error, AxisError::kOverLimit);
   EXPECT_EQ(line.ask(torque(-0.25)).error, AxisError::kOverLimit);
   const auto most = line.submit(torque(0.24, 5.0));
@@ -178,8 +171,7 @@ TEST(TorqueControl, IsRefusedWithTheReason) {
 }
 
 TEST(TorqueControl, AFaultEndsItAndTheAxisBeginsInItsMode) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const auto id = line.submit(torque(0.1, 10.0));
   line.cycles(800);
   line.drives.drive(0).raise(slaves::msd::Fault::kOvercurrent);
@@ -198,8 +190,7 @@ RunOptions limited() {
 }
 
 TEST(SoftwareLimits, TargetsBeyondThemAreRefused) {
-  SingleLine line(1, limited());
-  line.enable();
+  Enabled<SingleLine> line(1, limited());
   EXPECT_EQ(line.ask(move(5.1)).error, AxisError::kOutsideRange);
   EXPECT_EQ(line.ask(move(-5.1)).error, AxisError::kOutsideRange);
   EXPECT_EQ(line.ask(request(AxisCommand::kMoveRelative, 6.0)).error, AxisError::kOutsideRange);
@@ -223,8 +214,7 @@ TEST(SoftwareLimits, TargetsBeyondThemAreRefused) {
 }
 
 TEST(SoftwareLimits, AWayThatLeavesThemIsRefusedAndTheOldOneGoesOn) {
-  SingleLine line(1, limited());
-  line.enable();
+  Enabled<SingleLine> line(1, limited());
   const auto way = line.submit(move(4.9, 50.0));
   line.cycles(600);
   ASSERT_GT(line.axes().axis_report(0).velocity, 30.0);
@@ -236,8 +226,7 @@ TEST(SoftwareLimits, AWayThatLeavesThemIsRefusedAndTheOldOneGoesOn) {
 
 TEST(SoftwareLimits, AVelocityEndsAtThem) {
   for (const double direction : {1.0, -1.0}) {
-    SingleLine line(1, limited());
-    line.enable();
+    Enabled<SingleLine> line(1, limited());
     const auto id = line.submit(request(AxisCommand::kMoveVelocity, 20.0 * direction));
     line.cycles(400);
     EXPECT_EQ(line.phase(id), RequestPhase::kReached) << "in velocity";
@@ -251,10 +240,8 @@ TEST(SoftwareLimits, AVelocityEndsAtThem) {
 }
 
 TEST(SoftwareLimits, ATorqueThatLeadsTheAxisToThemStopsIt) {
-  SingleLine line(1, limited());
-  line.enable();
-  const auto id = line.submit(torque(0.15, 20.0));
-  EXPECT_EQ(line.finish(id).error, AxisError::kOutsideRange);
+  Enabled<SingleLine> line(1, limited());
+  EXPECT_EQ(line.ask(torque(0.15, 20.0)).error, AxisError::kOutsideRange);
   line.cycles(2000);
   EXPECT_EQ(line.state(), PlcopenState::kErrorStop);
   EXPECT_LT(line.axes().axis_report(0).position, 5.05);

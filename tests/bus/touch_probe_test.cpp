@@ -7,6 +7,7 @@
 
 #include "driveline/slaves/msd/core/variant.hpp"
 #include "single_line.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -27,24 +28,12 @@ std::vector<MachineSwitch> probe_switches() {
   return {{Input::kIsd05, kCloses, kOpens}, {Input::kIsd06, kSecondCloses, kProbeEndless}};
 }
 
-template <typename Integer>
-void set_probe(RunOptions& options, std::uint16_t index, std::uint8_t subindex, Integer value) {
-  const auto bytes = wire::to_le_bytes(value);
-  options.startup.push_back({index, subindex, {bytes.begin(), bytes.end()}});
-}
-
 RunOptions probe_options(Variant variant = Variant::kMsd) {
   auto options = single_options();
   options.variant = variant;
-  options.pdos = ecat_master::PdoConfiguration{{{0x1600, {{0x6040, 0, 16}, {0x6060, 0, 8}, {0x607A, 0, 32}}},
-                                                {0x1601, {{0x60FF, 0, 32}, {0x60B1, 0, 32}}},
-                                                {0x1602, {{0x6071, 0, 16}, {0x60B2, 0, 16}, {0x60B8, 0, 16}}}},
-                                               {{0x1A00, {{0x6041, 0, 16}, {0x6061, 0, 8}, {0x6064, 0, 32}}},
-                                                {0x1A01, {{0x606C, 0, 32}, {0x60BA, 0, 32}}},
-                                                {0x1A02, {{0x6077, 0, 16}, {0x603F, 0, 16}, {0x60B9, 0, 16}}},
-                                                {0x1A03, {{0x60BB, 0, 32}, {0x60BC, 0, 32}}}}};
-  set_probe<std::uint16_t>(options, 0x206A, 0, 15);  // ISD05: PROBE
-  set_probe<std::uint16_t>(options, 0x206B, 0, 15);  // ISD06: PROBE
+  map_touch_probe(options);
+  options.pdos->inputs.push_back({0x1A03, {{0x60BB, 0, 32}, {0x60BC, 0, 32}}});
+  set_object<std::uint16_t>(options, 0x206B, 0, 15);  // ISD06: PROBE
   return options;
 }
 
@@ -169,14 +158,13 @@ TEST(TouchProbe, IsRefusedWithTheReason) {
   EXPECT_EQ(line.ask(search(ProbeTrigger::kSecondFalling, 1.0, 5.0)).error, AxisError::kProbeObjects);
   EXPECT_EQ(line.ask(search(ProbeTrigger::kFirstRising, 0.0, 5.0)).error, AxisError::kNothingToDo);
   EXPECT_EQ(line.ask(search(ProbeTrigger::kFirstRising, 5.0, 51.0)).error, AxisError::kOverLimit);
-  SingleLine without;
-  without.enable();
+  Enabled<SingleLine> without;
   EXPECT_EQ(without.ask(probe(ProbeTrigger::kFirstRising)).error, AxisError::kProbeObjects);
 }
 
 TEST(TouchProbe, ADriveThatDoesNotSwitchItOnSaysSo) {
   auto options = probe_options();
-  set_probe<std::uint16_t>(options, 0x28ED, 0, 0);  // P 2285: no touch probe
+  set_object<std::uint16_t>(options, 0x28ED, 0, 0);  // P 2285: no touch probe
   ProbeLine line(options);
   EXPECT_EQ(line.ask(probe(ProbeTrigger::kFirstRising)).error, AxisError::kProbe);
   EXPECT_EQ(line.ask(search(ProbeTrigger::kFirstRising, 5.0, 5.0)).error, AxisError::kProbe);
@@ -197,9 +185,7 @@ TEST(TouchProbe, LostFramesAreNoMatterButALostDriveIs) {
   EXPECT_NEAR(line.now().recorded_position, kCloses, 10.0 * 125e-6 + 1e-3);
   const auto next = line.submit(probe(ProbeTrigger::kFirstRising));
   line.cycles(10);
-  line.lose_back = true;
-  line.cycles(20);
-  line.lose_back = false;
+  lose_inputs(line, 20);
   EXPECT_EQ(line.axes().report(next).error, AxisError::kLost);
 }
 
@@ -323,9 +309,7 @@ TEST(HomingByProbe, AFaultOrLostCommunicationEndsIt) {
     if (fault) {
       line.drives.drive(0).raise(slaves::msd::Fault::kOvercurrent);
     } else {
-      line.lose_back = true;
-      line.cycles(20);
-      line.lose_back = false;
+      lose_inputs(line, 20);
     }
     EXPECT_EQ(line.finish(homing).error, fault ? AxisError::kFault : AxisError::kLost);
     line.cycles(20'000);

@@ -132,8 +132,7 @@ TEST(WaitingMotions, AMotionThatIsAskedForMeanwhileWaitsBehindThem) {
 
 /// The plan for the end of the present motion is no longer valid.
 TEST(WaitingMotions, ABlendedOneGoesWhereItsPositionIsCalledNow) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   line.submit(move(from + 2.0, 20.0));
   const auto second = line.submit(move(from + 4.0, 20.0, BufferMode::kBlendingPrevious));
@@ -146,8 +145,7 @@ TEST(WaitingMotions, ABlendedOneGoesWhereItsPositionIsCalledNow) {
 }
 
 TEST(WaitingMotions, ABlendedOneObeysAnOverrideThatComesBeforeIt) {
-  SingleLine line;
-  line.enable();
+  Enabled<SingleLine> line;
   const double from = line.setpoint();
   line.submit(move(from + 2.0, 20.0));
   const auto second = line.submit(move(from + 4.0, 20.0, BufferMode::kBlendingPrevious));
@@ -168,16 +166,13 @@ TEST(WaitingMotions, ABlendedOneObeysAnOverrideThatComesBeforeIt) {
 /// The end is passed while no frame reaches the drive, or the master is away.
 TEST(WaitingMotions, ABlendedOneGoesOnBehindAGap) {
   for (const bool lost : {true, false}) {
-    SingleLine line;
-    line.enable();
+    Enabled<SingleLine> line;
     const double from = line.setpoint();
     const auto first = line.submit(move(from + 2.0, 20.0));
     const auto second = line.submit(move(from + 4.0, 20.0, BufferMode::kBlendingPrevious));
     for (int i = 0; i < 8000 && line.setpoint() < from + 1.995; ++i) line.cycle();
     if (lost) {
-      line.lose_out = true;
-      line.cycles(4);
-      line.lose_out = false;
+      lose_outputs(line, 4);
     } else {
       line.stall(4);
     }

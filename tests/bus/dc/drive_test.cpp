@@ -4,6 +4,7 @@
 #include "dc/bring_up.hpp"
 #include "drive_line.hpp"
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
+#include "started_line.hpp"
 #include "true_time.hpp"
 
 namespace driveline::bus_test {
@@ -75,8 +76,7 @@ TEST(DrivesWithClocks, HaveTheFollowingErrorThatTheyReport) {
         ecat_master::setpoint_delay_cycles({period, 1, ecat_master::kSplinePeriods, period / 2});
     LineOperation operation(drives, options);
     operation.master().use_clocks(plan_for(2, period));
-    ASSERT_EQ(sentence(operation.to_motion()), "");
-    ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kFollowing, seconds{2}));
+    follow_path(operation);
     operation.axis_samples.clear();
     ASSERT_TRUE(operation.run_until(ecat_master::MotionPhase::kHolding, seconds{2}));
     double difference = 0.0;

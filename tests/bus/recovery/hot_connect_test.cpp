@@ -3,6 +3,7 @@
 
 #include "driveline/ecat_master/recovery/line_supervisor.hpp"
 #include "edited_line.hpp"
+#include "started_line.hpp"
 
 namespace driveline::bus_test {
 namespace {
@@ -186,8 +187,7 @@ TEST_F(HotConnected, NeedsNoneOfItsKindToBeThere) {
 
 TEST_F(HotConnected, WithoutANameItMustBeThere) {
   EditedLine two(2);
-  ecat_master::Master alone(two.line(), two.clock);
-  ASSERT_EQ(sentence(alone.scan()), "");
+  ScannedMaster alone(two.line(), two.clock);
   std::vector<SlavePlan> plans(3);
   plans[2].hot_connect = true;
   EXPECT_THAT(sentence(alone.configure(plans)), testing::HasSubstr("3"));

@@ -114,4 +114,10 @@ class GroupLine : public SingleLine {
   std::unique_ptr<AxisGroups> groups;
 };
 
+/// A line whose group is in standby.
+struct StandbyGroup : GroupLine {
+  using GroupLine::GroupLine;
+  bool standby = (take_axes(), true);
+};
+
 }  // namespace driveline::bus_test

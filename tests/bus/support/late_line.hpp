@@ -13,6 +13,7 @@
 #include "driveline/ecat_master/cyclic/master_absence.hpp"
 #include "driveline/slaves/msd/core/drive_values.hpp"
 #include "fault_ports.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 
@@ -44,10 +45,7 @@ class LateLine {
     RunOptions options;
     options.repeat = true;
     options.amplitude_rad = 6.0;
-    const auto rate =
-        static_cast<std::uint32_t>(LineOperation::axis(0, options).limits.max_acceleration * kDemandIncrements);
-    const auto bytes = wire::to_le_bytes(rate);
-    options.startup = {{0x6085, 0, {bytes.begin(), bytes.end()}}};
+    limit_quick_stops(options);
     return options;
   }
 

@@ -10,8 +10,8 @@
 
 #include "demand_judge.hpp"
 #include "drive_line.hpp"
-#include "driveline/wire/endian.hpp"
 #include "fault_ports.hpp"
+#include "startup_objects.hpp"
 
 namespace driveline::bus_test {
 
@@ -48,10 +48,7 @@ inline AxisRequest move(double target, double velocity = 0.0, BufferMode buffer 
 inline RunOptions single_options() {
   RunOptions options;
   options.single_axes = true;
-  const auto rate =
-      static_cast<std::uint32_t>(LineOperation::axis(0, options).limits.max_acceleration * kDemandIncrements);
-  const auto bytes = wire::to_le_bytes(rate);
-  options.startup = {{0x6085, 0, {bytes.begin(), bytes.end()}}};
+  limit_quick_stops(options);
   return options;
 }
 
@@ -135,6 +132,28 @@ class SingleLine {
   LossyPort port;
   LineOperation operation;
   std::vector<DemandJudge> judges;
+};
+
+/// Runs cycles whose frames are lost on their way to the drives.
+template <typename Line>
+void lose_outputs(Line& line, int count) {
+  line.lose_out = true;
+  line.cycles(count);
+  line.lose_out = false;
+}
+/// The same on their way back.
+template <typename Line>
+void lose_inputs(Line& line, int count) {
+  line.lose_back = true;
+  line.cycles(count);
+  line.lose_back = false;
+}
+
+/// A line whose first axis is enabled.
+template <typename Line>
+struct Enabled : Line {
+  using Line::Line;
+  bool enabled = (this->enable(), true);
 };
 
 }  // namespace driveline::bus_test

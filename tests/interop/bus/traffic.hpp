@@ -16,6 +16,7 @@
 #include "driveline/wire/frame.hpp"
 #include "driveline/wire/mailbox.hpp"
 #include "fault_ports.hpp"
+#include "support/must.hpp"
 #include "tshark.hpp"
 
 /// Checks the traffic of a simulated line with Wireshark's dissector.
@@ -81,12 +82,10 @@ class BusTraffic : public testing::Test {
   /// purpose.
   void expect_clean(const std::vector<std::vector<std::byte>>& frames) {
     replay::write_pcap(file_, frames);
-    const auto bad = replay::dissect(file_, "_ws.malformed || _ws.expert.severity >= 0x600000", {"frame.number"});
-    ASSERT_TRUE(bad) << bad.error();
+    const auto bad = must(replay::dissect(file_, "_ws.malformed || _ws.expert.severity >= 0x600000", {"frame.number"}));
     EXPECT_TRUE(bad->empty()) << bad->size() << " of " << frames.size() << ", the first is frame "
                               << bad->front()[0][0];
-    const auto all = replay::dissect(file_, "ecat", {"frame.number"});
-    ASSERT_TRUE(all) << all.error();
+    const auto all = must(replay::dissect(file_, "ecat", {"frame.number"}));
     EXPECT_EQ(all->size(), frames.size());
   }
   /// Number of occurrences of a field in the matching frames.

@@ -28,18 +28,6 @@ static unsigned event_count;
 
 static const char* const kSeverities[] = {"PROGRESS", "NOTICE", "FAULT", "FAILURE"};
 
-static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* topic_name,
-                                  dds_reliability_kind_t reliability, dds_durability_kind_t durability, int depth) {
-  const dds_entity_t topic = checked(dds_create_topic(participant, type, topic_name, NULL, NULL), topic_name);
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, reliability, DDS_SECS(1));
-  dds_qset_durability(qos, durability);
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
-  const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
-  dds_delete_qos(qos);
-  return reader;
-}
-
 static void count_batch(const AxisBatch* batch) {
   if (batches > 0 && batch->number > next_number) lost_batches += batch->number - next_number;
   next_number = batch->number + 1;
@@ -139,11 +127,10 @@ int main(int argc, char** argv) {
   const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
   const dds_entity_t participant = join_domain(domain);
   const dds_entity_t batch_reader =
-      create_reader(participant, &driveline_telemetry_AxisBatch_desc, "driveline/v1/axis_batch",
-                    DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, 256);
-  const dds_entity_t event_reader =
-      create_reader(participant, &driveline_telemetry_Event_desc, "driveline/v1/event", DDS_RELIABILITY_RELIABLE,
-                    DDS_DURABILITY_TRANSIENT_LOCAL, kMaxEvents);
+      subscribe(participant, &driveline_telemetry_AxisBatch_desc, "driveline/v1/axis_batch",
+                DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, 256);
+  const dds_entity_t event_reader = subscribe(participant, &driveline_telemetry_Event_desc, "driveline/v1/event",
+                                              DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL, kMaxEvents);
   const dds_entity_t waitset = checked(dds_create_waitset(participant), "waitset");
   checked(dds_waitset_attach(waitset, checked(dds_create_readcondition(batch_reader, DDS_ANY_STATE), "condition"), 0),
           "waitset");

@@ -8,14 +8,11 @@
  */
 #include <dds/dds.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "cyclone_tool.h"
 #include "ros2.h"
 
-static const char kUsage[] = "<domain> <min_messages> <timeout_s>";
-
-typedef diagnostic_msgs_msg_dds__DiagnosticArray_ DiagnosticArray;
+static diagnostic_msgs_msg_dds__DiagnosticArray_ last;
 
 static void print_status(const diagnostic_msgs_msg_dds__DiagnosticStatus_* status) {
   printf("{\"level\":%u,\"name\":", status->level_);
@@ -34,33 +31,16 @@ static void print_status(const diagnostic_msgs_msg_dds__DiagnosticStatus_* statu
   printf("}}");
 }
 
-static void print_report(unsigned long messages, const DiagnosticArray* last, dds_entity_t reader) {
-  printf("{\"messages\":%lu", messages);
-  print_user_data(reader);
-  if (messages > 0) {
-    printf(",\"sec\":%d,\"nanosec\":%u,\"frame_id\":\"%s\",\"status\":[", last->header_.stamp_.sec_,
-           last->header_.stamp_.nanosec_, last->header_.frame_id_);
-    for (uint32_t i = 0; i < last->status_._length; ++i) {
-      if (i > 0) putchar(',');
-      print_status(&last->status_._buffer[i]);
-    }
-    printf("]");
+static void print_last(void) {
+  printf(",\"sec\":%d,\"nanosec\":%u,\"frame_id\":\"%s\",\"status\":[", last.header_.stamp_.sec_,
+         last.header_.stamp_.nanosec_, last.header_.frame_id_);
+  for (uint32_t i = 0; i < last.status_._length; ++i) {
+    if (i > 0) putchar(',');
+    print_status(&last.status_._buffer[i]);
   }
-  printf("}\n");
+  printf("]");
 }
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    parse(kUsage, "", 0);
-  }
-  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
-  const unsigned long wanted = parse(kUsage, argv[2], 1000000);
-  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
-  const dds_entity_t participant = join_domain(domain);
-  const dds_entity_t reader = subscribe_as_ros2(participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
-  static DiagnosticArray last;
-  const unsigned long messages = take_last(reader, &last, wanted, deadline);
-  print_report(messages, &last, reader);
-  dds_delete(DDS_CYCLONEDDS_HANDLE);
-  return messages >= wanted ? 0 : 1;
+  return read_as_ros2(argc, argv, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics", &last, print_last);
 }

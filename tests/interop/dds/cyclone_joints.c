@@ -8,14 +8,11 @@
  */
 #include <dds/dds.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "cyclone_tool.h"
 #include "ros2.h"
 
-static const char kUsage[] = "<domain> <min_messages> <timeout_s>";
-
-typedef sensor_msgs_msg_dds__JointState_ JointState;
+static sensor_msgs_msg_dds__JointState_ last;
 
 static void print_reals(const char* key, const dds_sequence_double* values) {
   printf(",\"%s\":[", key);
@@ -23,33 +20,16 @@ static void print_reals(const char* key, const dds_sequence_double* values) {
   printf("]");
 }
 
-static void print_report(unsigned long messages, const JointState* last, dds_entity_t reader) {
-  printf("{\"messages\":%lu", messages);
-  print_user_data(reader);
-  if (messages > 0) {
-    printf(",\"sec\":%d,\"nanosec\":%u,\"frame_id\":\"%s\",\"name\":[", last->header_.stamp_.sec_,
-           last->header_.stamp_.nanosec_, last->header_.frame_id_);
-    for (uint32_t i = 0; i < last->name_._length; ++i) printf("%s\"%s\"", i == 0 ? "" : ",", last->name_._buffer[i]);
-    printf("]");
-    print_reals("position", &last->position_);
-    print_reals("velocity", &last->velocity_);
-    print_reals("effort", &last->effort_);
-  }
-  printf("}\n");
+static void print_last(void) {
+  printf(",\"sec\":%d,\"nanosec\":%u,\"frame_id\":\"%s\",\"name\":[", last.header_.stamp_.sec_,
+         last.header_.stamp_.nanosec_, last.header_.frame_id_);
+  for (uint32_t i = 0; i < last.name_._length; ++i) printf("%s\"%s\"", i == 0 ? "" : ",", last.name_._buffer[i]);
+  printf("]");
+  print_reals("position", &last.position_);
+  print_reals("velocity", &last.velocity_);
+  print_reals("effort", &last.effort_);
 }
 
 int main(int argc, char** argv) {
-  if (argc != 4) {
-    parse(kUsage, "", 0);
-  }
-  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
-  const unsigned long wanted = parse(kUsage, argv[2], 1000000);
-  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
-  const dds_entity_t participant = join_domain(domain);
-  const dds_entity_t reader = subscribe_as_ros2(participant, &sensor_msgs_msg_dds__JointState__desc, "rt/joint_states");
-  static JointState last;
-  const unsigned long messages = take_last(reader, &last, wanted, deadline);
-  print_report(messages, &last, reader);
-  dds_delete(DDS_CYCLONEDDS_HANDLE);
-  return messages >= wanted ? 0 : 1;
+  return read_as_ros2(argc, argv, &sensor_msgs_msg_dds__JointState__desc, "rt/joint_states", &last, print_last);
 }

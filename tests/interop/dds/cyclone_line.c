@@ -42,16 +42,8 @@ static const char* const kPlcopenStates[] = {"NONE",     "DISABLED",        "STA
                                              "ERROR_STOP"};
 static const char* const kHomed[] = {"UNKNOWN", "NO", "YES"};
 
-/* Whatever is reliable and kept for late joiners is asked for as that: a writer that offers less does not match. */
 static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* topic_name) {
-  const dds_entity_t topic = checked(dds_create_topic(participant, type, topic_name, NULL, NULL), topic_name);
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 8);
-  const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
-  dds_delete_qos(qos);
-  return reader;
+  return subscribe(participant, type, topic_name, DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL, 8);
 }
 
 static void take_slaves(dds_entity_t reader) {

@@ -47,18 +47,6 @@ static const char* const kAxisStates[] = {"NOT_READY_TO_SWITCH_ON",
 static const char* const kLineStates[] = {"DOWN", "INIT", "PRE_OP", "SAFE_OP", "OP"};
 static const char* const kAxisKinds[] = {"rotary", "linear"};
 
-static dds_entity_t create_reader(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* topic_name,
-                                  dds_reliability_kind_t reliability, dds_durability_kind_t durability, int depth) {
-  const dds_entity_t topic = checked(dds_create_topic(participant, type, topic_name, NULL, NULL), topic_name);
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, reliability, DDS_SECS(1));
-  dds_qset_durability(qos, durability);
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
-  const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
-  dds_delete_qos(qos);
-  return reader;
-}
-
 static void count_axis(const AxisTelemetry* sample) {
   if (sample->axis >= kMaxAxes) {
     ++unknown_axes;
@@ -211,10 +199,10 @@ int main(int argc, char** argv) {
   const char* status_topic = argc == 6 ? argv[5] : "driveline/line_status";
 
   const dds_entity_t participant = join_domain(domain);
-  const dds_entity_t axis_reader = create_reader(participant, &driveline_telemetry_AxisTelemetry_desc, axis_topic,
-                                                 DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, 256);
-  const dds_entity_t status_reader = create_reader(participant, &driveline_telemetry_LineStatus_desc, status_topic,
-                                                   DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL, 16);
+  const dds_entity_t axis_reader = subscribe(participant, &driveline_telemetry_AxisTelemetry_desc, axis_topic,
+                                             DDS_RELIABILITY_BEST_EFFORT, DDS_DURABILITY_VOLATILE, 256);
+  const dds_entity_t status_reader = subscribe(participant, &driveline_telemetry_LineStatus_desc, status_topic,
+                                               DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_TRANSIENT_LOCAL, 16);
   const dds_entity_t waitset = checked(dds_create_waitset(participant), "waitset");
   const dds_entity_t axis_data = checked(dds_create_readcondition(axis_reader, DDS_ANY_STATE), "condition");
   const dds_entity_t status_data = checked(dds_create_readcondition(status_reader, DDS_ANY_STATE), "condition");

@@ -55,12 +55,14 @@ static inline void print_string(const char* text) {
   putchar('"');
 }
 
-/* With the quality of service of a ROS 2 node's reader. */
-static inline dds_entity_t subscribe_as_ros2(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* name) {
-  const dds_entity_t topic = checked(dds_create_topic(participant, type, name, NULL, NULL), "topic");
+/* A reader with this quality of service, which keeps `depth` messages. A writer that offers less does not match. */
+static inline dds_entity_t subscribe(dds_entity_t participant, const dds_topic_descriptor_t* type, const char* topic_name,
+                                     dds_reliability_kind_t reliability, dds_durability_kind_t durability, int depth) {
+  const dds_entity_t topic = checked(dds_create_topic(participant, type, topic_name, NULL, NULL), topic_name);
   dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
+  dds_qset_reliability(qos, reliability, DDS_SECS(1));
+  dds_qset_durability(qos, durability);
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
   const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
   dds_delete_qos(qos);
   return reader;
@@ -95,4 +97,26 @@ static inline void print_user_data(dds_entity_t reader) {
     if (endpoint != NULL) dds_builtintopic_free_endpoint(endpoint);
   }
   printf("\"");
+}
+
+/* Reads a topic as a ROS 2 node does: <domain> <min_messages> <timeout_s>. Prints how many messages came, what their writer
+ * tells of the type, and, by `print_last`, the content of the last one. Returns 0 when so many messages have arrived. */
+static inline int read_as_ros2(int argc, char** argv, const dds_topic_descriptor_t* type, const char* topic_name, void* last,
+                               void (*print_last)(void)) {
+  static const char kUsage[] = "<domain> <min_messages> <timeout_s>";
+  if (argc != 4) {
+    parse(kUsage, "", 0);
+  }
+  const dds_domainid_t domain = (dds_domainid_t)parse(kUsage, argv[1], 230);
+  const unsigned long wanted = parse(kUsage, argv[2], 1000000);
+  const dds_time_t deadline = dds_time() + DDS_SECS((int64_t)parse(kUsage, argv[3], 1000000));
+  const dds_entity_t reader =
+      subscribe(join_domain(domain), type, topic_name, DDS_RELIABILITY_RELIABLE, DDS_DURABILITY_VOLATILE, 10);
+  const unsigned long messages = take_last(reader, last, wanted, deadline);
+  printf("{\"messages\":%lu", messages);
+  print_user_data(reader);
+  if (messages > 0) print_last();
+  printf("}\n");
+  dds_delete(DDS_CYCLONEDDS_HANDLE);
+  return messages >= wanted ? 0 : 1;
 }

@@ -15,6 +15,7 @@
 #include "driveline/bridge/dds_publisher.hpp"
 #include "driveline/snapshot/drain_thread.hpp"
 #include "support/dds_domain.hpp"
+#include "support/must.hpp"
 
 // The publisher in this process, another DDS implementation (Cyclone DDS, `cyclone_subscriber`) in its own process.
 namespace driveline::bridge {
@@ -427,8 +428,7 @@ TEST(DdsInterop, CycloneReadsWhatChangesNowAndThenWithEveryField) {
   const std::uint32_t domain = test_domain();
   DdsConfig config = line_config(domain);
   config.slaves = 2;
-  const auto publisher = DdsPublisher::create(config);
-  ASSERT_TRUE(publisher) << describe(publisher.error());
+  const auto publisher = must(DdsPublisher::create(config));
   snapshot::FeedCondition condition;
   condition.slaves = {{}, slave_in_trouble()};
   condition.slaves[0].parent = snapshot::kFeedParentMaster;
@@ -547,8 +547,7 @@ TEST(DdsInterop, LateCycloneSubscriberGetsTheLastStatusOfASilentLine) {
   DdsConfig config = line_config(domain);
   config.axes.clear();
   config.status_period = 1h;
-  const auto publisher = DdsPublisher::create(config);
-  ASSERT_TRUE(publisher) << describe(publisher.error());
+  const auto publisher = must(DdsPublisher::create(config));
   (*publisher)->set_line_status({.state = snapshot::LineState::kSafeOp, .cycles = 7});
   (*publisher)->pass_done({});
 

@@ -7,6 +7,7 @@
 
 #include "driveline/port/capture_port.hpp"
 #include "private_network.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::port {
 namespace {
@@ -65,8 +66,6 @@ class CaptureInWireshark : public ::testing::Test {
   void SetUp() override {
     if (!run_quietly("tshark --version") || !run_quietly("capinfos --version"))
       GTEST_SKIP() << "tshark is not installed";
-    std::string pattern = std::filesystem::temp_directory_path() / "driveline-tshark-XXXXXX";
-    directory = mkdtemp(pattern.data());
     const auto port = CapturePort::open(
         line, clock,
         {.file = file(), .interface_name = "line8", .ring_frames = 4096, .unix_time_of_zero = 1'700'000'000s});
@@ -77,16 +76,13 @@ class CaptureInWireshark : public ::testing::Test {
     }
     ASSERT_TRUE((*port)->close());
   }
-  void TearDown() override {
-    if (!directory.empty()) std::filesystem::remove_all(directory);
-  }
 
-  std::string file() const { return directory / "capture.pcapng"; }
+  std::string file() const { return folder.path / "capture.pcapng"; }
 
   static constexpr unsigned kExchanges = 3;
   rt::VirtualClock clock;
   TwoSlaves line{clock};
-  std::filesystem::path directory;
+  test::TemporaryFolder folder;
 };
 
 TEST_F(CaptureInWireshark, DissectsEveryFrame) {

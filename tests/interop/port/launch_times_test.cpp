@@ -18,6 +18,7 @@
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/rt/time_conversion.hpp"
 #include "private_network.hpp"
+#include "support/must.hpp"
 
 namespace driveline::port {
 namespace {
@@ -155,8 +156,7 @@ TEST_F(LaunchTimesOnVeth, OfEachFrameGetToTheKernelOnItsClock) {
 }
 
 TEST_F(LaunchTimesOnVeth, AreNotGivenByAPortWithoutThem) {
-  auto port = RawSocketPort::open({.interface = "dlmaster"}, clock);
-  ASSERT_TRUE(port) << port.error().message;
+  auto port = must(RawSocketPort::open({.interface = "dlmaster"}, clock));
   const DeliveryTimes delivery("dlmaster");
   if (!delivery.attached()) GTEST_SKIP() << "this kernel attaches no BPF program where frames leave";
   (*port)->hold_until(clock.now() + 60s);
@@ -175,8 +175,7 @@ TEST_F(LaunchTimesOnVeth, WithoutEtfAreRefusedOrDoneWithout) {
   const auto refused = open_launching_interface("dlmaster", 30us, false, clock);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().message, kNoEtf);
-  const auto fallen = open_launching_interface("dlmaster", 30us, true, clock);
-  ASSERT_TRUE(fallen) << fallen.error().message;
+  const auto fallen = must(open_launching_interface("dlmaster", 30us, true, clock));
   EXPECT_FALSE(fallen->launches);
   EXPECT_THAT(fallen->steps_down, ElementsAre(kNoEtf));
   EXPECT_EQ(fallen->port->access_method(), "packet socket with a receive ring");

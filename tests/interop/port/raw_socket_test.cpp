@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "private_network.hpp"
+#include "support/must.hpp"
 
 namespace {
 
@@ -117,8 +118,7 @@ TEST_F(RawSocketRing, FrameStaysWhileOthersArrive) {
   const auto port = open({.interface = "ecat0"});
   ASSERT_TRUE(tap->inject(frame_of(1514, 1)));
   ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
-  const auto frame = port->receive();
-  ASSERT_TRUE(frame);
+  const auto frame = must(port->receive());
   for (unsigned i = 0; i < 200; ++i) ASSERT_TRUE(tap->inject(frame_of(1514, 7)));
   EXPECT_EQ(Bytes(frame->bytes.begin(), frame->bytes.end()), frame_of(1514, 1));
 }
@@ -178,8 +178,7 @@ TEST_P(RawSocket, FrameThatWentRoundTheLineComesBack) {
   const auto port = open();
   for (unsigned i = 0; i < 20; ++i) {
     ASSERT_EQ(port->send(frame_of(80, i)), SendStatus::kSent);
-    const auto on_the_line = tap->take();
-    ASSERT_TRUE(on_the_line);
+    const auto on_the_line = must(tap->take());
     ASSERT_TRUE(tap->inject(returned(*on_the_line)));
     ASSERT_EQ(next(*port), returned(frame_of(80, i)));
   }
@@ -201,8 +200,7 @@ TEST_P(RawSocket, TimeStampsLieAroundTheExchange) {
   ASSERT_TRUE(tap->inject(frame_of(60, 0)));
   ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
   const auto before = clock.now();
-  const auto frame = port->receive();
-  ASSERT_TRUE(frame);
+  const auto frame = must(port->receive());
   EXPECT_GE(frame->time, before);
   EXPECT_LE(frame->time, clock.now());
 }
@@ -218,8 +216,7 @@ TEST_P(RawSocket, FramesAreStampedWhenTheyArriveHoweverLateSomebodyReadsThem) {
     ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
     const auto there = clock.now();
     std::this_thread::sleep_for(kLate);
-    const auto frame = port->receive();
-    ASSERT_TRUE(frame);
+    const auto frame = must(port->receive());
     ASSERT_LE(frame->time, clock.now());
     // The kernel stamps with another clock; the small time between the readings does not matter here.
     ASSERT_GE(frame->time, before - kLate / 4);

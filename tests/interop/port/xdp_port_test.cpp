@@ -16,6 +16,7 @@
 #include "driveline/port/raw_socket_port.hpp"
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "private_network.hpp"
+#include "support/must.hpp"
 
 namespace driveline::port {
 namespace {
@@ -109,8 +110,7 @@ TEST_P(Xdp, FrameStaysWhileOthersArriveAndThoseBeyondTheEndAreDropped) {
   const auto port = open();
   ASSERT_TRUE(tap->inject(xdp_frame(1514, 1)));
   ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
-  const auto frame = port->receive();
-  ASSERT_TRUE(frame);
+  const auto frame = must(port->receive());
   for (unsigned i = 0; i < 300; ++i) ASSERT_TRUE(tap->inject(xdp_frame(1514, i)));
   EXPECT_EQ(Bytes(frame->bytes.begin(), frame->bytes.end()), xdp_frame(1514, 1));
   for (unsigned i = 0; i < 127; ++i) ASSERT_EQ(next(*port), xdp_frame(1514, i)) << i;
@@ -122,8 +122,7 @@ TEST_P(Xdp, FrameStaysWhileOthersArriveAndThoseBeyondTheEndAreDropped) {
 TEST_P(Xdp, TaggedFramesLookLikeUntaggedOnesAsWithAPacketSocket) {
   const Bytes frame = xdp_frame(100, 3);
   {
-    const auto raw = RawSocketPort::open({.interface = "xdp0"}, clock);
-    ASSERT_TRUE(raw);
+    const auto raw = must(RawSocketPort::open({.interface = "xdp0"}, clock));
     ASSERT_TRUE(tap->inject(tagged(frame, 0x8100)));
     ASSERT_EQ(next(**raw), frame);
   }
@@ -250,8 +249,7 @@ TEST_P(Xdp, TimeStampsLieAroundTheExchange) {
   ASSERT_TRUE(tap->inject(xdp_frame(60, 0)));
   ASSERT_TRUE(port->wait_readable(clock.now() + 5s));
   const auto before = clock.now();
-  const auto frame = port->receive();
-  ASSERT_TRUE(frame);
+  const auto frame = must(port->receive());
   EXPECT_GE(frame->time, before);
   EXPECT_EQ(port->mac(), kXdpMac);
   const auto deadline = clock.now() + 3ms;
@@ -279,8 +277,7 @@ TEST_P(Xdp, KilledProcessLeavesNoProgramBehind) {
   EXPECT_TRUE(becomes(false, program_there)) << "the program outlives its process";
   close(pipe_ends[0]);
   close(pipe_ends[1]);
-  const auto raw = RawSocketPort::open({.interface = "xdp0"}, clock);
-  ASSERT_TRUE(raw);
+  const auto raw = must(RawSocketPort::open({.interface = "xdp0"}, clock));
   ASSERT_TRUE(tap->inject(xdp_frame(60, 5)));
   EXPECT_EQ(next(**raw), xdp_frame(60, 5));
 }
@@ -310,8 +307,7 @@ TEST_P(Xdp, TheCycleNeitherAllocatesNorLocks) {
 }
 
 TEST_F(XdpOpening, StepsDownFromZeroCopyWithTheReason) {
-  const auto port = XdpPort::open({.interface = "xdp0"}, clock);
-  ASSERT_TRUE(port) << port.error().message;
+  const auto port = must(XdpPort::open({.interface = "xdp0"}, clock));
   EXPECT_EQ((*port)->mode(), XdpMode::kNative);
   EXPECT_EQ((*port)->access_method(), "AF_XDP, native, copied");
   ASSERT_FALSE((*port)->steps_down().empty());
@@ -323,8 +319,7 @@ TEST_F(XdpOpening, StepsDownToGenericWhereTheDriverRefusesWithTheReason) {
   if (!run_quietly("ip link add name dlbig type veth peer name dlbigger")) GTEST_SKIP() << "no veth pair";
   ASSERT_TRUE(run_quietly("ip link set dev dlbigger mtu 9000 up && ip link set dev dlbig up"));
   {
-    const auto port = XdpPort::open({.interface = "dlbig"}, clock);
-    ASSERT_TRUE(port) << port.error().message;
+    const auto port = must(XdpPort::open({.interface = "dlbig"}, clock));
     EXPECT_EQ((*port)->mode(), XdpMode::kGeneric);
     EXPECT_THAT(
         (*port)->steps_down(),
@@ -371,8 +366,7 @@ TEST_F(XdpOpening, OneProgramAtATimeAndTheOtherIsTold) {
   const auto second = XdpPort::open({.interface = "xdp0"}, clock);
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error().message, HasSubstr("another"));
-  const auto raw = open_interface("xdp0", PortChoice::kRaw, false, clock);
-  ASSERT_TRUE(raw);
+  const auto raw = must(open_interface("xdp0", PortChoice::kRaw, false, clock));
   ASSERT_EQ(raw->steps_down.size(), 1U);
   EXPECT_THAT(raw->steps_down.front(), HasSubstr("XDP program is attached to interface 'xdp0'"));
   const auto refused = open_interface("xdp0", PortChoice::kXdp, false, clock);
@@ -380,8 +374,7 @@ TEST_F(XdpOpening, OneProgramAtATimeAndTheOtherIsTold) {
 }
 
 TEST_F(XdpOpening, AutoTakesAPacketSocketWhereTheDriverCopiesAndSaysWhy) {
-  const auto opened = open_interface("xdp0", PortChoice::kAuto, false, clock);
-  ASSERT_TRUE(opened) << opened.error().message;
+  const auto opened = must(open_interface("xdp0", PortChoice::kAuto, false, clock));
   EXPECT_EQ(opened->port->access_method(), "packet socket with a receive ring");
   ASSERT_EQ(opened->steps_down.size(), 1U);
   EXPECT_THAT(opened->steps_down.front(), HasSubstr("does not support zero copy"));

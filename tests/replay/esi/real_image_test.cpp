@@ -7,6 +7,7 @@
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
 #include "pcapng_reader.hpp"
+#include "support/must.hpp"
 
 /// SII images read out of the EEPROMs of real devices.
 namespace driveline::esi {
@@ -69,8 +70,7 @@ void expect_sane(const Bytes& bytes) {
 }
 
 TEST_P(RealSii, DecodesToTheDeviceItCameFrom) {
-  const auto image = decode_sii(bytes());
-  ASSERT_TRUE(image) << to_text(image.error());
+  const auto image = must(decode_sii(bytes()));
   EXPECT_TRUE(image->checksum_valid());
   EXPECT_EQ(image->eeprom_bytes(), 2048U);
   EXPECT_EQ(image->version, 1);
@@ -91,8 +91,7 @@ TEST_P(RealSii, DecodesToTheDeviceItCameFrom) {
 }
 
 TEST_P(RealSii, EncodesToTheSameBytes) {
-  const auto image = decode_sii(bytes());
-  ASSERT_TRUE(image);
+  const auto image = must(decode_sii(bytes()));
   EXPECT_EQ(encode_sii(*image), bytes());
 }
 
@@ -100,8 +99,7 @@ TEST_P(RealSii, DescriptionSurvivesOurOwnImageAndEsiFile) {
   auto device = description_from_sii(decode_sii(bytes()).value());
   EXPECT_EQ(description_from_sii(decode_sii(encode_sii(make_sii(device))).value()), device);
   device.vendor_name = "vendor";
-  const auto file = read_esi(write_esi({device}), "real.xml");
-  ASSERT_TRUE(file) << to_text(file.error());
+  const auto file = must(read_esi(write_esi({device}), "real.xml"));
   ASSERT_EQ(file->devices.size(), 1U);
   EXPECT_EQ(file->devices[0], device);
 }

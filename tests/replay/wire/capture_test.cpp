@@ -14,6 +14,7 @@
 #include "driveline/wire/registers.hpp"
 #include "driveline/wire/sync_manager.hpp"
 #include "pcapng_reader.hpp"
+#include "support/must.hpp"
 #include "tshark.hpp"
 
 /// Whole captures of real masters and a real drive: the decoder under test compared with Wireshark's, and the builder
@@ -41,8 +42,7 @@ class CaptureTest : public ::testing::TestWithParam<Capture> {
     const auto found = replay::find_capture(GetParam().file);
     if (!found) GTEST_SKIP() << replay::missing_capture_text(GetParam().file);
     file_ = *found;
-    auto read = replay::read_pcapng(file_);
-    ASSERT_TRUE(read) << read.error();
+    auto read = must(replay::read_pcapng(file_));
     packets_ = std::move(*read);
     ASSERT_EQ(packets_.size(), GetParam().packets);
   }
@@ -130,8 +130,7 @@ TEST_P(CaptureTest, MailboxesReadAsInWireshark) {
     SCOPED_TRACE(number);
     const auto datagrams = datagrams_of(packets().at(number - 1).bytes);
     ASSERT_FALSE(datagrams.empty());
-    const auto header = MailboxHeader::decode(datagrams[0].data);
-    ASSERT_TRUE(header) << to_text(header.error());
+    const auto header = must(MailboxHeader::decode(datagrams[0].data));
     EXPECT_EQ(header->length, to_number(fields[1].at(0)));
     EXPECT_EQ(header->address, to_number(fields[2].at(0)));
     EXPECT_EQ(static_cast<unsigned>(header->type), to_number(fields[3].at(0)));
@@ -189,8 +188,7 @@ TEST_P(CaptureTest, AlStatusReadsAsInWireshark) {
   for (const auto& fields : dissection) {
     const auto number = to_number(fields[0].at(0));
     SCOPED_TRACE(number);
-    const auto datagram = datagram_at(packets().at(number - 1), reg::kAlStatus.address);
-    ASSERT_TRUE(datagram);
+    const auto datagram = must(datagram_at(packets().at(number - 1), reg::kAlStatus.address));
     const auto status = AlStatus::from_raw(load_le<std::uint16_t>(datagram->data));
     EXPECT_EQ(static_cast<unsigned>(status.state), to_number(fields[1].at(0)));
     EXPECT_EQ(status.error, to_number(fields[2].at(0)) != 0);

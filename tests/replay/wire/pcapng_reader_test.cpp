@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/must.hpp"
+
 /// Tests the reader of the replay tests with files typed by hand from the format's specification.
 namespace driveline::replay {
 namespace {
@@ -44,8 +46,7 @@ Bytes small_file(bool big_endian) {
 
 TEST(PcapngReader, BothByteOrders) {
   for (const bool big_endian : {false, true}) {
-    const auto packets = parse_pcapng(small_file(big_endian));
-    ASSERT_TRUE(packets) << packets.error();
+    const auto packets = must(parse_pcapng(small_file(big_endian)));
     ASSERT_EQ(packets->size(), 1U);
     const auto& packet = packets->front();
     EXPECT_EQ(packet.number, 1U);
@@ -63,8 +64,7 @@ TEST(PcapngReader, NanosecondResolution) {
   packet.add({32, 6, 32, 0, 0, 1234, 0, 0, 32});
   Bytes file = words.bytes();
   file.insert(file.end(), packet.bytes().begin(), packet.bytes().end());
-  const auto packets = parse_pcapng(file);
-  ASSERT_TRUE(packets) << packets.error();
+  const auto packets = must(parse_pcapng(file));
   EXPECT_EQ(packets->at(0).time, std::chrono::nanoseconds(1234));
 }
 

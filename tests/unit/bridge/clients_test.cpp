@@ -18,28 +18,19 @@
 #include "recorded.hpp"
 #include "recording.hpp"
 #include "recording_file.hpp"
+#include "support/must.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::bridge::clients {
 namespace {
 
 using testing::HasSubstr;
 
-class ClientFiles : public testing::Test {
+class ClientFiles : public test::TemporaryDirectory {
  protected:
-  ClientFiles() {
-    std::string pattern = std::filesystem::temp_directory_path() / "driveline-clients-XXXXXX";
-    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    folder = pattern;
-  }
-  ~ClientFiles() override { std::filesystem::remove_all(folder); }
-  [[nodiscard]] std::string path(const char* name) const { return folder / name; }
-  [[nodiscard]] std::string content(const char* name) const {
-    std::ifstream file(folder / name);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  void write(const char* name, const std::string& text) const { std::ofstream(folder / name) << text; }
-
-  std::filesystem::path folder;
+  [[nodiscard]] std::string path(const char* name) const { return directory / name; }
+  [[nodiscard]] std::string content(const char* name) const { return read(directory / name); }
+  void write(const char* name, const std::string& text) const { TemporaryDirectory::write(directory / name, text); }
 };
 
 /// An event with that number in CDR, little endian; the rest of it is missing.
@@ -70,8 +61,7 @@ TEST(Gaps, CountWhatIsMissingWithoutRememberingEveryStep) {
 
 TEST_F(ClientFiles, ASampleThatCannotBeDecodedIsLeftOutOfATable) {
   const auto* const topic = find_topic("driveline/v1/event");
-  auto made = create_recording(path("events.csv"), false, {topic});
-  ASSERT_TRUE(made);
+  auto made = must(create_recording(path("events.csv"), false, {topic}));
   auto& recording = **made;
   ASSERT_TRUE(recording.take_place());
   const auto bad = event_of(1);
@@ -94,8 +84,7 @@ TEST_F(ClientFiles, ASampleThatCannotBeDecodedIsLeftOutOfATable) {
 
 TEST(DisplayUnits, AreThoseOfTheirAxesAndOtherwiseRadAndM) {
   const std::vector<const char*> words{"top", "--unit", "a=b=deg", "--unit", "z=um"};
-  const auto options = read_options(static_cast<int>(words.size()), words.data());
-  ASSERT_TRUE(options) << options.error().text;
+  const auto options = must(read_options(static_cast<int>(words.size()), words.data()));
   const auto& units = options->units;
   EXPECT_EQ(units.of("a=b", false).name, "deg");
   EXPECT_DOUBLE_EQ(1.5707963267948966 / units.of("a=b", false).si, 90.0);
@@ -116,20 +105,18 @@ TEST_F(ClientFiles, AnOldRecordingIsThereUntilThereIsSomethingToRecord) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().status, 2);
   {
-    auto file = RecordingFile::create(path("run.mcap"), true);
-    ASSERT_TRUE(file);
+    auto file = must(RecordingFile::create(path("run.mcap"), true));
     ASSERT_TRUE(file->add({1, 2, 3}, 0));
     EXPECT_EQ(content("run.mcap"), "precious");
     EXPECT_THAT(RecordingFile::create(path("run.mcap"), true).error().text, HasSubstr("another recorder"));
-    EXPECT_TRUE(std::filesystem::exists(folder / "run.mcap.part")) << "it is that of the first recorder";
+    EXPECT_TRUE(std::filesystem::exists(directory / "run.mcap.part")) << "it is that of the first recorder";
   }
-  EXPECT_FALSE(std::filesystem::exists(folder / "run.mcap.part")) << "it was never of use";
-  auto file = RecordingFile::create(path("run.mcap"), true);
-  ASSERT_TRUE(file);
+  EXPECT_FALSE(std::filesystem::exists(directory / "run.mcap.part")) << "it was never of use";
+  auto file = must(RecordingFile::create(path("run.mcap"), true));
   ASSERT_TRUE(file->add({'n', 'e', 'w'}, 0));
   ASSERT_TRUE(file->take_place());
   EXPECT_EQ(content("run.mcap"), "new");
-  EXPECT_FALSE(std::filesystem::exists(folder / "run.mcap.part"));
+  EXPECT_FALSE(std::filesystem::exists(directory / "run.mcap.part"));
   ASSERT_TRUE(file->finish({'!'}));
   EXPECT_EQ(content("run.mcap"), "new!");
 }
@@ -165,8 +152,7 @@ TEST(RecordingForRos2, QosIsWrittenAsItsOwnRecorderDoes) {
 
 TEST_F(ClientFiles, ARecordingOfATopicOfRos2IsReadBack) {
   const auto* const joints = find_topic("rt/joint_states");
-  auto made = create_recording(path("run.mcap"), false, {joints});
-  ASSERT_TRUE(made);
+  auto made = must(create_recording(path("run.mcap"), false, {joints}));
   const std::vector<std::uint8_t> bytes{0, 1, 0, 0, 7};
   ASSERT_TRUE((*made)->take_place());
   ASSERT_TRUE((*made)->add({joints, bytes, 2'000'000'005, 2'000'000'003}));
@@ -184,19 +170,17 @@ TEST_F(ClientFiles, ARecordingOfATopicOfRos2IsReadBack) {
 
 TEST_F(ClientFiles, ALinkToARecordingStays) {
   write("target.mcap", "old");
-  std::filesystem::create_symlink("target.mcap", folder / "run.mcap");
-  auto file = RecordingFile::create(path("run.mcap"), true);
-  ASSERT_TRUE(file);
+  std::filesystem::create_symlink("target.mcap", directory / "run.mcap");
+  auto file = must(RecordingFile::create(path("run.mcap"), true));
   ASSERT_TRUE(file->take_place());
   ASSERT_TRUE(file->finish({'n', 'e', 'w'}));
-  EXPECT_TRUE(std::filesystem::is_symlink(folder / "run.mcap"));
+  EXPECT_TRUE(std::filesystem::is_symlink(directory / "run.mcap"));
   EXPECT_EQ(content("target.mcap"), "new");
-  EXPECT_FALSE(std::filesystem::exists(folder / "target.mcap.part"));
+  EXPECT_FALSE(std::filesystem::exists(directory / "target.mcap.part"));
 }
 
 TEST_F(ClientFiles, AFileThatHasComeMeanwhileIsNotOverwritten) {
-  auto file = RecordingFile::create(path("run.mcap"), false);
-  ASSERT_TRUE(file);
+  auto file = must(RecordingFile::create(path("run.mcap"), false));
   write("run.mcap", "precious");
   const auto taken = file->take_place();
   ASSERT_FALSE(taken);

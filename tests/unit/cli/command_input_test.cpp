@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -25,8 +26,7 @@ class CommandSocket : public test::TemporaryDirectory, public CommandExecutor {
   void SetUp() override {
     TemporaryDirectory::SetUp();
     path = (directory / "line.socket").string();
-    auto opened = CommandInput::open(path, CommandInput::Sources::kSocket);
-    ASSERT_TRUE(opened) << opened.error().text;
+    auto opened = must(CommandInput::open(path, CommandInput::Sources::kSocket));
     input = std::move(*opened);
   }
 
@@ -98,11 +98,9 @@ TEST_F(CommandSocket, WhatAServerSaysBeforeItClosesIsHeard) {
   std::copy(path.begin(), path.end(), address.sun_path);
   ASSERT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ASSERT_EQ(::listen(listener.get(), 1), 0);
-  auto connection = CommandConnection::open(path, "run");
-  ASSERT_TRUE(connection) << connection.error().text;
+  auto connection = must(CommandConnection::open(path, "run"));
   say(port::FileDescriptor{::accept(listener.get(), nullptr, nullptr)}, "error: full\n");
-  const auto last_words = connection->ask("status");
-  ASSERT_TRUE(last_words) << last_words.error().text;
+  const auto last_words = must(connection->ask("status"));
   EXPECT_EQ(*last_words, "error: full");
 }
 
@@ -264,8 +262,7 @@ void disturb(std::thread& waiting) {
 }
 
 TEST_F(CommandSocket, SignalsDoNotEndTheWaitForAnAnswer) {
-  auto connection = CommandConnection::open(path, "run");
-  ASSERT_TRUE(connection) << connection.error().text;
+  auto connection = must(CommandConnection::open(path, "run"));
   Outcome<std::string> asked;
   Outcome<std::string> sent;
   std::thread waiting([&] {

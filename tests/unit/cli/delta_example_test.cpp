@@ -20,6 +20,7 @@
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "script/axis_script.hpp"
 #include "script_operator.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -185,23 +186,19 @@ class DeltaExample : public test::TemporaryDirectory {
  protected:
   void SetUp() override {
     test::TemporaryDirectory::SetUp();
-    auto config = runtime::load_line_config(example("delta.toml"));
-    ASSERT_TRUE(config) << describe(config.error());
+    auto config = must(runtime::load_line_config(example("delta.toml")));
     config->output.directory = directory / "out";
-    auto script = AxisScript::read(example("delta.txt"), {config->axes, config->axis_groups});
-    ASSERT_TRUE(script) << script.error().text;
+    auto script = must(AxisScript::read(example("delta.txt"), {config->axes, config->axis_groups}));
     runtime::Line::Options options;
     options.virtual_time = true;
-    auto line = runtime::Line::from_config(*config, options);
-    ASSERT_TRUE(line) << describe(line.error());
+    auto line = must(runtime::Line::from_config(*config, options));
     ScriptOperator hand(**line, std::move(*script));
     (*line)->observe(hand);
     (*line)->add(velocities);
     ASSERT_TRUE((*line)->add(witness, {"witness"}));
     runtime::Line::RunSettings settings;
     settings.duration_s = 60.0;
-    const auto made = (*line)->run(settings);
-    ASSERT_TRUE(made) << describe(made.error());
+    const auto made = must((*line)->run(settings));
     EXPECT_EQ(hand.problem, "");
     EXPECT_TRUE(hand.over);
     EXPECT_EQ(made->failure(), nullptr);

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include "support/must.hpp"
+
 namespace driveline::cli {
 namespace {
 
@@ -38,8 +40,7 @@ DictionarySource source(std::optional<Error> object_error, std::optional<Error> 
 constexpr std::uint16_t kIndices[] = {0x1000, 0x2000, 0x3000};
 
 TEST(DictionaryReader, AnAnswerThatIsMalformedMarksItsObject) {
-  const auto objects = read_objects(source(kMalformed), kIndices);
-  ASSERT_TRUE(objects) << describe(objects.error());
+  const auto objects = must(read_objects(source(kMalformed), kIndices));
   ASSERT_EQ(objects->size(), 3U);
   EXPECT_EQ((*objects)[1].object.index, 0x2000);
   ASSERT_EQ((*objects)[1].troubles.size(), 1U);
@@ -52,16 +53,14 @@ TEST(DictionaryReader, AnAnswerThatIsMalformedMarksItsObject) {
 }
 
 TEST(DictionaryReader, SoDoesAnEntryThatIsMalformed) {
-  const auto objects = read_objects(source({}, kMalformed), kIndices);
-  ASSERT_TRUE(objects) << describe(objects.error());
+  const auto objects = must(read_objects(source({}, kMalformed), kIndices));
   EXPECT_EQ((*objects)[1].entries.size(), 2U);
   EXPECT_EQ((*objects)[1].troubles.size(), 1U);
   EXPECT_EQ((*objects)[2].entries.size(), 3U);
 }
 
 TEST(DictionaryReader, GapsBetweenSubIndicesAreNoTrouble) {
-  const auto objects = read_objects(source({}, kAbort), kIndices);
-  ASSERT_TRUE(objects);
+  const auto objects = must(read_objects(source({}, kAbort), kIndices));
   EXPECT_EQ((*objects)[1].entries.size(), 2U);
   EXPECT_TRUE((*objects)[1].troubles.empty());
 }

@@ -3,6 +3,7 @@
 
 #include "driveline/wire/registers.hpp"
 #include "line/drive_link.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -23,8 +24,7 @@ class DriveLinkTest : public test::TemporaryDirectory {
     runtime::BusOptions options;
     options.config = file.string();
     options.virtual_time = true;
-    auto session = runtime::Session::open(options);
-    ASSERT_TRUE(session) << runtime::describe(session.error());
+    auto session = must(runtime::Session::open(options));
     session_ = std::move(*session);
     other_ = std::make_unique<ecat_master::Master>(session_->port(), session_->clock());
   }
@@ -49,8 +49,7 @@ class DriveLinkTest : public test::TemporaryDirectory {
 
 TEST_F(DriveLinkTest, TakesALineInInitToPreOpAndBack) {
   {
-    auto link = DriveLink::open(*session_);
-    ASSERT_TRUE(link) << link.error().text;
+    auto link = must(DriveLink::open(*session_));
     EXPECT_FALSE((*link)->other_master());
     EXPECT_EQ((*link)->size(), 3U);
     DriveView view;
@@ -70,8 +69,7 @@ TEST_F(DriveLinkTest, LeavesTheStatesOfAnotherMasterAlone) {
   take_line();
   const std::vector<AlState> before = states();
   {
-    auto link = DriveLink::open(*session_);
-    ASSERT_TRUE(link) << link.error().text;
+    auto link = must(DriveLink::open(*session_));
     EXPECT_TRUE((*link)->other_master());
     DriveView view;
     for (int i = 0; i < 20; ++i) {
@@ -87,8 +85,7 @@ TEST_F(DriveLinkTest, LeavesTheStatesOfAnotherMasterAlone) {
 
 TEST_F(DriveLinkTest, SeesWhatChanges) {
   take_line();
-  auto link = DriveLink::open(*session_);
-  ASSERT_TRUE(link);
+  auto link = must(DriveLink::open(*session_));
   DriveView view;
   ASSERT_TRUE((*link)->read(0, view));
   EXPECT_EQ(view.values.number(DriveObject::kMode), 0.0);
@@ -101,8 +98,7 @@ TEST_F(DriveLinkTest, SeesWhatChanges) {
 /// MSD manual 13.2, the fifth method: the PC software, whose role the page of a drive plays here.
 TEST_F(DriveLinkTest, Way5ThePcToolAcknowledgesAFault) {
   take_line();
-  auto link = DriveLink::open(*session_);
-  ASSERT_TRUE(link);
+  auto link = must(DriveLink::open(*session_));
   ecat_master::CoeClient coe(*other_->mailbox(0));
   // An inconsistent data set: fault 02 05.
   ASSERT_TRUE(coe.download_as<std::uint8_t>(0x200B, 4, 1));
@@ -122,8 +118,7 @@ TEST_F(DriveLinkTest, Way5ThePcToolAcknowledgesAFault) {
 }
 
 TEST_F(DriveLinkTest, WhatHasNoParameterForItCannotAcknowledge) {
-  auto link = DriveLink::open(*session_);
-  ASSERT_TRUE(link);
+  auto link = must(DriveLink::open(*session_));
   DriveView view;
   EXPECT_FALSE((*link)->read(2, view));
   const auto done = (*link)->acknowledge(2);
@@ -135,8 +130,7 @@ TEST_F(DriveLinkTest, ASlaveInInitIsLeftToItsMaster) {
   take_line();
   const auto slave = other_->slaves()[0].info.ref;
   ASSERT_TRUE(ecat_master::change_state(other_->bus(), std::span(&slave, 1), AlState::kInit, std::chrono::seconds{1}));
-  auto link = DriveLink::open(*session_);
-  ASSERT_TRUE(link);
+  auto link = must(DriveLink::open(*session_));
   DriveView view;
   EXPECT_FALSE((*link)->read(0, view));
   EXPECT_THAT(view.trouble, HasSubstr("slave 0 is in INIT, in which it has no CoE mailbox; another master"));
@@ -146,8 +140,7 @@ TEST_F(DriveLinkTest, ASlaveInInitIsLeftToItsMaster) {
 
 TEST_F(DriveLinkTest, ComesBackWhenTheSlaveDoes) {
   take_line();
-  auto link = DriveLink::open(*session_);
-  ASSERT_TRUE(link);
+  auto link = must(DriveLink::open(*session_));
   DriveView view;
   ASSERT_TRUE((*link)->read(0, view));
   const auto slave = other_->slaves()[0].info.ref;
@@ -163,8 +156,7 @@ TEST_F(DriveLinkTest, ComesBackWhenTheSlaveDoes) {
 TEST_F(DriveLinkTest, ShowsTheDriveAsItIsWhenItsMasterHasLeftTheLineInInit) {
   take_line();
   {
-    auto link = DriveLink::open(*session_);
-    ASSERT_TRUE(link);
+    auto link = must(DriveLink::open(*session_));
     DriveView view;
     ASSERT_TRUE((*link)->read(0, view));
     EXPECT_EQ(view.values.number(DriveObject::kErrorCode), 0.0);
@@ -189,8 +181,7 @@ TEST_F(DriveLinkTest, ShowsTheDriveAsItIsWhenItsMasterHasLeftTheLineInInit) {
 }
 
 TEST_F(DriveLinkTest, WhatIsNoDriveIsNamed) {
-  auto link = DriveLink::open(*session_);
-  ASSERT_TRUE(link);
+  auto link = must(DriveLink::open(*session_));
   DriveView view;
   const auto done = (*link)->read(2, view);
   ASSERT_FALSE(done);
@@ -203,8 +194,7 @@ TEST_F(DriveLinkTest, StationAddressesOfAnotherMasterAreNotTouched) {
   const auto lost = other_->slaves()[1].info.ref;
   const auto kept = other_->slaves()[0].info.ref;
   ASSERT_TRUE(other_->bus().write(lost, wire::reg::kStationAddress, 0));
-  auto link = DriveLink::open(*session_);
-  ASSERT_TRUE(link);
+  auto link = must(DriveLink::open(*session_));
   DriveView view;
   EXPECT_FALSE((*link)->read(1, view));
   EXPECT_THAT(view.trouble, HasSubstr("no unique station address"));

@@ -15,6 +15,7 @@
 #include "driveline/snapshot/sample_consumer.hpp"
 #include "script/axis_script.hpp"
 #include "script_operator.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -124,11 +125,10 @@ class FlyingSaw : public test::TemporaryDirectory {
       config.output.plots = false;
       return {};
     };
-    auto line = runtime::Line::from_file(example("flying_saw.toml"), options);
-    ASSERT_TRUE(line) << runtime::describe(line.error());
+    auto line = must(runtime::Line::from_file(example("flying_saw.toml"), options));
     const auto& config = (*line)->config();
-    auto script = AxisScript::read(example("flying_saw.txt"), {config.axes, config.axis_groups, &config.couplings});
-    ASSERT_TRUE(script) << script.error().text;
+    auto script =
+        must(AxisScript::read(example("flying_saw.txt"), {config.axes, config.axis_groups, &config.couplings}));
     ScriptOperator hand(**line, std::move(*script));
     (*line)->observe(hand);
     (*line)->add(samples);
@@ -136,8 +136,7 @@ class FlyingSaw : public test::TemporaryDirectory {
     limits_blade = config.axes[kBlade].limits;
     runtime::Line::RunSettings settings;
     settings.duration_s = 60.0;
-    const auto report = (*line)->run(settings);
-    ASSERT_TRUE(report) << runtime::describe(report.error());
+    const auto report = must((*line)->run(settings));
     EXPECT_EQ(hand.problem, "");
     EXPECT_TRUE(hand.over);
     EXPECT_EQ(report->failure(), nullptr);

@@ -12,6 +12,7 @@
 #include "driveline/runtime/line.hpp"
 #include "script/axis_script.hpp"
 #include "script_operator.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -82,24 +83,20 @@ double beside_contour(const std::array<double, 2>& at) {
 class GroupExample : public test::TemporaryDirectory {};
 
 TEST_F(GroupExample, TheDrivesFollowTheContourWithinTheLimitsOfTheirAxes) {
-  auto config = runtime::parse_line_config(telling_line(), directory / "line.toml");
-  ASSERT_TRUE(config) << describe(config.error());
+  auto config = must(runtime::parse_line_config(telling_line(), directory / "line.toml"));
   config->output.directory = directory / "out";
-  auto script = AxisScript::parse(text_of("plotter.txt"), std::string(DRIVELINE_EXAMPLES_DIR) + "/plotter.txt",
-                                  {config->axes, config->axis_groups});
-  ASSERT_TRUE(script) << script.error().text;
+  auto script = must(AxisScript::parse(text_of("plotter.txt"), std::string(DRIVELINE_EXAMPLES_DIR) + "/plotter.txt",
+                                       {config->axes, config->axis_groups}));
   runtime::Line::Options options;
   options.virtual_time = true;
-  auto line = runtime::Line::from_config(*config, options);
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(runtime::Line::from_config(*config, options));
   ScriptOperator hand(**line, std::move(*script));
   Demand demand;
   (*line)->observe(hand);
   (*line)->add(demand);
   runtime::Line::RunSettings settings;
   settings.duration_s = 60.0;
-  const auto report = (*line)->run(settings);
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run(settings));
   EXPECT_EQ(hand.problem, "");
   EXPECT_TRUE(hand.over);
   EXPECT_EQ(report->failure(), nullptr);

@@ -12,6 +12,7 @@
 
 #include "commands/control_path.hpp"
 #include "driveline/runtime/event.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -54,8 +55,7 @@ TEST_F(ControlTest, SocketOfALineIsNamedAfterItInAFolderOfTheUserAlone) {
   EXPECT_EQ(control_path("cell 3/a"), directory / "driveline" / "cell%203%2Fa.socket");
   EXPECT_EQ(control_path("..").filename(), "%2E..socket");
   const auto path = control_path("cell").string();
-  const auto input = CommandInput::open(path, CommandInput::Sources::kSocket);
-  ASSERT_TRUE(input) << input.error().text;
+  const auto input = must(CommandInput::open(path, CommandInput::Sources::kSocket));
   EXPECT_EQ(mode_of(path), 0600U);
 }
 
@@ -106,8 +106,7 @@ class LineControlTest : public ControlTest {
   void SetUp() override {
     ControlTest::SetUp();
     path = (directory / "line.socket").string();
-    auto input = CommandInput::open(path, CommandInput::Sources::kSocket);
-    ASSERT_TRUE(input) << input.error().text;
+    auto input = must(CommandInput::open(path, CommandInput::Sources::kSocket));
     control.emplace(std::move(*input), axis_requests, groups);
     axis_requests.open(*single);
   }

@@ -4,6 +4,7 @@
 
 #include "driveline/esi/sii.hpp"
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -98,8 +99,7 @@ TEST(LineDescription, PositionModeGoesBeforeTheOthers) {
 }
 
 TEST(LineDescription, WhatADriveDoesNotTellStandsThereAsAnAssumption) {
-  const auto text = describe_line(one_drive({std::nullopt, 65536.0, std::nullopt, 1e9}));
-  ASSERT_TRUE(text);
+  const auto text = must(describe_line(one_drive({std::nullopt, 65536.0, std::nullopt, 1e9})));
   EXPECT_THAT(*text, HasSubstr("mode = \"csp\"  # assumed: 6502h cannot be read"));
   EXPECT_THAT(*text, HasSubstr("# rated_torque_nm = 2.4  # 6076h cannot be read: this is assumed"));
   EXPECT_THAT(*text, HasSubstr("# max_velocity = 200  # 6080h")) << "a billion rad/s is no limit";
@@ -116,8 +116,7 @@ TEST(LineDescription, DriveThatCannotBeAnAxisIsNamedWithTheReason) {
         Case{{1U << 9U, 65536.0, 1.0, 300.0}, "cst is its only cyclic mode"},
         Case{{1U << 7U, std::nullopt, 1.0, 300.0}, "it does not report the scaling of positions (6091h, 6092h, 608Fh)"},
         Case{{1U << 7U, 0.25, 1.0, 300.0}, "0.25 increments per revolution"}}) {
-    const auto text = describe_line(one_drive(facts));
-    ASSERT_TRUE(text);
+    const auto text = must(describe_line(one_drive(facts)));
     EXPECT_THAT(*text, HasSubstr("# slave0 is left out: "));
     EXPECT_THAT(*text, HasSubstr(reason));
     EXPECT_TRUE(described(one_drive(facts)).axes.empty()) << reason;
@@ -148,8 +147,7 @@ TEST(LineDescription, PdosOfADriveOfAnotherMakerStandWithItsSlaveToBeTaken) {
   for (const std::string off : {"# [[slave.pdo]]", "# index = "}) {
     for (auto at = text.find(off); at != std::string::npos; at = text.find(off)) text.erase(at, 2);
   }
-  const auto config = runtime::parse_line_config(text, "found.toml");
-  ASSERT_TRUE(config) << runtime::describe(config.error());
+  const auto config = must(runtime::parse_line_config(text, "found.toml"));
   EXPECT_FALSE(config->slaves[1].plan.pdos) << "not those of its neighbour";
   const auto& pdos = config->slaves[0].plan.pdos;
   ASSERT_TRUE(pdos);

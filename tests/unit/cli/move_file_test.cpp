@@ -1,12 +1,14 @@
 #include "text/move_file.hpp"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
+
+#include "support/must.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -22,11 +24,10 @@ std::string move_refusal(const std::string& line) {
 }
 
 TEST(MoveFile, ValuesAreInTheUnitsOfTheAxesAndFeedAndToleranceStay) {
-  const auto file = parse_moves(kMoveAxes + R"({"line": [3, null], "feed": 100, "tolerance": 0.5})" + "\n\n" +
-                                    R"({"line_by": [1, 1]})" + "\n" +
-                                    R"({"arc": [4, 5], "center": [4, 4], "clockwise": true, "plane": ["y", "x"]})",
-                                "f");
-  ASSERT_TRUE(file) << file.error();
+  const auto file = must(parse_moves(kMoveAxes + R"({"line": [3, null], "feed": 100, "tolerance": 0.5})" + "\n\n" +
+                                         R"({"line_by": [1, 1]})" + "\n" +
+                                         R"({"arc": [4, 5], "center": [4, 4], "clockwise": true, "plane": ["y", "x"]})",
+                                     "f"));
   EXPECT_EQ(file->settings.limits[1].max_velocity, 1.0);
   ASSERT_EQ(file->moves.size(), 3U);
   EXPECT_EQ(file->moves[0].move.target[0], 0.003);
@@ -70,15 +71,14 @@ TEST(MoveFile, IsRefusedWithFileAndLine) {
 }
 
 TEST(MoveFile, AMoveMayDwellAndChangeOutputs) {
-  const auto file = parse_moves(
+  const auto file = must(parse_moves(
       R"({"axes": [{"name": "x", "unit": "mm", "max_velocity": 1, "max_acceleration": 1, "max_jerk": 1}],)"
       R"( "outputs": ["glue", "light"]})"
       "\n"
       R"({"line": [5], "dwell": 0.5, "outputs": [{"name": "light", "value": true, "at": -2}, {"name": "glue", "value": 3}]})"
       "\n"
       R"({"dwell": 1})",
-      "f");
-  ASSERT_TRUE(file) << file.error();
+      "f"));
   const auto& move = file->moves[0].move;
   EXPECT_EQ(move.dwell_s, 0.5);
   ASSERT_EQ(move.outputs.size(), 2U);
@@ -107,10 +107,9 @@ const std::string kArms = R"("unit": "mm", "upper_arm": 350, "forearm": 250)";
 const std::string kToolLimit = R"(, "tool": {"max_velocity": 2000})";
 
 TEST(MoveFile, AMachineHasCoordinatesOfItsOwn) {
-  const auto file = parse_moves(scara_line(R"(, "min_position": -120, "max_position": 120)", kArms, kToolLimit) +
-                                    R"({"line": [400, 100, -50, 90], "feed": 300})",
-                                "f");
-  ASSERT_TRUE(file) << file.error();
+  const auto file = must(parse_moves(scara_line(R"(, "min_position": -120, "max_position": 120)", kArms, kToolLimit) +
+                                         R"({"line": [400, 100, -50, 90], "feed": 300})",
+                                     "f"));
   ASSERT_EQ(file->coordinates.size(), 4U);
   EXPECT_EQ(file->coordinates[0].name, "x");
   EXPECT_EQ(file->coordinates[3].unit->name, "deg");
@@ -146,31 +145,22 @@ TEST(MoveFile, PlacesThatAMachineCannotHaveAreRefusedWithFileAndLine) {
 /// A file of points in a folder of its own.
 class PointFile {
  public:
-  explicit PointFile(const std::string& text) : folder_(std::filesystem::temp_directory_path()) {
-    std::string pattern = folder_ / "driveline-test-XXXXXX";
-    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    folder_ = pattern;
-    std::ofstream(folder_ / "points.csv") << text;
-  }
-  ~PointFile() { std::filesystem::remove_all(folder_); }
-  PointFile(const PointFile&) = delete;
-  PointFile& operator=(const PointFile&) = delete;
+  explicit PointFile(const std::string& text) { std::ofstream(name()) << text; }
 
   /// The name of a file of moves beside it.
-  [[nodiscard]] std::string beside() const { return (folder_ / "f").string(); }
-  [[nodiscard]] std::string name() const { return (folder_ / "points.csv").string(); }
+  [[nodiscard]] std::string beside() const { return (folder_.path / "f").string(); }
+  [[nodiscard]] std::string name() const { return (folder_.path / "points.csv").string(); }
 
  private:
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST(MoveFile, APolylineGoesThroughThePointsOfACsvFile) {
   for (const std::string text : {"y[mm]\n3\n4\n", "time[s],y[um]\n0,3000\n1,4000\n"}) {
     const PointFile points(text);
-    const auto file =
+    const auto file = must(
         parse_moves(kMoveAxes + R"({"polyline": "points.csv", "tolerance": 0.5})" + "\n" + R"({"line_by": [1, 0]})",
-                    points.beside());
-    ASSERT_TRUE(file) << file.error();
+                    points.beside()));
     ASSERT_EQ(file->moves.size(), 3U);
     EXPECT_EQ(file->moves[1].move.target[0], 0.001);
     EXPECT_DOUBLE_EQ(file->moves[1].move.target[1], 0.004);

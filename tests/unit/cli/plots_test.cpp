@@ -7,6 +7,7 @@
 #include <array>
 
 #include "driveline/runtime/event.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::cli {
@@ -84,8 +85,7 @@ TEST_F(Plots, JitterCsvThatCannotBeWritten) {
 
 TEST_F(Plots, PicturesAreDrawn) {
   leave_csv_files();
-  const auto pictures = draw_plots(directory, axes());
-  ASSERT_TRUE(pictures) << pictures.error();
+  const auto pictures = must(draw_plots(directory, axes()));
   EXPECT_EQ(pictures->pictures, (std::map<std::string, std::filesystem::path>{
                                     {"jitter_plot", directory / "jitter.png"},
                                     {"position_plot", directory / "positions.png"},
@@ -156,8 +156,7 @@ TEST_F(Plots, IncrementsOnRequest) {
   ASSERT_TRUE(draw_plots(directory, named));
   EXPECT_THAT(read(directory / "plots.gp"), Not(HasSubstr("increments")));
   const auto plain = read(directory / "following_error.png");
-  const auto drawn = draw_plots(directory, named, true);
-  ASSERT_TRUE(drawn) << drawn.error();
+  ASSERT_EQ(failure_text(draw_plots(directory, named, true)), "");
   const auto script = read(directory / "plots.gp");
   EXPECT_THAT(script, HasSubstr("'y in mm; right: increments'"));
   // y from 3 to 4 mm with a margin of 0.04 mm on either side, in increments.
@@ -218,8 +217,7 @@ TEST_F(Plots, LongListsOfEventsAndLongSentencesAreCut) {
   leave_csv_files();
   std::vector<PlotMark> marks;
   for (int i = 0; i < 40; ++i) marks.push_back({2.0 * i, false, std::string(199, '-') + "µ and more"});
-  const auto drawn = draw_plots(directory, axes(), false, {.marks = marks});
-  ASSERT_TRUE(drawn) << drawn.error();
+  ASSERT_EQ(failure_text(draw_plots(directory, axes(), false, {.marks = marks})), "");
   const auto script = read(directory / "plots.gp");
   EXPECT_THAT(script, HasSubstr("'24  46.000 s  " + std::string(199, '-') + " ...' at screen"))
       << "a character of two bytes is not cut in half";
@@ -271,8 +269,7 @@ TEST_F(Plots, WhatADriveReportsIsDrawnBesideOurs) {
 
 TEST_F(Plots, WithoutAxesOnlyTheJitterIsDrawn) {
   leave_csv_files();
-  const auto pictures = draw_plots(directory, {});
-  ASSERT_TRUE(pictures) << pictures.error();
+  const auto pictures = must(draw_plots(directory, {}));
   EXPECT_EQ(pictures->pictures.size(), 1U);
   EXPECT_THAT(read(pictures->pictures.at("jitter_plot")), IsPng());
 }
@@ -283,8 +280,7 @@ TEST_F(Plots, NamesAreTextsAndNoCommands) {
   auto named = axes();
   named[0].name = "x'\nsystem \"touch " + proof.string() + "\" #";
   named[1].name = "y`touch " + proof.string() + "`";
-  const auto pictures = draw_plots(directory, named);
-  ASSERT_TRUE(pictures) << pictures.error();
+  ASSERT_EQ(failure_text(draw_plots(directory, named)), "");
   EXPECT_FALSE(std::filesystem::exists(proof));
   EXPECT_THAT(read(directory / "plots.gp"), HasSubstr("set label 100 'x'' system "));
   write(directory / "clocks.csv", "time[s],x,y\n0,1,2\n1,2,3\n");
@@ -312,8 +308,7 @@ TEST_F(Plots, APictureThatIsCutOffIsToldAndNotLeft) {
         "#!/bin/sh\nprintf 'many colours IEND\\256\\102\\140\\202' > jitter.png\nprintf half > positions.png\n");
   std::filesystem::permissions(directory / "gnuplot", std::filesystem::perms::owner_all);
   const ScopedEnvironment path("PATH", directory.string());
-  const auto drawing = draw_plots(directory, axes());
-  ASSERT_TRUE(drawing) << drawing.error();
+  const auto drawing = must(draw_plots(directory, axes()));
   EXPECT_EQ(drawing->pictures,
             (std::map<std::string, std::filesystem::path>{{"jitter_plot", directory / "jitter.png"}}));
   ASSERT_TRUE(drawing->problem);
@@ -325,8 +320,7 @@ TEST_F(Plots, APictureThatIsCutOffIsToldAndNotLeft) {
 }
 
 TEST_F(Plots, AScriptThatCannotBeWrittenIsAProblem) {
-  const auto drawing = draw_plots(directory / "none", axes());
-  ASSERT_TRUE(drawing) << drawing.error();
+  const auto drawing = must(draw_plots(directory / "none", axes()));
   EXPECT_TRUE(drawing->pictures.empty());
   ASSERT_TRUE(drawing->problem);
   EXPECT_EQ(runtime::describe(*drawing->problem),

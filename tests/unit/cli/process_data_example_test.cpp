@@ -9,6 +9,7 @@
 #include "driveline/runtime/record/exchange_group_watch.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/slaves/generic/generic_device.hpp"
+#include "support/must.hpp"
 #include "text/image_view.hpp"
 
 namespace driveline::cli {
@@ -34,14 +35,12 @@ class ProcessDataExample : public testing::Test {
     auto lines = text.str();
     lines.replace(lines.find("layout = \"overlapped\""), 21, "layout = \"" + layout + "\"");
     lines.insert(lines.find("[[slave]]"), more + "\n");
-    auto parsed = runtime::parse_line_config(lines, kExample);
-    ASSERT_TRUE(parsed) << describe(parsed.error());
+    auto parsed = must(runtime::parse_line_config(lines, kExample));
     config = std::move(*parsed);
     line = runtime::make_simulated_line(config, clock);
     master = std::make_unique<Master>(*line, clock, runtime::master_settings(config));
     ASSERT_TRUE(master->scan());
-    const auto done = master->configure(runtime::make_slave_plans(config));
-    ASSERT_TRUE(done) << describe(done.error());
+    ASSERT_EQ(failure_text(master->configure(runtime::make_slave_plans(config))), "");
   }
   static std::vector<std::string> told(const std::vector<runtime::EventFacts>& changes) {
     std::vector<std::string> sentences;
@@ -53,16 +52,14 @@ class ProcessDataExample : public testing::Test {
     return named ? "" : describe(named.error());
   }
   void start() {
-    auto named = runtime::name_process_data(config, *master);
-    ASSERT_TRUE(named) << describe(named.error());
+    auto named = must(runtime::name_process_data(config, *master));
     ecat_master::CyclicCore::Settings settings;
     settings.period = config.period;
     settings.copies = named->copies;
     ASSERT_TRUE(master->start_cycle(nullptr, {}, settings, [this](ecat_master::CyclicCore& core) {
       return std::make_unique<ecat_master::InlineRunner>(core, clock);
     }));
-    const auto done = master->go_operational();
-    ASSERT_TRUE(done) << describe(done.error());
+    ASSERT_EQ(failure_text(master->go_operational()), "");
   }
   std::uint64_t object(std::size_t slave, std::uint16_t index, std::uint8_t subindex) {
     const auto& device = dynamic_cast<slaves::generic::GenericDevice&>(line->slave(slave).device());
@@ -132,8 +129,7 @@ TEST_F(ProcessDataExample, OutputsBecomeZeroWhenTheirFramesStayAwayAndComeBackWi
 
 TEST_F(ProcessDataExample, ShowsAddressesNamesGroupsDatagramsAndWireTime) {
   load();
-  const auto named = runtime::name_process_data(config, *master);
-  ASSERT_TRUE(named);
+  const auto named = must(runtime::name_process_data(config, *master));
   const auto text = image_text(config, *master, *named);
   for (const auto* part :
        {"process data: overlapped, ", "group terminals    every 4 cycles from 0, 2 slave(s)",

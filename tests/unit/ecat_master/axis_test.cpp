@@ -44,9 +44,11 @@ constexpr std::string_view kEnabledInputs = "3702 08 E8030000 D0070000 F6FFFFFF 
 
 struct Bench {
   explicit Bench(const AxisConfig& c) : axis(c, ProcessDataPlace{kOffset, 19, kOffset, 19}, axis_pdo_configuration()) {}
+  Bench(const AxisConfig& c, std::string_view in) : Bench(c) { read(in); }
   Axis axis;
   std::vector<std::byte> outputs = std::vector<std::byte>(kOffset + 19, std::byte{0xEE});
 
+  void read(std::string_view in) { axis.read_inputs(inputs(in), true); }
   void write(Goal goal, const trajectory::AxisSetpoint& setpoint, bool reset = false) {
     axis.write_outputs(outputs, goal, reset, setpoint);
   }
@@ -54,8 +56,7 @@ struct Bench {
 };
 
 TEST(AxisInputs, AreDecodedAndScaled) {
-  Bench bench(config());
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(), kEnabledInputs);
   const auto& in = bench.axis.inputs();
   EXPECT_EQ(in.status_word, 0x0237);
   EXPECT_EQ(in.state, AxisState::kOperationEnabled);
@@ -70,8 +71,7 @@ TEST(AxisInputs, AreDecodedAndScaled) {
 }
 
 TEST(AxisInputs, OfAnInvalidCycleKeepTheValuesButNotTheState) {
-  Bench bench(config());
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(), kEnabledInputs);
   bench.axis.read_inputs(inputs("0000 00 00000000 00000000 00000000 0000 0000"), false);
   EXPECT_EQ(bench.axis.inputs().state, AxisState::kUnavailable);
   EXPECT_DOUBLE_EQ(bench.axis.inputs().position, 1.0);
@@ -80,8 +80,7 @@ TEST(AxisInputs, OfAnInvalidCycleKeepTheValuesButNotTheState) {
 }
 
 TEST(AxisInputs, InAnotherModeThanWantedAreNotEnabled) {
-  Bench bench(config(Mode::kCyclicVelocity));
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(Mode::kCyclicVelocity), kEnabledInputs);
   EXPECT_FALSE(bench.axis.enabled());
 }
 
@@ -95,10 +94,9 @@ TEST(AxisInputs, WithoutTheModeTheStateAloneTellsThatAnAxisIsEnabled) {
 }
 
 TEST(AxisInputs, TellFaults) {
-  Bench bench(config());
-  bench.axis.read_inputs(inputs("1802 08 00000000 00000000 00000000 0000 0000"), true);
+  Bench bench(config(), "1802 08 00000000 00000000 00000000 0000 0000");
   EXPECT_TRUE(bench.axis.fault());
-  bench.axis.read_inputs(inputs("1F02 08 00000000 00000000 00000000 0000 0000"), true);
+  bench.read("1F02 08 00000000 00000000 00000000 0000 0000");
   EXPECT_TRUE(bench.axis.fault());
 }
 
@@ -107,8 +105,7 @@ TEST(AxisOutputs, FrictionAndWeightArePartOfTheTorque) {
   c.feed_forward = {.viscous_friction = 0.1, .coulomb_friction = 0.2, .coulomb_velocity = 0.5, .gravity = -1.0};
   for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity}) {
     c.mode = mode;
-    Bench bench(c);
-    bench.axis.read_inputs(inputs(kEnabledInputs), true);
+    Bench bench(c, kEnabledInputs);
     bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
     // 0.5 * 4 + 0.1 * 3 + 0.2 - 1.0 = 1.5 of 4 Nm: 375 per mille.
     const auto written = bench.written();
@@ -127,9 +124,9 @@ TEST(AxisOutputs, TorqueOffsetWaitsForTheDriveToBeThere) {
     const auto written = bench.written();
     return std::to_integer<int>(*(written.end() - 2)) + 256 * std::to_integer<int>(written.back());
   };
-  bench.axis.read_inputs(inputs("3302 08 E8030000 00000000 00000000 0000 0000"), true);
+  bench.read("3302 08 E8030000 00000000 00000000 0000 0000");
   for (int cycle = 0; cycle < 3; ++cycle) bench.write(Goal::kEnabled, {1.0, 0.0, 0.0});
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.read(kEnabledInputs);
   std::vector<int> offsets;
   for (int cycle = 0; cycle < 4; ++cycle) {
     bench.write(Goal::kEnabled, {1.0, 0.0, 1.6});
@@ -143,8 +140,7 @@ TEST(AxisOutputs, AWeightIsHeldFromTheInstantOfEnablingOn) {
   c.feed_forward = {.viscous_friction = 0.1, .coulomb_friction = 0.2, .gravity = -1.0};
   for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
     c.mode = mode;
-    Bench bench(c);
-    bench.axis.read_inputs(inputs("3302 08 E8030000 00000000 00000000 0000 0000"), true);
+    Bench bench(c, "3302 08 E8030000 00000000 00000000 0000 0000");
     bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
     const auto written = bench.written();
     // -250 per mille, as offset or target.
@@ -176,8 +172,7 @@ TEST(AxisOutputs, AWeightStaysInTheTorqueOffsetWhileTheModeChanges) {
 }
 
 TEST(AxisOutputs, InCspAreTargetAndFeedForward) {
-  Bench bench(config());
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(), kEnabledInputs);
   bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
   // 000Fh, mode 8, 2000, target velocity 0, offset 3000, target torque 0, offset 0.5 * 4 / 4 Nm = 500 per mille.
   EXPECT_EQ(bench.written(), hex("0F00 08 D0070000 00000000 B80B0000 0000 F401"));
@@ -185,16 +180,14 @@ TEST(AxisOutputs, InCspAreTargetAndFeedForward) {
 }
 
 TEST(AxisOutputs, InCsvCloseThePositionLoop) {
-  Bench bench(config(Mode::kCyclicVelocity));
-  bench.axis.read_inputs(inputs("3702 09 E8030000 D0070000 00000000 0000 0000"), true);
+  Bench bench(config(Mode::kCyclicVelocity), "3702 09 E8030000 D0070000 00000000 0000 0000");
   bench.write(Goal::kEnabled, {1.5, 3.0, 4.0});
   // 3 + 10 * (1.5 - 1.0) = 8 rad/s; torque offset 500.
   EXPECT_EQ(bench.written(), hex("0F00 09 DC050000 401F0000 00000000 0000 F401"));
 }
 
 TEST(AxisOutputs, InCstCloseBothLoops) {
-  Bench bench(config(Mode::kCyclicTorque));
-  bench.axis.read_inputs(inputs("3702 0A E8030000 D0070000 00000000 0000 0000"), true);
+  Bench bench(config(Mode::kCyclicTorque), "3702 0A E8030000 D0070000 00000000 0000 0000");
   bench.write(Goal::kEnabled, {1.5, 3.0, 4.0});
   // Velocity wanted 8, is 2: 0.25 * 6 + 0.5 * 4 = 3.5 Nm = 875 per mille.
   EXPECT_EQ(bench.written(), hex("0F00 0A DC050000 401F0000 00000000 6B03 0000"));
@@ -203,8 +196,7 @@ TEST(AxisOutputs, InCstCloseBothLoops) {
 TEST(AxisOutputs, FollowTheActualPositionWhileNotEnabled) {
   for (const auto mode : {Mode::kCyclicPosition, Mode::kCyclicVelocity, Mode::kCyclicTorque}) {
     for (const std::string_view status : {"5002", "3102", "3302", "1702", "1802"}) {
-      Bench bench(config(mode));
-      bench.axis.read_inputs(inputs(std::string(status) + "08 E8030000 D0070000 00000000 0000 0000"), true);
+      Bench bench(config(mode), std::string(status) + "08 E8030000 D0070000 00000000 0000 0000");
       bench.write(Goal::kEnabled, {50.0, 3.0, 4.0});
       const auto written = bench.written();
       EXPECT_EQ(std::vector(written.begin() + 3, written.end()), hex("E8030000 00000000 00000000 0000 0000")) << status;
@@ -230,7 +222,7 @@ TEST(AxisOutputs, OfAnAxisThatCoastsHaveNoStepOnceItIsToldToBeOn) {
   const double most = 0.5 * settings.limits.max_acceleration * period_s * period_s * (1.0 + 1e-9);
   constexpr double kSlower = 9.9;
   constexpr int kCycles = 400;
-  bench.axis.read_inputs(inputs("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186"), true);  // Switched on
+  bench.read("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186");  // Switched on
   bench.axis.hold_at(1.0, kVelocity);
   bench.write(Goal::kDisabled, {});
   bench.axis.hold_at(1.2, kVelocity);
@@ -260,7 +252,7 @@ TEST(AxisOutputs, OfAnAxisThatHasCoastedHaveNoStepWhenItStands) {
   Bench bench(settings);
   const double period_s = std::chrono::duration<double>(settings.period).count();
   const double most = settings.limits.max_acceleration * period_s * period_s;
-  bench.axis.read_inputs(inputs("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186"), true);  // Switched on
+  bench.read("3302 08 E8030000 D0070000 F6FFFFFF 7D00 1186");  // Switched on
   bench.axis.hold_at(1.0, 0.2);
   bench.write(Goal::kEnabled, {});
   ASSERT_TRUE(bench.axis.commanded_on());
@@ -281,8 +273,7 @@ TEST(AxisOutputs, OfAnAxisThatHasCoastedHaveNoStepWhenItStands) {
 TEST(AxisOutputs, SaturateAndSurviveNan) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  Bench bench(config());
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(), kEnabledInputs);
   bench.write(Goal::kEnabled, {1e12, -1e12, 1e12});
   EXPECT_EQ(bench.written(), hex("0F00 08 FFFFFF7F 00000000 00000080 0000 FF7F"));
   bench.write(Goal::kEnabled, {-kInfinity, kInfinity, -kInfinity});
@@ -292,20 +283,18 @@ TEST(AxisOutputs, SaturateAndSurviveNan) {
 }
 
 TEST(AxisOutputs, RoundToTheNearestIncrement) {
-  Bench bench(config());
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(), kEnabledInputs);
   bench.write(Goal::kEnabled, {0.0016, -0.0016, 0.0});
   EXPECT_EQ(bench.written(), hex("0F00 08 02000000 00000000 FEFFFFFF 0000 0000"));
 }
 
 TEST(AxisOutputs, ResetFaultsOnlyOnRequestAndOnlyFaults) {
-  Bench bench(config());
-  bench.axis.read_inputs(inputs("1802 08 00000000 00000000 00000000 0000 0000"), true);
+  Bench bench(config(), "1802 08 00000000 00000000 00000000 0000 0000");
   bench.write(Goal::kEnabled, {});
   EXPECT_EQ(bench.written()[0], std::byte{0x00});
   bench.write(Goal::kEnabled, {}, true);
   EXPECT_EQ(bench.written()[0], std::byte{0x80});
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  bench.read(kEnabledInputs);
   bench.write(Goal::kEnabled, {}, true);
   EXPECT_EQ(bench.written()[0], std::byte{0x0F});
 }
@@ -334,8 +323,7 @@ TEST(AxisWithoutObjects, IgnoresThoseOfAnotherWidthOrBesideAByteBorder) {
 }
 
 TEST(AxisSample, CarriesTargetsAndInputs) {
-  Bench bench(config());
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(), kEnabledInputs);
   bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
   snapshot::AxisSample sample;
   bench.axis.fill(sample);
@@ -370,8 +358,7 @@ TEST(AxisSample, HasTheDemandOfTheDriveAndItsInputsWhereTheyAreMapped) {
   EXPECT_EQ(sample.digital_inputs, 0x80FF0001);
   EXPECT_EQ(sample.error_code, 0x8611);
 
-  Bench bench(config());
-  bench.axis.read_inputs(inputs(kEnabledInputs), true);
+  Bench bench(config(), kEnabledInputs);
   snapshot::AxisSample none;
   bench.axis.fill(none);
   EXPECT_TRUE(std::isnan(none.demand_position));
@@ -406,10 +393,10 @@ TEST(AxisCommandBits, AreThoseOfTheModeAndOfAnEnabledAxis) {
   Bench bench(c);
   EXPECT_TRUE(bench.axis.complete());
   bench.axis.set_command_bits(0xFFFF);
-  bench.axis.read_inputs(inputs("3702 01 E8030000 00000000 00000000 0000 0000"), true);
+  bench.read("3702 01 E8030000 00000000 00000000 0000 0000");
   bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
   EXPECT_EQ(bench.written(), hex("7F01 01 D0070000 B80B0000 00000000 0000 0000"));
-  bench.axis.read_inputs(inputs("3302 01 E8030000 00000000 00000000 0000 0000"), true);
+  bench.read("3302 01 E8030000 00000000 00000000 0000 0000");
   bench.write(Goal::kEnabled, {2.0, 3.0, 4.0});
   EXPECT_EQ(bench.written()[0], std::byte{0x0F});
   EXPECT_EQ(bench.written()[1], std::byte{0x00});
@@ -420,7 +407,7 @@ std::vector<double> errors(const AxisConfig& c, std::string_view status_and_mode
   Bench bench(c);
   std::vector<double> result;
   for (std::size_t i = 0; i < cycles; ++i) {
-    bench.axis.read_inputs(inputs(std::string(status_and_mode) + "E8030000 00000000 00000000 0000 0000"), true);
+    bench.read(std::string(status_and_mode) + "E8030000 00000000 00000000 0000 0000");
     bench.write(Goal::kEnabled, {2.0 + static_cast<double>(i), 0.0, 0.0});
     result.push_back(bench.axis.following_error());
   }

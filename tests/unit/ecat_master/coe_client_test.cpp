@@ -4,51 +4,28 @@
 
 #include "driveline/ecat_master/coe/emergency_log.hpp"
 #include "driveline/ecat_master/configuration/pdo_mapping.hpp"
-#include "support/bytes.hpp"
-#include "support/scripted_mailbox.hpp"
+#include "support/mail_bench.hpp"
+#include "support/must.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
+using ecat_master_test::facts_of;
 using ecat_master_test::hex;
-using ecat_master_test::ScriptedMailbox;
+using ecat_master_test::MailBench;
 using testing::ElementsAre;
 using Bytes = std::vector<std::byte>;
 
 /// A CoE client for a slave with mailboxes of `out` and `in` bytes.
-struct Bench {
-  explicit Bench(std::uint16_t out = 1024, std::uint16_t in = 1024)
-      : slave(in),
-        bus(slave),
-        mailbox(bus, {3, 0x1004}, {ScriptedMailbox::kOut, out, ScriptedMailbox::kIn, in}),
-        coe(mailbox) {
+struct Bench : MailBench {
+  explicit Bench(std::uint16_t out = 1024, std::uint16_t in = 1024) : MailBench(wire::MailboxType::kCoe, out, in) {
     mailbox.engine().handle(wire::MailboxType::kCoe, emergencies);
   }
-
-  /// Each request is answered with one mailbox of these service data; headers and counters are added.
-  void answer(const std::vector<std::string_view>& services) {
-    for (const auto service : services) slave.answers.push_back({mail(service)});
-  }
-  /// A mailbox: length, address 0, channel 0, type, counter; then the service.
-  Bytes mail(std::string_view service, std::uint8_t type = 3) {
-    const auto data = hex(service);
-    counter = static_cast<std::uint8_t>(counter % 7 + 1);
-    Bytes bytes{static_cast<std::byte>(data.size() & 0xFFU), static_cast<std::byte>(data.size() >> 8)};
-    for (const unsigned byte : {0U, 0U, 0U, static_cast<unsigned>(counter << 4 | type)}) {
-      bytes.push_back(static_cast<std::byte>(byte));
-    }
-    for (const auto byte : data) bytes.push_back(byte);
-    return bytes;
-  }
   /// Service data of the n-th request.
-  Bytes service(std::size_t n) { return {slave.requests.at(n).begin() + 6, slave.requests.at(n).end()}; }
+  [[nodiscard]] Bytes service(std::size_t n) const { return told().at(n); }
 
-  ScriptedMailbox slave;
-  Bus bus;
   EmergencyLog emergencies;
-  MailboxClient mailbox;
-  CoeClient coe;
-  std::uint8_t counter = 0;
+  CoeClient coe{mailbox};
 };
 
 TEST(CoeAgainstACapture, ReadsTheAssignmentAsAnotherMasterDid) {
@@ -77,8 +54,7 @@ TEST(CoeAgainstACapture, ReadsTheAssignmentAsAnotherMasterDid) {
   for (const auto& [request, answer] : dialogue) bench.slave.answers.push_back({hex(answer)});
   EXPECT_EQ(bench.coe.upload_as<std::uint8_t>(0x1C00, 0).value(), 4);
   EXPECT_EQ(bench.coe.upload_as<std::uint8_t>(0x1C00, 3).value(), 3);
-  const auto bytes = read_assigned_bytes(bench.coe, 0x1C12);
-  ASSERT_TRUE(bytes);
+  const auto bytes = must(read_assigned_bytes(bench.coe, 0x1C12));
   // 16; 16 + 8; 16 + 32; 16 + 32 bits.
   EXPECT_EQ(*bytes, 17U);
   ASSERT_EQ(bench.slave.requests.size(), std::size(dialogue));
@@ -92,8 +68,7 @@ TEST(CoeUpload, ExpeditedOfOneToFourBytes) {
   bench.answer({"0030 4F 4160 00 11000000", "0030 4B 4160 00 11220000", "0030 47 4160 00 11223300",
                 "0030 43 4160 00 11223344", "0030 42 4160 00 11223344"});
   for (const std::string_view data : {"11", "1122", "112233", "11223344", "11223344"}) {
-    const auto read = bench.coe.upload(0x6041, 0);
-    ASSERT_TRUE(read);
+    const auto read = must(bench.coe.upload(0x6041, 0));
     EXPECT_EQ(*read, hex(data));
   }
   EXPECT_EQ(bench.service(0), hex("0020 40 4160 00 00000000"));
@@ -102,9 +77,7 @@ TEST(CoeUpload, ExpeditedOfOneToFourBytes) {
 TEST(CoeUpload, NormalInOneMailbox) {
   Bench bench;
   bench.answer({"0030 41 0810 00 05000000 48656C6C6F"});
-  const auto read = bench.coe.upload(0x1008, 0);
-  ASSERT_TRUE(read);
-  EXPECT_EQ(*read, hex("48656C6C6F"));
+  EXPECT_EQ(bench.coe.upload(0x1008, 0).value(), hex("48656C6C6F"));
   EXPECT_EQ(bench.slave.requests.size(), 1U);
 }
 
@@ -125,9 +98,7 @@ TEST(CoeUpload, InSegments) {
   // 20 bytes: 2 with the first answer, 7, 7 and 4 in segments.
   bench.answer(
       {"0030 41 0810 00 14000000 0001", "0030 00 02030405060708", "0030 10 090A0B0C0D0E0F", "0030 07 10111213 000000"});
-  const auto read = bench.coe.upload(0x1008, 0);
-  ASSERT_TRUE(read);
-  EXPECT_EQ(*read, hex("000102030405060708090A0B0C0D0E0F10111213"));
+  EXPECT_EQ(bench.coe.upload(0x1008, 0).value(), hex("000102030405060708090A0B0C0D0E0F10111213"));
   EXPECT_EQ(bench.service(1), hex("0020 60 00000000000000"));
   EXPECT_EQ(bench.service(2), hex("0020 70 00000000000000"));
   EXPECT_EQ(bench.service(3), hex("0020 60 00000000000000"));
@@ -200,9 +171,8 @@ TEST(CoeErrors, AnAbortNamesItsObject) {
   bench.answer({"0030 80 4160 07 11000906"});
   const auto read = bench.coe.upload(0x6041, 7);
   ASSERT_FALSE(read);
-  EXPECT_TRUE(read.error().is<facts::SdoAbort>());
   EXPECT_EQ(read.error().slave, 3);
-  const auto& abort = std::get<facts::SdoAbort>(read.error().facts);
+  const auto abort = facts_of<facts::SdoAbort>(read);
   EXPECT_EQ(abort.object, (facts::ObjectAddress{0x6041, 7}));
   EXPECT_EQ(abort.code, wire::SdoAbort::kSubindexDoesNotExist);
 }
@@ -210,8 +180,7 @@ TEST(CoeErrors, AnAbortNamesItsObject) {
 TEST(CoeErrors, AnAbortSentAsARequestIsOneToo) {
   Bench bench;
   bench.answer({"0020 80 4160 00 00000206"});
-  const auto read = bench.coe.upload(0x6041, 0);
-  EXPECT_EQ(std::get<facts::SdoAbort>(read.error().facts).code, wire::SdoAbort::kObjectDoesNotExist);
+  EXPECT_EQ(facts_of<facts::SdoAbort>(bench.coe.upload(0x6041, 0)).code, wire::SdoAbort::kObjectDoesNotExist);
 }
 
 TEST(CoeErrors, AnAbortAmidSegmentsEndsTheTransfer) {
@@ -239,21 +208,16 @@ TEST(CoeErrors, AWrongToggleOfADownloadIsAborted) {
 TEST(CoeErrors, MoreSegmentDataThanAnnouncedIsAborted) {
   Bench bench;
   bench.answer({"0030 41 0810 00 0A000000", "0030 00 02030405060708", "0030 11 02030405060708"});
-  const auto read = bench.coe.upload(0x1008, 0);
-  ASSERT_FALSE(read);
-  EXPECT_TRUE(read.error().is<facts::SdoSize>());
-  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).expected, 10U);
-  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 14U);
+  const auto wrong = facts_of<facts::SdoSize>(bench.coe.upload(0x1008, 0));
+  EXPECT_EQ(wrong.expected, 10U);
+  EXPECT_EQ(wrong.received, 14U);
   EXPECT_EQ(bench.service(3), hex("0020 80 0810 00 10000706")) << "0607 0010h: length mismatch";
 }
 
 TEST(CoeErrors, LessSegmentDataThanAnnouncedIsAnError) {
   Bench bench;
   bench.answer({"0030 41 0810 00 0A000000", "0030 01 02030405060708"});
-  const auto read = bench.coe.upload(0x1008, 0);
-  ASSERT_FALSE(read);
-  EXPECT_TRUE(read.error().is<facts::SdoSize>());
-  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 7U);
+  EXPECT_EQ(facts_of<facts::SdoSize>(bench.coe.upload(0x1008, 0)).received, 7U);
 }
 
 TEST(CoeErrors, SegmentsWithoutDataDoNotGoOnForever) {
@@ -266,10 +230,7 @@ TEST(CoeErrors, SegmentsWithoutDataDoNotGoOnForever) {
 TEST(CoeErrors, AnObjectLargerThanAllowedIsAbortedAtOnce) {
   Bench bench;
   bench.answer({"0030 41 0810 00 FFFFFFFF 00"});
-  const auto read = bench.coe.upload(0x1008, 0);
-  ASSERT_FALSE(read);
-  EXPECT_TRUE(read.error().is<facts::SdoSize>());
-  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 0xFFFFFFFFU);
+  EXPECT_EQ(facts_of<facts::SdoSize>(bench.coe.upload(0x1008, 0)).received, 0xFFFFFFFFU);
   EXPECT_EQ(bench.service(1), hex("0020 80 0810 00 05000405")) << "0504 0005h: out of memory";
 }
 
@@ -278,10 +239,7 @@ TEST(CoeErrors, AnAnswerAboutAnotherObjectIsMalformed) {
        {"0030 4F 4260 00 11000000", "0030 4F 4160 01 11000000", "0030 60 4160 00 00000000", "0030 4F 4160"}) {
     Bench bench;
     bench.answer({answer});
-    const auto read = bench.coe.upload(0x6041, 0);
-    ASSERT_FALSE(read) << answer;
-    EXPECT_TRUE(read.error().is<facts::MailboxMalformed>()) << answer;
-    EXPECT_EQ(std::get<facts::MailboxMalformed>(read.error().facts).object.index, 0x6041) << answer;
+    EXPECT_EQ(facts_of<facts::MailboxMalformed>(bench.coe.upload(0x6041, 0)).object.index, 0x6041) << answer;
   }
 }
 
@@ -296,30 +254,22 @@ TEST(CoeErrors, AHeaderThatIsLongerThanTheMailboxIsMalformed) {
 TEST(CoeErrors, AValueOfAnotherSizeIsNamed) {
   Bench bench;
   bench.answer({"0030 4B 4160 00 11220000"});
-  const auto read = bench.coe.upload_as<std::uint32_t>(0x6041, 0);
-  ASSERT_FALSE(read);
-  EXPECT_TRUE(read.error().is<facts::SdoSize>());
-  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).expected, 4U);
-  EXPECT_EQ(std::get<facts::SdoSize>(read.error().facts).received, 2U);
+  const auto wrong = facts_of<facts::SdoSize>(bench.coe.upload_as<std::uint32_t>(0x6041, 0));
+  EXPECT_EQ(wrong.expected, 4U);
+  EXPECT_EQ(wrong.received, 2U);
 }
 
 TEST(CoeErrors, SilenceEndsInATimeout) {
   Bench bench;
-  const auto read = bench.coe.upload(0x6041, 2);
-  ASSERT_FALSE(read);
-  EXPECT_TRUE(read.error().is<facts::MailboxTimeout>());
-  EXPECT_EQ(std::get<facts::MailboxTimeout>(read.error().facts).object, (facts::ObjectAddress{0x6041, 2}));
+  EXPECT_EQ(facts_of<facts::MailboxTimeout>(bench.coe.upload(0x6041, 2)).object, (facts::ObjectAddress{0x6041, 2}));
   EXPECT_GE(bench.slave.now(), MailboxClient::kReplyTimeout);
   EXPECT_LT(bench.slave.now(), 2 * MailboxClient::kReplyTimeout);
 }
 
 TEST(MailboxClient, AMailboxErrorReplyCarriesItsDetail) {
   Bench bench;
-  bench.slave.answers.push_back({bench.mail("0100 0200", 0)});
-  const auto read = bench.coe.upload(0x6041, 0);
-  ASSERT_FALSE(read);
-  EXPECT_TRUE(read.error().is<facts::MailboxError>());
-  EXPECT_EQ(std::get<facts::MailboxError>(read.error().facts).code, 2U);
+  bench.slave.answers.push_back({bench.mail("0100 0200", wire::MailboxType::kError)});
+  EXPECT_EQ(facts_of<facts::MailboxError>(bench.coe.upload(0x6041, 0)).code, 2U);
 }
 
 TEST(MailboxClient, CollectsEmergenciesAheadOfTheAnswer) {
@@ -354,8 +304,8 @@ TEST(MailboxClient, KeepsTheNewestEmergencies) {
 
 TEST(MailboxClient, SkipsWhatBelongsToOtherProtocols) {
   Bench bench;
-  bench.slave.answers.push_back({bench.mail("00000000", 2), bench.mail("0080 02000000"), bench.mail("", 3),
-                                 bench.mail("0030 4F 4160 00 11000000")});
+  bench.slave.answers.push_back({bench.mail("00000000", wire::MailboxType::kEoe), bench.mail("0080 02000000"),
+                                 bench.mail(""), bench.mail("0030 4F 4160 00 11000000")});
   EXPECT_EQ(bench.coe.upload_as<std::uint8_t>(0x6041, 0).value(), 0x11);
 }
 

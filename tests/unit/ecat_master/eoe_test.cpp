@@ -10,6 +10,7 @@
 #include "driveline/ecat_master/foe/foe_client.hpp"
 #include "support/bytes.hpp"
 #include "support/mail_line.hpp"
+#include "support/must.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -263,8 +264,7 @@ TEST(EoeBesideDialogues, AnSdoWaitsForOneFragmentAtMost) {
   slave.busy = 2;
   bench.step(1);
   const auto before = slave.heard.size();
-  const auto vendor = CoeClient(bench.engine, 0).upload_as<std::uint32_t>(0x1018, 1);
-  ASSERT_TRUE(vendor);
+  ASSERT_EQ(failure_text(CoeClient(bench.engine, 0).upload_as<std::uint32_t>(0x1018, 1)), "");
   EXPECT_EQ(bench.order(EthernetBench::kFirst).substr(before, 3), "ECE") << "the fragment that was on its way first";
 }
 
@@ -437,8 +437,7 @@ TEST(EoeServices, ReadIpParametersWithAndWithoutGaps) {
   whole.resize(58);
   for (const auto& answer : {whole, hex("12000000 0527A8C0 01020304")}) {
     ServiceBench bench(eoe(7, 1, 0, answer));
-    const auto ip = bench.client.get_ip();
-    ASSERT_TRUE(ip);
+    const auto ip = must(bench.client.get_ip());
     EXPECT_EQ(*ip, (wire::EoeIpParameters{.ip = wire::IpV4Address{192, 168, 39, 5},
                                           .dns_server = wire::IpV4Address{4, 3, 2, 1}}));
   }

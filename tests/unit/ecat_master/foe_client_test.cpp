@@ -4,13 +4,13 @@
 
 #include <array>
 
-#include "support/bytes.hpp"
-#include "support/scripted_mailbox.hpp"
+#include "support/mail_bench.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
 using ecat_master_test::hex;
+using ecat_master_test::MailBench;
 using ecat_master_test::ScriptedMailbox;
 using std::chrono::milliseconds;
 using testing::ElementsAre;
@@ -18,31 +18,10 @@ using Bytes = std::vector<std::byte>;
 
 /// A FoE client for a slave whose mailboxes have room for four bytes of data. Messages are plain bytes from ETG.1000.6
 /// 5.8.
-struct FileBench {
+struct FileBench : MailBench {
   static constexpr std::uint16_t kMailbox = 16;
+  FileBench() : MailBench(wire::MailboxType::kFoe, kMailbox, kMailbox) {}
 
-  /// Queues an answer message for each request; empty: no answer.
-  void answer(const std::vector<std::string_view>& services) {
-    for (const auto service : services) {
-      std::vector<Bytes> mails;
-      if (!service.empty()) mails.push_back(mail(service));
-      slave.answers.push_back(mails);
-    }
-  }
-  Bytes mail(std::string_view service) {
-    const auto data = hex(service);
-    counter = static_cast<std::uint8_t>(counter % 7 + 1);
-    Bytes bytes{static_cast<std::byte>(data.size()),     std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0},
-                static_cast<std::byte>(counter << 4 | 4)};
-    bytes.insert(bytes.end(), data.begin(), data.end());
-    return bytes;
-  }
-  /// Requests received by the slave, without mailbox headers.
-  std::vector<Bytes> told() const {
-    std::vector<Bytes> services;
-    for (const auto& request : slave.requests) services.emplace_back(request.begin() + 6, request.end());
-    return services;
-  }
   std::string read(const FileSettings& settings = {}) {
     const auto file = foe.read({"F", 0x12345678}, settings);
     return file ? "" : describe(file.error());
@@ -62,11 +41,7 @@ struct FileBench {
     return result ? "success" : describe(result.error());
   }
 
-  ScriptedMailbox slave{kMailbox};
-  Bus bus{slave};
-  MailboxClient mailbox{bus, {3, 0x1004}, {ScriptedMailbox::kOut, kMailbox, ScriptedMailbox::kIn, kMailbox}};
   FoeClient foe{mailbox};
-  std::uint8_t counter = 0;
 };
 
 TEST(FoeClient, ReadsAFileInPacketsAndAcknowledgesEach) {

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "support/must.hpp"
+
 namespace driveline::ecat_master {
 namespace {
 
@@ -123,8 +125,7 @@ TEST(SiiReader, ReadsUpToTheEndMarkerAndNotTheWholeEeprom) {
   Eeprom eeprom(32);
   auto end = eeprom.add_category(0x40, 10, 21);
   end = eeprom.add_category(end, 30, 16);
-  const auto image = read(eeprom);
-  ASSERT_TRUE(image);
+  const auto image = must(read(eeprom));
   ASSERT_GE(image->size(), 2 * (end + 1));
   EXPECT_LT(image->size(), 2 * (end + 1 + 4));
   EXPECT_EQ(*image, eeprom.bytes(image->size() / 2));
@@ -143,8 +144,7 @@ TEST(SiiReader, TakesTheInterfaceFromTheApplicationAndReturnsIt) {
 
 TEST(SiiReader, ReadsABlankDirectory) {
   Eeprom eeprom(4);
-  const auto image = read(eeprom);
-  ASSERT_TRUE(image);
+  const auto image = must(read(eeprom));
   EXPECT_EQ(image->size(), 2U * 0x44);
 }
 
@@ -203,8 +203,7 @@ TEST(SiiReader, AMachineThatSuspendsTheMasterMakesNoSlaveBusy) {
     eeprom.takes = takes;
     eeprom.away = std::chrono::milliseconds{300};
     eeprom.away_rounds = 10;
-    const auto image = read(eeprom);
-    ASSERT_TRUE(image) << describe(image.error());
+    const auto image = must(read(eeprom));
     EXPECT_EQ(*image, eeprom.bytes(image->size() / 2));
   }
 }
@@ -232,8 +231,7 @@ TEST(SiiReader, GetsTheSameContentFromEveryKindOfController) {
           eeprom.shows_address = shows;
           // The worst case of an earlier reader: the address of the first word, and other data.
           eeprom.leave_from_before(0, 0xBAD0);
-          const auto image = read(eeprom);
-          ASSERT_TRUE(image) << describe(image.error());
+          const auto image = must(read(eeprom));
           ASSERT_GE(image->size(), expected.size());
           EXPECT_TRUE(std::equal(expected.begin(), expected.end(), image->begin()))
               << words << " words, " << busy_us << " us, at once " << (takes == Eeprom::Takes::kAtOnce) << ", address "

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "driveline/esi/sii.hpp"
+#include "support/must.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -128,13 +129,21 @@ std::vector<std::byte> changed(const Eeprom& eeprom, std::initializer_list<std::
   return copy.bytes();
 }
 
+auto write(Eeprom& eeprom, const std::vector<std::byte>& image, const SiiProgress& progress = {}) {
+  Bus bus(eeprom);
+  return write_sii(bus, kSlave, image, progress);
+}
+
+auto set_alias(Eeprom& eeprom, std::uint16_t alias) {
+  Bus bus(eeprom);
+  return write_alias(bus, kSlave, alias);
+}
+
 TEST(SiiWriter, WritesOnlyWhatDiffersAndKeepsTheRest) {
   Eeprom eeprom(64);
   const auto before = eeprom.bytes();
   const auto image = changed(eeprom, {20, 41});
-  Bus bus(eeprom);
-  const auto report = write_sii(bus, kSlave, image);
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must(write(eeprom, image));
   EXPECT_EQ(eeprom.bytes(), image);
   EXPECT_EQ(report->words_changed, 2U);
   EXPECT_EQ(report->words_unchanged, 62U);
@@ -159,9 +168,8 @@ TEST(SiiWriter, ReturnsTheInterfaceToTheApplicationThatHadIt) {
 TEST(SiiWriter, ChecksumIsInvalidFromTheFirstWordToTheLast) {
   Eeprom eeprom(64);
   const auto image = changed(eeprom, {0, 3, 20, 41});
-  Bus bus(eeprom);
   std::vector<bool> valid;
-  const auto report = write_sii(bus, kSlave, image, [&](std::size_t done, std::size_t total) {
+  const auto report = write(eeprom, image, [&](std::size_t done, std::size_t total) {
     if (done < total) valid.push_back(eeprom.checksum_valid());
     return true;
   });
@@ -174,9 +182,7 @@ TEST(SiiWriter, ChecksumIsInvalidFromTheFirstWordToTheLast) {
 
 TEST(SiiWriter, SameContentIsNotWritten) {
   Eeprom eeprom(64);
-  Bus bus(eeprom);
-  const auto report = write_sii(bus, kSlave, eeprom.bytes());
-  ASSERT_TRUE(report);
+  const auto report = must(write(eeprom, eeprom.bytes()));
   EXPECT_THAT(eeprom.writes, IsEmpty());
   EXPECT_EQ(report->words_changed, 0U);
 }
@@ -186,9 +192,7 @@ TEST(SiiWriter, BusyAndUnacknowledgedWordsAreWaitedForAndTriedAgain) {
   eeprom.busy_polls = 5;
   eeprom.unacknowledged = 4;
   const auto image = changed(eeprom, {20, 21, 22});
-  Bus bus(eeprom);
-  const auto report = write_sii(bus, kSlave, image);
-  ASSERT_TRUE(report) << describe(report.error());
+  ASSERT_EQ(failure_text(write(eeprom, image)), "");
   EXPECT_EQ(eeprom.bytes(), image);
 }
 
@@ -196,9 +200,8 @@ TEST(SiiWriterFailure, WordThatCannotBeWrittenUndoesTheOthers) {
   Eeprom eeprom(64);
   const auto before = eeprom.bytes();
   const auto image = changed(eeprom, {20, 30, 40});
-  Bus bus(eeprom);
   eeprom.dead_words = {30};
-  const auto report = write_sii(bus, kSlave, image);
+  const auto report = write(eeprom, image);
   ASSERT_FALSE(report);
   EXPECT_TRUE(report.error().error.is<facts::SiiError>());
   EXPECT_EQ(std::get<facts::SiiError>(report.error().error.facts).word, 30);
@@ -214,9 +217,8 @@ TEST(SiiWriterFailure, WordThatReadsBackWrongIsFoundAndUndone) {
   Eeprom eeprom(64);
   const auto before = eeprom.bytes();
   const auto image = changed(eeprom, {20, 30, 40});
-  Bus bus(eeprom);
   eeprom.stuck_words = {40};
-  const auto report = write_sii(bus, kSlave, image);
+  const auto report = write(eeprom, image);
   ASSERT_FALSE(report);
   EXPECT_TRUE(report.error().error.is<facts::SiiVerify>());
   EXPECT_EQ(std::get<facts::SiiVerify>(report.error().error.facts).word, 40);
@@ -231,9 +233,8 @@ TEST(SiiWriterFailure, SlaveThatFallsSilentLeavesAnInvalidChecksumAndAListOfWord
   Eeprom eeprom(64);
   const auto before = eeprom.bytes();
   const auto image = changed(eeprom, {20, 30, 31, 32, 40});
-  Bus bus(eeprom);
   eeprom.silent_after_writes = 4;  // 7, 20, 30, 31
-  const auto report = write_sii(bus, kSlave, image);
+  const auto report = write(eeprom, image);
   ASSERT_FALSE(report);
   EXPECT_TRUE(report.error().error.is<facts::WorkingCounter>());
   EXPECT_FALSE(eeprom.checksum_valid());
@@ -250,8 +251,7 @@ TEST(SiiWriterFailure, ImageLargerThanTheEepromIsFoundByReadingItAllBack) {
   auto image = before;
   image.insert(image.end(), before.begin(), before.end());
   image[2 * (32 + 12)] ^= std::byte{0xFF};
-  Bus bus(small);
-  const auto report = write_sii(bus, kSlave, image);
+  const auto report = write(small, image);
   ASSERT_FALSE(report);
   EXPECT_TRUE(report.error().error.is<facts::SiiVerify>());
   EXPECT_EQ(small.bytes(), before);
@@ -260,9 +260,8 @@ TEST(SiiWriterFailure, ImageLargerThanTheEepromIsFoundByReadingItAllBack) {
 TEST(SiiWriterFailure, StopHalfWayUndoesWhatWasWritten) {
   Eeprom eeprom(64);
   const auto before = eeprom.bytes();
-  Bus bus(eeprom);
   const auto report =
-      write_sii(bus, kSlave, changed(eeprom, {20, 30, 40}), [](std::size_t done, std::size_t) { return done < 3; });
+      write(eeprom, changed(eeprom, {20, 30, 40}), [](std::size_t done, std::size_t) { return done < 3; });
   ASSERT_FALSE(report);
   EXPECT_TRUE(report.error().error.is<facts::Cancelled>());
   EXPECT_THAT(report.error().left, IsEmpty());
@@ -272,8 +271,7 @@ TEST(SiiWriterFailure, StopHalfWayUndoesWhatWasWritten) {
 TEST(SiiWriterFailure, InterfaceThatStaysBusyEndsBeforeAnythingIsWritten) {
   Eeprom eeprom(64);
   eeprom.busy_for_ever = true;
-  Bus bus(eeprom);
-  const auto report = write_sii(bus, kSlave, changed(eeprom, {20}));
+  const auto report = write(eeprom, changed(eeprom, {20}));
   ASSERT_FALSE(report);
   EXPECT_TRUE(report.error().error.is<facts::SiiBusy>());
   EXPECT_THAT(eeprom.writes, IsEmpty());
@@ -286,8 +284,7 @@ TEST(SiiWriter, AMachineThatSuspendsTheMasterMakesNoInterfaceBusy) {
     eeprom.busy_polls = 2;
     eeprom.refused_commands = 1;
     eeprom.away_rounds = away;
-    Bus bus(eeprom);
-    ASSERT_TRUE(write_alias(bus, kSlave, 7)) << away;
+    ASSERT_TRUE(set_alias(eeprom, 7)) << away;
     EXPECT_EQ(eeprom.words[4], 7);
   }
 }
@@ -295,8 +292,7 @@ TEST(SiiWriter, AMachineThatSuspendsTheMasterMakesNoInterfaceBusy) {
 TEST(SiiWriter, InterfaceThatTakesNoCommandForAWhileIsTriedAgain) {
   Eeprom eeprom(0x80);
   eeprom.refused_commands = 20;
-  Bus bus(eeprom);
-  ASSERT_TRUE(write_alias(bus, kSlave, 7));
+  ASSERT_TRUE(set_alias(eeprom, 7));
   EXPECT_EQ(eeprom.words[4], 7);
   EXPECT_TRUE(eeprom.checksum_valid());
 }
@@ -304,18 +300,14 @@ TEST(SiiWriter, InterfaceThatTakesNoCommandForAWhileIsTriedAgain) {
 TEST(SiiWriterFailure, InterfaceThatNeverTakesACommandIsBusy) {
   Eeprom eeprom(0x80);
   eeprom.refused_commands = 1'000'000;
-  Bus bus(eeprom);
-  const auto done = write_alias(bus, kSlave, 7);
-  ASSERT_FALSE(done);
-  EXPECT_THAT(describe(done.error()), HasSubstr("slave 2: EEPROM interface stays busy at word 0x00"));
+  EXPECT_THAT(failure_text(set_alias(eeprom, 7)), HasSubstr("slave 2: EEPROM interface stays busy at word 0x00"));
   EXPECT_THAT(eeprom.writes, IsEmpty());
 }
 
 TEST(SiiWriterFailure, ImageThatIsNoneIsRefused) {
   Eeprom eeprom(64);
-  Bus bus(eeprom);
   for (const std::size_t bytes : {0U, 2U, 14U, 17U, 0x20002U}) {
-    const auto report = write_sii(bus, kSlave, std::vector<std::byte>(bytes));
+    const auto report = write(eeprom, std::vector<std::byte>(bytes));
     ASSERT_FALSE(report) << bytes;
     EXPECT_TRUE(report.error().error.is<facts::SiiContent>());
   }
@@ -336,9 +328,7 @@ TEST(SiiWriterFailure, MayBeTriedAgain) {
 TEST(AliasWriter, ChangesAliasAndChecksumOnly) {
   Eeprom eeprom(64);
   const auto before = eeprom.words;
-  Bus bus(eeprom);
-  const auto report = write_alias(bus, kSlave, 4711);
-  ASSERT_TRUE(report) << describe(report.error());
+  ASSERT_EQ(failure_text(set_alias(eeprom, 4711)), "");
   EXPECT_EQ(eeprom.words[4], 4711);
   EXPECT_TRUE(eeprom.checksum_valid());
   for (std::size_t i = 0; i < eeprom.words.size(); ++i) {
@@ -350,8 +340,7 @@ TEST(AliasWriter, ChangesAliasAndChecksumOnly) {
 TEST(AliasWriter, DoesNotBlessAConfigurationAreaThatIsBroken) {
   Eeprom eeprom(64);
   eeprom.words[1] ^= 0x0100;
-  Bus bus(eeprom);
-  const auto report = write_alias(bus, kSlave, 4711);
+  const auto report = set_alias(eeprom, 4711);
   ASSERT_FALSE(report);
   EXPECT_TRUE(report.error().error.is<facts::SiiContent>());
   EXPECT_THAT(eeprom.writes, IsEmpty());

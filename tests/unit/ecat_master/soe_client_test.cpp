@@ -7,13 +7,14 @@
 
 #include "driveline/ecat_master/coe/coe_client.hpp"
 #include "driveline/ecat_master/soe/soe_log.hpp"
-#include "support/bytes.hpp"
-#include "support/scripted_mailbox.hpp"
+#include "support/mail_bench.hpp"
+#include "support/must.hpp"
 
 namespace driveline::ecat_master {
 namespace {
 
 using ecat_master_test::hex;
+using ecat_master_test::MailBench;
 using ecat_master_test::ScriptedMailbox;
 using facts::SoeDatum;
 using std::chrono::milliseconds;
@@ -27,37 +28,10 @@ constexpr SoeDatum kCommand{0, {99}};
 
 /// A SoE client for a slave whose mailboxes have room for eight bytes after the SoE header. Messages are plain bytes
 /// from ETG.1000.6 5.9.
-struct SoeBench {
+struct SoeBench : MailBench {
   static constexpr std::uint16_t kMailbox = 18;
+  SoeBench() : MailBench(wire::MailboxType::kSoe, kMailbox, kMailbox) {}
 
-  /// Queues these messages as answers to the next request.
-  void answer(const std::vector<std::string_view>& services) {
-    std::vector<Bytes> mails;
-    for (const auto service : services) mails.push_back(mail(service));
-    slave.answers.push_back(mails);
-  }
-  /// Queues an answer message for each of the next requests.
-  void answer_each(const std::vector<std::string_view>& services) {
-    for (const auto service : services) answer({service});
-  }
-  Bytes mail(std::string_view service, unsigned type = 5) {
-    const auto data = hex(service);
-    counter = static_cast<std::uint8_t>(counter % 7 + 1);
-    Bytes bytes{static_cast<std::byte>(data.size()),
-                std::byte{0},
-                std::byte{0},
-                std::byte{0},
-                std::byte{0},
-                static_cast<std::byte>(unsigned{counter} << 4U | type)};
-    bytes.insert(bytes.end(), data.begin(), data.end());
-    return bytes;
-  }
-  /// Requests received by the slave, without mailbox headers.
-  std::vector<Bytes> told() const {
-    std::vector<Bytes> services;
-    for (const auto& request : slave.requests) services.emplace_back(request.begin() + 6, request.end());
-    return services;
-  }
   std::string read(SoeDatum at = kList, wire::SoeElementSet elements = SoeElement::kValue) {
     const auto reading = soe.read(at, elements);
     return reading ? "" : describe(reading.error());
@@ -78,34 +52,28 @@ struct SoeBench {
     return done ? "" : describe(done.error());
   }
 
-  ScriptedMailbox slave{kMailbox};
-  Bus bus{slave};
-  MailboxClient mailbox{bus, {3, 0x1004}, {ScriptedMailbox::kOut, kMailbox, ScriptedMailbox::kIn, kMailbox}};
   SoeClient soe{mailbox};
-  std::uint8_t counter = 0;
 };
 
 TEST(SoeClient, ReadsAnElement) {
   SoeBench bench;
-  bench.answer({"6240 2880 0102"});
-  const auto reading = bench.soe.read({3, {0x8028}}, SoeElement::kValue);
-  ASSERT_TRUE(reading);
+  bench.answer_next({"6240 2880 0102"});
+  const auto reading = must(bench.soe.read({3, {0x8028}}, SoeElement::kValue));
   EXPECT_EQ(reading->data, hex("0102"));
   EXPECT_THAT(bench.told(), ElementsAre(hex("6140 2880")));
 }
 
 TEST(SoeClient, ReadsSeveralElementsInFragments) {
   SoeBench bench;
-  bench.answer({"0A46 0200 0400040056656C6F", "0A46 0100 0100110006000600", "0246 1100 0123456789AB"});
-  const auto reading = bench.soe.read(kList, SoeElement::kName | SoeElement::kAttribute | SoeElement::kValue);
-  ASSERT_TRUE(reading);
+  bench.answer_next({"0A46 0200 0400040056656C6F", "0A46 0100 0100110006000600", "0246 1100 0123456789AB"});
+  const auto reading = must(bench.soe.read(kList, SoeElement::kName | SoeElement::kAttribute | SoeElement::kValue));
   EXPECT_EQ(reading->data, hex("0400040056656C6F 01001100 06000600 0123456789AB"));
   EXPECT_THAT(bench.told(), ElementsAre(hex("0146 1100")));
 }
 
 TEST(SoeClient, TakesTheCountOfASlaveThatCountsTheFragmentItSends) {
   SoeBench bench;
-  bench.answer({"0A40 0300 01", "0A40 0200 02", "0240 1100 03"});
+  bench.answer_next({"0A40 0300 01", "0A40 0200 02", "0240 1100 03"});
   EXPECT_EQ(bench.read(), "");
 }
 
@@ -121,17 +89,17 @@ TEST(SoeClient, AFragmentCountThatDoesNotFitEndsTheTransfer) {
   };
   for (const auto& [mails, sentence] : cases) {
     SoeBench bench;
-    bench.answer(mails);
+    bench.answer_next(mails);
     EXPECT_EQ(bench.read(), sentence);
   }
 }
 
 TEST(SoeClient, AnAnswerAboutAnotherDatumOrDriveEndsTheTransfer) {
   SoeBench bench;
-  bench.answer_each({"0240 1200 01", "2240 1100 01"});
+  bench.answer({"0240 1200 01", "2240 1100 01"});
   EXPECT_EQ(bench.read(), "slave 3: request for S-0-0017 of drive 0 was answered with S-0-0018 of drive 0");
   EXPECT_EQ(bench.read(), "slave 3: request for S-0-0017 of drive 0 was answered with S-0-0017 of drive 1");
-  bench.answer({"2A40 0100 01", "0240 1100 01"});
+  bench.answer_next({"2A40 0100 01", "0240 1100 01"});
   EXPECT_THAT(bench.read(), HasSubstr("answered with S-0-0017 of drive 1"));
 }
 
@@ -141,20 +109,20 @@ TEST(SoeClient, NamesEveryErrorOfTheSlave) {
     const auto code = static_cast<unsigned>(row.code);
     char service[20];
     std::snprintf(service, sizeof service, "1240 1100 %02X%02X", code & 0xFFU, code >> 8);
-    bench.answer({service});
+    bench.answer_next({service});
     char number[8];
     std::snprintf(number, sizeof number, "%04X", code);
     EXPECT_EQ(bench.read(), "slave 3: refused S-0-0017 of drive 0 with SoE error 0x" + std::string(number) + " (" +
                                 std::string(row.text) + ")");
   }
   SoeBench bench;
-  bench.answer({"1440 1100 EFBE"});
+  bench.answer_next({"1440 1100 EFBE"});
   EXPECT_EQ(bench.write(hex("00")), "slave 3: refused S-0-0017 of drive 0 with SoE error 0xBEEF (unknown SoE error)");
 }
 
 TEST(SoeClient, WritesInOneMailWhatFits) {
   SoeBench bench;
-  bench.answer({"0440 1100"});
+  bench.answer_next({"0440 1100"});
   EXPECT_EQ(bench.write(hex("0102030405060708")), "");
   EXPECT_THAT(bench.told(), ElementsAre(hex("0340 1100 0102030405060708")));
 }
@@ -165,7 +133,7 @@ TEST(SoeClient, WritesTheRestInFragmentsThatAreAnsweredOnce) {
   for (const auto& [size, mails] : cases) {
     SoeBench bench;
     for (std::size_t i = 1; i < mails; ++i) bench.slave.answers.emplace_back();
-    bench.answer({"0440 1100"});
+    bench.answer_next({"0440 1100"});
     Bytes data(size);
     for (std::size_t i = 0; i < size; ++i) data[i] = static_cast<std::byte>(i);
     EXPECT_EQ(bench.write(data), "") << size;
@@ -185,7 +153,7 @@ TEST(SoeClient, WritesTheRestInFragmentsThatAreAnsweredOnce) {
 TEST(SoeClient, NothingOfSoeComesBetweenTheFragmentsOfAWrite) {
   SoeBench bench;
   bench.slave.answers.resize(2);
-  bench.answer_each({"0440 1100", "0240 1200 01"});
+  bench.answer({"0440 1100", "0240 1200 01"});
   const auto write = bench.soe.start_write(kList, SoeElement::kValue, Bytes(20));
   const auto read = bench.soe.start_read({0, {18}}, SoeElement::kValue);
   bench.mailbox.engine().wait(*read);
@@ -198,13 +166,13 @@ TEST(SoeClient, NothingOfSoeComesBetweenTheFragmentsOfAWrite) {
 
 TEST(SoeClient, ASlaveMayConfirmEachFragment) {
   SoeBench bench;
-  bench.answer_each({"0C40 0100", "0440 1100"});
+  bench.answer({"0C40 0100", "0440 1100"});
   EXPECT_EQ(bench.write(Bytes(12)), "");
 }
 
 TEST(SoeClient, ARefusedWriteCanBeRepeated) {
   SoeBench bench;
-  bench.answer_each({"1440 1100 0570", "0440 1100"});
+  bench.answer({"1440 1100 0570", "0440 1100"});
   EXPECT_THAT(bench.write(hex("01")), HasSubstr("0x7005"));
   EXPECT_EQ(bench.write(hex("01")), "");
 }
@@ -214,7 +182,7 @@ TEST(SoeClient, AWriteToASlaveThatTakesNoMailFailsAndSendsNothingLate) {
   bench.slave.busy = 1'000'000;
   EXPECT_THAT(bench.write(Bytes(20)), HasSubstr("no mailbox reply"));
   bench.slave.busy = 0;
-  bench.answer({"0240 1100 01"});
+  bench.answer_next({"0240 1100 01"});
   EXPECT_EQ(bench.read(), "");
   EXPECT_THAT(bench.told(), ElementsAre(hex("0140 1100"))) << "nothing is left of the write";
 }
@@ -228,7 +196,7 @@ TEST(SoeClient, AWriteWithoutMailboxFails) {
 TEST(SoeClient, WhatIsCutOrOddIsNamed) {
   const std::string malformed = "slave 3: sent a malformed mailbox";
   SoeBench bench;
-  bench.answer_each({"1240 1100 01", "0241 1100 01", "0240"});
+  bench.answer({"1240 1100 01", "0241 1100 01", "0240"});
   EXPECT_EQ(bench.read(), malformed) << "half an error code";
   EXPECT_EQ(bench.read(), malformed) << "an element that nobody has asked for";
   EXPECT_EQ(bench.read(), malformed) << "no header, and no answer to the requests that are sent again";
@@ -294,16 +262,16 @@ TEST(SoeClient, LengthWordsThatLieAreNamed) {
   };
   for (const auto& [value, bytes] : cases) {
     SoeBench bench;
-    bench.answer_each({"0204 1100 0100 5500", value});
+    bench.answer({"0204 1100 0100 5500", value});
     EXPECT_EQ(describe(bench.soe.idn_list(kList).error()), "slave 3: the " + std::to_string(bytes) +
                                                                " bytes of S-0-0017 of drive 0 do not match its "
                                                                "attribute")
         << value;
   }
   SoeBench bench;
-  bench.answer({"0202 1100 FF00FF00 41"});
+  bench.answer_next({"0202 1100 FF00FF00 41"});
   EXPECT_TRUE(bench.soe.name(kList).error().is<facts::SoeContent>()) << "a name";
-  bench.answer({"0200 1100"});
+  bench.answer_next({"0200 1100"});
   EXPECT_TRUE(bench.soe.attribute(kList).error().is<facts::SoeContent>()) << "without the element";
 }
 
@@ -325,8 +293,8 @@ TEST(SoeClient, PassesOverWhatIsNoAnswer) {
 TEST(SoeClient, AnSdoAndAnOperationDatumDoNotMixUp) {
   SoeBench bench;
   CoeClient coe(bench.mailbox);
-  bench.slave.answers.push_back({bench.mail("0030 4F00100004000000", 3)});
-  bench.answer({"0240 1100 2A"});
+  bench.slave.answers.push_back({bench.mail("0030 4F00100004000000", wire::MailboxType::kCoe)});
+  bench.answer_next({"0240 1100 2A"});
   const auto sdo = coe.start_upload({0x1000, 0}, {}, 3);
   const auto datum = bench.soe.start_read(kList, SoeElement::kValue);
   bench.mailbox.engine().wait(*datum);
@@ -336,33 +304,32 @@ TEST(SoeClient, AnSdoAndAnOperationDatumDoNotMixUp) {
 
 TEST(SoeClient, TheValueHasTheLengthOfItsAttribute) {
   SoeBench bench;
-  bench.answer_each({"0204 1100 0100 2200", "0240 1100 01020304"});
+  bench.answer({"0204 1100 0100 2200", "0240 1100 01020304"});
   EXPECT_EQ(bench.soe.value(kList).value(), hex("01020304"));
-  bench.answer_each({"0204 1100 0100 2200", "0240 1100 0102"});
+  bench.answer({"0204 1100 0100 2200", "0240 1100 0102"});
   EXPECT_EQ(describe(bench.soe.value(kList).error()),
             "slave 3: the 2 bytes of S-0-0017 of drive 0 do not match its attribute");
 }
 
 TEST(SoeClient, ListsAreReadAndWrittenBehindTheirHeader) {
   SoeBench bench;
-  bench.answer_each({"0204 1100 0100 5500", "0240 1100 04000800 01001180"});
+  bench.answer({"0204 1100 0100 5500", "0240 1100 04000800 01001180"});
   EXPECT_THAT(bench.soe.idn_list(kList).value(), ElementsAre(wire::Idn{1}, wire::Idn{0x8011}));
-  bench.answer_each({"0204 1100 0100 5500", "0440 1100"});
+  bench.answer({"0204 1100 0100 5500", "0440 1100"});
   EXPECT_TRUE(bench.soe.write_value(kList, hex("01001180")));
   EXPECT_EQ(bench.told().back(), hex("0340 1100 04000400 01001180"));
-  bench.answer_each({"0204 1100 0100 5500", "0240 1100 05000800 010011"});
+  bench.answer({"0204 1100 0100 5500", "0240 1100 05000800 010011"});
   EXPECT_TRUE(bench.soe.value(kList).error().is<facts::SoeContent>()) << "more is promised than comes";
-  bench.answer_each({"0204 1100 0100 5500", "0240 1100 03000800 010011"});
+  bench.answer({"0204 1100 0100 5500", "0240 1100 03000800 010011"});
   EXPECT_TRUE(bench.soe.idn_list(kList).error().is<facts::SoeContent>()) << "half an IDN";
 }
 
 TEST(SoeClient, TellsEverythingAboutADatumButWhatTheSlaveRefuses) {
   SoeBench bench;
-  bench.answer_each({"0204 1100 0100 1100", "1201 1100 1470", "0202 1100 0300030054656D", "1208 1100 0140",
-                     "0210 1100 0100", "0220 1100 0900", "0240 1100 0500", "1280 1100 0180"});
+  bench.answer({"0204 1100 0100 1100", "1201 1100 1470", "0202 1100 0300030054656D", "1208 1100 0140", "0210 1100 0100",
+                "0220 1100 0900", "0240 1100 0500", "1280 1100 0180"});
   // The name announces three bytes and has three.
-  const auto parameter = bench.soe.parameter(kList);
-  ASSERT_TRUE(parameter) << describe(parameter.error());
+  const auto parameter = must(bench.soe.parameter(kList));
   EXPECT_EQ(parameter->name, "Tem");
   EXPECT_FALSE(parameter->state);
   EXPECT_FALSE(parameter->unit);
@@ -374,7 +341,7 @@ TEST(SoeClient, TellsEverythingAboutADatumButWhatTheSlaveRefuses) {
 
 TEST(SoeCommand, IsSetAwaitedAndCancelled) {
   SoeBench bench;
-  bench.answer_each({"0440 6300", "0201 6300 0700", "0201 6300 0300", "0440 6300"});
+  bench.answer({"0440 6300", "0201 6300 0700", "0201 6300 0300", "0440 6300"});
   EXPECT_EQ(bench.execute(), "");
   EXPECT_THAT(bench.told(),
               ElementsAre(hex("0340 6300 0300"), hex("0101 6300"), hex("0101 6300"), hex("0340 6300 0000")));
@@ -382,14 +349,14 @@ TEST(SoeCommand, IsSetAwaitedAndCancelled) {
 
 TEST(SoeCommand, ThatFailsIsNamedAndCancelled) {
   SoeBench bench;
-  bench.answer_each({"0440 6300", "0201 6300 0F00", "0440 6300"});
+  bench.answer({"0440 6300", "0201 6300 0F00", "0440 6300"});
   EXPECT_EQ(bench.execute(), "slave 3: the procedure command S-0-0099 of drive 0 ended in data state 0x000F (failed)");
   EXPECT_EQ(bench.told().back(), hex("0340 6300 0000"));
 }
 
 TEST(SoeCommand, ThatIsNotOverInTimeIsCancelled) {
   SoeBench bench;
-  for (const auto* mail : {"0440 6300", "0201 6300 0700", "0201 6300 0700", "0440 6300"}) bench.answer({mail});
+  for (const auto* mail : {"0440 6300", "0201 6300 0700", "0201 6300 0700", "0440 6300"}) bench.answer_next({mail});
   EXPECT_EQ(bench.execute({.limit = milliseconds{15}, .interval = milliseconds{10}}),
             "slave 3: the procedure command S-0-0099 of drive 0 did not end within 15 ms");
   EXPECT_EQ(bench.told().back(), hex("0340 6300 0000"));
@@ -397,7 +364,7 @@ TEST(SoeCommand, ThatIsNotOverInTimeIsCancelled) {
 
 TEST(SoeCommand, ThatTheSlaveRefusesIsNotCancelled) {
   SoeBench bench;
-  bench.answer({"1440 6300 1070"});
+  bench.answer_next({"1440 6300 1070"});
   EXPECT_EQ(bench.execute(),
             "slave 3: refused S-0-0099 of drive 0 with SoE error 0x7010 (the command is active already)");
   EXPECT_EQ(bench.told().size(), 1U) << "it may be another master's";

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "driveline/esi/esi_library.hpp"
+#include "support/must.hpp"
 
 namespace driveline::esi {
 namespace {
@@ -201,26 +202,23 @@ TEST(ReadEsi, NotesAreLimited) {
       "RevisionNo='1'/>";
   for (int i = 0; i < 5000; ++i) text += "<Fmmu>odd</Fmmu>";
   text += "</Device></Devices></Descriptions></EtherCATInfo>";
-  const auto file = read_esi(text, "f.xml");
-  ASSERT_TRUE(file);
+  const auto file = must(read_esi(text, "f.xml"));
   EXPECT_EQ(file->notes.size(), 201U);
   EXPECT_THAT(file->notes.back().text, HasSubstr("further notes are omitted"));
 }
 
 TEST(ReadEsi, SmallestFile) {
-  const auto file = read_esi("<EtherCATInfo><Vendor><Id>#xFFFFFFFF</Id></Vendor></EtherCATInfo>", "f.xml");
-  ASSERT_TRUE(file);
+  const auto file = must(read_esi("<EtherCATInfo><Vendor><Id>#xFFFFFFFF</Id></Vendor></EtherCATInfo>", "f.xml"));
   EXPECT_EQ(file->vendor_id, 0xFFFFFFFFU);
   EXPECT_TRUE(file->devices.empty());
   EXPECT_TRUE(file->notes.empty());
 }
 
 TEST(ReadEsi, TextsInIso8859BecomeUtf8) {
-  const auto file = read_esi(
-      "<EtherCATInfo><Vendor><Id>1</Id><Name>Gr\xFC\xDF"
-      "e</Name></Vendor></EtherCATInfo>",
-      "f.xml");
-  ASSERT_TRUE(file);
+  const auto file =
+      must(read_esi("<EtherCATInfo><Vendor><Id>1</Id><Name>Gr\xFC\xDF"
+                    "e</Name></Vendor></EtherCATInfo>",
+                    "f.xml"));
   EXPECT_EQ(file->vendor_name,
             "Gr\xC3\xBC\xC3\x9F"
             "e");
@@ -243,12 +241,11 @@ TEST(ReadEsi, EepromThatTheApplicationReads) {
 
 TEST(ReadEsi, CompleteEepromImage) {
   std::string data = "0102030405060708090A0B0C0D0E" + std::string(2 * 26, '0') + "0010200000113000";
-  const auto file = read_esi(
-      "<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices><Device><Type/><Eeprom>"
-      "<Data>" +
-          data + "</Data></Eeprom></Device></Devices></Descriptions></EtherCATInfo>",
-      "f.xml");
-  ASSERT_TRUE(file);
+  const auto file =
+      must(read_esi("<EtherCATInfo><Vendor><Id>1</Id></Vendor><Descriptions><Devices><Device><Type/><Eeprom>"
+                    "<Data>" +
+                        data + "</Data></Eeprom></Device></Devices></Descriptions></EtherCATInfo>",
+                    "f.xml"));
   EXPECT_EQ(file->devices.at(0).eeprom_config_data_hex, "0102030405060708090A0B0C0D0E");
   EXPECT_EQ(file->devices[0].bootstrap_rx_offset, 0x1000);
   EXPECT_EQ(file->devices[0].bootstrap_tx_size, 0x30);
@@ -348,8 +345,7 @@ constexpr std::string_view kForMasters = R"(<EtherCATInfo><Vendor><Id>1</Id></Ve
 </Devices></Descriptions></EtherCATInfo>)";
 
 TEST(ReadEsi, WhatAMasterNeeds) {
-  const auto file = read_esi(kForMasters, "d.xml");
-  ASSERT_TRUE(file) << to_text(file.error());
+  const auto file = must(read_esi(kForMasters, "d.xml"));
   const auto& device = file->devices.at(0);
   EXPECT_TRUE(device.not_lrw);
   EXPECT_TRUE(device.identification);
@@ -365,8 +361,7 @@ TEST(ReadEsi, WhatAMasterNeeds) {
 TEST(ReadEsi, StartUpCommandWithoutIndexIsPassedOverAndWrongDataRefused) {
   std::string text(kForMasters);
   text.replace(text.find("<Index>8193</Index>"), 19, "");
-  const auto no_index = read_esi(text, "d.xml");
-  ASSERT_TRUE(no_index);
+  const auto no_index = must(read_esi(text, "d.xml"));
   EXPECT_EQ(no_index->devices.at(0).init_commands.size(), 2U);
   ASSERT_EQ(no_index->notes.size(), 2U);
   EXPECT_EQ(no_index->notes[0].text, "a start-up command without Index is ignored");

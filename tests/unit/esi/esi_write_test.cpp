@@ -3,6 +3,7 @@
 
 #include "driveline/esi/esi_file.hpp"
 #include "sample_device.hpp"
+#include "support/must.hpp"
 
 namespace driveline::esi {
 namespace {
@@ -97,8 +98,7 @@ TEST(WriteEsi, ReadsBackEqual) {
   next.revision += 1;
   next.objects.clear();
   const std::vector<DeviceDescription> devices{sample_device(), next};
-  const auto file = read_esi(write_esi(devices), "own.xml");
-  ASSERT_TRUE(file) << to_text(file.error());
+  const auto file = must(read_esi(write_esi(devices), "own.xml"));
   EXPECT_EQ(file->devices, devices);
   EXPECT_EQ(file->vendor_id, 0xABCDU);
   EXPECT_TRUE(file->notes.empty()) << file->notes[0].text;
@@ -111,8 +111,7 @@ TEST(WriteEsi, WhatAMasterNeedsReadsBackEqual) {
   device.timeouts = {2000, 9000, 5000, 200, 100, 4000};
   device.watchdogs = {2498, std::nullopt, 500};
   device.init_commands = {{{"PS"}, 0x8000, 3, "6400", false}, {{"IP", "SO"}, 0x8001, 0, "0102", true}};
-  const auto file = read_esi(write_esi({device}), "written.xml");
-  ASSERT_TRUE(file) << to_text(file.error());
+  const auto file = must(read_esi(write_esi({device}), "written.xml"));
   EXPECT_EQ(file->devices.at(0), device);
   EXPECT_TRUE(file->notes.empty());
   device.timeouts = {std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt, 1500};
@@ -135,15 +134,13 @@ TEST(WriteEsi, RandomDevicesReadBackEqual) {
     std::mt19937 random(seed);
     const std::vector<DeviceDescription> devices{random_device(random), random_device(random)};
     const std::string xml = write_esi(devices);
-    const auto file = read_esi(xml, "own.xml");
-    ASSERT_TRUE(file) << to_text(file.error());
+    const auto file = must(read_esi(xml, "own.xml"));
     ASSERT_EQ(file->devices, devices) << xml;
   }
 }
 
 TEST(WriteEsi, NoDevices) {
-  const auto file = read_esi(write_esi({}), "own.xml");
-  ASSERT_TRUE(file) << to_text(file.error());
+  const auto file = must(read_esi(write_esi({}), "own.xml"));
   EXPECT_TRUE(file->devices.empty());
 }
 
@@ -151,8 +148,7 @@ TEST(WriteEsi, ArrayWithUnequalElementsBecomesARecord) {
   DeviceDescription device = sample_device();
   device.objects.back().entries.back().bit_length = 16;
   device.objects.back().entries.back().type = DataType::kInteger16;
-  const auto file = read_esi(write_esi({device}), "own.xml");
-  ASSERT_TRUE(file);
+  const auto file = must(read_esi(write_esi({device}), "own.xml"));
   device.objects.back().code = ObjectCode::kRecord;
   EXPECT_EQ(file->devices.at(0).objects, device.objects);
 }
@@ -160,9 +156,7 @@ TEST(WriteEsi, ArrayWithUnequalElementsBecomesARecord) {
 TEST(WriteEsi, TextsThatXmlCannotHold) {
   DeviceDescription device = sample_device();
   device.name = std::string("bell\x07") + "M\xFCller";  // a control character, and ISO 8859-1 as SII images have it
-  const auto file = read_esi(write_esi({device}), "own.xml");
-  ASSERT_TRUE(file);
-  EXPECT_EQ(file->devices.at(0).name, "bell M\xC3\xBCller");
+  EXPECT_EQ(must(read_esi(write_esi({device}), "own.xml"))->devices.at(0).name, "bell M\xC3\xBCller");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "driveline/esi/sii.hpp"
 #include "sample_device.hpp"
+#include "support/must.hpp"
 
 namespace driveline::esi {
 namespace {
@@ -64,8 +65,7 @@ TEST(MakeSii, WhatTheFormatCannotHoldIsCut) {
   for (int i = 0; i < 300; ++i)
     pdo.entries.push_back({0x2000, 1, 8, std::string("e").append(std::to_string(i)), DataType::kUnsigned8});
   device.rx_pdos = {pdo};
-  const auto decoded = decode_sii(encode_sii(make_sii(device)));
-  ASSERT_TRUE(decoded);
+  const auto decoded = must(decode_sii(encode_sii(make_sii(device))));
   const auto back = description_from_sii(*decoded);
   EXPECT_EQ(back.name, std::string(255, 'n'));
   ASSERT_EQ(back.rx_pdos.at(0).entries.size(), 255U);
@@ -74,8 +74,7 @@ TEST(MakeSii, WhatTheFormatCannotHoldIsCut) {
 }
 
 TEST(DescriptionFromSii, GivesBackWhatTheImageHolds) {
-  const auto image = decode_sii(encode_sii(make_sii(sample_device())));
-  ASSERT_TRUE(image);
+  const auto image = must(decode_sii(encode_sii(make_sii(sample_device()))));
   EXPECT_EQ(description_from_sii(*image), sii_part(sample_device()));
 }
 
@@ -86,8 +85,7 @@ TEST(DescriptionFromSii, RandomDevices) {
     const DeviceDescription device = random_device(random);
     const SiiImage made = make_sii(device);
     const auto bytes = encode_sii(made);
-    const auto image = decode_sii(bytes);
-    ASSERT_TRUE(image) << to_text(image.error());
+    const auto image = must(decode_sii(bytes));
     ASSERT_EQ(encode_sii(*image), bytes);
     DeviceDescription expected = sii_part(device);
     expected.eeprom_bytes = static_cast<std::uint32_t>(made.eeprom_bytes());

@@ -14,6 +14,8 @@
 
 #include "driveline/rt_guard/rt_guard.hpp"
 #include "pcapng_blocks.hpp"
+#include "support/must.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::port {
 namespace {
@@ -67,14 +69,8 @@ class ScriptedPort final : public Port {
 
 class CapturePortTest : public ::testing::Test {
  protected:
-  CapturePortTest() {
-    std::string pattern = std::filesystem::temp_directory_path() / "driveline-capture-XXXXXX";
-    directory = mkdtemp(pattern.data());
-  }
-  ~CapturePortTest() override { std::filesystem::remove_all(directory); }
-
   CaptureConfig config() const { return {.file = file(), .interface_name = "test", .unix_time_of_zero = 1000s}; }
-  std::filesystem::path file() const { return directory / "capture.pcapng"; }
+  std::filesystem::path file() const { return folder.path / "capture.pcapng"; }
 
   std::unique_ptr<CapturePort> open(const CaptureConfig& configuration) {
     auto port = CapturePort::open(inner, clock, configuration);
@@ -84,7 +80,7 @@ class CapturePortTest : public ::testing::Test {
 
   rt::VirtualClock clock{5s};
   ScriptedPort inner{clock};
-  std::filesystem::path directory;
+  test::TemporaryFolder folder;
 };
 
 TEST_F(CapturePortTest, FileHoldsWhatWasSentAndReceivedWithDirectionAndTime) {
@@ -96,14 +92,12 @@ TEST_F(CapturePortTest, FileHoldsWhatWasSentAndReceivedWithDirectionAndTime) {
   clock.advance(7ns);
   EXPECT_EQ(port->send(request), SendStatus::kSent);
   clock.advance(40us);
-  const auto received = port->receive();
-  ASSERT_TRUE(received);
+  const auto received = must(port->receive());
   EXPECT_THAT(received->bytes, ElementsAreArray(answer));
   EXPECT_EQ(received->time, 5s + 7ns + 40us);
   EXPECT_FALSE(port->receive());
 
-  const auto report = port->close();
-  ASSERT_TRUE(report) << report.error().message;
+  const auto report = must(port->close());
   EXPECT_EQ(report->frames, 2U);
   EXPECT_EQ(report->written, 2U);
   EXPECT_EQ(report->dropped, 0U);
@@ -133,8 +127,7 @@ TEST_F(CapturePortTest, RefusedFramesAreNotInTheFile) {
     inner.status = status;
     EXPECT_EQ(port->send(frame_of(60, 0)), status);
   }
-  const auto report = port->close();
-  ASSERT_TRUE(report);
+  const auto report = must(port->close());
   EXPECT_EQ(report->frames, 0U);
   EXPECT_THAT(pcapng_packets(read_bytes(file())), IsEmpty());
 }
@@ -157,8 +150,7 @@ TEST_F(CapturePortTest, AfterCloseFramesOnlyPass) {
   inner.arriving = {frame_of(60, 0)};
   EXPECT_EQ(port->send(frame_of(60, 1)), SendStatus::kSent);
   EXPECT_TRUE(port->receive());
-  const auto again = port->close();
-  ASSERT_TRUE(again);
+  const auto again = must(port->close());
   EXPECT_EQ(again->frames, 0U);
   EXPECT_EQ(read_bytes(file()), before);
 }
@@ -171,8 +163,7 @@ TEST_F(CapturePortTest, LongCaptureIsCompleteAndInOrder) {
     while (port->statistics().written + 2000 < i) std::this_thread::yield();
     ASSERT_EQ(port->send(frame_of(60 + i % 1000, i)), SendStatus::kSent);
   }
-  const auto report = port->close();
-  ASSERT_TRUE(report);
+  const auto report = must(port->close());
   EXPECT_EQ(report->dropped, 0U);
   const auto packets = pcapng_packets(read_bytes(file()));
   ASSERT_THAT(packets, SizeIs(kFrames));
@@ -284,7 +275,7 @@ TEST_F(CapturePortTest, FileThatCannotGrowStaysReadableAndTheLossIsReported) {
 
 TEST_F(CapturePortTest, FileThatCannotBeCreatedIsAClearError) {
   CaptureConfig bad = config();
-  bad.file = directory / "missing" / "capture.pcapng";
+  bad.file = folder.path / "missing" / "capture.pcapng";
   const auto port = CapturePort::open(inner, clock, bad);
   ASSERT_FALSE(port);
   EXPECT_EQ(port.error().code, PortErrorCode::kFile);

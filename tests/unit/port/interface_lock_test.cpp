@@ -5,6 +5,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "support/must.hpp"
+
 namespace driveline::port {
 namespace {
 
@@ -12,14 +14,12 @@ namespace {
 
 TEST(InterfaceLock, IsTakenOnceAndNamesItsHolder) {
   constexpr const char* kInterface = "lo";  // exists on every machine
-  auto first = InterfaceLock::take(kInterface);
-  ASSERT_TRUE(first);
+  auto first = must(InterfaceLock::take(kInterface));
   const auto second = InterfaceLock::take(kInterface);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().pid, getpid());
   EXPECT_THAT(second.error().command, testing::HasSubstr("test"));
-  const auto holder = InterfaceLock::holder(kInterface);
-  ASSERT_TRUE(holder);
+  const auto holder = must(InterfaceLock::holder(kInterface));
   EXPECT_EQ(holder->pid, getpid());
   EXPECT_TRUE(InterfaceLock::take("another")) << "each interface has its own";
 }
@@ -33,8 +33,7 @@ TEST(InterfaceLock, IsFreeWhenItsOwnerIsGone) {
 
 /// "eth1" and "eth11": the lock of the longer name is not that of the shorter one.
 TEST(InterfaceLock, OfANameThatBeginsAlikeIsAnother) {
-  const auto longer = InterfaceLock::take("nowhere33");
-  ASSERT_TRUE(longer);
+  const auto longer = must(InterfaceLock::take("nowhere33"));
   EXPECT_FALSE(InterfaceLock::holder("nowhere3"));
   int done[2] = {-1, -1};
   int ready[2] = {-1, -1};

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "support/temporary_directory.hpp"
+
 namespace driveline::rt {
 namespace {
 
@@ -15,26 +17,15 @@ using testing::HasSubstr;
 /// A simulated /proc and /sys.
 class RealtimePlatformTest : public testing::Test {
  protected:
-  RealtimePlatformTest() {
-    std::string pattern = testing::TempDir() + "driveline-platform-XXXXXX";
-    const char* const made = mkdtemp(pattern.data());
-    root_ = made == nullptr ? "" : made;
-  }
-  ~RealtimePlatformTest() override {
-    if (!root_.empty()) {
-      std::filesystem::remove_all(root_);
-    }
-  }
-
   void write(const std::string& path, const std::string& text) const {
-    const std::filesystem::path file = root_ + path;
+    const std::filesystem::path file = root() + path;
     std::filesystem::create_directories(file.parent_path());
     std::ofstream{file} << text << "\n";
   }
 
   [[nodiscard]] RealtimeItem item(const std::string& name, std::optional<int> cpu = 1,
                                   const std::string& version = "#1 SMP") const {
-    for (RealtimeItem& found : inspect_platform({.root = root_, .uname_version = version}, cpu)) {
+    for (RealtimeItem& found : inspect_platform({.root = root(), .uname_version = version}, cpu)) {
       if (found.name == name) {
         return std::move(found);
       }
@@ -53,10 +44,10 @@ class RealtimePlatformTest : public testing::Test {
     write(folder + "/status", "Name:\t" + name + "\nCpus_allowed_list:\t" + cpus);
   }
 
-  [[nodiscard]] const std::string& root() const { return root_; }
+  [[nodiscard]] const std::string& root() const { return folder_.path.native(); }
 
  private:
-  std::string root_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(RealtimePlatformTest, PreemptionModelComesFromTheVersion) {

@@ -9,6 +9,8 @@
 #include <tuple>
 #include <vector>
 
+#include "support/must.hpp"
+
 namespace driveline::runtime {
 namespace {
 
@@ -45,8 +47,7 @@ TEST(AxisAuthority, NumbersOfLeasesAreNotThoseOfAnEarlierRun) {
   EXPECT_GT(*second, *first);
   std::this_thread::sleep_for(std::chrono::milliseconds{2});
   AxisAuthority after(1);
-  const auto later = after.take(0, terms("hand"));
-  ASSERT_TRUE(later);
+  const auto later = must(after.take(0, terms("hand")));
   EXPECT_GT(*later, *second);
 }
 
@@ -136,8 +137,7 @@ TEST(AxisAuthority, ANamesakeNeitherChangesNorEndsAFirmLease) {
   AxisAuthority authority(1);
   auto path = terms("path");
   path.firm = true;
-  const auto number = authority.take(0, path);
-  ASSERT_TRUE(number);
+  const auto number = must(authority.take(0, path));
   const auto refused = authority.take(0, terms("path", nanoseconds{100}));
   ASSERT_FALSE(refused);
   EXPECT_TRUE(refused.error().firm);
@@ -151,20 +151,17 @@ TEST(AxisAuthority, ANamesakeNeitherChangesNorEndsAFirmLease) {
 TEST(AxisAuthority, EachLeaseHasANumberOfItsOwn) {
   AxisAuthority authority(2);
   EXPECT_FALSE(authority.goes_on(0, 0)) << "nobody's";
-  const auto first = authority.take(0, terms("stream"));
-  ASSERT_TRUE(first);
+  const auto first = must(authority.take(0, terms("stream")));
   EXPECT_TRUE(authority.goes_on(0, *first));
   EXPECT_FALSE(authority.goes_on(1, *first));
   EXPECT_EQ(authority.take(0, terms("stream")).value_or(0), *first) << "prolonged";
   authority.release(0, "stream");
   EXPECT_FALSE(authority.goes_on(0, *first));
-  const auto second = authority.take(0, terms("stream"));
-  ASSERT_TRUE(second);
+  const auto second = must(authority.take(0, terms("stream")));
   EXPECT_NE(*second, *first);
   auto takes_over = terms("hand", nanoseconds{100});
   takes_over.take_over = true;
-  const auto third = authority.take(0, takes_over);
-  ASSERT_TRUE(third);
+  const auto third = must(authority.take(0, takes_over));
   EXPECT_FALSE(authority.goes_on(0, *second));
   EXPECT_EQ(authority.losses(nanoseconds{100}).size(), 2U);
   EXPECT_FALSE(authority.goes_on(0, *third));

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -32,15 +33,13 @@ std::string group(const std::string& keys) {
 }
 
 TEST(AxisGroupConfig, HasItsAxesInTheOrderOfTheCoordinatesAndTheUnitOfTheFirst) {
-  const auto one = read(group("name = \"plotter\"\naxes = [\"y\", \"x\"]\nmax_feed = 500\ntolerance = 0.2\n"));
-  ASSERT_TRUE(one) << describe(one.error());
+  const auto one = must(read(group("name = \"plotter\"\naxes = [\"y\", \"x\"]\nmax_feed = 500\ntolerance = 0.2\n")));
   ASSERT_EQ(one->axis_groups.size(), 1U);
   EXPECT_EQ(one->axis_groups[0].name, "plotter");
   EXPECT_THAT(one->axis_groups[0].axes, ElementsAre(1U, 0U));
   EXPECT_DOUBLE_EQ(one->axis_groups[0].max_feed, 0.5);
   EXPECT_DOUBLE_EQ(one->axis_groups[0].tolerance, 2e-4);
-  const auto plain = read(group("name = \"plotter\"\naxes = [\"x\", \"y\", \"z\"]\n"));
-  ASSERT_TRUE(plain) << describe(plain.error());
+  const auto plain = must(read(group("name = \"plotter\"\naxes = [\"x\", \"y\", \"z\"]\n")));
   EXPECT_TRUE(std::isinf(plain->axis_groups[0].max_feed));
   EXPECT_EQ(plain->axis_groups[0].tolerance, 0.0);
   EXPECT_TRUE(read("")->axis_groups.empty());
@@ -60,17 +59,15 @@ const std::string kArms = "type = \"scara\", unit = \"mm\", upper_arm = 350, for
 
 TEST(AxisGroupConfig, HasAMachineInTheWordsOfFilesOfMovesAndTheUnitsOfItsTool) {
   const auto one =
-      read(turning(3) + group("name = \"arm\"\naxes = [\"j1\", \"j2\", \"z\", \"j3\"]\nkinematics = { " + kArms +
-                              ", elbow_left = true }\ntool = { max_velocity = 2000, max_jerk = 5e6 }\n"
-                              "max_feed = 500\ntolerance = 2\n"
-                              "output = [{ name = \"gripper\", to = \"x.60FE:01\", bit = 16 }]\n"));
-  ASSERT_TRUE(one) << describe(one.error());
+      must(read(turning(3) + group("name = \"arm\"\naxes = [\"j1\", \"j2\", \"z\", \"j3\"]\nkinematics = { " + kArms +
+                                   ", elbow_left = true }\ntool = { max_velocity = 2000, max_jerk = 5e6 }\n"
+                                   "max_feed = 500\ntolerance = 2\n"
+                                   "output = [{ name = \"gripper\", to = \"x.60FE:01\", bit = 16 }]\n")));
   const auto& arm = one->axis_groups.at(0);
   ASSERT_NE(arm.machine, nullptr);
   EXPECT_EQ(arm.machine->kind(), "scara");
-  const auto same = trajectory::Machine::make(
-      "scara", "m", {{"forearm", 0.25, false}, {"upper_arm", 0.35, false}, {"elbow_left", 1.0, true}});
-  ASSERT_TRUE(same);
+  const auto same = must(trajectory::Machine::make(
+      "scara", "m", {{"forearm", 0.25, false}, {"upper_arm", 0.35, false}, {"elbow_left", 1.0, true}}));
   EXPECT_EQ(arm.machine->difference_to(*same), "");
   EXPECT_DOUBLE_EQ(arm.tool.max_velocity, 2.0);
   EXPECT_TRUE(std::isinf(arm.tool.max_acceleration));
@@ -80,8 +77,7 @@ TEST(AxisGroupConfig, HasAMachineInTheWordsOfFilesOfMovesAndTheUnitsOfItsTool) {
   ASSERT_EQ(arm.outputs.size(), 1U);
   EXPECT_EQ(arm.outputs[0].to, "x.60FE:01");
   EXPECT_EQ(arm.outputs[0].bit, 16U);
-  const auto plain = read(group("name = \"g\"\naxes = [\"x\", \"y\"]\ntool = { max_acceleration = 300 }\n"));
-  ASSERT_TRUE(plain) << describe(plain.error());
+  const auto plain = must(read(group("name = \"g\"\naxes = [\"x\", \"y\"]\ntool = { max_acceleration = 300 }\n")));
   EXPECT_EQ(plain->axis_groups[0].machine, nullptr);
   EXPECT_DOUBLE_EQ(plain->axis_groups[0].tool.max_acceleration, 0.3);
 }
@@ -99,9 +95,7 @@ void PrintTo(const WrongGroup& wrong, std::ostream* stream) {
 class AxisGroupConfigError : public testing::TestWithParam<WrongGroup> {};
 
 TEST_P(AxisGroupConfigError, IsOneSentenceWithFileAndLine) {
-  const auto config = read(GetParam().text);
-  ASSERT_FALSE(config);
-  EXPECT_EQ(describe(config.error()),
+  EXPECT_EQ(failure_text(read(GetParam().text)),
             "line.toml:" + std::to_string(kFirstLine + GetParam().line - 1) + ": " + GetParam().sentence);
 }
 

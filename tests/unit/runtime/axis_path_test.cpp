@@ -5,6 +5,7 @@
 
 #include <chrono>
 
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -43,8 +44,7 @@ class AxisPath : public test::TemporaryDirectory {
 };
 
 TEST_F(AxisPath, ColumnsMayComeInAnyOrder) {
-  auto path = load("time[s],z[mm],x[rad]\n0,1000,2\n1,1000,2\n");
-  ASSERT_TRUE(path) << describe(path.error());
+  auto path = must(load("time[s],z[mm],x[rad]\n0,1000,2\n1,1000,2\n"));
   std::vector<trajectory::AxisSetpoint> setpoints(2);
   path->evaluate(0.5, setpoints);
   EXPECT_DOUBLE_EQ(setpoints[0].position, 2.0);
@@ -151,8 +151,7 @@ TEST_F(AxisPath, HeldPointsThatJumpAreRefused) {
 TEST_F(AxisPath, VelocitiesGoWithTheirAxis) {
   config.path->interpolation = trajectory::InterpolationMethod::kHermite;
   config.axes[0].limits = config.axes[1].limits = {1e3, 1e9};
-  auto path = load("x[rad/s],time[s],z[mm],x[rad],x[rad/s^2]\n2,0,7,1,0\n2,1,7,1,5\n");
-  ASSERT_TRUE(path) << describe(path.error());
+  auto path = must(load("x[rad/s],time[s],z[mm],x[rad],x[rad/s^2]\n2,0,7,1,0\n2,1,7,1,5\n"));
   std::vector<trajectory::AxisSetpoint> setpoints(2);
   path->evaluate(0.25, setpoints);
   EXPECT_DOUBLE_EQ(setpoints[0].position, 1.0 + 0.1875);  // 2 t (1 - t) (1 - 2 t)

@@ -10,6 +10,7 @@
 
 #include "driveline/runtime/event.hpp"
 #include "make_axis_request.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -347,8 +348,7 @@ TEST_F(AxisRequestsTest, WhoGoesGivesHisAxesBack) {
 
 TEST_F(AxisRequestsTest, WhoGoesTakesAlongTheMotionsThatAreStillQueued) {
   axis_requests.open(*single);
-  const auto moved = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
-  ASSERT_TRUE(moved);
+  const auto moved = must(axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
   axis_requests.leave("hand", true);
   cycle();
   EXPECT_EQ(single->report(*moved).phase, ecat_master::RequestPhase::kAborted);
@@ -356,8 +356,7 @@ TEST_F(AxisRequestsTest, WhoGoesTakesAlongTheMotionsThatAreStillQueued) {
 
 TEST_F(AxisRequestsTest, AThreadWaitsForTheEndOfARequest) {
   axis_requests.open(*single);
-  const auto moved = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
-  ASSERT_TRUE(moved);
+  const auto moved = must(axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
   EXPECT_NE(*moved, 0U);
   EXPECT_EQ(axis_requests.wait(0, *moved, {}).report.phase, ecat_master::RequestPhase::kWaiting) << "the time is over";
   auto waits = std::async(std::launch::async, [&] { return axis_requests.wait(0, *moved, std::chrono::hours{1}); });
@@ -373,8 +372,7 @@ TEST_F(AxisRequestsTest, AThreadWaitsForTheEndOfARequest) {
 
 TEST_F(AxisRequestsTest, AThreadThatWaitsGoesOnWhenTheLineGoesOutOfOperation) {
   axis_requests.open(*single);
-  const auto moved = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
-  ASSERT_TRUE(moved);
+  const auto moved = must(axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
   auto waits = std::async(std::launch::async, [&] { return axis_requests.wait(0, *moved, std::chrono::hours{1}); });
   axis_requests.close();
   const auto progress = waits.get();
@@ -386,8 +384,7 @@ TEST_F(AxisRequestsTest, AThreadThatWaitsGoesOnWhenTheLineGoesOutOfOperation) {
 TEST_F(AxisRequestsTest, CallsBackOnceWhenARequestHasSettled) {
   axis_requests.open(*single);
   const auto who = caller("hand");
-  const auto moved = axis_requests.submit(who, 0, ask(AxisCommand::kMoveRelative, 1.0));
-  ASSERT_TRUE(moved);
+  const auto moved = must(axis_requests.submit(who, 0, ask(AxisCommand::kMoveRelative, 1.0)));
   std::vector<ecat_master::RequestPhase> phases;
   axis_requests.when_settled(0, *moved, [&](const AxisProgress& progress) {
     phases.push_back(progress.report.phase);
@@ -403,11 +400,9 @@ TEST_F(AxisRequestsTest, CallsBackOnceWhenARequestHasSettled) {
 
 TEST_F(AxisRequestsTest, CallsBackWhenTheLineGoesOutOfOperation) {
   axis_requests.open(*single);
-  const auto first = axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0));
-  ASSERT_TRUE(first);
+  const auto first = must(axis_requests.submit(caller("hand"), 0, ask(AxisCommand::kMoveRelative, 1.0)));
   cycle();
-  const auto second = axis_requests.submit(caller("hand"), 1, ask(AxisCommand::kMoveRelative, 1.0));
-  ASSERT_TRUE(second);
+  const auto second = must(axis_requests.submit(caller("hand"), 1, ask(AxisCommand::kMoveRelative, 1.0)));
   std::vector<ecat_master::RequestPhase> phases;
   const auto note = [&](const AxisProgress& progress) { phases.push_back(progress.report.phase); };
   axis_requests.when_settled(1, *second, note);
@@ -425,8 +420,7 @@ TEST_F(AxisRequestsTest, AxesThatAPathMovesAreNotToBeHadButStop) {
   EXPECT_EQ(refusal(hand, 1, ask(AxisCommand::kMoveRelative, 1.0)),
             "axis y: is moved by the path of this run, together with the other axes; only a stop can be requested");
   EXPECT_EQ(stops, 0);
-  const auto stopped = axis_requests.submit(hand, 1, ask(AxisCommand::kHalt));
-  ASSERT_TRUE(stopped);
+  const auto stopped = must(axis_requests.submit(hand, 1, ask(AxisCommand::kHalt)));
   EXPECT_EQ(stops, 1);
   EXPECT_EQ(*stopped, AxisRequests::kRunEnded);
   EXPECT_EQ(axis_requests.progress(1, *stopped).report.phase, ecat_master::RequestPhase::kDone);

@@ -12,6 +12,7 @@
 
 #include "driveline/runtime/event.hpp"
 #include "driveline/runtime/helper/helper_program.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -55,8 +56,7 @@ class BridgeSupervisorTest : public test::TemporaryDirectory {
   void make(const std::string& words, BridgeSupervisor::Settings settings = {}) {
     ::setenv("BRIDGE_STUB", ((directory / "log").string() + ":" + words).c_str(), 1);
     settings.program = BRIDGE_STUB;
-    auto made = BridgeSupervisor::create(feed_, std::move(settings));
-    ASSERT_TRUE(made) << describe(made.error());
+    auto made = must(BridgeSupervisor::create(feed_, std::move(settings)));
     supervisor_ = std::move(*made);
   }
 
@@ -97,9 +97,7 @@ TEST_F(BridgeSupervisorTest, StartsTheBridgeWithItsDescriptorsAndEndsIt) {
 
 TEST_F(BridgeSupervisorTest, WhatTheBridgeSaysOfItsStartIsTheErrorOfTheStart) {
   make("fail");
-  const auto started = supervisor_->start();
-  ASSERT_FALSE(started);
-  EXPECT_EQ(describe(started.error()), "telemetry: no  [31mway ") << "without control characters";
+  EXPECT_EQ(failure_text(supervisor_->start()), "telemetry: no  [31mway ") << "without control characters";
 }
 
 TEST_F(BridgeSupervisorTest, WhatTheBridgeRemarksIsToldWithoutControlCharacters) {
@@ -115,8 +113,7 @@ TEST_F(BridgeSupervisorTest, WhatTheBridgeRemarksIsToldWithoutControlCharacters)
 TEST_F(BridgeSupervisorTest, AProgramThatIsNotThereIsAnError) {
   BridgeSupervisor::Settings settings;
   settings.program = "/nowhere/driveline-bridge";
-  auto none = BridgeSupervisor::create(feed_, settings);
-  ASSERT_TRUE(none);
+  auto none = must(BridgeSupervisor::create(feed_, settings));
   const auto started = (*none)->start();
   ASSERT_FALSE(started);
   EXPECT_THAT(describe(started.error()), HasSubstr("/nowhere/driveline-bridge: cannot be started: No such file"));
@@ -258,13 +255,10 @@ TEST_F(BridgeCountsTest, ANewBridgeGoesOnWhereTheOneBeforeHasEnded) {
 
 TEST(HelperProgram, OfTheEnvironmentMustBeThere) {
   ::setenv("DRIVELINE_TEST_HELPER", "/nowhere/helper", 1);
-  const auto named = find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER");
-  ASSERT_FALSE(named);
-  EXPECT_EQ(describe(named.error()), "/nowhere/helper: is set by DRIVELINE_TEST_HELPER, but the file does not exist");
+  EXPECT_EQ(failure_text(find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER")),
+            "/nowhere/helper: is set by DRIVELINE_TEST_HELPER, but the file does not exist");
   ::unsetenv("DRIVELINE_TEST_HELPER");
-  const auto beside = find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER");
-  ASSERT_FALSE(beside);
-  EXPECT_THAT(describe(beside.error()),
+  EXPECT_THAT(failure_text(find_helper_program("no-such-helper", "DRIVELINE_TEST_HELPER")),
               AllOf(HasSubstr("no-such-helper: the program is neither in "), HasSubstr("libexec/driveline")));
 }
 

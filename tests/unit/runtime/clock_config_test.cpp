@@ -4,6 +4,7 @@
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/setup/clock_plan.hpp"
 #include "driveline/slaves/msd/core/variant.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -48,8 +49,7 @@ TEST(ClockConfig, DefaultsAreTheFirstClockAndHalfAPeriod) {
   EXPECT_EQ(config.clocks->mode, FollowMode::kMasterFollows);
   EXPECT_FALSE(config.clocks->reference);
   EXPECT_EQ(config.clocks->frame_lead, microseconds{125});
-  const auto plan = make_clock_plan(config, found(1));
-  ASSERT_TRUE(plan);
+  const auto plan = must(make_clock_plan(config, found(1)));
   EXPECT_EQ(plan->slaves.at(0).signals.sync0_cycle, microseconds{250});
   EXPECT_EQ(plan->slaves.at(0).signals.assign_activate, 0x0300);
   EXPECT_EQ(plan->slaves.at(0).base, microseconds{125});
@@ -65,8 +65,7 @@ TEST(ClockConfig, WhoIsFoundByItsAliasHasItsSignalsWhereverItIs) {
     slave.info.description.product_code = slaves::msd::facts(slaves::msd::Variant::kMsd).product_code;
   }
   slaves[1].info.alias = 7;
-  const auto plan = make_clock_plan(config, slaves);
-  ASSERT_TRUE(plan) << describe(plan.error());
+  const auto plan = must(make_clock_plan(config, slaves));
   EXPECT_EQ(plan->reference, 0);
   EXPECT_EQ(plan->slaves.at(0).signals.sync0_shift, microseconds{0});
   EXPECT_EQ(plan->slaves.at(1).signals.sync0_shift, microseconds{20});
@@ -76,10 +75,8 @@ TEST(ClockConfig, WhoJoinsLaterGetsItsSignalsThen) {
   const auto config = parse(
       "[dc]\n[[slave]]\nname = \"b\"\n[[slave]]\nname = \"a\"\nalias = 7\nhot_connect = true\n"
       "[slave.dc]\nop_mode = \"Half\"\n");
-  const auto plan = make_clock_plan(config, found(1));
-  ASSERT_TRUE(plan) << describe(plan.error());
-  const auto joining = plan->joining(1, found(1).front().info.description);
-  ASSERT_TRUE(joining);
+  const auto plan = must(make_clock_plan(config, found(1)));
+  const auto joining = must(plan->joining(1, found(1).front().info.description));
   EXPECT_EQ(joining->signals.sync0_cycle, std::chrono::nanoseconds{62'500});
   EXPECT_FALSE(plan->joining(1, {})) << "a description without that mode";
 }
@@ -109,8 +106,7 @@ TEST(ClockConfig, EveryKeyArrives) {
       "[[slave]]\nname = \"y\"\ndc = { op_mode = \"Half\", sync0_shift_us = -10 }\n"
       "[[slave]]\nname = \"z\"\ndc = { sync0_cycle_us = 125, sync1_cycle_us = 250, sync1_shift_us = 3.5 }\n");
   EXPECT_EQ(config.slaves[0].dc.drift_ppm, -20.5);
-  const auto plan = make_clock_plan(config, found(3));
-  ASSERT_TRUE(plan);
+  const auto plan = must(make_clock_plan(config, found(3)));
   EXPECT_EQ(plan->mode, FollowMode::kReferenceFollows);
   EXPECT_EQ(plan->reference, 1);
   EXPECT_EQ(plan->period, microseconds{250});
@@ -142,8 +138,7 @@ TEST(ClockConfig, AModeThatTheSlaveDoesNotHaveIsRefused) {
 }
 
 TEST(ClockConfig, ExampleIsSynchronousWithClocksOfUnequalSpeed) {
-  const auto config = load_line_config(DRIVELINE_EXAMPLES_DIR "/line8-dc.toml");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(load_line_config(DRIVELINE_EXAMPLES_DIR "/line8-dc.toml"));
   ASSERT_TRUE(config->clocks);
   EXPECT_EQ(config->clocks->frame_lead, microseconds{60});
   for (const auto& slave : config->slaves) EXPECT_NE(slave.dc.drift_ppm, 0.0) << slave.name;

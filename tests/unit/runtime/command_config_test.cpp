@@ -5,6 +5,7 @@
 #include <string>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -24,16 +25,14 @@ TEST(CommandConfig, IsOffUnlessItIsSwitchedOn) {
   EXPECT_FALSE(read_commands_of("")->commands);
   EXPECT_FALSE(read_commands_of("[commands]\n")->commands);
   EXPECT_FALSE(read_commands_of("[commands]\ninsecure = true\n")->commands);
-  const auto config = read_commands_of("[commands]\nenabled = true\ninsecure = true\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(read_commands_of("[commands]\nenabled = true\ninsecure = true\n"));
   ASSERT_TRUE(config->commands);
   EXPECT_TRUE(config->commands->insecure);
   EXPECT_EQ(config->commands->lease_timeout, std::chrono::milliseconds{500});
 }
 
 TEST(CommandConfig, IsSecuredByTheFilesOfTelemetry) {
-  const auto config = read_commands_of("[telemetry]\nsecurity = \"keys\"\n[commands]\nenabled = true\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(read_commands_of("[telemetry]\nsecurity = \"keys\"\n[commands]\nenabled = true\n"));
   ASSERT_TRUE(config->commands);
   EXPECT_FALSE(config->commands->insecure);
   EXPECT_EQ(config->telemetry.security, "keys");

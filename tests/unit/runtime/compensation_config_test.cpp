@@ -6,6 +6,7 @@
 
 #include "driveline/ecat_master/axis/axis_compensation.hpp"
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -34,8 +35,7 @@ class CompensationConfig : public test::TemporaryDirectory {
 };
 
 TEST_F(CompensationConfig, LeavesTheMotionsWhatItDoesNotNeedOfTheLimits) {
-  const auto config = config_of("compensation = \"flat.csv\"\nbacklash = 0.02\nbacklash_velocity = 20\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(config_of("compensation = \"flat.csv\"\nbacklash = 0.02\nbacklash_velocity = 20\n"));
   const auto& axis = config->axes.front();
   ASSERT_TRUE(axis.compensation);
   EXPECT_DOUBLE_EQ(axis.compensation->take_up_velocity, 0.02);
@@ -49,8 +49,7 @@ TEST_F(CompensationConfig, LeavesTheMotionsWhatItDoesNotNeedOfTheLimits) {
 }
 
 TEST_F(CompensationConfig, WithoutItNothingIsDifferent) {
-  const auto config = config_of("");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(config_of(""));
   EXPECT_FALSE(config->axes.front().compensation);
   EXPECT_DOUBLE_EQ(config->axes.front().limits.max_velocity, 0.5);
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -39,12 +40,11 @@ class CouplingConfigTest : public test::TemporaryDirectory {
 TEST_F(CouplingConfigTest, HasSlaveMasterAndLaw) {
   cam("0,0\n1,0.5\n2,0\n");
   const auto config =
-      read(kEncoder +
-           "filter_hz = 20\nnoise_increments = 2\nlatency_us = 30\npolarity = \"reversed\"\n"
-           "[[cam]]\nname = \"lift\"\nfile = \"cam.csv\"\n"
-           "[[coupling]]\nslave = \"x\"\nmaster = \"e\"\nratio = [-2, 3]\ncam = \"lift\"\non_loss = \"stop\"\n"
-           "[[coupling]]\nslave = \"y\"\nmaster = \"x\"\nmaster_value = \"actual\"\n");
-  ASSERT_TRUE(config) << describe(config.error());
+      must(read(kEncoder +
+                "filter_hz = 20\nnoise_increments = 2\nlatency_us = 30\npolarity = \"reversed\"\n"
+                "[[cam]]\nname = \"lift\"\nfile = \"cam.csv\"\n"
+                "[[coupling]]\nslave = \"x\"\nmaster = \"e\"\nratio = [-2, 3]\ncam = \"lift\"\non_loss = \"stop\"\n"
+                "[[coupling]]\nslave = \"y\"\nmaster = \"x\"\nmaster_value = \"actual\"\n"));
   const auto& plan = config->couplings;
   ASSERT_EQ(plan.couplings.size(), 2U);
   EXPECT_EQ(plan.couplings[0].encoder, 0U);
@@ -65,13 +65,11 @@ TEST_F(CouplingConfigTest, ARatioMayHaveUnits) {
   const std::string screw =
       "[[virtual_axis]]\nname = \"w\"\nunit = \"mm\"\nmax_velocity = 100\nmax_acceleration = 1000\n"
       "[[coupling]]\nslave = \"w\"\nmaster = \"x\"\nratio = ";
-  const auto with_units = read(screw + "[\"10 mm\", \"360deg\"]\n");
-  ASSERT_TRUE(with_units) << describe(with_units.error());
+  const auto with_units = must(read(screw + "[\"10 mm\", \"360deg\"]\n"));
   EXPECT_DOUBLE_EQ(with_units->couplings.couplings[0].ratio.travel(4.0 * 6.283185307179586), 0.04);
   EXPECT_TRUE(with_units->couplings.couplings[0].ratio_given);
   EXPECT_TRUE(with_units->notes.empty());
-  const auto without = read(screw + "[3, 2]\n");
-  ASSERT_TRUE(without) << describe(without.error());
+  const auto without = must(read(screw + "[3, 2]\n"));
   EXPECT_DOUBLE_EQ(without->couplings.couplings[0].ratio.factor(), 1.5);
   EXPECT_THAT(without->notes, testing::ElementsAre(HasSubstr(
                                   "ratio: [3, 2] counts m of the slave per rad of its master; with units it is "

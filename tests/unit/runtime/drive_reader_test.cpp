@@ -16,6 +16,7 @@
 #include "driveline/runtime/devices/msd_device.hpp"
 #include "driveline/runtime/setup/composition.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -59,8 +60,8 @@ TEST(PlantKeys, EachComesToItsPlaceAndNoOther) {
     // Within the range, but different from the default of the model.
     const double value = std::floor(0.25 * row.minimum + 0.75 * row.maximum);
     const auto coupling = row.key == "stiffness_nm_rad" || row.key == "damping_nm_s" ? "inertia_kg_m2 = 1.0\n" : "";
-    const auto config = parse(fmt::format("[slave.{}]\n{}{} = {}\n", row.table, coupling, row.key, number(row, value)));
-    ASSERT_TRUE(config) << describe(config.error());
+    const auto config =
+        must(parse(fmt::format("[slave.{}]\n{}{} = {}\n", row.table, coupling, row.key, number(row, value))));
     slaves::msd::MsdParameters expected;
     expected.motor.winding.simulated = row.table == "plant.winding";
     if (*coupling != '\0') expected.motor.load.inertia_kg_m2 = 1.0;
@@ -117,8 +118,7 @@ TEST(DriveReader, NumbersThatDoNotGoTogether) {
       "line.toml:4: [slave 1.plant.load] stiffness_nm_rad: is for a coupling to a load: set inertia_kg_m2 of the load");
   EXPECT_EQ(error("[slave.plant.load]\nend_stop_min_rev = 2\nend_stop_max_rev = 1.5\n"),
             "line.toml:5: [slave 1.plant.load] end_stop_max_rev: is 1.5, more than end_stop_min_rev, 2, is expected");
-  const auto config = parse("[slave.plant]\nrated_torque_nm = 20\n");
-  ASSERT_TRUE(config);
+  const auto config = must(parse("[slave.plant]\nrated_torque_nm = 20\n"));
   EXPECT_DOUBLE_EQ(drive_of(config->slaves[0]).motor.peak_torque_nm, 60.0) << "three times, like the standard motor";
 }
 
@@ -128,8 +128,7 @@ TEST(DriveReader, MotorIsCompletedFromItsRating) {
   for (const std::string rating :
        {"", "rated_torque_nm = 20\n", "rated_torque_nm = 0.1\nmax_speed_rpm = 20000\n",
         "rated_torque_nm = 60\nmax_speed_rpm = 3000\nrated_speed_rpm = 2000\npole_pairs = 8\n"}) {
-    const auto config = parse("[slave.plant]\n" + rating);
-    ASSERT_TRUE(config) << describe(config.error());
+    const auto config = must(parse("[slave.plant]\n" + rating));
     auto parameters = drive_of(config->slaves[0]).motor;
     parameters.peak_torque_nm = 1e6;
     const auto torque_at = [&](double share_of_max_speed) {
@@ -143,13 +142,11 @@ TEST(DriveReader, MotorIsCompletedFromItsRating) {
     EXPECT_NEAR(torque_at(0.5), 5.2, 0.2) << rating;
     EXPECT_NEAR(torque_at(0.995), 1.3, 0.1) << rating;
   }
-  const auto slow = parse("[slave.plant]\nmax_speed_rpm = 3000\n");
-  ASSERT_TRUE(slow) << describe(slow.error());
+  const auto slow = must(parse("[slave.plant]\nmax_speed_rpm = 3000\n"));
   EXPECT_NEAR(drive_of(slow->slaves[0]).motor.rated_speed_rad_s, 1500.0 * kRadSPerRpm, 1e-6) << "half of it";
-  const auto said = parse(
-      "[slave.plant]\nrated_torque_nm = 20\nrated_current_a = 9\n[slave.plant.winding]\n"
-      "resistance_ohm = 0.7\ninductance_mh = 2\n");
-  ASSERT_TRUE(said) << describe(said.error());
+  const auto said =
+      must(parse("[slave.plant]\nrated_torque_nm = 20\nrated_current_a = 9\n[slave.plant.winding]\n"
+                 "resistance_ohm = 0.7\ninductance_mh = 2\n"));
   EXPECT_DOUBLE_EQ(drive_of(said->slaves[0]).motor.rated_current_a, 9.0);
   EXPECT_DOUBLE_EQ(drive_of(said->slaves[0]).motor.winding.resistance_ohm, 0.7);
   EXPECT_DOUBLE_EQ(drive_of(said->slaves[0]).motor.winding.inductance_h, 2e-3);
@@ -158,10 +155,9 @@ TEST(DriveReader, MotorIsCompletedFromItsRating) {
 }
 
 TEST(DriveReader, BreakContacts) {
-  const auto config = parse(
-      "[[slave.switch]]\ninput = \"ISD00\"\nto_rev = -1\nnormally_closed = true\n"
-      "[[slave.switch]]\ninput = \"ISD01\"\nfrom_rev = 1\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config =
+      must(parse("[[slave.switch]]\ninput = \"ISD00\"\nto_rev = -1\nnormally_closed = true\n"
+                 "[[slave.switch]]\ninput = \"ISD01\"\nfrom_rev = 1\n"));
   EXPECT_TRUE(drive_of(config->slaves[0]).switches[0].normally_closed);
   EXPECT_FALSE(drive_of(config->slaves[0]).switches[1].normally_closed);
 }
@@ -222,17 +218,15 @@ class ScriptedDrive {
 
 /// 1018h:04 and the EEPROM of the simulated slaves have the values that the line description expects.
 TEST(SimulatedLine, HasTheSerialNumbersThatAreExpected) {
-  const auto config = parse(
-      "[[slave]]\nname = \"b\"\nserial = 4711\n[[slave]]\nname = \"c\"\nserial = \">= 2\"\n"
-      "[[slave]]\nname = \"d\"\nserial = \">= 100\"\n[[slave]]\nname = \"e\"\nserial = \"= 7\"\nesi = "
-      "\"" DRIVELINE_EXAMPLES_DIR "/terminals.xml\"\ndevice = \"MX4\"\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config =
+      must(parse("[[slave]]\nname = \"b\"\nserial = 4711\n[[slave]]\nname = \"c\"\nserial = \">= 2\"\n"
+                 "[[slave]]\nname = \"d\"\nserial = \">= 100\"\n[[slave]]\nname = \"e\"\nserial = \"= 7\"\nesi = "
+                 "\"" DRIVELINE_EXAMPLES_DIR "/terminals.xml\"\ndevice = \"MX4\"\n"));
   rt::VirtualClock clock;
   const auto line = make_simulated_line(*config, clock);
   const std::array<std::uint32_t, 5> expected = {1, 4711, 3, 100, 7};
   for (std::size_t i = 0; i < expected.size(); ++i) {
-    const auto sii = esi::decode_sii(line->slave(i).device().profile().sii_image);
-    ASSERT_TRUE(sii);
+    const auto sii = must(esi::decode_sii(line->slave(i).device().profile().sii_image));
     EXPECT_EQ(esi::description_from_sii(*sii).serial_number, expected[i]) << i;
   }
   const auto& dictionary = dynamic_cast<MsdDrive&>(line->slave(1).device()).core().dictionary();
@@ -265,8 +259,7 @@ TEST(DriveScript, StoRelayFollowsAScriptOfIsdsh) {
 TEST(DriveScript, DcLinkFollowsItsScript) {
   ScriptedDrive rig("[slave.plant]\ndc_link_v = 300\n");
   rig.pass(1ms);
-  const auto volts = rig.drive().signals().find_signal(slaves::SignalId::Direction::kInput, "DC_LINK");
-  ASSERT_TRUE(volts);
+  const auto volts = must(rig.drive().signals().find_signal(slaves::SignalId::Direction::kInput, "DC_LINK"));
   EXPECT_EQ(rig.drive().signals().signal(*volts), 300.0);
   ScriptedDrive failing(
       "[[slave.input]]\nentry = \"DC_LINK\"\nshape = \"steps\"\nat_ms = [0, 2]\nvalues = [560, 20]\n");
@@ -293,8 +286,7 @@ TEST(DriveScript, WhatIsSetByHandStaysSet) {
 }
 
 TEST(VerticalExample, HasItsMachine) {
-  const auto config = load_line_config(DRIVELINE_EXAMPLES_DIR "/vertical.toml");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(load_line_config(DRIVELINE_EXAMPLES_DIR "/vertical.toml"));
   const auto& drive = drive_of(config->slaves[0]);
   EXPECT_TRUE(drive.motor.winding.simulated);
   EXPECT_DOUBLE_EQ(drive.motor.load.gravity_nm, 0.9);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -21,8 +22,7 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(EoeConfig, HasTheAddressesOfTheManual) {
-  const auto config = parse_line_config(kTwo + kEoe + "address = \"192.168.38.1/24\"\n", "line.toml");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(parse_line_config(kTwo + kEoe + "address = \"192.168.38.1/24\"\n", "line.toml"));
   ASSERT_TRUE(config->eoe);
   EXPECT_EQ(config->eoe->interface, "dl-eoe");
   EXPECT_EQ(to_text(config->eoe->address), "192.168.38.1/24");
@@ -32,9 +32,8 @@ TEST(EoeConfig, HasTheAddressesOfTheManual) {
 }
 
 TEST(EoeConfig, TellsTheRoutesOfAServicePc) {
-  const auto config = parse_line_config(
-      kTwo + kEoe + "address = \"192.168.38.1/24\"\nservice_address = \"192.168.40.1/24\"\n", "line.toml");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(parse_line_config(
+      kTwo + kEoe + "address = \"192.168.38.1/24\"\nservice_address = \"192.168.40.1/24\"\n", "line.toml"));
   EXPECT_THAT(
       route_commands(*config->eoe),
       ElementsAre(HasSubstr("net.ipv4.ip_forward=1"), HasSubstr("ip route add 192.168.38.0/24 via 192.168.40.1"),
@@ -42,8 +41,7 @@ TEST(EoeConfig, TellsTheRoutesOfAServicePc) {
 }
 
 TEST(EoeConfig, WithoutItThereIsNone) {
-  const auto config = parse_line_config(slave("x", ""), "line.toml");
-  ASSERT_TRUE(config);
+  const auto config = must(parse_line_config(slave("x", ""), "line.toml"));
   EXPECT_FALSE(config->eoe);
   EXPECT_THAT(refusal(kTwo), HasSubstr("a [[slave]] has an ip, but there is no [eoe]"));
 }
@@ -83,8 +81,7 @@ TEST(EoeConfig, RefusesSlavesThatCannotBeTold) {
 }
 
 TEST(IpNetwork, KnowsItsHosts) {
-  const auto network = parse_network("10.1.2.3/30");
-  ASSERT_TRUE(network);
+  const auto network = must(parse_network("10.1.2.3/30"));
   EXPECT_EQ(to_text(network->base()), "10.1.2.0");
   EXPECT_EQ(to_text(network->mask()), "255.255.255.252");
   EXPECT_TRUE(network->is_host({10, 1, 2, 1}));

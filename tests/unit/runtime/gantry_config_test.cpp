@@ -6,6 +6,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/event.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -30,8 +31,8 @@ std::string sentence_of(const std::string& keys, const std::string& axes = kTwoA
 const std::string kPair = "leader = \"x1\"\nfollower = \"x2\"\n";
 
 TEST(GantryConfig, BothAxesGetLimitsThatTheyKeepTogether) {
-  const auto config = gantry_of(kPair + "skew_limit = 2\noffset = 0.5\nsquare_velocity = 5\nreference = \"homing\"\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config =
+      must(gantry_of(kPair + "skew_limit = 2\noffset = 0.5\nsquare_velocity = 5\nreference = \"homing\"\n"));
   ASSERT_EQ(config->gantries.size(), 1U);
   const auto& gantry = config->gantries.front();
   EXPECT_EQ(gantry.leader, 0U);
@@ -84,8 +85,7 @@ TEST(GantryConfig, BadInputHasOneSentence) {
 }
 
 TEST(GantryConfig, SentencesHaveTheNumbers) {
-  const auto config = gantry_of(kPair + "skew_limit = 1\n");
-  ASSERT_TRUE(config);
+  const auto config = must(gantry_of(kPair + "skew_limit = 1\n"));
   const auto axis = events::event_axis(config->axes[0]);
   EXPECT_EQ(describe(Event{events::AxisFailed{axis, ecat_master::AxisError::kSkew, 0, GantrySkew{-0.0012, 0.001}}}),
             "axis x1: ErrorStop: the skew of its gantry was -1.2 mm, the limit is 1 mm; it stops with the other "

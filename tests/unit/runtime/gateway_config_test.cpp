@@ -4,6 +4,7 @@
 #include <string>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -23,8 +24,7 @@ std::string refusal(const std::string& gateway) {
 }
 
 TEST(GatewayConfig, ListensToThisMachineAloneUnlessItIsTold) {
-  const auto config = read("");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(read(""));
   ASSERT_TRUE(config->gateway);
   EXPECT_THAT(config->gateway->settings.address, ElementsAre(127, 0, 0, 1));
   EXPECT_EQ(config->gateway->settings.port, 0x88A4);
@@ -35,8 +35,7 @@ TEST(GatewayConfig, ListensToThisMachineAloneUnlessItIsTold) {
 
 TEST(GatewayConfig, TakesAddressPortProtocolsAndSlaves) {
   const auto config =
-      read("address = \"192.168.40.1\"\nport = 4000\nprotocols = [\"coe\", \"foe\"]\nslaves = [\"y\"]\n");
-  ASSERT_TRUE(config) << describe(config.error());
+      must(read("address = \"192.168.40.1\"\nport = 4000\nprotocols = [\"coe\", \"foe\"]\nslaves = [\"y\"]\n"));
   EXPECT_THAT(config->gateway->settings.address, ElementsAre(192, 168, 40, 1));
   EXPECT_EQ(config->gateway->settings.port, 4000);
   EXPECT_THAT(config->gateway->settings.protocols, ElementsAre(wire::MailboxType::kCoe, wire::MailboxType::kFoe));
@@ -44,12 +43,10 @@ TEST(GatewayConfig, TakesAddressPortProtocolsAndSlaves) {
 }
 
 TEST(GatewayConfig, ClientsOnlyReadUnlessUsersOrAddressesMayWrite) {
-  const auto usual = read("");
-  ASSERT_TRUE(usual) << describe(usual.error());
+  const auto usual = must(read(""));
   EXPECT_THAT(usual->gateway->settings.write_users, testing::IsEmpty());
   EXPECT_THAT(usual->gateway->settings.write_addresses, testing::IsEmpty());
-  const auto config = read("write_users = [\"root\", \"1234\"]\nwrite_addresses = [\"192.168.40.7\"]\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(read("write_users = [\"root\", \"1234\"]\nwrite_addresses = [\"192.168.40.7\"]\n"));
   EXPECT_THAT(config->gateway->settings.write_users, ElementsAre(0U, 1234U));
   EXPECT_THAT(config->gateway->settings.write_addresses, ElementsAre(wire::IpV4Address{192, 168, 40, 7}));
 }

@@ -111,8 +111,7 @@ TEST_F(LineByHand, AxesStayOffUntilTheyAreAskedFor) {
     EXPECT_EQ(state(1), PlcopenState::kDisabled);
     line->request_stop();
   };
-  const auto report = run(false);
-  EXPECT_EQ(failure_of(report), "") << "nobody wanted the other one";
+  EXPECT_EQ(failure_of(run(false)), "") << "nobody wanted the other one";
   EXPECT_GT(looks, 50);
 }
 
@@ -224,8 +223,7 @@ TEST_F(LineByHand, AnAxisHomesByItsDrive) {
     place = look(1).position;
     line->request_stop();
   };
-  const auto report = run();
-  EXPECT_EQ(failure_of(report), "");
+  EXPECT_EQ(failure_of(run()), "");
   EXPECT_TRUE(homing);
   EXPECT_NEAR(place, 0.0, 0.2) << "it comes to rest a little behind the pulse";
   EXPECT_THAT(hand.told, Contains("hand: axis y: home"));
@@ -298,8 +296,7 @@ TEST_F(LineByHand, NoRequestLeavesTheSoftwareLimits) {
     }
     line->request_stop();
   };
-  const auto report = run();
-  EXPECT_EQ(failure_of(report), "");
+  EXPECT_EQ(failure_of(run()), "");
   EXPECT_EQ(next, steps.size());
   EXPECT_THAT(hand.told,
               Contains("hand: axis x: move_velocity 114.592 deg/s: failed: it would leave its software limits, "
@@ -356,8 +353,7 @@ TEST_F(LineByHand, NobodyMovesTheAxesOfAPath) {
     EXPECT_EQ(taken.error().owner, "path");
     if (++looks == 30) static_cast<void>(axes.submit(caller("hand"), 0, ask(AxisCommand::kStop)));
   };
-  const auto report = run();
-  EXPECT_EQ(failure_of(report), "");
+  EXPECT_EQ(failure_of(run()), "");
   EXPECT_EQ(looks, 30) << "a stop ends the run in order";
   EXPECT_THAT(hand.told, Contains("stop requested: taking the line down"));
 }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "driveline/runtime/config/line_config.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -19,9 +20,8 @@ void PrintTo(const WrongFile& wrong, std::ostream* stream) {
 class LineConfigError : public testing::TestWithParam<WrongFile> {};
 
 TEST_P(LineConfigError, IsOneSentenceWithFileAndLine) {
-  const auto config = parse_line_config(GetParam().text, "plant/line.toml");
-  ASSERT_FALSE(config);
-  EXPECT_EQ(describe(config.error()), "plant/line.toml" + GetParam().sentence);
+  EXPECT_EQ(failure_text(parse_line_config(GetParam().text, "plant/line.toml")),
+            "plant/line.toml" + GetParam().sentence);
 }
 
 /// A line with one slave, and an error from line 4 on.
@@ -380,29 +380,24 @@ TEST(LineConfigErrors, SyntaxErrorTellsFileAndLine) {
 TEST(LineConfigErrors, TooManySlaves) {
   std::string text;
   for (int i = 0; i < 257; ++i) text += "[[slave]]\nname = \"s" + std::to_string(i) + "\"\n";
-  const auto config = parse_line_config(text, "line.toml");
-  ASSERT_FALSE(config);
-  EXPECT_EQ(describe(config.error()), "line.toml:1: slave: there are 257, the limit is 256");
+  EXPECT_EQ(failure_text(parse_line_config(text, "line.toml")), "line.toml:1: slave: there are 257, the limit is 256");
 }
 
 /// Reading each of them first would take seconds; the error of the last one shows that none is read.
 TEST(LineConfigLimits, TooManyTablesAreRefusedBeforeTheyAreRead) {
   std::string slaves;
   for (int i = 0; i < 70'000; ++i) slaves += "[[slave]]\nname = \"s" + std::to_string(i) + "\"\n";
-  const auto many_slaves = parse_line_config(slaves + "wrong = 1\n", "line.toml");
-  ASSERT_FALSE(many_slaves);
-  EXPECT_EQ(describe(many_slaves.error()), "line.toml:1: slave: there are 70000, the limit is 256");
+  EXPECT_EQ(failure_text(parse_line_config(slaves + "wrong = 1\n", "line.toml")),
+            "line.toml:1: slave: there are 70000, the limit is 256");
   std::string axes = "[[slave]]\nname = \"x\"\n";
   for (int i = 0; i < 10'001; ++i) axes += "[[axis]]\nwrong = 1\n";
-  const auto many_axes = parse_line_config(axes, "line.toml");
-  ASSERT_FALSE(many_axes);
-  EXPECT_EQ(describe(many_axes.error()), "line.toml:3: axis: there are 10001, the limit is 10000");
+  EXPECT_EQ(failure_text(parse_line_config(axes, "line.toml")),
+            "line.toml:3: axis: there are 10001, the limit is 10000");
 }
 
 TEST(LineConfigLimits, ATextThatIsTooLongIsNotParsed) {
-  const auto config = parse_line_config("wrong" + std::string(std::size_t{8} << 20, ' '), "line.toml");
-  ASSERT_FALSE(config);
-  EXPECT_EQ(describe(config.error()), "line.toml: is larger than 8 MiB, the limit of a line description");
+  EXPECT_EQ(failure_text(parse_line_config("wrong" + std::string(std::size_t{8} << 20, ' '), "line.toml")),
+            "line.toml: is larger than 8 MiB, the limit of a line description");
 }
 
 /// `text` repeated `count` times.
@@ -435,9 +430,8 @@ TEST(LineConfigErrors, DotsAndBracketsInTextsAndCommentsAreNoLevels) {
   }
   std::string numbers = "[1.5";
   for (int i = 0; i < 100; ++i) numbers += ", 1.5";
-  const auto config = parse_line_config(one_slave("numbers = " + numbers + "]\n"), "line.toml");
-  ASSERT_FALSE(config);
-  EXPECT_THAT(describe(config.error()), testing::HasSubstr("numbers: unknown key"));
+  EXPECT_THAT(failure_text(parse_line_config(one_slave("numbers = " + numbers + "]\n"), "line.toml")),
+              testing::HasSubstr("numbers: unknown key"));
 }
 
 class LineConfigFile : public test::TemporaryDirectory {};
@@ -460,9 +454,7 @@ TEST_F(LineConfigFile, BinaryRubbishIsAnErrorNotACrash) {
   std::string rubbish;
   for (int i = 0; i < 4096; ++i) rubbish += static_cast<char>(i * 37);
   write(file, rubbish);
-  const auto config = load_line_config(file);
-  ASSERT_FALSE(config);
-  EXPECT_THAT(describe(config.error()), testing::StartsWith(file.string() + ":1: "));
+  EXPECT_THAT(failure_text(load_line_config(file)), testing::StartsWith(file.string() + ":1: "));
 }
 
 }  // namespace

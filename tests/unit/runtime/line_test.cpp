@@ -7,6 +7,7 @@
 
 #include "driveline/runtime/files/output_file.hpp"
 #include "failure_of.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 #include "virtual_line.hpp"
 
@@ -75,14 +76,12 @@ class LineTest : public test::TemporaryDirectory {
 
 TEST_F(LineTest, RunsAndReports) {
   write(directory / "x.csv", "time[s],x[rad]\n0,0\n0.2,0.5\n0.4,0\n");
-  auto line = open(std::string(kSlave) + kAxis + "[path]\nfile = \"x.csv\"\nrelative = true\n");
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(open(std::string(kSlave) + kAxis + "[path]\nfile = \"x.csv\"\nrelative = true\n"));
   Counter counter;
   Listener listener;
   (*line)->add(counter);
   (*line)->observe(listener);
-  const auto report = (*line)->run();
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run());
   EXPECT_EQ(failure_of(*report), "");
   EXPECT_EQ(report->state, "OP");
   ASSERT_EQ(report->axes.size(), 1U);
@@ -99,14 +98,12 @@ TEST_F(LineTest, RunsAndReports) {
 
 TEST_F(LineTest, TellsOfAFaultWithItsFactsAndTime) {
   write(directory / "x.csv", "time[s],x[rad]\n0,0\n10,1\n");
-  auto line = open(std::string(kSlave) + kAxis +
-                   "[path]\nfile = \"x.csv\"\nrelative = true\n"
-                   "[[fault]]\nat_ms = 1000\nkind = \"power-off\"\nslave = \"x\"\n");
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(open(std::string(kSlave) + kAxis +
+                        "[path]\nfile = \"x.csv\"\nrelative = true\n"
+                        "[[fault]]\nat_ms = 1000\nkind = \"power-off\"\nslave = \"x\"\n"));
   Listener listener;
   (*line)->observe(listener);
-  const auto report = (*line)->run({.duration_s = 5.0, .force = false});
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run({.duration_s = 5.0, .force = false}));
   const auto* failure = report->failure();
   ASSERT_NE(failure, nullptr);
   const auto* stopped = failure->as<events::AxesStopped>();
@@ -124,12 +121,10 @@ TEST_F(LineTest, TellsWhatTheDrivesOfASlaveSay) {
   const std::string slave =
       "[[slave]]\nname = \"y\"\ndevice = \"SD1\"\nesi = \"" DRIVELINE_EXAMPLES_DIR "/soe_drive.xml\"\n";
   auto line =
-      open("[recovery]\naxes = \"hold\"\n" + slave + "[[fault]]\nat_ms = 1000\nfor_ms = 400\nkind = \"drop\"\n");
-  ASSERT_TRUE(line) << describe(line.error());
+      must(open("[recovery]\naxes = \"hold\"\n" + slave + "[[fault]]\nat_ms = 1000\nfor_ms = 400\nkind = \"drop\"\n"));
   Listener listener;
   (*line)->observe(listener);
-  const auto report = (*line)->run({.duration_s = 3.0, .force = false});
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run({.duration_s = 3.0, .force = false}));
   std::vector<unsigned> drives;
   for (const auto& event : report->events) {
     const auto* said = event.as<events::SoeMessage>();
@@ -143,12 +138,10 @@ TEST_F(LineTest, TellsWhatTheDrivesOfASlaveSay) {
 }
 
 TEST_F(LineTest, FollowsAControllerOfItsUser) {
-  auto line = open(std::string(kSlave) + kAxis + "mode = \"cst\"\nvelocity_gain = 0.1\n");
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(open(std::string(kSlave) + kAxis + "mode = \"cst\"\nvelocity_gain = 0.1\n"));
   Spring spring(1);
   ASSERT_TRUE((*line)->use(spring));
-  const auto report = (*line)->run();
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run());
   EXPECT_EQ(failure_of(*report), "");
   EXPECT_NEAR(spring.place, spring.goal(), 0.1);
   EXPECT_GT(report->duration_s, 1.0) << "it ends when its source does";
@@ -156,8 +149,7 @@ TEST_F(LineTest, FollowsAControllerOfItsUser) {
 }
 
 TEST_F(LineTest, EndsWhenItIsAskedTo) {
-  auto line = open(std::string(kSlave) + kAxis);
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(open(std::string(kSlave) + kAxis));
   Listener listener;
   std::size_t slaves = 0;
   listener.on_look = [&](int look) {
@@ -165,8 +157,7 @@ TEST_F(LineTest, EndsWhenItIsAskedTo) {
     if (look == 30) (*line)->request_stop();
   };
   (*line)->observe(listener);
-  const auto report = (*line)->run();
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run());
   EXPECT_EQ(failure_of(*report), "");
   EXPECT_EQ(slaves, 1U) << "it answers while it runs";
   EXPECT_NEAR(report->duration_s, 0.58, 0.03);
@@ -177,21 +168,18 @@ TEST_F(LineTest, EndsWhenItIsAskedTo) {
 TEST_F(LineTest, ReportsTheInputsOfALineWithoutAxesAsTheyWereAtTheEnd) {
   std::filesystem::copy_file(std::filesystem::path(DRIVELINE_EXAMPLES_DIR) / "terminals.xml",
                              directory / "terminals.xml");
-  auto line = open(
-      "[[slave]]\nname = \"ai\"\nesi = \"terminals.xml\"\ndevice = \"AI2\"\n"
-      "[[slave.input]]\nentry = \"Channel 1/Value\"\nvalue = 1234\n");
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line =
+      must(open("[[slave]]\nname = \"ai\"\nesi = \"terminals.xml\"\ndevice = \"AI2\"\n"
+                "[[slave.input]]\nentry = \"Channel 1/Value\"\nvalue = 1234\n"));
   Line::RunSettings shortly;
   shortly.duration_s = 0.05;
-  const auto report = (*line)->run(shortly);
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run(shortly));
   EXPECT_TRUE(std::any_of(report->inputs.begin(), report->inputs.end(),
                           [](const InputValue& input) { return input.bits == 16 && input.value == 1234U; }));
 }
 
 TEST_F(LineTest, MisuseIsAnErrorWithItsFacts) {
-  auto line = open(std::string(kSlave) + kAxis);
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(open(std::string(kSlave) + kAxis));
   EXPECT_EQ((*line)->diagnose().error().kind, ErrorKind::kCall) << "before it runs";
   Spring two(2);
   const auto wrong = (*line)->use(two);
@@ -222,10 +210,8 @@ TEST_F(LineTest, FilesThatAreNotThereOrWrongAreNamed) {
 
 TEST_F(LineTest, AnotherRunsFolderIsAnErrorAndLeavesTheLineAlone) {
   std::filesystem::create_directory(directory / "out");
-  const auto lock = FolderLock::take(directory / "out");
-  ASSERT_TRUE(lock);
-  auto line = open(std::string(kSlave) + kAxis);
-  ASSERT_TRUE(line) << describe(line.error());
+  const auto lock = must(FolderLock::take(directory / "out"));
+  auto line = must(open(std::string(kSlave) + kAxis));
   const auto report = (*line)->run();
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().kind, ErrorKind::kFolderBusy);

@@ -18,6 +18,7 @@
 #include "driveline/runtime/setup/session.hpp"
 #include "driveline/slaves/msd/device_layout.hpp"
 #include "gateway/tcp_user.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -83,8 +84,7 @@ class Gateway : public testing::Test {
     config.slaves.resize(2);
     config.slaves[0].name = "x";
     config.slaves[1].name = "y";
-    auto opened = Session::open(std::move(config), BusOptions{});
-    ASSERT_TRUE(opened) << describe(opened.error());
+    auto opened = must(Session::open(std::move(config), BusOptions{}));
     session_ = std::move(*opened);
     master_ = std::make_unique<ecat_master::Master>(session_->port(), session_->clock());
     ASSERT_TRUE(master_->scan());
@@ -93,8 +93,7 @@ class Gateway : public testing::Test {
   void open(GatewaySettings settings = {}) {
     settings.port = 0;
     // The second slave is on the line, but not accessible to clients.
-    auto opened = MailboxGateway::open(master_->mailboxes(), {master_->slaves()[0].info.ref}, settings);
-    ASSERT_TRUE(opened) << describe(opened.error());
+    auto opened = must(MailboxGateway::open(master_->mailboxes(), {master_->slaves()[0].info.ref}, settings));
     gateway_ = std::move(*opened);
     ASSERT_EQ(master_->slaves()[0].info.ref.station, kStation);
   }
@@ -407,8 +406,7 @@ TEST_F(Gateway, OwnTransfersGoOnBesideIt) {
   for (int i = 0; i < 20; ++i) {
     tool.send(mail(kStation, kCoe, kUploadVendor));
     ecat_master::CoeClient coe(*mailbox);
-    const auto product = coe.upload_as<std::uint32_t>(0x1018, 2);
-    ASSERT_TRUE(product) << ecat_master::describe(product.error());
+    const auto product = must(coe.upload_as<std::uint32_t>(0x1018, 2));
     EXPECT_EQ(*product, master_->slaves()[0].info.description.product_code);
     EXPECT_EQ(tool.receive()[13], 1);
   }
@@ -441,9 +439,8 @@ TEST_F(Gateway, WaitsForNoAnswerToWhatNobodyAnswers) {
 
 TEST_F(Gateway, APortThatIsTakenIsAnError) {
   open();
-  const auto second = MailboxGateway::open(master_->mailboxes(), {}, {.port = gateway_->port()});
-  ASSERT_FALSE(second);
-  EXPECT_THAT(describe(second.error()), testing::HasSubstr("cannot listen: Address already in use"));
+  EXPECT_THAT(failure_text(MailboxGateway::open(master_->mailboxes(), {}, {.port = gateway_->port()})),
+              testing::HasSubstr("cannot listen: Address already in use"));
 }
 
 }  // namespace

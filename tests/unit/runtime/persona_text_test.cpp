@@ -4,6 +4,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/setup/composition.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -20,8 +21,7 @@ std::string error_of(const std::string& keys) {
 
 TEST(PersonaText, EveryNameIsRead) {
   for (const auto& row : slaves::kPersonas) {
-    const auto persona = parse_persona(row.name);
-    ASSERT_TRUE(persona) << describe(persona.error());
+    const auto persona = must(parse_persona(row.name));
     EXPECT_EQ(persona->kind, row.kind);
     EXPECT_EQ(persona->value, row.value.standard);
   }
@@ -53,11 +53,10 @@ TEST(PersonaText, HelpNamesEachWithItsSource) {
 }
 
 TEST(PersonaConfig, ListAndSingleName) {
-  const auto list = parse_line_config(
+  const auto list = must(parse_line_config(
       std::string(kSlave) +
           "persona = [\"no-clock\", \"emergencies=5\"]\n[[slave]]\nname = \"y\"\npersona = \"no-lrw\"\n",
-      "line.toml");
-  ASSERT_TRUE(list) << describe(list.error());
+      "line.toml"));
   ASSERT_EQ(list->slaves[0].personas.size(), 2U);
   EXPECT_EQ(list->slaves[0].personas[1].kind, PersonaKind::kEmergencies);
   EXPECT_EQ(list->slaves[0].personas[1].value, 5U);
@@ -77,11 +76,10 @@ TEST(PersonaConfig, ErrorsNameFileAndLine) {
 }
 
 TEST(PersonaConfig, SlavesOfTheLineHaveThem) {
-  const auto config = parse_line_config(
+  const auto config = must(parse_line_config(
       std::string(kSlave) +
           "alias = 9\npersona = [\"no-clock\", \"eeprom-without-mailbox\"]\n[[slave]]\nname = \"y\"\n",
-      "line.toml");
-  ASSERT_TRUE(config) << describe(config.error());
+      "line.toml"));
   const auto slaves = make_simulated_slaves(*config);
   ASSERT_EQ(slaves.size(), 2U);
   EXPECT_FALSE(slaves[0]->device().profile().distributed_clock);

@@ -8,6 +8,7 @@
 #include "driveline/ecat_master/master.hpp"
 #include "driveline/runtime/line.hpp"
 #include "failure_of.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -37,14 +38,12 @@ constexpr auto kAxes =
     "[line]\ncycle_us = 1000\n[[axis]]\nname = \"x\"\n[path]\nfile = \"path.csv\"\nrelative = true\n";
 
 TEST_F(SecondFamily, RunsBesideTheFirstAndIsToldWhatItsMakeWants) {
-  const auto line = open(std::string(kAxes) +
-                         "[[slave]]\nname = \"other\"\nmodel = \"msd\"\n"
-                         "[[slave]]\nname = \"x\"\nmodel = \"acme\"\nstart_increments = 1234\n");
-  ASSERT_TRUE(line) << describe(line.error());
+  const auto line =
+      must(open(std::string(kAxes) + "[[slave]]\nname = \"other\"\nmodel = \"msd\"\n"
+                                     "[[slave]]\nname = \"x\"\nmodel = \"acme\"\nstart_increments = 1234\n"));
   ASSERT_EQ(drives.size(), 1U);
   EXPECT_EQ(drives[0]->object(acme::kSetpointTime, 0), 0U) << "before anybody has told it";
-  const auto report = (*line)->run();
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run());
   EXPECT_EQ(failure_of(*report), "");
   EXPECT_EQ(report->state, "OP");
   EXPECT_EQ(drives[0]->object(acme::kSetpointTime, 0), 1000U) << "us";
@@ -61,14 +60,12 @@ TEST_F(SecondFamily, RunsBesideTheFirstAndIsToldWhatItsMakeWants) {
   ASSERT_TRUE(ready) << ecat_master::describe(ready.error());
   EXPECT_EQ(master.slaves()[1].info.description.vendor_id, acme::kVendorId);
   ecat_master::CoeClient coe(*master.mailbox(1));
-  const auto told = coe.upload_as<std::uint32_t>(acme::kSetpointTime, 0);
-  ASSERT_TRUE(told) << ecat_master::describe(told.error());
+  const auto told = must(coe.upload_as<std::uint32_t>(acme::kSetpointTime, 0));
   EXPECT_EQ(*told, 1000U);
 }
 
 TEST_F(SecondFamily, IsTakenForNoOther) {
-  const auto line = open(std::string(kAxes) + "[[slave]]\nname = \"x\"\nmodel = \"acme\"\nvendor_id = 0x28\n");
-  ASSERT_TRUE(line) << describe(line.error());
+  const auto line = must(open(std::string(kAxes) + "[[slave]]\nname = \"x\"\nmodel = \"acme\"\nvendor_id = 0x28\n"));
   const auto report = (*line)->run();
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().kind, ErrorKind::kLine);

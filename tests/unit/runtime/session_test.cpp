@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -73,8 +74,7 @@ TEST_F(SessionTest, NoBusIsMisuse) {
 TEST_F(SessionTest, OrdersToTheLineInThisProcessAreCarriedOutWithTheNextFrame) {
   BusOptions options;
   options.virtual_time = true;
-  const auto session = open(std::string(kSlave) + "[[slave]]\nname = \"y\"\n", options);
-  ASSERT_TRUE(session) << describe(session.error());
+  const auto session = must(open(std::string(kSlave) + "[[slave]]\nname = \"y\"\n", options));
   auto& orders = *(*session)->line_orders();
   LineOrder order;
   order.fault = {.kind = slaves::FaultKind::kPowerOff, .slave = 1};
@@ -130,8 +130,7 @@ TEST_F(SessionTest, CaptureThatCannotBeWrittenIsAFailure) {
 
 TEST_F(SessionTest, CaptureOfNothingLeavesNoFile) {
   const auto capture = directory / "c.pcapng";
-  const auto session = open("[output]\ncapture = \"" + capture.string() + "\"\n" + kSlave);
-  ASSERT_TRUE(session) << describe(session.error());
+  const auto session = must(open("[output]\ncapture = \"" + capture.string() + "\"\n" + kSlave));
   EXPECT_EQ((*session)->close_capture().value().file, std::nullopt);
   EXPECT_FALSE(std::filesystem::exists(capture));
 }

@@ -7,6 +7,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/trajectory/stream_curve.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -29,8 +30,7 @@ std::string refusal(const std::string& stream) {
 }
 
 TEST(StreamConfig, IsForAllAxesAndForWhoRunsTheLineUnlessItSaysMore) {
-  const auto config = read(kSocket);
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config = must(read(kSocket));
   ASSERT_TRUE(config->stream);
   EXPECT_EQ(config->stream->socket, "/tmp/s");
   EXPECT_THAT(config->stream->axes, ElementsAre(0U, 1U));
@@ -44,10 +44,9 @@ TEST(StreamConfig, IsForAllAxesAndForWhoRunsTheLineUnlessItSaysMore) {
 }
 
 TEST(StreamConfig, TakesAxesMethodTimesAndUsers) {
-  const auto config = read(kSocket +
-                           "axes = [\"y\"]\ninterpolation = \"quintic\"\nkeep_alive_ms = 20\ndelay_ms = 0\n"
-                           "users = [\"root\", \"65534\"]\ngroup = \"17\"\n");
-  ASSERT_TRUE(config) << describe(config.error());
+  const auto config =
+      must(read(kSocket + "axes = [\"y\"]\ninterpolation = \"quintic\"\nkeep_alive_ms = 20\ndelay_ms = 0\n"
+                          "users = [\"root\", \"65534\"]\ngroup = \"17\"\n"));
   EXPECT_THAT(config->stream->axes, ElementsAre(1U));
   EXPECT_EQ(config->stream->settings.method, trajectory::StreamMethod::kQuintic);
   EXPECT_EQ(config->stream->settings.keep_alive, 20ms);

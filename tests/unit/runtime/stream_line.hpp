@@ -27,6 +27,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/client.hpp"
 #include "stream/stream_server.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
 
@@ -91,20 +92,6 @@ class StreamedAxes final : public StreamAxes {
   std::vector<One> all;
 };
 
-/// A folder that the destructor removes.
-class StreamFolder {
- public:
-  StreamFolder() {
-    std::string pattern = std::filesystem::temp_directory_path() / "driveline-stream-XXXXXX";
-    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    path = pattern;
-  }
-  ~StreamFolder() { std::filesystem::remove_all(path); }
-  StreamFolder(const StreamFolder&) = delete;
-  StreamFolder& operator=(const StreamFolder&) = delete;
-  std::filesystem::path path;
-};
-
 /// A line of three axes in this process, on its own time, with its server.
 class StreamLine {
  public:
@@ -164,7 +151,7 @@ class StreamLine {
     return authority.take(axis, terms);
   }
 
-  StreamFolder folder{};
+  test::TemporaryFolder folder{};
   std::vector<ecat_master::Axis> inputs{};
   AxisAuthority authority{3};
   StreamedAxes axes{3};

@@ -22,6 +22,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/client.hpp"
 #include "stream_line.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -38,8 +39,7 @@ TEST(StreamServer, GivesAxesToAClientThatAsks) {
   EXPECT_EQ(client.line().keep_alive_ns, 100'000'000);
   EXPECT_EQ(client.line().bounds[1].max_velocity, 10.0);
   line.run(1ms);
-  const auto status = client.status();
-  ASSERT_TRUE(status);
+  const auto status = must(client.status());
   EXPECT_EQ(status->state, SessionState::kWaiting);
   EXPECT_EQ(status->axis_count, 2U);
   EXPECT_EQ(status->cycle, line.number);
@@ -263,9 +263,8 @@ TEST(StreamServer, ReplacesTheSocketOfARunThatDiedButNotOfOneThatLives) {
   StreamLine line;
   StreamConfig config;
   config.socket = line.path;
-  const auto second = StreamServer::open(config, {}, line.hub, line.authority, kPeriod);
-  ASSERT_FALSE(second);
-  EXPECT_THAT(describe(second.error()), HasSubstr("another process listens there"));
+  EXPECT_THAT(failure_text(StreamServer::open(config, {}, line.hub, line.authority, kPeriod)),
+              HasSubstr("another process listens there"));
   const auto file = (line.folder.path / "old.sock").string();
   {
     const port::FileDescriptor old{::socket(AF_UNIX, SOCK_SEQPACKET, 0)};
@@ -275,8 +274,7 @@ TEST(StreamServer, ReplacesTheSocketOfARunThatDiedButNotOfOneThatLives) {
     ASSERT_EQ(::bind(old.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   }
   config.socket = file;
-  const auto opened = StreamServer::open(config, {}, line.hub, line.authority, kPeriod);
-  ASSERT_TRUE(opened) << describe(opened.error());
+  const auto opened = must(StreamServer::open(config, {}, line.hub, line.authority, kPeriod));
   struct stat status {};
   ASSERT_EQ(::stat(file.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777U, 0600U) << "nobody else may connect";

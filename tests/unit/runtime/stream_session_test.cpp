@@ -25,6 +25,7 @@
 #include "driveline/runtime/axes/axis_authority.hpp"
 #include "driveline/stream/client.hpp"
 #include "stream_line.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -44,8 +45,7 @@ TEST(StreamSession, FollowsTheSetpointsOnTheirTime) {
     auto client = line.client({.axes = {"x", "y"}, .power = true});
     int sent = 0;
     stream_swing(line, client, 8000, step, sent);
-    const auto status = client.status();
-    ASSERT_TRUE(status);
+    const auto status = must(client.status());
     EXPECT_EQ(status->state, SessionState::kStreaming);
     EXPECT_EQ(status->axes[0].following, 1U);
     EXPECT_EQ(status->taken, static_cast<std::uint64_t>(sent));
@@ -66,8 +66,7 @@ TEST(StreamSession, PausesWhenTheSetpointsAreUsedUpAndGoesOn) {
     client.heartbeat();
     line.run(50ms);
   }
-  auto status = client.status();
-  ASSERT_TRUE(status);
+  auto status = must(client.status());
   EXPECT_EQ(status->state, SessionState::kStarved);
   EXPECT_EQ(status->starved, 1U);
   EXPECT_EQ(status->axes[0].following, 1U);
@@ -373,8 +372,7 @@ TEST(StreamSession, SurvivesAnythingInItsMemory) {
   StatusRecord record;
   ASSERT_TRUE(status.latest(record));
   EXPECT_GT(record.count(Refusal::kImpossibleIndex), 100U);
-  const auto good = decent.status();
-  ASSERT_TRUE(good);
+  const auto good = must(decent.status());
   EXPECT_EQ(good->taken, static_cast<std::uint64_t>(sent)) << "the neighbour is as it was";
   EXPECT_EQ(good->starved, 0U);
 }

@@ -236,8 +236,7 @@ TEST_F(TaskTest, IsGivenTimesProcessDataAndAxes) {
   ASSERT_TRUE(line->add(ramp, {"ramp", {}, {"x"}}));
   ASSERT_TRUE(line->add(before, {"before", {}, {}}));
   ASSERT_TRUE(line->add(behind, {"behind", {4, 1, TaskTiming::Order::kAfterMotion}, {}}));
-  const auto report = run(*line, 1.0);
-  EXPECT_EQ(failure_of(report), "");
+  EXPECT_EQ(failure_of(run(*line, 1.0)), "");
   EXPECT_EQ(before.slaves, 2U);
   EXPECT_TRUE(before.has_system_time);
   EXPECT_EQ(before.dc_steps_wrong, 0);
@@ -252,8 +251,7 @@ TEST_F(TaskTest, RunsOnALineWithoutAxesAndClocks) {
   auto line = open(kSlaves);
   Witness witness;
   ASSERT_TRUE(line->add(witness, {"witness", {}, {}}));
-  const auto report = run(*line, 0.1);
-  EXPECT_EQ(failure_of(report), "");
+  EXPECT_EQ(failure_of(run(*line, 0.1)), "");
   EXPECT_GE(witness.calls, 800U);
   EXPECT_FALSE(witness.has_system_time);
   EXPECT_EQ(witness.steps_wrong, 0);

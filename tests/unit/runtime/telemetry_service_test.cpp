@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "driveline/snapshot/feed/feed_reader.hpp"
+#include "support/must.hpp"
 
 namespace driveline::runtime {
 namespace {
@@ -70,11 +71,9 @@ TEST(TelemetryServiceTest, WakesTheBridgeWhenABatchIsCompleteAndNotBefore) {
   config.period = 250us;  // four cycles to a batch of a millisecond
   config.axes.emplace_back().name = "x";
   config.slaves.emplace_back().name = "x";
-  const auto service = TelemetryService::start(config, false, {});
-  ASSERT_TRUE(service) << describe(service.error());
-  auto feed = snapshot::FeedReader::open(feed_descriptor("description"), feed_descriptor("status"),
-                                         feed_descriptor("cycles"), feed_descriptor("events"));
-  ASSERT_TRUE(feed);
+  const auto service = must(TelemetryService::start(config, false, {}));
+  auto feed = must(snapshot::FeedReader::open(feed_descriptor("description"), feed_descriptor("status"),
+                                              feed_descriptor("cycles"), feed_descriptor("events")));
   WaitingReader bridge(*std::move(feed));
   ASSERT_TRUE(eventually([&] { return bridge.asleep(); }));
 

@@ -9,6 +9,7 @@
 
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/runtime/line.hpp"
+#include "support/must.hpp"
 #include "support/temporary_directory.hpp"
 
 namespace driveline::runtime {
@@ -33,8 +34,7 @@ class VirtualAxisConfig : public test::TemporaryDirectory {};
 
 TEST_F(VirtualAxisConfig, HasANameAUnitAndLimits) {
   const auto config =
-      parsed(kVirtual + "unit = \"mm\"\nmin_position = -10\nmax_position = 90\n" + kLimits + "max_jerk = 8e4\n");
-  ASSERT_TRUE(config) << describe(config.error());
+      must(parsed(kVirtual + "unit = \"mm\"\nmin_position = -10\nmax_position = 90\n" + kLimits + "max_jerk = 8e4\n"));
   ASSERT_EQ(config->axes.size(), 2U);
   const auto& axis = config->axes[1];
   EXPECT_TRUE(axis.is_virtual());
@@ -84,20 +84,17 @@ class Mover final : public Observer {
 };
 
 TEST_F(VirtualAxisConfig, ALineRunsWithOne) {
-  auto config = parsed(kVirtual + "unit = \"mm\"\n" + kLimits);
-  ASSERT_TRUE(config) << describe(config.error());
+  auto config = must(parsed(kVirtual + "unit = \"mm\"\n" + kLimits));
   config->output.directory = directory / "out";
   config->output.plots = false;
   Line::Options options;
   options.virtual_time = true;
-  auto line = Line::from_config(std::move(*config), options);
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(Line::from_config(std::move(*config), options));
   Mover mover(**line);
   (*line)->observe(mover);
   Line::RunSettings settings;
   settings.duration_s = 0.6;
-  const auto report = (*line)->run(settings);
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run(settings));
   EXPECT_EQ(report->failure(), nullptr);
   EXPECT_TRUE(mover.asked);
   EXPECT_NEAR(mover.place, 0.02, 1e-9);
@@ -150,25 +147,22 @@ class Coupler final : public Observer {
 class CoupledLine : public test::TemporaryDirectory {};
 
 TEST_F(CoupledLine, GearsOfADescriptionFollowAVirtualAxisAndAnEncoder) {
-  auto config = parse_line_config(
+  auto config = must(parse_line_config(
       kDrive + "[[slave]]\nname = \"y\"\n[[axis]]\nname = \"y\"\n" + kVirtual +
           "max_velocity = 20\nmax_acceleration = 200\n[[encoder]]\nname = \"wheel\"\nposition = \"x.6064h\"\n"
           "increments_per_revolution = 1048576\nmax_velocity = 50\n[[coupling]]\nslave = \"x\"\nmaster = \"belt\"\n"
           "[[coupling]]\nslave = \"y\"\nmaster = \"wheel\"\n",
-      "line.toml");
-  ASSERT_TRUE(config) << describe(config.error());
+      "line.toml"));
   config->output.directory = directory / "out";
   config->output.plots = false;
   Line::Options options;
   options.virtual_time = true;
-  auto line = Line::from_config(std::move(*config), options);
-  ASSERT_TRUE(line) << describe(line.error());
+  auto line = must(Line::from_config(std::move(*config), options));
   Coupler coupler(**line);
   (*line)->observe(coupler);
   Line::RunSettings settings;
   settings.duration_s = 2.0;
-  const auto report = (*line)->run(settings);
-  ASSERT_TRUE(report) << describe(report.error());
+  const auto report = must((*line)->run(settings));
   EXPECT_EQ(report->failure(), nullptr);
   EXPECT_TRUE(coupler.coupled);
   EXPECT_EQ(coupler.no_master, AxisRefusal::Why::kNoMaster);

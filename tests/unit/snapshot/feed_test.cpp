@@ -11,6 +11,7 @@
 #include "driveline/rt/shared_region.hpp"
 #include "driveline/snapshot/feed/feed_reader.hpp"
 #include "driveline/snapshot/feed/feed_writer.hpp"
+#include "support/must.hpp"
 
 namespace driveline::snapshot {
 namespace {
@@ -185,8 +186,7 @@ TEST(Feed, ALaterReaderGoesOnWhereTheOneBeforeHasEnded) {
 }
 
 TEST(Feed, HalfACycleOfAKilledWriterIsNeverSeen) {
-  auto region = rt::SharedRegion::create("driveline-test", feed_cycles_layout(1, 4));
-  ASSERT_TRUE(region);
+  auto region = must(rt::SharedRegion::create("driveline-test", feed_cycles_layout(1, 4)));
   rt::SharedBlockWriter writer{*region};
   rt::SharedBlockReader reader{*region};
   std::vector<std::uint64_t> record(reader.record_words());
@@ -210,8 +210,7 @@ TEST(Feed, HalfACycleOfAKilledWriterIsNeverSeen) {
 }
 
 TEST(Feed, PartsThatDoNotFitAreLeftOut) {
-  auto region = rt::SharedRegion::create("driveline-test", rt::shared_blocks(1, 1, 16, 2));
-  ASSERT_TRUE(region);
+  auto region = must(rt::SharedRegion::create("driveline-test", rt::shared_blocks(1, 1, 16, 2)));
   rt::SharedBlockWriter writer{*region};
   rt::SharedBlockReader reader{*region};
   writer.begin();
@@ -322,8 +321,7 @@ FeedWriter feed_of_slaves(std::uint32_t slaves) {
 
 TEST(Feed, TheNewestConditionArrivesToTheBit) {
   auto feed = feed_of_slaves(2);
-  auto reader = FeedConditionReader::open(feed.condition_descriptor(), 2, 1);
-  ASSERT_TRUE(reader) << describe(reader.error());
+  auto reader = must(FeedConditionReader::open(feed.condition_descriptor(), 2, 1));
   FeedCondition got;
   EXPECT_FALSE(reader->take(got)) << "nothing is known yet";
   std::vector<FeedSlave> slaves(2);
@@ -350,16 +348,14 @@ TEST(Feed, TheNewestConditionArrivesToTheBit) {
   ASSERT_EQ(got.owners.size(), 1U);
   EXPECT_EQ(got.owners[0].name.view(), "stream");
   EXPECT_FALSE(reader->take(got)) << "nothing new";
-  auto late = FeedConditionReader::open(feed.condition_descriptor(), 2, 1);
-  ASSERT_TRUE(late);
+  auto late = must(FeedConditionReader::open(feed.condition_descriptor(), 2, 1));
   EXPECT_TRUE(late->take(got)) << "who comes late has it, too";
 }
 
 TEST(Feed, AConditionHasNoMoreThanItsRoom) {
   auto feed = feed_of_slaves(2);
   feed.set_condition({{}, std::vector<FeedSlave>(5), std::vector<FeedOwner>(5)});
-  auto region = rt::SharedRegion::create("driveline-test", feed_condition_layout(2, 1, 4));
-  ASSERT_TRUE(region);
+  auto region = must(rt::SharedRegion::create("driveline-test", feed_condition_layout(2, 1, 4)));
   rt::SharedBlockWriter liar{*region};
   FeedConditionHead head;
   head.slaves = 4'000'000'000;
@@ -369,22 +365,19 @@ TEST(Feed, AConditionHasNoMoreThanItsRoom) {
   liar.write(0, head);
   liar.commit();
   for (const int descriptor : {feed.condition_descriptor(), region->descriptor()}) {
-    auto reader = FeedConditionReader::open(descriptor, 2, 1);
-    ASSERT_TRUE(reader);
+    auto reader = must(FeedConditionReader::open(descriptor, 2, 1));
     FeedCondition got;
     ASSERT_TRUE(reader->take(got));
     EXPECT_EQ(got.slaves.size(), 2U);
     EXPECT_EQ(got.owners.size(), 1U);
     EXPECT_LE(got.head.silent_ports, kMaxFeedSilentPorts);
   }
-  const auto other = FeedConditionReader::open(feed.condition_descriptor(), 3, 1);
-  ASSERT_FALSE(other);
-  EXPECT_THAT(describe(other.error()), HasSubstr("feed, condition: "));
+  EXPECT_THAT(failure_text(FeedConditionReader::open(feed.condition_descriptor(), 3, 1)),
+              HasSubstr("feed, condition: "));
 }
 
 TEST(Feed, AnIndexThatCannotBeCostsRecordsAndNeverTime) {
-  auto region = rt::SharedRegion::create("driveline-test", feed_cycles_layout(1, 4));
-  ASSERT_TRUE(region);
+  auto region = must(rt::SharedRegion::create("driveline-test", feed_cycles_layout(1, 4)));
   rt::SharedBlockWriter writer{*region};
   rt::SharedBlockReader reader{*region};
   std::vector<std::uint64_t> record(reader.record_words());
@@ -415,8 +408,7 @@ TEST(Feed, RegionsThatAreNoFeedAreRefusedInASentence) {
   EXPECT_THAT(open(feed.description_descriptor(), feed.status_descriptor(), other.cycles_descriptor()),
               HasSubstr("bytes of a record"))
       << "of a line with another number of axes";
-  auto silent = rt::SharedRegion::create("driveline-test", feed_description_layout(1));
-  ASSERT_TRUE(silent);
+  auto silent = must(rt::SharedRegion::create("driveline-test", feed_description_layout(1)));
   EXPECT_THAT(open(silent->descriptor(), feed.status_descriptor(), feed.cycles_descriptor()),
               HasSubstr("there is none"));
 }
@@ -428,8 +420,7 @@ TEST(Feed, ADescriptionThatCannotBeIsRefused) {
            [](FeedDescription& d) { d.discovery_port = 65536; }, [](FeedDescription& d) { d.decimation = 0; }}) {
     auto description = description_of(1);
     spoil(description);
-    auto region = rt::SharedRegion::create("driveline-test", feed_description_layout(1));
-    ASSERT_TRUE(region);
+    auto region = must(rt::SharedRegion::create("driveline-test", feed_description_layout(1)));
     rt::SharedBroadcastWriter<FeedDescription>{*region}.push(description);
     const auto feed = feed_of(1, 4);
     const auto reader = FeedReader::open(region->descriptor(), feed.status_descriptor(), feed.cycles_descriptor(),
@@ -474,13 +465,10 @@ TEST(Feed, AReaderCannotWriteIt) {
 }
 
 TEST(FeedReturn, TellsAndRemembers) {
-  auto region = rt::SharedRegion::create("driveline-test", feed_return_layout(1));
-  ASSERT_TRUE(region);
-  auto first = FeedReturnWriter::open(region->descriptor());
-  ASSERT_TRUE(first);
+  auto region = must(rt::SharedRegion::create("driveline-test", feed_return_layout(1)));
+  auto first = must(FeedReturnWriter::open(region->descriptor()));
   first->tell({.beats = 1, .next = 2, .published = 3, .lost = 4, .refused = 5});
-  const auto second = FeedReturnWriter::open(region->descriptor());
-  ASSERT_TRUE(second);
+  const auto second = must(FeedReturnWriter::open(region->descriptor()));
   const auto told = second->last_record();
   EXPECT_EQ(told.next, 2U);
   EXPECT_EQ(told.refused, 5U);

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "support/must.hpp"
+
 namespace driveline::trajectory {
 namespace {
 
@@ -101,8 +103,7 @@ TEST(PositionCorrection, ThatOfAnEndlessAxisGoesOnBehindItsModulo) {
     point.backward = point.forward;
   }
   table.points.back().forward = table.points.back().backward = table.points.front().forward;
-  const auto correction = PositionCorrection::make(table, 0.0, 3.6);
-  ASSERT_TRUE(correction) << correction.error().message();
+  const auto correction = must(PositionCorrection::make(table, 0.0, 3.6));
   for (double axis = 0.0; axis < 3.6; axis += 0.01) {
     for (const double turns : {-2.0, 1.0, 5.0}) {
       EXPECT_NEAR(correction->drive(axis + turns * 3.6, 1.0).position - turns * 3.6,
@@ -153,8 +154,7 @@ TEST(PositionCorrectionBadInput, HasOneSentenceWithItsPlace) {
 
 TEST(PositionCorrection, IsReadWithBothDirections) {
   const auto table =
-      parse_correction_csv("# laser\nposition[mm], correction[um], backward[um]\n0,1,2\n10,-3,4\n", "c.csv");
-  ASSERT_TRUE(table) << table.error().message();
+      must(parse_correction_csv("# laser\nposition[mm], correction[um], backward[um]\n0,1,2\n10,-3,4\n", "c.csv"));
   ASSERT_EQ(table->points.size(), 2U);
   EXPECT_EQ(table->kind, AxisKind::kLinear);
   EXPECT_DOUBLE_EQ(table->points[1].position, 0.01);

@@ -10,6 +10,7 @@
 #include "driveline/trajectory/position_profile.hpp"
 #include "profile_oracle.hpp"
 #include "support.hpp"
+#include "support/must.hpp"
 
 namespace driveline::trajectory {
 namespace {
@@ -62,8 +63,7 @@ TEST(SynchronisedProfiles, AllEndTogether) {
       longest_s = std::max(longest_s, plan_to_position(axis.from, axis.to, axis.limits)->duration_s());
     }
     std::vector<Profile> profiles(axes.size());
-    const auto plan = plan_synchronised(axes, Synchronisation::kTime, profiles);
-    ASSERT_TRUE(plan.has_value());
+    const auto plan = must(plan_synchronised(axes, Synchronisation::kTime, profiles));
     ASSERT_EQ(plan->synchronisation, Synchronisation::kTime);
     ASSERT_GE(plan->duration_s, longest_s * (1.0 - 1e-12));
     gaps += plan->duration_s > longest_s * (1.0 + 1e-9) ? 1 : 0;
@@ -93,9 +93,7 @@ TEST(SynchronisedProfiles, WaitUntilTheEndOfAGap) {
   const std::array axes{gap, slow, gap};
   std::array<Profile, 3> profiles;
   const double end_s = possible_durations(gap.from, gap.to, gap.limits)->gaps()[0].end_s;
-  const auto plan = plan_synchronised(axes, Synchronisation::kTime, profiles);
-  ASSERT_TRUE(plan.has_value());
-  EXPECT_NEAR(plan->duration_s, end_s, 1e-9);
+  EXPECT_NEAR(must(plan_synchronised(axes, Synchronisation::kTime, profiles))->duration_s, end_s, 1e-9);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     expect_right(axes[i], profiles[i]);
   }
@@ -111,8 +109,7 @@ TEST(SynchronisedProfiles, FromRestToRestTheyGoOnAStraightLine) {
     }
     axes.back().to.position = axes.back().from.position;
     std::vector<Profile> profiles(axes.size());
-    const auto plan = plan_synchronised(axes, Synchronisation::kPhase, profiles);
-    ASSERT_TRUE(plan.has_value());
+    const auto plan = must(plan_synchronised(axes, Synchronisation::kPhase, profiles));
     ASSERT_EQ(plan->synchronisation, Synchronisation::kPhase);
     for (std::size_t i = 0; i < axes.size(); ++i) {
       ASSERT_EQ(profiles[i].duration_s(), plan->duration_s);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "driveline/wire/eoe_frames.hpp"
+#include "support/must.hpp"
 
 namespace driveline::wire::test {
 namespace {
@@ -136,8 +137,7 @@ TEST(EoeFrames, AFragmentOfAnotherFrameEndsThisOne) {
 
 TEST(EoeFrames, ATimeStampIsNoPartOfTheFrame) {
   EoeAssembler assembler;
-  const auto whole = take(assembler, fragment(0, 2, 5, 60 + 4, true, true));
-  ASSERT_TRUE(whole);
+  const auto whole = must(take(assembler, fragment(0, 2, 5, 60 + 4, true, true)));
   EXPECT_EQ(whole->size(), 60U);
   EXPECT_EQ(take(assembler, fragment(0, 1, 6, 3, true, true)), std::nullopt);
   EXPECT_EQ(assembler.seen().malformed, 1U);
@@ -189,8 +189,7 @@ TEST(EoeFrames, IpParametersMayBeDense) {
                                            std::byte{0}, std::byte{255}, std::byte{255}, std::byte{255}};
   ASSERT_FALSE(EoeIpParameters::decode(dense));
   EXPECT_EQ(EoeIpParameters::dense_size(dense), dense.size());
-  const auto parameters = EoeIpParameters::decode_dense(dense);
-  ASSERT_TRUE(parameters);
+  const auto parameters = must(EoeIpParameters::decode_dense(dense));
   EXPECT_EQ(parameters->ip, (IpV4Address{192, 168, 38, 5}));
   EXPECT_EQ(parameters->subnet_mask, (IpV4Address{255, 255, 255, 0}));
   EXPECT_FALSE(parameters->mac);

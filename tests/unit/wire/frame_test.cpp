@@ -5,6 +5,7 @@
 #include <random>
 
 #include "bytes.hpp"
+#include "support/must.hpp"
 
 namespace driveline::wire {
 namespace {
@@ -128,17 +129,14 @@ TEST(FrameBuilder, PadsWithZerosToTheEthernetMinimum) {
 
 TEST(DatagramCursor, WalksACapturedFrame) {
   const auto frame = bytes_of(kTwoDatagrams);
-  auto cursor = DatagramCursor::open(frame);
-  ASSERT_TRUE(cursor);
-  const auto write = cursor->next();
-  ASSERT_TRUE(write);
+  auto cursor = must(DatagramCursor::open(frame));
+  const auto write = must(cursor->next());
   EXPECT_FALSE(cursor->done());
   EXPECT_EQ(write->header.command, Command::kBwr);
   EXPECT_EQ(write->header.address, DatagramAddress::physical(1, 0x0300));
   EXPECT_EQ(write->data.size(), 8U);
   EXPECT_EQ(write->working_counter(), 1);
-  const auto read = cursor->next();
-  ASSERT_TRUE(read);
+  const auto read = must(cursor->next());
   EXPECT_TRUE(cursor->done());
   EXPECT_EQ(read->header.command, Command::kBrd);
   EXPECT_EQ(load_le<std::uint16_t>(read->data), 1);
@@ -148,10 +146,8 @@ TEST(DatagramCursor, WalksACapturedFrame) {
 
 TEST(DatagramCursor, MutableCursorWritesInPlace) {
   auto frame = bytes_of(kTwoDatagrams);
-  auto cursor = MutableDatagramCursor::open(frame);
-  ASSERT_TRUE(cursor);
-  const auto datagram = cursor->next();
-  ASSERT_TRUE(datagram);
+  auto cursor = must(MutableDatagramCursor::open(frame));
+  const auto datagram = must(cursor->next());
   datagram->data[0] = std::byte{0x77};
   store_le<std::uint16_t>(datagram->working_counter_bytes, 0x1234);
   EXPECT_EQ(frame[26], std::byte{0x77});
@@ -221,8 +217,7 @@ TEST(DatagramCursor, MoreFlagWithoutFollower) {
 
 TEST(DatagramCursor, ErrorEndsTheWalk) {
   const auto frame = with_word(three_datagrams(), 22, 0x87FF);
-  auto cursor = DatagramCursor::open(frame);
-  ASSERT_TRUE(cursor);
+  auto cursor = must(DatagramCursor::open(frame));
   EXPECT_FALSE(cursor->next());
   EXPECT_TRUE(cursor->done());
 }
@@ -277,8 +272,7 @@ TEST(DatagramCursor, PayloadOfUdp) {
   const auto frame = three_datagrams();
   Bytes udp(42, std::byte{0xEE});
   udp.insert(udp.end(), frame.begin() + 14, frame.end());
-  auto cursor = DatagramCursor::open_payload(udp, 42);
-  ASSERT_TRUE(cursor);
+  auto cursor = must(DatagramCursor::open_payload(udp, 42));
   EXPECT_EQ(cursor->next()->header.command, Command::kFprd);
   EXPECT_FALSE(DatagramCursor::open_payload(udp, udp.size() + 1));
   EXPECT_FALSE(DatagramCursor::open_payload(udp, udp.size()));

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "support/must.hpp"
 #include "wire_type_lists.hpp"
 
 /// The four checks of each structure: golden bytes from other sources, their decoding, round trip, short buffers.
@@ -49,8 +50,7 @@ TYPED_TEST(WireType, RandomValuesSurviveTheRoundTrip) {
     Bytes bytes = this->encoded(value);
     ASSERT_EQ(bytes.size(), TypeParam::kSize);
     bytes.resize(bytes.size() + this->promised(value));
-    const auto decoded = TypeParam::decode(bytes);
-    ASSERT_TRUE(decoded);
+    const auto decoded = must(TypeParam::decode(bytes));
     ASSERT_EQ(*decoded, value);
   }
 }
@@ -96,8 +96,7 @@ TEST(EtherCatHeader, ReservedBitIsIgnored) {
 }
 
 TEST(DatagramHeader, ReservedBitsAreIgnoredAndWrittenAsZero) {
-  const auto header = DatagramHeader::decode(bytes_of("01 00 00 00 00 00 04 38 00 00"));
-  ASSERT_TRUE(header);
+  const auto header = must(DatagramHeader::decode(bytes_of("01 00 00 00 00 00 04 38 00 00")));
   EXPECT_EQ(header->length, 4);
   EXPECT_FALSE(header->circulating);
   EXPECT_FALSE(header->more);

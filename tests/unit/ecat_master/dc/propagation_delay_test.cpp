@@ -10,6 +10,8 @@
 #include <set>
 #include <string>
 
+#include "support/must.hpp"
+
 namespace driveline::ecat_master::dc {
 namespace {
 
@@ -182,8 +184,7 @@ TEST(PropagationDelay, ClocksThatCountFasterAreNotFurtherAway) {
     if (i < 63)
       nodes[i].receive_time_ns[1] = nodes[i].receive_time_ns[0] + static_cast<std::uint32_t>(std::lround(span));
   }
-  const auto delays = propagation_delays(nodes);
-  ASSERT_TRUE(delays);
+  const auto delays = must(propagation_delays(nodes));
   for (std::size_t i = 0; i < nodes.size(); ++i) EXPECT_NEAR((*delays)[i].from_first_ns, model.truth(i), 0.6) << i;
 }
 
@@ -238,8 +239,7 @@ TEST(PropagationDelay, OfNothingIsNothing) {
   EXPECT_TRUE(propagation_delays({})->empty());
   auto model = make_line(3);
   for (auto& slave : model.slaves) slave.clock = false;
-  const auto delays = propagation_delays(model.nodes());
-  ASSERT_TRUE(delays);
+  const auto delays = must(propagation_delays(model.nodes()));
   for (const auto& delay : *delays) EXPECT_EQ(delay.quality, DelayQuality::kNone);
 }
 

@@ -37,8 +37,7 @@ TEST_F(AlStateMachineTest, StartsInInitWithoutError) {
 
 TEST_F(AlStateMachineTest, UpStepByStepAndDownInOneLeap) {
   go_to(AlState::kOp);
-  request(AlState::kInit);
-  expect_status(AlState::kInit);
+  expect_request(AlState::kInit, AlState::kInit);
   using T = std::pair<AlState, AlState>;
   EXPECT_EQ(device().transitions, (std::vector<T>{{AlState::kInit, AlState::kPreOp},
                                                   {AlState::kPreOp, AlState::kSafeOp},
@@ -91,14 +90,11 @@ TEST_F(AlStateMachineTest, EveryTransitionOfTheStandard) {
 TEST_F(AlStateMachineTest, BootstrapOnlyFromInitAndOnlyBackToInit) {
   with_bootstrap();
   configure_boot_mailboxes();
-  request(AlState::kBootstrap);
-  expect_status(AlState::kBootstrap);
+  expect_request(AlState::kBootstrap, AlState::kBootstrap);
   for (const auto target : {AlState::kPreOp, AlState::kSafeOp, AlState::kOp}) {
-    request(target, true);
-    expect_status(AlState::kBootstrap, AlStatusCode::kInvalidRequestedStateChange);
+    expect_acknowledged(target, AlState::kBootstrap, AlStatusCode::kInvalidRequestedStateChange);
   }
-  request(AlState::kInit, true);
-  expect_status(AlState::kInit);
+  expect_acknowledged(AlState::kInit, AlState::kInit);
 }
 
 TEST_F(AlStateMachineTest, BootstrapNotSupported) {
@@ -170,19 +166,16 @@ TEST_F(LeavingOp, ByAnErrorShowsInTheWorkingCounterUntilItIsAcknowledged) {
     EXPECT_EQ(outputs_written(), 0U) << "without acknowledge";
     request(AlState::kBootstrap, true);
     EXPECT_EQ(outputs_written(), 0U) << "a request that is an error again";
-    request(AlState::kSafeOp, true);
-    expect_status(AlState::kSafeOp);
+    expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
     EXPECT_EQ(outputs_written(), 1U);
-    request(AlState::kOp);
-    expect_status(AlState::kOp);
+    expect_request(AlState::kOp, AlState::kOp);
   }
 }
 
 TEST_F(LeavingOp, AcknowledgedByTheRequestForOpNeedsNewOutputs) {
   go_to(AlState::kOp);
   request(AlState::kBootstrap);
-  request(AlState::kOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kOp, AlState::kSafeOp);
   pass(10ms);
   expect_status(AlState::kSafeOp);
   EXPECT_EQ(outputs_written(), 1U);
@@ -192,8 +185,7 @@ TEST_F(LeavingOp, AcknowledgedByTheRequestForOpNeedsNewOutputs) {
 
 TEST_F(LeavingOp, OnRequestLeavesTheOutputsOn) {
   go_to(AlState::kOp);
-  request(AlState::kSafeOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kSafeOp, AlState::kSafeOp);
   EXPECT_EQ(outputs_written(), 1U);
 }
 
@@ -201,8 +193,7 @@ TEST_F(LeavingOp, ForALowerStateAndBackLeavesNothingLocked) {
   go_to(AlState::kOp);
   pass(1s);
   request(AlState::kPreOp, true);
-  request(AlState::kSafeOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kSafeOp, AlState::kSafeOp);
   EXPECT_EQ(outputs_written(), 1U);
 }
 
@@ -220,8 +211,7 @@ TEST_F(LeavingOp, WithoutOutputsLocksTheInputsWhereTheErrorMakesThemInvalid) {
     go_to(AlState::kPreOp);
     set_sync_manager(3, inputs());
     request(AlState::kSafeOp);
-    request(AlState::kOp);
-    expect_status(AlState::kOp);
+    expect_request(AlState::kOp, AlState::kOp);
     slave().al().fall_back(AlState::kSafeOp, row.code);
     expect_status(AlState::kSafeOp, row.code);
     EXPECT_EQ(inputs_read(), row.inputs);
@@ -266,8 +256,7 @@ TEST_F(AlStateMachineTest, MailboxLengthsOfTheWholeRangeAreAccepted) {
     out.length = static_cast<std::uint16_t>(length);
     set_sync_manager(0, out);
     set_sync_manager(1, mailbox_in());
-    request(AlState::kPreOp);
-    expect_status(AlState::kPreOp);
+    expect_request(AlState::kPreOp, AlState::kPreOp);
   }
 }
 
@@ -324,11 +313,9 @@ TEST_F(AlStateMachineTest, InputOnlyAndOutputOnlyDevices) {
     rebuild({}, std::move(own));
     go_to(AlState::kPreOp);
     set_sync_manager(has_outputs ? 2 : 3, has_outputs ? outputs() : inputs());
-    request(AlState::kSafeOp);
-    expect_status(AlState::kSafeOp);
+    expect_request(AlState::kSafeOp, AlState::kSafeOp);
     if (has_outputs) write_outputs(bytes({1, 2, 3, 4}));
-    request(AlState::kOp);
-    expect_status(AlState::kOp);
+    expect_request(AlState::kOp, AlState::kOp);
     // Without process data a sync manager must stay off.
     rebuild({}, [has_outputs] {
       auto other = std::make_unique<TestDevice>();
@@ -348,11 +335,9 @@ TEST_F(AlStateMachineTest, WatchdogThatCannotDoItsDuty) {
   write(reg::kWatchdogTimeProcessData, 0);
   expect_refused(AlState::kSafeOp, AlStatusCode::kInvalidWatchdogConfiguration);
   write(reg::kWatchdogTimeProcessData, 1);  // 100 us, but the device works every 125 us
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kPreOp, AlStatusCode::kInvalidWatchdogConfiguration);
+  expect_acknowledged(AlState::kSafeOp, AlState::kPreOp, AlStatusCode::kInvalidWatchdogConfiguration);
   write(reg::kWatchdogTimeProcessData, 2);
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(AlStateMachineTest, WatchdogMayBeOffWhenTheSyncManagerDoesNotTriggerIt) {
@@ -362,11 +347,9 @@ TEST_F(AlStateMachineTest, WatchdogMayBeOffWhenTheSyncManagerDoesNotTriggerIt) {
   set_sync_manager(2, channel);
   set_sync_manager(3, inputs());
   write(reg::kWatchdogTimeProcessData, 0);
-  request(AlState::kSafeOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kSafeOp, AlState::kSafeOp);
   write_outputs(bytes({1, 2, 3, 4}));
-  request(AlState::kOp);
-  expect_status(AlState::kOp);
+  expect_request(AlState::kOp, AlState::kOp);
   pass(10s);
   expect_status(AlState::kOp);
 }
@@ -377,8 +360,7 @@ TEST_F(AlStateMachineTest, ApplicationRefusesWithItsOwnCode) {
   device().refusal = AlStatusCode::kInvalidOutputMapping;
   expect_refused(AlState::kSafeOp, AlStatusCode::kInvalidOutputMapping);
   device().refusal = AlStatusCode::kNoError;
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(AlStateMachineTest, IncompleteFirmwareDoesNotLeaveInit) {
@@ -388,8 +370,7 @@ TEST_F(AlStateMachineTest, IncompleteFirmwareDoesNotLeaveInit) {
   expect_refused(AlState::kPreOp, AlStatusCode::kNoValidFirmware);
   for (const unsigned n : {0U, 1U}) write(static_cast<std::uint16_t>(0x0806 + 8 * n), bytes({0}));
   configure_boot_mailboxes();
-  request(AlState::kBootstrap, true);
-  expect_status(AlState::kBootstrap);
+  expect_acknowledged(AlState::kBootstrap, AlState::kBootstrap);
 }
 
 TEST_F(AlStateMachineTest, MappingIsCheckedBeforeTheSyncManagers) {
@@ -400,8 +381,7 @@ TEST_F(AlStateMachineTest, MappingIsCheckedBeforeTheSyncManagers) {
     expect_refused(AlState::kSafeOp, wrong);
     device().mapping = AlStatusCode::kNoError;
     configure_process_data();
-    request(AlState::kSafeOp, true);
-    expect_status(AlState::kSafeOp);
+    expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
   }
 }
 
@@ -411,8 +391,7 @@ TEST_F(AlStateMachineTest, InputsWithoutASensorAreNotValid) {
   device().sensor_present = false;
   expect_refused(AlState::kSafeOp, AlStatusCode::kNoValidInputs);
   device().sensor_present = true;
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(AlStateMachineTest, AnApplicationThatHungReportsItsBackgroundWatchdog) {
@@ -455,57 +434,46 @@ TEST_F(AlStateMachineTest, RefusalChosenFromOutside) {
   slave().al().refuse(AlState::kPreOp, AlStatusCode::kNoValidFirmware);
   expect_refused(AlState::kPreOp, AlStatusCode::kNoValidFirmware);
   slave().al().refuse(AlState::kSafeOp, AlStatusCode::kNoValidInputs);
-  request(AlState::kPreOp, true);
-  expect_status(AlState::kPreOp);
+  expect_acknowledged(AlState::kPreOp, AlState::kPreOp);
   configure_process_data();
   expect_refused(AlState::kSafeOp, AlStatusCode::kNoValidInputs);
   slave().al().clear_refusal();
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(AlStateMachineTest, ErrorBlocksRequestsUntilAcknowledged) {
   go_to(AlState::kPreOp);
   expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
   configure_process_data();
-  request(AlState::kSafeOp);
-  expect_status(AlState::kPreOp, AlStatusCode::kInvalidRequestedStateChange);
-  request(AlState::kPreOp);
-  expect_status(AlState::kPreOp, AlStatusCode::kInvalidRequestedStateChange);
-  request(AlState::kPreOp, true);
-  expect_status(AlState::kPreOp);
-  request(AlState::kSafeOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kSafeOp, AlState::kPreOp, AlStatusCode::kInvalidRequestedStateChange);
+  expect_request(AlState::kPreOp, AlState::kPreOp, AlStatusCode::kInvalidRequestedStateChange);
+  expect_acknowledged(AlState::kPreOp, AlState::kPreOp);
+  expect_request(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(AlStateMachineTest, AcknowledgeAndNewStateInOneRequest) {
   go_to(AlState::kPreOp);
   expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
   configure_process_data();
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(AlStateMachineTest, InitIsAcceptedWithoutAcknowledge) {
   go_to(AlState::kPreOp);
   expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
-  request(AlState::kInit);
-  expect_status(AlState::kInit);
+  expect_request(AlState::kInit, AlState::kInit);
 }
 
 TEST_F(AlStateMachineTest, AcknowledgeWithoutErrorDoesNoHarm) {
   configure_mailboxes();
-  request(AlState::kInit, true);
-  expect_status(AlState::kInit);
-  request(AlState::kPreOp, true);
-  expect_status(AlState::kPreOp);
+  expect_acknowledged(AlState::kInit, AlState::kInit);
+  expect_acknowledged(AlState::kPreOp, AlState::kPreOp);
 }
 
 TEST_F(AlStateMachineTest, ANewErrorReplacesTheAcknowledgedOne) {
   go_to(AlState::kPreOp);
   expect_refused(AlState::kOp, AlStatusCode::kInvalidRequestedStateChange);
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kPreOp, AlStatusCode::kInvalidOutputConfiguration);
+  expect_acknowledged(AlState::kSafeOp, AlState::kPreOp, AlStatusCode::kInvalidOutputConfiguration);
 }
 
 TEST_F(AlStateMachineTest, DelayedTransitionHappensWhileNobodyAsks) {
@@ -513,8 +481,7 @@ TEST_F(AlStateMachineTest, DelayedTransitionHappensWhileNobodyAsks) {
   options.al.transition_delay = 30ms;
   rebuild(options);
   configure_mailboxes();
-  request(AlState::kPreOp);
-  expect_status(AlState::kInit);
+  expect_request(AlState::kPreOp, AlState::kInit);
   pass(29ms);
   expect_status(AlState::kInit);
   EXPECT_TRUE(device().transitions.empty());
@@ -552,8 +519,7 @@ TEST_F(AlStateMachineTest, ANewRequestReplacesADelayedOne) {
 
 TEST_F(AlStateMachineTest, OpWaitsForOutputs) {
   go_to(AlState::kSafeOp);
-  request(AlState::kOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kOp, AlState::kSafeOp);
   pass(500ms);
   expect_status(AlState::kSafeOp);
   write_outputs(bytes({1, 2, 3, 4}));
@@ -575,8 +541,7 @@ TEST_F(AlStateMachineTest, OpWithOutputsThatHaveStoppedTimesOutWithTheWatchdogCo
   write_outputs(bytes({1, 2, 3, 4}));
   pass(200ms);  // the watchdog has expired meanwhile
   expect_status(AlState::kSafeOp);
-  request(AlState::kOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kOp, AlState::kSafeOp);
   pass(1s);
   expect_status(AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
 }

@@ -13,36 +13,30 @@ class CommandTest : public BenchSlave {
     write(kRam, bytes({0x11, 0x22}));
   }
   std::vector<std::byte> ram() { return read(kRam, 2).data; }
+  static void expect(const Answer& answer, unsigned working_counter, unsigned adp, const std::vector<std::byte>& data) {
+    EXPECT_EQ(answer.working_counter, working_counter);
+    EXPECT_EQ(answer.adp, adp);
+    EXPECT_EQ(answer.data, data);
+  }
 };
 
 TEST_F(CommandTest, NopLeavesEverythingAlone) {
-  const auto answer = transfer(Command::kNop, 0, kRam, bytes({0xAA, 0xBB}));
-  EXPECT_EQ(answer.working_counter, 0);
-  EXPECT_EQ(answer.adp, 0);
-  EXPECT_EQ(answer.data, bytes({0xAA, 0xBB}));
+  expect(transfer(Command::kNop, 0, kRam, bytes({0xAA, 0xBB})), 0, 0, bytes({0xAA, 0xBB}));
   EXPECT_EQ(ram(), bytes({0x11, 0x22}));
 }
 
 TEST_F(CommandTest, UnknownCommandLeavesEverythingAlone) {
   for (unsigned raw = 15; raw < 256; ++raw) {
-    const auto answer = transfer(static_cast<Command>(raw), 0, kRam, bytes({0xAA, 0xBB}));
-    EXPECT_EQ(answer.working_counter, 0);
-    EXPECT_EQ(answer.adp, 0);
-    EXPECT_EQ(answer.data, bytes({0xAA, 0xBB}));
+    expect(transfer(static_cast<Command>(raw), 0, kRam, bytes({0xAA, 0xBB})), 0, 0, bytes({0xAA, 0xBB}));
   }
   EXPECT_EQ(ram(), bytes({0x11, 0x22}));
 }
 
 TEST_F(CommandTest, AutoIncrementAddressesTheSlaveThatSeesZeroAndCountsUpInAll) {
-  const auto hit = transfer(Command::kAprd, 0, kRam, bytes({0, 0}));
-  EXPECT_EQ(hit.working_counter, 1);
-  EXPECT_EQ(hit.adp, 1);
-  EXPECT_EQ(hit.data, bytes({0x11, 0x22}));
+  expect(transfer(Command::kAprd, 0, kRam, bytes({0, 0})), 1, 1, bytes({0x11, 0x22}));
   for (const unsigned position : {1U, 0xFFFFU, 0x8000U}) {
-    const auto miss = transfer(Command::kAprd, static_cast<std::uint16_t>(position), kRam, bytes({7, 7}));
-    EXPECT_EQ(miss.working_counter, 0);
-    EXPECT_EQ(miss.adp, static_cast<std::uint16_t>(position + 1));
-    EXPECT_EQ(miss.data, bytes({7, 7}));
+    expect(transfer(Command::kAprd, static_cast<std::uint16_t>(position), kRam, bytes({7, 7})), 0,
+           static_cast<std::uint16_t>(position + 1), bytes({7, 7}));
   }
 }
 
@@ -61,14 +55,8 @@ TEST_F(CommandTest, AutoIncrementWriteAndReadWrite) {
 }
 
 TEST_F(CommandTest, ConfiguredAddressDoesNotChangeTheAddressField) {
-  const auto hit = transfer(Command::kFprd, kStation, kRam, bytes({0, 0}));
-  EXPECT_EQ(hit.working_counter, 1);
-  EXPECT_EQ(hit.adp, kStation);
-  EXPECT_EQ(hit.data, bytes({0x11, 0x22}));
-  const auto miss = transfer(Command::kFprd, kStation + 1, kRam, bytes({7, 7}));
-  EXPECT_EQ(miss.working_counter, 0);
-  EXPECT_EQ(miss.adp, kStation + 1);
-  EXPECT_EQ(miss.data, bytes({7, 7}));
+  expect(transfer(Command::kFprd, kStation, kRam, bytes({0, 0})), 1, kStation, bytes({0x11, 0x22}));
+  expect(transfer(Command::kFprd, kStation + 1, kRam, bytes({7, 7})), 0, kStation + 1, bytes({7, 7}));
 }
 
 TEST_F(CommandTest, ConfiguredAddressWriteAndReadWrite) {
@@ -80,10 +68,7 @@ TEST_F(CommandTest, ConfiguredAddressWriteAndReadWrite) {
 }
 
 TEST_F(CommandTest, BroadcastReadOrsIntoTheData) {
-  const auto answer = transfer(Command::kBrd, 5, kRam, bytes({0x80, 0x02}));
-  EXPECT_EQ(answer.working_counter, 1);
-  EXPECT_EQ(answer.adp, 6);
-  EXPECT_EQ(answer.data, bytes({0x91, 0x22}));
+  expect(transfer(Command::kBrd, 5, kRam, bytes({0x80, 0x02})), 1, 6, bytes({0x91, 0x22}));
 }
 
 TEST_F(CommandTest, BroadcastWriteAndReadWrite) {
@@ -98,14 +83,8 @@ TEST_F(CommandTest, BroadcastWriteAndReadWrite) {
 }
 
 TEST_F(CommandTest, MultipleWriteReadsFromTheAddressedSlaveAndWritesToAllOthers) {
-  const auto read_here = transfer(Command::kArmw, 0, kRam, bytes({0, 0}));
-  EXPECT_EQ(read_here.working_counter, 1);
-  EXPECT_EQ(read_here.adp, 1);
-  EXPECT_EQ(read_here.data, bytes({0x11, 0x22}));
-  const auto written_here = transfer(Command::kArmw, 1, kRam, bytes({5, 6}));
-  EXPECT_EQ(written_here.working_counter, 1);
-  EXPECT_EQ(written_here.adp, 2);
-  EXPECT_EQ(written_here.data, bytes({5, 6}));
+  expect(transfer(Command::kArmw, 0, kRam, bytes({0, 0})), 1, 1, bytes({0x11, 0x22}));
+  expect(transfer(Command::kArmw, 1, kRam, bytes({5, 6})), 1, 2, bytes({5, 6}));
   EXPECT_EQ(ram(), bytes({5, 6}));
 
   EXPECT_EQ(transfer(Command::kFrmw, kStation, kRam, bytes({0, 0})).data, bytes({5, 6}));

@@ -158,8 +158,7 @@ TEST_F(FmmuTest, BitwiseWritesOfOneSyncManagerByteAddUp) {
   request(AlState::kPreOp);
   set_sync_manager(2, outputs(1));
   set_sync_manager(3, inputs(1));
-  request(AlState::kSafeOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kSafeOp, AlState::kSafeOp);
   set_fmmu(0, {0x300, 1, 0, 3, kOutputsAddress, 0, kWrite, true});
   set_fmmu(1, {0x301, 1, 0, 3, kOutputsAddress, 4, kWrite, true});
   EXPECT_EQ(logical(Command::kLwr, 0x300, bytes({0x05, 0x0A})).working_counter, 1);

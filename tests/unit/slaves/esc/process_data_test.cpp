@@ -51,8 +51,7 @@ TEST_F(ProcessDataTest, OutputsReachTheDeviceInOpOnly) {
   pass(1ms);
   EXPECT_EQ(device().output_count, 0);
   write_outputs(bytes({8, 8, 8, 8}));
-  request(AlState::kOp);
-  expect_status(AlState::kOp);
+  expect_request(AlState::kOp, AlState::kOp);
   pass(125us);
   EXPECT_EQ(device().outputs[2], bytes({8, 8, 8, 8})) << "the newest, handed over at the first step";
   EXPECT_EQ(device().output_count, 1);
@@ -143,21 +142,17 @@ TEST_F(ProcessDataTest, ProperStartUpLeavesTheExpiredWatchdogBehind) {
   go_to(AlState::kOp);
   pass(1s);
   expect_status(AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
-  request(AlState::kOp);
-  expect_status(AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
   write_outputs(bytes({1, 2, 3, 4}));
-  request(AlState::kOp);
-  expect_status(AlState::kOp);
+  expect_request(AlState::kOp, AlState::kOp);
   EXPECT_EQ(get(reg::kWatchdogStatusProcessData), 1);
 }
 
 TEST_F(ProcessDataTest, ProperStartUpThroughInitToo) {
   go_to(AlState::kOp);
   pass(1s);
-  request(AlState::kInit, true);
-  expect_status(AlState::kInit);
+  expect_acknowledged(AlState::kInit, AlState::kInit);
   for (unsigned n = 0; n < 4; ++n) write(static_cast<std::uint16_t>(0x0806 + 8 * n), bytes({0}));
   go_to(AlState::kOp);
   expect_status(AlState::kOp);
@@ -192,12 +187,10 @@ TEST_F(ProcessDataTest, SeveralSyncManagersPerDirection) {
   configure_process_data();
   set_sync_manager(4, {0x1A00, 2, 0x24, 0, 1, 0});
   set_sync_manager(5, {0x1B00, 1, 0x20, 0, 1, 0});
-  request(AlState::kSafeOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kSafeOp, AlState::kSafeOp);
   EXPECT_EQ(read(0x1B00, 1).data, bytes({0x77}));
   write_outputs(bytes({1, 2, 3, 4}));
-  request(AlState::kOp);
-  expect_status(AlState::kSafeOp);  // the second output sync manager has had nothing yet
+  expect_request(AlState::kOp, AlState::kSafeOp);  // the second output sync manager has had nothing yet
   write(0x1A00, bytes({8, 9}));
   pass(125us);
   expect_status(AlState::kOp);

@@ -5,6 +5,8 @@
 #include "bench_slave.hpp"
 #include "driveline/slaves/esc/sii_file.hpp"
 #include "driveline/wire/sii_access.hpp"
+#include "support/must.hpp"
+#include "support/temporary_directory.hpp"
 
 namespace driveline::slaves::test {
 namespace {
@@ -14,15 +16,8 @@ namespace sii = wire::sii_access;
 
 class SiiFileTest : public BenchSlave {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "driveline-sii-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  [[nodiscard]] fs::path file() const { return folder_ / "drive.sii"; }
-  [[nodiscard]] const fs::path& folder() const { return folder_; }
+  [[nodiscard]] fs::path file() const { return folder_.path / "drive.sii"; }
+  [[nodiscard]] const fs::path& folder() const { return folder_.path; }
   void write_word(std::uint32_t word, unsigned value) {
     write(0x0508, bytes({value & 0xFF, value >> 8}));
     std::vector<std::byte> data(6);
@@ -32,7 +27,7 @@ class SiiFileTest : public BenchSlave {
   }
 
  private:
-  fs::path folder_;
+  driveline::test::TemporaryFolder folder_;
 };
 
 TEST_F(SiiFileTest, WithoutAFileTheDeviceHasItsOwnContent) {
@@ -69,9 +64,7 @@ TEST_F(SiiFileTest, NothingButTheFileIsLeftBehind) {
 TEST_F(SiiFileTest, AFailedSaveLeavesTheOldContentAndIsTriedAgain) {
   SiiFile kept(folder() / "absent" / "drive.sii");
   write_word(20, 1);
-  const auto failed = kept.save(esc().sii());
-  ASSERT_FALSE(failed);
-  EXPECT_EQ(describe(failed.error()),
+  EXPECT_EQ(failure_text(kept.save(esc().sii())),
             (folder() / "absent" / "drive.sii").string() + ": cannot be written: No such file or directory");
   fs::create_directory(folder() / "absent");
   EXPECT_EQ(kept.save(esc().sii()), true);
@@ -79,9 +72,8 @@ TEST_F(SiiFileTest, AFailedSaveLeavesTheOldContentAndIsTriedAgain) {
 
 TEST_F(SiiFileTest, FilesThatAreNoEepromAreRefused) {
   std::ofstream(file()).close();
-  const auto empty = SiiFile(file()).load();
-  ASSERT_FALSE(empty);
-  EXPECT_EQ(describe(empty.error()), file().string() + ": not an EEPROM image: 0 bytes, expected 1 to 131072");
+  EXPECT_EQ(failure_text(SiiFile(file()).load()),
+            file().string() + ": not an EEPROM image: 0 bytes, expected 1 to 131072");
   fs::resize_file(file(), 131073);
   EXPECT_FALSE(SiiFile(file()).load());
   EXPECT_FALSE(SiiFile(folder()).load()) << "a folder";

@@ -36,17 +36,13 @@ class SyncSupervisionTest : public BenchSlave {
   void to_op(const SyncDemand& demand) {
     prepare(demand);
     activate(kCycle);
-    request(AlState::kSafeOp);
-    expect_status(AlState::kSafeOp);
+    expect_request(AlState::kSafeOp, AlState::kSafeOp);
     pass(100us);  // between two pulses
     request(AlState::kOp);
     for (int i = 0; i < 20; ++i) cycle();
     expect_status(AlState::kOp);
   }
-  void expect_safe_op_refused(AlStatusCode code) {
-    request(AlState::kSafeOp);
-    expect_status(AlState::kPreOp, code);
-  }
+  void expect_safe_op_refused(AlStatusCode code) { expect_request(AlState::kSafeOp, AlState::kPreOp, code); }
 };
 
 SyncDemand demand_of_a_drive() {
@@ -65,8 +61,7 @@ TEST_F(SyncSupervisionTest, ADeviceThatNeedsSync0DoesNotRunWithoutIt) {
   prepare(demand);
   expect_safe_op_refused(AlStatusCode::kFreeRunNotSupported);
   activate(kCycle);
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(SyncSupervisionTest, FreeRunThatIsSetButNotSupported) {
@@ -121,8 +116,7 @@ TEST_F(SyncSupervisionTest, Sync0CycleTimesThatDoNotFit) {
   for (const std::uint32_t cycle : {125'000U, 20'000'000U}) {
     prepare(demand_of_a_drive());
     activate(cycle);
-    request(AlState::kSafeOp);
-    expect_status(AlState::kSafeOp);
+    expect_request(AlState::kSafeOp, AlState::kSafeOp);
   }
 }
 
@@ -131,8 +125,7 @@ TEST_F(SyncSupervisionTest, Sync1CycleTimesThatDoNotFit) {
   activate(250'000, 0x07, 300'000);
   expect_safe_op_refused(AlStatusCode::kDcSync1CycleTime);
   activate(250'000, 0x07, 100'000);  // a shift
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(SyncSupervisionTest, ACycleOtherThanTheOneTheApplicationIsSetTo) {
@@ -142,8 +135,7 @@ TEST_F(SyncSupervisionTest, ACycleOtherThanTheOneTheApplicationIsSetTo) {
   activate(500'000);
   expect_safe_op_refused(AlStatusCode::kDcInvalidSyncCycleTime);
   activate(250'000, 0x07, 750'000);  // SYNC1 at every fourth SYNC0
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
 }
 
 TEST_F(SyncSupervisionTest, OpWaitsForEvenPulses) {
@@ -162,8 +154,7 @@ TEST_F(SyncSupervisionTest, OpWaitsForEvenPulses) {
 TEST_F(SyncSupervisionTest, OpIsNotReachedWithoutSync0) {
   prepare(demand_of_a_drive());
   activate(kCycle, 0x03, 0, -1000);  // a start time in the past
-  request(AlState::kSafeOp);
-  expect_status(AlState::kSafeOp);
+  expect_request(AlState::kSafeOp, AlState::kSafeOp);
   request(AlState::kOp);
   for (int i = 0; i < 1001; ++i) cycle();
   expect_status(AlState::kSafeOp, AlStatusCode::kNoSyncError);
@@ -298,8 +289,7 @@ TEST_F(SyncSupervisionTest, TypesOfTheInputs) {
     demand.outputs = row.outputs;
     prepare(demand);
     activate(kCycle, row.activation);
-    request(AlState::kSafeOp);
-    expect_status(row.code == AlStatusCode::kNoError ? AlState::kSafeOp : AlState::kPreOp, row.code);
+    expect_request(AlState::kSafeOp, row.code == AlStatusCode::kNoError ? AlState::kSafeOp : AlState::kPreOp, row.code);
   }
 }
 
@@ -368,8 +358,7 @@ TEST_F(SyncSupervisionTest, ProcessDataThatSynchroniseAndComeTooLate) {
   prepare(demand);
   request(AlState::kSafeOp);
   write_outputs(bytes({1, 2, 3, 4}));
-  request(AlState::kOp);
-  expect_status(AlState::kOp);
+  expect_request(AlState::kOp, AlState::kOp);
   for (int i = 0; i < 100; ++i) cycle();
   expect_status(AlState::kOp);
   for (int i = 0; i < 6; ++i) cycle(false);
@@ -380,8 +369,7 @@ TEST_F(SyncSupervisionTest, AfterTheErrorANewStartUpSucceeds) {
   to_op(demand_of_a_drive());
   for (int i = 0; i < 6; ++i) cycle(false);
   expect_status(AlState::kSafeOp, AlStatusCode::kDcSyncTimeout);
-  request(AlState::kSafeOp, true);
-  expect_status(AlState::kSafeOp);
+  expect_acknowledged(AlState::kSafeOp, AlState::kSafeOp);
   cycle();
   request(AlState::kOp);
   cycle();
@@ -394,8 +382,7 @@ TEST_F(SyncSupervisionTest, DevicesWithoutDemandsFollowWhateverIsActivated) {
   prepare({});
   request(AlState::kSafeOp);
   write_outputs(bytes({1, 2, 3, 4}));
-  request(AlState::kOp);
-  expect_status(AlState::kOp);
+  expect_request(AlState::kOp, AlState::kOp);
   activate(kCycle);
   for (int i = 0; i < 90; ++i) cycle();
   expect_status(AlState::kOp);

@@ -404,8 +404,7 @@ TEST_F(SyncUnitTest, OutputsChangeHandsAtSync0) {
   request(AlState::kSafeOp);
   write_outputs(bytes({1, 2, 3, 4}));
   pass(6001us);
-  request(AlState::kOp);
-  expect_status(AlState::kOp);
+  expect_request(AlState::kOp, AlState::kOp);
   for (unsigned i = 0; i < 10; ++i) {
     pass(400us);
     write_outputs(bytes({i, 2, 3, 4}));

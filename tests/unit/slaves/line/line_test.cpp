@@ -1,4 +1,5 @@
 // Frames through a line of slaves: order, times, lengths of replies, kinds of frames.
+#include "support/must.hpp"
 #include "test_line.hpp"
 
 namespace driveline::slaves::test {
@@ -8,15 +9,14 @@ using wire::DatagramAddress;
 
 TEST_F(LineTest, EverySlaveIsCountedAndAddressedByPosition) {
   build(5);
-  const auto all = exchange(Command::kBrd, DatagramAddress::physical(0, 0x0000), bytes({0}));
-  ASSERT_TRUE(all);
+  const auto all = must(exchange(Command::kBrd, DatagramAddress::physical(0, 0x0000), bytes({0})));
   EXPECT_EQ(all->working_counter, 5);
   EXPECT_EQ(all->adp, 5);
   EXPECT_EQ(all->data, bytes({0x11}));
   for (std::uint16_t i = 0; i < 5; ++i) {
     const auto address = wire::to_le_bytes(static_cast<std::uint16_t>(0x1001 + i));
-    const auto reply = exchange(Command::kApwr, DatagramAddress::position(i, 0x0010), {address.begin(), address.end()});
-    ASSERT_TRUE(reply);
+    const auto reply =
+        must(exchange(Command::kApwr, DatagramAddress::position(i, 0x0010), {address.begin(), address.end()}));
     EXPECT_EQ(reply->working_counter, 1);
     EXPECT_EQ(peek(i, reg::kStationAddress), 0x1001 + i);
   }
@@ -47,8 +47,7 @@ TEST_F(LineTest, ReplyDiffersFromTheRequestOnlyWhereItMay) {
   for (const std::size_t length : {1U, 32U, 33U, 500U, 1486U}) {
     const auto frame = make_frame(Command::kFprd, DatagramAddress::physical(0x0BAD, 0x1000),
                                   std::vector<std::byte>(length, std::byte{0xC3}));
-    const auto reply = exchange(frame, line(), line());
-    ASSERT_TRUE(reply);
+    const auto reply = must(exchange(frame, line(), line()));
     ASSERT_EQ(reply->frame.size(), frame.size());
     for (std::size_t i = 0; i < frame.size(); ++i) {
       if (i == 6) continue;
@@ -62,9 +61,7 @@ TEST_F(LineTest, BytesBehindTheLastDatagramComeBackUnchanged) {
   build(1);
   auto frame = make_frame(Command::kBrd, DatagramAddress::physical(0, 0), bytes({0}));
   for (std::size_t i = 29; i < frame.size(); ++i) frame[i] = static_cast<std::byte>(i);
-  const auto reply = exchange(frame, line(), line());
-  ASSERT_TRUE(reply);
-  EXPECT_TRUE(std::equal(frame.begin() + 29, frame.end(), reply->frame.begin() + 29));
+  EXPECT_TRUE(std::equal(frame.begin() + 29, frame.end(), must(exchange(frame, line(), line()))->frame.begin() + 29));
 }
 
 TEST_F(LineTest, SeveralDatagramsTakeEffectInOrder) {
@@ -125,8 +122,7 @@ TEST_F(LineTest, TheFrameIsOnTheWireForItsTime) {
   EXPECT_FALSE(line().receive());
   EXPECT_TRUE(line().wait_readable(arrival + 1s));
   EXPECT_EQ(clock().now(), arrival);
-  const auto received = line().receive();
-  ASSERT_TRUE(received);
+  const auto received = must(line().receive());
   EXPECT_EQ(received->time, arrival);
   EXPECT_FALSE(line().receive());
   EXPECT_FALSE(line().wait_readable(clock().now() + 5us));
@@ -157,8 +153,7 @@ TEST_F(LineTest, SeveralFramesInFlightComeBackInOrder) {
             port::SendStatus::kBusy);
   clock().advance(1ms);
   for (unsigned i = 0; i < LineEnd::kMaxInFlight; ++i) {
-    const auto received = line().receive();
-    ASSERT_TRUE(received);
+    const auto received = must(line().receive());
     EXPECT_EQ(parse(received->bytes).data, bytes({i}));
   }
   EXPECT_FALSE(line().receive());
@@ -171,8 +166,7 @@ TEST_F(LineTest, AReceivedFrameStaysValidUntilTheNextReceive) {
   ASSERT_EQ(line().send(make_frame(Command::kNop, DatagramAddress::physical(0, 0), bytes({1}))),
             port::SendStatus::kSent);
   clock().advance(1ms);
-  const auto first = line().receive();
-  ASSERT_TRUE(first);
+  const auto first = must(line().receive());
   unsigned sent = 0;
   while (line().send(make_frame(Command::kNop, DatagramAddress::physical(0, 0), bytes({2}))) ==
          port::SendStatus::kSent) {
@@ -192,13 +186,11 @@ TEST_F(LineTest, AShortFrameDoesNotOvertakeALongOne) {
               port::SendStatus::kSent);
   }
   clock().advance(1ms);
-  const auto first = line().receive();
-  ASSERT_TRUE(first);
+  const auto first = must(line().receive());
   EXPECT_EQ(first->bytes.size(), 1028U);
   const auto first_time = first->time;
   EXPECT_GT(first_time, start + 1028 * 80ns);
-  const auto second = line().receive();
-  ASSERT_TRUE(second);
+  const auto second = must(line().receive());
   EXPECT_EQ(second->time, first_time + (24 + 60) * 80ns) << "behind the FCS and the gap of the first";
 }
 
@@ -229,8 +221,7 @@ TEST_F(LineTest, VlanTaggedFrames) {
   auto frame = make_frame(Command::kBrd, DatagramAddress::physical(0, 0), bytes({0}));
   const auto tag = bytes({0x81, 0x00, 0xE0, 0x05});
   frame.insert(frame.begin() + 12, tag.begin(), tag.end());
-  const auto reply = exchange(frame, line(), line());
-  ASSERT_TRUE(reply);
+  const auto reply = must(exchange(frame, line(), line()));
   EXPECT_EQ(reply->working_counter, 2);
   EXPECT_TRUE(std::equal(tag.begin(), tag.end(), reply->frame.begin() + 12));
   EXPECT_EQ(reply->frame.size(), frame.size());

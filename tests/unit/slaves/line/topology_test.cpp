@@ -1,4 +1,5 @@
 // Cables that break and heal, loops that close and open, power that fails, rings.
+#include "support/must.hpp"
 #include "test_line.hpp"
 
 namespace driveline::slaves::test {
@@ -134,12 +135,8 @@ TEST_F(TopologyTest, AutoClosedPortOpensForAFrameThatComesIn) {
 TEST_F(TopologyTest, RingIsPassedFromEndToEnd) {
   build(3, {}, Wiring::ring(3));
   const auto frame = make_frame(Command::kBrd, DatagramAddress::physical(0, 0), bytes({0}));
-  const auto forward = exchange(frame, line(), line().secondary());
-  ASSERT_TRUE(forward);
-  EXPECT_EQ(forward->working_counter, 3);
-  const auto backward = exchange(frame, line().secondary(), line());
-  ASSERT_TRUE(backward);
-  EXPECT_EQ(backward->working_counter, 0);
+  EXPECT_EQ(must(exchange(frame, line(), line().secondary()))->working_counter, 3);
+  EXPECT_EQ(must(exchange(frame, line().secondary(), line()))->working_counter, 0);
   EXPECT_EQ(dl_status(2).ports[1], kUp);
 }
 
@@ -147,12 +144,10 @@ TEST_F(TopologyTest, BrokenRingIsReachedFromBothEnds) {
   build(4, {}, Wiring::ring(4));
   line().break_cable({0, 1});
   const auto frame = make_frame(Command::kBrd, DatagramAddress::physical(0, 0), bytes({0}));
-  const auto near = exchange(frame, line(), line());
-  ASSERT_TRUE(near);
+  const auto near = must(exchange(frame, line(), line()));
   EXPECT_EQ(near->working_counter, 1);
   EXPECT_FALSE(near->circulating);
-  const auto far = exchange(frame, line().secondary(), line().secondary());
-  ASSERT_TRUE(far);
+  const auto far = must(exchange(frame, line().secondary(), line().secondary()));
   EXPECT_EQ(far->working_counter, 3);
   EXPECT_TRUE(far->circulating) << "set by the slave that turned it round at port 0";
 }

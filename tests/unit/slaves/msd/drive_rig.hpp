@@ -26,6 +26,17 @@ inline constexpr std::uint16_t kEnabled = 0x0F;    ///< control word: operation 
 inline constexpr std::uint16_t kHalt = 0x100;      ///< control word
 inline constexpr std::uint16_t kReached = 0x0400;  ///< status word: target reached
 
+/// A value to write to an object of the drive.
+struct ObjectValue {
+  std::uint16_t index;
+  unsigned sub;
+  std::uint32_t value;
+  unsigned size;  ///< bytes
+};
+inline ObjectValue real_value(std::uint16_t index, unsigned sub, float value) {
+  return {index, sub, std::bit_cast<std::uint32_t>(value), 4};
+}
+
 /// A drive with a manual master: SDOs as bytes, AL transitions, PDOs with a fixed layout, time in cycles of 125 us.
 /// Layout: RxPDO1 control word, mode, 2807h filler, target position; RxPDO2 target velocity, target torque, torque
 /// offset; RxPDO3 velocity offset. TxPDO1 status word, mode display, filler, position; TxPDO2 velocity, torque, error
@@ -83,6 +94,12 @@ class DriveRig {
   }
   std::uint32_t write_real(std::uint16_t index, unsigned sub, float value) {
     return write(index, sub, std::bit_cast<std::uint32_t>(value), 4);
+  }
+  /// Writes these values; fails the test if the drive refuses one.
+  void set(const std::vector<ObjectValue>& values) {
+    for (const auto& [index, sub, value, size] : values) {
+      EXPECT_EQ(write(index, sub, value, size), 0U) << std::hex << index << ':' << sub;
+    }
   }
   /// Expedited upload; fails the test if it is aborted.
   std::uint32_t read(std::uint16_t index, unsigned sub = 0) {
@@ -142,6 +159,16 @@ class DriveRig {
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
   }
+  /// Sends this control word for `count` cycles.
+  void command(std::uint16_t word, int count = 1) {
+    control = word;
+    cycles(count);
+  }
+  /// Sends this target velocity for `count` cycles.
+  void turn(std::int32_t velocity_units, int count) {
+    target_velocity = velocity_units;
+    cycles(count);
+  }
   /// Advances the time without a bus.
   void pass(std::chrono::nanoseconds time) {
     now += time;
@@ -163,11 +190,13 @@ class DriveRig {
     control = 0x00;
     cycles(2);
     target_position = position;
-    for (const std::uint16_t word : {std::uint16_t{0x06}, std::uint16_t{0x07}, std::uint16_t{0x0F}}) {
-      control = word;
-      cycles(2);
-    }
+    for (const std::uint16_t word : {std::uint16_t{0x06}, std::uint16_t{0x07}, std::uint16_t{0x0F}}) command(word, 2);
     ASSERT_EQ(drive.state(), PowerState::kOperationEnabled);
+  }
+  /// Goes to OP and enables operation.
+  void start(std::int8_t operation_mode, unsigned cycle_us = 125) {
+    operate(cycle_us);
+    enable(operation_mode);
   }
   /// Runs at a constant speed of this many increments per second (mode 9).
   void run_at(std::int32_t increments_s) {
@@ -200,6 +229,23 @@ class DriveRig {
  private:
   std::chrono::nanoseconds cycle_ = 125us;
   unsigned counter_ = 0;
+};
+
+/// A rig in OP.
+struct OperatingRig : DriveRig {
+  explicit OperatingRig(unsigned cycle_us = 125) { operate(cycle_us); }
+  explicit OperatingRig(const MsdParameters& parameters, unsigned cycle_us = 125) : DriveRig(parameters) {
+    operate(cycle_us);
+  }
+};
+
+/// A rig in OP with operation enabled in a mode.
+struct EnabledRig : DriveRig {
+  explicit EnabledRig(std::int8_t operation_mode, unsigned cycle_us = 125) { start(operation_mode, cycle_us); }
+  EnabledRig(const MsdParameters& parameters, std::int8_t operation_mode, unsigned cycle_us = 125)
+      : DriveRig(parameters) {
+    start(operation_mode, cycle_us);
+  }
 };
 
 }  // namespace driveline::slaves::msd

@@ -7,6 +7,7 @@
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/esi/sii_difference.hpp"
+#include "support/must.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -107,8 +108,7 @@ TEST(EsiMapping, NamesAndTypesAreThoseOfTheDictionary) {
 
 TEST(EsiMapping, TheDriveItselfComesWithEmptyPdos) {
   const MsdDrive drive;
-  const auto image = esi::decode_sii(drive.profile().sii_image);
-  ASSERT_TRUE(image);
+  const auto image = must(esi::decode_sii(drive.profile().sii_image));
   for (const auto& pdo : esi::description_from_sii(*image).rx_pdos) EXPECT_TRUE(pdo.entries.empty());
   const auto planned = esi::make_sii(esi_description());
   EXPECT_TRUE(esi::compare_sii(*image, planned).empty()) << "what the master maps is no difference";
@@ -119,8 +119,7 @@ TEST(EsiMapping, TheDriveItselfComesWithEmptyPdos) {
 
 TEST(EsiMapping, ReadsBackFromTheFile) {
   const auto device = esi_description(Variant::kServoOne);
-  const auto file = esi::read_esi(esi::write_esi({device}), "drive.xml");
-  ASSERT_TRUE(file) << esi::to_text(file.error());
+  const auto file = must(esi::read_esi(esi::write_esi({device}), "drive.xml"));
   EXPECT_TRUE(file->notes.empty());
   EXPECT_EQ(file->devices.front().rx_pdos, device.rx_pdos);
   EXPECT_EQ(file->devices.front().tx_pdos, device.tx_pdos);

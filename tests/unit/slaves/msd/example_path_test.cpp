@@ -89,8 +89,7 @@ Peaks peaks(const std::vector<Sample>& samples, const MotorParameters& motor) {
 
 void nothing(DriveRig&) {}
 void without_feed_forward(DriveRig& rig) {
-  ASSERT_EQ(rig.write_real(0x2177, 0, 0.0F), 0U);
-  ASSERT_EQ(rig.write_real(0x2178, 0, 0.0F), 0U);
+  rig.set({real_value(0x2177, 0, 0.0F), real_value(0x2178, 0, 0.0F)});
 }
 
 TEST(MsdExamplePath, TorqueIsInertiaTimesAccelerationPlusFriction) {

@@ -12,6 +12,7 @@
 #include "driveline/esi/esi_file.hpp"
 #include "driveline/esi/sii.hpp"
 #include "driveline/slaves/msd/msd_table.hpp"
+#include "support/must.hpp"
 
 namespace driveline::slaves::msd {
 namespace {
@@ -35,8 +36,7 @@ TEST(GeneratedDeviceFiles, EsiFileOfTheServoOneIsWhatItsTablesSay) {
 
 TEST(GeneratedDeviceFiles, SiiImageReadsBackWithIdentity) {
   for (const auto& variant : kVariants) {
-    const auto image = esi::decode_sii(esi::encode_sii(esi::make_sii(device_description(variant.variant))));
-    ASSERT_TRUE(image) << esi::to_text(image.error());
+    const auto image = must(esi::decode_sii(esi::encode_sii(esi::make_sii(device_description(variant.variant)))));
     EXPECT_TRUE(image->checksum_valid());
     const auto device = esi::description_from_sii(*image);
     EXPECT_EQ(device.vendor_id, kVendorId);
@@ -58,8 +58,7 @@ TEST(GeneratedDeviceFiles, EveryRowIsOnTheObjectPageAndInTheEds) {
 }
 
 TEST(GeneratedDeviceFiles, EsiFileReadsBackWithIdentityAndPdos) {
-  const auto file = esi::read_esi(content("moog_msd.xml"), "moog_msd.xml");
-  ASSERT_TRUE(file) << esi::to_text(file.error());
+  const auto file = must(esi::read_esi(content("moog_msd.xml"), "moog_msd.xml"));
   const auto* device = file->find_device(kVendorId, kProductCode, kRevision);
   ASSERT_NE(device, nullptr);
   EXPECT_EQ(device->rx_pdos.size(), 4U);

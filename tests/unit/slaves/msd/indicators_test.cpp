@@ -112,8 +112,7 @@ TEST(MsdDisplay, StartsWithResetAndZero) {
 }
 
 TEST(MsdDisplay, FollowsTheDriveInTime) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   EXPECT_TRUE(rig.device.run_led_now());
   rig.enable(9);
   const auto dots = watch_led([&](auto) {

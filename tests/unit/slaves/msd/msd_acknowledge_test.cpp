@@ -82,10 +82,7 @@ TEST_F(MsdAcknowledge, Way1ControlWordBit7) {
   expect_fault("the falling edge");
   ASSERT_EQ(rig.write(0x28A0, 0, 0x80, 2), 0U);  // P 2208 is the same object
   expect_acknowledged();
-  expect_only_after_remedy([this] {
-    ASSERT_EQ(rig.write(0x6040, 0, 0x00, 2), 0U);
-    ASSERT_EQ(rig.write(0x6040, 0, 0x80, 2), 0U);
-  });
+  expect_only_after_remedy([this] { rig.set({{0x6040, 0, 0x00, 2}, {0x6040, 0, 0x80, 2}}); });
 }
 
 TEST_F(MsdAcknowledge, Way2InputWithResetFunction) {
@@ -153,8 +150,7 @@ TEST_F(MsdAcknowledge, NothingHappensWhileTheReactionRuns) {
   ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
   expect_acknowledged();
   rig.to(AlState::kSafeOp, AlState::kOp);
-  rig.control = 0;
-  rig.cycle();
+  rig.command(0);
   rig.run_at(10'000'000);
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(5ms);

@@ -233,8 +233,7 @@ TEST_P(MsdAdversary, ExtremeProcessDataKeepThePlantFinite) {
   std::mt19937 random(7);
   for (const EntryRow* row : targets) {
     const auto size = static_cast<std::uint32_t>(byte_size(row->type));
-    DriveRig axis(parameters());
-    axis.operate();
+    OperatingRig axis(parameters());
     axis.to(AlState::kOp, AlState::kPreOp);
     axis.map(0x1603, {std::uint32_t{row->index} << 16 | std::uint32_t{row->subindex} << 8 | 8 * size});
     ASSERT_EQ(axis.to(AlState::kPreOp, AlState::kSafeOp), AlStatusCode::kNoError);
@@ -268,8 +267,7 @@ TEST_P(MsdAdversary, ParametersAtTheEndsOfTheirRangesKeepThePlantFinite) {
   for (const auto& row : table().rows()) {
     if (!writable(row) || is_string(row.type) || row.index < 0x2000) continue;
     const auto size = byte_size(row.type);
-    DriveRig axis(parameters());
-    axis.operate();
+    OperatingRig axis(parameters());
     for (const unsigned mode : {8U, 3U, 1U}) {
       for (const double wanted : {row.minimum, row.maximum, 0.0, 1e-30}) {
         const double bits = static_cast<double>(8 * size);
@@ -279,8 +277,7 @@ TEST_P(MsdAdversary, ParametersAtTheEndsOfTheirRangesKeepThePlantFinite) {
         axis.mode = static_cast<std::int8_t>(mode);
         for (const std::uint16_t word : {std::uint16_t{0x80}, std::uint16_t{0}, std::uint16_t{6}, std::uint16_t{7},
                                          std::uint16_t{15}}) {  // as far as the parameters allow
-          axis.control = word;
-          axis.cycles(2);
+          axis.command(word, 2);
         }
         const auto raw = raw_from_number(row.type, std::clamp(wanted, least, most));
         axis.write(row.index, row.subindex, static_cast<std::uint32_t>(raw), static_cast<unsigned>(size));
@@ -300,8 +297,7 @@ TEST_P(MsdAdversary, ParametersAtTheEndsOfTheirRangesKeepThePlantFinite) {
 TEST_P(MsdAdversary, ModesChangedInMotionNeverJump) {
   std::mt19937 random(3);
   ASSERT_EQ(rig.write(0x6072, 0, 1000, 2), 0U);  // the plant could deliver three times as much
-  rig.operate();
-  rig.enable(8);
+  rig.start(8);
   constexpr std::array<std::int8_t, 9> kModes = {1, 2, 3, 6, 7, 8, 9, 10, 0};
   double before = rig.drive.velocity_rad_s();
   // Largest change of speed in a bus cycle: the torque limit over the inertia, and friction that helps.
@@ -319,8 +315,7 @@ TEST_P(MsdAdversary, ModesChangedInMotionNeverJump) {
     ASSERT_LE(std::abs(now - before), most) << "cycle " << i << " mode " << int{rig.mode};
     before = now;
     if (rig.drive.state() != PowerState::kOperationEnabled) {  // a following error is a valid reaction
-      rig.control = 0x80;
-      rig.cycles(400);
+      rig.command(0x80, 400);
       rig.enable(8);
       before = rig.drive.velocity_rad_s();
     }
@@ -328,10 +323,8 @@ TEST_P(MsdAdversary, ModesChangedInMotionNeverJump) {
 }
 
 TEST_P(MsdAdversary, ModesThatDoNotExistLeaveTheOneThatRuns) {
-  rig.operate();
-  rig.enable(9);
-  rig.target_velocity = 2'000'000;
-  rig.cycles(800);
+  rig.start(9);
+  rig.turn(2'000'000, 800);
   for (int mode = -128; mode <= 127; ++mode) {
     const bool exists = mode >= 0 && mode <= 10 && mode != 4 && mode != 5;
     if (exists) continue;

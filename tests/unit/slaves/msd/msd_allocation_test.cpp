@@ -31,17 +31,14 @@ std::array<std::byte, 512> request(std::uint16_t index, unsigned counter, bool d
 }
 
 TEST(MsdAllocation, NoneInTenThousandCyclesWithMailboxFaultAndRecovery) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   std::array<std::byte, 512> reply{};
   if (!rt::RtGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc; the guard counts nothing here";
   std::size_t answers = 0;
   rt::RtGuard::enter();
   for (unsigned i = 0; i < 12'000; ++i) {
     rig.target_position += 20;
-    rig.control = i % 4000 < 3900 ? 0x0F : i % 4000 < 3950 ? 0x80 : i % 4000 < 3970 ? 0x06 : 0x07;
-    rig.cycle();
+    rig.command(i % 4000 < 3900 ? 0x0F : i % 4000 < 3950 ? 0x80 : i % 4000 < 3970 ? 0x06 : 0x07);
     rig.device.mailbox_request(request(i % 3 == 0 ? 0x2003 : i % 3 == 1 ? 0x6064 : 0x9999, 1 + i % 7, i % 6 == 0));
     while (rig.device.mailbox_reply(reply) != 0) ++answers;
     if (i % 4000 == 3890) rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);

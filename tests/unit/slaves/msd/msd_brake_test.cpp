@@ -33,8 +33,8 @@ TEST(MsdBrake, HoldsFromPowerOnAndThroughTheSelfTest) {
   parameters.parameter_file = file.string();
   {
     DriveRig rig(parameters);
-    ASSERT_EQ(rig.write_real(0x20D6, 0, 250.0F), 0U);  // close time
-    ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+    rig.set({real_value(0x20D6, 0, 250.0F),  // close time
+             {0x200B, 1, 1, 1}});
   }
   for (const auto start_up : {std::chrono::nanoseconds{1ms}, std::chrono::nanoseconds{1s}}) {
     parameters.start_up_time = start_up;
@@ -59,11 +59,9 @@ TEST(MsdBrake, ClosesInItsTimeWhenTheDriveIsSwitchedOffWhileItIsOpen) {
     parameters.start_up_time = 1s;
     DriveRig rig(parameters);
     rig.pass(1s);
-    ASSERT_EQ(rig.write_real(0x20D6, 0, 50.0F), 0U);
-    ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+    rig.set({real_value(0x20D6, 0, 50.0F), {0x200B, 1, 1, 1}});
     rig.pass(5ms);
-    rig.operate();
-    rig.enable(8);
+    rig.start(8);
     for (auto t = 0ms; t < open_before; t += 1ms) rig.cycles(8);
     const double held = rig.drive.position_rad();
     rig.device.restart();
@@ -84,8 +82,7 @@ TEST(MsdBrake, StaysClosedAtAnOutputThatIsOff) {
     parameters.motor.brake_torque_nm = 10.0;  // more than the motor has
     DriveRig rig(parameters);
     ASSERT_EQ(rig.write(0x207D, 0, function, 2), 0U);
-    rig.operate();
-    rig.enable(8);
+    rig.start(8);
     for (int i = 0; i < 400; ++i) {
       rig.target_position += 131;
       rig.cycle();
@@ -120,8 +117,7 @@ TEST(MsdBrake, OpensByTheBusAlone) {
 
 TEST(MsdBrake, ClosesWhenADriveThatTheBusOpenedItOnIsSwitchedOff) {
   DriveRig rig(vertical_axis());
-  ASSERT_EQ(rig.write(0x207D, 0, 40, 2), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.set({{0x207D, 0, 40, 2}, {0x200B, 1, 1, 1}});
   rig.pass(5ms);
   ASSERT_EQ(rig.write(0x60FE, 1, 1U << 22U, 4), 0U);
   rig.pass(50ms);
@@ -134,12 +130,9 @@ TEST(MsdBrake, ClosesWhenADriveThatTheBusOpenedItOnIsSwitchedOff) {
 
 TEST(MsdBrake, SetpointsNeedNotWaitForABrakeThatTheDriveDoesNotControl) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x207D, 0, 0, 2), 0U);
-  ASSERT_EQ(rig.write_real(0x20D5, 0, 1000.0F), 0U);
-  rig.operate();
-  rig.enable(9);
-  rig.target_velocity = 1 << 20;
-  rig.cycles(400);
+  rig.set({{0x207D, 0, 0, 2}, real_value(0x20D5, 0, 1000.0F)});
+  rig.start(9);
+  rig.turn(1 << 20, 400);
   EXPECT_NEAR(rig.velocity, 1 << 20, 5000);
 }
 

@@ -58,8 +58,7 @@ TEST(MsdParameterService, DownloadedSetIsSavedAfterwards) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x200B, 4, 1, 1), 0U);
   ASSERT_EQ(rig.write(0x607D, 1, 5000, 4), 0U) << "above the upper limit that is there yet";
-  ASSERT_EQ(rig.write(0x607D, 2, 9000, 4), 0U);
-  ASSERT_EQ(rig.write(0x200B, 4, 0, 1), 0U);
+  rig.set({{0x607D, 2, 9000, 4}, {0x200B, 4, 0, 1}});
   ASSERT_EQ(rig.drive.fault(), std::nullopt);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
   rig.pass(5ms);

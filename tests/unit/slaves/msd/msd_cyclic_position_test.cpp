@@ -15,8 +15,7 @@ class MsdSoftwareLimit : public testing::TestWithParam<std::tuple<int, std::int8
     return p;
   }
   void SetUp() override {
-    ASSERT_EQ(rig_.write(0x607D, 2, kRevolution, 4), 0U);
-    ASSERT_EQ(rig_.write(0x607D, 1, static_cast<std::uint32_t>(-kRevolution), 4), 0U);
+    rig_.set({{0x607D, 2, kRevolution, 4}, {0x607D, 1, static_cast<std::uint32_t>(-kRevolution), 4}});
     rig_.operate();
     const std::int8_t mode = std::get<1>(GetParam());
     target(3.0);

@@ -30,9 +30,7 @@ Tracking follow_sine(DriveRig& rig, double amplitude_rev, double frequency_hz, d
 }
 
 TEST(MsdCyclic, PositionModeTracksASine) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   const auto tracking = follow_sine(rig, 1.0, 2.0);
   EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
   EXPECT_LT(tracking.peak_following_error, 150.0);  // 0.05 degrees, at the reversals where the friction turns
@@ -45,9 +43,7 @@ TEST(MsdCyclic, PositionModeTracksASine) {
 /// setpoint object that the mode does not use is written by SDO in the middle of each cycle.
 std::vector<std::array<std::int64_t, 4>> run_with_sdos(std::int8_t mode, bool sdos) {
   constexpr std::int32_t kStepIncrements = 10'485;  // 10 rev/s
-  DriveRig rig;
-  rig.operate(1000);
-  rig.enable(mode);
+  EnabledRig rig(mode, 1000);
   std::vector<std::array<std::int64_t, 4>> seen;
   for (std::uint32_t i = 0; i < 1000; ++i) {
     rig.target_position += kStepIncrements;
@@ -81,8 +77,7 @@ TEST(MsdCyclic, SplinesTrackBetterThanLinearAtAMillisecond) {
   const auto error = [](std::uint32_t type) {
     DriveRig rig;
     EXPECT_EQ(rig.write(0x2172, 0, type, 1), 0U);
-    rig.operate(1000);
-    rig.enable(8);
+    rig.start(8, 1000);
     return follow_sine(rig, 0.5, 5.0, 1e-3).peak_following_error;  // 3100 rad/s2
   };
   const double linear = error(1);
@@ -131,8 +126,7 @@ TEST(MsdCyclic, ConstantSpeedHasNoFollowingError) {
   for (const std::uint32_t type : {1U, 3U, 4U}) {
     DriveRig rig;
     ASSERT_EQ(rig.write(0x2172, 0, type, 1), 0U);
-    rig.operate();
-    rig.enable(8);
+    rig.start(8);
     double target = rig.position;
     for (int i = 0; i < 8000; ++i) {  // up to ten revolutions per second in half a second
       target += std::min(i / 4000.0, 1.0) * 10.0 * 1048576.0 * 125e-6;
@@ -144,10 +138,8 @@ TEST(MsdCyclic, ConstantSpeedHasNoFollowingError) {
 }
 
 TEST(MsdCyclic, WithoutFeedForwardTheErrorIsSpeedOverGain) {
-  DriveRig rig;
-  rig.operate();
-  ASSERT_EQ(rig.write_real(0x2177, 0, 0.0F), 0U);
-  ASSERT_EQ(rig.write_real(0x2178, 0, 0.0F), 0U);
+  OperatingRig rig;
+  rig.set({real_value(0x2177, 0, 0.0F), real_value(0x2178, 0, 0.0F)});
   rig.enable(8);
   const auto tracking = follow_sine(rig, 0.1, 1.0);
   const double peak_speed = 0.1 * 1048576 * 2.0 * std::numbers::pi;
@@ -155,8 +147,7 @@ TEST(MsdCyclic, WithoutFeedForwardTheErrorIsSpeedOverGain) {
 }
 
 TEST(MsdCyclic, ExternalFeedForwardReplacesTheInternalOne) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
   rig.enable(8);
   // External source selected but nothing sent: the error is as without feed-forward.
@@ -176,9 +167,7 @@ TEST(MsdCyclic, ExternalFeedForwardReplacesTheInternalOne) {
 }
 
 TEST(MsdCyclic, OffsetsWithoutSelectionDoNothing) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
+  EnabledRig rig(9);
   rig.velocity_offset = 1'000'000;
   rig.torque_offset = 500;
   rig.cycles(800);
@@ -190,26 +179,20 @@ TEST(MsdCyclic, OffsetsWithoutSelectionDoNothing) {
 }
 
 TEST(MsdCyclic, VelocityModeReachesItsTarget) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
-  rig.target_velocity = -20'000'000;
-  rig.cycles(8);
+  EnabledRig rig(9);
+  rig.turn(-20'000'000, 8);
   EXPECT_EQ(rig.status & 0x0400, 0) << "a new setpoint is not reached yet";
   rig.cycles(1600);
   EXPECT_NEAR(rig.velocity, -20'000'000, 3000);
   EXPECT_NEAR(rig.drive.velocity_rad_s() * kIncrementsPerRadian, -20e6, 3000);
   EXPECT_TRUE(rig.status & 0x0400);
   EXPECT_EQ(rig.status & 0x4000, 0) << "ROT_0";
-  rig.target_velocity = 0;
-  rig.cycles(1600);
+  rig.turn(0, 1600);
   EXPECT_TRUE(rig.status & 0x4000);
 }
 
 TEST(MsdCyclic, TorqueModeAcceleratesByTorqueOverInertia) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(10);
+  EnabledRig rig(10);
   rig.target_torque = 100;  // 0.24 Nm
   rig.cycles(8);
   const double before = rig.drive.velocity_rad_s();
@@ -222,8 +205,7 @@ TEST(MsdCyclic, TorqueModeAcceleratesByTorqueOverInertia) {
 }
 
 TEST(MsdCyclic, TorqueModeDoesNotRunAway) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6080, 0, 3000, 4), 0U);
   rig.enable(10);
   rig.target_torque = 500;
@@ -233,12 +215,10 @@ TEST(MsdCyclic, TorqueModeDoesNotRunAway) {
 }
 
 TEST(MsdCyclic, MaxTorqueLimitsEveryMode) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6072, 0, 200, 2), 0U);
   rig.enable(9);
-  rig.target_velocity = 50'000'000;
-  rig.cycles(40);
+  rig.turn(50'000'000, 40);
   EXPECT_NEAR(rig.torque, 200, 1);
   EXPECT_TRUE(rig.status & 0x0800);
   rig.target_torque = 1000;
@@ -248,21 +228,17 @@ TEST(MsdCyclic, MaxTorqueLimitsEveryMode) {
 }
 
 TEST(MsdCyclic, MaxMotorSpeedLimitsTheVelocitySetpoint) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6080, 0, 600, 4), 0U);
   rig.enable(9);
-  rig.target_velocity = 100'000'000;
-  rig.cycles(1600);
+  rig.turn(100'000'000, 1600);
   EXPECT_NEAR(rig.velocity, 10 * 1048576, 5000);
   EXPECT_TRUE(rig.status & 0x0800);
 }
 
 TEST(MsdCyclic, SoftwareLimitsCutThePositionSetpoint) {
-  DriveRig rig;
-  rig.operate();
-  ASSERT_EQ(rig.write(0x607D, 1, static_cast<std::uint32_t>(-5000), 4), 0U);
-  ASSERT_EQ(rig.write(0x607D, 2, 5000, 4), 0U);
+  OperatingRig rig;
+  rig.set({{0x607D, 1, static_cast<std::uint32_t>(-5000), 4}, {0x607D, 2, 5000, 4}});
   rig.enable(8);
   rig.target_position = 20'000;
   rig.cycles(1600);
@@ -275,8 +251,7 @@ TEST(MsdCyclic, SoftwareLimitsCutThePositionSetpoint) {
 }
 
 TEST(MsdCyclic, TargetReachedNeedsWindowAndTime) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6068, 0, 20, 2), 0U);
   rig.enable(8);
   rig.cycles(400);
@@ -296,9 +271,7 @@ TEST(MsdCyclic, TargetReachedNeedsWindowAndTime) {
 TEST(MsdCyclic, PositionWrapsAt32Bits) {
   MsdParameters parameters;
   parameters.initial_position_rad = 2147483647.0 / kIncrementsPerRadian - 0.5;
-  DriveRig rig(parameters);
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(parameters, 8);
   const auto before = rig.drive.position_rad();
   ASSERT_GT(rig.position, 2147000000);
   for (int i = 0; i < 2000; ++i) {
@@ -311,8 +284,7 @@ TEST(MsdCyclic, PositionWrapsAt32Bits) {
 }
 
 TEST(MsdCyclic, ModesChangeInMotionWithoutAJump) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(5'000'000);
   double last_speed = rig.drive.velocity_rad_s();
   double worst = 0.0;
@@ -346,9 +318,7 @@ TEST(MsdCyclic, ModesChangeInMotionWithoutAJump) {
 }
 
 TEST(MsdCyclic, UnsupportedModeInTheProcessDataIsIgnored) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
+  EnabledRig rig(9);
   for (const std::int8_t mode : {std::int8_t{4}, std::int8_t{5}, std::int8_t{-1}, std::int8_t{11}}) {
     rig.mode = mode;
     rig.cycles(2);
@@ -357,8 +327,7 @@ TEST(MsdCyclic, UnsupportedModeInTheProcessDataIsIgnored) {
 }
 
 TEST(MsdCyclic, NoModeHoldsTheAxis) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(5'000'000);
   rig.mode = 0;
   rig.cycles(1600);
@@ -367,9 +336,7 @@ TEST(MsdCyclic, NoModeHoldsTheAxis) {
 }
 
 TEST(MsdCyclic, MissingSetpointsStopThePositionDemand) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   for (int i = 0; i < 800; ++i) {
     rig.target_position += 200;
     rig.cycle();
@@ -383,9 +350,7 @@ TEST(MsdCyclic, MissingSetpointsStopThePositionDemand) {
 
 TEST(MsdCyclic, RunsAreBitIdentical) {
   const auto run = [] {
-    DriveRig rig;
-    rig.operate();
-    rig.enable(8);
+    EnabledRig rig(8);
     follow_sine(rig, 0.3, 3.0);
     return rig.drive.position_rad();
   };
@@ -394,11 +359,9 @@ TEST(MsdCyclic, RunsAreBitIdentical) {
 
 TEST(MsdCyclic, StateDependsOnTimeNotOnHowOftenAdvanceIsCalled) {
   const auto run = [](std::chrono::nanoseconds call) {
-    DriveRig rig;
-    rig.operate();
+    OperatingRig rig;
     rig.run_at(1'000'000);
-    rig.control = 0x02;
-    rig.cycle();
+    rig.command(0x02);
     for (std::chrono::nanoseconds t{0}; t < 20ms; t += call) rig.pass(call);
     return rig.drive.position_rad();
   };

@@ -19,9 +19,7 @@ constexpr std::uint16_t kReachedStatus = 0x0400;
 TEST(MsdCyclicBits, TargetUsedStandstillAndSynchronised) {
   for (const std::int8_t mode : {std::int8_t{8}, std::int8_t{9}, std::int8_t{10}}) {
     SCOPED_TRACE(int{mode});
-    DriveRig rig;
-    rig.operate();
-    rig.enable(mode);
+    EnabledRig rig(mode);
     rig.cycles(80);
     EXPECT_EQ(rig.status & (kTargetUsedBit | kStandstillBit | kSynchronisedBit),
               kTargetUsedBit | kStandstillBit | kSynchronisedBit);
@@ -35,8 +33,7 @@ TEST(MsdCyclicBits, TargetUsedStandstillAndSynchronised) {
     EXPECT_TRUE(rig.status & kTargetUsedBit);
     rig.pass(5ms);
     EXPECT_EQ(rig.status & kSynchronisedBit, 0) << "no setpoints";
-    rig.control = 0x07;
-    rig.cycles(8000);
+    rig.command(0x07, 8000);
     ASSERT_EQ(rig.drive.state(), PowerState::kSwitchedOn);
     EXPECT_EQ(rig.status & kTargetUsedBit, 0) << "nothing is followed";
   }
@@ -45,12 +42,10 @@ TEST(MsdCyclicBits, TargetUsedStandstillAndSynchronised) {
 TEST(MsdBrakeImage, IsBit6AndNoOther) {
   DriveRig rig;
   ASSERT_EQ(rig.read(0x208F), 0U);
-  rig.operate();
-  rig.enable(9);
+  rig.start(9);
   rig.cycles(8);
   EXPECT_EQ(rig.read(0x208F), 1U << 6U) << "open";
-  rig.control = 0x06;
-  rig.cycles(800);
+  rig.command(0x06, 800);
   EXPECT_EQ(rig.read(0x208F), 0U);
 }
 
@@ -58,10 +53,8 @@ TEST(MsdBrakeImage, IsBit6AndNoOther) {
 TEST(MsdFeedForward, ScaleOfTheSpeedActsInVelocityMode) {
   for (const float percent : {100.0F, 50.0F, 25.0F, 0.0F}) {
     DriveRig rig;
-    ASSERT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
-    ASSERT_EQ(rig.write_real(0x2177, 0, percent), 0U);
-    rig.operate();
-    rig.enable(9);
+    rig.set({{0x217B, 1, 1, 2}, real_value(0x2177, 0, percent)});
+    rig.start(9);
     rig.velocity_offset = 4'000'000;
     rig.cycles(1600);
     EXPECT_NEAR(rig.velocity, 4'000'000.0 * static_cast<double>(percent) / 100.0, 3000) << percent;
@@ -73,10 +66,8 @@ TEST(MsdFeedForward, ScaleOfTheSpeedActsInVelocityMode) {
 TEST(MsdFeedForward, ScaleOfTheSpeedActsInPositionMode) {
   const auto error_with = [](float percent) {
     DriveRig rig;
-    EXPECT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
-    EXPECT_EQ(rig.write_real(0x2177, 0, percent), 0U);
-    rig.operate();
-    rig.enable(8);
+    rig.set({{0x217B, 1, 1, 2}, real_value(0x2177, 0, percent)});
+    rig.start(8);
     rig.velocity_offset = 8000 * 131;  // increments per second at 131 in 125 us
     for (int i = 0; i < 4000; ++i) {
       rig.target_position += 131;
@@ -98,18 +89,15 @@ TEST(MsdScaling, AccelerationNotationActsOnTheShaft) {
     ASSERT_EQ(rig.write(0x608D, 0, index, 1), 0U);
     ASSERT_EQ(rig.write(0x6083, 0, 20 * kTurnIncrements, 4), 0U);
     ASSERT_EQ(rig.write(0x6084, 0, 30 * kTurnIncrements, 4), 0U);
-    rig.operate();
-    rig.enable(3);
-    rig.target_velocity = 30 * kTurnIncrements;
-    rig.cycles(80);
+    rig.start(3);
+    rig.turn(30 * kTurnIncrements, 80);
     const auto rate = [&rig] {
       const double before = rig.drive.velocity_rad_s();
       rig.cycles(160);
       return (rig.drive.velocity_rad_s() - before) / 20e-3 / kTurnRad;
     };
     EXPECT_NEAR(rate(), 20.0 * factor, 0.05 * 20.0 * factor + 0.2) << index;
-    rig.target_velocity = 0;
-    rig.cycles(8);
+    rig.turn(0, 8);
     EXPECT_NEAR(rate(), -30.0 * factor, 0.05 * 30.0 * factor + 0.2) << index;
   }
 }
@@ -121,8 +109,7 @@ TEST(MsdQuickStop, EveryCodeThatStaysReportsItsEnd) {
     ASSERT_EQ(rig.write(0x605A, 0, code, 2), 0U);
     rig.operate();
     rig.run_at(10 * kTurnIncrements);
-    rig.control = 0x02;
-    rig.cycles(8);
+    rig.command(0x02, 8);
     EXPECT_EQ(rig.status & kReachedStatus, 0) << code << ": it brakes";
     rig.cycles(4000);
     EXPECT_EQ(rig.drive.state(), PowerState::kQuickStopActive) << code;
@@ -164,9 +151,7 @@ TEST(MsdTrace, UploadOfTheAliasNameBeginsAsInTheManual) {
 /// SDOs are served during process data exchange: an answer arrives within the 5 ms that the manual calls typical (8.1),
 /// and no cycle waits for it.
 TEST(MsdCommunication, SdosAreAcyclicAndAnsweredInTheirTime) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   for (int request = 0; request < 100; ++request) {
     std::vector<std::byte> mailbox(512);
     const std::array<unsigned, 16> bytes = {
@@ -215,14 +200,11 @@ TEST(MsdHoming, AWrittenMethodIsTheNextOneToRun) {
   parameters.initial_position_rad = 2.2 * kTurnRad;
   DriveRig rig(parameters);
   ASSERT_EQ(rig.write(0x6099, 1, 2 * kTurnIncrements, 4), 0U);
-  rig.operate();
-  rig.enable(6);
+  rig.start(6);
   const auto home_with = [&rig](unsigned method) {
     EXPECT_EQ(rig.write(0x6098, 0, method, 1), 0U);
-    rig.control = 0x0F;
-    rig.cycles(4);
-    rig.control = 0x1F;
-    rig.cycles(40'000);
+    rig.command(0x0F, 4);
+    rig.command(0x1F, 40'000);
     EXPECT_EQ(rig.status & 0x3400, 0x1400) << "attained and at rest";
     return rig.drive.position_rad() / kTurnRad - double{0} - rig.position / double{kTurnIncrements};
   };
@@ -254,9 +236,7 @@ TEST(MsdEmergency, CarriesRegisterNumberLocationAndHours) {
 }
 
 TEST(MsdScope, ExternalFeedForwardShowsAsNrefExtAndMrefExt) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   const auto shown = [&rig](std::string_view name) {
     const auto place = rig.drive.signals().find_signal(SignalId::Direction::kOutput, name);
     EXPECT_TRUE(place);

@@ -8,8 +8,7 @@ using testing::ElementsAre;
 constexpr std::int32_t kFaultSpeed = 10'000'000;
 
 TEST(MsdFault, WatchdogStopsTheAxisByItself) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(kFaultSpeed);
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(10ms);  // 9.5 rev/s on the quick stop ramp of 400 rev/s2: 24 ms
@@ -33,8 +32,7 @@ TEST(MsdFault, WatchdogStopsTheAxisByItself) {
 
 TEST(MsdFault, FaultReactionOptionCodesInThePhysics) {
   const auto speed_after_10_ms = [](std::uint32_t code) {
-    DriveRig rig;
-    rig.operate();
+    OperatingRig rig;
     EXPECT_EQ(rig.write(0x605E, 0, code, 2), 0U);
     rig.run_at(kFaultSpeed);
     rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
@@ -49,10 +47,8 @@ TEST(MsdFault, FaultReactionOptionCodesInThePhysics) {
 }
 
 TEST(MsdFault, ExternalReactionEndsAfterP154) {
-  DriveRig rig;
-  rig.operate();
-  ASSERT_EQ(rig.write(0x605E, 0, 0xFFFE, 2), 0U);
-  ASSERT_EQ(rig.write(0x209A, 0, 20, 4), 0U);
+  OperatingRig rig;
+  rig.set({{0x605E, 0, 0xFFFE, 2}, {0x209A, 0, 20, 4}});
   rig.run_at(kFaultSpeed);
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(19ms);
@@ -62,8 +58,7 @@ TEST(MsdFault, ExternalReactionEndsAfterP154) {
 }
 
 TEST(MsdFault, FallBackForOtherReasonsIsALocalError) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSynchronizationError);
   rig.pass(1ms);
   EXPECT_EQ(rig.drive.display(), "Er 14 06");
@@ -77,8 +72,7 @@ TEST(MsdFault, FallBackOutsideOpIsNoFault) {
 }
 
 TEST(MsdFault, LeavingOpWithPowerOnIsMissingOutputs) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(kFaultSpeed);
   EXPECT_EQ(rig.to(AlState::kOp, AlState::kSafeOp), AlStatusCode::kNoError);
   rig.pass(500ms);
@@ -87,10 +81,8 @@ TEST(MsdFault, LeavingOpWithPowerOnIsMissingOutputs) {
 }
 
 TEST(MsdFault, LeavingOpWithPowerOffIsNone) {
-  DriveRig rig;
-  rig.operate();
-  rig.control = 0x07;
-  rig.cycles(4);
+  OperatingRig rig;
+  rig.command(0x07, 4);
   rig.to(AlState::kOp, AlState::kSafeOp);
   rig.to(AlState::kSafeOp, AlState::kInit);
   rig.pass(1ms);
@@ -98,8 +90,7 @@ TEST(MsdFault, LeavingOpWithPowerOffIsNone) {
 }
 
 TEST(MsdFault, ResetEdgeWithinOneCycleOfTheDriveIsSeen) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(1ms);
   rig.to(AlState::kSafeOp, AlState::kOp);
@@ -136,18 +127,14 @@ TEST(MsdFault, TimingParametersMustAgreeBeforeOp) {
 
 TEST(MsdFault, CycleMustBeAMultipleOf125Microseconds) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x60C2, 1, 200, 1), 0U);
-  ASSERT_EQ(rig.write(0x60C2, 2, 0xFA, 1), 0U);
-  ASSERT_EQ(rig.write_real(0x2132, 0, 0.2F), 0U);
+  rig.set({{0x60C2, 1, 200, 1}, {0x60C2, 2, 0xFA, 1}, real_value(0x2132, 0, 0.2F)});
   rig.to(AlState::kPreOp, AlState::kSafeOp);
   EXPECT_EQ(rig.to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kInconsistentSettings);
 }
 
 /// A drive set to 1 ms in this mode, enabled, that then gets 600 frames with the two distances alternating.
 std::optional<Fault> fault_of_rhythm(std::int8_t mode, std::chrono::nanoseconds odd, std::chrono::nanoseconds even) {
-  DriveRig rig;
-  rig.operate(1000);
-  rig.enable(mode);
+  EnabledRig rig(mode, 1000);
   for (int i = 0; i < 300; ++i) {
     rig.cycle(odd);
     rig.cycle(even);
@@ -170,16 +157,13 @@ TEST(MsdFault, SetpointsInAnotherCycleThanTheDriveIsSetTo) {
 }
 
 TEST(MsdFault, WrongSetpointCycleStaysUntilItIsPutRight) {
-  DriveRig rig;
-  rig.operate(1000);
-  rig.enable(8);
+  EnabledRig rig(8, 1000);
   for (int i = 0; i < 600; ++i) rig.cycle(2ms);
   EXPECT_EQ(rig.drive.display(), "Er. 14 04");
   rig.control = 0x80;
   for (int i = 0; i < 4; ++i) rig.cycle(2ms);
   EXPECT_EQ(rig.drive.fault(), Fault::kInvalidConfiguration);
-  ASSERT_EQ(rig.write(0x60C2, 1, 2, 1), 0U);
-  ASSERT_EQ(rig.write_real(0x2132, 0, 2.0F), 0U);
+  rig.set({{0x60C2, 1, 2, 1}, real_value(0x2132, 0, 2.0F)});
   rig.control = 0;
   for (int i = 0; i < 4; ++i) rig.cycle(2ms);
   EXPECT_EQ(rig.drive.display(), "Er 14 04");
@@ -190,9 +174,7 @@ TEST(MsdFault, WrongSetpointCycleStaysUntilItIsPutRight) {
 
 TEST(MsdFault, TimingParametersChangedInOperation) {
   for (const std::int8_t mode : {std::int8_t{1}, std::int8_t{8}}) {
-    DriveRig rig;
-    rig.operate(1000);
-    rig.enable(mode);
+    EnabledRig rig(mode, 1000);
     ASSERT_EQ(rig.write_real(0x2132, 0, 5.0F), 0U);
     rig.cycles(20);
     const auto expected = mode == 8 ? std::optional(Fault::kInvalidConfiguration) : std::nullopt;
@@ -201,33 +183,27 @@ TEST(MsdFault, TimingParametersChangedInOperation) {
 }
 
 TEST(MsdFault, UndervoltageStaysUntilTheVoltageIsBack) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
+  EnabledRig rig(9);
   rig.drive.set_dc_link(false);
   rig.cycles(4);
   EXPECT_EQ(rig.drive.display(), "Er. 05 01");
   rig.fetch_emergencies();
   rig.emergencies.clear();
-  rig.control = 0x80;
-  rig.cycles(4);
+  rig.command(0x80, 4);
   EXPECT_EQ(rig.drive.state(), PowerState::kFault);
   EXPECT_EQ(rig.error_code, 0x3220);
   rig.fetch_emergencies();
   ASSERT_EQ(rig.emergencies.size(), 2U) << "acknowledgement, and the fault again";
   EXPECT_THAT(rig.emergencies[0], ElementsAre(0, 0, 0, 0, 0, 0, 0, 0));
   rig.drive.set_dc_link(true);
-  rig.control = 0;
-  rig.cycles(4);
+  rig.command(0, 4);
   EXPECT_EQ(rig.drive.display(), "Er 05 01");
-  rig.control = 0x80;
-  rig.cycles(4);
+  rig.command(0x80, 4);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
 }
 
 TEST(MsdFault, FollowingErrorTripsAfterItsTime) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6065, 0, 2000, 4), 0U);
   rig.enable(8);
   rig.target_position += 200'000;
@@ -247,10 +223,8 @@ TEST(MsdFault, FollowingErrorTripsAfterItsTime) {
 
 TEST(MsdFault, FollowingErrorCountsOnBothSides) {
   for (const std::int32_t step : {200'000, -200'000}) {
-    DriveRig rig;
-    rig.operate();
-    ASSERT_EQ(rig.write(0x6065, 0, 2000, 4), 0U);
-    ASSERT_EQ(rig.write(0x6066, 0, 1, 2), 0U);
+    OperatingRig rig;
+    rig.set({{0x6065, 0, 2000, 4}, {0x6066, 0, 1, 2}});
     rig.enable(8);
     rig.target_position += step;
     rig.cycles(40);
@@ -260,10 +234,8 @@ TEST(MsdFault, FollowingErrorCountsOnBothSides) {
 
 /// Each excursion has the full time of 6066h.
 TEST(MsdFault, FollowingErrorsThatEndInTimeDoNotAddUp) {
-  DriveRig rig;
-  rig.operate();
-  ASSERT_EQ(rig.write(0x6065, 0, 2000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6066, 0, 10, 2), 0U);
+  OperatingRig rig;
+  rig.set({{0x6065, 0, 2000, 4}, {0x6066, 0, 10, 2}});
   rig.enable(8);
   int outside = 0;
   for (int excursion = 0; excursion < 8; ++excursion) {
@@ -279,8 +251,7 @@ TEST(MsdFault, FollowingErrorsThatEndInTimeDoNotAddUp) {
 }
 
 TEST(MsdFault, FollowingErrorMonitoringCanBeSwitchedOff) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);
   rig.enable(8);
   rig.target_position += 10'000'000;
@@ -290,8 +261,7 @@ TEST(MsdFault, FollowingErrorMonitoringCanBeSwitchedOff) {
 }
 
 TEST(MsdFault, LossOfTheDcLinkInOperationIsUndervoltage) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(kFaultSpeed);
   rig.drive.set_dc_link(false);
   rig.cycles(4);
@@ -309,8 +279,7 @@ TEST(MsdFault, HistoryHasOneSubEntry) {
 }
 
 TEST(MsdFault, TheFirstFaultStands) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(kFaultSpeed);
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSynchronizationError);

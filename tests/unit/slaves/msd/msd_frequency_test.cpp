@@ -15,26 +15,24 @@ MsdParameters with_weight(double nm) {
 
 /// Velocity unit 1/1000 revolution per second, ramps of 20 rev/s2.
 void use_milli_revolutions(DriveRig& rig) {
-  ASSERT_EQ(rig.write(0x6092, 1, 3000, 4), 0U);  // in 3 revolutions
-  ASSERT_EQ(rig.write(0x6092, 2, 3, 4), 0U);
-  ASSERT_EQ(rig.write(0x6048, 1, 20'000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6049, 1, 20'000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6084, 0, 20'000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6085, 0, 50'000, 4), 0U);
+  rig.set({{0x6092, 1, 3000, 4},  // in 3 revolutions
+           {0x6092, 2, 3, 4},
+           {0x6048, 1, 20'000, 4},
+           {0x6049, 1, 20'000, 4},
+           {0x6084, 0, 20'000, 4},
+           {0x6085, 0, 50'000, 4}});
 }
 
 void order(DriveRig& rig, int setpoint, int cycles) {
   ASSERT_EQ(rig.write(0x6042, 0, static_cast<std::uint16_t>(setpoint), 2), 0U);
-  rig.control = kRun;
-  rig.cycles(cycles);
+  rig.command(kRun, cycles);
 }
 
 TEST(MsdFrequency, TurnsExactlyAsOftenAsTheFieldAlsoUnderLoad) {
   for (const double weight : {0.0, 0.7, -0.7}) {
     DriveRig rig(with_weight(weight));
     use_milli_revolutions(rig);
-    rig.operate();
-    rig.enable(2);
+    rig.start(2);
     order(rig, 10'000, 8000);
     const double from = rig.drive.position_rad();
     rig.cycles(8000);
@@ -48,10 +46,8 @@ TEST(MsdFrequency, PullsOutWhenOverloadedAndTheSpeedControllerDoesNotHelp) {
   // A load that the speed controller holds easily is too much for the field at this speed.
   DriveRig held(with_weight(4.5));
   use_milli_revolutions(held);
-  held.operate();
-  held.enable(3);
-  held.target_velocity = 2'000;
-  held.cycles(4000);
+  held.start(3);
+  held.turn(2'000, 4000);
   EXPECT_NEAR(held.velocity, 2'000, 50);
   held.mode = 2;
   order(held, 2'000, 0);
@@ -69,8 +65,7 @@ TEST(MsdFrequency, PullsOutWhenOverloadedAndTheSpeedControllerDoesNotHelp) {
 TEST(MsdFrequency, CurrentLimitFollowsTheTorqueLimit) {
   DriveRig rig;
   use_milli_revolutions(rig);
-  rig.operate();
-  rig.enable(2);
+  rig.start(2);
   order(rig, 0, 800);
   EXPECT_NEAR(static_cast<std::int16_t>(rig.read(0x6078)), 800, 20) << "boost: 80 % of the rated current";
   EXPECT_EQ(rig.status & kInternalLimit, 0);
@@ -91,8 +86,7 @@ TEST(MsdFrequency, VoltageFollowsTheCharacteristicOfTheParameters) {
   EXPECT_NEAR(parameter(314), 400.0, 1e-3);
   EXPECT_NEAR(parameter(315), 381.0, 3.0) << "311 V of a phase, below the 396 V that 560 V give";
   ASSERT_EQ(rig.write_real(0x2000 + 313, 0, parameter(313) / 2.0F), 0U);
-  rig.operate();
-  rig.enable(2);
+  rig.start(2);
   order(rig, 0, 800);
   EXPECT_NEAR(static_cast<std::int16_t>(rig.read(0x6078)), 400, 20) << "half the boost, half the current";
 }
@@ -104,10 +98,8 @@ TEST(MsdFrequency, ChangesOfModeUnderLoadDoNotJump) {
     parameters.motor.winding.simulated = windings;
     DriveRig rig(parameters);
     use_milli_revolutions(rig);
-    rig.operate();
-    rig.enable(9);
-    rig.target_velocity = 5'000;
-    rig.cycles(8000);
+    rig.start(9);
+    rig.turn(5'000, 8000);
     ASSERT_NEAR(rig.velocity, 5'000, 20);
     ASSERT_EQ(rig.write(0x6042, 0, 5'000, 2), 0U);
     rig.control = kRun;
@@ -138,11 +130,9 @@ TEST(MsdFrequency, ChangesOfModeUnderLoadDoNotJump) {
 TEST(MsdFrequency, QuickStopAndHaltAreRampsOfTheFrequency) {
   DriveRig rig;
   use_milli_revolutions(rig);
-  rig.operate();
-  rig.enable(2);
+  rig.start(2);
   order(rig, 10'000, 8000);
-  rig.control = kRun | 0x100;
-  rig.cycles(2000);  // 20 rev/s2: half way after 250 ms
+  rig.command(kRun | 0x100, 2000);  // 20 rev/s2: half way after 250 ms
   EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x606B)), 5'000, 50);
   EXPECT_NEAR(rig.velocity, 5'000, 300);
   rig.cycles(8000);
@@ -162,11 +152,9 @@ TEST(MsdFrequency, QuickStopAndHaltAreRampsOfTheFrequency) {
 TEST(MsdFrequency, DisableVoltageCoasts) {
   DriveRig rig;
   use_milli_revolutions(rig);
-  rig.operate();
-  rig.enable(2);
+  rig.start(2);
   order(rig, 10'000, 8000);
-  rig.control = 0;
-  rig.cycles(80);
+  rig.command(0, 80);
   EXPECT_GT(rig.drive.velocity_rad_s(), 9.5 * kTurnRad);
   EXPECT_EQ(rig.torque, 0);
 }
@@ -175,8 +163,7 @@ TEST(MsdFrequency, SameRunTwiceIsTheSameToTheBit) {
   const auto run = [] {
     DriveRig rig(with_weight(0.5));
     use_milli_revolutions(rig);
-    rig.operate();
-    rig.enable(2);
+    rig.start(2);
     order(rig, 12'345, 5000);
     return std::pair(rig.drive.position_rad(), rig.drive.torque_nm());
   };

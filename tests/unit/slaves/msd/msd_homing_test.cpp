@@ -291,11 +291,9 @@ TEST(MsdHoming, LaterTargetsReferToTheNewZero) {
   HomingRig rig(8, -2.2, 20'000);
   ASSERT_TRUE(rig.home());
   rig.mode = 1;
-  rig.control = 0x0F;
-  rig.cycles(4);
+  rig.command(0x0F, 4);
   rig.target_position = 0;
-  rig.control = 0x1F;
-  rig.cycles(16'000);
+  rig.command(0x1F, 16'000);
   EXPECT_TRUE(rig.status & kReached);
   EXPECT_NEAR(rig.revolutions(), 1.0 + 20'000 / kIncrementsPerTurn, 1e-4);
 }
@@ -303,13 +301,8 @@ TEST(MsdHoming, LaterTargetsReferToTheNewZero) {
 TEST(MsdHoming, PolarityTurnsDirectionsAndSwitches) {
   // For the user the machine is mirrored: method 2 moves to the positive limit, which is at negative shaft angles.
   DriveRig rig(machine(2, 0.2));
-  ASSERT_EQ(rig.write(0x607E, 0, 0xC0, 1), 0U);
-  ASSERT_EQ(rig.write(0x2065, 0, 5, 2), 0U);
-  ASSERT_EQ(rig.write(0x2066, 0, 6, 2), 0U);
-  ASSERT_EQ(rig.write(0x6098, 0, 18, 1), 0U);
-  ASSERT_EQ(rig.write(0x607C, 0, 1000, 4), 0U);
-  rig.operate();
-  rig.enable(6);
+  rig.set({{0x607E, 0, 0xC0, 1}, {0x2065, 0, 5, 2}, {0x2066, 0, 6, 2}, {0x6098, 0, 18, 1}, {0x607C, 0, 1000, 4}});
+  rig.start(6);
   rig.control = 0x1F;
   for (int i = 0; i < 160'000 && (rig.status & kAttained) == 0; ++i) rig.cycle();
   ASSERT_TRUE(rig.status & kAttained);
@@ -339,12 +332,10 @@ TEST(MsdHoming, SpeedsAndAccelerationAreThoseOfTheObjects) {
 
 TEST(MsdHoming, FallingStartBitInterrupts) {
   HomingRig rig(17, 3.3);
-  rig.control = 0x1F;
-  rig.cycles(4000);
+  rig.command(0x1F, 4000);
   EXPECT_LT(rig.velocity, -1'000'000);
   EXPECT_EQ(rig.status & (kReached | kAttained | kError), 0) << "in progress";
-  rig.control = 0x0F;
-  rig.cycles(1600);
+  rig.command(0x0F, 1600);
   EXPECT_NEAR(rig.velocity, 0, 2000);
   EXPECT_EQ(rig.status & (kReached | kAttained | kError), kReached) << "interrupted";
   rig.control = 0x1F;
@@ -354,10 +345,8 @@ TEST(MsdHoming, FallingStartBitInterrupts) {
 
 TEST(MsdHoming, HaltPausesIt) {
   HomingRig rig(17, 3.3);
-  rig.control = 0x1F;
-  rig.cycles(4000);
-  rig.control = 0x11F;
-  rig.cycles(8);
+  rig.command(0x1F, 4000);
+  rig.command(0x11F, 8);
   EXPECT_EQ(rig.status & kReached, 0) << "axis is braking";
   rig.cycles(1600);
   EXPECT_NEAR(rig.velocity, 0, 2000);
@@ -383,17 +372,12 @@ TEST(MsdHoming, TimeOutStandsStillWhileHalted) {
   MsdParameters parameters = machine(17, 3.3);
   parameters.homing_time_out = 1s;
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write(0x6098, 0, 17, 1), 0U);
-  ASSERT_EQ(rig.write(0x6099, 1, 1000, 4), 0U);
-  rig.operate();
-  rig.enable(6);
-  rig.control = 0x1F;
-  rig.cycles(4000);
-  rig.control = 0x11F;
-  rig.cycles(16'000);
+  rig.set({{0x6098, 0, 17, 1}, {0x6099, 1, 1000, 4}});
+  rig.start(6);
+  rig.command(0x1F, 4000);
+  rig.command(0x11F, 16'000);
   EXPECT_FALSE(rig.drive.fault().has_value());
-  rig.control = 0x1F;
-  rig.cycles(3900);
+  rig.command(0x1F, 3900);
   EXPECT_FALSE(rig.drive.fault().has_value());
   rig.cycles(200);
   EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
@@ -405,8 +389,7 @@ TEST(MsdHoming, StartBitWhileEnablingIsNoStart) {
   rig.operate();
   rig.mode = 6;
   for (const std::uint16_t word : {std::uint16_t{0x16}, std::uint16_t{0x17}, std::uint16_t{0x1F}}) {
-    rig.control = word;
-    rig.cycles(4);
+    rig.command(word, 4);
   }
   rig.cycles(800);
   EXPECT_NEAR(rig.position, 0, 60);
@@ -436,12 +419,9 @@ TEST(MsdHoming, TimeOutFails) {
   MsdParameters parameters = machine(17, 3.3);
   parameters.homing_time_out = 1s;
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write(0x6098, 0, 17, 1), 0U);
-  ASSERT_EQ(rig.write(0x6099, 1, 1000, 4), 0U);
-  rig.operate();
-  rig.enable(6);
-  rig.control = 0x1F;
-  rig.cycles(7900);
+  rig.set({{0x6098, 0, 17, 1}, {0x6099, 1, 1000, 4}});
+  rig.start(6);
+  rig.command(0x1F, 7900);
   EXPECT_FALSE(rig.drive.fault().has_value());
   rig.cycles(200);
   EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
@@ -450,12 +430,10 @@ TEST(MsdHoming, TimeOutFails) {
 TEST(MsdHoming, ANewStartForgetsTheResult) {
   HomingRig rig(35, 0.0);
   ASSERT_TRUE(rig.home());
-  rig.control = 0x0F;
-  rig.cycles(4);
+  rig.command(0x0F, 4);
   EXPECT_TRUE(rig.status & kAttained) << "stays after the start bit is cleared";
   ASSERT_EQ(rig.write(0x6098, 0, 34, 1), 0U);
-  rig.control = 0x1F;
-  rig.cycles(4);
+  rig.command(0x1F, 4);
   EXPECT_EQ(rig.status & kAttained, 0);
 }
 
@@ -471,8 +449,7 @@ TEST(MsdHoming, ReservedMethodsAreRefused) {
 
 TEST(MsdHoming, MethodZeroFails) {
   HomingRig rig(0, 0.0);
-  rig.control = 0x1F;
-  rig.cycles(4);
+  rig.command(0x1F, 4);
   EXPECT_EQ(rig.drive.fault(), Fault::kHoming);
 }
 

@@ -56,12 +56,9 @@ class MsdMachineFault : public testing::Test {
     EXPECT_EQ(rig.drive.state() == PowerState::kFault, lasting);
   }
   void acknowledge() {
-    rig.control = 0;
-    rig.cycles(2);
-    rig.control = 0x80;
-    rig.cycles(4);
-    rig.control = 0;
-    rig.cycles(2);
+    rig.command(0, 2);
+    rig.command(0x80, 4);
+    rig.command(0, 2);
     rig.fetch_emergencies();
     rig.emergencies.clear();
   }
@@ -81,8 +78,7 @@ TEST_F(MsdMachineFault, MotorShortIsOvercurrentAsSoonAsThePowerStageDrivesIt) {
   EXPECT_FALSE(rig.drive.fault().has_value()) << "without power there is nothing to see";
   for (const std::uint16_t word : {std::uint16_t{0x06}, std::uint16_t{0x07}, std::uint16_t{0x0F}}) {
     rig.mode = 9;
-    rig.control = word;
-    rig.cycles(2);
+    rig.command(word, 2);
   }
   expect_fault(Fault::kOvercurrent, false);
   set("MOTOR_SHORT", 0);
@@ -154,16 +150,14 @@ TEST(MsdMachineFaults, HeavyAxisThatBrakesNeedsItsBrakeResistor) {
   for (const bool connected : {true, false}) {
     MsdParameters parameters;
     parameters.motor.inertia_kg_m2 = 8e-3;  // 394 J at 50 rev/s; half of it becomes heat in the windings
-    DriveRig rig(parameters);
-    rig.operate();
+    OperatingRig rig(parameters);
     const auto set = [&rig](std::string_view input, double value) {
       rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalId::Direction::kInput, input)->number,
                                      value);
     };
     set("BRAKE_RESISTOR", connected ? 1 : 0);
     rig.enable(9);
-    rig.target_velocity = 50 * 1048576;
-    rig.cycles(8000);
+    rig.turn(50 * 1048576, 8000);
     ASSERT_NEAR(rig.velocity, 50 * 1048576, 1e6);
     ASSERT_FALSE(rig.drive.fault().has_value());
     rig.target_velocity = 0;
@@ -242,9 +236,7 @@ TEST(MsdMachineFaults, HotAirHeatsPowerStageAndMotor) {
   for (const bool motor : {false, true}) {
     MsdParameters parameters;
     (motor ? parameters.thermal.motor_time_constant_s : parameters.thermal.amplifier_time_constant_s) = 2.0;
-    DriveRig rig(parameters);
-    rig.operate();
-    rig.enable(9);
+    EnabledRig rig(parameters, 9);
     const auto set = [&rig](std::string_view input, double value) {
       rig.drive.signals().set_signal(rig.drive.signals().find_signal(SignalId::Direction::kInput, input)->number,
                                      value);

@@ -9,14 +9,11 @@ TEST(MsdMachine, WeightDropsWithoutABrakeAndStaysWithOne) {
     MsdParameters parameters;
     parameters.motor.load.gravity_nm = 1.0;
     parameters.motor.brake_torque_nm = brake_nm;
-    DriveRig rig(parameters);
-    rig.operate();
-    rig.enable(8);
+    EnabledRig rig(parameters, 8);
     rig.cycles(800);
     EXPECT_NEAR(rig.torque, 417, 20) << "holds 1 Nm of 2.4";
     const double held = rig.drive.position_rad();
-    rig.control = 0x00;
-    rig.cycles(800);
+    rig.command(0x00, 800);
     if (brake_nm > 0.0) {
       EXPECT_NEAR(rig.drive.position_rad(), held, 0.01);
     } else {
@@ -30,11 +27,9 @@ TEST(MsdMachine, EndStopEndsInAFollowingError) {
   parameters.motor.load.end_stop_max_rad = 3.0;
   DriveRig rig(parameters);
   ASSERT_EQ(rig.write(0x6065, 0, kRevolution / 4, 4), 0U);
-  rig.operate();
-  rig.enable(1);
+  rig.start(1);
   rig.target_position = 5 * kRevolution;
-  rig.control = 0x1F;
-  rig.cycles(8000);
+  rig.command(0x1F, 8000);
   EXPECT_EQ(rig.drive.fault(), Fault::kFollowingError);
   EXPECT_NEAR(rig.drive.position_rad(), 3.0, 0.1);
 }
@@ -42,15 +37,11 @@ TEST(MsdMachine, EndStopEndsInAFollowingError) {
 TEST(MsdMachine, SimulatedWindingTracksLikeTheLagAndRunsOutOfVoltage) {
   MsdParameters parameters;
   parameters.motor.winding.simulated = true;
-  DriveRig rig(parameters);
-  rig.operate();
-  rig.enable(3);
-  rig.target_velocity = 50 * kRevolution;
-  rig.cycles(8000);
+  EnabledRig rig(parameters, 3);
+  rig.turn(50 * kRevolution, 8000);
   EXPECT_NEAR(rig.velocity, 50 * kRevolution, kRevolution / 20.0);
   rig.drive.set_dc_link_voltage(260.0);
-  rig.target_velocity = 99 * kRevolution;
-  rig.cycles(16'000);
+  rig.turn(99 * kRevolution, 16'000);
   EXPECT_LT(rig.velocity, 95 * kRevolution) << "the back EMF leaves no voltage";
 }
 
@@ -62,12 +53,10 @@ TEST(MsdMachine, PowerStageOffIsAnOpenCircuitWithoutDcLinkToo) {
       SCOPED_TRACE(testing::Message() << static_cast<int>(off) << (winding ? " winding" : " lag"));
       MsdParameters parameters;
       parameters.motor.winding.simulated = winding;
-      DriveRig rig(parameters);
-      rig.operate();
+      OperatingRig rig(parameters);
       ASSERT_EQ(rig.write(0x605D, 0, 0, 2), 0U);  // halt: drive function off
       rig.enable(3);
-      rig.target_velocity = 20 * kRevolution;
-      rig.cycles(2400);
+      rig.turn(20 * kRevolution, 2400);
       const double before = rig.drive.velocity_rad_s();
       ASSERT_NEAR(before, 125.7, 0.5);
       if (off == Off::kDcLink) rig.drive.set_dc_link(false);
@@ -87,11 +76,9 @@ TEST(MsdMachine, PowerStageOffIsAnOpenCircuitWithoutDcLinkToo) {
 TEST(MsdMachine, PowerComesBackToATurningMotorWithoutAJerk) {
   MsdParameters parameters;
   parameters.motor.winding.simulated = true;
-  DriveRig rig(parameters);
-  rig.operate();
+  OperatingRig rig(parameters);
   rig.run_at(20 * kRevolution);
-  rig.control = 0x00;
-  rig.cycles(400);
+  rig.command(0x00, 400);
   const double coasting = rig.drive.velocity_rad_s();
   ASSERT_GT(coasting, 100.0);
   rig.enable(9);
@@ -110,12 +97,9 @@ TEST(MsdMachine, TwoMassAxisWithEncoderNoiseMovesToItsTarget) {
   parameters.motor.load.damping_nm_s = 0.02;
   parameters.motor.encoder_noise_increments = 2.0;
   const auto run = [&] {
-    DriveRig rig(parameters);
-    rig.operate();
-    rig.enable(1);
+    EnabledRig rig(parameters, 1);
     rig.target_position = 3 * kRevolution;
-    rig.control = 0x1F;
-    rig.cycles(16'000);
+    rig.command(0x1F, 16'000);
     EXPECT_TRUE(rig.status & 0x0400);
     EXPECT_NEAR(rig.position, 3 * kRevolution, 200);
     return rig.drive.position_rad();

@@ -111,14 +111,11 @@ TEST(MsdManual, NetworkStateIsZeroDuringStartAndOneInInit) {
 TEST(MsdManual, CyclicModesHaveNoModeBitsInTheControlWord) {
   for (const std::int8_t mode : {std::int8_t{8}, std::int8_t{9}, std::int8_t{10}}) {
     const auto run = [mode](std::uint16_t bits) {
-      DriveRig rig;
-      rig.operate();
-      rig.enable(mode);
+      EnabledRig rig(mode);
       rig.target_position = 50'000;
       rig.target_velocity = kRevolution;
       rig.target_torque = 30;
-      rig.control = static_cast<std::uint16_t>(0x0F | bits);
-      rig.cycles(200);
+      rig.command(static_cast<std::uint16_t>(0x0F | bits), 200);
       return std::pair(rig.drive.position_rad(), rig.status);
     };
     const auto plain = run(0);
@@ -132,10 +129,8 @@ TEST(MsdManual, CyclicModesHaveNoModeBitsInTheControlWord) {
 TEST(MsdManual, Bit13IsReservedInModes7And9And10) {
   for (const std::int8_t mode : {std::int8_t{7}, std::int8_t{9}, std::int8_t{10}}) {
     DriveRig rig;
-    ASSERT_EQ(rig.write(0x6065, 0, 1, 4), 0U);
-    ASSERT_EQ(rig.write(0x6066, 0, 0, 2), 0U);
-    rig.operate();
-    rig.enable(mode);
+    rig.set({{0x6065, 0, 1, 4}, {0x6066, 0, 0, 2}});
+    rig.start(mode);
     rig.control = 0x1F;
     ASSERT_EQ(rig.write(0x60C1, 1, 50'000, 4), 0U);
     rig.target_velocity = 5 * kRevolution;
@@ -151,8 +146,7 @@ TEST(MsdManual, StandstillWindowIsP0745) {
   for (const std::int8_t mode : {std::int8_t{1}, std::int8_t{6}, std::int8_t{7}, std::int8_t{8}, std::int8_t{9},
                                  std::int8_t{10}, std::int8_t{2}, std::int8_t{3}}) {
     const bool shows = mode != 2 && mode != 3;
-    DriveRig rig;
-    rig.operate();
+    OperatingRig rig;
     rig.run_at(kRevolution / 2);  // 30 rpm
     rig.mode = mode;
     rig.target_position = rig.position + 66;
@@ -172,16 +166,14 @@ TEST(MsdManual, ProfileGeneratorIsInactiveInTheCyclicModes) {
   ASSERT_EQ(rig.write(0x6081, 0, kRevolution / 100, 4), 0U);
   ASSERT_EQ(rig.write(0x607F, 0, kRevolution / 100, 4), 0U);
   ASSERT_EQ(rig.write(0x6083, 0, 1, 4), 0U);
-  rig.operate();
-  rig.enable(8);
+  rig.start(8);
   for (int i = 0; i < 4000; ++i) {
     rig.target_position += 131;  // a revolution per second
     rig.cycle();
   }
   EXPECT_NEAR(rig.velocity, kRevolution, 5000);
   rig.mode = 9;
-  rig.target_velocity = 2 * kRevolution;
-  rig.cycles(400);
+  rig.turn(2 * kRevolution, 400);
   EXPECT_NEAR(rig.velocity, 2 * kRevolution, 5000);
 }
 
@@ -211,19 +203,16 @@ TEST(MsdManual, QuickStopIsSmoothedLikeTheProfileAndTheFaultRampIsNot) {
 /// or 3 at its full acceleration.
 double jerk_of_stop(std::int8_t mode, std::uint16_t word, std::uint32_t halt_option) {
   DriveRig rig;
-  EXPECT_EQ(rig.write(0x6086, 0, 3, 2), 0U);
-  EXPECT_EQ(rig.write_real(0x20A6, 0, 40.0F), 0U);
+  rig.set({{0x6086, 0, 3, 2}, real_value(0x20A6, 0, 40.0F)});
   for (const std::uint16_t ramp : {std::uint16_t{0x6083}, std::uint16_t{0x6084}, std::uint16_t{0x6085}}) {
     EXPECT_EQ(rig.write(ramp, 0, 100 * kRevolution, 4), 0U);
   }
   EXPECT_EQ(rig.write(0x6081, 0, 50 * kRevolution, 4), 0U);
   EXPECT_EQ(rig.write(0x605D, 0, halt_option, 2), 0U);
-  rig.operate();
-  rig.enable(mode);
+  rig.start(mode);
   rig.target_position = 500 * kRevolution;
   rig.target_velocity = 30 * kRevolution;
-  rig.control = mode == 1 ? 0x1F : 0x0F;
-  rig.cycles(640);  // 80 ms: the acceleration is at its limit
+  rig.command(mode == 1 ? 0x1F : 0x0F, 640);  // 80 ms: the acceleration is at its limit
   rig.control = word;
   double largest = 0.0;
   double last_speed = rig.drive.velocity_rad_s();
@@ -251,9 +240,7 @@ TEST(MsdManual, StopsDuringAccelerationKeepTheJerkLimit) {
 }
 
 TEST(MsdManual, DemandValuesAreWhatTheControllerFollows) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   for (int i = 0; i < 800; ++i) {
     rig.target_position += 500;
     rig.cycle();
@@ -261,8 +248,7 @@ TEST(MsdManual, DemandValuesAreWhatTheControllerFollows) {
   EXPECT_NEAR(static_cast<std::int32_t>(rig.read(0x6062)), rig.target_position, 1000) << "position";
   EXPECT_EQ(static_cast<std::int32_t>(rig.read(0x6062)) - rig.position, rig.following_error);
   rig.mode = 9;
-  rig.target_velocity = 3'000'000;
-  rig.cycles(800);
+  rig.turn(3'000'000, 800);
   EXPECT_EQ(rig.read(0x606B), 3'000'000U) << "speed";
   rig.mode = 10;
   rig.target_torque = 123;
@@ -272,12 +258,11 @@ TEST(MsdManual, DemandValuesAreWhatTheControllerFollows) {
 
 TEST(MsdManual, VelocityOffsetHasTheUnitsOfTheFactorGroup) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x6092, 1, 25'200, 4), 0U);  // tenths of a degree in 7 revolutions
-  ASSERT_EQ(rig.write(0x6092, 2, 7, 4), 0U);
-  ASSERT_EQ(rig.write(0x608B, 0, 1, 1), 0U);  // speeds in degrees per second
-  ASSERT_EQ(rig.write(0x217B, 1, 1, 2), 0U);
-  rig.operate();
-  rig.enable(9);
+  rig.set({{0x6092, 1, 25'200, 4},  // tenths of a degree in 7 revolutions
+           {0x6092, 2, 7, 4},
+           {0x608B, 0, 1, 1},  // speeds in degrees per second
+           {0x217B, 1, 1, 2}});
+  rig.start(9);
   rig.velocity_offset = 720;
   rig.cycles(1600);
   EXPECT_NEAR(rig.drive.velocity_rad_s(), 4.0 * std::numbers::pi, 0.02);
@@ -287,11 +272,10 @@ TEST(MsdManual, VelocityOffsetHasTheUnitsOfTheFactorGroup) {
 TEST(MsdManual, ExternalTorqueFeedForwardCountsRatedTorque) {
   for (const float scale : {100.0F, 50.0F, 0.0F}) {
     DriveRig rig;
-    ASSERT_EQ(rig.write(0x217B, 2, 1, 2), 0U);
-    ASSERT_EQ(rig.write_real(0x2178, 0, scale), 0U);
-    ASSERT_EQ(rig.write_real(0x2140, 0, 0.0F), 0U);  // no speed control, only the feed-forward
-    rig.operate();
-    rig.enable(9);
+    rig.set({{0x217B, 2, 1, 2},
+             real_value(0x2178, 0, scale),
+             real_value(0x2140, 0, 0.0F)});  // no speed control, only the feed-forward
+    rig.start(9);
     rig.torque_offset = 200;  // 20 % of the rated torque
     rig.cycles(40);
     EXPECT_NEAR(rig.drive.torque_nm(), 0.2 * 2.4 * scale / 100.0, 1e-3);
@@ -314,8 +298,7 @@ TEST(MsdManual, FeedForwardParametersHaveTheRangesOfTheManual) {
 TEST(MsdManual, InterpolationWithExternalFeedForwardTakesBothOffsets) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x2172, 0, 2, 1), 0U);
-  rig.operate(1000);
-  rig.enable(8);
+  rig.start(8, 1000);
   double largest = 0.0;
   for (int i = 0; i < 2000; ++i) {
     const double t = i * 1e-3;
@@ -331,12 +314,10 @@ TEST(MsdManual, InterpolationWithExternalFeedForwardTakesBothOffsets) {
 
 TEST(MsdManual, MotorValuesAreThoseOfTheProfileInUnitsOfTheMotor) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x6092, 1, 39'600, 4), 0U);  // tenths of a degree in 11 revolutions
-  ASSERT_EQ(rig.write(0x6092, 2, 11, 4), 0U);
-  rig.operate();
-  rig.enable(9);
-  rig.target_velocity = 3600;
-  rig.cycles(4000);
+  rig.set({{0x6092, 1, 39'600, 4},  // tenths of a degree in 11 revolutions
+           {0x6092, 2, 11, 4}});
+  rig.start(9);
+  rig.turn(3600, 4000);
   const auto real = [&](std::uint16_t index) { return std::bit_cast<float>(rig.read(index)); };
   EXPECT_NEAR(real(0x219F), 60.0F, 0.1F);
   EXPECT_NEAR(real(0x21A0), 60.0F, 0.1F);

@@ -87,8 +87,7 @@ TEST(MsdObject, InterpolationTypeHasTwoAddressesWithDifferentNumbers) {
 
 TEST(MsdObject, TimePeriodHasTwoAddresses) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x28DA, 0, 25, 1), 0U);
-  ASSERT_EQ(rig.write(0x28DA, 1, 0xFB, 1), 0U);
+  rig.set({{0x28DA, 0, 25, 1}, {0x28DA, 1, 0xFB, 1}});
   EXPECT_EQ(rig.read(0x60C2, 1), 25U);
   EXPECT_EQ(static_cast<int>(rig.read(0x60C2, 2)), -5);
 }
@@ -121,9 +120,7 @@ TEST(MsdObject, StoredParametersSurviveARestartTheOthersDoNot) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
   rig.map(0x1600, {0x60400010});
-  ASSERT_EQ(rig.write(0x6060, 0, 8, 1), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x605B, 0, 1, 2), 0U);
+  rig.set({{0x6060, 0, 8, 1}, {0x200B, 1, 1, 1}, {0x605B, 0, 1, 2}});
   rig.restart();
   EXPECT_EQ(rig.read(0x605A), 6U);
   EXPECT_EQ(rig.read(0x1600), 1U);
@@ -134,31 +131,25 @@ TEST(MsdObject, StoredParametersSurviveARestartTheOthersDoNot) {
 
 TEST(MsdObject, FactoryResetActsAfterSavingAndRestarting) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
+  rig.set({{0x605A, 0, 6, 2}, {0x200B, 1, 1, 1}, {0x200B, 3, 1, 1}});
   EXPECT_EQ(rig.read(0x605A), 6U);
   rig.restart();
   EXPECT_EQ(rig.read(0x605A), 6U) << "not saved";
-  ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.set({{0x200B, 3, 1, 1}, {0x200B, 1, 1, 1}});
   rig.restart();
   EXPECT_EQ(rig.read(0x605A), 2U);
 }
 
 TEST(MsdObject, RestoreDefaultsOverThe1011hObject) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
-  ASSERT_EQ(rig.write(0x1010, 1, 0x65766173, 4), 0U);
-  ASSERT_EQ(rig.write(0x1011, 1, 0x64616F6C, 4), 0U);
+  rig.set({{0x605A, 0, 6, 2}, {0x1010, 1, 0x65766173, 4}, {0x1011, 1, 0x64616F6C, 4}});
   rig.restart();
   EXPECT_EQ(rig.read(0x605A), 2U);
   EXPECT_EQ(upload_text(rig, 0x2003).substr(0, 6), "X-Axis") << "facts of the drive stay";
 }
 
 TEST(MsdObject, RestartSwitchesOff) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(5'000'000);
   rig.restart();
   EXPECT_EQ(rig.drive.state(), PowerState::kNotReadyToSwitchOn);
@@ -191,9 +182,7 @@ TEST(MsdObject, EveryRowHasASourceANameAndADefaultInItsRange) {
 
 TEST(MsdObject, EveryObjectCanBeUploadedAndSurvivesRandomDownloads) {
   std::mt19937 random(5);
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   for (int round = 0; round < 60; ++round) {
     for (const auto& row : dictionary_table().rows()) {
       const std::uint32_t value =
@@ -212,9 +201,7 @@ TEST(MsdObject, EveryObjectCanBeUploadedAndSurvivesRandomDownloads) {
 
 TEST(MsdObject, RandomProcessDataNeverBreaksThePlant) {
   std::mt19937 random(11);
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   std::vector<std::byte> data(20);
   for (int i = 0; i < 20000; ++i) {
     for (auto& b : data) b = static_cast<std::byte>(random());

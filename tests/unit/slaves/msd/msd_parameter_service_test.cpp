@@ -32,14 +32,12 @@ TEST(MsdParameterService, StartTakesItsTimeAndLongerAfterAFactoryReset) {
     return time;
   };
   EXPECT_NEAR(static_cast<double>(time_to_ready().count()), 30.0, 1.0);
-  ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.set({{0x200B, 3, 1, 1}, {0x200B, 1, 1, 1}});
   EXPECT_NEAR(static_cast<double>(time_to_ready().count()), 10000.0, 1.0) << "what the manual says, unless set";
   EXPECT_NEAR(static_cast<double>(time_to_ready().count()), 30.0, 1.0) << "once";
   parameters.factory_start_up_time = 500ms;
   DriveRig quick(parameters);
-  ASSERT_EQ(quick.write(0x200B, 3, 1, 1), 0U);
-  ASSERT_EQ(quick.write(0x200B, 1, 1, 1), 0U);
+  quick.set({{0x200B, 3, 1, 1}, {0x200B, 1, 1, 1}});
   quick.restart();
   quick.pass(400ms);
   EXPECT_EQ(quick.read(0x280C), 0U) << "boot-up";
@@ -51,8 +49,7 @@ TEST(MsdParameterService, StartTakesItsTimeAndLongerAfterAFactoryReset) {
 TEST(MsdParameterService, LogicCheckRefusesWhatDoesNotFitTheDataSet) {
   DriveRig rig;
   EXPECT_EQ(rig.write(0x607D, 1, 5000, 4), 0x06040043U) << "minimum above the maximum of 0";
-  EXPECT_EQ(rig.write(0x607D, 2, 9000, 4), 0U);
-  EXPECT_EQ(rig.write(0x607D, 1, 5000, 4), 0U);
+  rig.set({{0x607D, 2, 9000, 4}, {0x607D, 1, 5000, 4}});
   EXPECT_EQ(rig.write(0x607D, 2, static_cast<std::uint32_t>(-1), 4), 0x06040043U);
   EXPECT_EQ(rig.write(0x6046, 1, 40000, 4), 0x06040043U);
   EXPECT_EQ(rig.write(0x607B, 2, static_cast<std::uint32_t>(-5), 4), 0x06040043U);
@@ -60,11 +57,9 @@ TEST(MsdParameterService, LogicCheckRefusesWhatDoesNotFitTheDataSet) {
 
 TEST(MsdParameterService, DownloadWithoutLogicCheckTakesAnyOrder) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x200B, 4, 1, 1), 0U);
-  EXPECT_EQ(rig.write(0x607D, 1, 5000, 4), 0U);
+  rig.set({{0x200B, 4, 1, 1}, {0x607D, 1, 5000, 4}});
   EXPECT_EQ(rig.write(0x605A, 0, 9, 2), 0x06090031U) << "ranges are checked all the same";
-  EXPECT_EQ(rig.write(0x607D, 2, 9000, 4), 0U);
-  ASSERT_EQ(rig.write(0x200B, 4, 0, 1), 0U);
+  rig.set({{0x607D, 2, 9000, 4}, {0x200B, 4, 0, 1}});
   rig.pass(5ms);
   EXPECT_FALSE(rig.drive.fault().has_value());
   EXPECT_EQ(rig.write(0x607D, 2, 4000, 4), 0x06040043U) << "the check is on again";
@@ -72,32 +67,26 @@ TEST(MsdParameterService, DownloadWithoutLogicCheckTakesAnyOrder) {
 
 TEST(MsdParameterService, InconsistentDownloadEndsInAnEmergencyAndEr0205) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x200B, 4, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x607D, 1, 5000, 4), 0U);
-  ASSERT_EQ(rig.write(0x200B, 4, 0, 1), 0U);
+  rig.set({{0x200B, 4, 1, 1}, {0x607D, 1, 5000, 4}, {0x200B, 4, 0, 1}});
   rig.pass(5ms);
   EXPECT_EQ(rig.drive.fault(), Fault::kParameterList);
   EXPECT_EQ(rig.drive.display(), "Er. 02 05");
   rig.fetch_emergencies();
   EXPECT_THAT(rig.emergencies, testing::ElementsAre(testing::ElementsAre(0x20, 0x63, 0x21, 2, 5, 0, 0, 0)));
-  ASSERT_EQ(rig.write(0x607D, 1, 0, 4), 0U);
-  ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
+  rig.set({{0x607D, 1, 0, 4}, {0x2099, 0, 1, 1}});
   rig.pass(5ms);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
 }
 
 TEST(MsdParameterService, DownloadNeedsStandstillWithPowerOffAndKeepsThePowerOff) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(5'000'000);
   EXPECT_EQ(rig.write(0x200B, 4, 1, 1), 0x08000022U);
-  rig.control = 0x00;
-  rig.cycles(4);  // coasting
+  rig.command(0x00, 4);  // coasting
   EXPECT_EQ(rig.write(0x200B, 4, 1, 1), 0x08000022U);
   rig.cycles(8000);
   EXPECT_EQ(rig.write(0x200B, 4, 1, 1), 0U);
-  rig.control = 0x06;
-  rig.cycles(4);
+  rig.command(0x06, 4);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
   ASSERT_EQ(rig.write(0x200B, 4, 0, 1), 0U);
   rig.cycles(4);
@@ -125,9 +114,7 @@ class MsdParameterFile : public testing::Test {
 TEST_F(MsdParameterFile, KeepsStoredParametersForTheNextDrive) {
   {
     DriveRig rig(parameters_);
-    ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
-    ASSERT_EQ(rig.write_real(0x2132, 0, 0.125F), 0U);
-    ASSERT_EQ(rig.write(0x607C, 0, static_cast<std::uint32_t>(-77), 4), 0U);
+    rig.set({{0x605A, 0, 6, 2}, real_value(0x2132, 0, 0.125F), {0x607C, 0, static_cast<std::uint32_t>(-77), 4}});
     rig.map(0x1600, {0x60400010});
     ASSERT_EQ(rig.write(0x6060, 0, 8, 1), 0U);
     EXPECT_FALSE(std::filesystem::exists(path_)) << "nothing is saved unasked";
@@ -147,10 +134,7 @@ TEST_F(MsdParameterFile, KeepsStoredParametersForTheNextDrive) {
 
 TEST_F(MsdParameterFile, FactoryResetIsSavedToo) {
   DriveRig rig(parameters_);
-  ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x200B, 3, 1, 1), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.set({{0x605A, 0, 6, 2}, {0x200B, 1, 1, 1}, {0x200B, 3, 1, 1}, {0x200B, 1, 1, 1}});
   EXPECT_NE(content().find("605A:00 = 2  #"), std::string::npos);
 }
 
@@ -173,8 +157,7 @@ TEST_F(MsdParameterFile, ABrokenFileIsFault0205WithItsLineAndFactorySettings) {
         << c.line << ": " << rig.drive.parameter_file_error().what;
     EXPECT_EQ(rig.read(0x605B), 0U) << "nothing of it is taken";
     // Saving repairs the file.
-    ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
-    ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
+    rig.set({{0x200B, 1, 1, 1}, {0x2099, 0, 1, 1}});
     rig.pass(5ms);
     EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
   }

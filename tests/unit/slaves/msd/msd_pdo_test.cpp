@@ -25,16 +25,13 @@ TEST(MsdPdo, SizeFollowsMappingAndAssignment) {
   EXPECT_EQ(rig.device.process_data_size(0), 0U);
   ASSERT_EQ(rig.write(0x1C12, 0, 0, 1), 0U);
   EXPECT_EQ(rig.device.process_data_size(2), 0U);
-  ASSERT_EQ(rig.write(0x1C12, 1, 0x1601, 2), 0U);
-  ASSERT_EQ(rig.write(0x1C12, 0, 1, 1), 0U);
+  rig.set({{0x1C12, 1, 0x1601, 2}, {0x1C12, 0, 1, 1}});
   EXPECT_EQ(rig.device.process_data_size(2), 4U);
 }
 
 TEST(MsdPdo, AtMostEightBytes) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x1600, 1, 0x60400010, 4), 0U);
-  ASSERT_EQ(rig.write(0x1600, 2, 0x607A0020, 4), 0U);
-  ASSERT_EQ(rig.write(0x1600, 3, 0x60FF0020, 4), 0U);
+  rig.set({{0x1600, 1, 0x60400010, 4}, {0x1600, 2, 0x607A0020, 4}, {0x1600, 3, 0x60FF0020, 4}});
   EXPECT_EQ(rig.write(0x1600, 0, 3, 1), 0x06040042U);
   EXPECT_EQ(rig.write(0x1600, 0, 2, 1), 0U);
 }
@@ -51,8 +48,7 @@ TEST(MsdPdo, RefusesWhatCannotBeMapped) {
 }
 
 TEST(MsdPdo, MappingOnlyInPreOp) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   for (const std::uint16_t object :
        {std::uint16_t{0x1600}, std::uint16_t{0x1A03}, std::uint16_t{0x1C12}, std::uint16_t{0x1C13}}) {
     EXPECT_EQ(rig.write(object, 0, 0, 1), 0x08000022U);

@@ -23,11 +23,9 @@ class MsdProfilePosition : public testing::Test {
   /// A complete handshake.
   void go_to(std::int32_t target, std::uint16_t bits = 0) {
     rig.target_position = target;
-    rig.control = kEnabled | bits | kNewSetpoint;
-    rig.cycles(2);
+    rig.command(kEnabled | bits | kNewSetpoint, 2);
     EXPECT_TRUE(rig.status & kAcknowledge);
-    rig.control = kEnabled | bits;
-    rig.cycles(2);
+    rig.command(kEnabled | bits, 2);
   }
   /// Cycles until target reached; fails after `most` seconds.
   int until_reached(double most = 20.0) {
@@ -101,8 +99,7 @@ TEST_F(MsdProfilePosition, ProfileVelocityIsLimitedBy607FAnd6080) {
 
 TEST_F(MsdProfilePosition, JerkLimitedProfileHasNoStepOfAcceleration) {
   profile(10, 50, 50);
-  ASSERT_EQ(rig.write(0x6086, 0, 3, 2), 0U);
-  ASSERT_EQ(rig.write_real(0x20A6, 0, 100.0F), 0U);
+  rig.set({{0x6086, 0, 3, 2}, real_value(0x20A6, 0, 100.0F)});
   rig.enable(1);
   go_to(5 * kRevolution);
   const double step_nm = 3e-4 * 50 * 2 * std::numbers::pi * 0.125 / 100;  // inertia * jerk * cycle
@@ -127,8 +124,7 @@ TEST_F(MsdProfilePosition, AcknowledgeFollowsTheNewSetpointBit) {
   EXPECT_TRUE(rig.status & kAcknowledge);
   rig.cycles(20);
   EXPECT_TRUE(rig.status & kAcknowledge) << "until the master clears its bit";
-  rig.control = kEnabled;
-  rig.cycles(2);
+  rig.command(kEnabled, 2);
   EXPECT_EQ(rig.status & kAcknowledge, 0);
 }
 
@@ -137,8 +133,7 @@ TEST_F(MsdProfilePosition, TargetAloneDoesNotMove) {
   rig.target_position = 3 * kRevolution;
   rig.cycles(800);
   EXPECT_NEAR(rig.position, 0, 60);
-  rig.control = kEnabled | kNewSetpoint;
-  rig.cycles(2);
+  rig.command(kEnabled | kNewSetpoint, 2);
   rig.target_position = 5 * kRevolution;  // after the edge: too late
   rig.cycles(2);
   until_reached();
@@ -150,8 +145,7 @@ TEST_F(MsdProfilePosition, ABitThatIsSetWhileEnablingIsNoEdge) {
   rig.target_position = kRevolution;
   for (const std::uint16_t word :
        {std::uint16_t{0x10}, std::uint16_t{0x16}, std::uint16_t{0x17}, std::uint16_t{0x1F}}) {
-    rig.control = word;
-    rig.cycles(2);
+    rig.command(word, 2);
   }
   rig.cycles(800);
   EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
@@ -197,8 +191,7 @@ TEST_F(MsdProfilePosition, AThirdSetpointIsNotTaken) {
   go_to(kRevolution);
   go_to(2 * kRevolution);
   rig.target_position = 5 * kRevolution;
-  rig.control = kEnabled | kNewSetpoint;
-  rig.cycles(2);
+  rig.command(kEnabled | kNewSetpoint, 2);
   rig.control = kEnabled;
   until_reached();
   rig.cycles(8000);
@@ -240,19 +233,16 @@ TEST_F(MsdProfilePosition, HaltStopsOnTheRampOf605DAndGoesOnAfterwards) {
     double seconds;  ///< from 10 rev/s to standstill
   };
   for (const auto& c : {Case{1, 0.2}, Case{2, 0.05}}) {
-    DriveRig fresh;
-    fresh.operate();
+    OperatingRig fresh;
     ASSERT_EQ(fresh.write(0x605D, 0, c.code, 2), 0U);
     ASSERT_EQ(fresh.write(0x6081, 0, 10 * kRevolution, 4), 0U);
     ASSERT_EQ(fresh.write(0x6084, 0, 50 * kRevolution, 4), 0U);
     ASSERT_EQ(fresh.write(0x6085, 0, 200 * kRevolution, 4), 0U);
     fresh.enable(1);
     fresh.target_position = 8 * kRevolution;
-    fresh.control = kEnabled | kNewSetpoint;
-    fresh.cycles(2);
+    fresh.command(kEnabled | kNewSetpoint, 2);
     while (fresh.position < 3 * kRevolution) fresh.cycle();
-    fresh.control = kEnabled | kNewSetpoint | kHalt;
-    fresh.cycles(static_cast<int>(0.5 * c.seconds / 125e-6));
+    fresh.command(kEnabled | kNewSetpoint | kHalt, static_cast<int>(0.5 * c.seconds / 125e-6));
     EXPECT_NEAR(fresh.velocity, 5 * kRevolution, 0.4 * kRevolution) << c.code;
     EXPECT_EQ(fresh.status & kReached, 0) << "axis is braking";
     fresh.cycles(static_cast<int>(0.6 * c.seconds / 125e-6) + 80);
@@ -261,8 +251,7 @@ TEST_F(MsdProfilePosition, HaltStopsOnTheRampOf605DAndGoesOnAfterwards) {
     const auto halted_at = fresh.position;
     fresh.cycles(800);
     EXPECT_NEAR(fresh.position, halted_at, 2000);
-    fresh.control = kEnabled | kNewSetpoint;
-    fresh.cycles(16000);
+    fresh.command(kEnabled | kNewSetpoint, 16000);
     EXPECT_NEAR(fresh.position, 8 * kRevolution, 100);
     EXPECT_TRUE(fresh.status & kReached);
   }
@@ -274,8 +263,7 @@ TEST_F(MsdProfilePosition, HaltCodeZeroLetsTheMotorCoast) {
   go_to(50 * kRevolution);
   rig.cycles(2400);
   ASSERT_GT(rig.velocity, 9 * kRevolution);
-  rig.control = kEnabled | kHalt;
-  rig.cycles(160);
+  rig.command(kEnabled | kHalt, 160);
   EXPECT_EQ(rig.torque, 0);
   EXPECT_GT(rig.velocity, 8.5 * kRevolution);
 }
@@ -287,8 +275,7 @@ TEST_F(MsdProfilePosition, HaltCodesThreeAndFourUseAllTheTorque) {
     go_to(rig.position + 50 * kRevolution);
     rig.cycles(2400);
     ASSERT_GT(rig.velocity, 9 * kRevolution);
-    rig.control = kEnabled | kHalt;
-    rig.cycles(8);
+    rig.command(kEnabled | kHalt, 8);
     EXPECT_LT(rig.torque, -2800);
     rig.cycles(800);
     EXPECT_NEAR(rig.velocity, 0, 3000);
@@ -296,8 +283,7 @@ TEST_F(MsdProfilePosition, HaltCodesThreeAndFourUseAllTheTorque) {
 }
 
 TEST_F(MsdProfilePosition, SoftwareLimitsCutTheTarget) {
-  ASSERT_EQ(rig.write(0x607D, 1, static_cast<std::uint32_t>(-kRevolution), 4), 0U);
-  ASSERT_EQ(rig.write(0x607D, 2, kRevolution, 4), 0U);
+  rig.set({{0x607D, 1, static_cast<std::uint32_t>(-kRevolution), 4}, {0x607D, 2, kRevolution, 4}});
   rig.enable(1);
   go_to(3 * kRevolution);
   EXPECT_TRUE(rig.status & 0x0800);
@@ -310,9 +296,9 @@ TEST_F(MsdProfilePosition, SoftwareLimitsCutTheTarget) {
 }
 
 TEST_F(MsdProfilePosition, FollowingErrorShowsInBit13) {
-  ASSERT_EQ(rig.write(0x6065, 0, 100, 4), 0U);
-  ASSERT_EQ(rig.write(0x6066, 0, 1, 2), 0U);
-  ASSERT_EQ(rig.write_real(0x2177, 0, 0.0F), 0U);  // no speed feed-forward: the error is speed over gain
+  rig.set({{0x6065, 0, 100, 4},
+           {0x6066, 0, 1, 2},
+           real_value(0x2177, 0, 0.0F)});  // no speed feed-forward: the error is speed over gain
   rig.enable(1);
   go_to(3 * kRevolution);
   rig.cycles(400);
@@ -331,12 +317,9 @@ TEST_F(MsdProfilePosition, TargetReachedNeedsTheWindowTime) {
 TEST_F(MsdProfilePosition, RunsOverTheEndOf32Bits) {
   MsdParameters parameters;
   parameters.initial_position_rad = (2147483647.0 - 0.5 * kRevolution) / kIncrementsPerRadian;
-  DriveRig far(parameters);
-  far.operate();
-  far.enable(1);
+  EnabledRig far(parameters, 1);
   far.target_position = kRevolution;
-  far.control = kEnabled | kNewSetpoint | kRelative;
-  far.cycles(4000);
+  far.command(kEnabled | kNewSetpoint | kRelative, 4000);
   const double moved = far.drive.position_rad() - parameters.initial_position_rad;
   EXPECT_NEAR(moved, 2.0 * std::numbers::pi, 1e-3);
   EXPECT_LT(far.position, -2140000000);
@@ -346,16 +329,15 @@ TEST_F(MsdProfilePosition, RunsOverTheEndOf32Bits) {
 class MsdRoundTable : public testing::Test {
  protected:
   MsdRoundTable() : rig(at(350.0)) {
-    EXPECT_EQ(rig.write(0x6092, 1, 1'800'000, 4), 0U);  // in 5 revolutions
-    EXPECT_EQ(rig.write(0x6092, 2, 5, 4), 0U);
-    EXPECT_EQ(rig.write(0x607B, 1, 0, 4), 0U);
-    EXPECT_EQ(rig.write(0x607B, 2, 359'999, 4), 0U);
-    EXPECT_EQ(rig.write(0x6081, 0, 720'000, 4), 0U);
-    EXPECT_EQ(rig.write(0x6083, 0, 72'000'000, 4), 0U);
-    EXPECT_EQ(rig.write(0x6084, 0, 72'000'000, 4), 0U);
-    EXPECT_EQ(rig.write(0x6067, 0, 100, 4), 0U);
-    rig.operate();
-    rig.enable(1);
+    rig.set({{0x6092, 1, 1'800'000, 4},  // in 5 revolutions
+             {0x6092, 2, 5, 4},
+             {0x607B, 1, 0, 4},
+             {0x607B, 2, 359'999, 4},
+             {0x6081, 0, 720'000, 4},
+             {0x6083, 0, 72'000'000, 4},
+             {0x6084, 0, 72'000'000, 4},
+             {0x6067, 0, 100, 4}});
+    rig.start(1);
     start_ = degrees();
     EXPECT_NEAR(rig.position, 350'000, 2);
   }
@@ -369,10 +351,8 @@ class MsdRoundTable : public testing::Test {
   double travel(std::int32_t target, std::uint32_t option, std::uint16_t bits = 0) {
     EXPECT_EQ(rig.write(0x60F2, 0, option, 2), 0U);
     rig.target_position = target;
-    rig.control = kEnabled | kNewSetpoint | bits;
-    rig.cycles(4);
-    rig.control = kEnabled;
-    rig.cycles(40000);
+    rig.command(kEnabled | kNewSetpoint | bits, 4);
+    rig.command(kEnabled, 40000);
     EXPECT_TRUE(rig.status & kReached);
     return degrees() - start_;
   }
@@ -408,8 +388,7 @@ TEST_F(MsdRoundTable, OnlyBitsSixAndSevenCount) {
 
 /// The circumference is that of 607Bh, not of the feed: here three quarters of a turn, from -90 degrees on.
 TEST_F(MsdRoundTable, EndsWhere607BSays) {
-  EXPECT_EQ(rig.write(0x607B, 1, static_cast<std::uint32_t>(-90'000), 4), 0U);
-  EXPECT_EQ(rig.write(0x607B, 2, 179'999, 4), 0U);
+  rig.set({{0x607B, 1, static_cast<std::uint32_t>(-90'000), 4}, {0x607B, 2, 179'999, 4}});
   rig.cycles(2);
   EXPECT_NEAR(rig.position, 80'000, 2) << "350 degrees";
   EXPECT_NEAR(travel(-80'000, 0xC0), 110.0, 0.1) << "on through 180, which is -90";

@@ -20,15 +20,13 @@ class MsdProfileVelocity : public testing::Test {
 TEST_F(MsdProfileVelocity, RampsToTheTargetWithItsOwnSlopes) {
   rig.enable(3);
   EXPECT_EQ(rig.mode_display, 3);
-  rig.target_velocity = 10 * kRevolution;
-  rig.cycles(800);  // 0.1 s of 0.2 s
+  rig.turn(10 * kRevolution, 800);  // 0.1 s of 0.2 s
   EXPECT_NEAR(rig.velocity, 5 * kRevolution, 0.1 * kRevolution);
   EXPECT_EQ(rig.status & kReached, 0);
   rig.cycles(1000);
   EXPECT_NEAR(rig.velocity, 10 * kRevolution, 3000);
   EXPECT_TRUE(rig.status & kReached);
-  rig.target_velocity = 0;
-  rig.cycles(400);  // half of 0.1 s
+  rig.turn(0, 400);  // half of 0.1 s
   EXPECT_NEAR(rig.velocity, 5 * kRevolution, 0.15 * kRevolution);
   EXPECT_EQ(rig.status & kReached, 0) << "a new setpoint";
 }
@@ -37,20 +35,17 @@ TEST_F(MsdProfileVelocity, TargetIsCutAt607F) {
   ASSERT_EQ(rig.write(0x607F, 0, 3 * kRevolution, 4), 0U);
   rig.enable(3);
   for (const int sign : {1, -1}) {
-    rig.target_velocity = sign * 10 * kRevolution;
-    rig.cycles(4000);
+    rig.turn(sign * 10 * kRevolution, 4000);
     EXPECT_NEAR(rig.velocity, sign * 3 * kRevolution, 3000);
     EXPECT_TRUE(rig.status & 0x0800);
   }
-  rig.target_velocity = kRevolution;
-  rig.cycles(4000);
+  rig.turn(kRevolution, 4000);
   EXPECT_EQ(rig.status & 0x0800, 0);
 }
 
 TEST_F(MsdProfileVelocity, PositionIsUpdatedAlongWithTheSpeed) {
   rig.enable(3);
-  rig.target_velocity = 10 * kRevolution;
-  rig.cycles(2400);
+  rig.turn(10 * kRevolution, 2400);
   const auto before = rig.position;
   rig.cycles(8);  // 1 ms
   EXPECT_NEAR(rig.position - before, 10486, 200);
@@ -61,27 +56,22 @@ TEST_F(MsdProfileVelocity, SpeedBitIsSetAtStandstill) {
   rig.cycles(80);
   EXPECT_TRUE(rig.status & 0x1000) << "speed is 0";
   EXPECT_EQ(rig.status & 0x4000, 0) << "no ROT_0 in this mode";
-  rig.target_velocity = 2 * kRevolution;
-  rig.cycles(800);
+  rig.turn(2 * kRevolution, 800);
   EXPECT_EQ(rig.status & 0x1000, 0);
-  rig.target_velocity = 0;
-  rig.cycles(1600);
+  rig.turn(0, 1600);
   EXPECT_TRUE(rig.status & 0x1000);
 }
 
 TEST_F(MsdProfileVelocity, HaltBrakesAndReleaseGoesOn) {
   rig.enable(3);
-  rig.target_velocity = 10 * kRevolution;
-  rig.cycles(2400);
-  rig.control = kEnabled | kHalt;
-  rig.cycles(400);
+  rig.turn(10 * kRevolution, 2400);
+  rig.command(kEnabled | kHalt, 400);
   EXPECT_NEAR(rig.velocity, 5 * kRevolution, 0.2 * kRevolution) << "6084h";
   EXPECT_EQ(rig.status & kReached, 0) << "axis slows down";
   rig.cycles(1000);
   EXPECT_NEAR(rig.velocity, 0, 3000);
   EXPECT_TRUE(rig.status & kReached) << "axis has velocity 0";
-  rig.control = kEnabled;
-  rig.cycles(2400);
+  rig.command(kEnabled, 2400);
   EXPECT_NEAR(rig.velocity, 10 * kRevolution, 3000);
 }
 
@@ -91,19 +81,16 @@ TEST_F(MsdProfileVelocity, MaxSlippageShowsTheSpeedDifference) {
   ASSERT_EQ(rig.write(0x6072, 0, 500, 2), 0U);  // not enough for it
   rig.enable(3);
   EXPECT_EQ(rig.status & 0x2000, 0);
-  rig.target_velocity = 40 * kRevolution;
-  rig.cycles(40);
+  rig.turn(40 * kRevolution, 40);
   EXPECT_TRUE(rig.status & 0x2000);
   rig.cycles(4000);
   EXPECT_EQ(rig.status & 0x2000, 0);
 }
 
 TEST_F(MsdProfileVelocity, JerkTimeMakesTheRampLonger) {
-  ASSERT_EQ(rig.write(0x6086, 0, 3, 2), 0U);
-  ASSERT_EQ(rig.write_real(0x20A6, 0, 100.0F), 0U);
+  rig.set({{0x6086, 0, 3, 2}, real_value(0x20A6, 0, 100.0F)});
   rig.enable(3);
-  rig.target_velocity = 10 * kRevolution;
-  rig.cycles(1200);  // half of 0.2 s + 0.1 s
+  rig.turn(10 * kRevolution, 1200);  // half of 0.2 s + 0.1 s
   EXPECT_NEAR(rig.velocity, 5 * kRevolution, 0.1 * kRevolution);
   rig.cycles(1280);
   EXPECT_NEAR(rig.velocity, 10 * kRevolution, 0.02 * kRevolution);
@@ -113,19 +100,15 @@ class MsdVelocityMode : public testing::Test {
  protected:
   /// Velocity unit 1/1000 revolution per second: 16-bit setpoints reach 32 rev/s.
   MsdVelocityMode() {
-    EXPECT_EQ(rig.write(0x6092, 1, 3000, 4), 0U);  // in 3 revolutions
-    EXPECT_EQ(rig.write(0x6092, 2, 3, 4), 0U);
-    EXPECT_EQ(rig.write(0x6048, 1, 50'000, 4), 0U);  // 50 rev/s in 1 s
-    EXPECT_EQ(rig.write(0x6049, 1, 200'000, 4), 0U);
-    EXPECT_EQ(rig.write(0x6049, 2, 2, 4), 0U);
-    rig.operate();
-    rig.enable(2);
+    rig.set({{0x6092, 1, 3000, 4},  // in 3 revolutions
+             {0x6092, 2, 3, 4},
+             {0x6048, 1, 50'000, 4},  // 50 rev/s in 1 s
+             {0x6049, 1, 200'000, 4},
+             {0x6049, 2, 2, 4}});
+    rig.start(2);
   }
   void setpoint(int value) { ASSERT_EQ(rig.write(0x6042, 0, static_cast<std::uint16_t>(value), 2), 0U); }
-  void run(std::uint16_t bits, int cycles) {
-    rig.control = kEnabled | bits;
-    rig.cycles(cycles);
-  }
+  void run(std::uint16_t bits, int cycles) { rig.command(kEnabled | bits, cycles); }
   static constexpr std::uint16_t kUnlock = 0x20;
   static constexpr std::uint16_t kReference = 0x40;
   DriveRig rig;
@@ -151,8 +134,7 @@ TEST_F(MsdVelocityMode, FollowsItsRamps) {
 }
 
 TEST_F(MsdVelocityMode, MinimumAndMaximumLimitTheAmount) {
-  ASSERT_EQ(rig.write(0x6046, 1, 1'000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6046, 2, 4'000, 4), 0U);
+  rig.set({{0x6046, 1, 1'000, 4}, {0x6046, 2, 4'000, 4}});
   for (const int sign : {1, -1}) {
     setpoint(sign * 20);
     run(kUnlock | kReference, 4000);
@@ -207,18 +189,14 @@ TEST_F(MsdVelocityMode, Bit4HasNoFunction) {
 
 class MsdInterpolatedPosition : public testing::Test {
  protected:
-  MsdInterpolatedPosition() {
-    rig.operate();
-    rig.enable(7);
-  }
+  MsdInterpolatedPosition() { rig.start(7); }
   void target(std::int32_t value) { ASSERT_EQ(rig.write(0x60C1, 1, static_cast<std::uint32_t>(value), 4), 0U); }
   DriveRig rig;
 };
 
 TEST_F(MsdInterpolatedPosition, FollowsTheDataRecordWhileEnabled) {
   EXPECT_EQ(rig.status & 0x1000, 0);
-  rig.control = kEnabled | 0x10;
-  rig.cycles(2);
+  rig.command(kEnabled | 0x10, 2);
   EXPECT_TRUE(rig.status & 0x1000) << "IP mode active";
   for (int i = 1; i <= 1000; ++i) {
     target(i * 100);
@@ -234,12 +212,10 @@ TEST_F(MsdInterpolatedPosition, WithoutBit4TheAxisStands) {
   target(500'000);
   rig.cycles(1600);
   EXPECT_NEAR(rig.position, 0, 60);
-  rig.control = kEnabled | 0x10;
-  rig.cycles(2);
+  rig.command(kEnabled | 0x10, 2);
   target(1000);
   rig.cycles(400);
-  rig.control = kEnabled;
-  rig.cycles(2);
+  rig.command(kEnabled, 2);
   EXPECT_EQ(rig.status & 0x1000, 0);
   const auto stands = rig.position;
   target(300'000);
@@ -253,8 +229,7 @@ TEST_F(MsdInterpolatedPosition, HaltStopsTheAxis) {
     target(i * 1000);
     rig.cycle();
   }
-  rig.control = kEnabled | 0x10 | kHalt;
-  rig.cycles(8);
+  rig.command(kEnabled | 0x10 | kHalt, 8);
   EXPECT_EQ(rig.status & kReached, 0) << "axis is braking";
   rig.cycles(1600);
   EXPECT_NEAR(rig.velocity, 0, 3000);
@@ -265,8 +240,7 @@ TEST_F(MsdInterpolatedPosition, HaltStopsTheAxis) {
 TEST(MsdModes, SwitchingInMotionKeepsTheSpeed) {
   // Under the load of friction the axis runs at 5 rev/s; a change of mode that commands the same speed again does not
   // affect it, and a change to a mode with standstill as its target brakes on its ramp.
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6092, 1, 7 * kRevolution, 4), 0U);
   ASSERT_EQ(rig.write(0x6092, 2, 7, 4), 0U);
   rig.run_at(5 * kRevolution);
@@ -302,8 +276,7 @@ TEST(MsdModes, SwitchingInMotionKeepsTheSpeed) {
 }
 
 TEST(MsdModes, ModeIsShownAtOnceAlsoWithoutPower) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   for (const std::int8_t mode : {std::int8_t{1}, std::int8_t{2}, std::int8_t{3}, std::int8_t{6}, std::int8_t{7},
                                  std::int8_t{8}, std::int8_t{9}, std::int8_t{10}, std::int8_t{0}}) {
     rig.mode = mode;
@@ -315,25 +288,19 @@ TEST(MsdModes, ModeIsShownAtOnceAlsoWithoutPower) {
 TEST(MsdModes, NothingMovesUnlessOperationIsEnabled) {
   for (const std::int8_t mode : {std::int8_t{1}, std::int8_t{3}, std::int8_t{6}, std::int8_t{7}, std::int8_t{8},
                                  std::int8_t{9}, std::int8_t{10}}) {
-    DriveRig rig;
-    rig.operate();
-    rig.enable(mode);
-    rig.control = 0x07;
-    rig.cycles(800);
+    EnabledRig rig(mode);
+    rig.command(0x07, 800);
     ASSERT_EQ(rig.drive.state(), PowerState::kSwitchedOn);
     rig.target_position = 100'000;
     rig.target_velocity = 5 * kRevolution;
     rig.target_torque = 500;
-    rig.control = 0x17;
-    rig.cycles(800);
+    rig.command(0x17, 800);
     EXPECT_EQ(rig.drive.velocity_rad_s(), 0.0) << int{mode};
   }
 }
 
 TEST(MsdModes, SynchronisedBitNeedsRegularSetpoints) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   rig.cycles(20);
   EXPECT_TRUE(rig.status & 0x8000);
   rig.pass(5ms);

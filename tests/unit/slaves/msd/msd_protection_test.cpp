@@ -18,9 +18,7 @@ std::string text(DriveRig& rig, std::uint16_t index, unsigned sub) {
 class MsdCause : public testing::TestWithParam<Fault> {};
 
 TEST_P(MsdCause, RaisesItsFaultAndCannotBeAcknowledgedWhileItLasts) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
+  EnabledRig rig(9);
   const FaultFacts& f = facts(GetParam());
   rig.drive.set_cause(GetParam(), true);
   rig.pass(1s);
@@ -36,18 +34,15 @@ TEST_P(MsdCause, RaisesItsFaultAndCannotBeAcknowledgedWhileItLasts) {
   EXPECT_EQ(text(rig, 0x2021, 0), f.text);
   EXPECT_TRUE(rig.drive.display().starts_with("Er. "));
   rig.emergencies.clear();
-  rig.control = 0x80;
-  rig.cycles(4);
+  rig.command(0x80, 4);
   EXPECT_EQ(rig.drive.state(), PowerState::kFault);
   rig.fetch_emergencies();
   ASSERT_EQ(rig.emergencies.size(), 2U) << "acknowledgement, and the fault again";
   EXPECT_THAT(rig.emergencies[0], ElementsAre(0, 0, 0, 0, 0, 0, 0, 0));
   rig.drive.set_cause(GetParam(), false);
   EXPECT_TRUE(rig.drive.display().starts_with("Er "));
-  rig.control = 0;
-  rig.cycles(4);
-  rig.control = 0x80;
-  rig.cycles(4);
+  rig.command(0, 4);
+  rig.command(0x80, 4);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
   EXPECT_EQ(text(rig, 0x2021, 0), "");
 }
@@ -79,8 +74,7 @@ TEST(MsdProtection, NumbersAndLocationsAreUnique) {
 TEST(MsdProtection, OverloadTripsAndIsShown) {
   DriveRig rig;
   ASSERT_EQ(rig.write_real(0x22DD, 7, 10.0F), 0U);  // Tth
-  rig.operate();
-  rig.enable(9);
+  rig.start(9);
   rig.drive.heat(1.0, 100s);
   rig.pass(5ms);
   EXPECT_FALSE(rig.drive.fault().has_value()) << "rated current is allowed for ever";
@@ -126,8 +120,7 @@ TEST(MsdProtection, OverloadOfTypeThermReachesItsShareWithItsTimeConstant) {
 double seconds_of_stall(DriveRig& rig, std::uint32_t overload_type) {
   EXPECT_EQ(rig.write(0x22DF, 0, overload_type, 2), 0U);
   EXPECT_EQ(rig.write(0x22DC, 0, 0, 2), 0U);  // no temperature sensor
-  rig.operate();
-  rig.enable(10);
+  rig.start(10);
   rig.target_torque = 1500;
   rig.cycles(80);
   for (int i = 0; i < 2000; ++i) {
@@ -160,9 +153,7 @@ TEST(MsdProtection, TemperaturesRiseWithTheCurrentOfTheRunningMotor) {
   parameters.motor.winding.simulated = true;
   parameters.motor.winding.saturation_current_a = 6.0;
   parameters.thermal.motor_time_constant_s = 5.0;
-  DriveRig rig(parameters);
-  rig.operate();
-  rig.enable(10);
+  EnabledRig rig(parameters, 10);
   rig.target_torque = 1000;
   rig.cycles(80);
   rig.pass(9s);
@@ -177,9 +168,7 @@ TEST(MsdProtection, CurrentIsThatOfTheWindingsAndNotTheTorque) {
   parameters.motor.load.end_stop_min_rad = -0.5;
   parameters.motor.winding.simulated = true;
   parameters.motor.winding.saturation_current_a = 5.0;
-  DriveRig rig(parameters);
-  rig.operate();
-  rig.enable(10);
+  EnabledRig rig(parameters, 10);
   const auto current = [&rig] { return static_cast<std::int16_t>(rig.read(0x6078)); };
   for (const int sign : {1, -1}) {
     rig.target_torque = static_cast<std::int16_t>(sign * 2500);
@@ -189,9 +178,7 @@ TEST(MsdProtection, CurrentIsThatOfTheWindingsAndNotTheTorque) {
     EXPECT_NEAR(rig.torque, sign * 2500 / std::sqrt(1.0 + std::pow(amplitude / 5.0, 2.0)), 25);
   }
   parameters.motor.winding.saturation_current_a = 0.0;
-  DriveRig plain(parameters);
-  plain.operate();
-  plain.enable(10);
+  EnabledRig plain(parameters, 10);
   plain.target_torque = 800;
   plain.cycles(8000);
   EXPECT_NEAR(static_cast<std::int16_t>(plain.read(0x6078)), 800, 8);
@@ -201,8 +188,7 @@ TEST(MsdProtection, CurrentIsThatOfTheWindingsAndNotTheTorque) {
 TEST(MsdProtection, MotorTemperatureIsMonitoredWithASensor) {
   DriveRig rig;
   rig.drive.heat(1.3, 4000s);  // 135 degC
-  ASSERT_EQ(rig.write(0x22DC, 0, 0, 2), 0U);
-  ASSERT_EQ(rig.write_real(0x22DD, 7, 0.1F), 0U);
+  rig.set({{0x22DC, 0, 0, 2}, real_value(0x22DD, 7, 0.1F)});
   rig.pass(1s);
   if (rig.drive.fault()) {
     ASSERT_EQ(rig.write(0x2099, 0, 1, 1), 0U);
@@ -222,9 +208,7 @@ TEST(MsdProtection, TheHighestSpeedNeedsNoMoreThanFriction) {
       for (const int sign : {1, -1}) {
         MsdParameters parameters;
         parameters.motor.winding.simulated = windings;
-        DriveRig rig(parameters);
-        rig.operate();
-        rig.enable(mode);
+        EnabledRig rig(parameters, mode);
         rig.target_velocity = sign * 104857600;  // 100 rev/s
         rig.target_torque = static_cast<std::int16_t>(sign * 1000);
         const double friction_nm = 0.03 + 2e-4 * 628.3;
@@ -243,9 +227,7 @@ TEST(MsdProtection, TheHighestSpeedNeedsNoMoreThanFriction) {
 
 /// Work of the torque against friction and inertia, while the drive accelerates to its limit and stays there.
 TEST(MsdProtection, NoTorqueVanishesAtTheSpeedLimit) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(10);
+  EnabledRig rig(10);
   rig.target_torque = 1000;
   double work_j = 0.0;
   double friction_j = 0.0;
@@ -262,9 +244,7 @@ TEST(MsdProtection, NoTorqueVanishesAtTheSpeedLimit) {
 }
 
 TEST(MsdProtection, DcLinkVoltageHasLimitsBothWays) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
+  EnabledRig rig(9);
   rig.drive.set_dc_link_voltage(270.0);
   rig.cycles(16);
   EXPECT_TRUE(rig.status & 0x80);
@@ -276,8 +256,7 @@ TEST(MsdProtection, DcLinkVoltageHasLimitsBothWays) {
   EXPECT_EQ(rig.drive.fault(), Fault::kDcLinkUndervoltage);
   EXPECT_EQ(rig.status & 0x10, 0) << "voltage enabled";
   rig.drive.set_dc_link_voltage(560.0);
-  rig.control = 0x80;
-  rig.cycles(4);
+  rig.command(0x80, 4);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
   rig.drive.set_dc_link_voltage(900.0);
   rig.cycles(16);
@@ -303,8 +282,7 @@ TEST(MsdProtection, OperatingHoursCountInTheEmergency) {
 }
 
 TEST(MsdProtection, ALaterFaultThatForbidsTorqueEndsTheReaction) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(20'000'000);
   rig.device.fall_back(AlState::kOp, AlState::kSafeOp, AlStatusCode::kSyncManagerWatchdog);
   rig.pass(5ms);

@@ -10,12 +10,11 @@ namespace {
 
 TEST(MsdScaling, PositionsInMillidegreesOfALoadBehindAGear) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x6091, 1, 5, 4), 0U);        // 5 motor revolutions
-  ASSERT_EQ(rig.write(0x6091, 2, 2, 4), 0U);        // for 2 of the shaft
-  ASSERT_EQ(rig.write(0x6092, 1, 360'000, 4), 0U);  // units
-  ASSERT_EQ(rig.write(0x6092, 2, 7, 4), 0U);        // per 7 shaft revolutions
-  rig.operate();
-  rig.enable(9);
+  rig.set({{0x6091, 1, 5, 4},        // 5 motor revolutions
+           {0x6091, 2, 2, 4},        // for 2 of the shaft
+           {0x6092, 1, 360'000, 4},  // units
+           {0x6092, 2, 7, 4}});      // per 7 shaft revolutions
+  rig.start(9);
   EXPECT_EQ(rig.read(0x6093, 1), 1048576U * 35U / 640U);  // 2^20 * 5 * 7 / (2 * 360000), reduced
   EXPECT_EQ(rig.read(0x6093, 2), 1125U);
   EXPECT_EQ(rig.read(0x6094, 1) * std::uint64_t{rig.read(0x6093, 2)},
@@ -30,10 +29,8 @@ TEST(MsdScaling, PositionsInMillidegreesOfALoadBehindAGear) {
 TEST(MsdScaling, PolarityTurnsSetpointsAndActualValues) {
   DriveRig rig;
   ASSERT_EQ(rig.write(0x607E, 0, 0xC0, 1), 0U);
-  rig.operate();
-  rig.enable(9);
-  rig.target_velocity = 2'000'000;
-  rig.cycles(1600);
+  rig.start(9);
+  rig.turn(2'000'000, 1600);
   EXPECT_LT(rig.drive.velocity_rad_s(), -11.0);
   EXPECT_NEAR(rig.velocity, 2'000'000, 4000);
   EXPECT_GT(rig.position, 0);
@@ -54,16 +51,13 @@ TEST(MsdScaling, PolarityBitsAreOneForPositionsAndOneForSpeeds) {
     DriveRig rig;
     ASSERT_EQ(rig.write(0x607E, 0, polarity, 1), 0U);
     ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);
-    rig.operate();
-    rig.enable(9);
-    rig.target_velocity = 2'000'000;
-    rig.cycles(1600);
+    rig.start(9);
+    rig.turn(2'000'000, 1600);
     EXPECT_NEAR(rig.drive.velocity_rad_s() * speeds, 2'000'000 / kIncrementsPerRadian, 0.1);
     EXPECT_NEAR(rig.velocity, 2'000'000, 4000);
     EXPECT_GT(rig.position * speeds * positions, 100'000);
     EXPECT_EQ(rig.read(0x606B), 2'000'000U);
-    rig.target_velocity = 0;
-    rig.cycles(1600);
+    rig.turn(0, 1600);
     const double before = rig.drive.position_rad();
     rig.enable(8);
     const std::int32_t begin = rig.target_position;
@@ -78,13 +72,10 @@ TEST(MsdScaling, PolarityBitsAreOneForPositionsAndOneForSpeeds) {
 }
 
 TEST(MsdScaling, ChangesOnlyWithThePowerStageOff) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
+  EnabledRig rig(9);
   EXPECT_EQ(rig.write(0x6091, 1, 5, 4), 0x08000022U);
   EXPECT_EQ(rig.write(0x607E, 0, 0x80, 1), 0x08000022U);
-  rig.control = 0x06;
-  rig.cycles(2);
+  rig.command(0x06, 2);
   EXPECT_EQ(rig.write(0x6091, 1, 5, 4), 0U);
 }
 
@@ -102,8 +93,7 @@ TEST(MsdScaling, ExtremeFactorsStayFinite) {
     ASSERT_EQ(rig.write(index, 1, index == 0x6092 ? 1 : 0xFFFFFFFF, 4), 0U);
     ASSERT_EQ(rig.write(index, 2, index == 0x6092 ? 0xFFFFFFFF : 1, 4), 0U);
   }
-  rig.operate();
-  rig.enable(8);
+  rig.start(8);
   rig.cycles(100);
   EXPECT_TRUE(std::isfinite(rig.drive.position_rad()));
   EXPECT_GE(rig.read(0x6093, 2), 1U);
@@ -111,19 +101,18 @@ TEST(MsdScaling, ExtremeFactorsStayFinite) {
 
 TEST(MsdScaling, FactorsFollowTheFormulasOfTheManual) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x608F, 1, 4096, 4), 0U);  // increments per
-  ASSERT_EQ(rig.write(0x608F, 2, 3, 4), 0U);     // revolutions
-  ASSERT_EQ(rig.write(0x6090, 1, 8191, 4), 0U);
-  ASSERT_EQ(rig.write(0x6090, 2, 7, 4), 0U);
-  ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);
-  ASSERT_EQ(rig.write(0x6091, 2, 2, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 1, 1000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 2, 9, 4), 0U);
-  ASSERT_EQ(rig.write(0x608B, 0, 2, 1), 0U);
-  ASSERT_EQ(rig.write(0x6089, 0, 0xFF, 1), 0U);  // 10^-1
-  ASSERT_EQ(rig.write(0x608D, 0, 1, 1), 0U);
-  rig.operate();
-  rig.enable(9);  // the control starts
+  rig.set({{0x608F, 1, 4096, 4},  // increments per
+           {0x608F, 2, 3, 4},     // revolutions
+           {0x6090, 1, 8191, 4},
+           {0x6090, 2, 7, 4},
+           {0x6091, 1, 7, 4},
+           {0x6091, 2, 2, 4},
+           {0x6092, 1, 1000, 4},
+           {0x6092, 2, 9, 4},
+           {0x608B, 0, 2, 1},
+           {0x6089, 0, 0xFF, 1},  // 10^-1
+           {0x608D, 0, 1, 1}});
+  rig.start(9);  // the control starts
   const auto fraction = [&](std::uint16_t index) {
     return static_cast<double>(rig.read(index, 1)) / static_cast<double>(rig.read(index, 2));
   };
@@ -140,10 +129,8 @@ TEST(MsdScaling, DimensionIndicesOnlySayWhatTheUnitsAreCalled) {
     for (const std::uint16_t index : {std::uint16_t{0x608A}, std::uint16_t{0x608C}, std::uint16_t{0x608E}}) {
       EXPECT_EQ(rig.write(index, 0, dimension, 1), 0U);
     }
-    rig.operate();
-    rig.enable(9);
-    rig.target_velocity = 1'000'000;
-    rig.cycles(400);
+    rig.start(9);
+    rig.turn(1'000'000, 400);
     return rig.drive.position_rad();
   };
   EXPECT_EQ(run(0), run(0x41));
@@ -153,18 +140,15 @@ TEST(MsdScaling, NewUnitsCountFromTheNextStartOfTheControl) {
   MsdParameters parameters;
   parameters.initial_position_rad = 2.0 * std::numbers::pi;
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write(0x6092, 1, 1080, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 2, 3, 4), 0U);
+  rig.set({{0x6092, 1, 1080, 4}, {0x6092, 2, 3, 4}});
   rig.pass(5ms);
   EXPECT_NEAR(rig.read(0x6064), 1048576, 1);
   EXPECT_EQ(rig.read(0x6093, 1), 1U) << "calculated with the start of the control, not before";
   EXPECT_EQ(rig.read(0x6093, 2), 1U);
-  rig.operate();
-  rig.enable(9);
+  rig.start(9);
   EXPECT_NEAR(rig.position, 360, 1);
   EXPECT_EQ(rig.read(0x6093, 1) * 45U, rig.read(0x6093, 2) * 131072U) << "2^20 / 360";
-  rig.control = 0x06;
-  rig.cycles(4);
+  rig.command(0x06, 4);
   ASSERT_EQ(rig.write(0x6092, 1, 10'800, 4), 0U);
   rig.cycles(4);
   EXPECT_NEAR(rig.position, 360, 1);
@@ -190,14 +174,13 @@ TEST(MsdScaling, NoDriftOverTheWholeRangeAndBack) {
 /// where exact fractions predict, and the position object never makes a step.
 TEST(MsdScaling, NoDriftInMotionPastTheEndsOf32Bits) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x6091, 1, 7, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 1, 9000, 4), 0U);
-  ASSERT_EQ(rig.write(0x6092, 2, 9, 4), 0U);
-  ASSERT_EQ(rig.write(0x607B, 1, 0, 4), 0U);
-  ASSERT_EQ(rig.write(0x607B, 2, 999, 4), 0U);
-  ASSERT_EQ(rig.write(0x6065, 0, 0xFFFFFFFF, 4), 0U);
-  rig.operate(1000);
-  rig.enable(8);
+  rig.set({{0x6091, 1, 7, 4},
+           {0x6092, 1, 9000, 4},
+           {0x6092, 2, 9, 4},
+           {0x607B, 1, 0, 4},
+           {0x607B, 2, 999, 4},
+           {0x6065, 0, 0xFFFFFFFF, 4}});
+  rig.start(8, 1000);
   constexpr std::int64_t kTurns = 620;  // * 7 * 2^20 increments = 4.55e9
   constexpr std::int64_t kStep = 8;     // units per cycle: 56 motor revolutions per second
   std::int64_t target = 0;

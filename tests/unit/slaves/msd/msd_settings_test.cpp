@@ -19,8 +19,7 @@ class MsdProfileVelocityCyclic : public testing::Test {
     set(0x6083, 50 * kRev);
     set(0x6084, 100 * kRev);
     set(0x6085, 400 * kRev);
-    rig.operate();
-    rig.enable(3);
+    rig.start(3);
   }
   void set(std::uint16_t index, std::int32_t value) {
     ASSERT_EQ(rig.write(index, 0, static_cast<std::uint32_t>(value), 4), 0U);
@@ -35,8 +34,7 @@ class MsdProfileVelocityCyclic : public testing::Test {
 };
 
 TEST_F(MsdProfileVelocityCyclic, LimitCountsWhileTheTargetStays) {
-  rig.target_velocity = 10 * kRev;
-  rig.cycles(4000);
+  rig.turn(10 * kRev, 4000);
   ASSERT_NEAR(rig.velocity, 10 * kRev, 5000);
   set(0x607F, 3 * kRev);
   rig.cycles(80);
@@ -51,15 +49,13 @@ TEST_F(MsdProfileVelocityCyclic, LimitCountsWhileTheTargetStays) {
 }
 
 TEST_F(MsdProfileVelocityCyclic, RampsCountOnTheWay) {
-  rig.target_velocity = 30 * kRev;
-  rig.cycles(160);
+  rig.turn(30 * kRev, 160);
   EXPECT_NEAR(acceleration(), 50.0, 2.0);
   set(0x6083, 200 * kRev);
   rig.cycles(40);
   EXPECT_NEAR(acceleration(), 200.0, 8.0);
   rig.cycles(4000);
-  rig.target_velocity = 0;
-  rig.cycles(160);
+  rig.turn(0, 160);
   EXPECT_NEAR(acceleration(), -100.0, 4.0);
   set(0x6084, 25 * kRev);
   rig.cycles(40);
@@ -73,10 +69,8 @@ TEST_F(MsdProfileVelocityCyclic, BrakingRampsCountOnTheWay) {
     rig.enable(3);
     set(0x6084, 100 * kRev);
     set(0x6085, 100 * kRev);
-    rig.target_velocity = 30 * kRev;
-    rig.cycles(8000);
-    rig.control = quick ? 0x02 : 0x10F;
-    rig.cycles(80);
+    rig.turn(30 * kRev, 8000);
+    rig.command(quick ? 0x02 : 0x10F, 80);
     EXPECT_NEAR(acceleration(), -100.0, 4.0) << quick;
     set(quick ? 0x6085 : 0x6084, 300 * kRev);
     rig.cycles(40);
@@ -99,16 +93,13 @@ TEST(MsdModes, AMovementEndsWithItsMode) {
     ASSERT_EQ(rig.write(0x6084, 0, 100 * kRev, 4), 0U);
     ASSERT_EQ(rig.write(0x6098, 0, 23, 1), 0U);  // to a missing home switch
     ASSERT_EQ(rig.write(0x6099, 1, 10 * kRev, 4), 0U);
-    rig.operate();
-    rig.enable(change.from);
+    rig.start(change.from);
     rig.target_position = 1000 * kRev;
-    rig.control = 0x1F;
-    rig.cycles(4000);
+    rig.command(0x1F, 4000);
     ASSERT_NEAR(rig.velocity, 10 * kRev, 5000);
     const double before = rig.drive.position_rad() / (2.0 * std::numbers::pi);
     rig.mode = change.to;
-    rig.control = 0x0F;
-    rig.cycles(400);
+    rig.command(0x0F, 400);
     EXPECT_NEAR(rig.velocity, 5 * kRev, 0.2 * kRev) << "half way of 0.1 s";
     rig.cycles(1600);
     EXPECT_NEAR(rig.velocity, 0, 3000);
@@ -121,12 +112,11 @@ TEST(MsdModes, AMovementEndsWithItsMode) {
 
 TEST(MsdVelocityUnit, MadeRpmItReachesTheWholeSpeedRange) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x604C, 1, 1'048'576, 4), 0U);  // increments
-  ASSERT_EQ(rig.write(0x604C, 2, 60, 4), 0U);         // of a revolution per minute
-  ASSERT_EQ(rig.write(0x6048, 1, 3000, 4), 0U);       // rpm in a second
-  ASSERT_EQ(rig.write(0x6049, 1, 3000, 4), 0U);
-  rig.operate();
-  rig.enable(2);
+  rig.set({{0x604C, 1, 1'048'576, 4},  // increments
+           {0x604C, 2, 60, 4},         // of a revolution per minute
+           {0x6048, 1, 3000, 4},       // rpm in a second
+           {0x6049, 1, 3000, 4}});
+  rig.start(2);
   const auto order = [&](int rpm) { ASSERT_EQ(rig.write(0x6042, 0, static_cast<std::uint16_t>(rpm), 2), 0U); };
   rig.control = 0x6F;
   for (const int rpm : {100, 3000, 5700, -5700, 0}) {
@@ -194,11 +184,9 @@ TEST(MsdMotorData, IsWrittenWithThePowerStageOff) {
   DriveRig rig;
   EXPECT_EQ(std::bit_cast<float>(rig.read(0x21C7)), 200.0F) << "3000 rpm, four pole pairs";
   EXPECT_EQ(std::bit_cast<float>(rig.read(0x22DD, 4)), 200.0F) << "P 733[4] is the same frequency";
-  EXPECT_EQ(rig.write_real(0x21C7, 0, 150.0F), 0U);
-  EXPECT_EQ(rig.write(0x202D, 0, 1, 2), 0U);
+  rig.set({real_value(0x21C7, 0, 150.0F), {0x202D, 0, 1, 2}});
   EXPECT_EQ(rig.write(0x202D, 0, 2, 2), 0x06090031U) << "the motor is a PSM";
-  EXPECT_EQ(rig.write_real(0x21C9, 0, 2.0F), 0U);
-  EXPECT_EQ(rig.write_real(0x21CC, 0, 2.0F), 0U);
+  rig.set({real_value(0x21C9, 0, 2.0F), real_value(0x21CC, 0, 2.0F)});
   EXPECT_EQ(rig.write_real(0x21CC, 0, 0.0F), 0x06090032U);
   ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
   rig.pass(5ms);
@@ -207,8 +195,7 @@ TEST(MsdMotorData, IsWrittenWithThePowerStageOff) {
   EXPECT_EQ(std::bit_cast<float>(rig.read(0x21C7)), 150.0F) << "kept";
   EXPECT_EQ(rig.read(0x6075), 2000U);
   EXPECT_EQ(rig.read(0x6076), 2000U);
-  rig.operate();
-  rig.enable(10);
+  rig.start(10);
   EXPECT_EQ(rig.write_real(0x21C9, 0, 2.5F), 0x08000022U);
 }
 
@@ -222,10 +209,8 @@ TEST(MsdMotorData, WrongDataMakeWrongTorque) {
   for (const auto& told : {Told{2.5F, 2.4F}, Told{1.25F, 2.4F}, Told{2.5F, 1.2F}, Told{2.0F, 2.0F}}) {
     SCOPED_TRACE(testing::Message() << told.current_a << " A, " << told.torque_nm << " Nm");
     DriveRig rig;
-    ASSERT_EQ(rig.write_real(0x21C9, 0, told.current_a), 0U);
-    ASSERT_EQ(rig.write_real(0x21CC, 0, told.torque_nm), 0U);
-    rig.operate();
-    rig.enable(10);
+    rig.set({real_value(0x21C9, 0, told.current_a), real_value(0x21CC, 0, told.torque_nm)});
+    rig.start(10);
     rig.target_torque = 500;
     rig.cycles(40);
     EXPECT_NEAR(rig.drive.torque_nm(), 0.5 * told.current_a / 2.5 * 2.4, 1e-3);

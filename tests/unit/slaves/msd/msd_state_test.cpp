@@ -9,12 +9,10 @@ constexpr double kSlowDownIncrements = 104857600.0;   // 6084h default
 constexpr std::int32_t kSpeed = 10'000'000;           // 9.5 rev/s
 
 TEST(MsdState, StatusWordThroughTheStates) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.mode = 9;
   const auto status_after = [&](std::uint16_t control) {
-    rig.control = control;
-    rig.cycles(2);
+    rig.command(control, 2);
     return rig.status & 0x6F;
   };
   EXPECT_EQ(status_after(0x00), 0x40);
@@ -28,8 +26,7 @@ TEST(MsdState, StatusWordThroughTheStates) {
 }
 
 TEST(MsdState, QuickStopRampIsThatOf6085) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(kSpeed);
   rig.control = 0x02;
   const double stop_time = kSpeed / kQuickStopIncrements;
@@ -42,8 +39,7 @@ TEST(MsdState, QuickStopRampIsThatOf6085) {
 }
 
 TEST(MsdState, SlowDownRampIsThatOf6084) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x605A, 0, 5, 2), 0U);
   rig.run_at(kSpeed);
   rig.control = 0x02;
@@ -55,28 +51,23 @@ TEST(MsdState, SlowDownRampIsThatOf6084) {
   EXPECT_TRUE(rig.status & 0x0400) << "target reached after a quick stop that stays";
   EXPECT_EQ(rig.status & 0x6F, 0x07);
   rig.target_velocity = 0;
-  rig.control = 0x0F;
-  rig.cycles(2);
+  rig.command(0x0F, 2);
   EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled);
 }
 
 TEST(MsdState, RampFollowsTheObject) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x6085, 0, 200'000'000, 4), 0U);
   rig.run_at(kSpeed);
-  rig.control = 0x02;
-  rig.cycles(200);  // 25 ms
+  rig.command(0x02, 200);  // 25 ms
   EXPECT_NEAR(rig.velocity, kSpeed - 200e6 * 0.025, 0.03 * kSpeed);
 }
 
 TEST(MsdState, CurrentLimitStopsWithAllTheTorqueThereIs) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x605A, 0, 3, 2), 0U);
   rig.run_at(5 * kSpeed);
-  rig.control = 0x02;
-  rig.cycles(10);
+  rig.command(0x02, 10);
   EXPECT_LT(rig.torque, -2800);  // peak torque is 3000 permille
   rig.cycles(400);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
@@ -84,8 +75,7 @@ TEST(MsdState, CurrentLimitStopsWithAllTheTorqueThereIs) {
 
 /// An axis that swings through standstill has not stopped: status bit 14 requires some time within the window.
 TEST(MsdState, StandstillIsMoreThanPassingZero) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(kSpeed);
   rig.target_velocity = -kSpeed;
   double last = rig.drive.velocity_rad_s();
@@ -97,17 +87,14 @@ TEST(MsdState, StandstillIsMoreThanPassingZero) {
     EXPECT_FALSE(rig.status & 0x4000);
   }
   EXPECT_TRUE(passed);
-  rig.target_velocity = 0;
-  rig.cycles(800);
+  rig.turn(0, 800);
   EXPECT_TRUE(rig.status & 0x4000);
 }
 
 TEST(MsdState, DisableVoltageCoasts) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.run_at(kSpeed);
-  rig.control = 0x00;
-  rig.cycles(80);  // 10 ms
+  rig.command(0x00, 80);  // 10 ms
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
   EXPECT_EQ(rig.torque, 0);
   // Coulomb and viscous friction alone: (0.03 + 2e-4 * 60) / 3e-4 is about 140 rad/s2
@@ -116,14 +103,12 @@ TEST(MsdState, DisableVoltageCoasts) {
 
 TEST(MsdState, DisableOperationAndShutdownFollowTheirOptionCodes) {
   for (const bool ramp : {true, false}) {
-    DriveRig rig;
-    rig.operate();
+    OperatingRig rig;
     ASSERT_EQ(rig.write(0x605C, 0, ramp ? 1 : 0, 2), 0U);
     ASSERT_EQ(rig.write(0x605B, 0, ramp ? 1 : 0, 2), 0U);
     for (const std::uint16_t word : {std::uint16_t{0x07}, std::uint16_t{0x06}}) {
       rig.run_at(kSpeed);
-      rig.control = word;
-      rig.cycles(400);  // 50 ms, half of the slow down ramp
+      rig.command(word, 400);  // 50 ms, half of the slow down ramp
       EXPECT_EQ(rig.drive.state() == PowerState::kOperationEnabled, ramp);
       EXPECT_NEAR(rig.drive.velocity_rad_s(), ramp ? 30.0 : 53.0, 3.0);
       rig.cycles(600);
@@ -133,8 +118,7 @@ TEST(MsdState, DisableOperationAndShutdownFollowTheirOptionCodes) {
 }
 
 TEST(MsdState, HardwareEnableAndSafeTorqueOffTakeThePower) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   for (const bool sto : {true, false}) {
     rig.run_at(kSpeed);
     sto ? rig.drive.set_isdsh(false) : rig.drive.set_enpo(false);
@@ -143,19 +127,16 @@ TEST(MsdState, HardwareEnableAndSafeTorqueOffTakeThePower) {
     EXPECT_EQ(rig.drive.torque_nm() > 0.02, false);
     EXPECT_EQ(rig.read(0x60FD), sto ? 0xC0000U : 0U) << "bit 18 safe stop, bit 19 ENPO";
     EXPECT_EQ(rig.read(0x2079), sto ? 0x01U : 0x80U) << "bit 0 ENPO, bit 7 ISDSH";
-    rig.control = 0x06;
-    rig.cycles(2);
+    rig.command(0x06, 2);
     EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
     sto ? rig.drive.set_isdsh(true) : rig.drive.set_enpo(true);
   }
 }
 
 TEST(MsdState, WithoutDcLinkTheDriveStaysInSwitchOnDisabled) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.drive.set_dc_link(false);
-  rig.control = 0x06;
-  rig.cycles(4);
+  rig.command(0x06, 4);
   EXPECT_EQ(rig.status & 0x7F, 0x40);
   EXPECT_EQ(rig.read(0x6079), 0U);
   rig.drive.set_dc_link(true);
@@ -164,9 +145,7 @@ TEST(MsdState, WithoutDcLinkTheDriveStaysInSwitchOnDisabled) {
 }
 
 TEST(MsdState, ControlWordCountsOnlyWithControlLocationCia402) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(9);
+  EnabledRig rig(9);
   ASSERT_EQ(rig.write(0x209F, 0, 1, 2), 0U);
   rig.cycles(2);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchOnDisabled);
@@ -177,12 +156,10 @@ TEST(MsdState, ControlWordCountsOnlyWithControlLocationCia402) {
 }
 
 TEST(MsdState, SetpointsCountOnlyWithReferenceSourceCia402) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   ASSERT_EQ(rig.write(0x20A5, 0, 0, 2), 0U);
   rig.enable(9);
-  rig.target_velocity = kSpeed;
-  rig.cycles(800);
+  rig.turn(kSpeed, 800);
   EXPECT_EQ(rig.status & 0x1000, 0);
   EXPECT_NEAR(rig.velocity, 0, 2000);
 }
@@ -197,24 +174,21 @@ TEST(MsdState, ControlWordIsOneObjectWithTwoAddresses) {
 }
 
 TEST(MsdState, DisplayShowsStatePowerAndSafeTorqueOff) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.drive.set_isdsh(false);
   rig.cycles(2);
   EXPECT_EQ(rig.drive.display(), "S2");
   rig.drive.set_isdsh(true);
   rig.cycles(2);
   EXPECT_EQ(rig.drive.display(), "2");
-  rig.control = 0x06;
-  rig.cycles(2);
+  rig.command(0x06, 2);
   EXPECT_EQ(rig.drive.display(), "3");
   rig.enable(9);
   EXPECT_EQ(rig.drive.display(), "5.");
 }
 
 TEST(MsdState, DisplayOneIsNoDcLinkVoltage) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   rig.drive.set_dc_link(false);
   rig.cycles(2);
   EXPECT_EQ(rig.drive.display(), "1");
@@ -226,14 +200,11 @@ TEST(MsdState, DisplayOneIsNoDcLinkVoltage) {
 }
 
 TEST(MsdState, PowerSectionIsOnInSwitchedOn) {
-  DriveRig rig;
-  rig.operate();
-  rig.control = 0x06;
-  rig.cycles(2);
+  OperatingRig rig;
+  rig.command(0x06, 2);
   EXPECT_EQ(rig.drive.display(), "3");
   EXPECT_EQ(rig.write(0x607E, 0, 0x80, 1), 0U);
-  rig.control = 0x07;
-  rig.cycles(2);
+  rig.command(0x07, 2);
   EXPECT_EQ(rig.drive.state(), PowerState::kSwitchedOn);
   EXPECT_EQ(rig.drive.display(), "4.");
   EXPECT_EQ(rig.write(0x607E, 0, 0x00, 1), 0x08000022U);

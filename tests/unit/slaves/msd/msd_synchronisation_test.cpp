@@ -360,9 +360,7 @@ TEST(MsdSynchronisationType, DcInsistsOnSync0) {
 
 TEST(MsdSynchronisationType, AnIllegalRequestEndsTheOutputsOfAMotorThatIsOn) {
   for (const auto code : {AlStatusCode::kInvalidRequestedStateChange, AlStatusCode::kUnknownRequestedState}) {
-    DriveRig rig;
-    rig.operate();
-    rig.enable(8);
+    EnabledRig rig(8);
     rig.device.fall_back(AlState::kOp, AlState::kSafeOp, code);
     EXPECT_EQ(rig.drive.fault(), Fault::kMissingOutputs) << "Er 14 05, as for a request for SAFEOP";
   }
@@ -381,8 +379,7 @@ TEST(MsdSynchronisationType, InputsHaveATypeOfTheirOwn) {
 
 /// ETG.1020: cycle, SM event missed, cycle exceeded, shift too short, sync error; the same for outputs and inputs.
 TEST(MsdSynchronisationType, ParametersOfBothSyncManagersShowWhatRuns) {
-  DriveRig rig;
-  rig.operate();
+  OperatingRig rig;
   SyncMargin margin;
   margin.missed = 70'000;
   margin.exceeded = 3;
@@ -408,9 +405,7 @@ TEST(MsdSynchronisationType, ParametersOfBothSyncManagersShowWhatRuns) {
 /// Largest difference of two speeds while the setpoint moves at constant speed, in increments per second. SYNC0 comes
 /// every 125.025 us; the drive's own time base is 200 ppm faster.
 std::int32_t ripple(bool sync) {
-  DriveRig rig;
-  rig.operate();
-  rig.enable(8);
+  EnabledRig rig(8);
   std::int32_t lowest = std::numeric_limits<std::int32_t>::max();
   std::int32_t highest = std::numeric_limits<std::int32_t>::min();
   for (int i = 0; i < 12'000; ++i) {

@@ -99,11 +99,9 @@ TEST(MsdTerminal, OutputsFollow60FEOnlyWithSelector39Or40) {
 
 TEST(MsdTerminal, MaskKeepsAnOutput) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x207A, 0, 40, 2), 0U);
-  ASSERT_EQ(rig.write(0x60FE, 1, 0x10000, 4), 0U);
+  rig.set({{0x207A, 0, 40, 2}, {0x60FE, 1, 0x10000, 4}});
   rig.pass(250us);
-  ASSERT_EQ(rig.write(0x60FE, 2, 0, 4), 0U);
-  ASSERT_EQ(rig.write(0x60FE, 1, 0, 4), 0U);
+  rig.set({{0x60FE, 2, 0, 4}, {0x60FE, 1, 0, 4}});
   rig.pass(2ms);
   EXPECT_TRUE(rig.drive.output(Output::kOsd00));
 }
@@ -111,8 +109,7 @@ TEST(MsdTerminal, MaskKeepsAnOutput) {
 TEST(MsdTerminal, Selector40UpdatesEveryControlCycleAnd39EveryMillisecond) {
   DriveRig rig;
   rig.pass(10ms);
-  ASSERT_EQ(rig.write(0x207A, 0, 39, 2), 0U);
-  ASSERT_EQ(rig.write(0x207B, 0, 40, 2), 0U);
+  rig.set({{0x207A, 0, 39, 2}, {0x207B, 0, 40, 2}});
   int changes_ms = 0;
   int changes_step = 0;
   bool last_ms = false;
@@ -132,13 +129,10 @@ TEST(MsdTerminal, Selector40UpdatesEveryControlCycleAnd39EveryMillisecond) {
 
 TEST(MsdTerminal, LimitOutputShowsAnInternalLimit) {
   DriveRig rig;
-  ASSERT_EQ(rig.write(0x207C, 0, 14, 2), 0U);
-  ASSERT_EQ(rig.write(0x607F, 0, kRevolution, 4), 0U);
-  rig.operate();
-  rig.enable(3);
+  rig.set({{0x207C, 0, 14, 2}, {0x607F, 0, kRevolution, 4}});
+  rig.start(3);
   EXPECT_FALSE(rig.drive.output(Output::kOsd02));
-  rig.target_velocity = 5 * kRevolution;
-  rig.cycles(4);
+  rig.turn(5 * kRevolution, 4);
   EXPECT_TRUE(rig.drive.output(Output::kOsd02));
 }
 
@@ -156,8 +150,7 @@ TEST(MsdTerminal, P120InvertsInputsSoThatABrokenWireIsALimit) {
   MsdParameters parameters;
   parameters.switches = {{Input::kIsd01, 1e6, 1e7, true}};  // far away: the contact is closed
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write(0x2078, 0, 0x04, 4), 0U);
-  ASSERT_EQ(rig.write(0x2066, 0, 5, 2), 0U);  // ISD01: positive limit
+  rig.set({{0x2078, 0, 0x04, 4}, {0x2066, 0, 5, 2}});  // ISD01: positive limit
   rig.operate();
   rig.run_at(5'000'000);
   EXPECT_EQ(rig.read(0x60FD) & 7U, 0U);
@@ -182,10 +175,8 @@ TEST_P(MsdLimitSwitch, StopsTheMotionTowardsItAndLetsItGoAway) {
     const double at = 2.0 * std::numbers::pi;
     parameters.switches = {{Input::kIsd00, at, far}, {Input::kIsd01, -far, -at}};
     DriveRig rig(parameters);
-    ASSERT_EQ(rig.write(0x2065, 0, 5, 2), 0U);
-    ASSERT_EQ(rig.write(0x2066, 0, 6, 2), 0U);
-    rig.operate();
-    rig.enable(mode);
+    rig.set({{0x2065, 0, 5, 2}, {0x2066, 0, 6, 2}});
+    rig.start(mode);
     const auto drive_on = [&](int direction) {
       rig.target_velocity = direction * 2 * kRevolution;
       rig.target_torque = static_cast<std::int16_t>(direction * 50);
@@ -207,8 +198,7 @@ TEST_P(MsdLimitSwitch, StopsTheMotionTowardsItAndLetsItGoAway) {
     EXPECT_NEAR(rig.drive.position_rad(), sign * at, 1.0) << "stops close behind the switch";
     rig.target_velocity = 0;
     rig.target_torque = 0;
-    rig.control = 0x80;
-    rig.cycles(4);
+    rig.command(0x80, 4);
     rig.enable(mode);
     rig.cycles(80);
     EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled) << "standing on the switch is allowed";
@@ -224,15 +214,14 @@ TEST(MsdBrake, OpensBeforeMotionAndClosesBeforeTheTorqueGoes) {
   MsdParameters parameters;
   parameters.motor.brake_torque_nm = 10.0;
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write_real(0x20D5, 0, 20.0F), 0U);  // lift time
-  ASSERT_EQ(rig.write_real(0x20D6, 0, 30.0F), 0U);  // close time
+  rig.set({real_value(0x20D5, 0, 20.0F),    // lift time
+           real_value(0x20D6, 0, 30.0F)});  // close time
   rig.operate();
   rig.target_velocity = 2 * kRevolution;
   rig.mode = 9;
   for (const std::uint16_t word : {std::uint16_t{0x06}, std::uint16_t{0x07}, std::uint16_t{0x0F}}) {
     EXPECT_FALSE(rig.drive.output(Output::kBrake));
-    rig.control = word;
-    rig.cycles(2);
+    rig.command(word, 2);
   }
   EXPECT_TRUE(rig.drive.output(Output::kBrake));
   rig.cycles(140);  // not yet 20 ms
@@ -253,8 +242,7 @@ TEST(MsdBrake, OpensBeforeMotionAndClosesBeforeTheTorqueGoes) {
 TEST(MsdBrake, ClosesWhenThePowerIsTakenAway) {
   MsdParameters parameters;
   parameters.motor.brake_torque_nm = 10.0;
-  DriveRig rig(parameters);
-  rig.operate();
+  OperatingRig rig(parameters);
   rig.run_at(5 * kRevolution);
   EXPECT_TRUE(rig.drive.output(Output::kBrake));
   rig.drive.set_enpo(false);
@@ -269,8 +257,7 @@ TEST(MsdBrake, StaysOpenInAQuickStopThatStays) {
   ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
   rig.operate();
   rig.run_at(5 * kRevolution);
-  rig.control = 0x02;
-  rig.cycles(1600);
+  rig.command(0x02, 1600);
   EXPECT_EQ(rig.drive.state(), PowerState::kQuickStopActive);
   EXPECT_TRUE(rig.drive.output(Output::kBrake));
 }

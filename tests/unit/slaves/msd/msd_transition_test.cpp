@@ -20,8 +20,7 @@ void run_fast(DriveRig& rig) {
   ASSERT_EQ(rig.write(0x6084, 0, 100 * kRevolution, 4), 0U);
   ASSERT_EQ(rig.write(0x6085, 0, 300 * kRevolution, 4), 0U);
   rig.enable(3);
-  rig.target_velocity = 10 * kRevolution;
-  rig.cycles(4000);
+  rig.turn(10 * kRevolution, 4000);
   ASSERT_NEAR(rig.velocity, 10 * kRevolution, 20'000);
 }
 
@@ -81,8 +80,7 @@ TEST(MsdOptionCode, QuickStopEveryValue605A) {
     EXPECT_EQ(rig.drive.state(), code.end);
     if (code.end != kStays) continue;
     EXPECT_TRUE(rig.status & 0x0400) << "the quick stop is over";
-    rig.control = 0x0F;
-    rig.cycles(4);
+    rig.command(0x0F, 4);
     EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled) << "transition 16";
   }
 }
@@ -116,8 +114,7 @@ TEST(MsdOptionCode, StopOnTheCurrentLimitEndsAtZeroWithoutTurningRound) {
         SCOPED_TRACE(testing::Message() << "605Ah = " << code << ", " << turns << " rev/s" << (winding ? ", dq" : ""));
         MsdParameters parameters;
         parameters.motor.winding.simulated = winding;
-        DriveRig rig(parameters);
-        rig.operate();
+        OperatingRig rig(parameters);
         ASSERT_EQ(rig.write(0x605A, 0, code, 2), 0U);
         rig.run_at(turns * kRevolution);
         rig.control = 0x02;
@@ -138,8 +135,7 @@ TEST(MsdOptionCode, StopOnTheCurrentLimitOfAVerticalAxisEndsAtZero) {
     MsdParameters parameters;
     parameters.motor.load.gravity_nm = 1.0;
     parameters.motor.brake_torque_nm = 5.0;
-    DriveRig rig(parameters);
-    rig.operate();
+    OperatingRig rig(parameters);
     ASSERT_EQ(rig.write(0x605A, 0, 3, 2), 0U);
     rig.run_at(turns * kRevolution);
     rig.control = 0x02;
@@ -153,16 +149,14 @@ TEST(MsdOptionCode, StopOnTheCurrentLimitOfAVerticalAxisEndsAtZero) {
 TEST(MsdOptionCode, StopOnTheCurrentLimitTakesOverAnyTorque) {
   for (const std::int8_t mode : {std::int8_t{9}, std::int8_t{10}}) {
     SCOPED_TRACE(int{mode});
-    DriveRig rig;
-    rig.operate();
+    OperatingRig rig;
     ASSERT_EQ(rig.write(0x605A, 0, 7, 2), 0U);
     rig.enable(mode);
     rig.target_velocity = 80 * kRevolution;
     rig.target_torque = 2000;
     rig.cycles(80);
     ASSERT_GT(rig.drive.velocity_rad_s(), 100.0);
-    rig.control = 0x02;
-    rig.cycles(8);
+    rig.command(0x02, 8);
     const auto stop = stop_on_the_limit(rig, [&] { return (rig.status & 0x0400) != 0; });
     EXPECT_LT(stop.backwards_rad_s, 1.0);
     EXPECT_LT(stop.at_end_rad_s, 0.5);
@@ -212,8 +206,7 @@ TEST(MsdOptionCode, HaltEveryValue605D) {
     expect_stop(rig, kStops[value]);
     rig.cycles(4000);
     EXPECT_EQ(rig.drive.state(), PowerState::kOperationEnabled) << "halt leaves the drive enabled";
-    rig.control = 0x0F;
-    rig.cycles(4000);
+    rig.command(0x0F, 4000);
     EXPECT_NEAR(rig.velocity, 10 * kRevolution, 20'000) << "and goes on afterwards";
   }
 }
@@ -302,16 +295,15 @@ TEST(MsdModes, EveryChangeOfModeUnderLoadStaysWithinTheJerkLimitedRamps) {
   // After 100 cycles the profile modes are on their ramps, after 1600 they run.
   for (const auto& [from, to, dwell] : changes_of_mode()) {
     SCOPED_TRACE(testing::Message() << int{from} << " to " << int{to} << " after " << dwell);
-    DriveRig rig(parameters);
-    rig.operate();
+    OperatingRig rig(parameters);
     // Every mode moves: positioning and homing over a long distance, the velocity mode as fast as its setpoint can
     // express.
-    ASSERT_EQ(rig.write(0x6081, 0, kSpeed, 4), 0U);
-    ASSERT_EQ(rig.write(0x6098, 0, 18, 1), 0U);
-    ASSERT_EQ(rig.write(0x6099, 1, kSpeed, 4), 0U);
-    ASSERT_EQ(rig.write(0x6042, 0, 30'000, 2), 0U);
-    ASSERT_EQ(rig.write(0x6086, 0, 3, 2), 0U);        // jerk limited,
-    ASSERT_EQ(rig.write_real(0x20A6, 0, 20.0F), 0U);  // within 20 ms
+    rig.set({{0x6081, 0, kSpeed, 4},
+             {0x6098, 0, 18, 1},
+             {0x6099, 1, kSpeed, 4},
+             {0x6042, 0, 30'000, 2},
+             {0x6086, 0, 3, 2},               // jerk limited,
+             real_value(0x20A6, 0, 20.0F)});  // within 20 ms
     rig.run_at(kSpeed);
     // The slowest way to run: the velocity mode's setpoint has 16 bits.
     const double least = from == 2 && dwell > 400 ? 0.1 : 3.0;

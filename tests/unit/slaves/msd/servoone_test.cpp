@@ -82,10 +82,8 @@ TEST(ServoOne, HasNoMaxProfileVelocity) {
   DriveRig rig(make(Variant::kServoOne));
   EXPECT_EQ(rig.write(0x607F, 0, 1000, 4), 0x06020000U);
   EXPECT_EQ(rig.write(0x1600, 1, 0x607F0020, 4), 0x06020000U);
-  rig.operate();
-  rig.enable(3);
-  rig.target_velocity = 20 * 1048576;
-  rig.cycles(4000);
+  rig.start(3);
+  rig.turn(20 * 1048576, 4000);
   EXPECT_NEAR(rig.velocity, 20 * 1048576, 3000) << "the profile has no limit but that of the motor";
   EXPECT_EQ(rig.status & 0x0800, 0);
 }
@@ -142,8 +140,7 @@ TEST(ServoOne, ExternalFeedForwardNeedsTheSplineForIt) {
 TEST(ServoOne, SplineWithExternalFeedForwardStillNeedsItsSelection) {
   DriveRig rig(make(Variant::kServoOne));
   ASSERT_EQ(rig.write(0x2172, 0, 2, 1), 0U);
-  rig.operate();
-  rig.enable(9);
+  rig.start(9);
   rig.velocity_offset = 1'000'000;
   rig.cycles(1600);
   EXPECT_NEAR(rig.velocity, 0, 3000);
@@ -177,8 +174,7 @@ TEST(ServoOne, PdosHaveAnEvenNumberOfBytesBeforeFirmware41502) {
 
 TEST(ServoOne, StoresAndRestoresLikeTheMsd) {
   DriveRig rig(make(Variant::kServoOne, FirmwareVersion{4, 10, 0}));
-  ASSERT_EQ(rig.write(0x605A, 0, 6, 2), 0U);
-  ASSERT_EQ(rig.write(0x200B, 1, 1, 1), 0U);
+  rig.set({{0x605A, 0, 6, 2}, {0x200B, 1, 1, 1}});
   rig.restart();
   EXPECT_EQ(rig.read(0x605A), 6U);
   EXPECT_EQ(upload_short_text(rig, 0x100A), "4.10-00");
@@ -195,8 +191,6 @@ TEST(FirmwareVersionText, IsReadAndWrittenAsTheManualsDo) {
     EXPECT_EQ(FirmwareVersion::parse(wrong), std::nullopt) << wrong;
   }
 }
-
-using std::chrono::nanoseconds;
 
 /// When the LED changes within 12 s, in ms.
 std::vector<int> changes(auto&& led) {

@@ -18,17 +18,14 @@ struct DiagramRow {
 class ProbeDiagram {
  public:
   explicit ProbeDiagram(unsigned variant) {
-    EXPECT_EQ(rig_.write(0x206A, 0, 15, 2), 0U);
-    EXPECT_EQ(rig_.write(0x206B, 0, 15, 2), 0U);
+    rig_.set({{0x206A, 0, 15, 2}, {0x206B, 0, 15, 2}});
     EXPECT_EQ(rig_.write(0x28ED, 0, variant, 2), 0U);
     rig_.map(0x1600, {0x60B80010, 0x60400010});
     rig_.map(0x1601, {0x60600008, 0x60FF0020});
     rig_.map(0x1A00, {0x60B90010, 0x60BA0020});
     rig_.map(0x1A01, {0x60BB0020, 0x60BC0020});
     rig_.map(0x1A02, {0x60BD0020});
-    EXPECT_EQ(rig_.write(0x60C2, 1, 125, 1), 0U);
-    EXPECT_EQ(rig_.write(0x60C2, 2, 0xFA, 1), 0U);
-    EXPECT_EQ(rig_.write_real(0x2132, 0, 0.125F), 0U);
+    rig_.set({{0x60C2, 1, 125, 1}, {0x60C2, 2, 0xFA, 1}, real_value(0x2132, 0, 0.125F)});
     EXPECT_EQ(rig_.to(AlState::kPreOp, AlState::kSafeOp), AlStatusCode::kNoError);
     EXPECT_EQ(rig_.to(AlState::kSafeOp, AlState::kOp), AlStatusCode::kNoError);
     for (const unsigned word : {0x00U, 0x06U, 0x07U, 0x0FU}) {

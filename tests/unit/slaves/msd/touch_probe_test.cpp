@@ -157,8 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Variants, TouchProbeVendor, testing::Values(Variant::kB
 class MsdTouchProbe : public testing::Test {
  protected:
   MsdTouchProbe() {
-    EXPECT_EQ(rig.write(0x206A, 0, 15, 2), 0U);
-    EXPECT_EQ(rig.write(0x206B, 0, 15, 2), 0U);
+    rig.set({{0x206A, 0, 15, 2}, {0x206B, 0, 15, 2}});
     rig.operate();
     rig.run_at(10'000'000);
   }
@@ -199,8 +198,7 @@ TEST_F(MsdTouchProbe, ZeroPulseIsAWholeRevolution) {
 }
 
 TEST_F(MsdTouchProbe, NeedsTheProbeFunctionAtItsTerminal) {
-  ASSERT_EQ(rig.write(0x206A, 0, 0, 2), 0U);
-  ASSERT_EQ(rig.write(0x60B8, 0, 0x1111, 2), 0U);
+  rig.set({{0x206A, 0, 0, 2}, {0x60B8, 0, 0x1111, 2}});
   rig.cycle();
   change(Input::kIsd05, true, 20us);
   EXPECT_EQ(rig.read(0x60B9), 0x0101U);
@@ -209,8 +207,7 @@ TEST_F(MsdTouchProbe, NeedsTheProbeFunctionAtItsTerminal) {
 }
 
 TEST_F(MsdTouchProbe, SelectorChoosesTheVariant) {
-  ASSERT_EQ(rig.write(0x28ED, 0, 2, 2), 0U);
-  ASSERT_EQ(rig.write(0x60B8, 0, 0x0004, 2), 0U);
+  rig.set({{0x28ED, 0, 2, 2}, {0x60B8, 0, 0x0004, 2}});
   rig.cycle();
   const double position = change(Input::kIsd06, true, 40us);
   EXPECT_EQ(rig.read(0x60B9), 0x0004U);
@@ -237,8 +234,7 @@ TEST(MsdTouchProbeSwitch, SwitchOfTheMachineIsLatchedAtItsEdge) {
   MsdParameters parameters;
   parameters.switches = {{Input::kIsd05, 3.0, 4.0}};
   DriveRig rig(parameters);
-  ASSERT_EQ(rig.write(0x206A, 0, 15, 2), 0U);
-  ASSERT_EQ(rig.write(0x60B8, 0, 0x0031, 2), 0U);
+  rig.set({{0x206A, 0, 15, 2}, {0x60B8, 0, 0x0031, 2}});
   rig.operate();
   rig.run_at(5'000'000);
   EXPECT_EQ(rig.read(0x60B9), 0x0007U);

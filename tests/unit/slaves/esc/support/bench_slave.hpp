@@ -133,6 +133,16 @@ class BenchSlave : public ::testing::Test {
     EXPECT_EQ(status().error, expected_code != AlStatusCode::kNoError);
     EXPECT_EQ(code(), expected_code);
   }
+  /// Requests a state and expects the status that follows.
+  void expect_request(AlState asked, AlState then, AlStatusCode expected_code = AlStatusCode::kNoError) {
+    request(asked);
+    expect_status(then, expected_code);
+  }
+  /// The same with the acknowledgement of an error.
+  void expect_acknowledged(AlState asked, AlState then, AlStatusCode expected_code = AlStatusCode::kNoError) {
+    request(asked, true);
+    expect_status(then, expected_code);
+  }
 
   void write_outputs(std::vector<std::byte> data) { EXPECT_EQ(write(kOutputsAddress, std::move(data)), 1); }
 
