@@ -9,6 +9,7 @@
 
 #include "text/gnuplot.hpp"
 #include "text/visible_text.hpp"
+#include "text/wrapped_text.hpp"
 
 namespace driveline::cli {
 namespace {
@@ -30,15 +31,6 @@ constexpr std::size_t kMaxSentences = 24;
 constexpr std::size_t kLongestSentence = 200;
 /// Labels of events that are closer than this share of the time are joined: they would cover each other.
 constexpr double kLabelShare = 0.08;
-
-/// Cuts a long sentence, but no UTF-8 character.
-std::string shortened(std::string text) {
-  if (text.size() <= kLongestSentence) return text;
-  auto end = kLongestSentence;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  text.resize(end);
-  return text + " ...";
-}
 
 /// Column numbers of an axis in axes.csv: time, three columns per axis, their torques, minimum and maximum following
 /// error of each, then the following errors and the demands of the drives that report them (Recorder).
@@ -234,7 +226,7 @@ std::string AxisPlots::legend(std::size_t panels_per_axis, const std::string& en
   for (std::size_t i = 0; i < lines; ++i) {
     const auto text = i == listed ? fmt::format("and {} more events", events_.size() - listed)
                                   : fmt::format("{}  {:.3f} s  {}", i + 1, events_[i].time_s,
-                                                shortened(visible_text(events_[i].text)));
+                                                shortened(visible_text(events_[i].text), kLongestSentence));
     script += fmt::format("set label {} {} at screen 0.02,screen {:.6f} font ',9'\n", i + 1, gnuplot_text(text),
                           (static_cast<double>(lines - i) - 0.5) * kSentence / total);
   }
