@@ -139,22 +139,21 @@ std::string row(std::string_view name, const rt::Histogram& histogram) {
 
 /// Following errors in the units of the axes, those reported by the drives and, if requested, increments.
 std::string axes_to_text(const std::vector<runtime::AxisRunReport>& axes, bool increments) {
-  std::size_t widest = std::string_view("following error").size();
-  // With the value of the drive, the table is as wide as a terminal.
-  constexpr std::size_t kWidestName = 17;
-  for (const auto& axis : axes) widest = std::clamp(axis.name.size(), widest, kWidestName);
-  auto text = fmt::format("\n  {:<{}}{:>6}{:>15}{:>14}\n", "following error", widest, "slave", "maximum", "RMS");
+  constexpr std::string_view kTitle = "following error";
+  // With the value of the drive, a row is as wide as a terminal: a longer name is cut.
+  constexpr auto kWidestName = kTitle.size();
+  auto text = fmt::format("\n  {}{:>6}{:>15}{:>14}\n", kTitle, "slave", "maximum", "RMS");
   for (const auto& axis : axes) {
     const auto shown = [&axis](double length) {
       return fmt::format("{:.4g} {}", length / axis.increments_per_unit, axis.unit);
     };
-    text += fmt::format("  {:<{}}{:>6}{:>15}{:>14}", shortened(axis.name, kWidestName), widest,
+    text += fmt::format("  {:<{}}{:>6}{:>15}{:>14}", shortened(axis.name, kWidestName), kWidestName,
                         axis.slave ? fmt::format("{}", *axis.slave) : "-", shown(axis.following_error_max),
                         shown(axis.following_error_rms));
     if (increments)
       text += fmt::format("{:>14.1f} inc{:>14.2f} inc", axis.following_error_max, axis.following_error_rms);
     if (axis.by_drive) {
-      text += fmt::format("   (60F4h: max {}{})", shown(axis.by_drive->maximum),
+      text += fmt::format("  (60F4h: max {}{})", shown(axis.by_drive->maximum),
                           increments ? fmt::format(", {:.1f} inc", axis.by_drive->maximum) : std::string{});
     }
     text += "\n";

@@ -154,10 +154,10 @@ TEST(RunReport, WhatTheDriveReportsOfItsFollowingErrorStandsBesideOurs) {
   EXPECT_EQ(document["axes"][0]["drive_following_error_max"], 12.5);
   EXPECT_EQ(document["axes"][0]["drive_following_error_rms"], 3.5);
   EXPECT_FALSE(document["axes"][1].contains("drive_following_error_max")) << "60F4h is not mapped";
-  EXPECT_THAT(to_text(report), HasSubstr("0.12 rad    0.0305 rad   (60F4h: max 0.0125 rad)\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("0.12 rad    0.0305 rad  (60F4h: max 0.0125 rad)\n"));
   EXPECT_THAT(to_text(report), HasSubstr("0.008 mm      0.002 mm\n"));
   report.increments = true;
-  EXPECT_THAT(to_text(report), HasSubstr("120.0 inc         30.50 inc   (60F4h: max 0.0125 rad, 12.5 inc)\n"));
+  EXPECT_THAT(to_text(report), HasSubstr("120.0 inc         30.50 inc  (60F4h: max 0.0125 rad, 12.5 inc)\n"));
 }
 
 TEST(RunReport, JsonTellsWhoHasCommandedTheAxes) {
