@@ -63,6 +63,10 @@ int main(int count, char** arguments) {
   for (std::chrono::nanoseconds time{0}; time < duration;) {
     const auto status = client.status();
     if (!status || status->state >= stream::SessionState::kEnding || !client.connected()) break;
+    if (status->count(stream::Refusal::kOutsideRange) > 0) {
+      client.end();
+      return fail("the line refuses a setpoint: it is outside the range of an axis");
+    }
     // The line reports its time on the time axis of this program, so nothing drifts, whatever the clocks do.
     const bool streaming = status->state == stream::SessionState::kStreaming;
     const std::chrono::nanoseconds now{streaming ? status->stream_ns : status->newest_ns};

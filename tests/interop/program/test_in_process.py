@@ -496,7 +496,7 @@ class FilesAndSummary(ProgramTest):
         with open(self.directory / "out/axes.csv", encoding="utf-8") as file:
             last = list(csv.DictReader(file))[-1]
         self.assertAlmostEqual(float(last["z_actual[increments]"]), float(last["z_actual[mm]"]) * 104857.6, delta=1)
-        self.assertIn("set y2label 'increments'\n", self.text("out/plots.gp"))
+        self.assertIn("'z in mm; right: increments' at graph 0,graph 1", self.text("out/plots.gp"))
 
     def test_what_goes_wrong_is_told_in_the_unit_of_the_axis(self):
         self.write("path.csv", "time[s],z[mm],c[rev]\n0,0,0\n1,40,1\n2,0,0\n")

@@ -244,12 +244,14 @@ class Stream(ProgramTest):
             run = self.start("run", "--config", config, "--no-plots", *document, log="run.log")
             self.wait_for("live setpoints", lambda: "live setpoints of x, y, z at" in self.text("run.log"), run)
             client = self.start_stranger(CLIENT, self.socket, "x", "y", "1", "1000", log="client.log")
-            client.wait(PATIENCE_S)
+            self.assertEqual(client.wait(PATIENCE_S), 1)
+            self.assertEqual(self.text("client.log"),
+                             "10_stream_client: the line refuses a setpoint: it is outside the range of an axis\n")
             run.send_signal(signal.SIGINT)
             run.wait(PATIENCE_S)
             told = self.text("run.log.out")
-            if document:
-                told = "\n".join(self.one_document(told)["events"])
+            # The text is wrapped to the width of a terminal.
+            told = "\n".join(self.one_document(told)["events"]) if document else " ".join(told.split())
             self.assertRegex(told, sentence)
             self.assertEqual(told.count("axis x: position"), 1, "the others are counted")
 

@@ -220,7 +220,7 @@ class InProcess(ProgramTest):
         table = self.tool("scan").splitlines()
         self.assertEqual(len(table), 9)
         self.assertLessEqual(max(map(len, table)), 80, table)
-        self.assertTrue(table[1].endswith(" MSD Servo Drive (sim..."), table)
+        self.assertTrue(table[1].endswith(" MSD Servo Drive (si..."), table)
         self.tool("scan", "--write", "line.toml")
         result = self.run_program("run", "--config", "line.toml", "--virtual", "--duration", 0.2, "--json", "--no-plots",
                                   "--no-telemetry")
