@@ -1,4 +1,5 @@
 """What the tests of the program share: running it, line descriptions, and a network namespace with a veth pair."""
+import contextlib
 import fcntl
 import functools
 import itertools
@@ -99,6 +100,18 @@ def was_disturbed(result):
 
 def watchdogs_ran_out(result):
     return result.returncode == 1 and any(sentence in result.stderr for sentence in WATCHDOGS_RAN_OUT)
+
+
+def threads_of(process):
+    """What each thread of a process that does not end is doing, as far as the kernel tells this user."""
+    lines = []
+    for task in sorted(pathlib.Path(f"/proc/{process}/task").glob("*")):
+        facts = []
+        for name in ("comm", "wchan", "syscall", "stack"):
+            with contextlib.suppress(OSError):
+                facts.append((task / name).read_text(encoding="utf-8", errors="replace").strip())
+        lines.append(f"thread {task.name}: " + ", ".join(facts))
+    return "\n".join(lines)
 
 
 def patient(text):
@@ -379,7 +392,11 @@ class WireTest(ProgramTest):
     def end(self, process, number):
         """Sends a signal; the exit status."""
         process.send_signal(number)
-        return process.wait(PATIENCE_S)
+        try:
+            return process.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            print(threads_of(process.pid), self.logs(), sep="\n", file=sys.stderr)
+            raise
 
     def end_line(self, line):
         """Ends the simulated line in order; what it says on stdout."""
