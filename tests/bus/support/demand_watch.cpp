@@ -31,6 +31,7 @@ void DemandWatch::look(std::chrono::nanoseconds now) {
                     static_cast<double>(motion.zero()) * motion.motor().radians_per_increment();
   sample.velocity = motion.velocity_demand() * settings.scaling.velocity_rad_s;
   sample.moved_at = drive_.velocity_rad_s();
+  trace_.add(sample.time_s, sample.position, sample.velocity, sample.moved_at);
   sample.by_torque = motion.source() == MotionSource::kCyclicTorque && motion.command() == MotionCommand::kFollow;
   sample.acceleration = motion.command() == MotionCommand::kSlowDownRamp    ? settings.slow_down_rad_s2
                         : motion.command() == MotionCommand::kQuickStopRamp ? settings.quick_stop_rad_s2

@@ -8,6 +8,7 @@
 
 #include "driveline/slaves/msd/core/drive_core.hpp"
 #include "driveline/trajectory/motion_limits.hpp"
+#include "support/motion_trace.hpp"
 
 namespace driveline::bus_test {
 
@@ -67,6 +68,7 @@ class DemandWatch {
   void judge_velocity(const Window& window);
   void find(const char* what, double value, double allowed);
 
+  MotionTrace trace_;
   const slaves::msd::DriveCore& drive_;
   trajectory::AxisLimits limits_;
   std::array<Sample, kKept> samples_{};

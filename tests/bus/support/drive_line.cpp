@@ -242,11 +242,19 @@ void LineOperation::drain() {
   while (line_ring_.try_pop(line_sample)) line_samples.push_back(line_sample);
 }
 
+void LineOperation::trace() {
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    const auto& drive = drives_.drive(i);
+    trace_.add(drive.motion().position_demand(), drive.motion().velocity_demand(), drive.velocity_rad_s());
+  }
+}
+
 void LineOperation::run(nanoseconds duration) {
   const auto end = drives_.clock.now() + duration;
   do {
     master_->pass(nanoseconds{1});
     drain();
+    trace();
   } while (drives_.clock.now() < end);
 }
 

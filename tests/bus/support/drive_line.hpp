@@ -13,6 +13,7 @@
 #include "driveline/runtime/config/line_config.hpp"
 #include "driveline/slaves/line/simulated_line.hpp"
 #include "driveline/slaves/msd/msd_drive.hpp"
+#include "support/motion_trace.hpp"
 
 namespace driveline::bus_test {
 
@@ -148,8 +149,10 @@ class LineOperation {
   [[nodiscard]] ecat_master::Master::Settings master_settings() const;
   [[nodiscard]] ecat_master::MotionControl& make_motion();
   void drain();
+  void trace();
 
   DriveLine& drives_;
+  MotionTrace trace_;
   port::Port& port_;
   RunOptions options_;
   runtime::LineConfig config_;

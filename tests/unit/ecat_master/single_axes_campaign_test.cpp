@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "driveline/ecat_master/single_axis/single_axes.hpp"
+#include "support/motion_trace.hpp"
 
 namespace driveline::ecat_master {
 namespace {
@@ -280,6 +281,7 @@ class Sequence {
     const std::array<bool, kAxes> operational{true, true, true};
     axes_.read_inputs(inputs_, valid, operational, {}, {});
     axes_.update(cycle_++, outputs_);
+    trace_.add_bytes(outputs_);
     for (std::size_t i = 0; i < kAxes; ++i) moved_ += axes_.axis_report(i).state > PlcopenState::kStandstill ? 1U : 0U;
     return {};
   }
@@ -289,6 +291,7 @@ class Sequence {
   SingleAxes axes_;
   std::array<std::unique_ptr<IdealDrive>, kAxes> drives_;
   std::array<std::byte, kAxes * kOutputs> outputs_{};
+  MotionTrace trace_;
   std::array<std::byte, kAxes * kInputs> inputs_{};
   std::int64_t cycle_ = 0;
   int lost_ = 0;
